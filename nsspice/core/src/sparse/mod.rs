@@ -1,0 +1,5 @@
+//! Sparse matrices and their factorisation.
+
+mod csc;
+
+pub use csc::Csc;

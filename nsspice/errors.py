@@ -1,0 +1,200 @@
+"""Every error nsspice raises, and the diagnostics they carry.
+
+Each error has a stable code ``NS####``, one sentence that says what to do next, and, where a netlist
+is involved, the place in it.  Code ranges: 1xxx netlist text, 2xxx elements and topology, 3xxx
+numerical solution, 4xxx files and output, 5xxx checks and comparisons.  All codes are listed in
+``docs/errors.md``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A stretch of one line of a netlist file.
+
+    Parameters
+    ----------
+    file : str
+        File name as the user gave it, or ``<netlist>`` for text.
+    line, column : int
+        Position of the first character, both counted from 1.
+    length : int
+        Number of characters, at least 1.
+    text : str
+        The whole source line, for the caret display.
+
+    Examples
+    --------
+    >>> Span("a.net", 3, 4, 2, "R1 ab 0 1k").caret()
+    'R1 ab 0 1k\\n   ^^'
+    """
+
+    file: str
+    line: int
+    column: int
+    length: int = 1
+    text: str = ""
+
+    def caret(self) -> str:
+        """Return the source line with carets below the stretch (long lines are cut around it)."""
+        text = self.text.replace("\t", " ")
+        start, width = self.column - 1, max(self.length, 1)
+        if len(text) > 160:  # a window around the place, so that no message floods the terminal
+            left = max(0, start - 60)
+            text, start = text[left : left + 140], start - left
+            width = min(width, 140 - start)
+        return f"{text}\n{' ' * start}{'^' * max(width, 1)}"
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}:{self.column}"
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One finding about a deck: an error or a warning.
+
+    Parameters
+    ----------
+    code : str
+        Stable code ``NS####``.
+    message : str
+        One sentence that names the element or node.
+    span : Span or None
+        Where in the netlist.
+    hint : str
+        What to do next; may be empty.
+    severity : str
+        ``"error"`` or ``"warning"``.
+
+    Examples
+    --------
+    >>> print(Diagnostic("NS1001", "unknown card .trn", None, "did you mean .tran?").render())
+    error NS1001: unknown card .trn
+      hint: did you mean .tran?
+    """
+
+    code: str
+    message: str
+    span: Span | None = None
+    hint: str = ""
+    severity: str = "error"
+
+    def render(self) -> str:
+        """Return the text shown to the user: place, code, sentence, caret and hint."""
+        place = f"{self.span}: " if self.span else ""
+        lines = [f"{place}{self.severity} {self.code}: {self.message}"]
+        if self.span and self.span.text:
+            lines += ["  " + line for line in self.span.caret().splitlines()]
+        if self.hint:
+            lines.append(f"  hint: {self.hint}")
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return a JSON-ready mapping."""
+        where = self.span
+        return {
+            "code": self.code,
+            "severity": self.severity,
+            "message": self.message,
+            "hint": self.hint,
+            "file": where.file if where else None,
+            "line": where.line if where else None,
+            "column": where.column if where else None,
+        }
+
+
+class NsspiceError(Exception):
+    """Base class of all errors that nsspice raises on purpose.
+
+    Parameters
+    ----------
+    diagnostics : sequence of Diagnostic
+        At least one; all findings of a deck travel together.
+    """
+
+    #: exit code of the command line for this kind of error
+    exit_code = 2
+
+    def __init__(self, diagnostics: Diagnostic | Sequence[Diagnostic]) -> None:
+        if isinstance(diagnostics, Diagnostic):
+            diagnostics = [diagnostics]
+        self.diagnostics: list[Diagnostic] = list(diagnostics)
+        super().__init__("\n".join(d.render() for d in self.diagnostics))
+
+    @property
+    def code(self) -> str:
+        """Code of the first finding."""
+        return self.diagnostics[0].code
+
+
+class NetlistError(NsspiceError):
+    """The netlist text is wrong; carries the place of the first finding."""
+
+    @property
+    def file(self) -> str | None:
+        """File of the first finding."""
+        span = self.diagnostics[0].span
+        return span.file if span else None
+
+    @property
+    def line(self) -> int | None:
+        """Line of the first finding, counted from 1."""
+        span = self.diagnostics[0].span
+        return span.line if span else None
+
+    @property
+    def column(self) -> int | None:
+        """Column of the first finding, counted from 1."""
+        span = self.diagnostics[0].span
+        return span.column if span else None
+
+
+class TopologyError(NsspiceError):
+    """The circuit graph admits no solution whatever the element laws; names the elements."""
+
+    def __init__(
+        self, diagnostics: Diagnostic | Sequence[Diagnostic], elements: Sequence[str] = ()
+    ) -> None:
+        super().__init__(diagnostics)
+        self.elements = list(elements)
+
+
+class NumericalError(NsspiceError):
+    """No numerical solution was found; the command line exits with 3."""
+
+    exit_code = 3
+
+    def __init__(
+        self,
+        diagnostics: Diagnostic | Sequence[Diagnostic],
+        *,
+        elements: Sequence[str] = (),
+        nodes: Sequence[str] = (),
+        time: float | None = None,
+        residual: float | None = None,
+    ) -> None:
+        super().__init__(diagnostics)
+        self.elements = list(elements)
+        self.nodes = list(nodes)
+        self.time = time
+        self.residual = residual
+
+
+class InfeasibleError(NumericalError):
+    """The laws contradict each other at some time; names the conflicting loop or cut-set."""
+
+
+class RegularityError(NumericalError):
+    """A uniqueness or regularity condition that the method needs does not hold."""
+
+
+class StepError(NumericalError):
+    """A step did not reach its tolerance although no contradiction was found."""
+
+
+class OutputError(NsspiceError):
+    """A file could not be written or read."""

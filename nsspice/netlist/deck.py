@@ -1,0 +1,245 @@
+"""The deck: what the user wrote, expanded and evaluated, every item with its place in the source.
+
+A deck is flat: subcircuits are expanded (``x1.r1``), parameters evaluated, included files read.  It
+knows the grammar of each card and no physics; ``nsspice.circuit`` turns it into devices.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from ..errors import Diagnostic, Span
+from .expression import Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Param:
+    """A named value with its place: a number, a word, or an expression of circuit signals.
+
+    Expressions without signals are evaluated to numbers before the deck is handed on.
+    """
+
+    name: str
+    value: float | str | Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Value of an independent V or I source.
+
+    Parameters
+    ----------
+    dc : float or None
+        DC value [V or A], None if not given.
+    ac : (float, float) or None
+        Magnitude and phase [deg]; kept, not simulated.
+    kind : str
+        ``""`` (DC only), ``sin pulse pwl exp sffm am``.
+    values : tuple of float or None
+        Arguments as written, None for one left out before a later one; trailing ones may be
+        missing.  A rise time written as 0 is 0, one left out is None.
+    options : dict of str to float
+        ``r`` and ``td`` of PWL.
+    span : Span
+    """
+
+    dc: float | None
+    ac: tuple[float, float] | None
+    kind: str
+    values: tuple[float | None, ...]
+    options: dict[str, float]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A ``.model`` card: name, type and parameters, all lower case."""
+
+    name: str
+    type: str
+    params: dict[str, Param]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """One element line after expansion.
+
+    Parameters
+    ----------
+    name : str
+        Lower case, with the path of subcircuit instances: ``x1.x2.d3``.
+    letter : str
+        ``r l c k v i e f g h b d q s w`` (the letter of the element itself, not of the path).
+    nodes : tuple of str
+        Terminals in order, lower case; ground is always ``"0"``.  Empty for K.
+    controls : tuple of str
+        E G S: the two controlling nodes.  F H W: the controlling source's full name.
+        K: the coupled inductors' full names.
+    value : float or Expression or None
+        R L C: value; linear E F G H: gain; K: coefficient.  An expression of signals makes the
+        element nonlinear: R ``V={expr(i)}``, E/G ``VALUE= TABLE POLY``, B ``V=`` or ``I=``.
+    quantity : str
+        For expressions what they give: ``"v"`` or ``"i"``; ``""`` otherwise.
+    model : Model or None
+        Resolved in the scope of the element.
+    source : Source or None
+        V and I only.
+    params : dict of str to Param
+        Remaining ``name=value`` items (``ic``, ``tc1``, ``area`` ...).
+    flags : dict of str to Span
+        Bare words such as ``on``, ``off``.
+    span : Span
+        The element's line, from its name on.
+    node_spans : tuple of Span
+        One for each of ``nodes`` then ``controls``, for messages about nodes.
+    """
+
+    name: str
+    letter: str
+    nodes: tuple[str, ...]
+    span: Span
+    controls: tuple[str, ...] = ()
+    value: float | Expression | None = None
+    quantity: str = ""
+    model: Model | None = None
+    source: Source | None = None
+    params: dict[str, Param] = field(default_factory=dict)
+    flags: dict[str, Span] = field(default_factory=dict)
+    node_spans: tuple[Span, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class OpCard:
+    """``.op``: the DC solution."""
+
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """One swept quantity: a source, a resistor, ``temp``, or (``.step``) a parameter.
+
+    ``values`` holds every point in order; the stop value is included when it lies on the grid up to
+    rounding.
+    """
+
+    name: str
+    kind: Literal["element", "temp", "param"]
+    values: tuple[float, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class DcCard:
+    """``.dc``: sweeps, the first one runs fastest."""
+
+    sweeps: tuple[Sweep, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class TranCard:
+    """``.tran tstep tstop [tstart [tmax]] [uic]`` (LTspice's ``.tran tstop`` has tstep None)."""
+
+    tstep: float | None
+    tstop: float
+    tstart: float
+    tmax: float | None
+    uic: bool
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """An output quantity, ``v(a)``, ``v(a,b)``, ``i(r1)``, ``p(r1)``, by its canonical name."""
+
+    name: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Cond:
+    """A condition on a waveform: ``signal = value`` at the n-th crossing.
+
+    ``other`` is set instead of ``value`` for ``WHEN v(a)=v(b)``; ``edge`` is ``rise fall cross``;
+    ``index`` counts from 1, 0 stands for LAST; ``at`` fixes a time instead of a crossing.
+    """
+
+    signal: Expression | None = None
+    value: float | None = None
+    other: Expression | None = None
+    edge: Literal["rise", "fall", "cross"] = "cross"
+    index: int = 1
+    delay: float = 0.0
+    at: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """A ``.measure`` card.
+
+    ``operation`` is one of ``trig_targ find_when find_at when max min pp avg rms integ max_at
+    min_at deriv param``.  ``expression`` is the measured quantity (any combination of signals),
+    ``start`` and ``stop`` bound the window, ``first``/``second`` are TRIG/TARG or WHEN.
+    """
+
+    name: str
+    analysis: str
+    operation: str
+    span: Span
+    expression: Expression | None = None
+    first: Cond | None = None
+    second: Cond | None = None
+    start: float | None = None
+    stop: float | None = None
+    at: float | None = None
+
+
+Analysis = OpCard | DcCard | TranCard
+
+
+@dataclass(slots=True)
+class Deck:
+    """An expanded netlist.
+
+    Parameters
+    ----------
+    title : str
+    file : str
+        As the user gave it, ``<netlist>`` for text.
+    elements : list of Element
+        In deck order, subcircuit contents in place of their X line.
+    analyses : list of OpCard, DcCard, TranCard
+    options : dict of str to Param
+        Lower-case names; flags hold the value 1.0.
+    initial, nodesets : dict of str to Param
+        ``.ic`` and ``.nodeset`` voltages [V] by node.
+    saves : list of Signal
+        From .save .print .plot .probe; empty means the default set.  ``all``, ``alli`` are kept as
+        names of their own.
+    measures : list of Measure
+    steps : list of Sweep
+        ``.step`` cards, the first one runs fastest.
+    temperature : float
+        [degrees Celsius], 27 by default.
+    parameters : dict of str to float
+        Top-level ``.param`` values, evaluated.
+    warnings : list of Diagnostic
+    """
+
+    title: str
+    file: str
+    elements: list[Element] = field(default_factory=list)
+    analyses: list[Analysis] = field(default_factory=list)
+    options: dict[str, Param] = field(default_factory=dict)
+    initial: dict[str, Param] = field(default_factory=dict)
+    nodesets: dict[str, Param] = field(default_factory=dict)
+    saves: list[Signal] = field(default_factory=list)
+    measures: list[Measure] = field(default_factory=list)
+    steps: list[Sweep] = field(default_factory=list)
+    temperature: float = 27.0
+    parameters: dict[str, float] = field(default_factory=dict)
+    warnings: list[Diagnostic] = field(default_factory=list)

@@ -1,0 +1,100 @@
+"""Sparse matrices in compressed-column form, small enough to import at start-up.
+
+``scipy.sparse`` would triple the start-up time of a small deck; the few operations needed on the
+Python side of the compiled core are written here on numpy alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Csc:
+    """A sparse matrix in compressed-column form.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Number of rows and columns.
+    indptr : ndarray of int64, shape (ncols + 1,)
+        Start of each column in ``indices`` and ``data``.
+    indices : ndarray of int64, shape (nnz,)
+        Row numbers, ascending within a column, no duplicates.
+    data : ndarray of float64, shape (nnz,)
+        Values.
+
+    Examples
+    --------
+    >>> m = Csc.from_triplets((2, 2), [0, 1, 1], [0, 0, 0], [1.0, 2.0, 3.0])
+    >>> m.dense().tolist()
+    [[1.0, 0.0], [5.0, 0.0]]
+    """
+
+    shape: tuple[int, int]
+    indptr: Ints
+    indices: Ints
+    data: Floats
+
+    @classmethod
+    def from_triplets(
+        cls,
+        shape: tuple[int, int],
+        rows: Sequence[int] | Ints,
+        cols: Sequence[int] | Ints,
+        values: Sequence[float] | Floats,
+    ) -> Csc:
+        """Return the matrix with the given entries; repeated entries are added, zeros dropped."""
+        r = np.asarray(rows, dtype=np.int64)
+        c = np.asarray(cols, dtype=np.int64)
+        v = np.asarray(values, dtype=np.float64)
+        order = np.lexsort((r, c))
+        r, c, v = r[order], c[order], v[order]
+        if r.size:
+            first = np.ones(r.size, dtype=bool)
+            first[1:] = (r[1:] != r[:-1]) | (c[1:] != c[:-1])
+            starts = np.flatnonzero(first)
+            r, c, v = r[starts], c[starts], np.add.reduceat(v, starts)
+            keep = v != 0.0
+            r, c, v = r[keep], c[keep], v[keep]
+        indptr = np.zeros(shape[1] + 1, dtype=np.int64)
+        np.cumsum(np.bincount(c, minlength=shape[1]), out=indptr[1:])
+        return cls(shape, indptr, r, v)
+
+    @classmethod
+    def zeros(cls, shape: tuple[int, int]) -> Csc:
+        """Return the zero matrix."""
+        return cls.from_triplets(shape, [], [], [])
+
+    @classmethod
+    def from_dense(cls, matrix: Floats) -> Csc:
+        """Return the nonzero entries of a dense matrix."""
+        rows, cols = np.nonzero(matrix)
+        return cls.from_triplets((matrix.shape[0], matrix.shape[1]), rows, cols, matrix[rows, cols])
+
+    @property
+    def columns(self) -> Ints:
+        """Column number of every stored entry, shape (nnz,)."""
+        return np.repeat(np.arange(self.shape[1], dtype=np.int64), np.diff(self.indptr))
+
+    def dense(self) -> Floats:
+        """Return the matrix as an array, shape ``self.shape``."""
+        out = np.zeros(self.shape)
+        out[self.indices, self.columns] = self.data
+        return out
+
+    def dot(self, x: Floats) -> Floats:
+        """Return the product with a vector, shape (nrows,)."""
+        products = self.data * x[self.columns]
+        return np.bincount(self.indices, weights=products, minlength=self.shape[0])
+
+    def abs(self) -> Csc:
+        """Return the matrix of absolute values."""
+        return Csc(self.shape, self.indptr, self.indices, np.abs(self.data))

@@ -1,0 +1,137 @@
+"""The complementarity descriptor system, the form every circuit takes before it is solved.
+
+.. math::
+
+    E z' + G z + A \\lambda = S u(t), \\qquad
+    w = q - B z + D \\lambda, \\qquad 0 \\le \\lambda \\perp w \\ge 0
+
+For passive networks E is symmetric positive semidefinite, G + G' and D are positive semidefinite and
+B = A', so that each implicit step is a monotone mixed linear complementarity problem (MLCP).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from .csc import Csc, Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Waveform:
+    """A source value as a function of time.
+
+    Parameters
+    ----------
+    kind : str
+        ``dc sin pulse pwl exp sffm am``.
+    values : tuple of float
+        Complete parameters, no defaults left open, in this order: dc ``(value)``; sin ``(offset,
+        amplitude, frequency, delay, damping, phase_deg)``; pulse ``(v1, v2, delay, rise, fall,
+        width, period, count)`` with period ``inf`` for a single pulse and count ``inf`` for no
+        limit, rise or fall 0 for an ideal edge; pwl ``(t1, v1, t2, v2, ...)`` with equal
+        neighbouring times for a jump; exp ``(v1, v2, td1, tau1, td2, tau2)``; sffm ``(offset,
+        amplitude, carrier, index, signal)``; am ``(amplitude, offset, modulation, carrier, delay)``.
+    repeat : float
+        pwl only: time from which the curve repeats, ``nan`` for none.
+    scale : float
+        Factor applied to the value.
+    """
+
+    kind: str
+    values: tuple[float, ...]
+    repeat: float = float("nan")
+    scale: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """Control law of a switched pair: closed above one threshold, open below the other.
+
+    A switch is a pair whose multiplier has a free sign while it is closed (w = 0) and vanishes
+    while it is open.
+
+    Parameters
+    ----------
+    pair : int
+        Which complementarity pair.
+    control : tuple of (int, float)
+        The control value as a combination of unknowns z.
+    on_above, off_below : float
+        Thresholds, ``off_below <= on_above``; between them the state is kept (hysteresis).
+    closed : bool
+        State before the first evaluation.
+    inverted : bool
+        True if the pair is active while the control is *below* (a switch with RON > ROFF).
+    """
+
+    pair: int
+    control: tuple[tuple[int, float], ...]
+    on_above: float
+    off_below: float
+    closed: bool = False
+    inverted: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class DescriptorSystem:
+    """Arrays of one complementarity descriptor system.
+
+    Parameters
+    ----------
+    E, G : Csc, shape (n, n)
+        Storage and conductance-like matrices.
+    A : Csc, shape (n, m)
+    B : Csc, shape (m, n)
+    D : Csc, shape (m, m)
+        Coupling to the multipliers, slack rows, and series resistance of the pairs.
+    q : ndarray, shape (m,)
+        Constant part of the slack.
+    S : Csc, shape (n, p)
+        Where the p waveforms enter.
+    waveforms : tuple of Waveform, length p
+    switches : tuple of Switch
+    row_kind : ndarray of uint8, shape (n,)
+        0 for current rows (KCL), 1 for voltage rows (branches); residuals are scaled per kind.
+    """
+
+    E: Csc
+    G: Csc
+    A: Csc
+    B: Csc
+    D: Csc
+    q: Floats
+    S: Csc
+    waveforms: tuple[Waveform, ...] = ()
+    switches: tuple[Switch, ...] = ()
+    row_kind: npt.NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, dtype=np.uint8))
+
+    @property
+    def n(self) -> int:
+        """Number of unknowns z."""
+        return self.G.shape[0]
+
+    @property
+    def m(self) -> int:
+        """Number of complementarity pairs, switches included."""
+        return self.A.shape[1]
+
+    @property
+    def static(self) -> bool:
+        """True if nothing stores energy (E = 0)."""
+        return self.E.data.size == 0
+
+
+@dataclass(frozen=True, slots=True)
+class Functional:
+    """A scalar output: a linear combination of the quantities of a descriptor system.
+
+    ``y = sum c z[j] + sum c lam[j] + sum c z'[j] + sum c u[j]``; each field lists ``(j, c)``.
+    """
+
+    z: tuple[tuple[int, float], ...] = ()
+    lam: tuple[tuple[int, float], ...] = ()
+    dz: tuple[tuple[int, float], ...] = ()
+    u: tuple[tuple[int, float], ...] = ()
