@@ -98,3 +98,20 @@ class Csc:
     def abs(self) -> Csc:
         """Return the matrix of absolute values."""
         return Csc(self.shape, self.indptr, self.indices, np.abs(self.data))
+
+
+def weighted_sum(terms: Sequence[tuple[Csc, float]]) -> Csc:
+    """Return the weighted sum of matrices of equal shape.
+
+    Examples
+    --------
+    >>> one = Csc.from_triplets((1, 1), [0], [0], [1.0])
+    >>> weighted_sum([(one, 2.0), (one, 0.5)]).dense().tolist()
+    [[2.5]]
+    """
+    return Csc.from_triplets(
+        terms[0][0].shape,
+        np.concatenate([m.indices for m, _ in terms]),
+        np.concatenate([m.columns for m, _ in terms]),
+        np.concatenate([m.data * factor for m, factor in terms]),
+    )

@@ -1,0 +1,60 @@
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+_Floats = npt.NDArray[np.float64]
+_Bytes = npt.NDArray[np.uint8]
+_Matrix = tuple[Any, ...]
+_Waveform = tuple[str, list[float], float, float]
+_Switch = tuple[int, list[tuple[int, float]], float, float, bool, bool]
+_Terms = list[tuple[int, float]]
+
+class Stepper:
+    def __init__(
+        self,
+        e: _Matrix,
+        g: _Matrix,
+        h: _Matrix,
+        hs: _Matrix,
+        a: _Matrix,
+        b: _Matrix,
+        d: _Matrix,
+        q: _Floats,
+        s: _Matrix,
+        row_kind: _Bytes,
+        waveforms: list[_Waveform],
+        switches: list[_Switch],
+        outputs: list[tuple[_Terms, _Terms, _Terms, _Terms]],
+    ) -> None: ...
+    def start_dc(
+        self, time: float, guess: tuple[_Floats, _Floats] | None = None
+    ) -> dict[str, Any] | None: ...
+    def start_charges(
+        self, time: float, charges: _Floats, step: float
+    ) -> dict[str, Any] | None: ...
+    def plan_grid(
+        self, start: float, stop: float, step: float, out_start: float, out_step: float
+    ) -> int: ...
+    def plan_points(self, times: _Floats) -> int: ...
+    def advance(self, out: _Floats, budget: float) -> tuple[int, int]: ...
+    def failure(self) -> dict[str, Any] | None: ...
+    def accept_large(self) -> None: ...
+    def state(self) -> tuple[_Floats, _Floats]: ...
+    def time(self) -> float: ...
+    def jumps(self) -> list[dict[str, Any]]: ...
+    def statistics(self) -> dict[str, Any]: ...
+
+def solve_mlcp(
+    k: _Matrix,
+    a: _Matrix,
+    b: _Matrix,
+    d: _Matrix,
+    rhs: _Floats,
+    q: _Floats,
+    roles: _Bytes,
+    row_kind: _Bytes,
+    start: tuple[_Floats, _Floats] | None,
+) -> dict[str, Any]: ...
+def format_rows(rows: _Floats) -> bytes: ...
+def waveform_values(spec: _Waveform, times: _Floats, side: int) -> _Floats: ...

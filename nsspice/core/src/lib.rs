@@ -1,0 +1,12 @@
+//! Compiled core of nsspice: complementarity solvers and time stepping.
+#![warn(missing_docs)]
+
+pub mod dense;
+pub mod linear;
+pub mod mlcp;
+pub mod moreau;
+pub mod sparse;
+pub mod waveform;
+
+mod format;
+mod python;

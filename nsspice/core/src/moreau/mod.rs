@@ -1,0 +1,23 @@
+//! Moreau time stepping of complementarity descriptor systems.
+//!
+//! ```text
+//! (E/h + G + H) z1 + A l1 = (E/h + H) z0 + (S - Hs) u1 + Hs u0
+//! w1 = q - B z1 + D l1,   0 <= l1  perp  w1 >= 0
+//! ```
+//!
+//! H and Hs vanish for theta = 1; for theta < 1 they average the smooth rates of the states only,
+//! while constraints and multipliers hold at the new time (Acary & Brogliato, *Numerical Methods
+//! for Nonsmooth Dynamical Systems*, 2008, ch. 9).
+
+mod clock;
+mod gates;
+mod map;
+mod record;
+mod stage;
+mod stepper;
+
+pub use clock::{Clock, Target};
+pub use gates::Switch;
+pub use record::{Outputs, Part, Values};
+pub use stage::System;
+pub use stepper::{Failure, Jump, Plan, Progress, Statistics, Stepper};

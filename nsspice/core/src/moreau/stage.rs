@@ -1,0 +1,247 @@
+//! Everything that belongs to one step length: matrices, complementarity driver, modes.
+
+use super::map::{MapInputs, ModeMap, MAX_ENTRIES};
+use crate::mlcp::{Driver, ModeFactor, Problem};
+use crate::sparse::Csc;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// The system as assembled from a circuit.
+pub struct System {
+    /// storage matrix
+    pub e: Csc,
+    /// conductance-like matrix
+    pub g: Csc,
+    /// theta correction of the unknowns, zero for theta = 1
+    pub h: Csc,
+    /// theta correction of the sources
+    pub hs: Csc,
+    /// multiplier columns
+    pub a: Csc,
+    /// slack rows
+    pub b: Csc,
+    /// series resistance of the pairs
+    pub d: Csc,
+    /// constant slack
+    pub q: Vec<f64>,
+    /// source columns
+    pub s: Csc,
+    /// 0 for current rows, 1 for voltage rows
+    pub row_kind: Vec<u8>,
+}
+
+/// The matrices of one step: `K z1 + A l = carry z0 + source_end u1 + source_start u0`.
+pub struct StepMatrices {
+    /// number of unknowns
+    pub n: usize,
+    /// number of pairs
+    pub m: usize,
+    /// `E/h + H`
+    pub carry: Csc,
+    /// `S - Hs`
+    pub source_end: Csc,
+    /// `Hs`
+    pub source_start: Csc,
+    /// slack rows
+    pub b: Csc,
+    /// series resistance
+    pub d: Csc,
+    /// constant slack
+    pub q: Vec<f64>,
+}
+
+impl StepMatrices {
+    /// Turns a solution `[z; l]` into `[z; guards]`: l of active pairs, w of the others.
+    pub fn guards_from_solution(&self, x: &mut [f64], active: &[bool], with_constant: bool) {
+        let (z, l) = x.split_at_mut(self.n);
+        let mut w = vec![0.0; self.m];
+        self.slacks(z, l, with_constant, &mut w);
+        for i in 0..self.m {
+            if !active[i] {
+                l[i] = w[i];
+            }
+        }
+    }
+
+    /// `w = q - B z + D l`
+    pub fn slacks(&self, z: &[f64], l: &[f64], with_constant: bool, w: &mut [f64]) {
+        if with_constant {
+            w.copy_from_slice(&self.q);
+        } else {
+            w.fill(0.0);
+        }
+        self.b.mul_add(-1.0, z, w);
+        self.d.mul_add(1.0, l, w);
+    }
+
+    /// Right-hand side of the rows of z.
+    pub fn right_hand_side(&self, z0: &[f64], u0: &[f64], u1: &[f64], rhs: &mut [f64]) {
+        rhs.fill(0.0);
+        self.carry.mul_add(1.0, z0, rhs);
+        self.source_end.mul_add(1.0, u1, rhs);
+        self.source_start.mul_add(1.0, u0, rhs);
+    }
+}
+
+/// One visited mode.
+pub struct Slot {
+    /// factorisation of its equations
+    pub factor: Arc<ModeFactor>,
+    /// the affine map, made when the mode has proved to last
+    pub map: Option<ModeMap>,
+    /// steps taken in it
+    pub uses: u32,
+}
+
+/// The active set as a bit pattern.
+pub type ModeKey = Box<[u64]>;
+
+/// Packs an active set.
+pub fn mode_key(active: &[bool]) -> ModeKey {
+    let mut bits = vec![0u64; active.len().div_ceil(64)];
+    for (i, _) in active.iter().enumerate().filter(|(_, &a)| a) {
+        bits[i / 64] |= 1 << (i % 64);
+    }
+    bits.into()
+}
+
+/// All that depends on the step length.
+pub struct Stage {
+    /// step length [s]; infinite for static systems
+    pub length: f64,
+    /// an impulsive (theta = 1) step
+    pub impulsive: bool,
+    /// matrices of the step
+    pub matrices: StepMatrices,
+    /// solver of the complementarity problem
+    pub driver: Driver,
+    /// inputs of the maps
+    pub inputs: MapInputs,
+    modes: HashMap<ModeKey, usize>,
+    slots: Vec<Slot>,
+    budget: usize,
+    present: Option<(u64, usize)>,
+    /// last use, for eviction
+    pub stamp: u64,
+}
+
+/// Memory for maps and factors of one stage [number of f64].
+const MODE_BUDGET: usize = 16_000_000;
+
+impl Stage {
+    /// Assembles `K = E/h + G (+ H)` and its driver.
+    pub fn new(sys: &System, length: f64, impulsive: bool, constants: &[Option<f64>]) -> Stage {
+        let (n, m) = (sys.g.nrows, sys.a.ncols);
+        let rate = 1.0 / length; // zero for static systems
+        let mut k: Vec<_> = sys.g.iter().collect();
+        let mut carry = Vec::new();
+        if rate != 0.0 {
+            k.extend(sys.e.iter().map(|(r, c, v)| (r, c, v * rate)));
+            carry.extend(sys.e.iter().map(|(r, c, v)| (r, c, v * rate)));
+        }
+        let mut source_end: Vec<_> = sys.s.iter().collect();
+        let mut source_start = Vec::new();
+        if !impulsive && rate != 0.0 {
+            k.extend(sys.h.iter());
+            carry.extend(sys.h.iter());
+            source_end.extend(sys.hs.iter().map(|(r, c, v)| (r, c, -v)));
+            source_start.extend(sys.hs.iter());
+        }
+        let p = sys.s.ncols;
+        let matrices = StepMatrices {
+            n,
+            m,
+            carry: Csc::from_triplets(n, n, &carry),
+            source_end: Csc::from_triplets(n, p, &source_end),
+            source_start: Csc::from_triplets(n, p, &source_start),
+            b: sys.b.clone(),
+            d: sys.d.clone(),
+            q: sys.q.clone(),
+        };
+        let used = |matrix: &Csc| -> Vec<usize> {
+            (0..matrix.ncols).filter(|&j| !matrix.col(j).0.is_empty()).collect()
+        };
+        let varying = |list: Vec<usize>| -> Vec<usize> {
+            list.into_iter().filter(|&j| constants[j].is_none()).collect()
+        };
+        let inputs = MapInputs {
+            carried: used(&matrices.carry),
+            ends: varying(used(&matrices.source_end)),
+            starts: varying(used(&matrices.source_start)),
+            constants: constants.iter().enumerate().filter_map(|(j, c)| c.map(|v| (j, v))).collect(),
+        };
+        let driver = Driver::new(Problem {
+            k: Csc::from_triplets(n, n, &k),
+            a: sys.a.clone(),
+            b: sys.b.clone(),
+            d: sys.d.clone(),
+            row_kind: sys.row_kind.clone(),
+        });
+        Stage {
+            length,
+            impulsive,
+            matrices,
+            driver,
+            inputs,
+            modes: HashMap::new(),
+            slots: Vec::new(),
+            budget: MODE_BUDGET,
+            present: None,
+            stamp: 0,
+        }
+    }
+
+    /// The slot of a mode; `epoch` changes whenever the mode does, so that nothing is looked up
+    /// while it lasts.
+    pub fn slot(&mut self, active: &[bool], epoch: u64) -> &mut Slot {
+        if let Some((known, index)) = self.present {
+            if known == epoch {
+                return &mut self.slots[index];
+            }
+        }
+        let key = mode_key(active);
+        let index = match self.modes.get(&key) {
+            Some(&index) => index,
+            None => {
+                let cost = 8 * (self.matrices.n + self.matrices.m) + 64;
+                if self.budget < cost {
+                    self.forget_modes();
+                }
+                self.budget = self.budget.saturating_sub(cost);
+                let factor = self.driver.mode_factor(active);
+                self.slots.push(Slot { factor, map: None, uses: 0 });
+                self.modes.insert(key, self.slots.len() - 1);
+                self.slots.len() - 1
+            }
+        };
+        self.present = Some((epoch, index));
+        &mut self.slots[index]
+    }
+
+    /// Makes the affine map of the present mode if it is worth its memory.
+    pub fn make_map(&mut self, active: &[bool], epoch: u64, work: &mut [f64]) {
+        let entries = (self.matrices.n + self.matrices.m) * (self.inputs.len() + 1);
+        if entries > MAX_ENTRIES {
+            return;
+        }
+        if self.budget < entries {
+            self.forget_modes();
+        }
+        let factor = self.slot(active, epoch).factor.clone();
+        let map = ModeMap::new(&self.matrices, &self.inputs, &factor, active, work);
+        self.budget -= entries;
+        self.slot(active, epoch).map = Some(map);
+    }
+
+    /// Number of modes held.
+    pub fn mode_count(&self) -> usize {
+        self.slots.len()
+    }
+
+    fn forget_modes(&mut self) {
+        self.modes.clear();
+        self.slots.clear();
+        self.present = None;
+        self.budget = MODE_BUDGET;
+    }
+}

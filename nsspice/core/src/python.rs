@@ -1,0 +1,390 @@
+//! The Python face of the core; all bindings stand in this file.
+
+use crate::mlcp::{Driver, Problem, Role, Start};
+use crate::moreau::{Clock, Failure, Outputs, Part, Plan, Progress, Stepper, Switch, System};
+use crate::sparse::Csc;
+use crate::waveform::Waveform;
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use std::time::Duration;
+
+type Ints<'py> = PyReadonlyArray1<'py, i64>;
+type Floats<'py> = PyReadonlyArray1<'py, f64>;
+/// rows, columns, indptr, indices, data
+type Matrix<'py> = (usize, usize, Ints<'py>, Ints<'py>, Floats<'py>);
+
+fn invalid(message: impl Into<String>) -> PyErr {
+    PyValueError::new_err(message.into())
+}
+
+fn csc(m: &Matrix) -> PyResult<Csc> {
+    let (nrows, ncols) = (m.0, m.1);
+    let convert = |a: &Ints| -> PyResult<Vec<usize>> {
+        a.as_slice()?.iter().map(|&i| usize::try_from(i).map_err(|e| invalid(e.to_string()))).collect()
+    };
+    let (colptr, rowidx) = (convert(&m.2)?, convert(&m.3)?);
+    let values = m.4.as_slice()?.to_vec();
+    let consistent = colptr.len() == ncols + 1
+        && colptr.first() == Some(&0)
+        && colptr.last() == Some(&rowidx.len())
+        && colptr.windows(2).all(|w| w[0] <= w[1])
+        && rowidx.len() == values.len()
+        && rowidx.iter().all(|&r| r < nrows);
+    if !consistent {
+        return Err(invalid("inconsistent sparse matrix"));
+    }
+    Ok(Csc { nrows, ncols, colptr, rowidx, values })
+}
+
+fn role(code: u8) -> PyResult<Role> {
+    Ok(match code {
+        0 => Role::Diode,
+        1 => Role::Closed,
+        2 => Role::Open,
+        _ => return Err(invalid("a role is 0 (diode), 1 (closed) or 2 (open)")),
+    })
+}
+
+/// One output as lists of (index, coefficient) for z, lam, dz, u.
+type OutputSpec = [Vec<(usize, f64)>; 4];
+
+/// pair, control, on_above, off_below, closed, inverted
+type SwitchSpec = (usize, Vec<(usize, f64)>, f64, f64, bool, bool);
+
+/// kind, values, repeat, scale
+type WaveformSpec = (String, Vec<f64>, f64, f64);
+
+#[pyclass(name = "Stepper", module = "nsspice._core")]
+struct PyStepper {
+    inner: Stepper,
+}
+
+fn failure_dict<'py>(py: Python<'py>, f: &Failure) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    out.set_item("time", f.time)?;
+    out.set_item("length", f.length)?;
+    out.set_item("rhs", PyArray1::from_slice(py, &f.rhs))?;
+    out.set_item("roles", PyArray1::from_slice(py, &f.roles))?;
+    out.set_item("residual", f.residual)?;
+    out.set_item("suspect", f.suspect)?;
+    Ok(out)
+}
+
+#[pymethods]
+impl PyStepper {
+    #[new]
+    #[allow(clippy::too_many_arguments)] // one argument per matrix of the system
+    fn new(
+        e: Matrix,
+        g: Matrix,
+        h: Matrix,
+        hs: Matrix,
+        a: Matrix,
+        b: Matrix,
+        d: Matrix,
+        q: Floats,
+        s: Matrix,
+        row_kind: PyReadonlyArray1<u8>,
+        waveforms: Vec<WaveformSpec>,
+        switches: Vec<SwitchSpec>,
+        outputs: Vec<OutputSpec>,
+    ) -> PyResult<Self> {
+        let sys = System {
+            e: csc(&e)?,
+            g: csc(&g)?,
+            h: csc(&h)?,
+            hs: csc(&hs)?,
+            a: csc(&a)?,
+            b: csc(&b)?,
+            d: csc(&d)?,
+            q: q.as_slice()?.to_vec(),
+            s: csc(&s)?,
+            row_kind: row_kind.as_slice()?.to_vec(),
+        };
+        let (n, m, p) = (sys.g.nrows, sys.a.ncols, sys.s.ncols);
+        let shape = |c: &Csc, r: usize, k: usize| c.nrows == r && c.ncols == k;
+        let fits = [&sys.e, &sys.g, &sys.h].iter().all(|c| shape(c, n, n))
+            && shape(&sys.a, n, m)
+            && shape(&sys.b, m, n)
+            && shape(&sys.d, m, m)
+            && shape(&sys.s, n, p)
+            && shape(&sys.hs, n, p)
+            && sys.q.len() == m
+            && sys.row_kind.len() == n
+            && waveforms.len() == p;
+        if !fits {
+            return Err(invalid("the matrices of the system do not fit together"));
+        }
+        let waveforms = waveforms
+            .iter()
+            .map(|(kind, values, repeat, scale)| Waveform::new(kind, values, *repeat, *scale))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(invalid)?;
+        let switches: Vec<Switch> = switches
+            .into_iter()
+            .map(|(pair, control, on_above, off_below, closed, inverted)| Switch {
+                pair,
+                control,
+                on_above,
+                off_below,
+                closed,
+                inverted,
+            })
+            .collect();
+        if switches.iter().any(|s| s.pair >= m || s.control.iter().any(|c| c.0 >= n)) {
+            return Err(invalid("a switch refers to a pair or unknown that does not exist"));
+        }
+        let parts = [Part::Unknown, Part::Multiplier, Part::Rate, Part::Source];
+        let sizes = [n, m, n, p];
+        let mut terms = Vec::with_capacity(outputs.len());
+        for output in &outputs {
+            let mut list = Vec::new();
+            for ((entries, part), size) in output.iter().zip(parts).zip(sizes) {
+                if entries.iter().any(|e| e.0 >= size) {
+                    return Err(invalid("an output refers to a quantity that does not exist"));
+                }
+                list.extend(entries.iter().map(|&(j, c)| (part, j, c)));
+            }
+            terms.push(list);
+        }
+        Ok(PyStepper { inner: Stepper::new(sys, waveforms, switches, Outputs::new(&terms)) })
+    }
+
+    /// Returns None, or the failure as a dict.
+    #[pyo3(signature = (time, guess=None))]
+    fn start_dc<'py>(
+        &mut self,
+        py: Python<'py>,
+        time: f64,
+        guess: Option<(Floats, Floats)>,
+    ) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let guess = match &guess {
+            Some((z, l)) => {
+                let (z, l) = (z.as_slice()?, l.as_slice()?);
+                let state = self.inner.state();
+                if z.len() != state.0.len() || l.len() != state.1.len() {
+                    return Err(invalid("the guess does not fit the system"));
+                }
+                Some((z.to_vec(), l.to_vec()))
+            }
+            None => None,
+        };
+        let inner = &mut self.inner;
+        let result = py.detach(move || {
+            inner.start_dc(time, guess.as_ref().map(|(z, l)| (z.as_slice(), l.as_slice())))
+        });
+        result.err().map(|f| failure_dict(py, &f)).transpose()
+    }
+
+    fn start_charges<'py>(
+        &mut self,
+        py: Python<'py>,
+        time: f64,
+        charges: Floats,
+        step: f64,
+    ) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let charges = charges.as_slice()?.to_vec();
+        if charges.len() != self.inner.state().0.len() {
+            return Err(invalid("one charge or flux per unknown is needed"));
+        }
+        let inner = &mut self.inner;
+        let result = py.detach(move || inner.start_charges(time, &charges, step));
+        result.err().map(|f| failure_dict(py, &f)).transpose()
+    }
+
+    fn plan_grid(&mut self, start: f64, stop: f64, step: f64, out_start: f64, out_step: f64) -> u64 {
+        let clock = Clock::grid(start, stop, step, out_start, out_step);
+        self.inner.plan(Plan::Grid(clock), step)
+    }
+
+    fn plan_points(&mut self, times: Floats) -> PyResult<u64> {
+        let times = times.as_slice()?.to_vec();
+        Ok(self.inner.plan(Plan::Points { times, next: 0 }, f64::INFINITY))
+    }
+
+    /// Fills rows of `out`; returns (rows, state) with state 0 more, 1 done, 2 failed.
+    fn advance(
+        &mut self,
+        py: Python<'_>,
+        mut out: PyReadwriteArray2<f64>,
+        budget: f64,
+    ) -> PyResult<(usize, u8)> {
+        let mut view = out.as_array_mut();
+        if view.ncols() != self.inner.columns() {
+            return Err(invalid("the array needs one column for the time and one per output"));
+        }
+        let slice = view.as_slice_mut().ok_or_else(|| invalid("the array must be contiguous"))?;
+        let inner = &mut self.inner;
+        let budget = Duration::from_secs_f64(budget.clamp(1e-3, 60.0));
+        let (rows, progress) = py.detach(move || inner.advance(slice, budget));
+        Ok((
+            rows,
+            match progress {
+                Progress::More => 0,
+                Progress::Done => 1,
+                Progress::Failed => 2,
+            },
+        ))
+    }
+
+    fn failure<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        self.inner.failure.as_ref().map(|f| failure_dict(py, f)).transpose()
+    }
+
+    fn accept_large(&mut self) {
+        self.inner.accept_large();
+    }
+
+    fn state<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>) {
+        let (z, l) = self.inner.state();
+        (PyArray1::from_slice(py, z), PyArray1::from_slice(py, l))
+    }
+
+    fn time(&self) -> f64 {
+        self.inner.time()
+    }
+
+    fn jumps<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        self.inner
+            .jumps
+            .iter()
+            .map(|j| {
+                let out = PyDict::new(py);
+                out.set_item("time", j.time)?;
+                out.set_item("before", PyArray1::from_slice(py, &j.before))?;
+                out.set_item("after", PyArray1::from_slice(py, &j.after))?;
+                out.set_item("multipliers", PyArray1::from_slice(py, &j.multipliers))?;
+                out.set_item("unknowns", PyArray1::from_slice(py, &j.unknowns))?;
+                Ok(out)
+            })
+            .collect()
+    }
+
+    fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let s = &self.inner.stats;
+        let out = PyDict::new(py);
+        out.set_item("steps", s.steps)?;
+        out.set_item("mode_changes", s.mode_changes)?;
+        out.set_item("modes", self.inner.mode_count())?;
+        out.set_item("quick_steps", s.quick_steps)?;
+        out.set_item("problems", s.problems)?;
+        out.set_item("worst_stage", s.worst_stage)?;
+        out.set_item("switchings", s.switchings)?;
+        out.set_item("jumps", s.jumps)?;
+        out.set_item("chatter", s.chatter)?;
+        out.set_item("residual_rows", s.residual_rows)?;
+        out.set_item("residual_complementarity", s.residual_complementarity)?;
+        out.set_item("checks", s.checks)?;
+        Ok(out)
+    }
+}
+
+/// Solves one mixed LCP; see `nsspice.solvers.mlcp`.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)] // one argument per array of the problem
+fn solve_mlcp<'py>(
+    py: Python<'py>,
+    k: Matrix,
+    a: Matrix,
+    b: Matrix,
+    d: Matrix,
+    rhs: Floats,
+    q: Floats,
+    roles: PyReadonlyArray1<u8>,
+    row_kind: PyReadonlyArray1<u8>,
+    start: Option<(Floats, Floats)>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let problem = Problem {
+        k: csc(&k)?,
+        a: csc(&a)?,
+        b: csc(&b)?,
+        d: csc(&d)?,
+        row_kind: row_kind.as_slice()?.to_vec(),
+    };
+    let (n, m) = (problem.k.nrows, problem.a.ncols);
+    let fits = problem.k.ncols == n
+        && problem.a.nrows == n
+        && (problem.b.nrows, problem.b.ncols) == (m, n)
+        && (problem.d.nrows, problem.d.ncols) == (m, m)
+        && rhs.as_slice()?.len() == n
+        && q.as_slice()?.len() == m
+        && roles.as_slice()?.len() == m
+        && problem.row_kind.len() == n;
+    if !fits {
+        return Err(invalid("the arrays of the problem do not fit together"));
+    }
+    let roles = roles.as_slice()?.iter().map(|&c| role(c)).collect::<PyResult<Vec<_>>>()?;
+    let (mut z, mut l) = (vec![0.0; n], vec![0.0; m]);
+    let mode = match &start {
+        Some((z0, l0)) => {
+            if z0.as_slice()?.len() != n || l0.as_slice()?.len() != m {
+                return Err(invalid("the starting point does not fit the problem"));
+            }
+            z.copy_from_slice(z0.as_slice()?);
+            l.copy_from_slice(l0.as_slice()?);
+            Start::Warm
+        }
+        None => Start::Cold,
+    };
+    let mut driver = Driver::new(problem);
+    let result = driver.solve(rhs.as_slice()?, q.as_slice()?, &roles, &mut z, &mut l, mode);
+    let out = PyDict::new(py);
+    let residual = match result {
+        Ok(s) => {
+            out.set_item("solved", true)?;
+            out.set_item("stage", s.stage)?;
+            out.set_item("iterations", s.iterations)?;
+            out.set_item("needs_certificate", s.needs_certificate)?;
+            s.residual
+        }
+        Err(u) => {
+            out.set_item("solved", false)?;
+            u.residual
+        }
+    };
+    out.set_item("residual_rows", residual.rows)?;
+    out.set_item("residual_complementarity", residual.complementarity)?;
+    out.set_item("z", PyArray1::from_slice(py, &z))?;
+    out.set_item("l", PyArray1::from_slice(py, &l))?;
+    Ok(out)
+}
+
+/// Rows of numbers as CSV text.
+#[pyfunction]
+fn format_rows<'py>(py: Python<'py>, rows: PyReadonlyArray2<f64>) -> PyResult<Bound<'py, PyBytes>> {
+    let view = rows.as_array();
+    let columns = view.ncols();
+    let slice = view.as_slice().ok_or_else(|| invalid("the array must be contiguous"))?;
+    let mut out = Vec::with_capacity(slice.len() * 12);
+    py.detach(|| crate::format::rows(slice, columns, &mut out));
+    Ok(PyBytes::new(py, &out))
+}
+
+/// Value of a waveform at some times; `side` is -1 for the left limit, else the right one.
+#[pyfunction]
+fn waveform_values<'py>(
+    py: Python<'py>,
+    spec: WaveformSpec,
+    times: Floats,
+    side: i8,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let (kind, values, repeat, scale) = spec;
+    let waveform = Waveform::new(&kind, &values, repeat, scale).map_err(invalid)?;
+    let side = if side < 0 { crate::waveform::Side::Left } else { crate::waveform::Side::Right };
+    let out: Vec<f64> = times.as_slice()?.iter().map(|&t| waveform.value(t, side)).collect();
+    Ok(PyArray1::from_slice(py, &out))
+}
+
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PyStepper>()?;
+    module.add_function(wrap_pyfunction!(solve_mlcp, module)?)?;
+    module.add_function(wrap_pyfunction!(format_rows, module)?)?;
+    module.add_function(wrap_pyfunction!(waveform_values, module)?)?;
+    Ok(())
+}

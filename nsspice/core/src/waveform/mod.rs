@@ -1,0 +1,89 @@
+//! Source values as functions of time, with both limits at ideal edges and the list of corners.
+//!
+//! Values are computed from absolute time (never integrated), so that nothing drifts.
+
+mod piecewise;
+mod smooth;
+
+pub use piecewise::PiecewiseLinear;
+pub use smooth::Smooth;
+
+/// Which limit to take where a waveform jumps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// the value just before
+    Left,
+    /// the value from that instant on
+    Right,
+}
+
+/// A time at which a waveform is not smooth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corner {
+    /// when [s]
+    pub time: f64,
+    /// true if the value itself jumps, false for a kink
+    pub jump: bool,
+}
+
+/// A source waveform.
+#[derive(Clone, Debug)]
+pub enum Waveform {
+    /// constant value
+    Dc(f64),
+    /// PULSE and PWL
+    Piecewise(PiecewiseLinear),
+    /// SIN, EXP, SFFM, AM
+    Smooth(Smooth),
+}
+
+impl Waveform {
+    /// Builds a waveform from its netlist name and complete parameters; `repeat` is NaN for none.
+    pub fn new(kind: &str, p: &[f64], repeat: f64, scale: f64) -> Result<Self, String> {
+        let need = |count: usize| {
+            if p.len() == count {
+                Ok(())
+            } else {
+                Err(format!("waveform {kind} takes {count} values, got {}", p.len()))
+            }
+        };
+        Ok(match kind {
+            "dc" => {
+                need(1)?;
+                Waveform::Dc(p[0] * scale)
+            }
+            "pulse" => {
+                need(8)?;
+                Waveform::Piecewise(PiecewiseLinear::pulse(p, scale))
+            }
+            "pwl" => Waveform::Piecewise(PiecewiseLinear::pwl(p, repeat, scale)?),
+            _ => Waveform::Smooth(Smooth::new(kind, p, scale)?),
+        })
+    }
+
+    /// The constant value, if there is only one.
+    pub fn constant(&self) -> Option<f64> {
+        match self {
+            Waveform::Dc(v) => Some(*v),
+            _ => None,
+        }
+    }
+
+    /// Value at time `t` [s].
+    pub fn value(&self, t: f64, side: Side) -> f64 {
+        match self {
+            Waveform::Dc(v) => *v,
+            Waveform::Piecewise(p) => p.value(t, side),
+            Waveform::Smooth(s) => s.value(t),
+        }
+    }
+
+    /// The first corner later than `t`.
+    pub fn next_corner(&self, t: f64) -> Option<Corner> {
+        match self {
+            Waveform::Dc(_) => None,
+            Waveform::Piecewise(p) => p.next_corner(t),
+            Waveform::Smooth(s) => s.next_corner(t),
+        }
+    }
+}

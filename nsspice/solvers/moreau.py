@@ -1,0 +1,276 @@
+"""Moreau time stepping: the Python face of the compiled stepper, for one descriptor system.
+
+The scheme, with theta the weight of the new state and H, Hs the averaging terms (zero for theta=1):
+
+.. math::
+
+    (E/h + G + H) z_1 + A \\lambda_1 = (E/h + H) z_0 + (S - H_s) u_1 + H_s u_0, \\qquad
+    0 \\le \\lambda_1 \\perp q - B z_1 + D \\lambda_1 \\ge 0
+
+References: J. J. Moreau, in Nonsmooth Mechanics and Applications (1988); V. Acary, B. Brogliato,
+Numerical Methods for Nonsmooth Dynamical Systems (Springer, 2008), ch. 9; T. Roubal, Non-smooth
+analysis in engineering and economics (2015), section 3.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import _core
+from ..problems.csc import Csc, Floats, weighted_sum
+from ..problems.descriptor import DescriptorSystem, Functional
+from .certificate import Certificate, infeasibility
+
+
+class UnsolvedStep(Exception):
+    """A step (or static problem) has no solution, or none was found.
+
+    Parameters
+    ----------
+    time : float
+        End of the step [s], or the swept value.
+    residual : float
+        Best residual reached.
+    certificate : Certificate or None
+        Proof that the laws contradict each other; None if none was found.
+    """
+
+    def __init__(self, time: float, residual: float, certificate: Certificate | None) -> None:
+        self.time = time
+        self.residual = residual
+        self.certificate = certificate
+        super().__init__(f"no solution at {time!r} (residual {residual:.2g})")
+
+
+@dataclass(frozen=True, slots=True)
+class Jump:
+    """A jump of stored charges or fluxes, with the impulses that caused it.
+
+    Parameters
+    ----------
+    time : float
+        [s]
+    before, after : ndarray, shape (n,)
+        Unknowns on both sides.
+    multipliers : ndarray, shape (m,)
+        Impulse of each multiplier [A s, or V s].
+    unknowns : ndarray, shape (n,)
+        Impulse of each unknown; meaningful for branch currents [A s] and node voltages [V s] that
+        have no storage of their own.
+    """
+
+    time: float
+    before: Floats
+    after: Floats
+    multipliers: Floats
+    unknowns: Floats
+
+
+def _matrix(m: Csc) -> tuple[object, ...]:
+    return (m.shape[0], m.shape[1], m.indptr, m.indices, m.data)
+
+
+class MoreauStepper:
+    """Steps one descriptor system through time, or through the points of a sweep.
+
+    Create it, start it (``start_dc`` or ``start_charges``), plan the instants, then call
+    ``advance`` until it is done.  Nothing is stored but the present state.
+
+    Parameters
+    ----------
+    system : DescriptorSystem
+    outputs : sequence of Functional
+        One output column each, after the column of times.
+    H, Hs : Csc, optional
+        Averaging terms for theta < 1, shapes (n, n) and (n, p).
+
+    Examples
+    --------
+    A capacitor of 1 F discharged by 1 Ohm, one implicit step of 1 s:
+
+    >>> import numpy as np
+    >>> from nsspice.problems import Csc, DescriptorSystem, Functional
+    >>> one, none = Csc.from_triplets((1, 1), [0], [0], [1.0]), Csc.zeros
+    >>> system = DescriptorSystem(one, one, none((1, 0)), none((0, 1)), none((0, 0)),
+    ...     np.zeros(0), none((1, 0)), row_kind=np.zeros(1, np.uint8))
+    >>> stepper = MoreauStepper(system, [Functional(z=((0, 1.0),))])
+    >>> _ = stepper.start_charges(0.0, np.array([1.0]), 1.0)
+    >>> stepper.plan(0.0, 1.0, 1.0, 0.0, 1.0)
+    2
+    >>> rows, done = stepper.advance(10)
+    >>> rows.round(6).tolist()
+    [[0.0, 1.0], [1.0, 0.5]]
+    """
+
+    def __init__(
+        self,
+        system: DescriptorSystem,
+        outputs: Sequence[Functional],
+        *,
+        H: Csc | None = None,
+        Hs: Csc | None = None,
+    ) -> None:
+        n, p = system.n, len(system.waveforms)
+        self.system = system
+        self.H = H if H is not None else Csc.zeros((n, n))
+        self.Hs = Hs if Hs is not None else Csc.zeros((n, p))
+        self._columns = 1 + len(outputs)
+        self._core = _core.Stepper(
+            _matrix(system.E),
+            _matrix(system.G),
+            _matrix(self.H),
+            _matrix(self.Hs),
+            _matrix(system.A),
+            _matrix(system.B),
+            _matrix(system.D),
+            system.q,
+            _matrix(system.S),
+            system.row_kind,
+            [(w.kind, list(w.values), w.repeat, w.scale) for w in system.waveforms],
+            [
+                (s.pair, list(s.control), s.on_above, s.off_below, s.closed, s.inverted)
+                for s in system.switches
+            ],
+            [(list(f.z), list(f.lam), list(f.dz), list(f.u)) for f in outputs],
+        )
+
+    def start_dc(self, time: float = 0.0, guess: tuple[Floats, Floats] | None = None) -> None:
+        """Start from the static solution at ``time`` (E dropped), least norm where not unique.
+
+        Parameters
+        ----------
+        time : float
+            Time at which sources are taken [s].
+        guess : (ndarray (n,), ndarray (m,)), optional
+            Unknowns and multipliers to stay close to.
+
+        Raises
+        ------
+        UnsolvedStep
+            If the static equations have no solution.
+        """
+        failure = self._core.start_dc(time, guess)
+        if failure is None:
+            return
+        problem = self._diagnose(failure)
+        if problem is not None:
+            raise problem
+        self._core.accept_large()
+        failure = self._core.start_dc(time, guess)
+        if failure is not None:
+            raise UnsolvedStep(failure["time"], failure["residual"], None)
+
+    def start_charges(self, time: float, charges: Floats, step: float) -> Jump | None:
+        """Start from stored charges and fluxes E z(0-), shape (n,), by an impulsive step.
+
+        Returns
+        -------
+        Jump or None
+            What the start had to move, None if the values were consistent.
+
+        Raises
+        ------
+        UnsolvedStep
+            If no state satisfies all laws.
+        """
+        failure = self._core.start_charges(time, charges, step)
+        if failure is not None:
+            raise self._diagnose(failure) or UnsolvedStep(
+                failure["time"], failure["residual"], None
+            )
+        jumps = self.jumps
+        return jumps[0] if jumps else None
+
+    def plan(
+        self, start: float, stop: float, step: float, out_start: float, out_step: float
+    ) -> int:
+        """Plan steps of at most ``step`` and rows at ``out_start + k out_step`` and ``stop``.
+
+        Returns
+        -------
+        int
+            Number of rows to come.
+        """
+        return self._core.plan_grid(start, stop, step, out_start, out_step)
+
+    def plan_points(self, times: Floats) -> int:
+        """Plan static solutions at the given points, one row each."""
+        return self._core.plan_points(np.ascontiguousarray(times, dtype=np.float64))
+
+    def advance(self, max_rows: int, budget: float = 0.1) -> tuple[Floats, bool]:
+        """Compute the next rows.
+
+        Parameters
+        ----------
+        max_rows : int
+            Upper bound of the rows returned.
+        budget : float
+            Time after which to come back with what is there [s].
+
+        Returns
+        -------
+        rows : ndarray, shape (k, 1 + outputs)
+            Time first.
+        done : bool
+            True when the plan is finished.
+
+        Raises
+        ------
+        UnsolvedStep
+            If a step has no solution; rows computed before are lost only if the caller asked for
+            them in the same call, so ``pending`` holds them.
+        """
+        rows = np.empty((max_rows, self._columns))
+        self.pending = rows[:0]
+        filled = 0
+        while True:
+            count, state = self._core.advance(rows[filled:], budget)
+            filled += count
+            if state != 2:
+                return rows[:filled], state == 1
+            self.pending = rows[:filled]
+            failure = self._core.failure()
+            assert failure is not None
+            problem = self._diagnose(failure)
+            if problem is not None:
+                raise problem
+            # a very large but genuine solution: the certificate found no contradiction
+            self._core.accept_large()
+
+    def _diagnose(self, failure: Mapping[str, object]) -> UnsolvedStep | None:
+        """Ask for a proof of infeasibility; None if the suspect solution turns out to be genuine."""
+        system = self.system
+        length, time = float(failure["length"]), float(failure["time"])  # type: ignore[arg-type]
+        residual = float(failure["residual"])  # type: ignore[arg-type]
+        matrix = system.G
+        if np.isfinite(length):
+            matrix = weighted_sum([(system.E, 1.0 / length), (system.G, 1.0), (self.H, 1.0)])
+        certificate = infeasibility(
+            matrix, system.A, system.B, system.D, failure["rhs"], system.q, failure["roles"]
+        )
+        if certificate is None and failure["suspect"]:
+            return None
+        return UnsolvedStep(time, residual, certificate)
+
+    @property
+    def state(self) -> tuple[Floats, Floats]:
+        """Present unknowns (n,) and multipliers (m,)."""
+        return self._core.state()
+
+    @property
+    def time(self) -> float:
+        """Present time [s]."""
+        return self._core.time()
+
+    @property
+    def jumps(self) -> list[Jump]:
+        """Jumps so far, the first few thousand in full."""
+        return [Jump(**j) for j in self._core.jumps()]
+
+    @property
+    def statistics(self) -> dict[str, float]:
+        """Counters of the run and the worst residuals of all checked steps."""
+        return self._core.statistics()
