@@ -43,7 +43,8 @@ pub struct Clock {
     /// next grid point of the current piece
     next: u64,
     now: f64,
-    corner: Option<(f64, bool)>,
+    /// next corner of any source and whether it is a jump; infinite if there is none
+    corner: (f64, bool),
     /// the last target was a corner inside a grid step
     inside: bool,
     rows: u64,
@@ -102,7 +103,7 @@ impl Clock {
             piece: 0,
             next: 1,
             now: start,
-            corner: None,
+            corner: (f64::NEG_INFINITY, false),
             inside: false,
             rows: rows as u64 + 1 + u64::from(has_rest),
             first_row_now: out_start <= start,
@@ -137,33 +138,30 @@ impl Clock {
         } else {
             piece.origin + k as f64 * h
         };
-        if self.corner.is_none_or(|c| c.0 <= self.now) {
+        if self.corner.0 <= self.now {
             self.corner = next_corner(waveforms, self.now);
         }
         let near = 1e-9 * h;
         let mut target = Target { time: grid, label: grid, length: h, row: is_row, jump: false };
-        match self.corner {
-            Some((time, jump)) if time < grid - near => {
-                target = Target { time, label: time, length: time - self.now, row: false, jump };
-                self.inside = true;
+        let (corner, jump) = self.corner;
+        if corner < grid - near {
+            let length = corner - self.now;
+            target = Target { time: corner, label: corner, length, row: false, jump };
+            self.inside = true;
+        } else {
+            if self.inside {
+                target.length = grid - self.now;
+                self.inside = false;
             }
-            corner => {
-                if self.inside {
-                    target.length = grid - self.now;
-                    self.inside = false;
-                }
-                if let Some((time, jump)) = corner {
-                    if time <= grid + near {
-                        // keep the corner's own time: sources are evaluated there
-                        target.time = time;
-                        target.jump = jump;
-                    }
-                }
-                self.next += 1;
-                if k == piece.count {
-                    self.piece += 1;
-                    self.next = 1;
-                }
+            if corner <= grid + near {
+                // keep the corner's own time: sources are evaluated there
+                target.time = corner;
+                target.jump = jump;
+            }
+            self.next += 1;
+            if k == piece.count {
+                self.piece += 1;
+                self.next = 1;
             }
         }
         self.now = target.time;
@@ -172,17 +170,13 @@ impl Clock {
 }
 
 /// Earliest corner of all sources after `t`; corners within rounding of each other are one.
-fn next_corner(waveforms: &[Waveform], t: f64) -> Option<(f64, bool)> {
+fn next_corner(waveforms: &[Waveform], t: f64) -> (f64, bool) {
     let corners: Vec<_> = waveforms.iter().filter_map(|w| w.next_corner(t)).collect();
     let first = corners.iter().map(|c| c.time).fold(f64::INFINITY, f64::min);
-    if !first.is_finite() {
-        return None;
-    }
-    let same = 16.0 * f64::EPSILON * first.abs();
+    let same = first + 16.0 * f64::EPSILON * first.abs();
     // the latest of the merged instants: a value taken there is past every one of the edges
-    let time = corners.iter().map(|c| c.time).filter(|&c| c <= first + same).fold(first, f64::max);
-    let jump = corners.iter().any(|c| c.time <= first + same && c.jump);
-    Some((time, jump))
+    let merged = || corners.iter().filter(|c| c.time <= same);
+    (merged().map(|c| c.time).fold(first, f64::max), merged().any(|c| c.jump))
 }
 
 /// Writes the value of every waveform at `t`.

@@ -11,13 +11,16 @@
 
 mod clock;
 mod gates;
+mod jumps;
 mod map;
 mod record;
 mod stage;
+mod step;
 mod stepper;
 
 pub use clock::{Clock, Target};
 pub use gates::Switch;
+pub use jumps::Jump;
 pub use record::{Outputs, Part, Values};
 pub use stage::System;
-pub use stepper::{Failure, Jump, Plan, Progress, Statistics, Stepper};
+pub use stepper::{Failure, Plan, Progress, Statistics, Stepper};

@@ -168,7 +168,11 @@ impl Stage {
             carried: used(&matrices.carry),
             ends: varying(used(&matrices.source_end)),
             starts: varying(used(&matrices.source_start)),
-            constants: constants.iter().enumerate().filter_map(|(j, c)| c.map(|v| (j, v))).collect(),
+            constants: constants
+                .iter()
+                .enumerate()
+                .filter_map(|(j, c)| c.map(|v| (j, v)))
+                .collect(),
         };
         let driver = Driver::new(Problem {
             k: Csc::from_triplets(n, n, &k),

@@ -2,28 +2,17 @@
 
 use super::clock::{evaluate, Clock, Target};
 use super::gates::Switch;
+use super::jumps::Jump;
 use super::record::{Outputs, Values};
 use super::stage::{Stage, System};
 use crate::mlcp::{Residual, Role, Start};
 use crate::waveform::{Side, Waveform};
 use std::time::{Duration, Instant};
 
-/// Length of an impulsive step relative to the nominal step: short enough that nothing but the jump
-/// happens in it, long enough that `E/h` does not drown `G`.
-const JUMP: f64 = 1e-9;
-/// Length of the step that shows the values right after a jump.
-const AFTER_JUMP: f64 = 1e-4;
-/// A mode earns its affine map at this many steps.
-const USES_FOR_MAP: u32 = 3;
-/// Step lengths whose matrices are kept.
-const STAGES: usize = 12;
-/// Steps between two looks at the clock and two checks of the residual.
+/// Steps between two looks at the clock.
 const LOOK: u64 = 64;
-const CHECK: u64 = 1024;
 /// Switch reactions at one instant before it is called chatter.
-const MAX_REACTIONS: usize = 64;
-/// Jumps kept in full; later ones are only counted.
-const MAX_JUMPS: usize = 4096;
+pub(super) const MAX_REACTIONS: usize = 64;
 
 /// Instants to visit.
 pub enum Plan {
@@ -33,19 +22,18 @@ pub enum Plan {
     Points { times: Vec<f64>, next: usize },
 }
 
-/// A jump of the stored charges or fluxes.
-#[derive(Clone, Debug)]
-pub struct Jump {
-    /// when [s]
-    pub time: f64,
-    /// unknowns before
-    pub before: Vec<f64>,
-    /// unknowns after
-    pub after: Vec<f64>,
-    /// impulses of the multipliers [A s or V s]
-    pub multipliers: Vec<f64>,
-    /// impulses of the unknowns that carry one (branch currents, node voltages)
-    pub unknowns: Vec<f64>,
+impl Plan {
+    fn next(&mut self, waveforms: &[Waveform]) -> Option<Target> {
+        match self {
+            Plan::Grid(clock) => clock.next(waveforms),
+            Plan::Points { times, next } => {
+                let time = *times.get(*next)?;
+                *next += 1;
+                let length = f64::INFINITY;
+                Some(Target { time, label: time, length, row: true, jump: false })
+            }
+        }
+    }
 }
 
 /// A step that was not solved, with what a certificate needs.
@@ -105,36 +93,39 @@ pub enum Progress {
 
 /// One island in the course of its simulation.
 pub struct Stepper {
-    sys: System,
-    waveforms: Vec<Waveform>,
-    switches: Vec<Switch>,
-    outputs: Outputs,
-    constants: Vec<Option<f64>>,
-    diodes: Vec<usize>,
-    static_system: bool,
-    stages: Vec<Stage>,
-    stamp: u64,
-    plan: Plan,
-    step_length: f64,
-    time: f64,
-    first_row: bool,
+    pub(super) sys: System,
+    pub(super) waveforms: Vec<Waveform>,
+    pub(super) switches: Vec<Switch>,
+    pub(super) outputs: Outputs,
+    pub(super) constants: Vec<Option<f64>>,
+    pub(super) diodes: Vec<usize>,
+    pub(super) static_system: bool,
+    pub(super) stages: Vec<Stage>,
+    pub(super) stamp: u64,
+    pub(super) plan: Plan,
+    pub(super) retry: Option<Target>,
+    pub(super) step_length: f64,
+    pub(super) time: f64,
+    pub(super) first_row: bool,
     // state
-    z: Vec<f64>,
-    l: Vec<f64>,
-    rates: Vec<f64>,
-    u0: Vec<f64>,
-    u1: Vec<f64>,
-    roles: Vec<Role>,
-    active: Vec<bool>,
-    epoch: u64,
+    pub(super) z: Vec<f64>,
+    pub(super) l: Vec<f64>,
+    pub(super) rates: Vec<f64>,
+    pub(super) u0: Vec<f64>,
+    pub(super) u1: Vec<f64>,
+    pub(super) roles: Vec<Role>,
+    pub(super) active: Vec<bool>,
+    pub(super) epoch: u64,
     // work space
-    x: Vec<f64>,
-    input: Vec<f64>,
-    rhs: Vec<f64>,
-    w: Vec<f64>,
-    work: Vec<f64>,
-    ends: Vec<f64>,
-    accept_large: bool,
+    pub(super) x: Vec<f64>,
+    pub(super) input: Vec<f64>,
+    pub(super) rhs: Vec<f64>,
+    pub(super) w: Vec<f64>,
+    pub(super) work: Vec<f64>,
+    pub(super) ends: Vec<f64>,
+    pub(super) z_before: Vec<f64>,
+    pub(super) l_before: Vec<f64>,
+    pub(super) accept_large: bool,
     /// counters
     pub stats: Statistics,
     /// the last failure
@@ -143,7 +134,7 @@ pub struct Stepper {
     pub jumps: Vec<Jump>,
 }
 
-type Outcome = Result<(), Box<Failure>>;
+pub(super) type Outcome = Result<(), Box<Failure>>;
 
 impl Stepper {
     /// A stepper at rest at time 0; call one of the `start_` functions next.
@@ -169,6 +160,7 @@ impl Stepper {
             stages: Vec::new(),
             stamp: 0,
             plan: Plan::Points { times: Vec::new(), next: 0 },
+            retry: None,
             step_length: f64::INFINITY,
             time: 0.0,
             first_row: false,
@@ -186,6 +178,8 @@ impl Stepper {
             w: vec![0.0; m],
             work: vec![0.0; 4 * (n + m) + 16],
             ends: vec![0.0; n],
+            z_before: vec![0.0; n],
+            l_before: vec![0.0; m],
             accept_large: false,
             stats: Statistics::default(),
             failure: None,
@@ -295,19 +289,15 @@ impl Stepper {
                 rows += 1;
                 continue;
             }
-            let target = match &mut self.plan {
-                Plan::Grid(clock) => clock.next(&self.waveforms),
-                Plan::Points { times, next } => times.get(*next).map(|&time| {
-                    *next += 1;
-                    let length = f64::INFINITY;
-                    Target { time, label: time, length, row: true, jump: false }
-                }),
-            };
-            let Some(target) = target else {
+            let Some(target) = self.retry.take().or_else(|| self.plan.next(&self.waveforms)) else {
                 return (rows, Progress::Done);
             };
             if let Err(failure) = self.step(&target) {
+                // back to the state before, so that the step can be taken again
+                self.z.copy_from_slice(&self.z_before);
+                self.l.copy_from_slice(&self.l_before);
                 self.failure = Some(*failure);
+                self.retry = Some(target);
                 return (rows, Progress::Failed);
             }
             if target.row {
@@ -326,316 +316,5 @@ impl Stepper {
         row[0] = label;
         let at = Values { z: &self.z, l: &self.l, rates: &self.rates, u: &self.u0 };
         self.outputs.write(&at, &mut row[1..]);
-    }
-
-    fn step(&mut self, target: &Target) -> Outcome {
-        let points = matches!(self.plan, Plan::Points { .. });
-        self.time = target.time;
-        if self.static_system || points {
-            evaluate(&self.waveforms, target.time, Side::Right, &mut self.u0);
-            self.u1.copy_from_slice(&self.u0);
-            self.take(f64::INFINITY)?;
-        } else {
-            evaluate(&self.waveforms, target.time, Side::Left, &mut self.u1);
-            self.take(target.length)?;
-            if target.jump {
-                evaluate(&self.waveforms, target.time, Side::Right, &mut self.u0);
-                self.impulse_or_leave()?;
-            } else {
-                self.u0.copy_from_slice(&self.u1);
-            }
-        }
-        if !self.switches.is_empty() {
-            self.settle_switches()?;
-        }
-        Ok(())
-    }
-
-    /// One ordinary step of the given length from (z, u0) with sources u1 at its end.
-    fn take(&mut self, length: f64) -> Outcome {
-        self.stats.steps += 1;
-        let k = self.stage_index(length, false);
-        let (n, m) = (self.z.len(), self.l.len());
-        let stage = &mut self.stages[k];
-        let slot = stage.slot(&self.active, self.epoch);
-        slot.uses += 1;
-        let mut quick = slot.factor.regular();
-        if quick {
-            if slot.map.is_none() && slot.uses == USES_FOR_MAP {
-                stage.make_map(&self.active, self.epoch, &mut self.work);
-            }
-            let inputs = &stage.inputs;
-            if self.input.len() < inputs.len() {
-                self.input.resize(inputs.len(), 0.0);
-            }
-            let (nc, ne) = (inputs.carried.len(), inputs.ends.len());
-            let has_map = stage.slot(&self.active, self.epoch).map.is_some();
-            if has_map {
-                for (x, &j) in self.input.iter_mut().zip(&stage.inputs.carried) {
-                    *x = self.z[j];
-                }
-                for (x, &j) in self.input[nc..].iter_mut().zip(&stage.inputs.ends) {
-                    *x = self.u1[j];
-                }
-                for (x, &j) in self.input[nc + ne..].iter_mut().zip(&stage.inputs.starts) {
-                    *x = self.u0[j];
-                }
-                let count = stage.inputs.len();
-                let slot = stage.slot(&self.active, self.epoch);
-                let map = slot.map.as_ref().expect("just checked");
-                map.apply(&self.input[..count], &mut self.x);
-            } else {
-                let matrices = &stage.matrices;
-                matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
-                self.x[..n].copy_from_slice(&self.rhs);
-                for i in 0..m {
-                    self.x[n + i] = if self.active[i] { -matrices.q[i] } else { 0.0 };
-                }
-                let slot = stage.slot(&self.active, self.epoch);
-                slot.factor.clone().solve(&mut self.x, &mut self.work);
-                let (z, l) = self.x.split_at_mut(n);
-                stage.matrices.slacks(z, l, true, &mut self.w);
-                for i in 0..m {
-                    if !self.active[i] {
-                        l[i] = self.w[i];
-                    }
-                }
-            }
-            let guards = &self.x[n..];
-            quick = self.diodes.iter().all(|&i| guards[i] >= 0.0)
-                && (length.is_finite() || self.x.iter().all(|v| v.is_finite()));
-        }
-        if !quick {
-            let stage = &self.stages[k];
-            stage.matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
-            self.keep_for_rates();
-            self.solve(k, length, Start::Warm)?;
-            self.finish_rates(length);
-            return Ok(());
-        }
-        self.stats.quick_steps += 1;
-        if self.stats.steps % CHECK == 0 {
-            let matrices = &self.stages[k].matrices;
-            matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
-        }
-        self.keep_for_rates();
-        self.z.copy_from_slice(&self.x[..n]);
-        for i in 0..m {
-            self.l[i] = if self.active[i] { self.x[n + i] } else { 0.0 };
-        }
-        self.finish_rates(length);
-        if self.stats.steps % CHECK == 0 {
-            let driver = &mut self.stages[k].driver;
-            let residual = driver.residual(&self.rhs, &self.sys.q, &self.roles, &self.z, &self.l);
-            self.note(residual);
-        }
-        Ok(())
-    }
-
-    /// Solves the complementarity problem with right-hand side `rhs` at stage `k`.
-    fn solve(&mut self, k: usize, length: f64, start: Start) -> Outcome {
-        self.stats.problems += 1;
-        let stage = &mut self.stages[k];
-        let solved = stage.driver.solve(
-            &self.rhs,
-            &self.sys.q,
-            &self.roles,
-            &mut self.z,
-            &mut self.l,
-            start,
-        );
-        let (residual, suspect) = match solved {
-            Ok(solved) => {
-                self.stats.worst_stage = self.stats.worst_stage.max(solved.stage);
-                let suspect = solved.needs_certificate && !self.accept_large && !stage.impulsive;
-                if !suspect {
-                    let found = stage.driver.active();
-                    if found != self.active {
-                        self.active.copy_from_slice(found);
-                        self.epoch += 1;
-                        self.stats.mode_changes += 1;
-                    }
-                    self.note(solved.residual);
-                    return Ok(());
-                }
-                (solved.residual.worst(), true)
-            }
-            Err(unsolved) => (unsolved.residual.worst(), false),
-        };
-        Err(Box::new(Failure {
-            time: self.time,
-            length,
-            rhs: self.rhs.clone(),
-            roles: self.roles.iter().map(|&r| r as u8).collect(),
-            residual,
-            suspect,
-        }))
-    }
-
-    fn solve_static(&mut self, start: Start) -> Outcome {
-        let k = self.stage_index(f64::INFINITY, false);
-        let matrices = &self.stages[k].matrices;
-        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
-        self.solve(k, f64::INFINITY, start)
-    }
-
-    /// A jump at the present time; where the impulsive problem has no solution the next ordinary
-    /// step has to resolve it.
-    fn impulse_or_leave(&mut self) -> Outcome {
-        let (z, l) = (self.z.clone(), self.l.clone());
-        if self.impulse(None, Start::Warm).is_err() {
-            self.z = z;
-            self.l = l;
-        }
-        Ok(())
-    }
-
-    /// The implicit impulsive step: charges and fluxes jump so that all laws hold again.
-    ///
-    /// The first, very short step moves the stored quantities; a second, longer one from the same
-    /// stored quantities gives the finite values of currents and voltages right after the jump.
-    fn impulse(&mut self, charges: Option<&[f64]>, start: Start) -> Outcome {
-        let before = self.z.clone();
-        let delta = JUMP * self.step_length;
-        let k = self.stage_index(delta, true);
-        self.load_charges(k, charges, delta);
-        self.solve(k, delta, start)?;
-        let after = self.z.clone();
-        let multipliers: Vec<f64> = self.l.iter().map(|v| v * delta).collect();
-        if self.jumped(charges, &before, &after) {
-            self.stats.jumps += 1;
-            if self.jumps.len() < MAX_JUMPS {
-                let unknowns = after.iter().map(|v| v * delta).collect();
-                let after = after.clone();
-                self.jumps.push(Jump { time: self.time, before, after, multipliers, unknowns });
-            }
-        }
-        let short = AFTER_JUMP * self.step_length;
-        let k = self.stage_index(short, true);
-        self.load_charges(k, None, short);
-        if self.solve(k, short, Start::Warm).is_ok() {
-            if self.outputs.needs_rates() {
-                for (rate, (new, old)) in self.rates.iter_mut().zip(self.z.iter().zip(&after)) {
-                    *rate = (new - old) / short;
-                }
-            }
-            for &j in &self.stages[k].inputs.carried {
-                self.z[j] = after[j];
-            }
-        } else {
-            self.z.copy_from_slice(&after);
-        }
-        Ok(())
-    }
-
-    /// Right-hand side of an impulsive step of length `delta`.
-    fn load_charges(&mut self, k: usize, charges: Option<&[f64]>, delta: f64) {
-        let matrices = &self.stages[k].matrices;
-        match charges {
-            Some(charges) => {
-                self.rhs.fill(0.0);
-                for (r, c) in self.rhs.iter_mut().zip(charges) {
-                    *r = c / delta;
-                }
-                matrices.source_end.mul_add(1.0, &self.u0, &mut self.rhs);
-            }
-            None => matrices.right_hand_side(&self.z, &self.u0, &self.u0, &mut self.rhs),
-        }
-    }
-
-    /// Did stored charges or fluxes change by more than a step of length `JUMP h` explains?
-    fn jumped(&mut self, charges: Option<&[f64]>, before: &[f64], after: &[f64]) -> bool {
-        let n = before.len();
-        let mut old = vec![0.0; n];
-        match charges {
-            Some(charges) => old.copy_from_slice(charges),
-            None => self.sys.e.mul_add(1.0, before, &mut old),
-        }
-        self.ends.fill(0.0);
-        self.sys.e.mul_add(1.0, after, &mut self.ends);
-        for kind in 0..2u8 {
-            let rows = || (0..n).filter(|&i| self.sys.row_kind[i] == kind);
-            let size = rows().map(|i| old[i].abs().max(self.ends[i].abs())).fold(0.0, f64::max);
-            if rows().any(|i| (self.ends[i] - old[i]).abs() > 1e-6 * size) {
-                return true;
-            }
-        }
-        false
-    }
-
-    /// Applies the switch laws until they agree with the state.
-    fn settle_switches(&mut self) -> Outcome {
-        for _ in 0..MAX_REACTIONS {
-            if !self.react() {
-                return Ok(());
-            }
-            if self.static_system || matches!(self.plan, Plan::Points { .. }) {
-                self.u1.copy_from_slice(&self.u0);
-                self.solve_static(Start::Warm)?;
-            } else {
-                self.impulse_or_leave()?;
-            }
-        }
-        self.stats.chatter += 1;
-        Ok(())
-    }
-
-    /// Updates all switches; true if one of them changed.
-    fn react(&mut self) -> bool {
-        let mut changed = false;
-        for switch in &mut self.switches {
-            if switch.update(&self.z) {
-                changed = true;
-                self.stats.switchings += 1;
-                let role = switch.role();
-                self.roles[switch.pair] = role;
-                self.active[switch.pair] = role == Role::Closed;
-                self.epoch += 1;
-            }
-        }
-        changed
-    }
-
-    fn keep_for_rates(&mut self) {
-        if self.outputs.needs_rates() {
-            self.rates.copy_from_slice(&self.z);
-        }
-    }
-
-    fn finish_rates(&mut self, length: f64) {
-        if self.outputs.needs_rates() {
-            for (rate, z) in self.rates.iter_mut().zip(&self.z) {
-                *rate = (z - *rate) / length;
-            }
-        }
-    }
-
-    fn note(&mut self, residual: Residual) {
-        self.stats.checks += 1;
-        let s = &mut self.stats;
-        s.residual_rows = s.residual_rows.max(residual.rows);
-        s.residual_complementarity = s.residual_complementarity.max(residual.complementarity);
-    }
-
-    /// The stage for a step length; lengths equal up to rounding share one.
-    fn stage_index(&mut self, length: f64, impulsive: bool) -> usize {
-        self.stamp += 1;
-        let stamp = self.stamp;
-        let same = |s: &Stage| {
-            s.impulsive == impulsive
-                && (s.length == length || (s.length - length).abs() <= 1e-9 * length)
-        };
-        if let Some(k) = self.stages.iter().position(same) {
-            self.stages[k].stamp = stamp;
-            return k;
-        }
-        if self.stages.len() >= STAGES {
-            let oldest = (0..STAGES).min_by_key(|&k| self.stages[k].stamp).unwrap_or(0);
-            self.stages.swap_remove(oldest);
-        }
-        let mut stage = Stage::new(&self.sys, length, impulsive, &self.constants);
-        stage.stamp = stamp;
-        self.stages.push(stage);
-        self.stages.len() - 1
     }
 }

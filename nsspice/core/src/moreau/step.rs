@@ -1,0 +1,228 @@
+//! One step: by the affine map or the factor of the present mode, else by the driver.
+
+use super::clock::{evaluate, Target};
+use super::stage::Stage;
+use super::stepper::{Failure, Outcome, Plan, Stepper};
+use crate::mlcp::{Residual, Role, Start};
+use crate::waveform::Side;
+
+/// A mode earns its affine map at this many steps.
+const USES_FOR_MAP: u32 = 3;
+/// Step lengths whose matrices are kept.
+const STAGES: usize = 12;
+/// Steps between two checks of the residual of quick steps.
+const CHECK: u64 = 1024;
+
+impl Stepper {
+    pub(super) fn step(&mut self, target: &Target) -> Outcome {
+        let points = matches!(self.plan, Plan::Points { .. });
+        self.time = target.time;
+        if self.static_system || points {
+            evaluate(&self.waveforms, target.time, Side::Right, &mut self.u0);
+            self.u1.copy_from_slice(&self.u0);
+            self.take(f64::INFINITY)?;
+        } else {
+            evaluate(&self.waveforms, target.time, Side::Left, &mut self.u1);
+            self.take(target.length)?;
+            if target.jump {
+                evaluate(&self.waveforms, target.time, Side::Right, &mut self.u0);
+                self.impulse_or_leave()?;
+            } else {
+                self.u0.copy_from_slice(&self.u1);
+            }
+        }
+        if !self.switches.is_empty() {
+            self.settle_switches()?;
+        }
+        Ok(())
+    }
+
+    /// One ordinary step of the given length from (z, u0) with sources u1 at its end.
+    fn take(&mut self, length: f64) -> Outcome {
+        self.stats.steps += 1;
+        let k = self.stage_index(length, false);
+        let (n, m) = (self.z.len(), self.l.len());
+        let stage = &mut self.stages[k];
+        let slot = stage.slot(&self.active, self.epoch);
+        slot.uses += 1;
+        let mut quick = slot.factor.regular();
+        if quick {
+            if slot.map.is_none() && slot.uses == USES_FOR_MAP {
+                stage.make_map(&self.active, self.epoch, &mut self.work);
+            }
+            let inputs = &stage.inputs;
+            if self.input.len() < inputs.len() {
+                self.input.resize(inputs.len(), 0.0);
+            }
+            let (nc, ne) = (inputs.carried.len(), inputs.ends.len());
+            let has_map = stage.slot(&self.active, self.epoch).map.is_some();
+            if has_map {
+                for (x, &j) in self.input.iter_mut().zip(&stage.inputs.carried) {
+                    *x = self.z[j];
+                }
+                for (x, &j) in self.input[nc..].iter_mut().zip(&stage.inputs.ends) {
+                    *x = self.u1[j];
+                }
+                for (x, &j) in self.input[nc + ne..].iter_mut().zip(&stage.inputs.starts) {
+                    *x = self.u0[j];
+                }
+                let count = stage.inputs.len();
+                let slot = stage.slot(&self.active, self.epoch);
+                let map = slot.map.as_ref().expect("just checked");
+                map.apply(&self.input[..count], &mut self.x);
+            } else {
+                let matrices = &stage.matrices;
+                matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
+                self.x[..n].copy_from_slice(&self.rhs);
+                for i in 0..m {
+                    self.x[n + i] = if self.active[i] { -matrices.q[i] } else { 0.0 };
+                }
+                let slot = stage.slot(&self.active, self.epoch);
+                slot.factor.clone().solve(&mut self.x, &mut self.work);
+                let (z, l) = self.x.split_at_mut(n);
+                stage.matrices.slacks(z, l, true, &mut self.w);
+                for i in 0..m {
+                    if !self.active[i] {
+                        l[i] = self.w[i];
+                    }
+                }
+            }
+            let guards = &self.x[n..];
+            quick = self.diodes.iter().all(|&i| guards[i] >= 0.0)
+                && (length.is_finite() || self.x.iter().all(|v| v.is_finite()));
+        }
+        if !quick {
+            let stage = &self.stages[k];
+            stage.matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
+            self.keep_for_rates();
+            self.solve(k, length, Start::Warm)?;
+            self.finish_rates(length);
+            return Ok(());
+        }
+        self.stats.quick_steps += 1;
+        if self.stats.steps % CHECK == 0 {
+            let matrices = &self.stages[k].matrices;
+            matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
+        }
+        self.keep_for_rates();
+        self.z.copy_from_slice(&self.x[..n]);
+        for i in 0..m {
+            self.l[i] = if self.active[i] { self.x[n + i] } else { 0.0 };
+        }
+        self.finish_rates(length);
+        if self.stats.steps % CHECK == 0 {
+            let driver = &mut self.stages[k].driver;
+            let residual = driver.residual(&self.rhs, &self.sys.q, &self.roles, &self.z, &self.l);
+            self.note(residual);
+        }
+        Ok(())
+    }
+
+    /// Solves the complementarity problem with right-hand side `rhs` at stage `k`.
+    pub(super) fn solve(&mut self, k: usize, length: f64, start: Start) -> Outcome {
+        self.stats.problems += 1;
+        self.z_before.copy_from_slice(&self.z);
+        self.l_before.copy_from_slice(&self.l);
+        let stage = &mut self.stages[k];
+        let solved = stage.driver.solve(
+            &self.rhs,
+            &self.sys.q,
+            &self.roles,
+            &mut self.z,
+            &mut self.l,
+            start,
+        );
+        let (residual, suspect) = match solved {
+            Ok(solved) => {
+                self.stats.worst_stage = self.stats.worst_stage.max(solved.stage);
+                let suspect = solved.needs_certificate && !self.accept_large && !stage.impulsive;
+                if !suspect {
+                    let found = stage.driver.active();
+                    if found != self.active {
+                        self.active.copy_from_slice(found);
+                        self.epoch += 1;
+                        self.stats.mode_changes += 1;
+                    }
+                    self.note(solved.residual);
+                    return Ok(());
+                }
+                (solved.residual.worst(), true)
+            }
+            Err(unsolved) => (unsolved.residual.worst(), false),
+        };
+        Err(Box::new(Failure {
+            time: self.time,
+            length,
+            rhs: self.rhs.clone(),
+            roles: self.roles.iter().map(|&r| r as u8).collect(),
+            residual,
+            suspect,
+        }))
+    }
+
+    pub(super) fn solve_static(&mut self, start: Start) -> Outcome {
+        let k = self.stage_index(f64::INFINITY, false);
+        let matrices = &self.stages[k].matrices;
+        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
+        self.solve(k, f64::INFINITY, start)
+    }
+
+    /// Updates all switches; true if one of them changed.
+    pub(super) fn react(&mut self) -> bool {
+        let mut changed = false;
+        for switch in &mut self.switches {
+            if switch.update(&self.z) {
+                changed = true;
+                self.stats.switchings += 1;
+                let role = switch.role();
+                self.roles[switch.pair] = role;
+                self.active[switch.pair] = role == Role::Closed;
+                self.epoch += 1;
+            }
+        }
+        changed
+    }
+
+    fn keep_for_rates(&mut self) {
+        if self.outputs.needs_rates() {
+            self.rates.copy_from_slice(&self.z);
+        }
+    }
+
+    fn finish_rates(&mut self, length: f64) {
+        if self.outputs.needs_rates() {
+            for (rate, z) in self.rates.iter_mut().zip(&self.z) {
+                *rate = (z - *rate) / length;
+            }
+        }
+    }
+
+    fn note(&mut self, residual: Residual) {
+        self.stats.checks += 1;
+        let s = &mut self.stats;
+        s.residual_rows = s.residual_rows.max(residual.rows);
+        s.residual_complementarity = s.residual_complementarity.max(residual.complementarity);
+    }
+
+    /// The stage for a step length; lengths equal up to rounding share one.
+    pub(super) fn stage_index(&mut self, length: f64, impulsive: bool) -> usize {
+        self.stamp += 1;
+        let stamp = self.stamp;
+        let same = |s: &Stage| {
+            s.impulsive == impulsive
+                && (s.length == length || (s.length - length).abs() <= 1e-9 * length)
+        };
+        if let Some(k) = self.stages.iter().position(same) {
+            self.stages[k].stamp = stamp;
+            return k;
+        }
+        if self.stages.len() >= STAGES {
+            let oldest = (0..STAGES).min_by_key(|&k| self.stages[k].stamp).unwrap_or(0);
+            self.stages.swap_remove(oldest);
+        }
+        let mut stage = Stage::new(&self.sys, length, impulsive, &self.constants);
+        stage.stamp = stamp;
+        self.stages.push(stage);
+        self.stages.len() - 1
+    }
+}
