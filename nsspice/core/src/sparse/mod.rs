@@ -1,5 +1,14 @@
 //! Sparse matrices and their factorisation.
 
 mod csc;
+mod dissection;
+mod factor;
+mod graph;
+mod lu;
+mod order;
+mod refactor;
 
 pub use csc::Csc;
+pub use lu::SparseLu;
+pub use order::Ordering;
+pub use refactor::Extent;

@@ -1,0 +1,154 @@
+//! LU factorisation of a small dense matrix with partial pivoting.
+
+use crate::linear::Singular;
+use crate::sparse::Csc;
+
+/// `P A = L U`, stored over `A` column by column; refactoring reuses the storage.
+#[derive(Clone, Debug, Default)]
+pub struct DenseLu {
+    n: usize,
+    /// column-major; `L` (unit diagonal, not stored) below, `U` above and on the diagonal
+    lu: Vec<f64>,
+    /// row exchanged with row `k` at step `k`
+    swap: Vec<usize>,
+    pivot_ratio: f64,
+    singular: Option<usize>,
+}
+
+impl DenseLu {
+    /// Factorises a square matrix.
+    pub fn new(a: &Csc) -> Self {
+        let mut out = DenseLu::default();
+        out.factor(a);
+        out
+    }
+
+    /// Factorises a square matrix into the storage of this one.
+    pub fn factor(&mut self, a: &Csc) {
+        assert_eq!(a.nrows, a.ncols, "only square matrices have an LU factorisation here");
+        let n = a.nrows;
+        self.n = n;
+        self.lu.clear();
+        self.lu.resize(n * n, 0.0);
+        self.swap.clear();
+        self.swap.resize(n, 0);
+        for c in 0..n {
+            let (rows, values) = a.col(c);
+            for (&r, &v) in rows.iter().zip(values) {
+                self.lu[c * n + r] = v;
+            }
+        }
+        self.eliminate();
+    }
+
+    /// Right-looking elimination by columns.
+    fn eliminate(&mut self) {
+        let n = self.n;
+        let (mut least, mut greatest) = (f64::INFINITY, 0.0f64);
+        self.singular = None;
+        for k in 0..n {
+            let (left, right) = self.lu.split_at_mut((k + 1) * n);
+            let column = &mut left[k * n..];
+            let (mut p, mut best) = (k, column[k].abs());
+            for (i, v) in column.iter().enumerate().skip(k + 1) {
+                // a NaN never compares greater: it must be let through to be reported
+                if v.abs() > best || v.is_nan() {
+                    (p, best) = (i, v.abs());
+                }
+            }
+            self.swap[k] = p;
+            least = least.min(best);
+            greatest = greatest.max(best);
+            if best == 0.0 || !best.is_finite() {
+                self.singular.get_or_insert(k);
+                if best == 0.0 {
+                    continue;
+                }
+                break;
+            }
+            column.swap(k, p);
+            let pivot = column[k];
+            for v in &mut column[k + 1..] {
+                *v /= pivot;
+            }
+            for other in right.chunks_exact_mut(n) {
+                other.swap(k, p);
+                let u = other[k];
+                if u != 0.0 {
+                    for (v, l) in other[k + 1..].iter_mut().zip(&column[k + 1..]) {
+                        *v -= l * u;
+                    }
+                }
+            }
+        }
+        self.pivot_ratio = match self.singular {
+            Some(_) => 0.0,
+            None if n == 0 => 1.0,
+            None => least / greatest,
+        };
+    }
+
+    /// Number of rows and columns.
+    pub fn size(&self) -> usize {
+        self.n
+    }
+
+    /// `min |u_ii| / max |u_ii|`; 0 for a singular or non-finite matrix, 1 for the empty one.
+    pub fn pivot_ratio(&self) -> f64 {
+        self.pivot_ratio
+    }
+
+    /// The first column that depends on those before it (or is not finite).
+    pub fn singular(&self) -> Option<Singular> {
+        self.singular.map(|column| Singular { column })
+    }
+
+    /// `x := A^-1 x`; leaves `x` alone if the matrix is singular.
+    pub fn solve(&self, x: &mut [f64]) -> Result<(), Singular> {
+        self.singular().map_or(Ok(()), Err)?;
+        let n = self.n;
+        let x = &mut x[..n];
+        // the columns of `L` were left unpermuted by later exchanges (as in LINPACK), so that
+        // exchange and elimination alternate
+        for k in 0..n {
+            x.swap(k, self.swap[k]);
+            let f = x[k];
+            if f != 0.0 {
+                let l = &self.lu[k * n + k + 1..(k + 1) * n];
+                for (v, l) in x[k + 1..].iter_mut().zip(l) {
+                    *v -= l * f;
+                }
+            }
+        }
+        for k in (0..n).rev() {
+            let column = &self.lu[k * n..(k + 1) * n];
+            let f = x[k] / column[k];
+            x[k] = f;
+            if f != 0.0 {
+                for (v, u) in x[..k].iter_mut().zip(column) {
+                    *v -= u * f;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// `x := A^-T x`; leaves `x` alone if the matrix is singular.
+    pub fn solve_transpose(&self, x: &mut [f64]) -> Result<(), Singular> {
+        self.singular().map_or(Ok(()), Err)?;
+        let n = self.n;
+        let x = &mut x[..n];
+        for k in 0..n {
+            let column = &self.lu[k * n..(k + 1) * n];
+            let sum: f64 = x[..k].iter().zip(column).map(|(v, u)| v * u).sum();
+            x[k] = (x[k] - sum) / column[k];
+        }
+        for k in (0..n).rev() {
+            let l = &self.lu[k * n + k + 1..(k + 1) * n];
+            let sum: f64 = x[k + 1..].iter().zip(l).map(|(v, l)| v * l).sum();
+            x[k] -= sum;
+            x.swap(k, self.swap[k]);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,7 @@
+//! Dense factorisations for small systems, and the least-norm solution of singular ones.
+
+mod least_norm;
+mod lu;
+
+pub use least_norm::LeastNorm;
+pub use lu::DenseLu;

@@ -1,0 +1,96 @@
+//! One interface to the dense and the sparse LU factorisation.
+
+use crate::dense::DenseLu;
+use crate::sparse::{Csc, Ordering, SparseLu};
+use std::sync::Arc;
+
+/// Systems up to this size are factorised densely: measured on circuit matrices, the sparse solve
+/// is the faster one beyond it.
+pub const DENSE_LIMIT: usize = 32;
+
+/// The matrix cannot be factorised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Singular {
+    /// the first column (of the matrix, not of its permutation) without a usable pivot
+    pub column: usize,
+}
+
+/// LU factors of a square matrix.
+#[derive(Clone, Debug)]
+pub enum Factor {
+    /// all entries stored
+    Dense(DenseLu),
+    /// only the entries of the pattern stored
+    Sparse(Box<SparseLu>),
+}
+
+impl Factor {
+    /// Factorises `a`; a singular matrix is reported by `pivot_ratio` and `singular`.
+    pub fn new(a: &Csc, ordering: &Arc<Ordering>) -> Self {
+        if a.nrows <= DENSE_LIMIT {
+            Factor::Dense(DenseLu::new(a))
+        } else {
+            Factor::Sparse(Box::new(SparseLu::new(a, ordering)))
+        }
+    }
+
+    /// Factorises another matrix with the same pattern into the same storage.
+    pub fn factor(&mut self, a: &Csc) {
+        match self {
+            Factor::Dense(f) => f.factor(a),
+            Factor::Sparse(f) => f.factor(a),
+        }
+    }
+
+    /// Factorises a matrix that differs from the last one in the given rows only; the sparse
+    /// factorisation computes only what depends on them.
+    pub fn refactor_rows(&mut self, a: &Csc, rows: &[usize]) {
+        match self {
+            Factor::Dense(f) => f.factor(a),
+            Factor::Sparse(f) => {
+                f.refactor_rows(a, rows);
+            }
+        }
+    }
+
+    /// Number of rows and columns.
+    pub fn size(&self) -> usize {
+        match self {
+            Factor::Dense(f) => f.size(),
+            Factor::Sparse(f) => f.size(),
+        }
+    }
+
+    /// A number between 0 (singular) and 1: the part of the smallest pivot that survived
+    /// cancellation.
+    pub fn pivot_ratio(&self) -> f64 {
+        match self {
+            Factor::Dense(f) => f.pivot_ratio(),
+            Factor::Sparse(f) => f.pivot_ratio(),
+        }
+    }
+
+    /// The column at which the factorisation had to stop, if it had to.
+    pub fn singular(&self) -> Option<Singular> {
+        match self {
+            Factor::Dense(f) => f.singular(),
+            Factor::Sparse(f) => f.singular(),
+        }
+    }
+
+    /// `x := A^-1 x` without allocating; `work` holds at least `size()` numbers.
+    pub fn solve(&self, x: &mut [f64], work: &mut [f64]) -> Result<(), Singular> {
+        match self {
+            Factor::Dense(f) => f.solve(x),
+            Factor::Sparse(f) => f.solve(x, work),
+        }
+    }
+
+    /// `x := A^-T x` without allocating; `work` holds at least `size()` numbers.
+    pub fn solve_transpose(&self, x: &mut [f64], work: &mut [f64]) -> Result<(), Singular> {
+        match self {
+            Factor::Dense(f) => f.solve_transpose(x),
+            Factor::Sparse(f) => f.solve_transpose(x, work),
+        }
+    }
+}
