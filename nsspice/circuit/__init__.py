@@ -1,0 +1,20 @@
+"""From decks to equations: graph, topology, islands, problem class, MNA system."""
+
+from __future__ import annotations
+
+from .build import build
+from .circuit import Circuit, Island
+from .mna import MnaSystem, Store, assemble
+from .problem_class import ProblemClass
+from .signals import parse_signal
+
+__all__ = [
+    "Circuit",
+    "Island",
+    "MnaSystem",
+    "ProblemClass",
+    "Store",
+    "assemble",
+    "build",
+    "parse_signal",
+]

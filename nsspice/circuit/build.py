@@ -1,0 +1,101 @@
+"""From a deck to a circuit: laws, references, checks, islands; all errors at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..devices import LAWS, Conditions, Context, Device, Findings
+from ..errors import NetlistError
+from ..netlist.deck import Deck, TranCard
+from . import islands as _islands
+from .circuit import Circuit, Island
+from .problem_class import classify
+from .references import resolve
+
+
+def build(deck: Deck) -> Circuit:
+    """Return the circuit of a deck.
+
+    Parameters
+    ----------
+    deck : Deck
+
+    Raises
+    ------
+    NetlistError
+        With every wrong element, model, parameter and reference of the deck.
+    TopologyError
+        If the graph admits no solution: no ground, contradicting sources.
+    """
+    findings = Findings()
+    devices = read_devices(deck, findings)
+    resolve(devices, [element.name for element in deck.elements], findings)
+    if findings.errors:
+        raise NetlistError(findings.errors)
+    circuit = _assemble_circuit(deck, devices)
+    circuit.warnings = [*deck.warnings, *findings.warnings]
+    return circuit
+
+
+def read_devices(deck: Deck, findings: Findings) -> list[Device]:
+    """Return the devices of all good element lines; report the others."""
+    context = Context(findings)
+    devices: list[Device] = []
+    seen: dict[str, int] = {}
+    for element in deck.elements:
+        if element.name in seen:
+            findings.error(
+                "NS2007",
+                f"there are two elements named {element.name}; the first stands on line "
+                f"{seen[element.name]}",
+                element.span,
+                "rename one of them",
+            )
+            continue
+        seen[element.name] = element.span.line
+        device = LAWS[element.letter].read(element, context)
+        if device is not None:
+            devices.append(device)
+    if not deck.elements:
+        findings.error("NS2013", f"{deck.file} has no elements", None, "add elements to the deck")
+    return devices
+
+
+def default_conditions(deck: Deck) -> Conditions:
+    """Return the temperature and the times of the deck's first ``.tran`` card."""
+    card = next((a for a in deck.analyses if isinstance(a, TranCard)), None)
+    nominal = deck.options.get("tnom")
+    value = nominal.value if nominal is not None else 27.0
+    return Conditions(
+        temperature=deck.temperature,
+        tstep=card.tstep if card else None,
+        tstop=card.tstop if card else None,
+        nominal=float(value) if isinstance(value, int | float) else 27.0,
+    )
+
+
+def nodes_of(devices: Sequence[Device]) -> list[str]:
+    """Return all nodes but ground in order of appearance."""
+    nodes: dict[str, None] = {}
+    for device in devices:
+        for node in (*device.nodes, *device.control_nodes):
+            nodes[node] = None
+    nodes.pop("0", None)
+    return list(nodes)
+
+
+def _assemble_circuit(deck: Deck, devices: list[Device]) -> Circuit:
+    """Split the devices into islands and classify each."""
+    defaults = default_conditions(deck)
+    groups = _islands.split(devices)
+    islands = [Island(g, nodes_of(g), *classify(g), defaults) for g in groups]
+    node_home = {node: k for k, island in enumerate(islands) for node in island.nodes}
+    home = {d.name: k for k, island in enumerate(islands) for d in island.devices}
+    return Circuit(
+        deck,
+        devices,
+        islands,
+        [],
+        {node: node_home[node] for node in nodes_of(devices)},
+        {device.name: home[device.name] for device in devices},
+    )

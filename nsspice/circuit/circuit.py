@@ -1,0 +1,158 @@
+"""The circuit: elements with their laws, split into islands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from ..devices import Conditions, Coupling, Device
+from ..devices.stamper import AnalysisKind
+from ..errors import Diagnostic
+from ..netlist.deck import Deck
+from .mna import MnaSystem, assemble
+from .problem_class import ProblemClass
+from .signals import parse_signal, unknown_signal
+
+_NOTHING: Mapping[str, float] = MappingProxyType({})
+
+
+@dataclass(slots=True)
+class Island:
+    """An independent part of a circuit.
+
+    Parameters
+    ----------
+    devices : list of Device
+        In deck order.
+    nodes : list of str
+        All but ground, in order of appearance.
+    problem_class : ProblemClass
+    reason : str
+        The sentence that says why it is of this class.
+    defaults : Conditions
+        Temperature and times of the deck.
+    """
+
+    devices: list[Device]
+    nodes: list[str]
+    problem_class: ProblemClass
+    reason: str
+    defaults: Conditions = field(default_factory=Conditions)
+
+    def assemble(
+        self,
+        temperature: float | None = None,
+        values: Mapping[str, float] = _NOTHING,
+        *,
+        analysis: AnalysisKind = "tran",
+        tstep: float | None = None,
+        tstop: float | None = None,
+    ) -> MnaSystem:
+        """Return the MNA system of the island.
+
+        Parameters
+        ----------
+        temperature : float, optional
+            [degrees Celsius], the deck's by default.
+        values : mapping of str to float
+            Values of R, L, C, V or I by element name that replace those of the deck (sweeps).
+        analysis : str
+            ``"dc"``: sources have their DC value (else their value at t = 0); ``"tran"``: their
+            transient function.
+        tstep, tstop : float, optional
+            Times for the defaults of PULSE, SIN, EXP [s]; those of the ``.tran`` card by default.
+        """
+        return assemble(
+            self.devices,
+            self.nodes,
+            Conditions(
+                self.defaults.temperature if temperature is None else temperature,
+                values,
+                analysis,
+                self.defaults.tstep if tstep is None else tstep,
+                self.defaults.tstop if tstop is None else tstop,
+                self.defaults.nominal,
+            ),
+        )
+
+    @property
+    def pair_count(self) -> int:
+        """Number of complementarity pairs."""
+        return sum(device.pair_count for device in self.devices)
+
+
+@dataclass(slots=True)
+class Circuit:
+    """A circuit that passed all checks.
+
+    Parameters
+    ----------
+    deck : Deck
+    devices : list of Device
+        In deck order.
+    islands : list of Island
+    warnings : list of Diagnostic
+        Those of the deck and those found while building.
+    node_island, element_island : dict of str to int
+        In which island a node or an element lies.
+    """
+
+    deck: Deck
+    devices: list[Device]
+    islands: list[Island]
+    warnings: list[Diagnostic]
+    node_island: dict[str, int]
+    element_island: dict[str, int]
+
+    def default_signals(self) -> list[str]:
+        """Return all node voltages, then the currents of V, L, E, H, D, S and W elements."""
+        voltages = [f"v({node})" for node in self.node_island]
+        return voltages + [f"i({d.name})" for d in self.devices if d.shows_current]
+
+    def device(self, name: str) -> Device:
+        """Return an element by its name.
+
+        Raises
+        ------
+        NetlistError
+            NS2012 if there is none.
+        """
+        index = self.element_island.get(name.lower())
+        if index is not None:
+            for device in self.islands[index].devices:
+                if device.name == name.lower():
+                    return device
+        raise unknown_signal(name, list(self.element_island))
+
+    def parts(self, signal: str) -> list[tuple[int, str, float]]:
+        """Return a signal as a sum over islands: (island number, local signal, factor).
+
+        A voltage between two islands is the difference of two node voltages, each against ground;
+        ``v(0)`` is an empty sum.
+
+        Raises
+        ------
+        NetlistError
+            NS2012 if there is no such signal.
+
+        Parameters
+        ----------
+        signal : str
+            ``v(a)``, ``v(a,b)`` or ``i(element)``.
+        """
+        parsed = parse_signal(signal)
+        if parsed is not None and parsed.kind == "v":
+            a, b = (*parsed.names, "0")[:2]
+            if all(n == "0" or n in self.node_island for n in (a, b)):
+                places = [(n, f) for n, f in ((a, 1.0), (b, -1.0)) if n != "0"]
+                homes = {self.node_island[n] for n, _ in places}
+                if len(places) == 2 and len(homes) == 1:
+                    return [(homes.pop(), f"v({a},{b})", 1.0)]
+                return [(self.node_island[n], f"v({n})", f) for n, f in places]
+        elif parsed is not None and parsed.kind == "i":
+            home = self.element_island.get(parsed.names[0])
+            if home is not None and not isinstance(self.device(parsed.names[0]), Coupling):
+                return [(home, f"i({parsed.names[0]})", 1.0)]
+        known = [f"v({n})" for n in self.node_island] + [f"i({d})" for d in self.element_island]
+        raise unknown_signal(signal, known)

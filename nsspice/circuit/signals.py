@@ -1,0 +1,46 @@
+"""Names of signals: ``v(a)``, ``v(a,b)``, ``i(r1)``, ``p(r1)``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ..devices import did_you_mean
+from ..errors import Diagnostic, NetlistError, Span
+
+
+class ParsedSignal(NamedTuple):
+    """A signal name taken apart: kind ``v``, ``i`` or ``p`` and its one or two names."""
+
+    kind: str
+    names: tuple[str, ...]
+
+
+def parse_signal(name: str) -> ParsedSignal | None:
+    """Return the parts of a signal name, or None if it is not one.
+
+    Examples
+    --------
+    >>> parse_signal("V(out, 0)")
+    ParsedSignal(kind='v', names=('out', '0'))
+    >>> parse_signal("out") is None
+    True
+    """
+    text = name.strip().lower()
+    kind, opening, inner = text.partition("(")
+    if kind not in ("v", "i", "p") or not opening or not inner.endswith(")"):
+        return None
+    names = tuple(part.strip() for part in inner[:-1].split(","))
+    if not all(names) or len(names) > (2 if kind == "v" else 1):
+        return None
+    if kind == "v":
+        names = tuple("0" if n in ("gnd", "gnd!") else n for n in names)
+    return ParsedSignal(kind, names)
+
+
+def unknown_signal(name: str, known: Sequence[str], span: Span | None = None) -> NetlistError:
+    """Return the error for a signal that does not exist, with the nearest name as a hint."""
+    hint = did_you_mean(name.strip().lower(), known)
+    if not hint:
+        hint = "signals are v(node), v(node,node) and i(element)"
+    return NetlistError(Diagnostic("NS2012", f"there is no signal {name}", span, hint))

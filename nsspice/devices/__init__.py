@@ -1,0 +1,76 @@
+"""The laws: one file per element, each with its parameters, effects, characteristic and stamp."""
+
+from __future__ import annotations
+
+from .capacitor import Capacitor
+from .characteristic import Characteristic, Decomposition, PairLaw, diode_curve
+from .controlled import Cccs, Ccvs, CurrentControlled, Vccs, Vcvs
+from .coupling import Coupling
+from .device import Context, Device, Edge
+from .diode import Diode, DiodeLaw
+from .effect import Effect
+from .findings import Findings, did_you_mean
+from .inductor import Inductor
+from .isource import CurrentSource
+from .parameter import Parameter, Table
+from .resistor import Resistor
+from .stamper import Conditions, Layout, Stamper
+from .switch import CurrentSwitch, SwitchLaw, VoltageSwitch
+from .unsupported import Behavioural, Transistor
+from .vsource import VoltageSource
+
+#: the law of each element letter
+LAWS: dict[str, type[Device]] = {
+    "r": Resistor,
+    "c": Capacitor,
+    "l": Inductor,
+    "k": Coupling,
+    "v": VoltageSource,
+    "i": CurrentSource,
+    "e": Vcvs,
+    "f": Cccs,
+    "g": Vccs,
+    "h": Ccvs,
+    "b": Behavioural,
+    "d": Diode,
+    "q": Transistor,
+    "s": VoltageSwitch,
+    "w": CurrentSwitch,
+}
+
+__all__ = [
+    "LAWS",
+    "Behavioural",
+    "Capacitor",
+    "Cccs",
+    "Ccvs",
+    "Characteristic",
+    "Conditions",
+    "Context",
+    "Coupling",
+    "CurrentControlled",
+    "CurrentSource",
+    "CurrentSwitch",
+    "Decomposition",
+    "Device",
+    "Diode",
+    "DiodeLaw",
+    "Edge",
+    "Effect",
+    "Findings",
+    "Inductor",
+    "Layout",
+    "PairLaw",
+    "Parameter",
+    "Resistor",
+    "Stamper",
+    "SwitchLaw",
+    "Table",
+    "Transistor",
+    "Vccs",
+    "Vcvs",
+    "VoltageSource",
+    "VoltageSwitch",
+    "did_you_mean",
+    "diode_curve",
+]

@@ -1,0 +1,207 @@
+"""The base of all laws: what the circuit may ask of any element."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
+
+from ..errors import Span
+from ..problems.descriptor import Functional
+from .effect import Effect
+from .findings import Findings
+from .parameter import Table
+from .stamper import Conditions, Layout, Stamper
+
+if TYPE_CHECKING:
+    from ..netlist.deck import Element
+
+EdgeKind = Literal["V", "E", "C", "P", "R", "L", "G", "I"]
+NO_VALUES: Mapping[str, float] = {}
+
+
+class Edge(NamedTuple):
+    """A branch of the circuit graph.
+
+    ``kind`` is V (independent voltage, 0-Ohm resistor), E (controlled voltage), C, P (one
+    complementarity pair), R (conductance), L, G (controlled current) or I (independent current).
+    """
+
+    kind: EdgeKind
+    a: str
+    b: str
+
+
+class Context:
+    """What the laws need while they are built: where to report, and what was read already."""
+
+    def __init__(self, findings: Findings) -> None:
+        self.findings = findings
+        #: laws of ``.model`` cards by identity, so that 20,000 diodes read their card once
+        self.models: dict[int, object] = {}
+        #: whatever else a law computes once for equal elements
+        self.shared: dict[str, dict[object, object]] = {}
+
+
+class Device:
+    """One element with its law.
+
+    Parameters
+    ----------
+    element : Element
+        The line of the deck.
+
+    Attributes
+    ----------
+    name, nodes, controls, span
+        From the deck.
+    effects : tuple of Effect
+        What the deck called for.
+    """
+
+    #: parameters of the element line and of its model card
+    INSTANCE: ClassVar[Table] = Table()
+    MODEL: ClassVar[Table] = Table()
+    #: bare words that the element line may have
+    FLAGS: ClassVar[tuple[str, ...]] = ()
+    #: what the element is called in messages
+    KIND: ClassVar[str] = "element"
+
+    stores_energy: ClassVar[bool] = False
+    smooth: ClassVar[bool] = False
+    #: stamped after all others because it reads another element's current
+    late: bool = False
+    #: shown among the default signals
+    shows_current: ClassVar[bool] = False
+
+    __slots__ = ("controls", "effects", "ends", "letter", "name", "node_spans", "nodes", "span")
+
+    def __init__(self, element: Element) -> None:
+        self.name: str = element.name
+        self.letter: str = element.letter
+        self.nodes: tuple[str, ...] = element.nodes
+        #: first and second terminal; a coupling has none
+        ends = element.nodes if len(element.nodes) >= 2 else ("0", "0")
+        self.ends: tuple[str, str] = (ends[0], ends[1])
+        self.controls: tuple[str, ...] = element.controls
+        self.span: Span = element.span
+        self.node_spans: tuple[Span, ...] = element.node_spans
+        self.effects: tuple[Effect, ...] = ()
+
+    @classmethod
+    def read(cls, element: Element, context: Context) -> Device | None:
+        """Return the device of an element line, or None after reporting why not."""
+        raise NotImplementedError
+
+    @property
+    def pair_count(self) -> int:
+        """Number of complementarity pairs."""
+        return 0
+
+    @property
+    def control_nodes(self) -> tuple[str, ...]:
+        """Nodes that are sensed without current."""
+        return ()
+
+    @property
+    def control_elements(self) -> tuple[str, ...]:
+        """Elements whose current is sensed, or that are coupled."""
+        return ()
+
+    def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
+        """Return the branches of the element in the circuit graph."""
+        return ()
+
+    def allocate(self, stamper: Stamper) -> None:
+        """Reserve unknowns and pairs; only for laws that stamp late."""
+
+    def stamp(self, stamper: Stamper) -> None:
+        """Write the law into the system."""
+        raise NotImplementedError
+
+    def current(self, layout: Layout) -> Functional:
+        """Return the current into the first terminal as an output."""
+        raise NotImplementedError
+
+
+def number(element: Element, what: str, findings: Findings) -> float | None:
+    """Return the value of an element line, or None after reporting that it is missing."""
+    value = element.value
+    if isinstance(value, int | float):
+        if math.isnan(value):
+            findings.error("NS2005", f"the {what} of {element.name} is not a number", element.span)
+            return None
+        return float(value)
+    if value is None:
+        findings.error(
+            "NS2004",
+            f"{element.name} has no {what}",
+            element.span,
+            f"write the {what} after the nodes",
+        )
+    else:
+        refuse_smooth(element, f"{element.name} depends on circuit signals", findings)
+    return None
+
+
+def refuse_smooth(element: Element, what: str, findings: Findings, hint: str = "") -> None:
+    """Report a smooth nonlinear law, which this version reads but does not simulate."""
+    findings.error(
+        "NS2009",
+        f"{what}: a smooth nonlinear law, not simulated by this version",
+        element.span,
+        hint or "use a linear element, or a set-valued diode or switch",
+    )
+
+
+def check_flags(device: type[Device], element: Element, findings: Findings) -> None:
+    """Report bare words that the element line may not have."""
+    for word, span in element.flags.items():
+        if word not in device.FLAGS:
+            known = ", ".join(device.FLAGS)
+            findings.error(
+                "NS2003",
+                f"{element.name} has the unknown word {word}",
+                span,
+                f"known: {known}" if known else "remove it",
+            )
+
+
+def check_model(
+    element: Element, types: tuple[str, ...], findings: Findings, required: bool
+) -> bool:
+    """Return whether the model card has one of the given types; report it otherwise."""
+    model = element.model
+    if model is None:
+        if required:
+            findings.error(
+                "NS2001",
+                f"{element.name} needs a .model of type {' or '.join(types)}",
+                element.span,
+                f"add .model NAME {types[0]}(...) and write NAME after the nodes",
+            )
+        return not required
+    if model.type not in types:
+        findings.error(
+            "NS2002",
+            f"{element.name} needs a .model of type {' or '.join(types)}, "
+            f"but {model.name} is of type {model.type}",
+            element.span,
+            f"the card stands at {model.span}",
+        )
+        return False
+    return True
+
+
+def temperature_factor(
+    conditions: Conditions,
+    tc1: float,
+    tc2: float,
+    temperature: float | None,
+    offset: float,
+    nominal: float | None,
+) -> float:
+    """Return ``1 + tc1 dT + tc2 dT^2`` with dT from the nominal temperature [degrees Celsius]."""
+    actual = temperature if temperature is not None else conditions.temperature + offset
+    rise = actual - (nominal if nominal is not None else conditions.nominal)
+    return 1.0 + tc1 * rise + tc2 * rise * rise

@@ -1,0 +1,39 @@
+"""Effects: the parts of a law that a deck calls for by giving their parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """One active effect of an element.
+
+    Parameters
+    ----------
+    name : str
+        ``conduction``, ``forward drop``, ``on-resistance`` ...
+    parameter : str
+        The parameter that called for it, ``""`` for the law itself.
+    value : float or None
+        Its value after ``area`` and ``m``.
+    unit : str
+
+    Examples
+    --------
+    >>> str(Effect("forward drop", "vfwd", 0.7, "V"))
+    'forward drop (vfwd=0.7 V)'
+    """
+
+    name: str
+    parameter: str = ""
+    value: float | None = None
+    unit: str = ""
+
+    def __str__(self) -> str:
+        if not self.parameter:
+            return self.name
+        if self.value is None:
+            return f"{self.name} ({self.parameter})"
+        unit = f" {self.unit}" if self.unit else ""
+        return f"{self.name} ({self.parameter}={self.value:g}{unit})"

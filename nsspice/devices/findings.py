@@ -1,0 +1,46 @@
+"""Collecting everything that is wrong with a deck, so that all of it is reported at once."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+from ..errors import Diagnostic, Span
+
+
+def did_you_mean(word: str, candidates: Iterable[str], cutoff: float = 0.6) -> str:
+    """Return ``did you mean x?`` for the nearest candidate, or an empty string.
+
+    Examples
+    --------
+    >>> did_you_mean("vfdw", ["vfwd", "vrev", "ron"])
+    'did you mean vfwd?'
+    >>> did_you_mean("zzz", ["vfwd", "vrev"])
+    ''
+    """
+    near = difflib.get_close_matches(word, [c for c in candidates if c != word], 1, cutoff)
+    return f"did you mean {near[0]}?" if near else ""
+
+
+class Findings:
+    """Errors and warnings in the order in which they were found.
+
+    Examples
+    --------
+    >>> found = Findings()
+    >>> found.error("NS2004", "r1 has no value")
+    >>> found.errors[0].message
+    'r1 has no value'
+    """
+
+    def __init__(self) -> None:
+        self.errors: list[Diagnostic] = []
+        self.warnings: list[Diagnostic] = []
+
+    def error(self, code: str, message: str, span: Span | None = None, hint: str = "") -> None:
+        """Record something that forbids a simulation."""
+        self.errors.append(Diagnostic(code, message, span, hint))
+
+    def warning(self, code: str, message: str, span: Span | None = None, hint: str = "") -> None:
+        """Record something that the user should know."""
+        self.warnings.append(Diagnostic(code, message, span, hint, "warning"))

@@ -1,0 +1,58 @@
+"""Independent current source ``I a b ...``: a given current flows from a through it to b."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from ..problems.descriptor import Functional, Waveform
+from .device import NO_VALUES, Context, Device, Edge
+from .effect import Effect
+from .parameter import Table
+from .stamper import Conditions, Layout, Stamper
+from .vsource import SOURCE_SHARED, read_source
+from .waveform import source_waveform
+
+if TYPE_CHECKING:
+    from ..netlist.deck import Element, Source
+
+
+class CurrentSource(Device):
+    """An independent current source."""
+
+    KIND = "current source"
+    INSTANCE = Table(*SOURCE_SHARED)
+    __slots__ = ("m", "source")
+
+    def __init__(self, element: Element, source: Source, m: float) -> None:
+        super().__init__(element)
+        self.source = source
+        self.m = m
+        self.effects = (Effect(f"{source.kind or 'dc'} current"),)
+
+    @classmethod
+    def read(cls, element: Element, context: Context) -> CurrentSource | None:
+        """Return the source of an element line, or None after reporting why not."""
+        found = read_source(cls, element, context)
+        return None if found is None else cls(element, found[0], found[1].get("m", 1.0))
+
+    def waveform(self, conditions: Conditions) -> Waveform:
+        """Return the current of one source, before ``m``, as a function of time."""
+        return source_waveform(self.source, conditions, self.name)
+
+    def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
+        """Return one current branch."""
+        return (Edge("I", *self.ends),)
+
+    def stamp(self, stamper: Stamper) -> None:
+        """Write the current that leaves the first node."""
+        waveform = self.waveform(stamper.layout.conditions)
+        if waveform.kind != "dc" or waveform.values[0] != 0.0:
+            column = stamper.column(waveform)
+            stamper.layout.columns[self.name] = column
+            stamper.current_source(*self.ends, column, self.m)
+
+    def current(self, layout: Layout) -> Functional:
+        """Return the source's own value."""
+        column = layout.columns.get(self.name)
+        return Functional() if column is None else Functional(u=((column, self.m),))

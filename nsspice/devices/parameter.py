@@ -1,0 +1,122 @@
+"""Parameter tables of the laws: what each parameter is called, means and defaults to.
+
+A table drives three things: reading the parameters of a deck, the "did you mean" hints, and the
+documentation.  A parameter that is not simulated stays in the table with the reason, so that
+nothing is ever dropped in silence.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from .findings import Findings, did_you_mean
+
+if TYPE_CHECKING:
+    from ..netlist.deck import Param
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One parameter of an element line or of a model card.
+
+    Parameters
+    ----------
+    name : str
+        Lower case.
+    meaning : str
+        A few words for the documentation.
+    unit : str
+        SI unit, ``""`` for a pure number.
+    default : float or None
+        Value if not given; None means "absent: the effect does not exist".
+    aliases : tuple of str
+        Other spellings.
+    status : str
+        ``used``; ``inert`` (cannot change a result of this program: a listed warning); ``refused``
+        (would change results and is not simulated: an error unless it has the value ``neutral``).
+    neutral : float
+        Value of a refused parameter that means "no such effect".
+    hint : str
+        What to do instead of a refused parameter.
+    """
+
+    name: str
+    meaning: str
+    unit: str = ""
+    default: float | None = None
+    aliases: tuple[str, ...] = ()
+    status: Literal["used", "inert", "refused"] = "used"
+    neutral: float = 0.0
+    hint: str = ""
+
+
+class Table:
+    """The parameters that one kind of element line or model card may have.
+
+    Examples
+    --------
+    >>> table = Table(Parameter("ron", "on-resistance", "Ohm", 0.0))
+    >>> table.names()
+    ['ron']
+    """
+
+    def __init__(self, *parameters: Parameter) -> None:
+        self.parameters = parameters
+        self._by_name = {n: p for p in parameters for n in (p.name, *p.aliases)}
+
+    def names(self) -> list[str]:
+        """Return all accepted spellings."""
+        return list(self._by_name)
+
+    def read(self, params: Mapping[str, Param], owner: str, findings: Findings) -> dict[str, float]:
+        """Return the given values under their main names; report everything else.
+
+        Parameters
+        ----------
+        params : mapping of str to Param
+            As the deck gives them.
+        owner : str
+            ``d1`` or ``model dm``, for messages.
+        findings : Findings
+        """
+        values: dict[str, float] = {}
+        inert: list[str] = []
+        for key, param in params.items():
+            entry = self._by_name.get(key)
+            if entry is None:
+                hint = did_you_mean(key, self._by_name) or f"known: {', '.join(self.names())}"
+                findings.error("NS2003", f"{owner} has no parameter {key}", param.span, hint)
+                continue
+            value = param.value
+            if entry.status == "inert":
+                inert.append(key)
+                continue
+            if not isinstance(value, int | float) or math.isnan(value):
+                text = getattr(value, "text", value)
+                findings.error(
+                    "NS2005",
+                    f"{key} of {owner} must be a number, not {text}",
+                    param.span,
+                    "give a constant or an expression of parameters",
+                )
+                continue
+            if entry.status == "refused":
+                if value != entry.neutral:
+                    findings.error(
+                        "NS2008",
+                        f"{key} of {owner} ({entry.meaning}) is not simulated by this version",
+                        param.span,
+                        entry.hint,
+                    )
+                continue
+            values[entry.name] = float(value)
+        if inert:
+            findings.warning(
+                "NS2052",
+                f"{', '.join(inert)} of {owner} cannot change the results and is ignored",
+                params[inert[0]].span,
+            )
+        return values

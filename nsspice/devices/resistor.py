@@ -1,0 +1,92 @@
+"""Resistor ``R a b value``: v = R i; 0 is an ideal short, ``inf`` is open."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, ClassVar
+
+from ..problems.descriptor import Functional
+from .device import NO_VALUES, Context, Edge
+from .effect import Effect
+from .parameter import Parameter, Table
+from .passive import MODEL_SHARED, SHARED, Passive, read_passive
+from .stamper import Layout, Stamper
+
+if TYPE_CHECKING:
+    from ..netlist.deck import Element
+
+
+class Resistor(Passive):
+    """A linear resistor; a short (0 Ohm) has its current as an unknown."""
+
+    KIND = "resistor"
+    INSTANCE = Table(
+        *SHARED,
+        Parameter("ac", "resistance for .ac only", "Ohm", status="inert"),
+        Parameter("l", "length, with rsh of the model", "m"),
+        Parameter("w", "width, with rsh of the model", "m"),
+        Parameter("noisy", "noise on or off", status="inert"),
+        Parameter("noise", "noise on or off", status="inert"),
+    )
+    MODEL = Table(
+        *MODEL_SHARED,
+        Parameter("r", "resistance", "Ohm", aliases=("res", "resistance")),
+        Parameter("rsh", "sheet resistance", "Ohm", 0.0),
+        Parameter("defw", "default width", "m", aliases=("w",)),
+        Parameter("narrow", "etching on each side", "m", 0.0),
+        Parameter("kf", "flicker noise", status="inert"),
+        Parameter("af", "flicker noise", status="inert"),
+    )
+    MODEL_TYPES: ClassVar[tuple[str, ...]] = ("r", "res")
+    __slots__ = ()
+
+    @classmethod
+    def read(cls, element: Element, context: Context) -> Resistor | None:
+        """Return the resistor of an element line, or None after reporting why not."""
+        if element.quantity and not isinstance(element.value, int | float | None):
+            from .device import refuse_smooth
+
+            refuse_smooth(element, f"{element.name} is a nonlinear resistor", context.findings)
+            return None
+        found = read_passive(cls, element, context, "r", "resistance")
+        if found is None:
+            return None
+        device = cls(element, *found)
+        value = device.value
+        if value < 0.0:
+            context.findings.warning(
+                "NS2053",
+                f"{element.name} has a negative resistance ({value:g} Ohm): it feeds energy, and "
+                "the circuit may have several solutions or none",
+                element.span,
+            )
+        effects = [Effect("resistance", "value", value / device.m, "Ohm")]
+        if device.tc1 or device.tc2:
+            effects.append(Effect("temperature", "tc1" if device.tc1 else "tc2"))
+        device.effects = tuple(effects)
+        return device
+
+    def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
+        """Return a voltage branch for a short, nothing for an open resistor."""
+        value = values.get(self.name, self.value)
+        if math.isinf(value):
+            return ()
+        return (Edge("V" if value == 0.0 else "R", *self.ends),)
+
+    def stamp(self, stamper: Stamper) -> None:
+        """Write the conductance, or the row ``-(va - vb) = 0`` of a short."""
+        value = self.at(stamper.layout.conditions)
+        if value == 0.0:
+            stamper.connect(stamper.branch(self.name), *self.ends)
+        elif not math.isinf(value):
+            stamper.conductance(*self.ends, self.m / value)
+
+    def current(self, layout: Layout) -> Functional:
+        """Return ``(va - vb) / R``, or the unknown of a short."""
+        if self.name in layout.branches:
+            return layout.branch(self.name)
+        value = self.at(layout.conditions)
+        if math.isinf(value):
+            return Functional()
+        return Functional(z=layout.voltage(*self.ends, self.m / value))

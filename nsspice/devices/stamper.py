@@ -1,0 +1,241 @@
+"""The stamper: where the laws write their rows, and the layout that says what stands where.
+
+Signs: KCL rows sum the currents that leave a node; branch rows read ``L i' - (va - vb) = 0`` and
+``-(va - vb) = -V``; a pair has the slack ``w = q - (va - vb) + R lam``.  With them the matrices of
+passive networks are symmetric or skew and positive semidefinite.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from ..problems.descriptor import Functional, Switch, Waveform
+
+Terms = list[tuple[int, float]]
+AnalysisKind = Literal["dc", "tran"]
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """Under which conditions a circuit is assembled.
+
+    Parameters
+    ----------
+    temperature : float
+        [degrees Celsius].
+    values : mapping of str to float
+        Values that replace those of the deck (sweeps): R, L, C and source values by element name.
+    analysis : str
+        ``dc``: every source is a constant (its DC value, else its value at t = 0); ``tran``: the
+        transient function where there is one.
+    tstep, tstop : float or None
+        Times of the ``.tran`` card [s], for the defaults of SPICE's sources.
+    nominal : float
+        Temperature at which values are given [degrees Celsius].
+    """
+
+    temperature: float = 27.0
+    values: Mapping[str, float] = field(default_factory=dict)
+    analysis: AnalysisKind = "tran"
+    tstep: float | None = None
+    tstop: float | None = None
+    nominal: float = 27.0
+
+
+class Layout:
+    """Numbers of the unknowns, pairs and source columns of one assembled island.
+
+    Parameters
+    ----------
+    nodes : list of str
+        All nodes but ground.
+    conditions : Conditions
+    """
+
+    __slots__ = ("branches", "columns", "conditions", "nodes", "pairs")
+
+    def __init__(self, nodes: list[str], conditions: Conditions) -> None:
+        self.nodes: dict[str, int] = {name: k for k, name in enumerate(nodes)}
+        self.nodes["0"] = -1
+        self.conditions = conditions
+        self.branches: dict[str, int] = {}
+        self.pairs: dict[str, tuple[int, ...]] = {}
+        self.columns: dict[str, int] = {}
+
+    def voltage(self, a: str, b: str, factor: float = 1.0) -> tuple[tuple[int, float], ...]:
+        """Return ``factor (va - vb)`` as terms of z; ground has none."""
+        i, j = self.nodes[a], self.nodes[b]
+        if i == j:
+            return ()
+        terms = []
+        if i >= 0:
+            terms.append((i, factor))
+        if j >= 0:
+            terms.append((j, -factor))
+        return tuple(terms)
+
+    def branch(self, name: str) -> Functional:
+        """Return the branch current of an element as an output."""
+        return Functional(z=((self.branches[name], 1.0),))
+
+
+@dataclass(slots=True)
+class Triplets:
+    """A sparse matrix under construction; repeated entries add."""
+
+    rows: list[int] = field(default_factory=list)
+    cols: list[int] = field(default_factory=list)
+    data: list[float] = field(default_factory=list)
+
+    def add(self, row: int, col: int, value: float) -> None:
+        """Add an entry; ground (-1) is left out."""
+        if row >= 0 and col >= 0:
+            self.rows.append(row)
+            self.cols.append(col)
+            self.data.append(value)
+
+    def across(self, a: int, b: int, value: float) -> None:
+        """Add a symmetric two-terminal element between two nodes."""
+        rows, cols, data = self.rows, self.cols, self.data
+        if a >= 0:
+            rows.append(a)
+            cols.append(a)
+            data.append(value)
+        if b >= 0:
+            rows.append(b)
+            cols.append(b)
+            data.append(value)
+            if a >= 0:
+                rows += (a, b)
+                cols += (b, a)
+                data += (-value, -value)
+
+
+class Stamper:
+    """Collects the arrays of one descriptor system; the laws write, the circuit reads.
+
+    Parameters
+    ----------
+    layout : Layout
+        Its nodes are given; branches, pairs and columns are filled in while stamping.
+
+    Examples
+    --------
+    A resistor of 2 Ohm from node a to ground and a 1 A source into a:
+
+    >>> st = Stamper(Layout(["a"], Conditions()))
+    >>> st.conductance("a", "0", 0.5)
+    >>> st.current_source("0", "a", st.column(Waveform("dc", (1.0,))))
+    >>> st.G.data, st.S.data
+    ([0.5], [1.0])
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        self.layout = layout
+        self.E, self.G, self.A = Triplets(), Triplets(), Triplets()
+        self.B, self.D, self.S = Triplets(), Triplets(), Triplets()
+        self.q: list[float] = []
+        self.waveforms: list[Waveform] = []
+        self.switches: list[Switch] = []
+        self.branch_names: list[str] = []
+        self.branch_elements: list[str] = []
+        self.branch_kinds: list[int] = []
+        self.pair_names: list[str] = []
+        self.pair_elements: list[str] = []
+        self._column_of: dict[tuple[object, ...], int] = {}
+        self._first_branch = len(layout.nodes) - 1
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns so far."""
+        return self._first_branch + len(self.branch_names)
+
+    # unknowns, pairs, columns ----------------------------------------------------------------
+
+    def branch(self, name: str, kind: int = 1) -> int:
+        """Add a branch-current unknown with its row (kind 1: a voltage row, 0: a current row)."""
+        index = self.size
+        self.layout.branches[name] = index
+        self.branch_names.append(f"i({name})")
+        self.branch_elements.append(name)
+        self.branch_kinds.append(kind)
+        return index
+
+    def pair(self, name: str, element: str, a: str, b: str, offset: float, series: float) -> int:
+        """Add a pair with ``lam`` from a to b and ``w = offset - (va - vb) + series lam``."""
+        p = len(self.q)
+        nodes = self.layout.nodes
+        i, j = nodes[a], nodes[b]
+        if i != j:
+            A, B = self.A, self.B
+            if i >= 0:
+                A.rows.append(i)
+                A.cols.append(p)
+                A.data.append(1.0)
+                B.rows.append(p)
+                B.cols.append(i)
+                B.data.append(1.0)
+            if j >= 0:
+                A.rows.append(j)
+                A.cols.append(p)
+                A.data.append(-1.0)
+                B.rows.append(p)
+                B.cols.append(j)
+                B.data.append(-1.0)
+        if series:
+            self.D.add(p, p, series)
+        self.q.append(offset)
+        self.pair_names.append(name)
+        self.pair_elements.append(element)
+        return p
+
+    def column(self, waveform: Waveform) -> int:
+        """Return the column of a waveform; equal waveforms share one."""
+        key = (waveform.kind, waveform.values, repr(waveform.repeat), waveform.scale)
+        index = self._column_of.setdefault(key, len(self.waveforms))
+        if index == len(self.waveforms):
+            self.waveforms.append(waveform)
+        return index
+
+    # stamps ----------------------------------------------------------------------------------
+
+    def conductance(self, a: str, b: str, value: float) -> None:
+        """Add a conductance [S] between two nodes."""
+        nodes = self.layout.nodes
+        if nodes[a] != nodes[b]:
+            self.G.across(nodes[a], nodes[b], value)
+
+    def capacitance(self, a: str, b: str, value: float) -> None:
+        """Add a capacitance [F] between two nodes."""
+        nodes = self.layout.nodes
+        if nodes[a] != nodes[b]:
+            self.E.across(nodes[a], nodes[b], value)
+
+    def connect(self, branch: int, a: str, b: str) -> None:
+        """Let the branch current flow from a to b and write ``-(va - vb)`` into its row."""
+        for index, sign in self.layout.voltage(a, b):
+            self.G.add(index, branch, sign)
+            self.G.add(branch, index, -sign)
+
+    def current_source(self, a: str, b: str, column: int, factor: float = 1.0) -> None:
+        """Let ``factor`` times a waveform flow from a through the element to b."""
+        for index, sign in self.layout.voltage(a, b, -factor):
+            self.S.add(index, column, sign)
+
+    def add(self, row: int, functional: Functional, factor: float = 1.0) -> None:
+        """Add a linear combination of z, lam, z' and u to the left side of a row."""
+        for index, value in functional.z:
+            self.G.add(row, index, factor * value)
+        for index, value in functional.lam:
+            self.A.add(row, index, factor * value)
+        for index, value in functional.dz:
+            self.E.add(row, index, factor * value)
+        for index, value in functional.u:
+            self.S.add(row, index, -factor * value)
+
+    def inject(self, a: str, b: str, functional: Functional, factor: float = 1.0) -> None:
+        """Let ``factor`` times an output flow from a through the element to b."""
+        for row, sign in self.layout.voltage(a, b, factor):
+            self.add(row, functional, sign)

@@ -1,0 +1,81 @@
+"""Independent voltage source ``V a b ...``: va - vb is a given function of time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from ..problems.descriptor import Functional, Waveform
+from .device import NO_VALUES, Context, Device, Edge, check_flags
+from .effect import Effect
+from .parameter import Parameter, Table
+from .stamper import Conditions, Layout, Stamper
+from .waveform import check_source, source_waveform
+
+if TYPE_CHECKING:
+    from ..netlist.deck import Element, Source
+
+
+class VoltageSource(Device):
+    """An independent voltage source; its current into the first terminal is an unknown."""
+
+    KIND = "voltage source"
+    INSTANCE = Table()
+    shows_current = True
+    __slots__ = ("source",)
+
+    def __init__(self, element: Element, source: Source) -> None:
+        super().__init__(element)
+        self.source = source
+        self.effects = (Effect(f"{source.kind or 'dc'} voltage"),)
+
+    @classmethod
+    def read(cls, element: Element, context: Context) -> VoltageSource | None:
+        """Return the source of an element line, or None after reporting why not."""
+        found = read_source(cls, element, context)
+        return None if found is None else cls(element, found[0])
+
+    def waveform(self, conditions: Conditions) -> Waveform:
+        """Return the voltage as a function of time."""
+        return source_waveform(self.source, conditions, self.name)
+
+    def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
+        """Return one voltage branch."""
+        return (Edge("V", *self.ends),)
+
+    def stamp(self, stamper: Stamper) -> None:
+        """Write ``-(va - vb) = -V``."""
+        branch = stamper.branch(self.name)
+        stamper.connect(branch, *self.ends)
+        waveform = self.waveform(stamper.layout.conditions)
+        if waveform.kind != "dc" or waveform.values[0] != 0.0:
+            column = stamper.column(waveform)
+            stamper.layout.columns[self.name] = column
+            stamper.S.add(branch, column, -1.0)
+
+    def current(self, layout: Layout) -> Functional:
+        """Return the unknown current."""
+        return layout.branch(self.name)
+
+
+SOURCE_SHARED = (Parameter("m", "number of equal sources in parallel", "", 1.0),)
+
+
+def read_source(
+    law: type[Device], element: Element, context: Context
+) -> tuple[Source, dict[str, float]] | None:
+    """Return the checked source and the parameters of a V or I line, or None after reporting."""
+    findings = context.findings
+    check_flags(law, element, findings)
+    given = law.INSTANCE.read(element.params, element.name, findings)
+    if element.source is None:
+        findings.error(
+            "NS2004",
+            f"{element.name} has no value",
+            element.span,
+            "write DC 5, or SIN(...), PULSE(...), PWL(...), EXP(...)",
+        )
+        return None
+    if not check_source(element.source, element.name, findings):
+        return None
+    return element.source, given
