@@ -9,8 +9,13 @@ from ..errors import NetlistError
 from ..netlist.deck import Deck, TranCard
 from . import islands as _islands
 from .circuit import Circuit, Island
+from .deck_names import check_names
 from .problem_class import classify
 from .references import resolve
+from .topology import check_topology
+
+#: letters whose controls are nodes
+_SENSING = "egs"
 
 
 def build(deck: Deck) -> Circuit:
@@ -30,9 +35,12 @@ def build(deck: Deck) -> Circuit:
     findings = Findings()
     devices = read_devices(deck, findings)
     resolve(devices, [element.name for element in deck.elements], findings)
+    check_names(deck, nodes_of_deck(deck), findings)
     if findings.errors:
         raise NetlistError(findings.errors)
-    circuit = _assemble_circuit(deck, devices)
+    defaults = default_conditions(deck)
+    check_topology(devices, deck, defaults, findings)
+    circuit = _assemble_circuit(deck, devices, defaults)
     circuit.warnings = [*deck.warnings, *findings.warnings]
     return circuit
 
@@ -84,9 +92,15 @@ def nodes_of(devices: Sequence[Device]) -> list[str]:
     return list(nodes)
 
 
-def _assemble_circuit(deck: Deck, devices: list[Device]) -> Circuit:
+def nodes_of_deck(deck: Deck) -> set[str]:
+    """Return all node names of the element lines, also of refused ones."""
+    return {
+        n for e in deck.elements for n in (*e.nodes, *(e.controls if e.letter in _SENSING else ()))
+    }
+
+
+def _assemble_circuit(deck: Deck, devices: list[Device], defaults: Conditions) -> Circuit:
     """Split the devices into islands and classify each."""
-    defaults = default_conditions(deck)
     groups = _islands.split(devices)
     islands = [Island(g, nodes_of(g), *classify(g), defaults) for g in groups]
     node_home = {node: k for k, island in enumerate(islands) for node in island.nodes}
