@@ -22,7 +22,10 @@ fn invalid(message: impl Into<String>) -> PyErr {
 fn csc(m: &Matrix) -> PyResult<Csc> {
     let (nrows, ncols) = (m.0, m.1);
     let convert = |a: &Ints| -> PyResult<Vec<usize>> {
-        a.as_slice()?.iter().map(|&i| usize::try_from(i).map_err(|e| invalid(e.to_string()))).collect()
+        a.as_slice()?
+            .iter()
+            .map(|&i| usize::try_from(i).map_err(|e| invalid(e.to_string())))
+            .collect()
     };
     let (colptr, rowidx) = (convert(&m.2)?, convert(&m.3)?);
     let values = m.4.as_slice()?.to_vec();
@@ -149,7 +152,7 @@ impl PyStepper {
             }
             terms.push(list);
         }
-        Ok(PyStepper { inner: Stepper::new(sys, waveforms, switches, Outputs::new(&terms)) })
+        Ok(PyStepper { inner: Stepper::new(sys, waveforms, switches, Outputs::new(&terms, sizes)) })
     }
 
     /// Returns None, or the failure as a dict.
@@ -194,7 +197,14 @@ impl PyStepper {
         result.err().map(|f| failure_dict(py, &f)).transpose()
     }
 
-    fn plan_grid(&mut self, start: f64, stop: f64, step: f64, out_start: f64, out_step: f64) -> u64 {
+    fn plan_grid(
+        &mut self,
+        start: f64,
+        stop: f64,
+        step: f64,
+        out_start: f64,
+        out_step: f64,
+    ) -> u64 {
         let clock = Clock::grid(start, stop, step, out_start, out_step);
         self.inner.plan(Plan::Grid(clock), step)
     }

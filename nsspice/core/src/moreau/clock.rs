@@ -20,6 +20,9 @@ pub struct Target {
     pub jump: bool,
 }
 
+/// No output rows within a piece.
+const NEVER: u64 = u64::MAX;
+
 /// A uniform stretch of steps `origin + k length`, `k = 1..=count`.
 #[derive(Clone, Debug)]
 struct Piece {
@@ -27,7 +30,7 @@ struct Piece {
     end: f64,
     length: f64,
     count: u64,
-    /// every this many steps an output row (0: none)
+    /// an output row every this many steps
     row_every: u64,
     /// distance of the output rows, so that they are multiples of it and not of the step
     row_step: f64,
@@ -42,6 +45,8 @@ pub struct Clock {
     piece: usize,
     /// next grid point of the current piece
     next: u64,
+    /// grid points to the next output row, that one included
+    until_row: u64,
     now: f64,
     /// next corner of any source and whether it is a jump; infinite if there is none
     corner: (f64, bool),
@@ -64,7 +69,7 @@ impl Clock {
                 end: out_start,
                 length: (out_start - start) / count,
                 count: count as u64,
-                row_every: 0,
+                row_every: NEVER,
                 row_step: 0.0,
                 last_is_row: true,
             });
@@ -93,21 +98,29 @@ impl Clock {
                 end: stop,
                 length: rest / count,
                 count: count as u64,
-                row_every: 0,
+                row_every: NEVER,
                 row_step: 0.0,
                 last_is_row: true,
             });
         }
-        Clock {
+        let mut clock = Clock {
             pieces,
             piece: 0,
             next: 1,
+            until_row: 0,
             now: start,
             corner: (f64::NEG_INFINITY, false),
             inside: false,
             rows: rows as u64 + 1 + u64::from(has_rest),
             first_row_now: out_start <= start,
-        }
+        };
+        clock.enter_piece();
+        clock
+    }
+
+    fn enter_piece(&mut self) {
+        self.next = 1;
+        self.until_row = self.pieces.get(self.piece).map_or(NEVER, |p| p.row_every);
     }
 
     /// Number of output rows in all, the one at the start included.
@@ -129,11 +142,11 @@ impl Clock {
     pub fn next(&mut self, waveforms: &[Waveform]) -> Option<Target> {
         let piece = self.pieces.get(self.piece)?;
         let (k, h) = (self.next, piece.length);
-        let is_row = (piece.row_every > 0 && k % piece.row_every == 0)
-            || (piece.last_is_row && k == piece.count);
-        let grid = if k == piece.count {
+        let at_end = k == piece.count;
+        let at_row = self.until_row == 1 || (piece.last_is_row && at_end);
+        let grid = if at_end {
             piece.end
-        } else if piece.row_every > 0 && k % piece.row_every == 0 {
+        } else if at_row {
             piece.origin + (k / piece.row_every) as f64 * piece.row_step
         } else {
             piece.origin + k as f64 * h
@@ -142,7 +155,7 @@ impl Clock {
             self.corner = next_corner(waveforms, self.now);
         }
         let near = 1e-9 * h;
-        let mut target = Target { time: grid, label: grid, length: h, row: is_row, jump: false };
+        let mut target = Target { time: grid, label: grid, length: h, row: at_row, jump: false };
         let (corner, jump) = self.corner;
         if corner < grid - near {
             let length = corner - self.now;
@@ -159,9 +172,11 @@ impl Clock {
                 target.jump = jump;
             }
             self.next += 1;
-            if k == piece.count {
+            // a countdown, since a division per step would be a good part of a small step's cost
+            self.until_row = if self.until_row == 1 { piece.row_every } else { self.until_row - 1 };
+            if at_end {
                 self.piece += 1;
-                self.next = 1;
+                self.enter_piece();
             }
         }
         self.now = target.time;

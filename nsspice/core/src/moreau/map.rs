@@ -90,10 +90,13 @@ impl ModeMap {
     pub fn apply(&self, input: &[f64], out: &mut [f64]) {
         let out = &mut out[..self.rows];
         out.copy_from_slice(&self.constant);
-        for (column, &x) in self.columns.chunks_exact(self.rows).zip(input) {
+        let mut rest = &self.columns[..];
+        for &x in input {
+            let (column, others) = rest.split_at(self.rows);
             for (o, &c) in out.iter_mut().zip(column) {
                 *o += c * x;
             }
+            rest = others;
         }
     }
 }

@@ -21,6 +21,6 @@ mod stepper;
 pub use clock::{Clock, Target};
 pub use gates::Switch;
 pub use jumps::Jump;
-pub use record::{Outputs, Part, Values};
+pub use record::{Outputs, Part};
 pub use stage::System;
 pub use stepper::{Failure, Plan, Progress, Statistics, Stepper};

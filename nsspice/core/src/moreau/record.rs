@@ -13,41 +13,44 @@ pub enum Part {
     Source,
 }
 
-/// All outputs of a run, stored row by row.
-#[derive(Clone, Debug, Default)]
+/// All outputs of a run, compiled to indices into one array of all quantities.
+#[derive(Clone, Debug)]
 pub struct Outputs {
     start: Vec<usize>,
-    terms: Vec<(Part, usize, f64)>,
+    index: Vec<u32>,
+    factor: Vec<f64>,
     needs_rates: bool,
-}
-
-/// The values outputs are computed from.
-pub struct Values<'a> {
-    /// unknowns
-    pub z: &'a [f64],
-    /// multipliers
-    pub l: &'a [f64],
-    /// rates of the unknowns; may be empty if no output needs them
-    pub rates: &'a [f64],
-    /// source values
-    pub u: &'a [f64],
+    /// scratch: z, l, rates, u one after the other
+    all: Vec<f64>,
+    sizes: [usize; 4],
 }
 
 impl Outputs {
-    /// Collects the terms of each output.
-    pub fn new(outputs: &[Vec<(Part, usize, f64)>]) -> Self {
-        let mut made = Outputs { start: vec![0], terms: Vec::new(), needs_rates: false };
+    /// Collects the terms of each output; `sizes` are the lengths of z, l, rates and u.
+    pub fn new(outputs: &[Vec<(Part, usize, f64)>], sizes: [usize; 4]) -> Self {
+        let mut made = Outputs {
+            start: vec![0],
+            index: Vec::new(),
+            factor: Vec::new(),
+            needs_rates: false,
+            all: vec![0.0; sizes.iter().sum()],
+            sizes,
+        };
         for output in outputs {
-            made.needs_rates |= output.iter().any(|t| t.0 == Part::Rate);
-            made.terms.extend_from_slice(output);
-            made.start.push(made.terms.len());
+            for &(part, index, factor) in output {
+                made.needs_rates |= part == Part::Rate;
+                let offset: usize = sizes[..part as usize].iter().sum();
+                made.index.push((offset + index) as u32);
+                made.factor.push(factor);
+            }
+            made.start.push(made.index.len());
         }
         made
     }
 
     /// Number of outputs.
     pub fn len(&self) -> usize {
-        self.start.len().saturating_sub(1)
+        self.start.len() - 1
     }
 
     /// True if there are none.
@@ -60,18 +63,20 @@ impl Outputs {
         self.needs_rates
     }
 
-    /// Writes one row.
-    pub fn write(&self, at: &Values, row: &mut [f64]) {
-        for (k, value) in row.iter_mut().enumerate().take(self.len()) {
+    /// Writes one row from z, l, rates and u.
+    pub fn write(&mut self, z: &[f64], l: &[f64], rates: &[f64], u: &[f64], row: &mut [f64]) {
+        let [n, m, r, _] = self.sizes;
+        self.all[..n].copy_from_slice(z);
+        self.all[n..n + m].copy_from_slice(l);
+        if self.needs_rates {
+            self.all[n + m..n + m + r].copy_from_slice(rates);
+        }
+        self.all[n + m + r..].copy_from_slice(u);
+        let mut terms = self.index.iter().zip(&self.factor);
+        for (value, ends) in row.iter_mut().zip(self.start.windows(2)) {
             let mut sum = 0.0;
-            for &(part, index, factor) in &self.terms[self.start[k]..self.start[k + 1]] {
-                let x = match part {
-                    Part::Unknown => at.z[index],
-                    Part::Multiplier => at.l[index],
-                    Part::Rate => at.rates[index],
-                    Part::Source => at.u[index],
-                };
-                sum += factor * x;
+            for (&index, &factor) in terms.by_ref().take(ends[1] - ends[0]) {
+                sum += factor * self.all[index as usize];
             }
             *value = sum;
         }

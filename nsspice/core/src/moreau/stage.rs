@@ -222,6 +222,13 @@ impl Stage {
         &mut self.slots[index]
     }
 
+    /// The inputs of the maps and the slot of the present mode.
+    pub fn inputs_and_slot(&mut self, active: &[bool], epoch: u64) -> (&MapInputs, &mut Slot) {
+        self.slot(active, epoch);
+        let index = self.present.map_or(0, |p| p.1);
+        (&self.inputs, &mut self.slots[index])
+    }
+
     /// Makes the affine map of the present mode if it is worth its memory.
     pub fn make_map(&mut self, active: &[bool], epoch: u64, work: &mut [f64]) {
         let entries = (self.matrices.n + self.matrices.m) * (self.inputs.len() + 1);

@@ -41,81 +41,73 @@ impl Stepper {
     fn take(&mut self, length: f64) -> Outcome {
         self.stats.steps += 1;
         let k = self.stage_index(length, false);
-        let (n, m) = (self.z.len(), self.l.len());
+        if self.quick(k) {
+            self.stats.quick_steps += 1;
+            let check = self.stats.steps % CHECK == 0;
+            if check {
+                let matrices = &self.stages[k].matrices;
+                matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
+            }
+            self.keep_for_rates();
+            let (z, guards) = self.x.split_at(self.z.len());
+            self.z.copy_from_slice(z);
+            for ((l, &guard), &active) in self.l.iter_mut().zip(guards).zip(&self.active) {
+                *l = if active { guard } else { 0.0 };
+            }
+            if check {
+                let driver = &mut self.stages[k].driver;
+                let found = driver.residual(&self.rhs, &self.sys.q, &self.roles, &self.z, &self.l);
+                self.note(found);
+            }
+        } else {
+            let matrices = &self.stages[k].matrices;
+            matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
+            self.keep_for_rates();
+            self.solve(k, length, Start::Warm)?;
+        }
+        self.finish_rates(length);
+        Ok(())
+    }
+
+    /// Tries the present mode: leaves unknowns and guards in `x`, true if all guards hold.
+    fn quick(&mut self, k: usize) -> bool {
+        let n = self.z.len();
         let stage = &mut self.stages[k];
         let slot = stage.slot(&self.active, self.epoch);
         slot.uses += 1;
-        let mut quick = slot.factor.regular();
-        if quick {
-            if slot.map.is_none() && slot.uses == USES_FOR_MAP {
-                stage.make_map(&self.active, self.epoch, &mut self.work);
-            }
-            let inputs = &stage.inputs;
-            if self.input.len() < inputs.len() {
-                self.input.resize(inputs.len(), 0.0);
-            }
-            let (nc, ne) = (inputs.carried.len(), inputs.ends.len());
-            let has_map = stage.slot(&self.active, self.epoch).map.is_some();
-            if has_map {
-                for (x, &j) in self.input.iter_mut().zip(&stage.inputs.carried) {
-                    *x = self.z[j];
-                }
-                for (x, &j) in self.input[nc..].iter_mut().zip(&stage.inputs.ends) {
-                    *x = self.u1[j];
-                }
-                for (x, &j) in self.input[nc + ne..].iter_mut().zip(&stage.inputs.starts) {
-                    *x = self.u0[j];
-                }
-                let count = stage.inputs.len();
-                let slot = stage.slot(&self.active, self.epoch);
-                let map = slot.map.as_ref().expect("just checked");
-                map.apply(&self.input[..count], &mut self.x);
-            } else {
-                let matrices = &stage.matrices;
-                matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
-                self.x[..n].copy_from_slice(&self.rhs);
-                for i in 0..m {
-                    self.x[n + i] = if self.active[i] { -matrices.q[i] } else { 0.0 };
-                }
-                let slot = stage.slot(&self.active, self.epoch);
-                slot.factor.clone().solve(&mut self.x, &mut self.work);
-                let (z, l) = self.x.split_at_mut(n);
-                stage.matrices.slacks(z, l, true, &mut self.w);
-                for i in 0..m {
-                    if !self.active[i] {
-                        l[i] = self.w[i];
-                    }
-                }
-            }
-            let guards = &self.x[n..];
-            quick = self.diodes.iter().all(|&i| guards[i] >= 0.0)
-                && (length.is_finite() || self.x.iter().all(|v| v.is_finite()));
+        if !slot.factor.regular() {
+            return false; // consistency has to be checked: the driver's work
         }
-        if !quick {
-            let stage = &self.stages[k];
-            stage.matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
-            self.keep_for_rates();
-            self.solve(k, length, Start::Warm)?;
-            self.finish_rates(length);
-            return Ok(());
+        if slot.map.is_none() && slot.uses == USES_FOR_MAP {
+            stage.make_map(&self.active, self.epoch, &mut self.work);
         }
-        self.stats.quick_steps += 1;
-        if self.stats.steps % CHECK == 0 {
-            let matrices = &self.stages[k].matrices;
+        let (inputs, slot) = stage.inputs_and_slot(&self.active, self.epoch);
+        if let Some(map) = &slot.map {
+            self.input.clear();
+            self.input.extend(inputs.carried.iter().map(|&j| self.z[j]));
+            self.input.extend(inputs.ends.iter().map(|&j| self.u1[j]));
+            self.input.extend(inputs.starts.iter().map(|&j| self.u0[j]));
+            map.apply(&self.input, &mut self.x);
+        } else {
+            let factor = slot.factor.clone();
+            let matrices = &stage.matrices;
             matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
+            self.x[..n].copy_from_slice(&self.rhs);
+            for ((x, &q), &active) in self.x[n..].iter_mut().zip(&matrices.q).zip(&self.active) {
+                *x = if active { -q } else { 0.0 };
+            }
+            factor.solve(&mut self.x, &mut self.work);
+            let (z, l) = self.x.split_at_mut(n);
+            matrices.slacks(z, l, true, &mut self.w);
+            for ((l, &w), &active) in l.iter_mut().zip(&self.w).zip(&self.active) {
+                if !active {
+                    *l = w;
+                }
+            }
         }
-        self.keep_for_rates();
-        self.z.copy_from_slice(&self.x[..n]);
-        for i in 0..m {
-            self.l[i] = if self.active[i] { self.x[n + i] } else { 0.0 };
-        }
-        self.finish_rates(length);
-        if self.stats.steps % CHECK == 0 {
-            let driver = &mut self.stages[k].driver;
-            let residual = driver.residual(&self.rhs, &self.sys.q, &self.roles, &self.z, &self.l);
-            self.note(residual);
-        }
-        Ok(())
+        // NaN fails the comparison and goes to the driver, which names the trouble
+        let guards = &self.x[n..];
+        self.diodes.iter().all(|&i| guards[i] >= 0.0)
     }
 
     /// Solves the complementarity problem with right-hand side `rhs` at stage `k`.

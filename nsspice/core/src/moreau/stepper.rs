@@ -3,9 +3,9 @@
 use super::clock::{evaluate, Clock, Target};
 use super::gates::Switch;
 use super::jumps::Jump;
-use super::record::{Outputs, Values};
+use super::record::Outputs;
 use super::stage::{Stage, System};
-use crate::mlcp::{Residual, Role, Start};
+use crate::mlcp::{Role, Start};
 use crate::waveform::{Side, Waveform};
 use std::time::{Duration, Instant};
 
@@ -19,7 +19,12 @@ pub enum Plan {
     /// a time grid with steps and corners
     Grid(Clock),
     /// bare points, for static systems and sweeps
-    Points { times: Vec<f64>, next: usize },
+    Points {
+        /// where
+        times: Vec<f64>,
+        /// index of the next one
+        next: usize,
+    },
 }
 
 impl Plan {
@@ -312,9 +317,8 @@ impl Stepper {
         (rows, Progress::More)
     }
 
-    fn write(&self, label: f64, row: &mut [f64]) {
+    fn write(&mut self, label: f64, row: &mut [f64]) {
         row[0] = label;
-        let at = Values { z: &self.z, l: &self.l, rates: &self.rates, u: &self.u0 };
-        self.outputs.write(&at, &mut row[1..]);
+        self.outputs.write(&self.z, &self.l, &self.rates, &self.u0, &mut row[1..]);
     }
 }

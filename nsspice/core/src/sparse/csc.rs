@@ -3,11 +3,15 @@
 /// A sparse matrix; row numbers ascend within each column and are unique.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Csc {
+    /// number of rows
     pub nrows: usize,
+    /// number of columns
     pub ncols: usize,
     /// start of each column, length `ncols + 1`
     pub colptr: Vec<usize>,
+    /// row of each entry
     pub rowidx: Vec<usize>,
+    /// value of each entry
     pub values: Vec<f64>,
 }
 

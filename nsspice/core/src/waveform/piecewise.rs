@@ -28,13 +28,11 @@ impl PiecewiseLinear {
     pub fn pulse(p: &[f64], scale: f64) -> Self {
         let (v1, v2, delay, rise, fall, width, period, count) =
             (p[0] * scale, p[1] * scale, p[2], p[3], p[4], p[5], p[6], p[7]);
-        let mut corners = vec![(0.0, v1), (rise, v2), (rise + width, v2), (rise + width + fall, v1)];
+        let mut corners =
+            vec![(0.0, v1), (rise, v2), (rise + width, v2), (rise + width + fall, v1)];
         corners.retain(|c| c.0.is_finite());
-        let repeat = (period.is_finite() && period > 0.0).then(|| Repeat {
-            start: delay,
-            period,
-            count,
-        });
+        let repeat =
+            (period.is_finite() && period > 0.0).then(|| Repeat { start: delay, period, count });
         if repeat.is_some() {
             cut(&mut corners, period);
         }
@@ -130,7 +128,8 @@ impl PiecewiseLinear {
             }
             let base = lap * period;
             let candidates = self.times.iter().filter(|&&s| s >= start).copied();
-            for s in std::iter::once(start).chain(candidates).chain(std::iter::once(start + period)) {
+            for s in std::iter::once(start).chain(candidates).chain(std::iter::once(start + period))
+            {
                 if s + base > after && (lap < count || s <= start) {
                     return Some(self.corner(s + base));
                 }

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 
 /// A waveform without jumps.
 #[derive(Clone, Debug)]
+#[allow(missing_docs)] // the fields are SPICE's, in SPICE's order
 pub enum Smooth {
     /// `offset + amplitude exp(-damping s) sin(2 pi frequency s + phase)`, `s = t - delay`, held
     /// before the delay
@@ -85,7 +86,8 @@ impl Smooth {
             Smooth::Exp { td1, td2, .. } => [td1, td2],
             Smooth::Sffm { .. } => return None,
         };
-        let time = kinks.into_iter().filter(|&k| k > t && k.is_finite()).fold(f64::INFINITY, f64::min);
+        let time =
+            kinks.into_iter().filter(|&k| k > t && k.is_finite()).fold(f64::INFINITY, f64::min);
         time.is_finite().then_some(Corner { time, jump: false })
     }
 }
