@@ -118,6 +118,8 @@ class MoreauStepper:
         self.H = H if H is not None else Csc.zeros((n, n))
         self.Hs = Hs if Hs is not None else Csc.zeros((n, p))
         self._columns = 1 + len(outputs)
+        self._buffer = np.empty((0, self._columns))
+        self.pending = self._buffer
         self._core = _core.Stepper(
             _matrix(system.E),
             _matrix(system.G),
@@ -213,17 +215,19 @@ class MoreauStepper:
         Returns
         -------
         rows : ndarray, shape (k, 1 + outputs)
-            Time first.
+            Time first.  A view of a buffer that the next call overwrites.
         done : bool
             True when the plan is finished.
 
         Raises
         ------
         UnsolvedStep
-            If a step has no solution; rows computed before are lost only if the caller asked for
-            them in the same call, so ``pending`` holds them.
+            If a step has no solution; ``pending`` then holds the rows computed before it.
         """
-        rows = np.empty((max_rows, self._columns))
+        if self._buffer.shape[0] < max_rows:
+            # kept, since the first touch of fresh memory costs more than computing what goes there
+            self._buffer = np.empty((max_rows, self._columns))
+        rows = self._buffer[:max_rows]
         self.pending = rows[:0]
         filled = 0
         while True:
