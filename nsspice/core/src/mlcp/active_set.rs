@@ -1,0 +1,40 @@
+//! Stage 1: semismooth Newton on `min(l, w) = 0`, an active-set iteration from the last mode.
+//!
+//! Most steps of a simulation change few pairs or none, so that this stage ends after one or two
+//! solves with cached factors.  It has no convergence theory; cycles are noticed and left to the
+//! stages that have one.
+
+use super::cache::fingerprint;
+use super::residual::Residual;
+use super::scratch::{Scale, Scratch, ACCEPT};
+
+/// Iterations granted for few pairs; large networks get more (a front of switching diodes moves
+/// one pair per iteration).
+const ITERATIONS: usize = 12;
+
+/// Starts from `start` and the active set already in `s.active`; true if `s.x` solves the problem.
+pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
+    let limit = ITERATIONS.max((s.model.m / 8).min(200));
+    let mut scale = Scale::Own;
+    s.seen.clear();
+    s.seen.push(fingerprint(&s.active));
+    for _ in 0..limit {
+        s.x.copy_from_slice(&s.start);
+        s.solve_mode();
+        if s.identify(scale) == 0 {
+            let found = s.judge();
+            return (found.worst() <= ACCEPT).then_some(found);
+        }
+        let print = fingerprint(&s.next);
+        if s.seen.contains(&print) {
+            if scale == Scale::Network {
+                return None;
+            }
+            scale = Scale::Network;
+            s.seen.clear();
+        }
+        s.seen.push(print);
+        s.adopt();
+    }
+    None
+}

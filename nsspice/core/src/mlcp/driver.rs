@@ -1,0 +1,194 @@
+//! The driver: one mixed complementarity problem after the other, cheapest method first.
+
+use super::model::Model;
+use super::modes::ModeFactor;
+use super::problem::{Problem, Role, Start};
+use super::residual::{residual, Residual};
+use super::scratch::Scratch;
+use super::{active_set, exhaustive, interior, proximal};
+use std::sync::Arc;
+
+/// A solution of this size relative to data and previous solution is suspect.
+const SUSPECT: f64 = 1e10;
+
+/// Solves a sequence of problems with equal matrices.
+pub struct Driver {
+    scratch: Scratch,
+    statistics: Statistics,
+}
+
+/// What the driver has done so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// problems solved by active set, proximal point, interior point, enumeration
+    pub solved: [u64; 4],
+    /// problems not solved
+    pub unsolved: u64,
+    /// mode equations solved
+    pub mode_solves: u64,
+    /// mode equations factored
+    pub factored: u64,
+}
+
+/// A solved problem.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solved {
+    /// 1 active set, 2 proximal point, 3 interior point, 5 search for non-monotone problems
+    pub stage: u8,
+    /// mode equations solved
+    pub iterations: u32,
+    /// how well it is solved
+    pub residual: Residual,
+    /// the solution is so large against its data that the problem may be infeasible up to
+    /// rounding: ask for a certificate before accepting it
+    pub needs_certificate: bool,
+}
+
+/// No stage found a solution: the problem is infeasible (a certificate tells) or too hard.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unsolved {
+    /// residual of the best point
+    pub residual: Residual,
+    /// mode equations solved
+    pub iterations: u32,
+    /// best point found, unknowns
+    pub z: Vec<f64>,
+    /// best point found, multipliers
+    pub l: Vec<f64>,
+}
+
+impl Driver {
+    /// Prepares the matrices.
+    pub fn new(problem: Problem) -> Driver {
+        let model = Arc::new(Model::new(problem));
+        Driver { scratch: Scratch::new(model), statistics: Statistics::default() }
+    }
+
+    /// Solves `K z + A l = rhs`, `w = q - B z + D l`, every pair in its role.
+    ///
+    /// On entry `z`, `l` hold the previous solution, on exit the new one; among several solutions
+    /// the one nearest to the previous (cold start: of least norm) is approached.  They are left
+    /// alone if the problem is not solved.
+    pub fn solve(
+        &mut self,
+        rhs: &[f64],
+        q: &[f64],
+        roles: &[Role],
+        z: &mut [f64],
+        l: &mut [f64],
+        start: Start,
+    ) -> Result<Solved, Box<Unsolved>> {
+        let s = &mut self.scratch;
+        let n = s.model.n;
+        load(s, rhs, q, roles);
+        match start {
+            Start::Warm => {
+                s.start[..n].copy_from_slice(z);
+                s.start[n..].copy_from_slice(l);
+                s.x.copy_from_slice(&s.start);
+                s.activate_from_signs();
+            }
+            Start::Cold => {
+                s.start.fill(0.0);
+                for (a, r) in s.active.iter_mut().zip(&s.roles) {
+                    *a = *r == Role::Closed;
+                }
+            }
+        }
+        s.iterations = 0;
+        s.best_residual = Residual::INFINITE;
+        s.best.copy_from_slice(&s.start);
+        let finite = s.f.iter().chain(&s.start).all(|v| v.is_finite());
+        let outcome = if finite { stages(s) } else { None };
+        self.statistics.mode_solves += u64::from(s.iterations);
+        self.statistics.factored = s.cache.factored;
+        let Some((stage, residual)) = outcome else {
+            self.statistics.unsolved += 1;
+            return Err(Box::new(Unsolved {
+                residual: s.best_residual,
+                iterations: s.iterations,
+                z: s.best[..n].to_vec(),
+                l: s.best[n..].to_vec(),
+            }));
+        };
+        let place = if stage == 5 { 3 } else { usize::from(stage) - 1 };
+        self.statistics.solved[place] += 1;
+        let largest = |v: &[f64]| v.iter().fold(0.0f64, |a, b| a.max(b.abs()));
+        let reference = largest(&s.f).max(largest(&s.start));
+        z.copy_from_slice(&s.x[..n]);
+        l.copy_from_slice(&s.x[n..]);
+        Ok(Solved {
+            stage,
+            iterations: s.iterations,
+            residual,
+            needs_certificate: largest(&s.x) > SUSPECT * reference,
+        })
+    }
+
+    /// The factored equations of a mode, from the cache if it has been met before.
+    pub fn mode_factor(&mut self, active: &[bool]) -> Arc<ModeFactor> {
+        let s = &mut self.scratch;
+        s.cache.get(&s.model, 0, active)
+    }
+
+    /// Residual of a point.
+    pub fn residual(
+        &mut self,
+        rhs: &[f64],
+        q: &[f64],
+        roles: &[Role],
+        z: &[f64],
+        l: &[f64],
+    ) -> Residual {
+        let s = &mut self.scratch;
+        let n = s.model.n;
+        load(s, rhs, q, roles);
+        s.x[..n].copy_from_slice(z);
+        s.x[n..].copy_from_slice(l);
+        let Scratch { model, roles, f, x, terms, defect, .. } = s;
+        residual(model, roles, f, x, terms, defect)
+    }
+
+    /// Active pairs of the last solution.
+    pub fn active(&self) -> &[bool] {
+        &self.scratch.active
+    }
+
+    /// Whether the problem is known to be monotone, so that infeasibility of its linear
+    /// inequalities is the only reason for having no solution.
+    pub fn monotone(&self) -> bool {
+        self.scratch.model.monotone()
+    }
+
+    /// What has been done so far.
+    pub fn statistics(&self) -> Statistics {
+        self.statistics
+    }
+}
+
+fn load(s: &mut Scratch, rhs: &[f64], q: &[f64], roles: &[Role]) {
+    let n = s.model.n;
+    s.f[..n].copy_from_slice(rhs);
+    for (f, q) in s.f[n..].iter_mut().zip(q) {
+        *f = -q;
+    }
+    s.roles.copy_from_slice(roles);
+}
+
+fn stages(s: &mut Scratch) -> Option<(u8, Residual)> {
+    if let Some(found) = active_set::solve(s) {
+        return Some((1, found));
+    }
+    if let Some(found) = proximal::solve(s) {
+        return Some((2, found));
+    }
+    if let Some(found) = interior::solve(s) {
+        return Some((3, found));
+    }
+    if !s.model.monotone() {
+        if let Some(found) = exhaustive::solve(s) {
+            return Some((5, found));
+        }
+    }
+    None
+}

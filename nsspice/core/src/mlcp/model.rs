@@ -1,0 +1,185 @@
+//! A problem prepared for solving: one matrix, its scaling, and the Jacobian of any mode.
+
+use super::equilibrate::ruiz;
+use super::problem::Problem;
+use crate::linear::DENSE_LIMIT;
+use crate::sparse::{Csc, Ordering};
+use std::sync::{Arc, OnceLock};
+
+/// `H = [[K, A], [-B, D]]`, the scaling, and the fixed pattern of all mode Jacobians.
+pub(crate) struct Model {
+    pub n: usize,
+    pub m: usize,
+    /// physical units
+    pub h: Csc,
+    /// physical unknown = scale * scaled unknown; also multiplies the rows of `H`
+    pub scale: Vec<f64>,
+    /// current rows in which a multiplier appears
+    pub touched: Vec<usize>,
+    row_kind: Vec<u8>,
+    /// `diag(scale) H diag(scale)` with a full diagonal
+    pub scaled: Csc,
+    /// order of elimination, the same for all modes
+    pub ordering: Arc<Ordering>,
+    /// memory of one factored mode [bytes], roughly
+    pub factor_bytes: usize,
+    monotone: OnceLock<bool>,
+}
+
+impl Model {
+    pub fn new(problem: Problem) -> Model {
+        let (n, m) = (problem.n(), problem.m());
+        assert_eq!(problem.k.ncols, n, "K must be square");
+        assert_eq!((problem.a.nrows, problem.a.ncols), (n, m), "A must be n x m");
+        assert_eq!((problem.b.nrows, problem.b.ncols), (m, n), "B must be m x n");
+        assert_eq!(problem.d.ncols, m, "D must be square");
+        assert_eq!(problem.row_kind.len(), n, "one kind per row of K");
+        let h = problem.matrix();
+        let scale = ruiz(&h);
+        let mut entries: Vec<_> =
+            h.iter().map(|(r, c, v)| (r, c, scale[r] * v * scale[c])).collect();
+        entries.extend((0..n + m).map(|i| (i, i, 0.0)));
+        let scaled = Csc::from_triplets(n + m, n + m, &entries);
+        let ordering = Arc::new(Ordering::new(&scaled, m));
+        let mut touched: Vec<_> = problem.a.iter().map(|(r, _, _)| r).collect();
+        touched.retain(|&r| problem.row_kind[r] == 0);
+        touched.sort_unstable();
+        touched.dedup();
+        Model {
+            n,
+            m,
+            h,
+            scale,
+            touched,
+            row_kind: problem.row_kind,
+            ordering,
+            factor_bytes: factor_bytes(&scaled),
+            scaled,
+            monotone: OnceLock::new(),
+        }
+    }
+
+    /// Number of unknowns `[z; l]`.
+    pub fn size(&self) -> usize {
+        self.n + self.m
+    }
+
+    /// 0 for a current row, 1 for a voltage row.
+    pub fn kind(&self, row: usize) -> usize {
+        usize::from(self.row_kind[row] != 0)
+    }
+
+    /// `out = f - H x`
+    pub fn defect(&self, f: &[f64], x: &[f64], out: &mut [f64]) {
+        out.copy_from_slice(f);
+        self.h.mul_add(-1.0, x, out);
+    }
+
+    /// `out = |H| |x| + |f|`, the scale of rounding in the defect
+    pub fn terms(&self, f: &[f64], x: &[f64], out: &mut [f64]) {
+        for (o, v) in out.iter_mut().zip(f) {
+            *o = v.abs();
+        }
+        self.h.abs_mul_add(x, out);
+    }
+
+    /// Size of the terms that multiplier `i` balances, in its own unit.
+    pub fn multiplier_terms(&self, i: usize, terms: &[f64]) -> f64 {
+        let (rows, values) = self.h.col(self.n + i);
+        let pairs = rows.iter().zip(values).take_while(|(&r, _)| r < self.n);
+        pairs.fold(
+            0.0f64,
+            |size, (&r, &v)| if v == 0.0 { size } else { size.max(terms[r] / v.abs()) },
+        )
+    }
+
+    /// Values (in the pattern of `scaled`) of the Jacobian in which the row of pair `i` is
+    /// `weight[i]` times its slack equation plus `1 - weight[i]` times `l_i`, with `mu` added to
+    /// the diagonal of the equations.  Weights 1 and 0 give an active and an inactive pair.
+    pub fn jacobian(&self, weight: impl Fn(usize) -> f64, mu: f64, values: &mut Vec<f64>) {
+        let n = self.n;
+        values.clear();
+        values.reserve(self.scaled.values.len());
+        for c in 0..self.size() {
+            let (rows, base) = self.scaled.col(c);
+            for (&r, &v) in rows.iter().zip(base) {
+                let shifted = if r == c { v + mu } else { v };
+                values.push(if r < n {
+                    shifted
+                } else {
+                    let t = weight(r - n);
+                    let unit = if r == c { 1.0 - t } else { 0.0 };
+                    if t == 0.0 {
+                        unit
+                    } else {
+                        t * shifted + unit
+                    }
+                });
+            }
+        }
+    }
+
+    /// True if the symmetric part of `H` is known to be positive semidefinite: then a linear
+    /// complementarity problem is solvable exactly if it is feasible.
+    pub fn monotone(&self) -> bool {
+        *self.monotone.get_or_init(|| positive_semidefinite(&self.scaled))
+    }
+}
+
+/// Dense factors are square; sparse ones have, on circuits, a few times the entries of the matrix.
+fn factor_bytes(matrix: &Csc) -> usize {
+    let n = matrix.nrows;
+    if n <= DENSE_LIMIT {
+        8 * n * (n + 1)
+    } else {
+        16 * (6 * matrix.values.len() + 8 * n)
+    }
+}
+
+/// Cholesky with diagonal pivoting on the symmetric part; beyond 600 unknowns only diagonal
+/// dominance is tried.
+fn positive_semidefinite(matrix: &Csc) -> bool {
+    const TOLERANCE: f64 = 1e-12;
+    let n = matrix.nrows;
+    let symmetric: Vec<_> =
+        matrix.iter().flat_map(|(r, c, v)| [(r, c, 0.5 * v), (c, r, 0.5 * v)]).collect();
+    let symmetric = Csc::from_triplets(n, n, &symmetric);
+    let mut slack = vec![0.0f64; n]; // diagonal minus the sum of the other entries
+    for (r, c, v) in symmetric.iter() {
+        slack[r] += if r == c { v } else { -v.abs() };
+    }
+    if slack.iter().all(|&s| s >= -TOLERANCE) {
+        return true;
+    }
+    if n > 600 {
+        return false;
+    }
+    let mut s = vec![0.0; n * n];
+    for (r, c, v) in symmetric.iter() {
+        s[r * n + c] = v;
+    }
+    let mut left: Vec<usize> = (0..n).collect();
+    while let Some((at, _)) =
+        left.iter().enumerate().max_by(|x, y| s[x.1 * n + x.1].total_cmp(&s[y.1 * n + y.1]))
+    {
+        let p = left.swap_remove(at);
+        let pivot = s[p * n + p];
+        if pivot <= TOLERANCE {
+            // all remaining diagonals are at most TOLERANCE: the rest must vanish altogether
+            left.push(p);
+            let root = TOLERANCE.sqrt();
+            return left.iter().all(|&i| {
+                s[i * n + i] >= -TOLERANCE && left.iter().all(|&j| s[i * n + j].abs() <= root)
+            });
+        }
+        for &i in &left {
+            let factor = s[i * n + p] / pivot;
+            if factor != 0.0 {
+                for &j in &left {
+                    s[i * n + j] -= factor * s[p * n + j];
+                }
+            }
+        }
+    }
+    true
+}

@@ -1,0 +1,180 @@
+//! Work space shared by the stages, so that a solve allocates nothing once it is warm.
+
+use super::cache::ModeCache;
+use super::model::Model;
+use super::modes::ModeFactor;
+use super::problem::Role;
+use super::residual::{residual, Residual};
+use std::sync::Arc;
+
+/// Largest residual of an accepted solution.
+pub(crate) const ACCEPT: f64 = 1e-10;
+/// Sign tests ignore violations below this part of the terms they are the sum of.
+const SIGN: f64 = 1e-13;
+
+/// Against which size rounding errors are judged in sign tests.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Scale {
+    /// the terms of the equation itself: a nanovolt beside a megavolt keeps its sign
+    Own,
+    /// the largest current and voltage of the network: ends disputes about rounding errors
+    Network,
+}
+
+/// One problem instance together with the arrays in which it is solved.
+pub(crate) struct Scratch {
+    pub model: Arc<Model>,
+    pub cache: ModeCache,
+    pub roles: Vec<Role>,
+    /// `[b; -q]`
+    pub f: Vec<f64>,
+    /// prox centre and warm start `[z; l]`
+    pub start: Vec<f64>,
+    /// present iterate
+    pub x: Vec<f64>,
+    /// active pairs of the present iterate
+    pub active: Vec<bool>,
+    /// what the signs of the present iterate suggest
+    pub next: Vec<bool>,
+    /// `f - H x`; minus its second part is the slack
+    pub defect: Vec<f64>,
+    /// sizes of the terms summed in the defect
+    pub terms: Vec<f64>,
+    /// right-hand side of the mode being solved
+    pub rhs: Vec<f64>,
+    pub work: Vec<f64>,
+    /// fingerprints of the active sets visited
+    pub seen: Vec<u64>,
+    /// mode equations solved so far
+    pub iterations: u32,
+    /// best point so far and its residual
+    pub best: Vec<f64>,
+    pub best_residual: Residual,
+}
+
+impl Scratch {
+    pub fn new(model: Arc<Model>) -> Scratch {
+        let (size, m) = (model.size(), model.m);
+        let zeros = vec![0.0; size];
+        Scratch {
+            cache: ModeCache::new(),
+            roles: vec![Role::Diode; m],
+            f: zeros.clone(),
+            start: zeros.clone(),
+            x: zeros.clone(),
+            active: vec![false; m],
+            next: vec![false; m],
+            defect: zeros.clone(),
+            terms: zeros.clone(),
+            rhs: zeros.clone(),
+            work: vec![0.0; 4 * size],
+            seen: Vec::with_capacity(64),
+            iterations: 0,
+            best: zeros,
+            best_residual: Residual::INFINITE,
+            model,
+        }
+    }
+
+    /// The factored equations of the present active set.
+    pub fn factor(&mut self, level: usize) -> Arc<ModeFactor> {
+        self.cache.get(&self.model, level, &self.active)
+    }
+
+    /// Activity that the signs of multiplier and slack suggest: `l > w` in the scaled system.
+    pub fn guess(&self, i: usize, l: f64, w: f64) -> bool {
+        match self.roles[i] {
+            Role::Closed => true,
+            Role::Open => false,
+            Role::Diode => {
+                let s = self.model.scale[self.model.n + i];
+                l / s > w * s
+            }
+        }
+    }
+
+    /// Sets the active set from the signs at `x`.
+    pub fn activate_from_signs(&mut self) {
+        self.model.defect(&self.f, &self.x, &mut self.defect);
+        for i in 0..self.model.m {
+            let at = self.model.n + i;
+            self.active[i] = self.guess(i, self.x[at], -self.defect[at]);
+        }
+    }
+
+    /// Moves `x` to the nearest solution of the equations of the present active set.
+    pub fn solve_mode(&mut self) -> bool {
+        self.iterations += 1;
+        let n = self.model.n;
+        self.rhs.copy_from_slice(&self.f);
+        for (r, _) in self.rhs[n..].iter_mut().zip(&self.active).filter(|(_, &a)| !a) {
+            *r = 0.0;
+        }
+        let factor = self.factor(0);
+        factor.correct(&mut self.x, &self.rhs, &mut self.work);
+        factor.regular()
+    }
+
+    /// Computes the slacks at `x` and, in `next`, the active set its signs suggest; returns the
+    /// number of pairs that differ from the present one.
+    pub fn identify(&mut self, scale: Scale) -> usize {
+        let Scratch { model, f, x, defect, .. } = self;
+        model.defect(f, x, defect);
+        self.identify_from_defect(scale)
+    }
+
+    /// As `identify`, with the slacks (minus the second part of `defect`) given.
+    pub fn identify_from_defect(&mut self, scale: Scale) -> usize {
+        let (n, m) = (self.model.n, self.model.m);
+        self.next.copy_from_slice(&self.active);
+        let mut doubtful = false;
+        for i in (0..m).filter(|&i| self.roles[i] == Role::Diode) {
+            let value = if self.active[i] { self.x[n + i] } else { -self.defect[n + i] };
+            doubtful |= value < 0.0 || value.is_nan();
+        }
+        if !doubtful {
+            return 0;
+        }
+        let Scratch { model, f, x, terms, .. } = self;
+        model.terms(f, x, terms);
+        let largest = |v: &[f64]| v.iter().fold(0.0f64, |a, b| a.max(b.abs()));
+        let (current, voltage) = (largest(&x[n..]), largest(&terms[n..]));
+        let mut changes = 0;
+        for i in (0..m).filter(|&i| self.roles[i] == Role::Diode) {
+            let flip = if self.active[i] {
+                let size = match scale {
+                    Scale::Own => self.model.multiplier_terms(i, &self.terms),
+                    Scale::Network => current.max(self.model.multiplier_terms(i, &self.terms)),
+                };
+                self.x[n + i] < -SIGN * size
+            } else {
+                let size = match scale {
+                    Scale::Own => self.terms[n + i],
+                    Scale::Network => voltage,
+                };
+                -self.defect[n + i] < -SIGN * size
+            };
+            if flip {
+                self.next[i] = !self.active[i];
+                changes += 1;
+            }
+        }
+        changes
+    }
+
+    /// Makes the suggested active set the present one.
+    pub fn adopt(&mut self) {
+        self.active.copy_from_slice(&self.next);
+    }
+
+    /// Residual of `x`, which is remembered if it is the best so far.
+    pub fn judge(&mut self) -> Residual {
+        let Scratch { model, roles, f, x, terms, defect, .. } = self;
+        let found = residual(model, roles, f, x, terms, defect);
+        if found.worst() < self.best_residual.worst() {
+            self.best_residual = found;
+            self.best.copy_from_slice(&self.x);
+        }
+        found
+    }
+}

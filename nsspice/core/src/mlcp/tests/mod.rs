@@ -1,0 +1,4 @@
+//! Tests of the driver on circuits and on random problems with known answers.
+
+mod circuits;
+mod degenerate;
