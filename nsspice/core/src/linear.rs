@@ -34,11 +34,14 @@ impl Factor {
         }
     }
 
-    /// Factorises another matrix with the same pattern into the same storage.
+    /// Factorises another matrix with the same pattern into the same storage; the sparse
+    /// factorisation keeps its pivots if they serve.
     pub fn factor(&mut self, a: &Csc) {
         match self {
             Factor::Dense(f) => f.factor(a),
-            Factor::Sparse(f) => f.factor(a),
+            Factor::Sparse(f) => {
+                f.refactor(a);
+            }
         }
     }
 

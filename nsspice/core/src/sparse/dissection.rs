@@ -22,13 +22,8 @@ pub(super) fn dissect(graph: &Graph, divide: bool) -> Vec<u32> {
     let dense = (10.0 * (n as f64).sqrt()).max(16.0) as usize;
     let (mut rails, rest): (Vec<u32>, Vec<u32>) =
         all.into_iter().partition(|&v| graph.adjacent(v).len() > dense);
-    let mut state = Dissection {
-        graph,
-        rank: &rank,
-        part: vec![1; n],
-        parts: 1,
-        out: Vec::with_capacity(n),
-    };
+    let mut state =
+        Dissection { graph, rank: &rank, part: vec![1; n], parts: 1, out: Vec::with_capacity(n) };
     rails.sort_unstable_by_key(|&v| rank[v as usize]);
     for &v in &rails {
         state.part[v as usize] = 0;

@@ -5,6 +5,7 @@
 //! chapter 6).  Entries that happen to be zero stay in the pattern, so that the factors of one mode
 //! have room for the values of another as long as the pivots stay.
 
+use super::lu::Entry;
 use super::{Csc, SparseLu};
 
 /// The diagonal entry is the pivot if it reaches this part of the largest candidate in a row that
@@ -24,6 +25,8 @@ struct Search {
     seen: Vec<u32>,
     /// position, and the next entry of its column of `L` to look at
     stack: Vec<(u32, u32)>,
+    /// end of the part of each column of `L` that the search has to look at
+    end: Vec<u32>,
     /// reached pivots, in reverse order of elimination
     pivots: Vec<u32>,
     /// reached rows that are no pivots yet
@@ -43,19 +46,22 @@ impl SparseLu {
         let mut search = Search {
             seen: vec![FREE; n],
             stack: Vec::new(),
+            end: Vec::new(),
             pivots: Vec::new(),
             rows: Vec::new(),
         };
         for k in 0..n {
             self.reach(a, k, &mut search);
-            if !self.column(a, k, &search) {
+            if self.column(a, k, &search) {
+                self.prune(k, &mut search.end);
+            } else {
                 self.singular = Some(self.ordering.order[k] as usize);
                 self.x.fill(0.0); // a column that is not finite may have left something behind
                 return;
             }
         }
-        for i in &mut self.lower.index {
-            *i = self.place[*i as usize];
+        for e in &mut self.lower.entries {
+            e.row = self.place[e.row as usize];
         }
         self.transpose_upper();
         self.rate();
@@ -63,7 +69,7 @@ impl SparseLu {
 
     /// Finds the pattern of column `k` of `L` and `U`.
     fn reach(&self, a: &Csc, k: usize, search: &mut Search) {
-        let Search { seen, stack, pivots, rows } = search;
+        let Search { seen, stack, end, pivots, rows } = search;
         let column = k as u32;
         pivots.clear();
         rows.clear();
@@ -79,12 +85,12 @@ impl SparseLu {
             stack.push((self.place[start], self.lower.start[self.place[start] as usize]));
             while let Some((position, next)) = stack.last_mut() {
                 let p = *position as usize;
-                if *next == self.lower.start[p + 1] {
+                if *next == end[p] {
                     pivots.push(*position);
                     stack.pop();
                     continue;
                 }
-                let row = self.lower.index[*next as usize];
+                let row = self.lower.entries[*next as usize].row;
                 *next += 1;
                 if seen[row as usize] != column {
                     seen[row as usize] = column;
@@ -106,17 +112,17 @@ impl SparseLu {
             x[r] = v;
         }
         let mut finite = true;
+        let mut scale = x[c].abs();
         for &j in search.pivots.iter().rev() {
-            let at = &mut x[self.row[j as usize] as usize];
-            let u = *at;
-            *at = 0.0;
-            self.upper.index.push(j);
-            self.upper.value.push(u);
+            let u = std::mem::take(&mut x[self.row[j as usize] as usize]);
+            self.upper.entries.push(Entry { row: j, column: k as u32, value: u });
             finite &= u.is_finite();
             if u != 0.0 {
-                for (r, l) in self.lower.col(j as usize) {
-                    x[r] -= l * u;
+                let before = x[c];
+                for e in self.lower.col(j as usize) {
+                    x[e.row as usize] -= e.value * u;
                 }
+                scale += (x[c] - before).abs();
             }
         }
         self.upper.close();
@@ -124,19 +130,49 @@ impl SparseLu {
             return false;
         };
         let pivot = self.x[p];
-        self.survival[k] = self.survived(a, k, p, pivot);
+        if p != c {
+            scale = self.terms(a, k, p);
+        }
+        self.survival[k] = pivot.abs() / scale.max(pivot.abs());
         self.row[k] = p as u32;
         self.place[p] = k as u32;
         self.inverse[k] = 1.0 / pivot;
+        for p in self.upper.range(k) {
+            self.upper.entries[p].value *= self.inverse[k];
+        }
         for &r in &search.rows {
             let v = std::mem::take(&mut self.x[r as usize]);
             if r as usize != p {
-                self.lower.index.push(r);
-                self.lower.value.push(v / pivot);
+                self.lower.entries.push(Entry { row: r, column: k as u32, value: v / pivot });
             }
         }
         self.lower.close();
         true
+    }
+
+    /// Shortens the lists that later searches follow: once row and column of a pivot meet in both
+    /// `L` and `U`, whatever lies beyond is reached by way of that pivot (Eisenstat & Liu 1992).
+    fn prune(&mut self, k: usize, end: &mut Vec<u32>) {
+        let (p, place) = (self.row[k], &self.place);
+        for e in self.upper.col(k) {
+            let j = e.row as usize;
+            let column = self.lower.range(j);
+            if end[j] as usize != column.end {
+                continue; // shortened before
+            }
+            let list = &mut self.lower.entries[column.clone()];
+            if list.iter().any(|l| l.row == p) {
+                let mut pivots = 0;
+                for i in 0..list.len() {
+                    if place[list[i].row as usize] != FREE {
+                        list.swap(i, pivots);
+                        pivots += 1;
+                    }
+                }
+                end[j] = (column.start + pivots) as u32;
+            }
+        }
+        end.push(self.lower.start[k + 1]);
     }
 
     /// The pivot row for column `c` among the candidates in `x`.
@@ -167,17 +203,15 @@ impl SparseLu {
         best.1.filter(|_| best.0.is_finite() && (1.0 / best.0).is_finite())
     }
 
-    /// The pivot in row `p` over the sum of the magnitudes of its terms.
-    fn survived(&self, a: &Csc, k: usize, p: usize, pivot: f64) -> f64 {
+    /// The sum of the magnitudes of the terms of the entry of column `k` in row `p`.
+    fn terms(&self, a: &Csc, k: usize, p: usize) -> f64 {
         let (rows, values) = a.col(self.ordering.order[k] as usize);
         let mut scale = rows.binary_search(&p).map_or(0.0, |at| values[at].abs());
-        for (j, u) in self.upper.col(k) {
-            if u != 0.0 {
-                let entry = self.lower.col(j).find(|&(r, _)| r == p);
-                scale += entry.map_or(0.0, |(_, l)| (l * u).abs());
-            }
+        for e in self.upper.col(k).iter().filter(|e| e.value != 0.0) {
+            let factor = self.lower.col(e.row as usize).iter().find(|l| l.row as usize == p);
+            scale += factor.map_or(0.0, |l| (l.value * e.value).abs());
         }
-        pivot.abs() / scale.max(pivot.abs())
+        scale
     }
 
     /// Lists the columns in which each row of `U` has entries.
@@ -186,20 +220,18 @@ impl SparseLu {
         let (start, list) = &mut self.dependents;
         start.clear();
         start.resize(n + 2, 0);
-        for &i in &self.upper.index {
-            start[i as usize + 2] += 1;
+        for e in &self.upper.entries {
+            start[e.row as usize + 2] += 1;
         }
         for k in 0..n {
             start[k + 2] += start[k + 1];
         }
         list.clear();
-        list.resize(self.upper.index.len(), 0);
-        for c in 0..n {
-            for p in self.upper.range(c) {
-                let slot = &mut start[self.upper.index[p] as usize + 1];
-                list[*slot as usize] = c as u32;
-                *slot += 1;
-            }
+        list.resize(self.upper.entries.len(), 0);
+        for e in &self.upper.entries {
+            let slot = &mut start[e.row as usize + 1];
+            list[*slot as usize] = e.column;
+            *slot += 1;
         }
         start.truncate(n + 1);
     }

