@@ -1,13 +1,18 @@
 //! Factored modes, kept by mode within a bound on memory.
 
 use super::model::Model;
-use super::modes::ModeFactor;
+use super::modes::{ModeFactor, LEVELS};
+use crate::linear::DENSE_LIMIT;
+use crate::sparse::Csc;
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::Arc;
 
 /// Memory for the factors of one problem [bytes].
 const BUDGET: usize = 128 << 20;
+
+/// Factors larger than this are changed in place [bytes].
+const LARGE: usize = 256 << 10;
 
 /// Mixes 64-bit words; the keys are bit patterns, no adversary chooses them.
 #[derive(Default)]
@@ -40,13 +45,23 @@ struct Entry {
     used: u64,
 }
 
-/// The least recently used modes are dropped when memory runs out.
+/// What the next new mode of a level is made from.
+struct Recent {
+    key: Box<[u64]>,
+    /// Jacobian of the mode `active`
+    jacobian: Csc,
+    active: Vec<bool>,
+}
+
+/// Factored modes.  The least recently used ones are dropped when memory runs out; of large systems
+/// only the last mode of each level is kept, and turned into the next one in place.
 pub(crate) struct ModeCache {
     entries: HashMap<Box<[u64]>, Entry, BuildHasherDefault<WordHasher>>,
+    recent: [Option<Box<Recent>>; LEVELS.len()],
     key: Vec<u64>,
+    rows: Vec<usize>,
     clock: u64,
     bytes: usize,
-    budget: usize,
     /// number of factorisations so far
     pub factored: u64,
 }
@@ -55,10 +70,11 @@ impl ModeCache {
     pub fn new() -> ModeCache {
         ModeCache {
             entries: HashMap::default(),
+            recent: Default::default(),
             key: Vec::new(),
+            rows: Vec::new(),
             clock: 0,
             bytes: 0,
-            budget: BUDGET,
             factored: 0,
         }
     }
@@ -71,27 +87,82 @@ impl ModeCache {
             entry.used = self.clock;
             return entry.factor.clone();
         }
-        let factor = Arc::new(ModeFactor::new(model, level, active));
         self.factored += 1;
+        let factor = if model.size() <= DENSE_LIMIT {
+            let jacobian = model.mode_jacobian(active, LEVELS[level]);
+            Arc::new(ModeFactor::new(model, level, active, &jacobian))
+        } else {
+            self.make_sparse(model, level, active)
+        };
         self.bytes += factor.bytes();
-        self.make_room();
+        if self.bytes > BUDGET {
+            self.forget_older_half();
+        }
         let entry = Entry { factor: factor.clone(), used: self.clock };
         self.entries.insert(self.key.as_slice().into(), entry);
         factor
     }
 
-    /// Drops the older half of the modes once the budget is exceeded, so that the search for the
-    /// oldest does not recur with every new mode.
-    fn make_room(&mut self) {
-        if self.bytes <= self.budget || self.entries.is_empty() {
+    /// From the last mode of the level, if there is one.
+    fn make_sparse(
+        &mut self,
+        model: &Arc<Model>,
+        level: usize,
+        active: &[bool],
+    ) -> Arc<ModeFactor> {
+        let key = self.key.as_slice();
+        let Some(recent) = &mut self.recent[level] else {
+            let jacobian = model.mode_jacobian(active, LEVELS[level]);
+            let factor = ModeFactor::new(model, level, active, &jacobian);
+            let recent = Recent { key: key.into(), jacobian, active: active.to_vec() };
+            self.recent[level] = Some(Box::new(recent));
+            return Arc::new(factor);
+        };
+        for (i, (old, &new)) in recent.active.iter_mut().zip(active).enumerate() {
+            if *old != new {
+                *old = new;
+                model.rewrite_row(i, new, LEVELS[level], &mut recent.jacobian);
+            }
+        }
+        let rows = &mut self.rows;
+        let source = if keeps_modes(model) {
+            self.entries.get(&recent.key).map(|e| e.factor.clone())
+        } else {
+            let entry = self.entries.remove(&recent.key);
+            entry.map(|entry| {
+                self.bytes = self.bytes.saturating_sub(entry.factor.bytes());
+                entry.factor
+            })
+        };
+        recent.key.copy_from_slice(key);
+        match source {
+            None => Arc::new(ModeFactor::new(model, level, active, &recent.jacobian)),
+            Some(mut factor) => match Arc::get_mut(&mut factor) {
+                Some(own) => {
+                    own.change(active, &recent.jacobian, rows);
+                    factor
+                }
+                None => Arc::new(factor.changed(active, &recent.jacobian, rows)),
+            },
+        }
+    }
+
+    /// By halves, so that the search for the oldest does not recur with every new mode.
+    fn forget_older_half(&mut self) {
+        let mut ages: Vec<u64> = self.entries.values().map(|e| e.used).collect();
+        if ages.is_empty() {
             return;
         }
-        let mut ages: Vec<u64> = self.entries.values().map(|e| e.used).collect();
         let middle = ages.len() / 2;
         let (_, &mut median, _) = ages.select_nth_unstable(middle);
         self.entries.retain(|_, e| e.used > median);
         self.bytes = self.entries.values().map(|e| e.factor.bytes()).sum();
     }
+}
+
+/// Whether modes are worth keeping: copying large factors takes longer than changing a few rows.
+pub(crate) fn keeps_modes(model: &Model) -> bool {
+    model.factor_bytes <= LARGE
 }
 
 /// Head word, then one bit per pair.

@@ -1,5 +1,6 @@
 //! The driver: one mixed complementarity problem after the other, cheapest method first.
 
+use super::cache::keeps_modes;
 use super::model::Model;
 use super::modes::ModeFactor;
 use super::problem::{Problem, Role, Start};
@@ -129,6 +130,12 @@ impl Driver {
     pub fn mode_factor(&mut self, active: &[bool]) -> Arc<ModeFactor> {
         let s = &mut self.scratch;
         s.cache.get(&s.model, 0, active)
+    }
+
+    /// Whether factored modes are kept.  Otherwise (large systems) the last one is turned into the
+    /// next: then hold no `ModeFactor` while another mode is asked for, or it has to be copied.
+    pub fn keeps_modes(&self) -> bool {
+        keeps_modes(&self.scratch.model)
     }
 
     /// Residual of a point.

@@ -119,6 +119,27 @@ impl Model {
         }
     }
 
+    /// Jacobian of a mode, `mu` added to its equations.
+    pub fn mode_jacobian(&self, active: &[bool], mu: f64) -> Csc {
+        let mut jacobian = self.scaled.clone();
+        self.jacobian(|i| f64::from(u8::from(active[i])), mu, &mut jacobian.values);
+        jacobian
+    }
+
+    /// Rewrites the row of one pair in the Jacobian of a mode.
+    pub fn rewrite_row(&self, pair: usize, active: bool, mu: f64, jacobian: &mut Csc) {
+        let row = self.n + pair;
+        for &(c, at) in self.ordering.row(row) {
+            let (diagonal, at) = (c as usize == row, at as usize);
+            jacobian.values[at] = match (active, diagonal) {
+                (true, true) => self.scaled.values[at] + mu,
+                (true, false) => self.scaled.values[at],
+                (false, true) => 1.0,
+                (false, false) => 0.0,
+            };
+        }
+    }
+
     /// True if the symmetric part of `H` is known to be positive semidefinite: then a linear
     /// complementarity problem is solvable exactly if it is feasible.
     pub fn monotone(&self) -> bool {

@@ -6,16 +6,17 @@ use crate::linear::Factor;
 use crate::sparse::Csc;
 use std::sync::{Arc, OnceLock};
 
-/// A mode is singular if its smallest pivot is below this part of the largest.
+/// A mode is singular if less than this part of a pivot survives cancellation.
 const SINGULAR: f64 = 1e-13;
 /// Up to this many unknowns a singular mode is solved by its pseudo-inverse.
 const DENSE: usize = 160;
-/// Proximal weight (in the scaled system) that stands in for it beyond.
-const PROXIMAL: f64 = 1e-7;
-const SWEEPS: usize = 4;
+const SWEEPS: usize = 8;
 
-/// Weights added to the diagonal of the scaled equations; 0 is the problem itself.
-pub(crate) const LEVELS: [f64; 4] = [0.0, 1e-6, 1e-3, 1e-4];
+/// Weights added to the diagonal of the scaled equations: 0 is the problem itself, then those of
+/// the proximal point method, at last that of `ModeFactor::correct`.
+pub(crate) const LEVELS: [f64; 5] = [0.0, 1e-6, 1e-3, 1e-4, 1e-7];
+/// The level that finds the nearest solution of a singular mode.
+pub(crate) const NEAREST: usize = 4;
 
 /// The factored equations of one mode, in physical units.
 ///
@@ -36,22 +37,55 @@ enum Nearest {
     /// factor of the Jacobian plus a multiple of the identity: for monotone problems the
     /// Jacobian and its transpose have the same kernel, so that the iteration
     /// `x += (J + mu I)^-1 (r - J x)` leaves the kernel's part of x alone
-    Proximal(Factor),
+    Proximal(Box<Factor>),
 }
 
 impl ModeFactor {
-    pub(crate) fn new(model: &Arc<Model>, level: usize, active: &[bool]) -> ModeFactor {
-        let mu = LEVELS[level];
-        let factor = factor(model, active, mu);
-        let ratio = factor.pivot_ratio();
+    /// Factors the Jacobian of the mode.
+    pub(crate) fn new(
+        model: &Arc<Model>,
+        level: usize,
+        active: &[bool],
+        jacobian: &Csc,
+    ) -> ModeFactor {
+        let factor = Factor::new(jacobian, &model.ordering);
         ModeFactor {
             model: model.clone(),
             active: active.into(),
-            mu,
+            mu: LEVELS[level],
+            regular: factor.pivot_ratio() > SINGULAR,
             factor,
-            regular: ratio > SINGULAR,
             nearest: OnceLock::new(),
         }
+    }
+
+    /// Another mode of the same level, by a copy of these factors.
+    pub(crate) fn changed(&self, active: &[bool], jacobian: &Csc, rows: &mut Vec<usize>) -> Self {
+        let mut other = ModeFactor {
+            model: self.model.clone(),
+            active: self.active.clone(),
+            mu: self.mu,
+            factor: self.factor.clone(),
+            regular: false,
+            nearest: OnceLock::new(),
+        };
+        other.change(active, jacobian, rows);
+        other
+    }
+
+    /// Turns these factors into those of another mode of the same level, computing only what
+    /// depends on the rows that differ.
+    pub(crate) fn change(&mut self, active: &[bool], jacobian: &Csc, rows: &mut Vec<usize>) {
+        rows.clear();
+        let differ = |i: &usize| self.active[*i] != active[*i];
+        rows.extend((0..active.len()).filter(differ).map(|i| self.model.n + i));
+        self.active.copy_from_slice(active);
+        self.factor.refactor_rows(jacobian, rows);
+        if self.factor.pivot_ratio() <= SINGULAR {
+            self.factor.factor(jacobian); // the old order of pivots may be to blame
+        }
+        self.regular = self.factor.pivot_ratio() > SINGULAR;
+        self.nearest = OnceLock::new();
     }
 
     /// Whether the mode has exactly one solution for every right-hand side.
@@ -62,6 +96,12 @@ impl ModeFactor {
     /// Length of the work space that `solve` and `correct` need.
     pub fn work_len(&self) -> usize {
         4 * self.model.size()
+    }
+
+    /// Whether `correct` needs the factors of level `NEAREST` (and makes them unless it is given
+    /// them).
+    pub(crate) fn needs_nearest(&self) -> bool {
+        !self.regular && self.model.size() > DENSE
     }
 
     /// Memory held [bytes], roughly.
@@ -90,37 +130,66 @@ impl ModeFactor {
     }
 
     /// The solution nearest to `x` (in the scaled norm) for the given right-hand side: `x += J^+
-    /// (rhs - J x)`, twice.  Works for singular modes; the nearest least-squares solution if the
-    /// equations contradict each other.
+    /// (rhs - J x)`, repeated against rounding.  Works for singular modes; if the equations
+    /// contradict each other, the result does not satisfy them.
     pub fn correct(&self, x: &mut [f64], rhs: &[f64], work: &mut [f64]) {
+        self.correct_with(None, x, rhs, work);
+    }
+
+    /// `correct`, with the factors of level `NEAREST` at hand.
+    pub(crate) fn correct_with(
+        &self,
+        nearest: Option<&ModeFactor>,
+        x: &mut [f64],
+        rhs: &[f64],
+        work: &mut [f64],
+    ) {
         let size = self.model.size();
         let (defect, work) = work.split_at_mut(size);
         // exactly, so that what follows cannot trade it for other unknowns
         for (i, _) in self.active.iter().enumerate().filter(|(_, &a)| !a) {
             x[self.model.n + i] = rhs[self.model.n + i];
         }
-        let sweeps = if self.regular || size <= DENSE { 2 } else { SWEEPS };
-        for _ in 0..sweeps {
+        let mut last = f64::INFINITY;
+        for sweep in 0..SWEEPS {
             self.defect(x, rhs, defect);
-            if self.regular {
-                self.solve_with(&self.factor, defect, work);
-            } else {
-                match self.nearest.get_or_init(|| self.make_nearest()) {
-                    Nearest::Dense(pseudo) => {
-                        let (step, work) = work.split_at_mut(size);
-                        self.scale_rows(defect);
-                        step.fill(0.0);
-                        pseudo.correct(defect, step, work);
-                        for ((v, d), s) in defect.iter_mut().zip(step).zip(&self.model.scale) {
-                            *v = *d * s;
-                        }
-                    }
-                    Nearest::Proximal(factor) => self.solve_with(factor, defect, work),
+            if self.needs_nearest() {
+                // converges as mu / (smallest nonzero singular value): until rounding is reached
+                let scaled = |(d, s): (&f64, &f64)| (d * s).abs();
+                let left = defect.iter().zip(&self.model.scale).map(scaled).fold(0.0, f64::max);
+                if sweep >= 2 && left > 0.5 * last {
+                    break;
                 }
+                last = left;
+            } else if sweep == 2 {
+                break;
             }
+            self.step_to_nearest(nearest, defect, work);
             for (v, d) in x.iter_mut().zip(defect.iter()) {
                 *v += d;
             }
+        }
+    }
+
+    /// `defect := J^+ defect`
+    fn step_to_nearest(&self, nearest: Option<&ModeFactor>, defect: &mut [f64], work: &mut [f64]) {
+        if self.regular {
+            return self.solve_with(&self.factor, defect, work);
+        }
+        if let Some(nearest) = nearest {
+            return self.solve_with(&nearest.factor, defect, work);
+        }
+        match self.nearest.get_or_init(|| self.make_nearest()) {
+            Nearest::Dense(pseudo) => {
+                let (step, work) = work.split_at_mut(defect.len());
+                self.scale_rows(defect);
+                step.fill(0.0);
+                pseudo.correct(defect, step, work);
+                for ((v, d), s) in defect.iter_mut().zip(step).zip(&self.model.scale) {
+                    *v = *d * s;
+                }
+            }
+            Nearest::Proximal(factor) => self.solve_with(factor, defect, work),
         }
     }
 
@@ -151,22 +220,13 @@ impl ModeFactor {
     }
 
     fn make_nearest(&self) -> Nearest {
-        if self.model.size() <= DENSE {
-            let jacobian = jacobian(&self.model, &self.active, self.mu);
+        if !self.needs_nearest() {
+            let jacobian = self.model.mode_jacobian(&self.active, self.mu);
             if let Some(pseudo) = LeastNorm::new(&jacobian) {
                 return Nearest::Dense(pseudo);
             }
         }
-        Nearest::Proximal(factor(&self.model, &self.active, self.mu + PROXIMAL))
+        let jacobian = self.model.mode_jacobian(&self.active, self.mu + LEVELS[NEAREST]);
+        Nearest::Proximal(Box::new(Factor::new(&jacobian, &self.model.ordering)))
     }
-}
-
-fn jacobian(model: &Model, active: &[bool], mu: f64) -> Csc {
-    let mut jacobian = model.scaled.clone();
-    model.jacobian(|i| f64::from(u8::from(active[i])), mu, &mut jacobian.values);
-    jacobian
-}
-
-fn factor(model: &Model, active: &[bool], mu: f64) -> Factor {
-    Factor::new(&jacobian(model, active, mu), &model.ordering)
 }

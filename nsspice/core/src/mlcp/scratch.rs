@@ -2,7 +2,7 @@
 
 use super::cache::ModeCache;
 use super::model::Model;
-use super::modes::ModeFactor;
+use super::modes::{ModeFactor, NEAREST};
 use super::problem::Role;
 use super::residual::{residual, Residual};
 use std::sync::Arc;
@@ -111,7 +111,8 @@ impl Scratch {
             *r = 0.0;
         }
         let factor = self.factor(0);
-        factor.correct(&mut self.x, &self.rhs, &mut self.work);
+        let nearest = factor.needs_nearest().then(|| self.factor(NEAREST));
+        factor.correct_with(nearest.as_deref(), &mut self.x, &self.rhs, &mut self.work);
         factor.regular()
     }
 
