@@ -50,7 +50,7 @@ impl ModeMap {
     ) -> ModeMap {
         let (n, m) = (matrices.n, matrices.m);
         let rows = n + m;
-        let mut x = vec![0.0; rows];
+        let (mut x, mut w) = (vec![0.0; rows], vec![0.0; m]);
         let mut columns = Vec::with_capacity(rows * inputs.len());
         let lists = [
             (&inputs.carried, &matrices.carry),
@@ -65,7 +65,7 @@ impl ModeMap {
                     x[i] = v;
                 }
                 factor.solve(&mut x, work);
-                matrices.guards_from_solution(&mut x, active, false);
+                matrices.guards(&mut x, active, false, &mut w);
                 columns.extend_from_slice(&x);
             }
         }
@@ -82,7 +82,7 @@ impl ModeMap {
             x[n + i] = if active[i] { -matrices.q[i] } else { 0.0 };
         }
         factor.solve(&mut x, work);
-        matrices.guards_from_solution(&mut x, active, true);
+        matrices.guards(&mut x, active, true, &mut w);
         ModeMap { rows, columns, constant: x }
     }
 

@@ -42,42 +42,33 @@ pub struct StepMatrices {
     pub source_end: Csc,
     /// `Hs`
     pub source_start: Csc,
-    /// slack rows
-    pub b: Csc,
-    /// series resistance
-    pub d: Csc,
+    /// `carry`, B and D by rows: gathering is faster than scattering
+    carry_rows: Csc,
+    b_rows: Csc,
+    d_rows: Csc,
     /// constant slack
     pub q: Vec<f64>,
 }
 
 impl StepMatrices {
-    /// Turns a solution `[z; l]` into `[z; guards]`: l of active pairs, w of the others.
-    pub fn guards_from_solution(&self, x: &mut [f64], active: &[bool], with_constant: bool) {
+    /// Turns a solution `[z; l]` into `[z; guards]`: l of active pairs, `w = q - B z + D l` of the
+    /// others.  `w` is scratch.
+    pub fn guards(&self, x: &mut [f64], active: &[bool], with_constant: bool, w: &mut [f64]) {
         let (z, l) = x.split_at_mut(self.n);
-        let mut w = vec![0.0; self.m];
-        self.slacks(z, l, with_constant, &mut w);
-        for i in 0..self.m {
-            if !active[i] {
-                l[i] = w[i];
-            }
+        for (i, (w, _)) in w.iter_mut().zip(active).enumerate().filter(|(_, (_, &a))| !a) {
+            let constant = if with_constant { self.q[i] } else { 0.0 };
+            *w = constant - self.b_rows.col_dot(i, z) + self.d_rows.col_dot(i, l);
         }
-    }
-
-    /// `w = q - B z + D l`
-    pub fn slacks(&self, z: &[f64], l: &[f64], with_constant: bool, w: &mut [f64]) {
-        if with_constant {
-            w.copy_from_slice(&self.q);
-        } else {
-            w.fill(0.0);
+        for ((l, &w), _) in l.iter_mut().zip(&*w).zip(active).filter(|(_, &a)| !a) {
+            *l = w;
         }
-        self.b.mul_add(-1.0, z, w);
-        self.d.mul_add(1.0, l, w);
     }
 
     /// Right-hand side of the rows of z.
     pub fn right_hand_side(&self, z0: &[f64], u0: &[f64], u1: &[f64], rhs: &mut [f64]) {
-        rhs.fill(0.0);
-        self.carry.mul_add(1.0, z0, rhs);
+        for (i, r) in rhs.iter_mut().enumerate() {
+            *r = self.carry_rows.col_dot(i, z0);
+        }
         self.source_end.mul_add(1.0, u1, rhs);
         self.source_start.mul_add(1.0, u0, rhs);
     }
@@ -148,14 +139,16 @@ impl Stage {
             source_start.extend(sys.hs.iter());
         }
         let p = sys.s.ncols;
+        let carry = Csc::from_triplets(n, n, &carry);
         let matrices = StepMatrices {
             n,
             m,
-            carry: Csc::from_triplets(n, n, &carry),
+            carry_rows: carry.transpose(),
+            b_rows: sys.b.transpose(),
+            d_rows: sys.d.transpose(),
+            carry,
             source_end: Csc::from_triplets(n, p, &source_end),
             source_start: Csc::from_triplets(n, p, &source_start),
-            b: sys.b.clone(),
-            d: sys.d.clone(),
             q: sys.q.clone(),
         };
         let used = |matrix: &Csc| -> Vec<usize> {

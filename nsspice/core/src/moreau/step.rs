@@ -91,19 +91,13 @@ impl Stepper {
         } else {
             let factor = slot.factor.clone();
             let matrices = &stage.matrices;
-            matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
-            self.x[..n].copy_from_slice(&self.rhs);
-            for ((x, &q), &active) in self.x[n..].iter_mut().zip(&matrices.q).zip(&self.active) {
+            let (rhs, pairs) = self.x.split_at_mut(n);
+            matrices.right_hand_side(&self.z, &self.u0, &self.u1, rhs);
+            for ((x, &q), &active) in pairs.iter_mut().zip(&matrices.q).zip(&self.active) {
                 *x = if active { -q } else { 0.0 };
             }
             factor.solve(&mut self.x, &mut self.work);
-            let (z, l) = self.x.split_at_mut(n);
-            matrices.slacks(z, l, true, &mut self.w);
-            for ((l, &w), &active) in l.iter_mut().zip(&self.w).zip(&self.active) {
-                if !active {
-                    *l = w;
-                }
-            }
+            matrices.guards(&mut self.x, &self.active, true, &mut self.w);
         }
         // NaN fails the comparison and goes to the driver, which names the trouble
         let guards = &self.x[n..];

@@ -74,6 +74,13 @@ impl Csc {
         Csc::from_triplets(self.ncols, self.nrows, &entries)
     }
 
+    /// Scalar product of column `c` with `x`; on a transposed matrix a row of a product.
+    #[inline]
+    pub fn col_dot(&self, c: usize, x: &[f64]) -> f64 {
+        let (rows, values) = self.col(c);
+        rows.iter().zip(values).map(|(&r, &v)| v * x[r]).sum()
+    }
+
     /// `y += factor * self * x`
     pub fn mul_add(&self, factor: f64, x: &[f64], y: &mut [f64]) {
         for (c, &xc) in x.iter().enumerate().take(self.ncols) {
