@@ -69,7 +69,7 @@ class WaveSum:
             return
         offset, amplitude, shape = _normal(waveform)
         self.constant += factor * offset
-        self.size = max(self.size, abs(factor * offset))
+        self.size = max(self.size, abs(factor * offset), abs(factor * amplitude))
         self.varying[shape] = self.varying.get(shape, 0.0) + factor * amplitude
 
     def merge(self, other: WaveSum, factor: float) -> None:
@@ -85,11 +85,12 @@ class WaveSum:
         if not self.known:
             return True
         return abs(self.constant) <= 1e-12 * self.size and all(
-            abs(value) <= 1e-12 * max(self.size, 1.0) for value in self.varying.values()
+            abs(value) <= 1e-12 * self.size for value in self.varying.values()
         )
 
     def __str__(self) -> str:
-        parts = [str(key[0]) for key, value in self.varying.items() if abs(value) > 1e-12]
+        tiny = 1e-12 * self.size
+        parts = [str(key[0]) for key, value in self.varying.items() if abs(value) > tiny]
         constant = 0.0 if math.isclose(self.constant, 0.0) else self.constant
         if constant or not parts:
             parts.insert(0, f"{constant:g}")
