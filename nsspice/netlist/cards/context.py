@@ -1,0 +1,128 @@
+"""What the readers of dot lines share: the deck, names in sight, values."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from ...errors import Span
+from ..deck import Deck
+from ..expand import Expander
+from ..expression import Expression
+from ..findings import Unreadable, suggest
+from ..lines import Line
+from ..scope import Scope
+from ..statement import Item, items
+from .reading import Reader, flat
+from .terminals import GROUND
+
+
+class Context:
+    """Deck, scope and names for the readers of dot lines.
+
+    Parameters
+    ----------
+    deck : Deck
+        Receives what the cards say.
+    reader : Reader
+        For values.
+    scope : Scope
+        The deck's own scope.
+    expander : Expander
+        Holds the elements.
+    """
+
+    def __init__(self, deck: Deck, reader: Reader, scope: Scope, expander: Expander) -> None:
+        self.deck = deck
+        self.reader = reader
+        self.findings = reader.findings
+        self.scope = scope
+        self.here = scope  # scope of the card being read: .ic may stand in a subcircuit
+        self.nodes: set[str] = set()
+        self._expander = expander
+
+    def index(self) -> None:
+        """Collect the node names once all elements stand."""
+        self.nodes.add("0")
+        for element in self.deck.elements:
+            self.nodes.update(element.nodes)
+            if element.letter in "egs":
+                self.nodes.update(element.controls)
+
+    def is_element(self, name: str) -> bool:
+        """Return whether an element has this full name."""
+        return name in self._expander.places
+
+    # -- words and values ----------------------------------------------------------------------
+
+    def split(self, line: Line) -> tuple[list[Item], list[Item]]:
+        """Return the words and the pairs after the card's name."""
+        pairs: list[Item] = []
+        return list(flat(items(line)[1:], pairs)), pairs
+
+    def number(self, line: Line, item: Item, what: str) -> float:
+        """Return the number of one item; a parameter's name will do, too."""
+        return self.here.number(self.reader.lenient(line, item, what))
+
+    def expression(self, line: Line, start: int, end: int) -> Expression:
+        """Return an expression of signals."""
+        value = self.here.expression(self.reader.formula(line, start, end))
+        if isinstance(value, Expression):
+            return value
+        from ..node import num
+
+        return Expression(num(value), line.span(start, end), line.raw[start:end])
+
+    # -- signals -------------------------------------------------------------------------------
+
+    def node(self, name: str, span: Span) -> str:
+        """Return the full name of a node that must exist."""
+        full = self.here.node(GROUND.get(name, name))
+        if full not in self.nodes:
+            message = f"there is no node {name[:60]}"
+            raise Unreadable("NS1071", message, span, suggest(name, self._near(self.nodes)))
+        return full
+
+    def element(self, name: str, span: Span) -> str:
+        """Return the full name of an element that must exist."""
+        full = self.here.prefix + name
+        if not self.is_element(full):
+            hint = suggest(name, self._near(self._expander.places))
+            raise Unreadable("NS1070", f"there is no element {name[:60]}", span, hint)
+        return full
+
+    def _near(self, names: Iterable[str]) -> list[str]:
+        """Return names as they are written at this place."""
+        prefix = self.here.prefix
+        return [n[len(prefix) :] for n in names if n.startswith(prefix)]
+
+    def check_signals(self, expression: Expression) -> None:
+        """Report the first signal of an expression that does not exist."""
+        where = expression.span
+        for name in sorted(expression.variables()):
+            if name[1:2] != "(":
+                continue
+            for part in name[2:-1].split(","):
+                if name[0] == "v" and part not in self.nodes:
+                    message = f"{name}: there is no node {part[:60]}"
+                    raise Unreadable("NS1071", message, where, suggest(part, self.nodes))
+                if name[0] == "i" and not self.is_element(part):
+                    hint = suggest(part, self._expander.places)
+                    message = f"{name}: there is no element {part[:60]}"
+                    raise Unreadable("NS1070", message, where, hint)
+
+    def check_expressions(self) -> None:
+        """Check the signals of all element expressions."""
+        for element in self.deck.elements:
+            if isinstance(element.value, Expression):
+                try:
+                    self.check_signals(element.value)
+                except Unreadable as found:
+                    message = f"{element.name}: {found.message}"
+                    self.findings.error(found.code, message, found.span, found.hint)
+
+
+def after_card(line: Line) -> int:
+    """Return where the text after the card's name begins."""
+    found = re.match(r"\s*\.[^\s(,={'\"]*\s*", line.text)
+    return found.end() if found else 0

@@ -1,0 +1,149 @@
+"""Dot lines that ask for something: dispatch, and what is said about unknown ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ..deck import Deck
+from ..expand import Expander
+from ..findings import Unreadable, suggest
+from ..lines import Line
+from ..scope import Scope
+from . import analyses, measure, options, outputs
+from .context import Context
+from .reading import Reader
+
+_READERS: dict[str, Callable[[Context, Line], None]] = {
+    "dc": analyses.dc,
+    "ic": outputs.initial,
+    "meas": measure.measure,
+    "measure": measure.measure,
+    "nodeset": outputs.initial,
+    "op": analyses.op,
+    "opt": options.options,
+    "option": options.options,
+    "options": options.options,
+    "plot": outputs.outputs,
+    "print": outputs.outputs,
+    "probe": outputs.outputs,
+    "save": outputs.outputs,
+    "step": analyses.step,
+    "tran": analyses.tran,
+}
+#: read before the elements are built
+_EARLY: dict[str, Callable[[Context, Line], None]] = {
+    "global": options.global_nodes,
+    "temp": options.temperature,
+    "title": options.title,
+}
+#: cannot change a waveform
+_IGNORED = {
+    "backanno": "",
+    "four": "harmonics are not computed",
+    "fft": "spectra are not computed",
+    "width": "",
+    "wave": "",
+    "net": "",
+    "csparam": "it belongs to the .control block",
+    "machine": "",
+    "loadbias": "",
+    "savebias": "",
+    "text": "",
+}
+#: silent: every LTspice deck has them
+_SILENT = {"backanno", "width", "text"}
+_UNSUPPORTED = {
+    "ac": "only .op, .dc and .tran are computed",
+    "acmodel": "only .op, .dc and .tran are computed",
+    "data": "write .step param name list ...",
+    "alter": "write one netlist for each variant, or use .step",
+    "del": "leave the lines out",
+    "disto": "only .op, .dc and .tran are computed",
+    "ferret": "use .include with a local file",
+    "hb": "only .op, .dc and .tran are computed",
+    "load": "give initial values with .ic or IC=",
+    "mc": "use .step",
+    "noise": "only .op, .dc and .tran are computed",
+    "pss": "only .op, .dc and .tran are computed",
+    "pz": "only .op, .dc and .tran are computed",
+    "sens": "only .op, .dc and .tran are computed",
+    "sp": "only .op, .dc and .tran are computed",
+    "tf": "only .op, .dc and .tran are computed",
+    "wcase": "use .step",
+}
+_STRUCTURE = ("param", "subckt", "ends", "model", "include", "lib", "func", "if", "else", "elseif",
+              "endif", "end", "control", "endc", "endl", "inc")  # fmt: skip
+
+
+class CardReader:
+    """Reads the dot lines of an expanded deck.
+
+    Parameters
+    ----------
+    deck : Deck
+        Receives what the cards say.
+    reader : Reader
+        For values.
+    scope : Scope
+        The deck's own names.
+    expander : Expander
+        Holds the cards and the names of elements.
+    """
+
+    def __init__(self, deck: Deck, reader: Reader, scope: Scope, expander: Expander) -> None:
+        self._context = Context(deck, reader, scope, expander)
+        self._expander = expander
+
+    def prepare(self) -> None:
+        """Read what the elements depend on: .global, .temp, and .step without a .param."""
+        for card, line, scope in self._expander.cards:
+            if scope.prefix:
+                continue
+            if card in _EARLY:
+                self._call(_EARLY[card], line, scope)
+            elif card == "step":
+                self._call(analyses.early_step, line, scope)
+            elif card in ("options", "option", "opt"):
+                self._call(options.early_options, line, scope)
+
+    def read(self) -> None:
+        """Read all other cards."""
+        self._context.index()
+        for card, line, scope in self._expander.cards:
+            if card in _EARLY and not scope.prefix:
+                continue
+            reader = _READERS.get(card)
+            if reader is None or (scope.prefix and card not in ("ic", "nodeset")):
+                self._other(card, line, scope)
+            else:
+                self._call(reader, line, scope)
+        self._context.check_expressions()
+
+    def _call(
+        self, reader: Callable[[Context, Line], None], line: Line, scope: Scope
+    ) -> None:
+        self._context.here = scope
+        try:
+            reader(self._context, line)
+        except Unreadable as found:
+            findings = self._context.findings
+            findings.error(found.code, found.message, found.span, found.hint)
+
+    def _other(self, card: str, line: Line, scope: Scope) -> None:
+        """Report a card that is not read."""
+        findings = self._context.findings
+        start = line.text.index(".")
+        where = line.span(start, start + 1 + len(card))
+        if card in _IGNORED:
+            if card not in _SILENT:
+                findings.warning("NS1003", f".{card} is ignored", where, _IGNORED[card])
+        elif card in _UNSUPPORTED:
+            findings.error("NS1002", f".{card} is not supported", where, _UNSUPPORTED[card])
+        elif card in _READERS or card in _EARLY:
+            message = f".{card} inside a subcircuit is ignored"
+            hint = "move it out of the .subckt block"
+            findings.warning("NS1003", message, where, hint)
+        else:
+            known = [*_READERS, *_EARLY, *_STRUCTURE, "backanno"]
+            hint = suggest(card, known, ".") or "a comment starts with *"
+            findings.error("NS1001", f"unknown card .{card[:40]}", where, hint)

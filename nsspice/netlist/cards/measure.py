@@ -1,0 +1,272 @@
+"""``.measure`` (``.meas``)."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Literal
+
+from ...errors import Span
+from ..deck import Cond, Measure
+from ..expression import Expression
+from ..findings import Unreadable, suggest
+from ..lines import Line
+from .context import Context, after_card
+
+_STATISTICS = {
+    "max": "max", "min": "min", "pp": "pp", "avg": "avg", "rms": "rms", "integ": "integ",
+    "integral": "integ", "max_at": "max_at", "min_at": "min_at",
+}  # fmt: skip
+_OPERATIONS = {*_STATISTICS, "trig", "find", "when", "deriv", "derivative", "param"}
+_NAMED = ("at", "from", "to", "val", "td", "rise", "fall", "cross")
+_PART = re.compile(
+    r"(?<![\w.])(?:(trig|targ|find|when|deriv|derivative|max_at|min_at|max|min|pp|avg|rms|integral|"
+    r"integ)(?=[\s({']|$)|(at|from|to|val|td|rise|fall|cross|param)\s*=|[(){}'])"
+)
+
+
+@dataclass(slots=True)
+class _Part:
+    """A keyword and the text up to the next one."""
+
+    key: str
+    start: int
+    end: int
+    named: dict[str, tuple[int, int]] = field(default_factory=dict)
+
+
+def measure(context: Context, line: Line) -> None:
+    """Read one measurement.
+
+    Forms: ``max|min|pp|avg|rms|integ|max_at|min_at EXPR [from=] [to=]``, ``find EXPR at=T``,
+    ``find EXPR when A=B [rise=n]``, ``when A=B``, ``deriv EXPR at=T``, ``trig ... targ ...``,
+    ``param='EXPR'``.
+    """
+    found = re.compile(r"(\w+)\s+([^\s=(]+)\s*").match(line.text, after_card(line))
+    hint = "write .measure tran name max v(out) from=0 to=1m"
+    if found is None:
+        raise Unreadable("NS1080", ".measure needs an analysis and a name", line.whole(), hint)
+    analysis, name = found.groups()
+    where = line.span(*found.span(2))
+    if analysis not in ("tran", "dc", "op"):
+        at = line.span(*found.span(1))
+        if analysis in ("ac", "noise", "sp", "tf"):
+            message = f".measure {analysis} is ignored: there is no .{analysis}"
+            context.findings.warning("NS1003", message, at)
+            return
+        raise Unreadable("NS1080", f".measure: unknown analysis {analysis[:40]}", at,
+                         suggest(analysis, ["tran", "dc", "op"]) or hint)  # fmt: skip
+    if any(known.name == name for known in context.deck.measures):
+        raise Unreadable("NS1006", f"measurement {name} stands twice", where, "rename one of them")
+    parts = _parts(line, found.end())
+    if not parts:
+        rest = line.text[found.end() :].split()
+        word = rest[0] if rest else ""
+        message = f".measure {name}: unknown operation {word[:40]}" if word else (
+            f".measure {name}: the operation is missing")  # fmt: skip
+        raise Unreadable("NS1080", message, where, suggest(word, _OPERATIONS) or hint)
+    made = _Maker(context, line, name, analysis, where).make(parts)
+    for expression in (
+        made.expression,
+        *(e for c in (made.first, made.second) if c for e in (c.signal, c.other)),
+    ):
+        if expression is not None and made.operation != "param":
+            context.check_signals(expression)
+    context.deck.measures.append(made)
+
+
+def _parts(line: Line, start: int) -> list[_Part]:
+    """Cut the text at its keywords, outside of parentheses and quotes."""
+    text = line.text
+    depth, quoted = 0, False
+    marks: list[tuple[str, bool, int, int]] = []
+    for found in _PART.finditer(text, start):
+        token = found.group()
+        if token == "'":
+            quoted = not quoted
+        elif quoted:
+            continue
+        elif token in "({":
+            depth += 1
+        elif token in ")}":
+            depth -= 1
+        elif depth == 0:
+            marks.append((found.group(1) or found.group(2), bool(found.group(2)), *found.span()))
+    if marks and text[start : marks[0][2]].strip():
+        return []
+    parts: list[_Part] = []
+    for index, (key, named, _, after) in enumerate(marks):
+        end = marks[index + 1][2] if index + 1 < len(marks) else len(line.raw.rstrip())
+        if named and key != "param":
+            if not parts:
+                return []
+            parts[-1].named[key] = (after, end)
+        else:
+            parts.append(_Part(key, after, end))
+    return parts
+
+
+class _Maker:
+    """Makes the measure of one line."""
+
+    def __init__(
+        self, context: Context, line: Line, name: str, analysis: str, span: Span
+    ) -> None:
+        self._context = context
+        self._line = line
+        self._name = name
+        self._analysis = analysis
+        self._span = span
+
+    def make(self, parts: list[_Part]) -> Measure:
+        """Return the measure."""
+        first = parts[0]
+        key = first.key
+        if key in _STATISTICS:
+            self._only(parts, 1)
+            return self._measure(_STATISTICS[key], first, expression=self._expression(first))
+        if key == "param":
+            self._only(parts, 1)
+            return self._measure("param", first, expression=self._formula(first))
+        if key in ("find", "deriv", "derivative"):
+            expression = self._expression(first)
+            operation = "find" if key == "find" else "deriv"
+            if len(parts) == 2 and parts[1].key == "when":
+                condition = self._when(parts[1])
+                name = f"{operation}_when" if operation == "find" else "deriv"
+                return self._measure(name, parts[1], expression=expression, first=condition)
+            self._only(parts, 1)
+            if "at" not in first.named:
+                raise self._wrong(first, f"{key} needs at=time or when signal=value")
+            at = self._number(first, "at")
+            name = "find_at" if operation == "find" else "deriv"
+            return self._measure(name, first, expression=expression, at=at)
+        if key == "when":
+            self._only(parts, 1)
+            return self._measure("when", first, first=self._when(first))
+        if key == "trig" and len(parts) == 2 and parts[1].key == "targ":
+            return self._measure(
+                "trig_targ", first, first=self._edge(first), second=self._edge(parts[1])
+            )
+        raise self._wrong(first, "trig and targ belong together" if key in ("trig", "targ") else "")
+
+    def _measure(
+        self,
+        operation: str,
+        part: _Part,
+        expression: Expression | None = None,
+        first: Cond | None = None,
+        second: Cond | None = None,
+        at: float | None = None,
+    ) -> Measure:
+        start = self._number(part, "from") if "from" in part.named else None
+        stop = self._number(part, "to") if "to" in part.named else None
+        return Measure(
+            self._name, self._analysis, operation, self._span,
+            expression, first, second, start, stop, at,
+        )  # fmt: skip
+
+    def _only(self, parts: list[_Part], count: int) -> None:
+        if len(parts) > count:
+            raise self._wrong(parts[count], f"{parts[count].key} is not expected here")
+
+    def _wrong(self, part: _Part, reason: str) -> Unreadable:
+        where = self._line.span(part.start, part.end)
+        message = f".measure {self._name}: {reason or 'this form is unknown'}"
+        return Unreadable("NS1080", message, where, "docs/netlist.md lists the forms")
+
+    def _bounds(self, start: int, end: int) -> tuple[int, int]:
+        """Return the bounds without blanks and one pair of braces, quotes, or par()."""
+        text = self._line.text
+        while start < end and text[start] in " \t,=":
+            start += 1
+        while end > start and text[end - 1] in " \t,":
+            end -= 1
+        wrapped = re.match(r"par\s*\(\s*'([^']*)'\s*\)$", text[start:end])
+        if wrapped:
+            return start + wrapped.start(1), start + wrapped.end(1)
+        if end - start >= 2 and text[start] + text[end - 1] in ("{}", "''"):
+            inner = text[start + 1 : end - 1]
+            if not re.search(r"[{}']", inner):
+                return start + 1, end - 1
+        return start, end
+
+    def _expression(self, part: _Part) -> Expression:
+        start, end = self._bounds(part.start, part.end)
+        if start >= end:
+            raise self._wrong(part, f"{part.key} needs a signal")
+        return self._context.expression(self._line, start, end)
+
+    def _formula(self, part: _Part) -> Expression:
+        """Return the expression of param=, in which other measurements are names."""
+        from ..expression import map_leaves
+        from ..node import Node, num, var
+        from ..template import Formula
+
+        start, end = self._bounds(part.start, part.end)
+        value = self._context.reader.formula(self._line, start, end)
+        where, text = self._line.span(start, end), self._line.raw[start:end]
+        if not isinstance(value, Formula):
+            return Expression(num(value), where, text)
+        measures = {known.name for known in self._context.deck.measures}
+
+        def look_up(leaf: Node) -> Node:
+            if leaf.op == "name" and leaf.value in measures:
+                return var(str(leaf.value))
+            return leaf
+
+        tree = Formula(map_leaves(value.node, look_up), self._line, start, end)
+        return Expression(self._context.here.bind(tree), where, text)
+
+    def _number(self, part: _Part, key: str) -> float:
+        start, end = self._bounds(*part.named[key])
+        value = self._context.reader.formula(self._line, start, end)
+        return self._context.here.number(value)
+
+    def _sides(self, part: _Part) -> tuple[Expression, Expression]:
+        """Return the two sides of ``when a=b``."""
+        text = self._line.text
+        found = re.search(r"(?<![<>=!])=(?!=)", text[part.start : part.end])
+        if found is None:
+            raise self._wrong(part, "when needs signal=value")
+        middle = part.start + found.start()
+        sides = []
+        for start, end in ((part.start, middle), (middle + 1, part.end)):
+            left, right = self._bounds(start, end)
+            sides.append(self._context.expression(self._line, left, right))
+        return sides[0], sides[1]
+
+    def _when(self, part: _Part) -> Cond:
+        left, right = self._sides(part)
+        edge, index = self._crossing(part)
+        delay = self._number(part, "td") if "td" in part.named else 0.0
+        if right.variables():
+            return Cond(left, None, right, edge, index, delay)
+        return Cond(left, float(right.evaluate({})), None, edge, index, delay)
+
+    def _edge(self, part: _Part) -> Cond:
+        """Return a trig or targ: a crossing, or ``at=``."""
+        if "at" in part.named:
+            return Cond(at=self._number(part, "at"))
+        start, end = self._bounds(part.start, part.end)
+        edge, index = self._crossing(part)
+        delay = self._number(part, "td") if "td" in part.named else 0.0
+        if "val" not in part.named:
+            raise self._wrong(part, f"{part.key} needs val= or at=")
+        signal = self._context.expression(self._line, start, end)
+        value = self._number(part, "val")
+        return Cond(signal, value, None, edge, index, delay)
+
+    def _crossing(self, part: _Part) -> tuple[Literal["rise", "fall", "cross"], int]:
+        """Return which crossing counts; 0 stands for the last one."""
+        edges: tuple[Literal["rise", "fall", "cross"], ...] = ("rise", "fall", "cross")
+        for edge in edges:
+            if edge in part.named:
+                start, end = self._bounds(*part.named[edge])
+                if self._line.text[start:end] == "last":
+                    return edge, 0
+                value = self._number(part, edge)
+                if value < 1 or value != int(value):
+                    raise self._wrong(part, f"{edge}= needs 1, 2, 3 ... or last")
+                return edge, int(value)
+        return "cross", 1

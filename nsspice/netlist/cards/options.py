@@ -1,0 +1,90 @@
+"""``.options``, ``.temp``, ``.global`` and ``.title``."""
+
+from __future__ import annotations
+
+from ..deck import Param
+from ..findings import Unreadable, suggest
+from ..lines import Line
+from ..statement import Item, items
+from .context import Context, after_card
+from .reading import flat
+
+#: options that nsspice reads
+OWN = {
+    "abstol", "cost", "engine", "gmin", "h", "hmin", "hmax", "itl1", "itl4", "maxsteps", "maxstep",
+    "method", "order", "reltol", "seed", "step", "temp", "theta", "tnom", "tol", "vntol", "chgtol",
+    "trtol", "events", "certificate", "points", "allpoints",
+}  # fmt: skip
+#: options of other simulators that steer their numerics or printing: accepted, without effect here
+FOREIGN = {
+    "accurate", "acct", "acout", "altinit", "autostop", "badmos3", "baudrate", "bypass", "cshunt",
+    "cvode", "defad", "defas", "defl", "defw", "delmax", "delta", "fast", "filetype", "fs", "ft",
+    "gminsteps", "gshunt", "ingold", "interp", "itl2", "itl3", "itl5", "itl6", "keepopinfo", "klu",
+    "limpts", "limtim", "list", "lvlcod", "lvltim", "maxord", "measdgt", "minbreak", "mindeltagmin",
+    "minclampz", "mod", "nodamp", "node", "noinit", "noise", "nomarch", "nomod", "noopiter", "nopage",
+    "noopac", "numdgt", "numdgt4", "nopage4", "optran", "opts", "pivrel", "pivtol", "plotreltol",
+    "plotvntol", "plotabstol", "plotwinsize", "post", "probe", "ramptime", "rampdown", "rawpts",
+    "rseries", "rshunt", "savecurrents", "scale", "scalm", "solver", "sparse", "srcstepmethod",
+    "srcsteps", "startclocks", "topologycheck", "trabstol", "trtrunc", "trytocompact", "unwrap",
+    "warn", "warnlimit", "width", "xmu", "brief", "co", "cptime", "dcap", "gmindc", "ic", "absv",
+    "relv", "reli", "absi", "seedinfo",
+}  # fmt: skip
+
+
+def options(context: Context, line: Line) -> None:
+    """Read ``.options name=value flag ...``; unknown names get a warning."""
+    words, pairs = context.split(line)
+    known = OWN | FOREIGN
+    for item in [*words, *pairs]:
+        key = item.text
+        where = line.span(item.start, item.end)
+        if item.kind not in ("word", "pair") or not key:
+            raise Unreadable("NS1080", "options are written name=value", where)
+        if key not in known:
+            hint = suggest(key, known)
+            context.findings.warning("NS1081", f"option {key[:40]} is unknown and ignored", where,
+                                     hint)  # fmt: skip
+        value: float | str = 1.0
+        if item.kind == "pair":
+            given = context.here.param(key, context.reader.param(line, item)).value
+            if not isinstance(given, (float, str)):
+                raise Unreadable("NS1025", f"option {key} needs a number or a word", where)
+            value = given
+        context.deck.options[key] = Param(key, value, where)
+
+
+def early_options(context: Context, line: Line) -> None:
+    """Take the temperature from .options before the elements are built."""
+    _, pairs = context.split(line)
+    for pair in pairs:
+        if pair.text == "temp":
+            _set_temperature(context, context.number(line, pair.items[1], "a temperature"))
+
+
+def temperature(context: Context, line: Line) -> None:
+    """Read ``.temp value``; several values are a sweep, written with .step."""
+    words: list[Item] = list(flat(items(line)[1:]))
+    if not words:
+        raise Unreadable("NS1080", ".temp needs a temperature", line.whole(), "write .temp 27")
+    if len(words) > 1:
+        raise Unreadable("NS1080", ".temp with several values", line.whole(),
+                         "write .step temp list 27 50 100")  # fmt: skip
+    _set_temperature(context, context.number(line, words[0], "a temperature"))
+
+
+def _set_temperature(context: Context, value: float) -> None:
+    context.deck.temperature = value
+    context.scope.temperature = value
+
+
+def global_nodes(context: Context, line: Line) -> None:
+    """Read ``.global node ...``: names that subcircuits share."""
+    names = [item.text for item in flat(items(line)[1:]) if item.kind == "word"]
+    if not names:
+        raise Unreadable("NS1080", ".global needs node names", line.whole(), "write .global vdd")
+    context.scope.add_globals(names)
+
+
+def title(context: Context, line: Line) -> None:
+    """Read ``.title text``."""
+    context.deck.title = line.raw[after_card(line) :].strip()

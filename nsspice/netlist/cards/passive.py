@@ -1,0 +1,89 @@
+"""R, L, C and K lines."""
+
+from __future__ import annotations
+
+from ..findings import Unreadable
+from ..lines import Line
+from ..statement import Item
+from ..template import Template
+from .reading import Reader
+from .terminals import Terminals
+
+_COMMON = {"m", "temp", "dtemp", "scale"}
+_KNOWN = {
+    "r": _COMMON | {"r", "v", "tc", "tc1", "tc2", "ac", "noisy", "noise", "ic"},
+    "c": _COMMON | {"c", "ic", "tc", "tc1", "tc2", "rser", "rpar", "lser", "cpar", "rlshunt"},
+    "l": _COMMON | {"l", "ic", "tc", "tc1", "tc2", "nt", "rser", "rpar", "cpar"},
+}
+_WHAT = {"r": "resistance", "c": "capacitance", "l": "inductance"}
+
+
+def passive(reader: Reader, line: Line, items: list[Item]) -> Template:
+    """Read ``R n+ n- value``, and C and L in the same form.
+
+    The value may also be ``R={expr}``, for R also ``V={expr(i)}``; a name in its place is a model.
+    """
+    terminals = Terminals(reader, line, items)
+    letter = terminals.name[0]
+    terminals.take_nodes(2)
+    what = _WHAT[letter]
+    result = terminals.template()
+    found = terminals.next()
+    if found is not None:
+        number = None
+        if found.kind == "word":
+            number = reader.number(line, found.start, found.end)
+        if number is not None:
+            result.value = number
+            model = terminals.next_name()  # R1 a b 1k rmod
+            if model:
+                result.model, result.model_span = model.text, line.span(model.start, model.end)
+        elif found.kind == "word":
+            result.model, result.model_span = found.text, line.span(found.start, found.end)
+            after = terminals.next()  # R1 a b rmod 1k
+            if after is not None:
+                result.value = reader.value(line, after, f"a {what}")
+        else:
+            result.value = reader.value(line, found, f"a {what}")
+    terminals.extend_pairs(("tc", "tc2"))
+    params = terminals.params(_KNOWN[letter])
+    own = params.pop(letter, None)
+    if letter == "r" and "v" in params:
+        voltage = params.pop("v")
+        if own is not None or result.value is not None:
+            raise Unreadable("NS1009", f"{terminals.name}: both a resistance and V= are given",
+                             voltage.span, "keep one of them")  # fmt: skip
+        result.value = terminals.param_value(voltage)
+        result.quantity = "v"
+    elif own is not None:
+        if result.value is not None:
+            raise Unreadable("NS1009", f"{terminals.name}: the {what} is given twice", own.span)
+        result.value = terminals.param_value(own)
+    if "tc" in params:
+        params["tc1"] = params.pop("tc")
+    result.params = params
+    terminals.finish(result)
+    if result.value is None and not result.model:
+        raise Unreadable("NS1008", f"{terminals.name}: the {what} is missing", result.span,
+                         f"write {letter.upper()}name node node value")  # fmt: skip
+    return result
+
+
+def coupling(reader: Reader, line: Line, items: list[Item]) -> Template:
+    """Read ``K L1 L2 [L3 ...] k``."""
+    terminals = Terminals(reader, line, items)
+    rest = terminals.rest()
+    pairs = terminals.params({"k"})
+    result = terminals.template()
+    hint = "write Kname L1 L2 coefficient"
+    if "k" in pairs:
+        result.value = terminals.param_value(pairs["k"])
+    elif rest:
+        result.value = reader.value(line, rest.pop(), "a coupling coefficient")
+    if len(rest) < 2:
+        message = f"{terminals.name}: two inductors and a coefficient are needed"
+        raise Unreadable("NS1008", message, result.span, hint)
+    result.controls = tuple(terminals.word(item, "an inductor") for item in rest)
+    result.node_spans = tuple(line.span(item.start, item.end) for item in rest)
+    result.control_kind = "element"
+    return result

@@ -1,0 +1,103 @@
+"""D, Q, S and W lines."""
+
+from __future__ import annotations
+
+from ..lines import Line
+from ..statement import Item
+from ..template import Template
+from .reading import Reader
+from .terminals import GROUND, Terminals
+
+_DIODE = {
+    "area", "ic", "m", "temp", "dtemp", "pj", "w", "l", "v", "vfwd", "vrev", "ron", "rrev", "roff",
+}  # fmt: skip
+_TRANSISTOR = {
+    "area", "areab", "areac", "m", "ic", "temp", "dtemp",
+    "alphan", "alphai", "de", "dc",
+}  # fmt: skip
+
+
+def diode(reader: Reader, line: Line, items: list[Item]) -> Template:
+    """Read ``D anode cathode [model] [area] [off] [ic=]``; without a model the diode is ideal."""
+    terminals = Terminals(reader, line, items)
+    terminals.take_nodes(2)
+    result = terminals.template()
+    item = terminals.peek()
+    if item is not None and item.text != "off":
+        terminals.model(result, terminals.next(), "")
+    _tail(terminals, result, _DIODE)
+    return result
+
+
+def transistor(reader: Reader, line: Line, items: list[Item]) -> Template:
+    """Read ``Q nc nb ne [ns] model [area] [off] [ic=vbe,vce]``."""
+    terminals = Terminals(reader, line, items)
+    terminals.take_nodes(3)
+    following = terminals.peek()
+    words = [item for item in items[4:] if item.kind == "word"]
+    # a fourth node stands before the model if two names follow, or a number that cannot be one
+    second = words[1].text if len(words) > 1 else ""
+    named = bool(second) and second != "off" and second[0] not in "0123456789.+-"
+    bracketed = following is not None and following.text[:1] == "["
+    if following is not None and words and (named or bracketed):
+        terminals.take_nodes(1)
+    result = terminals.template()
+    terminals.model(result, terminals.next(), "write Qname collector base emitter model")
+    terminals.extend_pairs(("ic", "vce"))
+    _tail(terminals, result, _TRANSISTOR | {"vce"})
+    if "vce" in result.params:
+        result.params["icvce"] = result.params.pop("vce")
+    return result
+
+
+def _tail(terminals: Terminals, result: Template, known: set[str]) -> None:
+    """Read area, flags and parameters."""
+    line = terminals.line
+    terminals.flags(result, ("on", "off"))
+    item = terminals.peek()
+    area = None
+    if item is not None and item.kind != "pair":
+        area = terminals.next()
+    terminals.flags(result, ("on", "off"))
+    result.params = terminals.params(known)
+    if area is not None:
+        from ..template import ParamText
+
+        value = terminals.reader.value(line, area, "an area factor")
+        result.params["area"] = ParamText(value, line.span(area.start, area.end))
+    terminals.finish(result)
+
+
+def switch(reader: Reader, line: Line, items: list[Item]) -> Template:
+    """Read ``S n+ n- nc+ nc- model [on|off]``."""
+    terminals = Terminals(reader, line, items)
+    terminals.take_nodes(4, "nodes (two of them controlling)")
+    result = terminals.template()
+    result.nodes, result.controls = terminals.nodes[:2], terminals.nodes[2:]
+    result.control_kind = "node"
+    terminals.model(result, terminals.next(), "write Sname n+ n- nc+ nc- model")
+    terminals.flags(result, ("on", "off"))
+    result.params = terminals.params({"m"})
+    terminals.finish(result)
+    return result
+
+
+def current_switch(reader: Reader, line: Line, items: list[Item]) -> Template:
+    """Read ``W n+ n- Vname model [on|off]``."""
+    terminals = Terminals(reader, line, items)
+    terminals.take_nodes(2)
+    control = terminals.next()
+    name = terminals.word(control, "the controlling source")
+    assert control is not None
+    result = terminals.template()
+    result.controls = (name,)
+    result.control_kind = "element"
+    result.node_spans = (*terminals.node_spans, line.span(control.start, control.end))
+    terminals.model(result, terminals.next(), "write Wname n+ n- Vname model")
+    terminals.flags(result, ("on", "off"))
+    result.params = terminals.params({"m"})
+    terminals.finish(result)
+    return result
+
+
+__all__ = ["GROUND", "current_switch", "diode", "switch", "transistor"]

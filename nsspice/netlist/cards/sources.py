@@ -1,0 +1,152 @@
+"""V and I lines with their waveforms."""
+
+from __future__ import annotations
+
+from ..findings import Unreadable, suggest
+from ..lines import Line
+from ..statement import Item
+from ..template import SourceTemplate, Template, Value
+from .reading import Reader
+from .terminals import Terminals
+
+#: waveform -> (least, most) number of arguments
+WAVEFORMS: dict[str, tuple[int, int | None]] = {
+    "sin": (2, 7),
+    "pulse": (2, 8),
+    "exp": (2, 6),
+    "pwl": (2, None),
+    "sffm": (2, 7),
+    "am": (3, 7),
+}
+_SPELLINGS = {"sine": "sin"}
+_OTHER = {"trnoise", "trrandom", "noise", "external", "distof1", "distof2", "wavefile", "pat"}
+_PARAMS = {"r", "td", "m", "rser", "cpar", "rpar", "ac", "dc", "load", "file"}
+
+
+def source(reader: Reader, line: Line, items: list[Item]) -> Template:
+    """Read ``V n+ n- [DC v] [AC mag [phase]] [waveform(...)]`` and the same for I.
+
+    Parentheses and commas only separate: ``PULSE 0 5 1u`` is ``PULSE(0 5 1u)``.
+    """
+    terminals = Terminals(reader, line, items)
+    terminals.take_nodes(2)
+    result = terminals.template()
+    # most sources are a lone DC value
+    value = SourceTemplate(result.span)
+    result.source = value
+    while (item := terminals.next()) is not None:
+        word = item.text if item.kind == "word" else ""
+        kind = _SPELLINGS.get(word, word)
+        if kind == "dc":
+            value.dc = _number(terminals, terminals.next(), "the DC value")
+        elif kind == "ac":
+            magnitude = _optional(terminals)
+            phase = _optional(terminals) if magnitude is not None else None
+            value.ac = (
+                1.0 if magnitude is None else _number(terminals, magnitude, "a magnitude"),
+                0.0 if phase is None else _number(terminals, phase, "a phase"),
+            )
+        elif kind in WAVEFORMS:
+            _waveform(terminals, value, item, kind)
+        elif kind in _OTHER:
+            where = line.span(item.start, item.end)
+            message = f"{result.name}: the waveform {kind} is not supported"
+            raise Unreadable("NS1002", message, where, f"known: {', '.join(WAVEFORMS)}")
+        elif value.dc is None and not value.kind:
+            if word and reader.number(line, item.start, item.end) is None:
+                near = suggest(word, [*WAVEFORMS, "dc", "ac", "sine"])
+                if near:
+                    where = line.span(item.start, item.end)
+                    raise Unreadable("NS1009", f"{result.name}: unknown waveform {word}", where, near)
+            value.dc = _number(terminals, item, "a DC value or a waveform")
+        else:
+            _unexpected(terminals, item, result)
+    params = terminals.params(_PARAMS)
+    if "dc" in params:
+        value.dc = terminals.param_value(params.pop("dc"))
+    if "ac" in params:
+        value.ac = (terminals.param_value(params.pop("ac")), 0.0)
+    for key in ("r", "td"):
+        if key in params and value.kind == "pwl":
+            value.options[key] = terminals.param_value(params.pop(key))
+        elif key in params:
+            raise Unreadable("NS1014", f"{result.name}: {key}= belongs to PWL", params[key].span)
+    result.params = params
+    return result
+
+
+def _optional(terminals: Terminals) -> Item | None:
+    """Take the next item if it is a value and not a keyword."""
+    item = terminals.peek()
+    if item is None or (item.kind == "word" and item.text[0] not in "0123456789.+-"):
+        return None
+    return terminals.next()
+
+
+def _number(terminals: Terminals, item: Item | None, what: str) -> Value:
+    """Return a value that must be there."""
+    if item is None:
+        raise Unreadable("NS1008", f"{terminals.name}: {what} is missing", terminals.span)
+    return terminals.reader.value(terminals.line, item, what)
+
+
+def _waveform(terminals: Terminals, value: SourceTemplate, word: Item, kind: str) -> None:
+    """Take the arguments of a waveform: everything up to the next keyword."""
+    line = terminals.line
+    where = line.span(word.start, word.end)
+    if value.kind:
+        message = f"{terminals.name}: a second waveform after {value.kind}"
+        raise Unreadable("NS1009", message, where, "keep one of them")
+    value.kind = kind
+    arguments: list[Item] = []
+    while (item := terminals.peek()) is not None:
+        if item.kind == "word" and (item.text in ("dc", "ac") or item.text in WAVEFORMS):
+            break
+        arguments.append(item)
+        terminals.next()
+    reader = terminals.reader
+    value.values = [reader.value(line, a, f"an argument of {kind}") for a in arguments]
+    least, most = WAVEFORMS[kind]
+    count = len(arguments)
+    if any(pair.text == "file" for pair in terminals.pairs):
+        message = f"{terminals.name}: PWL data from a file are not supported"
+        raise Unreadable("NS1002", message, where, "write the points into the netlist")
+    if count < least or (most is not None and count > most):
+        wanted = f"{least} to {most}" if most is not None else f"at least {least}"
+        message = f"{terminals.name}: {kind} takes {wanted} arguments, not {count}"
+        raise Unreadable("NS1008", message, where)
+    if kind == "pwl" and count % 2:
+        message = f"{terminals.name}: PWL needs pairs of time and value, {count} numbers given"
+        raise Unreadable("NS1008", message, where)
+    _decimal_commas(terminals, arguments)
+
+
+def _decimal_commas(terminals: Terminals, arguments: list[Item]) -> None:
+    """Warn where a comma stands between digits while blanks separate the other arguments."""
+    line = terminals.line
+    commas = [
+        (a, b)
+        for a, b in zip(arguments, arguments[1:], strict=False)
+        if b.start == a.end + 1 and line.text[a.end] == ","
+    ]
+    if commas and 2 * len(commas) < len(arguments) - 1:
+        first, second = commas[0]
+        shown = line.raw[first.start : second.end]
+        terminals.reader.findings.warning(
+            "NS1013",
+            f"{terminals.name}: {shown} is read as two arguments: a comma separates",
+            line.span(first.start, second.end),
+            "decimals are written with a point: 1.5",
+        )
+
+
+def _unexpected(terminals: Terminals, item: Item, result: Template) -> None:
+    """Report an item after the value."""
+    where = terminals.line.span(item.start, item.end)
+    near = suggest(item.text, [*WAVEFORMS, "dc", "ac"])
+    message = f"{result.name}: {item.text[:40]} is not expected here"
+    line = terminals.line
+    if line.text[item.start - 1] == "," and line.text[item.start - 2].isdigit():
+        raise Unreadable("NS1013", f"{result.name}: a comma separates two values here", where,
+                         "decimals are written with a point: 1.5")  # fmt: skip
+    raise Unreadable("NS1009", message, where, near)

@@ -1,0 +1,162 @@
+"""The common part of all element lines: name, nodes, the items after them, parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+from ...errors import Span
+from ..findings import Unreadable
+from ..lines import Line
+from ..statement import Item
+from ..template import Formula, ParamText, Template, Value
+from .reading import Reader, flat
+
+GROUND = {"gnd": "0", "0": "0", "gnd!": "0"}
+
+
+class Terminals:
+    """Takes an element line apart from left to right.
+
+    Parameters
+    ----------
+    reader : Reader
+        For values.
+    line : Line
+        The line.
+    items : list of Item
+        Its items.
+    """
+
+    def __init__(self, reader: Reader, line: Line, items: list[Item]) -> None:
+        self.reader = reader
+        self.line = line
+        self.name = items[0].text
+        self.span = line.span(items[0].start, len(line.raw.rstrip()))
+        self.nodes: tuple[str, ...] = ()
+        self.node_spans: tuple[Span, ...] = ()
+        self.pairs: list[Item] = []
+        self._plain = all(item.kind == "word" for item in items)
+        self._items = items[1:] if self._plain else list(flat(items[1:], self.pairs))
+        self._at = 0
+
+    def take_nodes(self, count: int, what: str = "nodes") -> None:
+        """Take the next items as node names."""
+        chosen = self._items[self._at : self._at + count]
+        if len(chosen) < count:
+            message = f"{self.name}: {count} {what} are needed, {len(chosen)} given"
+            raise Unreadable("NS1008", message, self.span, "")
+        self._at += count
+        names = []
+        spans = []
+        line = self.line
+        for item in chosen:
+            text = item.text
+            if item.kind != "word":
+                message = f"{self.name}: {text[:40]} is not a node name"
+                raise Unreadable("NS1009", message, line.span(item.start, item.end))
+            names.append(GROUND.get(text, text))
+            spans.append(line.span(item.start, item.end))
+        self.nodes += tuple(names)
+        self.node_spans += tuple(spans)
+
+    def template(self) -> Template:
+        """Return the element so far."""
+        return Template(self.name, self.name[0], self.span, self.nodes, self.node_spans)
+
+    def next(self) -> Item | None:
+        """Take the next item, None at the end."""
+        if self._at >= len(self._items):
+            return None
+        self._at += 1
+        return self._items[self._at - 1]
+
+    def peek(self) -> Item | None:
+        """Look at the next item."""
+        return self._items[self._at] if self._at < len(self._items) else None
+
+    def next_name(self) -> Item | None:
+        """Take the next item if it is a word and not a number."""
+        item = self.peek()
+        if item is None or item.kind != "word" or item.text[0] in "0123456789.+-":
+            return None
+        self._at += 1
+        return item
+
+    def rest(self) -> list[Item]:
+        """Take all remaining items."""
+        left = self._items[self._at :]
+        self._at = len(self._items)
+        return left
+
+    def word(self, item: Item | None, what: str) -> str:
+        """Return the name that an item holds."""
+        if item is None:
+            raise Unreadable("NS1008", f"{self.name}: {what} is missing", self.span)
+        if item.kind != "word":
+            where = self.line.span(item.start, item.end)
+            raise Unreadable("NS1009", f"{self.name}: {item.text[:40]} is not {what}", where)
+        return item.text
+
+    def model(self, result: Template, item: Item | None, needed: str) -> None:
+        """Put a model name into the element; without one report what is needed."""
+        if item is None:
+            if needed:
+                message = f"{self.name}: the name of its .model is missing"
+                raise Unreadable("NS1008", message, self.span, needed)
+            return
+        result.model = self.word(item, "the name of a model")
+        result.model_span = self.line.span(item.start, item.end)
+
+    def params(self, known: Collection[str]) -> dict[str, ParamText]:
+        """Return the ``name=value`` items."""
+        if not self.pairs:
+            return {}
+        return self.reader.params(self.line, self.pairs, known, self.name)
+
+    def extend_pairs(self, second: tuple[str, str]) -> None:
+        """Let ``tc=1m,2u`` set a second parameter, as SPICE does."""
+        key, other = second
+        for pair in self.pairs:
+            item = self.peek()
+            if pair.text == key and item is not None and item.start > pair.end:
+                between = self.line.text[pair.end : item.start]
+                if between.strip() in (",", ""):
+                    self._at += 1
+                    self.pairs.append(
+                        Item("pair", other, item.start, item.end, (item, item))
+                    )
+                return
+
+    def param_value(self, param: ParamText) -> Value:
+        """Return a parameter's value where a number or an expression is needed."""
+        if isinstance(param.value, (float, Formula)):
+            return param.value
+        where = param.span
+        hint = f"write {{{param.value}}} if it is a parameter"
+        raise Unreadable("NS1010", f"{self.name}: {param.value[:60]} is not a value", where, hint)
+
+    def flags(self, result: Template, known: Collection[str]) -> None:
+        """Take words such as ``on`` and ``off``."""
+        while (item := self.peek()) is not None and item.text in known and item.kind == "word":
+            self._at += 1
+            result.flags[item.text] = self.line.span(item.start, item.end)
+
+    def finish(self, result: Template) -> None:
+        """Report items that nobody asked for."""
+        item = self.peek()
+        if item is None:
+            return
+        line = self.line
+        where = line.span(item.start, item.end)
+        shown = line.raw[item.start : item.end][:40]
+        before = line.text[max(item.start - 2, 0) : item.start]
+        if len(before) == 2 and before[1] == "," and before[0].isdigit() and item.text[:1].isdigit():
+            raise Unreadable("NS1013", f"{self.name}: a comma separates two values here", where,
+                             "decimals are written with a point: 1.5")  # fmt: skip
+        hint = "one value is enough; a unit is written without a blank: 1kOhm"
+        raise Unreadable("NS1009", f"{self.name}: {shown} is not expected here", where, hint)
+
+    def items(self) -> Iterator[Item]:
+        """Yield and take the remaining items one by one."""
+        while (item := self.next()) is not None:
+            yield item

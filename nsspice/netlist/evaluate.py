@@ -1,0 +1,136 @@
+"""Values of expression trees, on floats and elementwise on numpy arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from .functions import SCALAR, array_functions, divide, real_power
+from .node import Node, num
+
+_COMPARE: dict[str, Callable[[float, float], bool]] = {
+    "lt": lambda a, b: a < b,
+    "le": lambda a, b: a <= b,
+    "gt": lambda a, b: a > b,
+    "ge": lambda a, b: a >= b,
+    "eq": lambda a, b: a == b,
+    "ne": lambda a, b: a != b,
+}
+
+
+def scalar(node: Node, values: Mapping[str, float]) -> float:
+    """Return the value of a tree for float signals.
+
+    Only the chosen branch of a conditional is looked at; ``&&`` and ``||`` stop as soon as the
+    result is known.
+
+    Raises
+    ------
+    KeyError
+        If a signal has no value.
+    """
+    op = node.op
+    if op == "num":
+        return node.value  # type: ignore[return-value]
+    if op == "var" or op == "name":
+        return float(values[node.value])  # type: ignore[index]
+    args = node.args
+    total = scalar(args[0], values)
+    if op == "add":
+        for arg in args[1:]:
+            if arg.op == "neg":
+                total -= scalar(arg.args[0], values)
+            else:
+                total += scalar(arg, values)
+        return total
+    if op == "mul":
+        for arg in args[1:]:
+            if arg.op == "inv":
+                total = divide(total, scalar(arg.args[0], values))
+            else:
+                total *= scalar(arg, values)
+        return total
+    if op == "neg":
+        return -total
+    if op == "pow":
+        return real_power(total, scalar(args[1], values))
+    if op == "call":
+        rest = []
+        for arg in args[1:]:
+            rest.append(scalar(arg, values))
+        return SCALAR[node.value](total, *rest)  # type: ignore[index]
+    if op == "if":
+        return scalar(args[1 if total != 0.0 else 2], values)
+    return _logic(node, total, values)
+
+
+def _logic(node: Node, total: float, values: Mapping[str, float]) -> float:
+    """Return comparisons, logic and the reciprocal."""
+    op = node.op
+    args = node.args
+    if op in _COMPARE:
+        return float(_COMPARE[op](total, scalar(args[1], values)))
+    if op == "not":
+        return float(total == 0.0)
+    if op == "inv":
+        return divide(1.0, total)
+    stop = op == "or"  # an or is known with the first true term, an and with the first false one
+    for arg in args[1:]:
+        if (total != 0.0) is stop:
+            break
+        total = scalar(arg, values)
+    return float(total != 0.0)
+
+
+def array(node: Node, values: Mapping[str, Any]) -> Any:
+    """Return the value of a tree elementwise; all branches are computed, none warns."""
+    import numpy as np
+
+    with np.errstate(all="ignore"):
+        return _array(node, values, np, array_functions())
+
+
+def _array(node: Node, values: Mapping[str, Any], np: Any, functions: Mapping[str, Any]) -> Any:
+    op = node.op
+    if op == "num":
+        return np.float64(node.value)
+    if op in ("var", "name"):
+        return np.asarray(values[str(node.value)], dtype=float)
+    args = []
+    for arg in node.args:
+        signed = (op == "add" and arg.op == "neg") or (op == "mul" and arg.op == "inv")
+        args.append(_array(arg.args[0] if signed and args else arg, values, np, functions))
+    total = args[0]
+    if op == "add":
+        for arg, term in zip(node.args[1:], args[1:], strict=True):
+            total = total - term if arg.op == "neg" else total + term
+        return total
+    if op == "mul":
+        for arg, factor in zip(node.args[1:], args[1:], strict=True):
+            total = total / factor if arg.op == "inv" else total * factor
+        return total
+    if op == "neg":
+        return -total
+    if op == "inv":
+        return 1.0 / total
+    if op == "pow":
+        return np.power(total, args[1])
+    if op == "call":
+        return functions[str(node.value)](*args)
+    if op == "if":
+        return np.where(total != 0.0, args[1], args[2])
+    if op == "not":
+        return np.where(total == 0.0, 1.0, 0.0)
+    if op in _COMPARE:
+        return np.where(_COMPARE[op](total, args[1]), 1.0, 0.0)
+    truth = total != 0.0
+    for term in args[1:]:
+        truth = (truth | (term != 0.0)) if op == "or" else (truth & (term != 0.0))
+    return np.where(truth, 1.0, 0.0)
+
+
+def fold(node: Node) -> Node:
+    """Return a constant in place of a node whose arguments are all constants."""
+    if not node.args or any(arg.op != "num" for arg in node.args):
+        return node
+    return num(scalar(node, {}))

@@ -1,0 +1,275 @@
+"""From bodies to flat elements: instances unfolded, parameters and node names put in."""
+
+from __future__ import annotations
+
+from ..errors import Span
+from .body import Body, BodyReader, Choice, Subcircuit
+from .deck import Element, Source
+from .expression import Expression
+from .findings import Findings, Unreadable, suggest
+from .lines import Line
+from .scope import Scope
+from .template import InstanceTemplate, SourceTemplate, Template
+
+#: elements of an expanded deck; more would not fit into memory anyway
+MAX_ELEMENTS = 1_000_000
+#: subcircuits within subcircuits
+MAX_NESTING = 50
+
+
+class Expander:
+    """Unfolds a deck.
+
+    Parameters
+    ----------
+    findings : Findings
+        Receives what is wrong.
+    bodies : BodyReader
+        Reads the bodies of subcircuits when they are first used.
+    """
+
+    def __init__(self, findings: Findings, bodies: BodyReader) -> None:
+        self.elements: list[Element] = []
+        self.places: dict[str, Span] = {}
+        self.cards: list[tuple[str, Line, Scope]] = []
+        self._findings = findings
+        self._bodies = bodies
+        self._instances = 0
+        self._controlled: list[tuple[Element, tuple[Span, ...], str]] = []
+
+    def choose(self, scope: Scope, body: Body) -> list[Template | InstanceTemplate]:
+        """Declare a body's names in a scope, decide its conditionals, return what is to be built."""
+        scope.declare(body)
+        self.cards += [(card, line, scope) for card, line in body.cards]
+        if not any(isinstance(item, Choice) for item in body.items):
+            return body.items  # type: ignore[return-value]
+        result: list[Template | InstanceTemplate] = []
+        for item in body.items:
+            if not isinstance(item, Choice):
+                result.append(item)
+                continue
+            for condition, branch in item.branches:
+                try:
+                    if condition is None or scope.number(condition) != 0.0:
+                        result += self.choose(scope, branch)
+                        break
+                except Unreadable as found:
+                    self._record(found)
+                    break
+        return result
+
+    def expand(
+        self,
+        scope: Scope,
+        items: list[Template | InstanceTemplate],
+        active: tuple[Subcircuit, ...] = (),
+    ) -> None:
+        """Build all elements of a scope, depth first."""
+        for item in items:
+            try:
+                if isinstance(item, Template):
+                    self._element(scope, item)
+                else:
+                    self._instance(scope, item, active)
+            except Unreadable as found:
+                self._record(found)
+
+    def _record(self, found: Unreadable) -> None:
+        self._findings.error(found.code, found.message, found.span, found.hint)
+
+    def _claim(self, name: str, local: str, span: Span) -> None:
+        """Register a full name; a second element of that name is an error."""
+        before = self.places.get(name)
+        if before is not None:
+            message = f"{local} stands twice: here and in line {before.line}"
+            if before.file != span.file:
+                message += f" of {before.file}"
+            raise Unreadable("NS1006", message, span, "give one of them another name")
+        self.places[name] = span
+
+    # -- elements ----------------------------------------------------------------------------
+
+    def _element(self, scope: Scope, item: Template) -> None:
+        """Build one element."""
+        name = scope.prefix + item.name
+        self._claim(name, item.name, item.span)
+        if len(self.elements) >= MAX_ELEMENTS:
+            raise _too_many(item.span)
+        value = item.value
+        if value is not None and not isinstance(value, float):
+            value = scope.expression(value, own_current=item.letter == "r")
+        nodes, controls = item.nodes, item.controls
+        if scope.prefix:
+            nodes = tuple([scope.node(node) for node in nodes])
+            if item.control_kind == "node":
+                controls = tuple([scope.node(node) for node in controls])
+            elif controls:
+                controls = tuple([scope.prefix + control for control in controls])
+        params = {}
+        for key, given in item.params.items():
+            params[key] = scope.param(key, given)
+        element = Element(
+            name,
+            item.letter,
+            nodes,
+            item.span,
+            controls,
+            value,
+            item.quantity if isinstance(value, Expression) else self._plain(item),
+            scope.model(item.model) if item.model else None,
+            self._source(scope, item.source) if item.source else None,
+            params,
+            dict(item.flags),
+            item.node_spans,
+        )
+        if item.model and element.model is None:
+            raise self._no_model(scope, item)
+        self.elements.append(element)
+        if item.control_kind == "element":
+            spans = item.node_spans[len(nodes) :]
+            self._controlled.append((element, spans, scope.prefix))
+
+    @staticmethod
+    def _plain(item: Template) -> str:
+        """Return the quantity of a source whose expression turned out to be a number."""
+        return item.quantity if item.letter in "befghr" else ""
+
+    @staticmethod
+    def _no_model(scope: Scope, item: Template) -> Unreadable:
+        """Return the finding for an unknown model name."""
+        if item.letter in "rcl":
+            message = f"{item.name}: {item.model} is neither a value nor the name of a model"
+            hint = suggest(item.model, scope.known("models"))
+            if item.model in (*scope.known("params"), *scope.known("fixed")):
+                hint = f"write {{{item.model}}}: parameters stand in braces"
+            return Unreadable("NS1060", message, item.model_span, hint)
+        hint = suggest(item.model, scope.known("models")) or f"add .model {item.model} ..."
+        return Unreadable("NS1060", f"{item.name}: there is no model {item.model}",
+                          item.model_span, hint)  # fmt: skip
+
+    @staticmethod
+    def _source(scope: Scope, given: SourceTemplate) -> Source:
+        """Evaluate the value of an independent source."""
+        ac = None
+        if given.ac is not None:
+            ac = (scope.number(given.ac[0]), scope.number(given.ac[1]))
+        return Source(
+            None if given.dc is None else scope.number(given.dc),
+            ac,
+            given.kind,
+            tuple([scope.number(value) for value in given.values]),
+            {key: scope.number(value) for key, value in given.options.items()},
+            given.span,
+        )
+
+    # -- instances ---------------------------------------------------------------------------
+
+    def _instance(
+        self, scope: Scope, item: InstanceTemplate, active: tuple[Subcircuit, ...]
+    ) -> None:
+        """Unfold one X line."""
+        self._claim(scope.prefix + item.name, item.name, item.span)
+        found = scope.subcircuit(item.subcircuit)
+        if found is None:
+            hint = suggest(item.subcircuit, scope.known("subcircuits"))
+            hint = hint or f"add .subckt {item.subcircuit} ... .ends, or .include its file"
+            message = f"{item.name}: there is no subcircuit {item.subcircuit}"
+            raise Unreadable("NS1040", message, item.subcircuit_span, hint)
+        target, home = found
+        header = target.header
+        if target in active:
+            chain = [s.header.name for s in active[active.index(target) :]] + [header.name]
+            message = f"subcircuit {header.name} contains itself: {' -> '.join(chain)}"
+            raise Unreadable("NS1042", message, item.span, "remove one of these X lines")
+        if len(active) >= MAX_NESTING:
+            message = f"subcircuits are nested deeper than {MAX_NESTING}"
+            raise Unreadable("NS1042", message, item.span)
+        if len(item.nodes) != len(header.nodes):
+            message = f"{item.name}: {header.name} has {len(header.nodes)} nodes, not {len(item.nodes)}"
+            hint = f"its nodes are {' '.join(header.nodes)}" if header.nodes else ""
+            raise Unreadable("NS1041", message, item.span, hint)
+        self._instances += 1
+        if not active and self._size(item, [scope]) > MAX_ELEMENTS:
+            raise _too_many(item.span)
+        if self._instances > MAX_ELEMENTS:
+            raise _too_many(item.span)
+        if target.body is None:
+            target.body = self._bodies.read(target.block)
+        actual = [scope.node(node) for node in item.nodes]
+        nodes = dict(zip(header.nodes, actual, strict=True))
+        inner = scope.child(home, item.name, nodes)
+        self._pass(scope, inner, item, target)
+        self.expand(inner, self.choose(inner, target.body), (*active, target))
+
+    def _pass(
+        self, scope: Scope, inner: Scope, item: InstanceTemplate, target: Subcircuit
+    ) -> None:
+        """Give an instance its parameters: the X line's values, then the defaults."""
+        header = target.header
+        inner.params.update(header.params)
+        for name, given in item.params.items():
+            if name not in header.params:
+                if name == "m":
+                    message = f"{item.name}: m= on an X line is not supported"
+                    raise Unreadable("NS1014", message, given.span, "write the instance m times")
+                hint = suggest(name, header.params)
+                known = ", ".join(header.params)
+                hint = hint or (f"known: {known}" if known else "declare it on the .subckt line")
+                message = f"{item.name}: {header.name} has no parameter {name}"
+                raise Unreadable("NS1014", message, given.span, hint)
+            value = scope.param(name, given).value
+            if not isinstance(value, float):
+                shown = getattr(value, "text", value)
+                message = f"{item.name}: {name}={shown} is not a number"
+                raise Unreadable("NS1010", message, given.span)
+            inner.fixed[name] = value
+
+    def _size(self, item: InstanceTemplate, scopes: list[Scope]) -> int:
+        """Return how many elements an instance has at least, without building them.
+
+        Doubling at each of 40 levels is seen here in 40 steps and not after a million elements.
+        """
+        known: dict[int, int] = {}
+
+        def size(target: Subcircuit, home: tuple[dict[str, Subcircuit], ...], depth: int) -> int:
+            if id(target) in known or depth > MAX_NESTING:
+                return known.get(id(target), 1)
+            known[id(target)] = 1  # a loop is reported where it is unfolded
+            if target.body is None:
+                target.body = self._bodies.read(target.block)
+            names = (target.body.subcircuits, *home)
+            total = 1
+            for inner in target.body.items:
+                if isinstance(inner, InstanceTemplate):
+                    for table in names:
+                        if inner.subcircuit in table:
+                            at = names[names.index(table) :]
+                            total += size(table[inner.subcircuit], at, depth + 1)
+                            break
+                elif isinstance(inner, Template):
+                    total += 1
+            known[id(target)] = total
+            return total
+
+        found = scopes[0].subcircuit(item.subcircuit)
+        assert found is not None
+        return size(found[0], (found[1].subcircuits,), 0)
+
+    # -- checks of the whole -----------------------------------------------------------------
+
+    def check_controls(self) -> None:
+        """Report elements that name a source or an inductor that does not exist."""
+        for element, spans, prefix in self._controlled:
+            for control, span in zip(element.controls, spans, strict=False):
+                if control in self.places:
+                    continue
+                local = control[len(prefix) :]
+                names = [n[len(prefix) :] for n in self.places if n.startswith(prefix)]
+                near = suggest(local, (n for n in names if "." not in n))
+                message = f"{element.name}: there is no element {local}"
+                self._findings.error("NS1070", message, span, near)
+
+
+def _too_many(span: Span) -> Unreadable:
+    message = f"the deck expands to more than {MAX_ELEMENTS} elements"
+    return Unreadable("NS1043", message, span, "look for subcircuits that multiply each other")

@@ -1,0 +1,260 @@
+"""Text to expression trees, with lark (``expression.lark``).
+
+Lark's tree is turned into nodes without recursion, so that a million opening parentheses are an
+error message and not a crash.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from ..errors import Span
+from .expression import map_leaves
+from .findings import Unreadable, suggest
+from .functions import ALIASES, ARITY, CONSTANTS, UNSUPPORTED, arity_problem
+from .grammar import expression_parser
+from .node import (
+    MAX_DEPTH,
+    Node,
+    TooLarge,
+    add,
+    call,
+    inv,
+    name,
+    neg,
+    num,
+    power,
+    var,
+)
+from .numbers import read_number
+
+if TYPE_CHECKING:
+    from lark import Token, Tree
+
+#: longer texts are data, not formulas
+MAX_LENGTH = 100_000
+
+Place = Callable[[int, int], Span | None]
+#: what the grammar calls a comparison
+_COMPARISONS = {"<": "lt", "<=": "le", ">": "gt", ">=": "ge", "==": "eq", "!=": "ne"}
+
+
+def parse(text: str, place: Place, trap: Callable[[str, str, Span | None], None]) -> Node:
+    """Return the tree of an expression; names are not looked up, user functions stay calls.
+
+    Parameters
+    ----------
+    text : str
+        The expression in its original spelling, without braces.
+    place : callable
+        Gives the place of ``text[start:end]`` in the netlist.
+    trap : callable
+        Receives message, hint and place of numbers such as 2k2.
+
+    Raises
+    ------
+    Unreadable
+        With the place and the reason.
+    """
+    stripped = text.strip()
+    if not stripped:
+        raise Unreadable("NS1020", "expression is empty", place(0, len(text)))
+    if len(text) > MAX_LENGTH:
+        message = f"expression has more than {MAX_LENGTH} characters"
+        raise Unreadable("NS1023", message, place(0, 1), "use a PWL source for long tables")
+    number = read_number(stripped)
+    if number is not None and not number.trap:
+        return num(number.value)
+    from lark import UnexpectedInput
+
+    try:
+        tree = expression_parser().parse(text)
+    except UnexpectedInput as error:
+        raise _explain(text, place, getattr(error, "pos_in_stream", None)) from None
+    try:
+        return _convert(tree, place, trap)
+    except TooLarge:
+        message = f"expression is nested deeper than {MAX_DEPTH} operations"
+        raise Unreadable("NS1023", message, place(0, len(text)), "split it into steps") from None
+
+
+def _convert(
+    tree: Tree[Token], place: Place, trap: Callable[[str, str, Span | None], None]
+) -> Node:
+    """Turn lark's tree into nodes, children before parents."""
+    done: dict[int, Node] = {}
+    stack: list[tuple[Tree[Token], bool]] = [(tree, False)]
+    while stack:
+        current, ready = stack.pop()
+        if not ready:
+            stack.append((current, True))
+            stack.extend((c, False) for c in current.children if not isinstance(c, str))
+            continue
+        args = [done.pop(id(c)) for c in current.children if not isinstance(c, str)]
+        tokens = [c for c in current.children if isinstance(c, str)]
+        node = _make(current.data, args, tokens, place, trap)
+        if node.depth > MAX_DEPTH:
+            raise TooLarge
+        done[id(current)] = node
+    return done[id(tree)]
+
+
+def _make(
+    rule: str,
+    args: list[Node],
+    tokens: list[Token],
+    place: Place,
+    trap: Callable[[str, str, Span | None], None],
+) -> Node:
+    """Return the node of one grammar rule."""
+    if rule == "start":
+        return args[0]
+    if rule == "number":
+        return _number(tokens[0], place, trap)
+    if rule == "name":
+        return name(tokens[0].lower())
+    if rule == "probe":
+        return _probe(tokens[0].lower())
+    if rule == "sum":
+        return add((args[0], args[1] if tokens[0] == "+" else neg(args[1])))
+    if rule == "product":
+        # a constant zero times something stays as written: 0*v(a) still names v(a)
+        second = args[1] if tokens[0] == "*" else inv(args[1])
+        first = args[0].args if args[0].op == "mul" else (args[0],)
+        return Node("mul", (*first, second))
+    if rule == "sign":
+        return neg(args[0]) if tokens[0] == "-" else args[0]
+    if rule == "power":
+        return power(args[0], args[1])
+    if rule == "negation":
+        return Node("not", (args[0],))
+    if rule == "comparison":
+        return Node(_COMPARISONS[str(tokens[0])], (args[0], args[1]))
+    if rule in ("disjunction", "conjunction"):
+        op = "or" if rule == "disjunction" else "and"
+        first = args[0].args if args[0].op == op else (args[0],)
+        return Node(op, (*first, args[1]))
+    if rule == "conditional":
+        return Node("if", (args[0], args[1], args[2]))
+    assert rule == "call"
+    return _call(tokens[0], args, place)
+
+
+def _number(token: Token, place: Place, trap: Callable[[str, str, Span | None], None]) -> Node:
+    """Return a constant, or a message for something like ``2x``."""
+    found = read_number(str(token))
+    where = place(token.start_pos or 0, token.end_pos or 0)
+    if found is None:
+        raise Unreadable("NS1010", f"{token} is not a number", where, "names start with a letter")
+    if found.trap:
+        trap(found.trap, found.hint, where)
+    return num(found.value)
+
+
+def _probe(text: str) -> Node:
+    """Return a signal by its canonical name; ground is left out."""
+    kind = text[0]
+    nodes = [
+        "0" if part in ("gnd", "0") and kind == "v" else part
+        for part in re.split(r"[\s,()]+", text[1:])
+        if part
+    ]
+    if kind == "i":
+        return var(f"i({nodes[0]})") if len(nodes) == 1 else var(f"i({','.join(nodes)})")
+    return voltage(*nodes)
+
+
+def voltage(first: str, second: str = "0") -> Node:
+    """Return the voltage between two nodes, in its simplest form."""
+    if first == second:
+        return num(0.0)
+    if second == "0":
+        return var(f"v({first})")
+    return neg(var(f"v({second})")) if first == "0" else var(f"v({first},{second})")
+
+
+def _call(token: Token, args: list[Node], place: Place) -> Node:
+    """Return a function call; a function that is not built in stays for the scope to explain."""
+    function = token[:-1].rstrip().lower()
+    where = place(token.start_pos or 0, (token.end_pos or 0) - 1)
+    if function not in ARITY:  # perhaps a .func of the deck, even with the name of a known one
+        return Node("call", tuple(args), "?" + function)
+    if function == "limit" and len(args) == 2:
+        hint = "limit(x, low, high) holds x between two bounds"
+        message = "limit with two arguments draws a random value, which is not supported"
+        raise Unreadable("NS1022", message, where, hint)
+    problem = arity_problem(function, len(args))
+    if problem:
+        raise Unreadable("NS1022", problem, where)
+    return built_in(function, args)
+
+
+def built_in(function: str, args: list[Node]) -> Node:
+    """Return the node of a built-in function."""
+    if function == "pow":
+        return power(args[0], args[1])
+    if function in ("if", "ternary_fcn"):
+        return Node("if", (args[0], args[1], args[2]))
+    return call(ALIASES.get(function, function), *args)
+
+
+def unknown_function(function: str, known: list[str], where: Span | None) -> Unreadable:
+    """Return the finding for a function that nobody defined."""
+    if function in UNSUPPORTED:
+        message = f"function {function} is not supported"
+        return Unreadable("NS1022", message, where, UNSUPPORTED[function])
+    if function in ("v", "i"):
+        message = f"{function}(...) needs the name of a node or element, not an expression"
+        return Unreadable("NS1022", message, where)
+    hint = suggest(function, [*ARITY, *known]) or "define it with .func"
+    return Unreadable("NS1022", f"unknown function {function}", where, hint)
+
+
+def free_expression(text: str, span: Span | None) -> Node:
+    """Return an expression that stands outside of any deck: signals and constants only."""
+    tree = parse(text, lambda start, end: span, lambda message, hint, where: None)
+
+    def look_up(leaf: Node) -> Node:
+        word = str(leaf.value)
+        if leaf.op == "var" or word in ("time", "temper", "i"):
+            return var(word)
+        if word in CONSTANTS:
+            return num(CONSTANTS[word])
+        raise Unreadable("NS1021", f"unknown name {word}", span, suggest(word, ["time", "temper"]))
+
+    stack = [tree]
+    while stack:
+        node = stack.pop()
+        if node.op == "call" and str(node.value)[0] == "?":
+            raise unknown_function(str(node.value)[1:], [], span)
+        stack.extend(node.args)
+    return map_leaves(tree, look_up)
+
+
+def _explain(text: str, place: Place, position: int | None) -> Unreadable:
+    """Say in words why an expression has no parse."""
+    depth = 0
+    for index, character in enumerate(text):
+        depth += (character in "({") - (character in ")}")
+        if depth < 0:
+            where = place(index, index + 1)
+            return Unreadable("NS1020", "closing parenthesis without an opening one", where)
+    if depth > 0:
+        index = max(text.rfind("("), 0)
+        return Unreadable("NS1020", "opening parenthesis without a closing one",
+                          place(index, index + 1))  # fmt: skip
+    if position is None or position < 0 or position >= len(text):
+        where = place(max(len(text) - 1, 0), len(text))
+        return Unreadable("NS1020", "the expression ends too early", where)
+    found = re.match(r"[\w.]+|\S", text[position:])
+    word = found.group() if found else text[position]
+    where = place(position, position + len(word))
+    if word == "=":
+        hint = "equality is written =="
+    elif word in "'\"{}":
+        hint = "braces and quotes do not nest"
+    else:
+        hint = "an operator or a closing parenthesis may be missing before it"
+    return Unreadable("NS1020", f"{word} does not fit into the expression here", where, hint)

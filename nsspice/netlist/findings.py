@@ -1,0 +1,108 @@
+"""The list of errors and warnings that grows while a deck is read.
+
+Nothing in the front end stops at the first mistake: every reader records what it finds here and goes
+on, and ``parse_text`` raises one error with everything at the end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+from ..errors import Diagnostic, NetlistError, Span
+
+#: more findings than this help nobody; the rest are counted in one closing line
+MAX_FINDINGS = 1000
+
+
+class Findings:
+    """Errors and warnings in the order of discovery, each reported once.
+
+    Examples
+    --------
+    >>> findings = Findings()
+    >>> findings.error("NS1001", "unknown card .trn", None, suggest("trn", ["tran", "op"], "."))
+    >>> [d.hint for d in findings.errors]
+    ['did you mean .tran?']
+    """
+
+    def __init__(self) -> None:
+        self.errors: list[Diagnostic] = []
+        self.warnings: list[Diagnostic] = []
+        self._seen: set[tuple[str, str, str, int, int]] = set()
+        self._dropped = 0
+
+    def error(self, code: str, message: str, span: Span | None, hint: str = "") -> None:
+        """Record an error, unless the same one stands there already (a subcircuit used twice)."""
+        self._add(self.errors, Diagnostic(code, message, span, hint))
+
+    def warning(self, code: str, message: str, span: Span | None, hint: str = "") -> None:
+        """Record a warning, unless the same one stands there already."""
+        self._add(self.warnings, Diagnostic(code, message, span, hint, "warning"))
+
+    def _add(self, target: list[Diagnostic], finding: Diagnostic) -> None:
+        span = finding.span
+        place = (span.file, span.line, span.column) if span else ("", 0, 0)
+        key = (finding.code, finding.message, *place)
+        if key in self._seen:
+            return
+        if len(target) >= MAX_FINDINGS:
+            self._dropped += target is self.errors
+            return
+        self._seen.add(key)
+        target.append(finding)
+
+    def raise_errors(self) -> None:
+        """Raise everything found so far, in the order of the source.
+
+        Raises
+        ------
+        NetlistError
+            If at least one error was recorded.
+        """
+        if not self.errors:
+            return
+        found = list(self.errors)
+        if self._dropped:
+            message = f"{self._dropped} more errors are not shown"
+            found.append(Diagnostic("NS1099", message, None, "mend the first ones and run again"))
+        raise NetlistError(found)
+
+
+class Unreadable(Exception):  # noqa: N818 - a signal between readers, never seen by users
+    """One item cannot be understood; carries the finding to record, caught line by line."""
+
+    def __init__(self, code: str, message: str, span: Span | None, hint: str = "") -> None:
+        super().__init__(message)
+        self.code = code
+        self.message = message
+        self.span = span
+        self.hint = hint
+
+
+def suggest(word: str, known: Iterable[str], prefix: str = "") -> str:
+    """Return ``did you mean ...?`` for the known word nearest to a misspelt one, or ``""``.
+
+    Parameters
+    ----------
+    word : str
+        What the user wrote.
+    known : iterable of str
+        The words that would have been right; at most the first 5000 are compared.
+    prefix : str
+        Put before the suggestion, such as the dot of a card.
+
+    Examples
+    --------
+    >>> suggest("vouut", ["vout", "vin"])
+    'did you mean vout?'
+    >>> suggest("xyz", ["vout", "vin"])
+    ''
+    """
+    choices = []
+    for name in known:
+        choices.append(name)
+        if len(choices) == 5000:  # difflib compares one by one: bounded, so that messages stay fast
+            break
+    near = get_close_matches(word[:100], choices, n=1, cutoff=0.6)
+    return f"did you mean {prefix}{near[0]}?" if near else ""

@@ -1,0 +1,153 @@
+"""SPICE numbers: ``1.5k``, ``10MEG``, ``4u7`` and the traps among them.
+
+Letters after a number are a scale suffix and then a unit that is ignored: ``1kOhm`` is 1000,
+``10Hz`` is 10.  Three spellings mean something else to SPICE than to people, and get a warning:
+``2k2`` (2000, not 2200), ``4R7`` (4, not 4.7) and ``1M`` (1 milli, not 1 mega).
+"""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+#: scale suffixes, lower case; both micro signs are accepted
+SUFFIXES = {
+    "t": 1e12,
+    "g": 1e9,
+    "meg": 1e6,
+    "k": 1e3,
+    "mil": 25.4e-6,
+    "m": 1e-3,
+    "u": 1e-6,
+    "\u00b5": 1e-6,
+    "\u03bc": 1e-6,
+    "n": 1e-9,
+    "p": 1e-12,
+    "f": 1e-15,
+}
+#: the same scales as powers of ten: the text is re-read with the exponent added, so that ``4.7u``
+#: is the double nearest to 4.7e-6 and not a product rounded twice
+_POWERS = {
+    "t": 12,
+    "g": 9,
+    "meg": 6,
+    "k": 3,
+    "m": -3,
+    "u": -6,
+    "\u00b5": -6,
+    "\u03bc": -6,
+    "n": -9,
+    "p": -12,
+    "f": -15,
+}
+_NUMBER = re.compile(
+    r"([+-]?(?:\d+\.?\d*|\.\d+))(?:e([+-]?\d+))?"
+    r"(meg|mil|[tgkmunpf\u00b5\u03bc])?([^\W\d_]|[%\u2126\u00b0])*(\w*)",
+    re.IGNORECASE,
+)
+#: units that make a capital M plausible as milli: 10MH, 5MF, 20MA, 3MS
+_MILLI_UNITS = {"h", "f", "a", "s", "sec", "v"}
+
+
+class Number(NamedTuple):
+    """A number and what is doubtful about it.
+
+    Parameters
+    ----------
+    value : float
+        As SPICE reads it.
+    trap : str
+        A warning for the user, or ``""``.
+    hint : str
+        How to write what was probably meant.
+    """
+
+    value: float
+    trap: str = ""
+    hint: str = ""
+
+
+def read_number(text: str) -> Number | None:
+    """Read one SPICE number, in its original spelling (capital letters matter for a trap).
+
+    Parameters
+    ----------
+    text : str
+        One word of a netlist.
+
+    Returns
+    -------
+    Number or None
+        None if the word is not a number at all.
+
+    Examples
+    --------
+    >>> read_number("4.7u").value
+    4.7e-06
+    >>> read_number("1e3kOhm").value
+    1000000.0
+    >>> read_number("2k2").trap
+    '2k2 is read as 2000: digits after the suffix are ignored'
+    >>> read_number("1M").hint
+    'write 1meg for mega, 1m for milli'
+    >>> read_number("vdd") is None
+    True
+    """
+    try:  # most numbers are plain, and float() reads them fastest
+        if text.isascii() and text[-1:].isdigit() and "_" not in text:
+            return Number(float(text))
+    except ValueError:
+        pass
+    found = _NUMBER.fullmatch(text)
+    if found is None:
+        return None
+    digits, exponent, suffix, _, rest = found.groups()
+    scale = suffix.lower() if suffix else ""
+    power = int(exponent[:7]) if exponent else 0
+    if scale == "mil":
+        value = float(f"{digits}e{power}") * SUFFIXES["mil"]
+    else:
+        value = float(f"{digits}e{power + _POWERS.get(scale, 0)}")
+    return _with_trap(text, value, digits, exponent, suffix or "", found)
+
+
+def _with_trap(
+    text: str, value: float, digits: str, exponent: str | None, suffix: str, found: re.Match[str]
+) -> Number:
+    """Judge a number that carries letters."""
+    rest = found.group(5)
+    tail = text[found.end(3) if suffix else _end_of_digits(found) :]
+    if rest and any(c.isdigit() for c in rest) and exponent is None and "." not in digits:
+        letters = suffix or tail[:1]
+        later = re.match(r"\d+", tail[len(tail) - len(rest) :] if suffix else rest)
+        shown = f"{value:.12g}"
+        hint = ""
+        if later and letters.lower() in {*SUFFIXES, "r"} and len(tail) - len(rest) <= (not suffix):
+            unit = "" if letters.lower() == "r" else letters
+            hint = f"write {digits}.{later.group()}{unit}"
+        return Number(value, f"{text} is read as {shown}: digits after the suffix are ignored", hint)
+    if suffix == "M" and tail.lower() not in _MILLI_UNITS:
+        number = text[: found.start(3)]
+        return Number(
+            value,
+            f"{text} is read as {value:.12g}: M means milli, in capitals too",
+            f"write {number}meg for mega, {number}m for milli",
+        )
+    return Number(value)
+
+
+def _end_of_digits(found: re.Match[str]) -> int:
+    """Return where the exponent, or without one the mantissa, ends."""
+    return found.end(2) if found.group(2) is not None else found.end(1)
+
+
+def format_number(value: float) -> str:
+    """Return the shortest text that reads back to the same double.
+
+    Examples
+    --------
+    >>> format_number(4.7e-06), format_number(2.0)
+    ('4.7e-06', '2')
+    """
+    text = repr(float(value))
+    return text[:-2] if text.endswith(".0") else text

@@ -1,0 +1,182 @@
+"""The way from text to deck: files, lines, blocks, bodies, elements, cards."""
+
+from __future__ import annotations
+
+import gc
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from ..errors import Diagnostic, NetlistError, Span
+from .body import BodyReader
+from .cards.control import CardReader
+from .cards.reading import Reader
+from .deck import Deck
+from .expand import Expander
+from .files import FileReader
+from .findings import Findings, Unreadable
+from .lines import physical_lines
+from .scope import Scope
+from .source import read_text
+from .structure import build
+
+#: a title that is an element line was most likely meant as one
+_ELEMENT_LIKE = re.compile(
+    r"\s*(?:[rlcvi]\w*\d\w*[\s,]+\S+[\s,]+\S+[\s,]+[-+{'.\d]|[rlcvi]\d*\s+\S+\s+0\s+[-+{'.\d])", re.I
+)
+
+
+def parse_text(
+    text: str,
+    file: str = "<netlist>",
+    params: Mapping[str, float] | None = None,
+    directory: Path | None = None,
+) -> Deck:
+    """Read a netlist from a text.
+
+    Parameters
+    ----------
+    text : str
+        The deck; its first line is the title, always.
+    file : str
+        Name for messages.
+    params : mapping of str to float, optional
+        Values that take the place of ``.param`` definitions of the same names.
+    directory : Path, optional
+        Where ``.include`` looks; the current folder by default.
+
+    Returns
+    -------
+    Deck
+        Expanded and evaluated; ``deck.warnings`` holds what was doubtful.
+
+    Raises
+    ------
+    NetlistError
+        With everything that is wrong.
+
+    Examples
+    --------
+    >>> deck = parse_text('''divider
+    ... V1 in 0 {2*half}
+    ... R1 in out 1k
+    ... R2 out 0 1k
+    ... .param half=5
+    ... .op''')
+    >>> [(element.name, element.nodes, element.value) for element in deck.elements[1:]]
+    [('r1', ('in', 'out'), 1000.0), ('r2', ('out', '0'), 1000.0)]
+    >>> deck.elements[0].source.dc
+    10.0
+    >>> parse_text("divider\\nR1 in 0 1k\\nR2 in 0")
+    Traceback (most recent call last):
+    ...
+    nsspice.errors.NetlistError: <netlist>:3:1: error NS1008: r2: the resistance is missing
+      R2 in 0
+      ^^^^^^^
+      hint: write Rname node node value
+    """
+    with _no_collection():
+        return _parse(text, file, params or {}, directory or Path())
+
+
+def parse_file(path: Path | str, params: Mapping[str, float] | None = None) -> Deck:
+    """Read a netlist file: UTF-8, Latin-1, or LTspice's UTF-16.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file; ``.include`` is relative to its folder.
+    params : mapping of str to float, optional
+        Values that take the place of ``.param`` definitions of the same names.
+
+    Returns
+    -------
+    Deck
+        As from ``parse_text``.
+
+    Raises
+    ------
+    NetlistError
+        With everything that is wrong, or when the file cannot be read.
+
+    Examples
+    --------
+    >>> parse_file("no-such-file.net")
+    Traceback (most recent call last):
+    ...
+    nsspice.errors.NetlistError: error NS1050: file no-such-file.net does not exist
+      hint: check the path
+    """
+    path = Path(path)
+    try:
+        text = read_text(path)
+    except FileNotFoundError:
+        message = f"file {path} does not exist"
+        raise NetlistError(Diagnostic("NS1050", message, None, "check the path")) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        message = f"file {path} cannot be read: {reason}"
+        raise NetlistError(Diagnostic("NS1050", message, None)) from None
+    return parse_text(text, str(path), params, path.parent)
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Keep Python's cycle collector off: a deck makes many objects and no cycles.
+
+    It would walk over all of them again and again, a third of the time of a large deck.
+    """
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+def _parse(text: str, file: str, params: Mapping[str, float], directory: Path) -> Deck:
+    """Do the work of ``parse_text``."""
+    findings = Findings()
+    rows = physical_lines(text)
+    deck = Deck(rows[0].strip().lstrip("\ufeff"), file)
+    if _ELEMENT_LIKE.match(rows[0]) or re.match(r"\s*\.(?!title)[a-z]+", rows[0], re.I):
+        place = Span(file, 1, 1, max(len(rows[0]), 1), rows[0])
+        hint = "put a title line above it"
+        findings.warning("NS1092", "the first line is the title and not simulated", place, hint)
+    block = build(FileReader(findings).main(rows, file, directory), findings)
+    reader = Reader(findings)
+    bodies = BodyReader(reader)
+    body = bodies.read(block)
+    scope = Scope(None, "", {}, set())
+    scope.fixed.update({name.lower(): float(value) for name, value in params.items()})
+    expander = Expander(findings, bodies)
+    items = expander.choose(scope, body)
+    cards = CardReader(deck, reader, scope, expander)
+    cards.prepare()
+    expander.expand(scope, items)
+    expander.check_controls()
+    _evaluate_all(deck, scope, findings)
+    deck.elements = expander.elements
+    cards.read()
+    if not deck.elements and not findings.errors:
+        where = Span(file, 1, 1, 1, rows[0])
+        hint = "the first line is the title; elements start in line 2"
+        findings.error("NS1091", "the netlist holds no elements", where, hint)
+    findings.raise_errors()
+    deck.warnings = findings.warnings
+    return deck
+
+
+def _evaluate_all(deck: Deck, scope: Scope, findings: Findings) -> None:
+    """Evaluate all parameters of the deck, also those that nothing uses."""
+    for name in scope.params:
+        try:
+            value = scope.parameter(name)
+        except Unreadable as found:
+            findings.error(found.code, found.message, found.span, found.hint)
+            continue
+        assert value is not None
+        deck.parameters[name] = value
+    deck.parameters.update(scope.fixed)
