@@ -1,0 +1,85 @@
+"""The folders of the package import only what stands left of them (docs/architecture.md)."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[2] / "nsspice"
+
+#: what each folder may import, besides itself; `errors` and the version are open to all
+ALLOWED = {
+    "errors": set(),
+    "problems": set(),
+    "solvers": {"problems", "_core"},
+    "netlist": set(),
+    "devices": {"netlist", "problems"},
+    "circuit": {"netlist", "devices", "problems"},
+    "analyses": {"netlist", "devices", "circuit", "problems", "solvers"},
+    "output": {"netlist", "problems", "analyses", "_core"},
+    "compare": {"netlist", "circuit", "problems", "solvers", "analyses", "output"},
+    "cli": {"netlist", "devices", "circuit", "problems", "solvers", "analyses", "output"}
+    | {"compare"},
+}
+
+#: the methods ``to_csv``, ``plot`` ... of a solution hand over to the writers when they are called
+HANDS_OVER = {"analyses/solution.py": {"output"}}
+
+#: imported when they are needed, so that small runs start fast
+LATE = {"scipy", "matplotlib", "rich", "pandas", "PySpice", "spicelib", "mpmath"}
+
+FILES = sorted(p for p in PACKAGE.rglob("*.py") if "core" not in p.relative_to(PACKAGE).parts)
+
+
+def folder_of(path: Path) -> str:
+    return path.relative_to(PACKAGE).with_suffix("").parts[0]
+
+
+def imports_of(path: Path) -> list[tuple[str, int]]:
+    """Return the folders of nsspice that a file imports from, anywhere in it, with line numbers."""
+    package = ("nsspice", *path.relative_to(PACKAGE).parts[:-1])
+    found = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else ()
+            module = ".".join((*base, node.module) if node.module else base)
+            names = [module] if module != "nsspice" else [f"nsspice.{a.name}" for a in node.names]
+        else:
+            continue
+        parts = (name.split(".") for name in names)
+        found += [(p[1], node.lineno) for p in parts if p[0] == "nsspice" and len(p) > 1]
+    return found
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.relative_to(PACKAGE).as_posix())
+def test_imports_point_left(path: Path) -> None:
+    folder = folder_of(path)
+    if folder in ("__init__", "__main__"):  # the front door knows all rooms
+        return
+    allowed = ALLOWED[folder] | {folder, "errors", "__version__"}
+    allowed |= HANDS_OVER.get(path.relative_to(PACKAGE).as_posix(), set())
+    wrong = [f"line {line}: {name}" for name, line in imports_of(path) if name not in allowed]
+    assert not wrong, f"nsspice/{folder} may import {sorted(allowed)} only"
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.relative_to(PACKAGE).as_posix())
+def test_slow_libraries_are_imported_late(path: Path) -> None:
+    body = ast.parse(path.read_text(encoding="utf-8")).body
+    at_start = [n for n in body if isinstance(n, ast.Import | ast.ImportFrom)]
+    names = {a.name for n in at_start if isinstance(n, ast.Import) for a in n.names}
+    names |= {n.module or "" for n in at_start if isinstance(n, ast.ImportFrom) and not n.level}
+    assert not {name.split(".")[0] for name in names} & LATE
+
+
+def test_every_folder_has_a_rule() -> None:
+    assert {folder_of(p) for p in FILES} <= {*ALLOWED, "__init__", "__main__"}
+
+
+def test_no_file_outgrows_the_house() -> None:
+    sources = [*FILES, *(PACKAGE / "core" / "src").rglob("*.rs")]
+    long = {p.name: n for p in sources if (n := len(p.read_text("utf-8").splitlines())) > 600}
+    assert not long, "one idea per file: split it"
