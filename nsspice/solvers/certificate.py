@@ -1,0 +1,236 @@
+"""Proofs that a mixed linear complementarity problem has no solution.
+
+The linear relations of the problem
+
+.. math::
+
+    K z + A \\lambda = b, \\qquad w = q - B z + D \\lambda, \\qquad
+    \\lambda_i, w_i \\ge 0
+
+(closed switches: :math:`w_i = 0`, :math:`\\lambda_i` free; open ones: :math:`\\lambda_i = 0`,
+:math:`w_i` free) cannot hold together exactly if numbers y and p exist with
+
+.. math::
+
+    K^T y + B^T p = 0, \\quad A^T y - D^T p \\ge 0, \\quad p \\ge 0, \\quad b^T y + q^T p = -1
+
+(Farkas): the equations weighted by y plus the slacks weighted by p would sum to a negative number
+although every term is nonnegative.  Closed switches turn their two inequalities into ``= 0`` and a
+free sign, open ones into no condition and ``p = 0``.  Of all such proofs the one with the smallest
+1-norm, in a scaled system, names few elements: branch rows in y and pairs in p form the conflicting
+loop, current rows in y the nodes of the conflicting cut-set.
+
+For *monotone* problems (K + K' and D positive semidefinite, B = A') feasibility of the linear
+relations is also enough for a solution, so that every unsolvable problem has such a proof.  Others
+(controlled sources, negative slopes) may have no solution and no proof.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..problems.csc import Csc, Floats, Ints
+
+_SWEEPS = 12
+#: entries of the scaled proof below this part of the largest are rounding
+_SUPPORT = 1e-7
+#: the proof must hold within this part of the terms it sums
+_EXACT = 1e-7
+#: a contradiction smaller than this part of the data is a matter of rounding, not a proof
+_CONFLICT = 1e-9
+
+COMPLEMENTARY, CLOSED, OPEN = 0, 1, 2
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """A proof of infeasibility: weights under which the relations add up to a contradiction.
+
+    Parameters
+    ----------
+    y : ndarray, shape (n,)
+        Weights of the rows ``K z + A lam = b``.
+    p : ndarray, shape (m,)
+        Weights of the slacks.
+    rows, pairs : ndarray of int64
+        Where y and p are not zero: the conflicting equations and pairs.
+    objective : float
+        1-norm of the scaled proof; large for a contradiction that is small against the data.
+    conflict : float
+        ``-(b'y + q'p)`` relative to the sum of its terms, between 0 and 1.
+    """
+
+    y: Floats
+    p: Floats
+    rows: Ints
+    pairs: Ints
+    objective: float
+    conflict: float
+
+    def names(
+        self, row_names: Sequence[str | None], pair_names: Sequence[str | None]
+    ) -> tuple[list[str], list[str]]:
+        """Return the names of the conflicting rows and pairs, each once, without the nameless.
+
+        Examples
+        --------
+        >>> one = np.array([0])
+        >>> c = Certificate(np.ones(1), np.ones(1), one, one, 1.0, 1.0)
+        >>> c.names(["v1"], ["d1"])
+        (['v1'], ['d1'])
+        """
+        rows = dict.fromkeys(row_names[i] for i in self.rows.tolist())
+        pairs = dict.fromkeys(pair_names[i] for i in self.pairs.tolist())
+        return [x for x in rows if x is not None], [x for x in pairs if x is not None]
+
+
+def infeasibility(
+    K: Csc,
+    A: Csc,
+    B: Csc,
+    D: Csc,
+    b: npt.ArrayLike,
+    q: npt.ArrayLike,
+    roles: npt.ArrayLike | None = None,
+) -> Certificate | None:
+    """Look for a proof that the linear relations of a complementarity problem contradict each other.
+
+    Parameters
+    ----------
+    K, A, B, D : Csc, shapes (n, n), (n, m), (m, n), (m, m)
+        ``K z + A lam = b`` and ``w = q - B z + D lam``.
+    b, q : array_like, shapes (n,) and (m,)
+    roles : array_like of int, shape (m,), optional
+        0 complementary pair (default), 1 closed switch, 2 open switch.
+
+    Returns
+    -------
+    Certificate or None
+        None if the relations are feasible, or contradict each other by less than 1e-9 of the data.
+
+    Examples
+    --------
+    5 V across an ideal diode: rows are the node's current law and the source's voltage.
+
+    >>> K = Csc.from_dense(np.array([[0.0, 1.0], [-1.0, 0.0]]))
+    >>> A = Csc.from_dense(np.array([[1.0], [0.0]]))
+    >>> B = Csc.from_dense(np.array([[1.0, 0.0]]))
+    >>> proof = infeasibility(K, A, B, Csc.zeros((1, 1)), [0.0, -5.0], [0.0])
+    >>> proof.rows.tolist(), proof.pairs.tolist()
+    ([1], [0])
+    >>> infeasibility(K, A, B, Csc.zeros((1, 1)), [0.0, 5.0], [0.0]) is None
+    True
+    """
+    (n, m) = A.shape
+    rhs = np.concatenate([np.asarray(b, dtype=float), np.asarray(q, dtype=float)])
+    kinds = np.zeros(m, dtype=np.int64) if roles is None else np.asarray(roles, dtype=np.int64)
+    if not np.isfinite(rhs).all() or not rhs.any():
+        return None  # zero solves it, or nothing can be said
+    rows, cols, values = _entries(K, A, B, D)
+    scale = _equilibrate(n + m, rows, cols, values)
+    values = values * scale[rows] * scale[cols]
+    scaled_rhs = rhs * scale
+    size = float(np.abs(scaled_rhs).max())
+    weights = _smallest_proof(n, m, rows, cols, values, scaled_rhs / size, kinds)
+    if weights is None:
+        return None
+    largest = float(np.abs(weights).max())
+    weights = np.where(np.abs(weights) > _SUPPORT * largest, weights, 0.0)
+    conflict = _check(n, rows, cols, values, scaled_rhs, kinds, weights)
+    if conflict is None:
+        return None
+    y, p = weights[:n] * scale[:n], weights[n:] * scale[n:]
+    return Certificate(
+        y / size,
+        p / size,
+        np.flatnonzero(y),
+        np.flatnonzero(p),
+        float(np.abs(weights).sum()),
+        conflict,
+    )
+
+
+def _entries(K: Csc, A: Csc, B: Csc, D: Csc) -> tuple[Ints, Ints, Floats]:
+    """Return ``[[K, A], [B, -D]]`` as triplets: its transpose times (y, p) is what must vanish."""
+    n = K.shape[0]
+    rows = [K.indices, A.indices, B.indices + n, D.indices + n]
+    cols = [K.columns, A.columns + n, B.columns, D.columns + n]
+    return np.concatenate(rows), np.concatenate(cols), np.concatenate([K.data, A.data, B.data, -D.data])
+
+
+def _equilibrate(size: int, rows: Ints, cols: Ints, values: Floats) -> Floats:
+    """Return factors (powers of two, equal for row i and column i) that bring entries near one."""
+    scale = np.ones(size)
+    for _ in range(_SWEEPS):
+        entries = np.abs(values) * scale[rows] * scale[cols]
+        largest = np.zeros(size)
+        np.maximum.at(largest, rows, entries)
+        np.maximum.at(largest, cols, entries)
+        scale /= np.sqrt(np.where(largest > 0.0, largest, 1.0))
+    return np.exp2(np.round(np.log2(scale)))
+
+
+def _smallest_proof(
+    n: int, m: int, rows: Ints, cols: Ints, values: Floats, rhs: Floats, kinds: Ints
+) -> Floats | None:
+    """Return the (y, p) of least 1-norm, or None if there is none."""
+    from scipy.optimize import linprog
+    from scipy.sparse import coo_array, csr_array, hstack, vstack
+
+    size = n + m
+    transposed: Any = csr_array(coo_array((values, (cols, rows)), shape=(size, size)))
+    # weights of free sign are differences of two nonnegative ones, so that their sum is the 1-norm
+    pair = np.arange(m)
+    positive = np.concatenate([np.arange(n), n + pair[kinds != OPEN]])
+    negative = np.concatenate([np.arange(n), n + pair[kinds == CLOSED]])
+    columns: Any = csr_array(hstack([transposed[:, positive], -transposed[:, negative]]))
+    gain = np.concatenate([rhs[positive], -rhs[negative]])
+    equal = np.concatenate([np.arange(n), n + pair[kinds == CLOSED]])
+    greater = n + pair[kinds == COMPLEMENTARY]
+    for method in ("highs", "highs-ipm"):  # the second where the simplex method gives up
+        result = linprog(
+            np.ones(columns.shape[1]),
+            A_ub=-columns[greater] if greater.size else None,
+            b_ub=np.zeros(greater.size) if greater.size else None,
+            A_eq=csr_array(vstack([columns[equal], csr_array(gain[None, :])])),
+            b_eq=np.concatenate([np.zeros(equal.size), [-1.0]]),
+            bounds=(0.0, None),
+            method=method,
+            options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
+        )
+        if result.status == 0:
+            weights = np.zeros(size)
+            weights[positive] += result.x[: positive.size]
+            weights[negative] -= result.x[positive.size :]
+            return weights
+        if result.status == 2:
+            return None
+    return None
+
+
+def _check(
+    n: int, rows: Ints, cols: Ints, values: Floats, rhs: Floats, kinds: Ints, weights: Floats
+) -> float | None:
+    """Return the relative size of the contradiction, or None if the weights prove nothing.
+
+    The linear program was solved within absolute tolerances; what counts is how each sum compares
+    with its own terms.
+    """
+    terms = values * weights[rows]
+    size = weights.size
+    sums = np.bincount(cols, weights=terms, minlength=size)
+    sizes = np.bincount(cols, weights=np.abs(terms), minlength=size)
+    allowed = _EXACT * np.maximum(sizes, _EXACT * float(np.abs(weights).max()))
+    wrong = np.abs(sums)
+    inner = sums[n:]
+    wrong[n:] = np.where(kinds == OPEN, 0.0, np.where(kinds == CLOSED, np.abs(inner), -inner))
+    if (wrong > allowed).any():
+        return None
+    gains = rhs * weights
+    conflict = -float(gains.sum()) / float(np.abs(gains).sum())
+    return conflict if conflict > _CONFLICT else None
