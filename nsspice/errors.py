@@ -182,6 +182,8 @@ class NumericalError(NsspiceError):
         self.nodes = list(nodes)
         self.time = time
         self.residual = residual
+        #: what was computed before the failure (an ``analyses.Solution``), if anything
+        self.partial: object | None = None
 
 
 class InfeasibleError(NumericalError):
@@ -194,6 +196,10 @@ class RegularityError(NumericalError):
 
 class StepError(NumericalError):
     """A step did not reach its tolerance although no contradiction was found."""
+
+
+class UsageError(NsspiceError):
+    """A request that the program cannot meet: an unknown option value, signal or method."""
 
 
 class OutputError(NsspiceError):

@@ -228,6 +228,10 @@ class Deck:
     parameters : dict of str to float
         Top-level ``.param`` values, evaluated.
     warnings : list of Diagnostic
+    source : str
+        The text, if it did not come from a file.
+    overrides : dict of str to float
+        Parameter values that the caller gave in place of the deck's.
     """
 
     title: str
@@ -243,3 +247,5 @@ class Deck:
     temperature: float = 27.0
     parameters: dict[str, float] = field(default_factory=dict)
     warnings: list[Diagnostic] = field(default_factory=list)
+    source: str = ""
+    overrides: dict[str, float] = field(default_factory=dict)

@@ -1,0 +1,37 @@
+"""The analyses: DC solution, sweep, transient, and everything a deck asks for at once."""
+
+from __future__ import annotations
+
+from .batch import Job, Request, jobs_of, run, run_job
+from .cards import Dc, Op, Tran
+from .certificate import Certificate
+from .load import read, read_deck
+from .measure import evaluate_measures
+from .settings import METHODS, Settings
+from .solution import Event, Impulse, IslandRun, Solution
+from .statics import dc, op
+from .transient import tran
+
+__all__ = [
+    "METHODS",
+    "Certificate",
+    "Dc",
+    "Event",
+    "Impulse",
+    "IslandRun",
+    "Job",
+    "Op",
+    "Request",
+    "Settings",
+    "Solution",
+    "Tran",
+    "dc",
+    "evaluate_measures",
+    "jobs_of",
+    "op",
+    "read",
+    "read_deck",
+    "run",
+    "run_job",
+    "tran",
+]

@@ -1,0 +1,275 @@
+"""Running everything a deck asks for: its analyses, for every value of its ``.step`` cards."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from ..circuit import Circuit
+from ..errors import Diagnostic, NumericalError, UsageError
+from ..netlist.deck import Analysis, DcCard, Deck, OpCard, Sweep, TranCard
+from .cards import Dc, Tran
+from .load import read_again
+from .measure import evaluate_measures
+from .names import canonical
+from .settings import Settings, foreign_method
+from .sink import Sink
+from .solution import Solution
+from .statics import check_sweep, dc, op
+from .transient import Progress, run_tran
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One analysis for one combination of stepped values.
+
+    Parameters
+    ----------
+    card : OpCard, DcCard or TranCard
+    label : str
+        What tells it from the other jobs of the deck: ``""``, ``"tran"``, ``"dc2.step3"``.
+    steps : tuple of (Sweep, float)
+        Stepped quantities with their value.
+    """
+
+    card: Analysis
+    label: str
+    steps: tuple[tuple[Sweep, float], ...] = ()
+
+    @property
+    def kind(self) -> str:
+        """``op``, ``dc`` or ``tran``."""
+        return kind_of(self.card)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The stepped values by name."""
+        return {sweep.name: value for sweep, value in self.steps}
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What the caller of a run wants beyond the deck.
+
+    Parameters
+    ----------
+    method, theta, step
+        As for :func:`nsspice.tran`.
+    stop : float or None
+        Replaces the end of ``.tran`` cards [s].
+    signals, extra : sequence of str
+        Signals to show, and to record besides.
+    keep : bool
+        False if the rows may be left to the sinks alone.
+    """
+
+    method: str | None = None
+    theta: float | None = None
+    step: float | None = None
+    stop: float | None = None
+    signals: Sequence[str] | None = None
+    extra: Sequence[str] = field(default_factory=tuple)
+    keep: bool = True
+
+
+def kind_of(card: Analysis) -> str:
+    """Return ``op``, ``dc`` or ``tran``."""
+    return {OpCard: "op", DcCard: "dc", TranCard: "tran"}[type(card)]
+
+
+def jobs_of(deck: Deck) -> list[Job]:
+    """Return the jobs of a deck in order.
+
+    Raises
+    ------
+    UsageError
+        NS4006 if the deck has no analysis.
+    """
+    if not deck.analyses:
+        raise UsageError(
+            Diagnostic(
+                "NS4006",
+                f"{deck.file} asks for no analysis",
+                hint="add .tran tstep tstop, .dc source start stop step, or .op",
+            )
+        )
+    kinds = [kind_of(card) for card in deck.analyses]
+    points = list(itertools.product(*(sweep.values for sweep in reversed(deck.steps))))
+    jobs = []
+    for k, (card, kind) in enumerate(zip(deck.analyses, kinds, strict=True)):
+        number = kinds[:k].count(kind) + 1
+        name = "" if len(kinds) == 1 else kind if number == 1 else f"{kind}{number}"
+        for j, values in enumerate(points):
+            step = f"step{j + 1}" if deck.steps else ""
+            steps = tuple(zip(deck.steps, reversed(values), strict=True))
+            jobs.append(Job(card, ".".join(filter(None, [name, step])), steps))
+    return jobs
+
+
+def run(
+    circuit: Circuit,
+    *,
+    method: str | None = None,
+    theta: float | None = None,
+    step: float | None = None,
+    signals: Sequence[str] | None = None,
+    extra: Sequence[str] = (),
+    progress: Progress | None = None,
+) -> list[Solution]:
+    """Run all analyses of a deck and evaluate its measures.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    method, theta, step, signals, extra
+        As for :func:`nsspice.tran`.
+    progress : callable, optional
+        Called with the finished share of all analyses, 0 to 1.
+
+    Returns
+    -------
+    list of Solution
+        One for each analysis and ``.step`` value; shorter if Ctrl-C stopped the run, the last one
+        then has ``interrupted`` set.
+
+    Raises
+    ------
+    NumericalError
+        If an analysis has no solution; ``partial`` holds what was computed before.
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> circuit = nsspice.read('''stepped divider
+    ... .param r=1k
+    ... V1 a 0 1
+    ... R1 a b {r}
+    ... R2 b 0 1k
+    ... .op
+    ... .step param r list 1k 3k
+    ... ''')
+    >>> [float(s["v(b)"][0]) for s in circuit.run()]
+    [0.5, 0.25]
+    """
+    request = Request(method, theta, step, None, signals, tuple(extra))
+    jobs = jobs_of(circuit.deck)
+    solutions: list[Solution] = []
+    for k, job in enumerate(jobs):
+        share = None if progress is None else _share(progress, k, len(jobs))
+        solutions.append(run_job(circuit, job, request, progress=share))
+        if solutions[-1].interrupted:
+            break
+    return solutions
+
+
+def _share(progress: Progress, k: int, count: int) -> Progress:
+    return lambda done: progress((k + done) / count)
+
+
+def run_job(
+    circuit: Circuit,
+    job: Job,
+    request: Request,
+    *,
+    progress: Progress | None = None,
+    sink: Sink | None = None,
+) -> Solution:
+    """Run one job and evaluate its measures.
+
+    Parameters
+    ----------
+    circuit : Circuit
+        Of the deck without steps.
+    job : Job
+    request : Request
+    progress, sink
+        As for :func:`nsspice.tran`.
+    """
+    deck = circuit.deck
+    settings = Settings.of(deck, request.method, request.theta, request.step)
+    warnings = [w for w in (foreign_method(deck),) if w is not None]
+    parameters = {s.name: v for s, v in job.steps if s.kind == "param"}
+    values = {s.name: v for s, v in job.steps if s.kind == "element"}
+    temperature = next((v for s, v in job.steps if s.kind == "temp"), None)
+    for sweep, _ in job.steps:
+        check_sweep(circuit, sweep)
+    if parameters:
+        circuit = read_again(deck, parameters)
+        job = replace(job, card=circuit.deck.analyses[deck.analyses.index(job.card)])
+    measures = [m for m in circuit.deck.measures if m.analysis == job.kind]
+    extra = [*request.extra, *_measured(circuit, job)]
+    common: dict[str, object] = {
+        "signals": request.signals,
+        "extra": extra,
+        "temperature": temperature,
+        "sink": sink,
+    }
+    execute = _executor(circuit, job, request, settings, values, progress, common)
+    try:
+        solution = execute()
+    except NumericalError as error:
+        if isinstance(error.partial, Solution):
+            error.partial.parameters = job.values
+        raise
+    solution.parameters = job.values
+    solution.warnings = [*warnings, *solution.warnings]
+    if not solution.interrupted:
+        evaluate_measures(solution, measures)
+    return solution
+
+
+def _executor(
+    circuit: Circuit,
+    job: Job,
+    request: Request,
+    settings: Settings,
+    values: Mapping[str, float],
+    progress: Progress | None,
+    common: Mapping[str, object],
+) -> Callable[[], Solution]:
+    """Return the call that runs the analysis of a job."""
+    card = job.card
+    if isinstance(card, OpCard):
+        return lambda: op(circuit, values=values, **common)  # type: ignore[arg-type]
+    if isinstance(card, DcCard):
+        return lambda: dc(
+            circuit,
+            analysis=Dc.from_card(card),
+            overrides=values,
+            progress=progress,
+            **common,  # type: ignore[arg-type]
+        )
+    analysis = Tran.from_card(card)
+    if request.stop is not None:
+        analysis = replace(analysis, stop=request.stop)
+    keep = request.keep or any(m.analysis == "tran" for m in circuit.deck.measures)
+    return lambda: run_tran(
+        circuit,
+        analysis,
+        settings,
+        values=values,
+        progress=progress,
+        keep=keep,
+        **common,  # type: ignore[arg-type]
+    )
+
+
+def _measured(circuit: Circuit, job: Job) -> list[str]:
+    """Return the signals that the measures of a job need."""
+    names: dict[str, None] = {}
+    for card in circuit.deck.measures:
+        if card.analysis != job.kind or card.operation == "param":
+            continue
+        conditions = [c for c in (card.first, card.second) if c is not None]
+        expressions = [card.expression]
+        expressions += [e for c in conditions for e in (c.signal, c.other)]
+        for expression in expressions:
+            if expression is not None:
+                names.update(
+                    (canonical(n), None) for n in expression.variables() if n[:2] in _SIGNALS
+                )
+    return list(names)
+
+
+_SIGNALS = ("v(", "i(", "p(")

@@ -1,0 +1,121 @@
+"""The analyses as small data objects."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import Diagnostic, Span, UsageError
+from ..netlist.deck import DcCard, OpCard, Sweep, TranCard
+from .curve import Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Op:
+    """The DC solution."""
+
+    @classmethod
+    def from_card(cls, card: OpCard) -> Op:
+        """Return the analysis of a card."""
+        return cls()
+
+
+@dataclass(frozen=True, slots=True)
+class Dc:
+    """DC solutions over swept values, the first sweep running fastest.
+
+    Parameters
+    ----------
+    sweeps : tuple of Sweep
+    """
+
+    sweeps: tuple[Sweep, ...]
+
+    @classmethod
+    def from_card(cls, card: DcCard) -> Dc:
+        """Return the analysis of a card."""
+        return cls(card.sweeps)
+
+    @property
+    def grid(self) -> list[Floats]:
+        """Value of each sweep at every point, shape (number of points,) each."""
+        axes = np.meshgrid(*(s.values for s in reversed(self.sweeps)), indexing="ij")
+        return [np.asarray(a, dtype=np.float64).ravel() for a in reversed(axes)]
+
+
+@dataclass(frozen=True, slots=True)
+class Tran:
+    """Waveforms over time, from 0 to ``stop``.
+
+    Parameters
+    ----------
+    stop : float
+        End [s].
+    row_step : float or None
+        Distance of the output rows [s]; a thousandth of the shown time if left out.
+    start : float
+        First output row [s]; the computation begins at 0 all the same.
+    max_step : float or None
+        Upper bound of the solver step [s].
+    uic : bool
+        Start from the initial values of the elements instead of the DC solution.
+
+    Examples
+    --------
+    >>> Tran(stop=1e-3, row_step=1e-5).solver_step()
+    1e-05
+    >>> round(Tran(stop=1e-3, row_step=1e-4).solver_step(3e-5) * 1e6, 9)
+    25.0
+    """
+
+    stop: float
+    row_step: float | None = None
+    start: float = 0.0
+    max_step: float | None = None
+    uic: bool = False
+
+    def __post_init__(self) -> None:
+        times = (self.stop, self.start, self.row_step or 1.0, self.max_step or 1.0)
+        if not all(map(math.isfinite, times)):
+            raise _times("the times of a transient must be finite numbers")
+        if self.stop <= 0.0 or not 0.0 <= self.start < self.stop:
+            raise _times("a transient needs 0 <= start < stop")
+        if min(times[2:]) <= 0.0:
+            raise _times("the steps of a transient must be positive")
+
+    @classmethod
+    def from_card(cls, card: TranCard) -> Tran:
+        """Return the analysis of a card."""
+        return cls(card.tstop, card.tstep or None, card.tstart, card.tmax or None, card.uic)
+
+    @property
+    def row_distance(self) -> float:
+        """Distance of the output rows [s]."""
+        return self.row_step or (self.stop - self.start) / 1000.0
+
+    def solver_step(self, step: float | None = None) -> float:
+        """Return the solver step [s]: what is asked for, cut so that it divides the row distance.
+
+        Without a request it is ``tmax`` if given, else SPICE's
+        ``min(tstep, (tstop - tstart) / 50)``.
+        """
+        rows = self.row_distance
+        wanted = step or self.max_step or min(rows, (self.stop - self.start) / 50.0)
+        return rows / max(1, math.ceil(rows / wanted * (1.0 - 1e-12)))
+
+    def rows(self) -> Floats:
+        """Return the times of the output rows: ``start + k row_step``, and ``stop``."""
+        step = self.row_distance
+        count = math.floor((self.stop - self.start) / step * (1.0 + 1e-12))
+        times = np.asarray(self.start + np.arange(count + 1) * step, dtype=np.float64)
+        if self.stop - times[-1] > 1e-9 * step:
+            times = np.append(times, self.stop)
+        return times
+
+
+def _times(message: str, span: Span | None = None) -> UsageError:
+    return UsageError(
+        Diagnostic("NS4005", message, span, "as in .tran tstep tstop [tstart [tmax]]")
+    )

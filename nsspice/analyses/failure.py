@@ -1,0 +1,115 @@
+"""Failures of the solvers, told with the names of the circuit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from ..circuit import Circuit, MnaSystem
+from ..errors import Diagnostic, InfeasibleError, NumericalError, Span, StepError
+from ..solvers.moreau import UnsolvedStep
+
+_NAMED = 6  # elements or nodes spelt out in one sentence
+
+
+def named_failure(
+    circuit: Circuit,
+    mna: MnaSystem,
+    problem: UnsolvedStep,
+    *,
+    starting: bool = False,
+    where: str | None = None,
+) -> NumericalError:
+    """Return the error to raise for a step without a solution.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    mna : MnaSystem
+        The island whose step failed.
+    problem : UnsolvedStep
+    starting : bool
+        True if the first state could not be found.
+    where : str, optional
+        The swept values, instead of the time.
+    """
+    if where is None:
+        where = "at the start" if starting else f"at t = {problem.time:.9g} s"
+    else:
+        where = f"at {where}" if where else "in the DC solution"
+    certificate = problem.certificate
+    if certificate is None:
+        message = (
+            f"no solution was found {where}, and no contradiction either: "
+            f"the best relative residual is {problem.residual:.1e}"
+        )
+        return StepError(
+            Diagnostic("NS3002", message, None, "try another step; please report this deck"),
+            time=problem.time,
+            residual=problem.residual,
+        )
+    rows = [int(j) for j in certificate.rows]
+    pairs = [int(j) for j in certificate.pairs]
+    elements = _unique(
+        [mna.row_elements[j] for j in rows if j < len(mna.row_elements)]
+        + [mna.pair_elements[j] for j in pairs]
+    )
+    nodes = _unique(mna.row_nodes[j] for j in rows if j < len(mna.row_nodes))
+    elements += _across(mna, nodes, elements)
+    parts = []
+    if elements:
+        parts.append(_list(elements))
+    if nodes:
+        parts.append(f"node{'s' if len(nodes) > 1 else ''} {_list(nodes)}")
+    conflict = " at ".join(parts) or "the elements"
+    message = f"the laws of {conflict} contradict each other {where}"
+    return InfeasibleError(
+        Diagnostic("NS3001", message, _span(circuit, elements), _advice(elements, nodes, starting)),
+        elements=elements,
+        nodes=nodes,
+        time=problem.time,
+        residual=problem.residual,
+    )
+
+
+def _across(mna: MnaSystem, nodes: Sequence[str], known: Sequence[str]) -> list[str]:
+    """Return the elements that lead out of the conflicting nodes: the cut-set, sources first."""
+    inside = set(nodes)
+    cut = [
+        device
+        for device in mna.devices
+        if device.name not in known
+        and device.letter != "k"
+        and len(inside & set(device.ends)) == 1
+        and device.ends[0] != device.ends[1]
+    ]
+    cut.sort(key=lambda device: device.letter not in "igf")
+    return [device.name for device in cut]
+
+
+def _advice(elements: Sequence[str], nodes: Sequence[str], starting: bool) -> str:
+    letters = {name.split(".")[-1][0] for name in elements}
+    if (nodes and "i" in letters) or ("l" in letters and nodes):
+        text = "give the current a path, such as a resistor or a freewheeling diode"
+        if starting:
+            text += "; or start from initial values with uic"
+        return text
+    if starting and nodes:
+        return "start from initial values with uic, or give every node a DC path to ground"
+    return "put a resistor in series, or check the polarity"
+
+
+def _unique(names: Iterable[str | None]) -> list[str]:
+    return list(dict.fromkeys(name for name in names if name is not None))
+
+
+def _list(names: Sequence[str]) -> str:
+    if len(names) > _NAMED:
+        return f"{', '.join(names[:_NAMED])} and {len(names) - _NAMED} more"
+    if len(names) > 1:
+        return f"{', '.join(names[:-1])} and {names[-1]}"
+    return names[0]
+
+
+def _span(circuit: Circuit, elements: Sequence[str]) -> Span | None:
+    """Return the place of the first conflicting element."""
+    return circuit.device(elements[0]).span if elements else None

@@ -1,0 +1,135 @@
+"""The first state of a transient: DC solution, ``.ic`` voltages, or given initial values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..circuit import Circuit, MnaSystem
+from ..problems.csc import Csc
+from ..problems.descriptor import DescriptorSystem, Waveform
+from ..solvers.moreau import MoreauStepper
+from .cards import Tran
+from .curve import Floats
+
+
+def start(
+    circuit: Circuit,
+    mna: MnaSystem,
+    stepper: MoreauStepper,
+    analysis: Tran,
+    step: float | None,
+) -> Floats | None:
+    """Put a stepper into its first state.
+
+    With ``uic`` the charges and fluxes of ``IC=`` and ``.ic`` are taken and an impulsive step
+    resolves what is inconsistent.  Without it the DC solution is found, with the nodes of ``.ic``
+    held by voltage sources that are removed at t = 0.
+
+    Returns
+    -------
+    ndarray or None
+        Charges and fluxes from which the run starts, None for a plain DC solution.
+
+    Raises
+    ------
+    UnsolvedStep
+        If there is no such state.
+    """
+    held = _voltages(circuit.deck.initial, mna)
+    if step is not None and analysis.uic:
+        charges = mna.initial_charges(held)
+    elif step is not None and held:
+        charges = mna.system.E.dot(_held_point(mna, held))
+    else:
+        stepper.start_dc(0.0, guess_of(circuit, mna))
+        return None
+    stepper.start_charges(0.0, charges, step)
+    return charges
+
+
+def guess_of(circuit: Circuit, mna: MnaSystem) -> tuple[Floats, Floats] | None:
+    """Return the ``.nodeset`` voltages as a point to stay close to, None without any."""
+    near = _voltages(circuit.deck.nodesets, mna)
+    if not near:
+        return None
+    z = np.zeros(mna.system.n)
+    for node, value in near.items():
+        z[mna.layout.nodes[node]] = value
+    return z, np.zeros(mna.system.m)
+
+
+def _voltages(cards: Mapping[str, object], mna: MnaSystem) -> dict[str, float]:
+    """Return the voltages [V] given for nodes of this island."""
+    found = {}
+    for node, param in cards.items():
+        value = getattr(param, "value", param)
+        if mna.layout.nodes.get(node, -1) >= 0 and isinstance(value, int | float):
+            found[node] = float(value)
+    return found
+
+
+def _held_point(mna: MnaSystem, held: Mapping[str, float]) -> Floats:
+    """Return the DC solution with some nodes held at given voltages, shape (n,)."""
+    stepper = MoreauStepper(hold(mna.system, {mna.layout.nodes[k]: v for k, v in held.items()}), ())
+    stepper.start_dc(0.0)
+    return stepper.state[0][: mna.system.n]
+
+
+def hold(system: DescriptorSystem, voltages: Mapping[int, float]) -> DescriptorSystem:
+    """Return the system with voltage sources from some nodes to ground, one row more for each.
+
+    Parameters
+    ----------
+    system : DescriptorSystem
+    voltages : mapping of int to float
+        Voltage [V] by unknown.
+
+    Examples
+    --------
+    >>> one, none = Csc.from_triplets((1, 1), [0], [0], [1.0]), Csc.zeros
+    >>> system = DescriptorSystem(one, one, none((1, 0)), none((0, 1)), none((0, 0)),
+    ...     np.zeros(0), none((1, 0)), row_kind=np.zeros(1, np.uint8))
+    >>> hold(system, {0: 5.0}).G.dense().tolist()
+    [[1.0, 1.0], [-1.0, 0.0]]
+    """
+    n, m, p, k = system.n, system.m, len(system.waveforms), len(voltages)
+    nodes = np.fromiter(voltages, dtype=np.int64, count=k)
+    new = n + np.arange(k)
+    ones = np.ones(k)
+
+    def grown(
+        matrix: Csc,
+        shape: tuple[int, int],
+        rows: npt.NDArray[Any],
+        cols: npt.NDArray[Any],
+        values: Floats,
+    ) -> Csc:
+        return Csc.from_triplets(
+            shape,
+            np.concatenate([matrix.indices, rows]).astype(np.int64),
+            np.concatenate([matrix.columns, cols]).astype(np.int64),
+            np.concatenate([matrix.data, values]),
+        )
+
+    nothing = np.zeros(0)
+    return replace(
+        system,
+        E=grown(system.E, (n + k, n + k), nothing, nothing, nothing),
+        G=grown(
+            system.G,
+            (n + k, n + k),
+            np.concatenate([nodes, new]),
+            np.concatenate([new, nodes]),
+            np.concatenate([ones, -ones]),
+        ),
+        A=grown(system.A, (n + k, m), nothing, nothing, nothing),
+        B=grown(system.B, (m, n + k), nothing, nothing, nothing),
+        S=grown(system.S, (n + k, p + k), new, p + np.arange(k), -ones),
+        waveforms=(*system.waveforms, *(Waveform("dc", (v,)) for v in voltages.values())),
+        row_kind=np.concatenate([system.row_kind, np.ones(k, np.uint8)]),
+    )

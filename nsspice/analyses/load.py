@@ -1,0 +1,68 @@
+"""From a path or text to a circuit, again and again with other parameter values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from ..circuit import Circuit, build
+from ..netlist import parse_file, parse_text
+from ..netlist.deck import Deck
+
+
+def read(source: str | Path, params: Mapping[str, float] | None = None) -> Circuit:
+    """Read a netlist and check everything that can be checked without solving it.
+
+    Parameters
+    ----------
+    source : str or Path
+        A file name, or the netlist itself if it has more than one line.
+    params : mapping of str to float, optional
+        Values that replace those of top-level ``.param`` cards.
+
+    Raises
+    ------
+    NetlistError, TopologyError
+        With all findings of the deck.
+
+    Examples
+    --------
+    >>> circuit = read('''divider
+    ... .param r=1k
+    ... V1 a 0 1
+    ... R1 a b {r}
+    ... R2 b 0 1k
+    ... ''', params={"r": 3e3})
+    >>> circuit.default_signals()
+    ['v(a)', 'v(b)', 'i(v1)']
+    """
+    return build(read_deck(source, params))
+
+
+def read_deck(
+    source: str | Path, params: Mapping[str, float] | None = None, file: str = "<netlist>"
+) -> Deck:
+    """Return the deck of a file or text, which remembers how to be read again.
+
+    Parameters
+    ----------
+    source : str or Path
+    params : mapping of str to float, optional
+    file : str
+        Name for the messages about a text.
+    """
+    given = dict(params or {})
+    if isinstance(source, Path) or "\n" not in source:
+        deck = parse_file(source, given or None)
+    else:
+        deck = parse_text(source, file, given or None)
+        deck.source = source
+    deck.overrides = given
+    return deck
+
+
+def read_again(deck: Deck, params: Mapping[str, float]) -> Circuit:
+    """Return the circuit of a deck with some parameters changed."""
+    given = {**deck.overrides, **params}
+    source: str | Path = deck.source or Path(deck.file)
+    return build(read_deck(source, given, deck.file))

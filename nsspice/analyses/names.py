@@ -1,0 +1,67 @@
+"""Signal names: one canonical spelling, and suggestions for misspelt ones."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+_CALL = re.compile(r"^([vip])\((.*)\)$")
+
+
+def canonical(name: str) -> str:
+    """Return a signal name in lower case, without blanks, ground written ``0``.
+
+    ``v(a,0)`` is ``v(a)``, SPICE's ``v1#branch`` is ``i(v1)`` and ``@r1[i]`` is ``i(r1)``.
+
+    Examples
+    --------
+    >>> canonical(" V( Out , GND ) ")
+    'v(out)'
+    >>> canonical("V1#branch")
+    'i(v1)'
+    """
+    key = re.sub(r"\s+", "", name.lower())
+    if key.endswith("#branch"):
+        return f"i({key[:-7]})"
+    if (device := re.match(r"^@(.+)\[(i|id|p)\]$", key)) is not None:
+        return f"{device[2][0]}({device[1]})"
+    match = _CALL.match(key)
+    if match is None:
+        return key
+    letter, inner = match.groups()
+    if letter != "v":
+        return key
+    nodes = ["0" if node == "gnd" else node for node in inner.split(",")]
+    if len(nodes) == 2 and nodes[1] == "0":
+        nodes = nodes[:1]
+    return f"v({','.join(nodes)})"
+
+
+def unit(name: str) -> str:
+    """Return the unit of a signal: V, A, W, or an empty string.
+
+    Examples
+    --------
+    >>> unit("v(a)"), unit("i(r1)"), unit("time")
+    ('V', 'A', 's')
+    """
+    if name == "time":
+        return "s"
+    if name in ("temp", "temper"):
+        return "°C"
+    match = _CALL.match(name)
+    return {"v": "V", "i": "A", "p": "W"}[match[1]] if match else ""
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """Return ``did you mean ...?`` with the nearest known name, or an empty string.
+
+    Examples
+    --------
+    >>> suggestion("v(uot)", ["v(in)", "v(out)"])
+    'did you mean v(out)?'
+    """
+    import difflib
+
+    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
+    return f"did you mean {close[0]}?" if close else ""

@@ -1,0 +1,139 @@
+"""Which quantities of which island make up the signals asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..circuit import Circuit
+from ..errors import Diagnostic, NetlistError, Span
+from .curve import Floats
+from .names import canonical
+
+
+@dataclass(slots=True)
+class Recorder:
+    """Maps signals to columns recorded by the islands, and back.
+
+    A voltage between two islands is a difference of two columns; a power is a product of a voltage
+    and a current.  Each quantity is recorded once.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    names : sequence of str
+        Canonical names of the signals.
+    """
+
+    circuit: Circuit
+    names: list[str]
+    #: names that each island records
+    local: list[list[str]] = field(default_factory=list)
+    _sums: list[list[tuple[int, float]]] = field(default_factory=list)
+    _products: list[tuple[int, int, int]] = field(default_factory=list)
+    _order: list[int] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.local = [[] for _ in self.circuit.islands]
+        places: dict[tuple[int, str], int] = {}
+        numbered: list[tuple[int, int]] = []  # island, place among its names
+
+        def place(home: int, name: str) -> int:
+            key = (home, name)
+            if key not in places:
+                places[key] = len(numbered)
+                numbered.append((home, len(self.local[home])))
+                self.local[home].append(name)
+            return places[key]
+
+        def linear(name: str) -> list[tuple[int, float]]:
+            return [(place(home, local), f) for home, local, f in self.circuit.parts(name)]
+
+        for column, name in enumerate(self.names):
+            if name.startswith("p("):
+                element = name[2:-1]
+                current = linear(f"i({element})")  # also finds elements that do not exist
+                a, b = self.circuit.device(element).ends
+                voltage = linear(f"v({a},{b})")
+                self._sums += [voltage, current]
+                self._products.append((column, len(self._sums) - 2, len(self._sums) - 1))
+                self._order.append(-1)
+            else:
+                self._sums.append(linear(name))
+                self._order.append(len(self._sums) - 1)
+        # islands stand side by side in the recorded block: renumber from order of appearance
+        starts = np.cumsum([0, *map(len, self.local)])
+        position = [int(starts[home]) + index for home, index in numbered]
+        self._sums = [[(position[k], f) for k, f in terms] for terms in self._sums]
+
+    @property
+    def recorded(self) -> int:
+        """Number of recorded columns of all islands."""
+        return sum(map(len, self.local))
+
+    @property
+    def direct(self) -> bool:
+        """True if the recorded columns are the signals already, in order."""
+        return not self._products and self._sums == [[(k, 1.0)] for k in range(len(self.names))]
+
+    def signals(self, block: Floats) -> Floats:
+        """Return the signals, shape (k, len(names)), of recorded columns (k, recorded)."""
+        if self.direct:
+            return block
+        sums = np.zeros((block.shape[0], len(self._sums)))
+        for j, terms in enumerate(self._sums):
+            for k, factor in terms:
+                sums[:, j] += block[:, k] if factor == 1.0 else factor * block[:, k]
+        out = sums[:, self._order]
+        for column, voltage, current in self._products:
+            out[:, column] = sums[:, voltage] * sums[:, current]
+        return out
+
+
+def select(circuit: Circuit, requested: Sequence[str] | None = None) -> list[str]:
+    """Return the signals to show.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    requested : sequence of str, optional
+        Names as the user writes them, ``all`` (node voltages), ``alli`` (currents); else the deck's
+        ``.save`` and ``.print`` cards; else the default set.
+
+    Raises
+    ------
+    NetlistError
+        NS2012 with every name that does not exist.
+    """
+    wanted: list[tuple[str, Span | None]] = [(name, None) for name in requested or ()]
+    if not wanted:
+        wanted = [(signal.name, signal.span) for signal in circuit.deck.saves]
+    if not wanted:
+        return circuit.default_signals()
+    names: dict[str, None] = {}
+    errors: list[Diagnostic] = []
+    for written, span in wanted:
+        for name in _expand(circuit, canonical(written)):
+            try:
+                # a power exists if the current does
+                circuit.parts("i" + name[1:] if name.startswith("p(") else name)
+            except NetlistError as error:
+                found = error.diagnostics[0]
+                errors.append(Diagnostic(found.code, found.message, span, found.hint))
+            else:
+                names[name] = None
+    if errors:
+        raise NetlistError(errors)
+    return list(names)
+
+
+def _expand(circuit: Circuit, name: str) -> Iterable[str]:
+    if name in ("all", "v(all)", "allv"):
+        return [f"v({node})" for node in circuit.node_island]
+    if name in ("alli", "i(all)"):
+        return [f"i({d.name})" for d in circuit.devices if d.letter != "k"]
+    if name in ("allp", "p(all)"):
+        return [f"p({d.name})" for d in circuit.devices if d.letter != "k"]
+    return [name]

@@ -1,0 +1,105 @@
+"""How to solve: method, theta, step; what the caller says goes before the deck's ``.options``."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ..errors import Diagnostic, Span, UsageError
+from ..netlist.deck import Deck
+from .names import suggestion
+
+#: time-stepping methods of this version
+METHODS = ("auto", "moreau")
+#: methods of SPICE programs: they cannot be meant for this one, decks carry them along
+_FOREIGN = ("trap", "trapezoidal", "gear", "euler", "modtrap")
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Resolved settings of a run.
+
+    Parameters
+    ----------
+    method : str
+        ``auto`` or a method by name.
+    theta : float
+        Weight of the new state, 1 (implicit) to 0 (explicit).
+    step : float or None
+        Solver step [s]; None follows the ``.tran`` card.
+
+    Examples
+    --------
+    >>> Settings.of(Deck("t", "t.net"), theta=0.5)
+    Settings(method='auto', theta=0.5, step=None)
+    """
+
+    method: str = "auto"
+    theta: float = 1.0
+    step: float | None = None
+
+    @classmethod
+    def of(
+        cls,
+        deck: Deck,
+        method: str | None = None,
+        theta: float | None = None,
+        step: float | None = None,
+    ) -> Settings:
+        """Return the settings of a deck with the caller's choices put over them.
+
+        Raises
+        ------
+        UsageError
+            NS4004 for a method that does not exist, NS4005 for a value out of range.
+        """
+        option = deck.options.get("method")
+        if method is not None:
+            chosen = _method(method, None)
+        elif option is not None and str(option.value).lower() not in _FOREIGN:
+            chosen = _method(str(option.value), option.span)
+        else:
+            chosen = "auto"
+        weight, span = theta, None
+        if weight is None and (given := deck.options.get("theta")) is not None:
+            weight, span = _number(given.value, "theta", given.span), given.span
+        if weight is None:
+            weight = 1.0
+        if not 0.0 <= weight <= 1.0:
+            raise _bad("theta", weight, "theta is the weight of the new state: 0 to 1", span)
+        if step is not None and not (math.isfinite(step) and step > 0.0):
+            raise _bad("step", step, "give a positive step in seconds, such as 1e-6")
+        return cls(chosen, float(weight), step)
+
+
+def foreign_method(deck: Deck) -> Diagnostic | None:
+    """Return a warning if the deck asks for an integration method of another program."""
+    option = deck.options.get("method")
+    if option is None or str(option.value).lower() not in _FOREIGN:
+        return None
+    return Diagnostic(
+        "NS4052",
+        f"method={option.value} is a method of other programs and has no effect",
+        option.span,
+        f"choose one of {', '.join(METHODS)}, or remove it",
+        severity="warning",
+    )
+
+
+def _method(name: str, span: Span | None) -> str:
+    name = name.strip().lower()
+    if name in METHODS:
+        return name
+    hint = suggestion(name, METHODS) or f"methods: {', '.join(METHODS)}"
+    raise UsageError(Diagnostic("NS4004", f"this version has no method {name!r}", span, hint))
+
+
+def _number(value: object, name: str, span: Span | None) -> float:
+    if isinstance(value, int | float):
+        return float(value)
+    raise _bad(name, value, "give a number", span)
+
+
+def _bad(name: str, value: object, hint: str, span: Span | None = None) -> UsageError:
+    shown = f"{value:g}" if isinstance(value, float) else repr(value)
+    return UsageError(Diagnostic("NS4005", f"{name} cannot be {shown}", span, hint))

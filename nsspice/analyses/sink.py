@@ -1,0 +1,63 @@
+"""Where rows go while they are computed: into memory, into a file, or both."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+#: Tables above this size [bytes] are kept in an unnamed temporary file instead of memory.
+MEMORY_LIMIT = 256 * 2**20
+
+
+class Sink(Protocol):
+    """Takes the rows of one analysis in order."""
+
+    def open(self, names: Sequence[str]) -> None:
+        """Begin with the names of the leading columns: the axis, then the signals to show."""
+
+    def write(self, block: Floats) -> None:
+        """Take some complete rows, shape (k, at least the number of names)."""
+
+    def close(self) -> None:
+        """End; called after the last row, also when a run was stopped early."""
+
+
+class Store:
+    """A table of known size that is filled block by block.
+
+    Large tables live in a memory-mapped temporary file, so that memory stays bounded; the pages are
+    written out by the operating system and vanish with the object.
+
+    Parameters
+    ----------
+    rows, columns : int
+    limit : int
+        Size above which a file is used [bytes].
+    """
+
+    def __init__(self, rows: int, columns: int, limit: int = MEMORY_LIMIT) -> None:
+        self.filled = 0
+        shape = (rows, columns)
+        self._data: Floats
+        if rows * columns * 8 > limit:
+            with tempfile.TemporaryFile(prefix="nsspice-") as file:
+                self._data = np.memmap(file, dtype=np.float64, mode="w+", shape=shape)
+        else:
+            self._data = np.empty(shape)
+
+    def write(self, block: Floats) -> None:
+        """Append complete rows."""
+        end = self.filled + block.shape[0]
+        self._data[self.filled : end] = block
+        self.filled = end
+
+    @property
+    def table(self) -> Floats:
+        """The rows written so far, shape (filled, columns)."""
+        return self._data[: self.filled]

@@ -1,0 +1,260 @@
+"""Solution: the named waveforms of one analysis, and everything known about how good they are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import Diagnostic
+from .names import canonical, suggestion
+
+if TYPE_CHECKING:
+    from .certificate import Certificate
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """A change of state of one or more set-valued elements.
+
+    Parameters
+    ----------
+    time : float
+        [s]
+    element : str
+        Name of the element, with the branch for elements of several pairs: ``z1.fwd``.
+    change : str
+        ``"on"`` (begins to conduct) or ``"off"``.
+    """
+
+    time: float
+    element: str
+    change: str
+
+
+@dataclass(frozen=True, slots=True)
+class Impulse:
+    """The content of a Dirac impulse through or across an element.
+
+    Parameters
+    ----------
+    time : float
+        [s]
+    element : str
+    value : float
+        Charge or flux.
+    unit : str
+        ``"A s"`` or ``"V s"``.
+    """
+
+    time: float
+    element: str
+    value: float
+    unit: str
+
+
+@dataclass(slots=True)
+class IslandRun:
+    """How one independent part of the circuit was solved.
+
+    Parameters
+    ----------
+    number : int
+        Counted from 1.
+    problem_class, reason : str
+        What kind of problem it is, and why.
+    method : str
+        ``moreau``, or ``points`` where nothing stores energy.
+    unknowns, pairs : int
+    theta, step : float or None
+        Weight of the new state, solver step [s].
+    stats : dict
+        Counters of the solver: steps, events, modes and others.
+    """
+
+    number: int
+    problem_class: str
+    reason: str
+    method: str
+    unknowns: int
+    pairs: int
+    theta: float | None = None
+    step: float | None = None
+    stats: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(slots=True)
+class Solution:
+    """Result of one analysis.
+
+    Parameters
+    ----------
+    analysis : str
+        ``op``, ``dc`` or ``tran``.
+    title : str
+        Title line of the deck.
+    axis_name : str
+        ``time``, the swept name, or ``""`` for an operating point.
+    axis : ndarray, shape (k,)
+        Time [s] or the swept value.
+    signals : dict of str to ndarray, shape (k,)
+        Voltages [V], currents [A] and powers [W] by canonical name; outer sweep values come first.
+    columns : list of str
+        The signals that files and plots show; ``signals`` may hold more, for measures.
+    parameters : dict of str to float
+        Values of the ``.step`` parameters of this run.
+    events, impulses : list
+    islands : list of IslandRun
+    certificate : Certificate or None
+    measures : dict of str to float
+        ``.measure`` results, nan for one that was not found.
+    warnings : list of Diagnostic
+    interrupted : bool
+        True if the run was stopped early; the rows up to there are valid.
+    wall_time : float
+        [s]
+    row_count : int
+        Rows computed; larger than ``axis.size`` only if rows were streamed and not kept.
+    files : list of str
+        Files that the command line wrote.
+
+    Examples
+    --------
+    >>> sol = Solution("tran", "demo", "time", np.array([0.0, 1.0]),
+    ...                {"v(a)": np.array([3.0, 4.0]), "v(b)": np.array([1.0, 1.0])})
+    >>> sol["V(A, B)"].tolist()
+    [2.0, 3.0]
+    """
+
+    analysis: str
+    title: str
+    axis_name: str
+    axis: Floats
+    signals: dict[str, Floats]
+    columns: list[str] = field(default_factory=list)
+    parameters: dict[str, float] = field(default_factory=dict)
+    events: list[Event] = field(default_factory=list)
+    impulses: list[Impulse] = field(default_factory=list)
+    islands: list[IslandRun] = field(default_factory=list)
+    certificate: Certificate | None = None
+    measures: dict[str, float] = field(default_factory=dict)
+    warnings: list[Diagnostic] = field(default_factory=list)
+    interrupted: bool = False
+    wall_time: float = 0.0
+    row_count: int = -1
+    files: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        if not self.columns:
+            self.columns = list(self.signals)
+        if self.row_count < 0:
+            self.row_count = int(self.axis.size)
+
+    @property
+    def time(self) -> Floats:
+        """Time of each row [s], shape (k,)."""
+        return self.axis
+
+    @property
+    def stats(self) -> dict[str, Any]:
+        """Counters of all islands together."""
+        total: dict[str, Any] = {"rows": self.row_count, "wall_time": self.wall_time}
+        for island in self.islands:
+            for key, value in island.stats.items():
+                if isinstance(value, (int, float)) and not isinstance(value, bool):
+                    total[key] = total.get(key, 0) + value
+        return total
+
+    def __getitem__(self, name: str) -> Floats:
+        """Return a waveform by name; differences of recorded node voltages are formed on demand."""
+        key = canonical(name)
+        if key in self.signals:
+            return self.signals[key]
+        if key == self.axis_name:
+            return self.axis
+        if key.startswith("v(") and "," in key:
+            plus, minus = key[2:-1].split(",")
+            if all(n == "0" or f"v({n})" in self.signals for n in (plus, minus)):
+                return self._voltage(plus) - self._voltage(minus)
+        hint = suggestion(key, self.signals)
+        raise KeyError(f"no signal {name!r} in this solution{hint and '; ' + hint}")
+
+    def __contains__(self, name: object) -> bool:
+        try:
+            self[str(name)]
+        except KeyError:
+            return False
+        return True
+
+    def _voltage(self, node: str) -> Floats:
+        return np.zeros(self.axis.size) if node == "0" else self.signals[f"v({node})"]
+
+    def values(self) -> Mapping[str, Floats]:
+        """Return axis and signals by name, as expressions see them."""
+        return {self.axis_name or "op": self.axis, **self.signals}
+
+    def table(self, columns: Sequence[str] | None = None) -> tuple[list[str], Floats]:
+        """Return the column names and the rows, axis first, shape (k, 1 + number of columns)."""
+        names = list(self.columns if columns is None else columns)
+        arrays = [self[name] for name in names]
+        if self.axis_name:
+            names, arrays = [self.axis_name, *names], [self.axis, *arrays]
+        if not arrays:
+            return names, np.zeros((self.axis.size, 0))
+        return names, np.column_stack(arrays)
+
+    def to_csv(self, path: str | Path, columns: Sequence[str] | None = None) -> None:
+        """Write the columns to a CSV file; doubles read back bit for bit.
+
+        Parameters
+        ----------
+        path : str or Path
+        columns : sequence of str, optional
+            Signals to write; all ``columns`` of the solution if left out.
+        """
+        from ..output.csv import write_csv
+
+        write_csv(self, path, columns)
+
+    def to_pandas(self) -> Any:
+        """Return a ``pandas.DataFrame`` indexed by the axis (needs pandas)."""
+        try:
+            import pandas  # type: ignore[import-untyped, import-not-found, unused-ignore]
+        except ImportError as error:
+            from ..errors import UsageError
+
+            raise UsageError(
+                Diagnostic(
+                    "NS4010",
+                    "to_pandas() needs the package pandas, which is not installed",
+                    hint="pip install pandas, or use sol.table() for plain arrays",
+                )
+            ) from error
+        frame = pandas.DataFrame({name: self[name] for name in self.columns})
+        if self.axis_name:
+            frame.index = pandas.Index(self.axis, name=self.axis_name)
+        return frame
+
+    def plot(self, path: str | Path | None = None, columns: Sequence[str] | None = None) -> Any:
+        """Draw the waveforms; return the matplotlib figure, saved to ``path`` if one is given."""
+        from ..output.plot import draw
+
+        return draw(self, path, columns)
+
+    def summary(self) -> str:
+        """Return the text that the command line prints after a run."""
+        from ..output.summary import describe
+
+        return describe(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but the waveforms as a JSON-ready mapping."""
+        from ..output.summary import to_dict
+
+        return to_dict(self)

@@ -1,0 +1,103 @@
+"""The command group: commands are imported when they are called."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Any
+
+import click
+
+from .. import __version__
+from ..errors import NsspiceError
+from .report import broken_pipe, report_error, report_interrupt, report_os_error
+
+_COMMANDS = {
+    "run": "simulate a netlist: CSV, plot and summary",
+    "explain": "tell how a netlist would be solved, without solving it",
+    "test": "check netlists against the numbers in X.expect.toml",
+    "compare": "compare a simulation with a reference waveform",
+}
+
+
+class _Lazy(click.Group):
+    """A group that imports a command's module when it is called, and turns errors into exit codes.
+
+    0 done, 1 a check failed, 2 usage or netlist error, 3 no numerical solution, 130 interrupted.
+    """
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the commands in the order in which they are documented."""
+        return list(_COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a command from the module of its name."""
+        if cmd_name not in _COMMANDS:
+            return None
+        module = import_module(f".{cmd_name}", __package__)
+        command: click.Command = module.command
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command that the arguments name, or fail with the nearest name."""
+        if args and args[0] not in _COMMANDS and not args[0].startswith("-"):
+            from ..analyses.names import suggestion
+
+            hint = suggestion(args[0], _COMMANDS)
+            if not hint and args[0].lower().endswith((".net", ".cir", ".sp", ".asc")):
+                hint = f"did you mean nsspice run {args[0]}?"
+            hint = hint or f"commands: {', '.join(_COMMANDS)}"
+            raise click.UsageError(f"there is no command {args[0]!r}; {hint}", ctx)
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(_COMMANDS.items()))
+
+    def main(self, args: Sequence[str] | None = None, *rest: Any, **extra: Any) -> Any:
+        """Run, with every foreseen failure told in a sentence."""
+        given = list(sys.argv[1:] if args is None else args)
+        as_json = "--json" in given
+        try:
+            return super().main(given, *rest, **extra)
+        except NsspiceError as error:
+            report_error(error, as_json)
+            code = error.exit_code
+        except BrokenPipeError:
+            broken_pipe()
+            code = 2
+        except OSError as error:
+            report_os_error(error, as_json)
+            code = 2
+        except KeyboardInterrupt:
+            report_interrupt()
+            code = 130
+        raise SystemExit(code)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Keep Ctrl-C and closed pipes from click, which would exit with 1."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            report_interrupt()
+            ctx.exit(130)
+        except BrokenPipeError:
+            broken_pipe()
+            ctx.exit(2)
+        except OSError as error:
+            report_os_error(error, "--json" in sys.argv)
+            ctx.exit(2)
+
+
+@click.group(cls=_Lazy, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, message="nsspice %(version)s")
+def app() -> None:
+    """Simulate circuits with ideal diodes, switches and other set-valued elements.
+
+    Exit codes: 0 done, 1 a check or comparison failed, 2 usage or netlist error, 3 no numerical
+    solution, 130 interrupted.
+    """

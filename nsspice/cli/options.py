@@ -1,0 +1,122 @@
+"""Options shared by several commands, and the values they take."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from ..errors import Diagnostic, UsageError
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+if TYPE_CHECKING:  # older versions of click know no such parameter
+    _FloatType = click.ParamType[float]
+else:
+    _FloatType = click.ParamType
+
+
+class Number(_FloatType):
+    """A number as SPICE writes it: 1e-6, 1u, 10k, 2.5meg."""
+
+    name = "number"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Return the number."""
+        if isinstance(value, float):
+            return value
+        found, why = spice_number(str(value))
+        if found is None:
+            self.fail(f"{value!r} {why}", param, ctx)
+        return found
+
+
+NUMBER = Number()
+
+
+def spice_number(text: str) -> tuple[float | None, str]:
+    """Return the value of a SPICE number, or None and why it is not one.
+
+    Spellings that SPICE reads otherwise than people do are refused: a command line has no place
+    for a warning.
+
+    Examples
+    --------
+    >>> spice_number("2.5meg"), spice_number("1u")
+    ((2500000.0, ''), (1e-06, ''))
+    >>> spice_number("2k2")
+    (None, 'is read as 2000: digits after the suffix are ignored; write 2.2k')
+    """
+    from ..netlist.numbers import read_number
+
+    number = read_number(text)
+    if number is None or not math.isfinite(number.value):
+        return None, "is not a number; write 1e-6, 1u or 10k"
+    if number.trap:
+        return None, f"{number.trap.partition(' ')[2]}; {number.hint}"
+    return number.value, ""
+
+
+def solver_options(command: F) -> F:
+    """Add --method, --theta, --step and --param to a command."""
+    for option in (
+        click.option(
+            "--param",
+            "params",
+            multiple=True,
+            metavar="NAME=VALUE",
+            help="Replace the value of a .param; may be repeated.",
+        ),
+        click.option("--step", type=NUMBER, metavar="H", help="Solver step [s]."),
+        click.option(
+            "--theta", type=NUMBER, help="Weight of the new state: 1 implicit, 0.5 trapezoidal."
+        ),
+        click.option("--method", metavar="NAME", help="auto or moreau."),
+    ):
+        command = option(command)
+    return command
+
+
+def json_option(command: F) -> F:
+    """Add --json to a command."""
+    return click.option("--json", "as_json", is_flag=True, help="Print JSON instead of text.")(
+        command
+    )
+
+
+def read_params(items: Sequence[str]) -> dict[str, float]:
+    """Return the values of ``NAME=VALUE`` items.
+
+    Raises
+    ------
+    UsageError
+        NS4005 for an item of another form.
+    """
+    params = {}
+    for item in items:
+        name, equals, text = item.partition("=")
+        value, why = spice_number(text.strip()) if equals else (None, "")
+        if not name.strip() or value is None:
+            hint = f"{text.strip()!r} {why}" if why else "write --param NAME=VALUE"
+            raise UsageError(Diagnostic("NS4005", f"--param cannot be {item!r}", hint=hint))
+        params[name.strip().lower()] = value
+    return params
+
+
+def read_signals(items: Sequence[str]) -> list[str] | None:
+    """Return signal names, apart by blanks or by commas outside parentheses; None without any.
+
+    Examples
+    --------
+    >>> read_signals(["v(a,b), i(r1)", "all"])
+    ['v(a,b)', 'i(r1)', 'all']
+    """
+    names = []
+    for item in items:
+        names += [name for name in re.split(r"[,\s]+(?![^()]*\))", item.strip()) if name]
+    return names or None

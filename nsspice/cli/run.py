@@ -1,0 +1,275 @@
+"""``nsspice run``: simulate a netlist, write CSV and plot, print a summary."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..errors import Diagnostic, NumericalError, OutputError, UsageError
+from .options import (
+    NUMBER,
+    json_option,
+    read_params,
+    read_signals,
+    solver_options,
+)
+from .progress import ProgressBar
+from .report import print_json, report_warnings, say
+
+
+@click.command("run", short_help="simulate a netlist")
+@click.argument("netlist", required=False)
+@click.option("-o", "--output", metavar="FILE", help="CSV file (or .raw); - is standard output.")
+@click.option(
+    "--plot",
+    is_flag=False,
+    flag_value="auto",
+    metavar="[FILE]",
+    help="Draw the waveforms into a .png, .svg or .pdf file.",
+)
+@click.option(
+    "--signals",
+    "--save",
+    "signals",
+    multiple=True,
+    metavar="NAMES",
+    help='What to write, such as "v(out) i(r1)"; may be repeated.',
+)
+@click.option("--tstop", type=NUMBER, metavar="T", help="End of transients [s].")
+@solver_options
+@json_option
+@click.option("-q", "--quiet", is_flag=True, help="No summary and no progress bar.")
+def command(
+    netlist: str | None,
+    output: str | None,
+    plot: str | None,
+    signals: Sequence[str],
+    tstop: float | None,
+    method: str | None,
+    theta: float | None,
+    step: float | None,
+    params: Sequence[str],
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Simulate NETLIST (- is standard input) and write its waveforms.
+
+    The file a.csv in the current folder takes the rows of a.net; with several analyses a.tran.csv
+    and a.dc.csv, with .step cards a.step1.csv and so on.  A summary goes to standard error.
+    """
+    netlist, plot = _sort_out(netlist, plot)
+    from ..analyses.batch import Request
+
+    request = Request(method, theta, step, tstop, read_signals(signals), keep=plot is not None)
+    run = _Run(netlist, read_params(params), request, output, plot, as_json, quiet)
+    code = run.execute()
+    if code:
+        raise SystemExit(code)
+
+
+def _sort_out(netlist: str | None, plot: str | None) -> tuple[str, str | None]:
+    """Tell netlist and picture apart: in ``--plot a.net`` the name is not that of a picture."""
+    if plot not in (None, "auto") and netlist is None:
+        from ..output.plot import FORMATS
+
+        if Path(str(plot)).suffix.lower() not in FORMATS:
+            netlist, plot = plot, "auto"
+    if netlist is None:
+        raise click.UsageError("name a netlist: nsspice run FILE")
+    return netlist, plot
+
+
+class _Run:
+    """One call of the command."""
+
+    def __init__(
+        self,
+        netlist: str,
+        params: dict[str, float],
+        request: Any,
+        output: str | None,
+        plot: str | None,
+        as_json: bool,
+        quiet: bool,
+    ) -> None:
+        from ..analyses.batch import jobs_of
+        from ..analyses.load import read_deck
+        from ..circuit import build
+
+        text = sys.stdin.read() if netlist == "-" else None
+        if text is not None:
+            deck = read_deck(text + "\n", params, "<stdin>")
+        else:
+            deck = read_deck(Path(netlist), params)
+        self.circuit = build(deck)
+        self.netlist = Path("stdin.net") if text is not None else Path(netlist)
+        self.request, self.as_json, self.quiet = request, as_json, quiet
+        self.jobs = jobs_of(deck)
+        self.stdout = output == "-"
+        self.raw = output is not None and output.lower().endswith(".raw")
+        self.outputs = [_labelled(output, self.netlist, job.label) for job in self.jobs]
+        self.plots = self._plot_files(plot)
+        self.solutions: list[Any] = []
+        self._check_files()
+        if not quiet and not as_json:
+            report_warnings(self.circuit.warnings)
+
+    def _plot_files(self, plot: str | None) -> list[Path | None]:
+        if plot is None:
+            return [None] * len(self.jobs)
+        from ..output.plot import check_format
+
+        template = str(Path(self.netlist.name).with_suffix(".png")) if plot == "auto" else plot
+        check_format(template)
+        files: list[Path | None] = []
+        for job in self.jobs:
+            drawable = job.kind != "op"
+            files.append(_labelled(template, self.netlist, job.label) if drawable else None)
+        if not any(files):
+            raise UsageError(
+                Diagnostic(
+                    "NS4009",
+                    "there is nothing to draw: an operating point has a single row",
+                    hint="leave --plot out, or add a .tran or .dc analysis",
+                )
+            )
+        return files
+
+    def _check_files(self) -> None:
+        """Refuse what cannot be written before anything is computed."""
+        from ..output.files import check_target
+
+        if self.stdout and len(self.jobs) > 1:
+            raise UsageError(
+                Diagnostic(
+                    "NS4003",
+                    f"standard output takes one table, the deck makes {len(self.jobs)}",
+                    hint="write files with -o NAME.csv, or keep one analysis in the deck",
+                )
+            )
+        files = {e.span.file for e in self.circuit.deck.elements}  # the included ones too
+        inputs = [self.netlist, *map(Path, sorted(files))]
+        targets = [p for p in [*([] if self.stdout else self.outputs), *self.plots] if p]
+        for target in targets:
+            check_target(target, inputs)
+
+    def execute(self) -> int:
+        """Run all jobs; return the exit code."""
+        with ProgressBar(self.netlist.name, not (self.quiet or self.as_json)) as bar:
+            for k in range(len(self.jobs)):
+                solution = self._job(k, bar)
+                if solution.interrupted:
+                    break
+        if self.as_json:
+            self._print_json()
+        if any(s.interrupted for s in self.solutions):
+            if self.quiet or self.as_json:
+                say("interrupted; the rows so far are kept")
+            return 130
+        return self._verdict()
+
+    def _job(self, k: int, bar: ProgressBar) -> Any:
+        """Run one job, write its files, print its summary."""
+        from ..analyses.batch import run_job
+
+        def progress(done: float) -> None:
+            bar((k + done) / len(self.jobs))
+
+        sink = None if self.raw else self._sink(k)
+        request = self.request
+        if self.raw:
+            from dataclasses import replace
+
+            request = replace(request, keep=True)
+        try:
+            solution = run_job(self.circuit, self.jobs[k], request, progress=progress, sink=sink)
+        except NumericalError as error:
+            partial: Any = error.partial
+            if partial is not None and partial.row_count:
+                self._finish(k, partial)
+            if self.as_json:
+                self._print_json()
+            raise
+        self._finish(k, solution)
+        return solution
+
+    def _sink(self, k: int) -> Any:
+        from ..output.csv import CsvSink
+
+        return CsvSink(sys.stdout.buffer if self.stdout else self.outputs[k])
+
+    def _finish(self, k: int, solution: Any) -> None:
+        """Write what is not streamed, and print the summary."""
+        self.solutions.append(solution)
+        written: list[str] = []
+        if self.raw:
+            self._write_raw(solution, self.outputs[k])
+        if not self.stdout and solution.row_count:
+            written.append(str(self.outputs[k]))
+        plot = self.plots[k]
+        if plot is not None and solution.axis.size > 1:
+            solution.plot(plot)
+            written.append(str(plot))
+        solution.files = written
+        if self.quiet or self.as_json:
+            return
+        say(solution.summary())
+        report_warnings(solution.warnings)
+        if written:
+            say(f"  written: {', '.join(written)}")
+
+    def _write_raw(self, solution: Any, path: Path) -> None:
+        """Write a raw file; where that fails, the rows go to the temporary folder as CSV."""
+        from ..output.raw import write_raw
+
+        try:
+            write_raw(solution, path)
+        except OutputError as error:
+            import tempfile
+
+            rescue = Path(tempfile.gettempdir()) / f"{path.stem}.rescued.csv"
+            try:
+                solution.to_csv(rescue)
+            except OutputError:
+                raise error from None
+            say(f"the rows are kept in {rescue}")
+            raise
+
+    def _print_json(self) -> None:
+        runs = []
+        for solution in self.solutions:
+            runs.append({**solution.to_dict(), "files": solution.files})
+        data = {
+            "netlist": str(self.netlist),
+            "title": self.circuit.deck.title,
+            "warnings": [w.to_dict() for w in self.circuit.warnings],
+            "runs": runs,
+        }
+        print_json(data, sys.stderr if self.stdout else None)
+
+    def _verdict(self) -> int:
+        """Refuse a run whose rows do not satisfy the laws of the circuit."""
+        bad = [s for s in self.solutions if s.certificate and not s.certificate.passed]
+        if not bad:
+            return 0
+        c = bad[0].certificate
+        raise NumericalError(
+            Diagnostic(
+                "NS3004",
+                f"the computed rows miss the laws of the circuit: relative residuals "
+                f"{c.laws:.1e} (laws) and {c.complementarity:.1e} (set-valued elements)",
+                hint="the files are kept for inspection; please report this deck",
+            )
+        )
+
+
+def _labelled(name: str | None, netlist: Path, label: str) -> Path:
+    """Return the file of a job: ``a.csv``, ``a.tran.csv``, ``a.step1.csv``."""
+    path = Path(name) if name not in (None, "-") else Path(netlist.name).with_suffix(".csv")
+    if name is None and netlist.suffix == "":
+        path = Path(netlist.name + ".csv")
+    return path.with_name(f"{path.stem}.{label}{path.suffix}") if label else path

@@ -1,0 +1,1 @@
+"""Comparison with expected numbers and reference waveforms."""

@@ -1,0 +1,60 @@
+"""Errors of files turned into sentences, and checks before a long run begins."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from ..errors import Diagnostic, OutputError
+
+_HINTS = {
+    errno.ENOSPC: "free some space or write elsewhere with -o FILE",
+    errno.EACCES: "write elsewhere with -o FILE",
+    errno.EROFS: "write elsewhere with -o FILE",
+    errno.EISDIR: "give a file name: -o FOLDER/NAME.csv",
+    errno.ENOENT: "create the folder first, or write elsewhere with -o FILE",
+    errno.EPIPE: "the reading program ended before the last row",
+}
+
+
+def output_error(error: OSError, name: str, where: str = "") -> OutputError:
+    """Return the error for a file that could not be written.
+
+    Examples
+    --------
+    >>> print(output_error(OSError(errno.ENOSPC, "No space left on device"), "a.csv"))
+    error NS4001: cannot write a.csv: No space left on device
+      hint: free some space or write elsewhere with -o FILE
+    """
+    reason = error.strerror or str(error) or type(error).__name__
+    message = f"cannot write {name}: {reason}" + (f" ({where})" if where else "")
+    return OutputError(Diagnostic("NS4001", message, hint=_HINTS.get(error.errno or 0, "")))
+
+
+def check_target(path: Path, inputs: Iterable[Path] = ()) -> None:
+    """Make sure, before anything is computed, that a file can be written and is not an input.
+
+    Raises
+    ------
+    OutputError
+        NS4001 if the folder is missing or closed, NS4002 if the file is one of the inputs.
+    """
+    for source in inputs:
+        if path.exists() and source.exists() and path.samefile(source):
+            raise OutputError(
+                Diagnostic(
+                    "NS4002",
+                    f"writing {path} would overwrite the netlist itself",
+                    hint="choose another name with -o FILE",
+                )
+            )
+    folder = path.parent
+    if path.is_dir():
+        raise output_error(OSError(errno.EISDIR, "it is a folder"), str(path))
+    if not folder.is_dir():
+        raise output_error(OSError(errno.ENOENT, f"there is no folder {folder}"), str(path))
+    place = path if path.exists() else folder
+    if not os.access(place, os.W_OK):
+        raise output_error(OSError(errno.EACCES, "permission denied"), str(path))

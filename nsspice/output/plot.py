@@ -1,0 +1,240 @@
+"""Pictures of a solution: voltages, currents and powers in panels above a common axis."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..analyses.names import unit
+from ..errors import Diagnostic, UsageError
+from .envelope import envelope
+from .files import output_error
+from .si import number, prefix
+
+if TYPE_CHECKING:
+    from ..analyses.solution import Solution
+
+#: Picture formats by file name ending.
+FORMATS = (".png", ".svg", ".pdf")
+
+_QUANTITY = {"V": "voltage", "A": "current", "W": "power", "s": "time", "°C": "temperature"}
+# distinguishable also with colour-blind eyes and in print (after Okabe and Ito)
+_COLOURS = (
+    "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C564B",
+)  # fmt: skip
+_DASHES = ("-", "--", ":")
+_LEGEND = 12  # more curves than this take a colour scale and thinner lines
+_DRAWN = 60  # curves in one panel at most: beyond that nothing can be told apart
+
+
+def check_format(path: str | Path) -> None:
+    """Raise UsageError unless the file name ends in .png, .svg or .pdf."""
+    if Path(path).suffix.lower() not in FORMATS:
+        raise UsageError(
+            Diagnostic(
+                "NS4008",
+                f"cannot tell the picture format from the name {path}",
+                hint="end it in .png, .svg or .pdf",
+            )
+        )
+
+
+def draw(
+    solution: Solution, path: str | Path | None = None, columns: Sequence[str] | None = None
+) -> Any:
+    """Draw the waveforms of a solution.
+
+    Parameters
+    ----------
+    solution : Solution
+        A transient or a sweep; an operating point has no axis to draw over.
+    path : str or Path, optional
+        Where to save it: .png, .svg or .pdf.
+    columns : sequence of str, optional
+        Signals to draw; all ``columns`` of the solution if left out.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    UsageError
+        If there is nothing to draw, or matplotlib is missing.
+    OutputError
+        If the file cannot be written.
+    """
+    if path is not None:
+        check_format(path)
+    names = list(solution.columns if columns is None else columns)
+    names = [name for name in names if unit(name)]
+    if not names or not solution.axis_name or solution.axis.size < 2:
+        raise UsageError(
+            Diagnostic(
+                "NS4009",
+                "there is nothing to draw: the solution has fewer than two rows or no signals",
+                hint="plot a .tran or .dc analysis",
+            )
+        )
+    figure = _new_figure()
+    panels = [(u, [n for n in names if unit(n) == u]) for u in ("V", "A", "W")]
+    panels = [(u, members) for u, members in panels if members]
+    figure.set_size_inches(9.0, 1.4 + 2.6 * len(panels))
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    factor, label = _axis_scale(solution)
+    pieces = _pieces(solution)
+    for panel, (symbol, members) in zip(axes, panels, strict=True):
+        _panel(panel, solution, symbol, members, factor, pieces)
+    axes[-1].set_xlabel(label)
+    figure.align_ylabels(axes)
+    figure.suptitle(_title(solution), fontsize=11)
+    if path is not None:
+        _save(figure, Path(path))
+    return figure
+
+
+def _new_figure() -> Any:
+    """Return an empty figure that needs no display and touches no global state."""
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise UsageError(
+            Diagnostic(
+                "NS4010",
+                "plots need the package matplotlib, which is not installed",
+                hint="pip install matplotlib",
+            )
+        ) from error
+    figure = Figure(layout="constrained", dpi=120)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def _title(solution: Solution) -> str:
+    text = solution.title or {"tran": "Transient", "dc": "DC sweep"}.get(solution.analysis, "")
+    if len(text) > 90:
+        text = text[:87] + "..."
+    if solution.parameters:
+        text += "\n" + ", ".join(f"{k} = {number(v)}" for k, v in solution.parameters.items())
+    # a dollar sign would start matplotlib's formula mode
+    return text.replace("$", r"\$")
+
+
+def _axis_unit(name: str) -> str:
+    """Return the unit of the axis; a swept source tells by its letter."""
+    return unit(name) or {"v": "V", "i": "A", "r": "Ω"}.get(name.split(".")[-1][:1], "")
+
+
+def _axis_scale(solution: Solution) -> tuple[float, str]:
+    symbol = _axis_unit(solution.axis_name)
+    factor, letter = prefix(float(np.max(np.abs(solution.axis)))) if symbol else (1.0, "")
+    if symbol == "°C":
+        factor, letter = 1.0, ""
+    name = "Time" if solution.axis_name == "time" else solution.axis_name
+    return factor, f"{name} [{letter}{symbol}]" if symbol else name
+
+
+def _pieces(solution: Solution) -> list[slice]:
+    """Return the runs of the axis: one for a transient, one per curve of a nested sweep."""
+    steps = np.sign(np.diff(solution.axis))
+    direction = steps[0]
+    breaks = [0, *(np.flatnonzero(steps == -direction) + 1).tolist(), solution.axis.size]
+    return [slice(a, b) for a, b in pairwise(breaks)]
+
+
+def _panel(
+    panel: Any,
+    solution: Solution,
+    symbol: str,
+    members: list[str],
+    x_factor: float,
+    pieces: list[slice],
+) -> None:
+    """Draw the signals of one unit."""
+    total = len(members)
+    members = _spread(members, _DRAWN)
+    peak = 0.0
+    for name in members:
+        values = np.abs(solution[name])
+        finite = values[np.isfinite(values)]
+        peak = max(peak, float(finite.max()) if finite.size else 0.0)
+    factor, letter = prefix(peak)
+    crowded = len(members) > _LEGEND
+    for k, name in enumerate(members):
+        style = _style(k, len(members))
+        for j, piece in enumerate(pieces):
+            x, y = envelope(solution.axis[piece] / x_factor, solution[name][piece] / factor)
+            panel.plot(x, y, label=name if j == 0 else "_", **style)
+    panel.set_ylabel(f"{_QUANTITY[symbol].capitalize()} [{letter}{symbol}]")
+    panel.grid(visible=True, color="0.9", linewidth=0.8)
+    panel.set_axisbelow(True)
+    panel.spines[["top", "right"]].set_visible(False)
+    panel.axhline(0.0, color="0.6", linewidth=0.7, zorder=0.5)
+    panel.margins(x=0.01)
+    _flat_limits(panel, peak / factor)
+    handles, labels = panel.get_legend_handles_labels()
+    if crowded:
+        handles, labels = _spread(handles, 2 * _LEGEND), _spread(labels, 2 * _LEGEND)
+    heading = f"{len(members)} of {total} drawn" if total > len(members) else None
+    if len(labels) < len(members):
+        heading = f"{heading or f'{total} signals'}, {len(labels)} named"
+    panel.legend(
+        handles,
+        labels,
+        title=heading,
+        title_fontsize="x-small",
+        loc="upper left",
+        bbox_to_anchor=(1.005, 1.02),
+        borderaxespad=0.0,
+        frameon=False,
+        fontsize="small" if not crowded else "xx-small",
+        ncols=1 if len(labels) <= _LEGEND else 2,
+        handlelength=1.6,
+    )
+
+
+def _spread(items: list[Any], most: int) -> list[Any]:
+    """Return at most so many items, evenly taken, with the first and the last."""
+    if len(items) <= most:
+        return items
+    return [items[round(k * (len(items) - 1) / (most - 1))] for k in range(most)]
+
+
+def _style(k: int, count: int) -> dict[str, Any]:
+    """Return colour, dash and width of the k-th of some curves."""
+    if count <= _LEGEND:
+        colour = _COLOURS[k % len(_COLOURS)]
+        dash = _DASHES[k // len(_COLOURS)]
+        return {"color": colour, "linestyle": dash, "linewidth": 1.5, "alpha": 0.95}
+    from matplotlib import colormaps
+
+    return {"color": colormaps["viridis"](0.95 * k / (count - 1)), "linewidth": 0.9}
+
+
+def _flat_limits(panel: Any, peak: float) -> None:
+    """Keep rounding noise of a constant signal from filling the panel."""
+    low, high = panel.get_ylim()
+    least = 1e-3 * peak if peak else 1.0
+    if high - low < least:
+        middle = (low + high) / 2.0
+        panel.set_ylim(middle - least, middle + least)
+
+
+def _save(figure: Any, path: Path) -> None:
+    # fixed metadata: two runs of a deck give the same picture file
+    ending = path.suffix.lower()
+    metadata: dict[str, Any] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(
+        ending, {}
+    )
+    try:
+        figure.savefig(path, metadata=metadata)
+    except OSError as error:
+        if path.exists() and os.path.getsize(path) == 0:
+            path.unlink(missing_ok=True)
+        raise output_error(error, str(path)) from error
