@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 from ..devices import Conditions, Coupling, Device
 from ..devices.stamper import AnalysisKind
@@ -13,6 +14,9 @@ from ..netlist.deck import Deck
 from .mna import MnaSystem, assemble
 from .problem_class import ProblemClass
 from .signals import parse_signal, unknown_signal
+
+if TYPE_CHECKING:
+    from ..analyses import Solution
 
 _NOTHING: Mapping[str, float] = MappingProxyType({})
 
@@ -104,6 +108,33 @@ class Circuit:
     warnings: list[Diagnostic]
     node_island: dict[str, int]
     element_island: dict[str, int]
+    _by_name: dict[str, Device] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self._by_name = {device.name: device for device in self.devices}
+
+    def run(self, **options: Any) -> list[Solution]:
+        """Run all analyses of the deck, for every value of its ``.step`` cards.
+
+        Parameters
+        ----------
+        **options
+            ``method``, ``theta``, ``step``, ``signals``, ``progress``: see ``nsspice.run``.
+
+        Returns
+        -------
+        list of Solution
+
+        Examples
+        --------
+        >>> import nsspice
+        >>> circuit = nsspice.read("divider\\nV1 a 0 2\\nR1 a b 1\\nR2 b 0 1\\n.op\\n")
+        >>> float(circuit.run()[0]["v(b)"][0])
+        1.0
+        """
+        from ..analyses import run
+
+        return run(self, **options)
 
     def default_signals(self) -> list[str]:
         """Return all node voltages, then the currents of V, L, E, H, D, S and W elements."""
@@ -118,11 +149,9 @@ class Circuit:
         NetlistError
             NS2012 if there is none.
         """
-        index = self.element_island.get(name.lower())
-        if index is not None:
-            for device in self.islands[index].devices:
-                if device.name == name.lower():
-                    return device
+        device = self._by_name.get(name.lower())
+        if device is not None:
+            return device
         raise unknown_signal(name, list(self.element_island))
 
     def parts(self, signal: str) -> list[tuple[int, str, float]]:

@@ -259,7 +259,7 @@ class _Run:
         c = bad[0].certificate
         raise NumericalError(
             Diagnostic(
-                "NS3004",
+                "NS3003",
                 f"the computed rows miss the laws of the circuit: relative residuals "
                 f"{c.laws:.1e} (laws) and {c.complementarity:.1e} (set-valued elements)",
                 hint="the files are kept for inspection; please report this deck",

@@ -24,8 +24,9 @@ ALLOWED = {
     | {"compare"},
 }
 
-#: the methods ``to_csv``, ``plot`` ... of a solution hand over to the writers when they are called
-HANDS_OVER = {"analyses/solution.py": {"output"}}
+#: the methods ``to_csv``, ``plot`` ... of a solution hand over to the writers when they are called,
+#: ``run`` of a circuit to the analyses
+HANDS_OVER = {"analyses/solution.py": {"output"}, "circuit/circuit.py": {"analyses"}}
 
 #: imported when they are needed, so that small runs start fast
 LATE = {"scipy", "matplotlib", "rich", "pandas", "PySpice", "spicelib", "mpmath"}
