@@ -1,13 +1,14 @@
 //! Least-norm corrections for singular systems.
 
+use super::orthogonal::Triangularisation;
 use crate::sparse::Csc;
-use nalgebra::{DMatrix, SVD};
 
-/// Singular values below this part of the largest count as zero.
+/// What is left of a column below this part of the largest column counts as zero.
 pub const RANK_TOLERANCE: f64 = 1e-12;
 
 /// The pseudo-inverse of a matrix, applied as a correction: `x += J^+ (rhs - J x)` moves `x` to the
-/// nearest point that solves `J x = rhs` in the least-squares sense.
+/// nearest point that solves `J x = rhs` in the least-squares sense.  By a complete orthogonal
+/// decomposition with column pivoting (Golub & Van Loan 2013, section 5.4).
 #[derive(Clone, Debug)]
 pub struct LeastNorm {
     matrix: Csc,
@@ -17,36 +18,47 @@ pub struct LeastNorm {
 }
 
 impl LeastNorm {
-    /// Decomposes a matrix; `None` if an entry is not finite.
+    /// Decomposes a matrix; `None` if its entries are not finite or too small to be divided by.
     pub fn new(matrix: &Csc) -> Option<Self> {
         let (rows, columns) = (matrix.nrows, matrix.ncols);
         if matrix.values.iter().any(|v| !v.is_finite()) {
             return None;
         }
-        let mut out =
-            LeastNorm { matrix: matrix.clone(), inverse: vec![0.0; rows * columns], rank: 0 };
-        if rows == 0 || columns == 0 {
-            return Some(out);
-        }
-        let mut dense = DMatrix::zeros(rows, columns);
+        let mut dense = vec![0.0; rows * columns];
         for (r, c, v) in matrix.iter() {
-            dense[(r, c)] = v;
+            dense[c * rows + r] = v;
         }
-        let limit = 100 * (rows + columns);
-        let svd = SVD::try_new_unordered(dense, true, true, f64::EPSILON, limit)?;
-        let (u, v) = (svd.u?, svd.v_t?.transpose());
-        let smallest = RANK_TOLERANCE * svd.singular_values.max();
-        for (k, &s) in svd.singular_values.iter().enumerate() {
-            if s > smallest {
-                out.rank += 1;
-                for (column, u) in out.inverse.chunks_exact_mut(columns).zip(u.column(k).iter()) {
-                    for (entry, v) in column.iter_mut().zip(v.column(k).iter()) {
-                        *entry += v * (u / s);
-                    }
-                }
+        // J P = Q [R; 0], and R' (trapezoidal, of full column rank) P2 = Z [T; 0], so that
+        // J^+ = P Z [T'^-1 P2'; 0] [I 0] Q'
+        let left = Triangularisation::new(dense, rows, columns, RANK_TOLERANCE);
+        let rank = left.rank;
+        let mut transposed = vec![0.0; columns * rank];
+        for r in 0..rank {
+            for c in r..columns {
+                transposed[r * columns + c] = left.r(r, c);
             }
         }
-        Some(out)
+        let right = Triangularisation::new(transposed, columns, rank, 0.0);
+        if right.rank < rank {
+            return None; // only if a diagonal entry underflowed
+        }
+        let mut inverse = vec![0.0; rows * columns];
+        let (mut unit, mut x) = (vec![0.0; rows], vec![0.0; columns]);
+        for (r, column) in inverse.chunks_exact_mut(columns.max(1)).enumerate() {
+            unit.fill(0.0);
+            unit[r] = 1.0;
+            left.rotate_back(&mut unit);
+            x.fill(0.0);
+            for (x, &p) in x.iter_mut().zip(&right.order) {
+                *x = unit[p];
+            }
+            right.solve_transpose(&mut x);
+            right.rotate(&mut x);
+            for (x, &p) in x.iter().zip(&left.order) {
+                column[p] = *x;
+            }
+        }
+        Some(LeastNorm { matrix: matrix.clone(), inverse, rank })
     }
 
     /// Number of independent rows.

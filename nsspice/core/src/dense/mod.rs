@@ -2,6 +2,9 @@
 
 mod least_norm;
 mod lu;
+mod orthogonal;
+#[cfg(test)]
+mod tests;
 
 pub use least_norm::LeastNorm;
 pub use lu::DenseLu;

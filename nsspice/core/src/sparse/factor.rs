@@ -108,8 +108,10 @@ impl SparseLu {
         let c = self.ordering.order[k] as usize;
         let x = &mut self.x;
         let (rows, values) = a.col(c);
+        let mut largest = 0.0f64;
         for (&r, &v) in rows.iter().zip(values) {
             x[r] = v;
+            largest = largest.max(v.abs());
         }
         let mut finite = true;
         let mut scale = x[c].abs();
@@ -133,7 +135,7 @@ impl SparseLu {
         if p != c {
             scale = self.terms(a, k, p);
         }
-        self.survival[k] = pivot.abs() / scale.max(pivot.abs());
+        self.survival[k] = pivot.abs() / scale.max(largest).max(pivot.abs());
         self.row[k] = p as u32;
         self.place[p] = k as u32;
         self.inverse[k] = 1.0 / pivot;

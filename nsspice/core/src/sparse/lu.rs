@@ -56,7 +56,7 @@ pub struct SparseLu {
     pub(super) dependents: (Vec<u32>, Vec<u32>),
     /// reciprocals of the pivots
     pub(super) inverse: Vec<f64>,
-    /// pivot over the sum of the magnitudes that were added up to it
+    /// `pivot_ratio` of each column
     pub(super) survival: Vec<f64>,
     /// pivot row at each position, and the position of each row
     pub(super) row: Vec<u32>,
@@ -102,9 +102,10 @@ impl SparseLu {
     }
 
     /// How much of the pivots survived cancellation: the least ratio of a pivot to the sum of the
-    /// magnitudes it was added up from.  0 if the matrix is singular, near the rounding unit if it
-    /// is so within rounding.  Unlike the ratio of the extreme pivots, it does not depend on the
-    /// scaling of rows and columns, which diagonal pivots would inherit.
+    /// magnitudes it was added up from, and to the largest entry of its column of the matrix.  0 if
+    /// the matrix is singular, near the rounding unit if it is so within rounding.  The ratio of the
+    /// extreme pivots would not do: a small diagonal pivot is followed by a large one.  Meant for
+    /// matrices with equilibrated rows.
     pub fn pivot_ratio(&self) -> f64 {
         self.pivot_ratio
     }

@@ -9,6 +9,11 @@ mod order;
 mod placement;
 mod refactor;
 
+#[cfg(test)]
+pub(crate) mod examples;
+#[cfg(test)]
+mod tests;
+
 pub use csc::Csc;
 pub use lu::SparseLu;
 pub use order::Ordering;

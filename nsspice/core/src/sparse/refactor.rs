@@ -77,8 +77,10 @@ impl SparseLu {
     fn recompute(&mut self, a: &Csc, k: usize) -> Option<bool> {
         let x = &mut self.x;
         let (rows, values) = a.col(self.ordering.order[k] as usize);
+        let mut largest = 0.0f64;
         for (&r, &v) in rows.iter().zip(values) {
             x[self.place[r] as usize] = v;
+            largest = largest.max(v.abs());
         }
         let mut scale = x[k].abs();
         let mut usable = true;
@@ -110,7 +112,7 @@ impl SparseLu {
             e.value = l;
         }
         self.inverse[k] = inverse;
-        self.survival[k] = pivot.abs() / scale.max(pivot.abs());
+        self.survival[k] = pivot.abs() / scale.max(largest).max(pivot.abs());
         (usable && pivot.is_finite() && inverse.is_finite()).then_some(changed)
     }
 }

@@ -1,0 +1,220 @@
+use super::examples::{circuit, ladder, random, Circuit, Rng};
+use super::{Csc, Extent, Ordering, SparseLu};
+use crate::dense::DenseLu;
+use std::sync::Arc;
+
+fn factor(a: &Csc, pairs: usize) -> SparseLu {
+    SparseLu::new(a, &Arc::new(Ordering::new(a, pairs)))
+}
+
+fn largest(v: &[f64]) -> f64 {
+    v.iter().fold(0.0, |m, v| m.max(v.abs()))
+}
+
+/// The largest `|b - A x|` as a part of the largest `|A| |x|`.
+fn defect(a: &Csc, x: &[f64], b: &[f64]) -> f64 {
+    let (mut r, mut s) = (b.to_vec(), vec![0.0; b.len()]);
+    a.mul_add(-1.0, x, &mut r);
+    a.abs_mul_add(x, &mut s);
+    largest(&r) / largest(&s).max(f64::MIN_POSITIVE)
+}
+
+/// Solves with one refinement; returns the defects of `A` and of its transpose.
+fn check(a: &Csc, f: &SparseLu, rng: &mut Rng) -> (f64, f64) {
+    let n = a.nrows;
+    let b = rng.vector(n);
+    let mut work = vec![0.0; n];
+    let run = |a: &Csc, solve: &mut dyn FnMut(&mut [f64])| {
+        let mut x = b.clone();
+        solve(&mut x);
+        let mut r = b.clone();
+        a.mul_add(-1.0, &x, &mut r);
+        solve(&mut r);
+        x.iter_mut().zip(&r).for_each(|(x, r)| *x += r);
+        defect(a, &x, &b)
+    };
+    let forward = run(a, &mut |x| f.solve(x, &mut work).unwrap());
+    let backward = run(&a.transpose(), &mut |x| f.solve_transpose(x, &mut work).unwrap());
+    (forward, backward)
+}
+
+#[test]
+fn random_matrices_agree_with_dense_elimination() {
+    let mut rng = Rng(11);
+    let mut regular = 0;
+    for trial in 0..600 {
+        let n = 1 + rng.below(60);
+        let mut a = random(&mut rng, n, trial % 5);
+        if trial % 3 == 0 {
+            // badly scaled rows and columns
+            let scale: Vec<f64> = (0..2 * n).map(|_| rng.magnitude(12.0)).collect();
+            for c in 0..n {
+                for p in a.colptr[c]..a.colptr[c + 1] {
+                    a.values[p] *= scale[a.rowidx[p]] * scale[n + c];
+                }
+            }
+        }
+        let f = factor(&a, 0);
+        let dense = DenseLu::new(&a);
+        if dense.pivot_ratio() < 1e-10 && trial % 3 != 0 || f.pivot_ratio() < 1e-10 {
+            continue;
+        }
+        regular += 1;
+        let (forward, backward) = check(&a, &f, &mut rng);
+        assert!(forward < 1e-12 && backward < 1e-12, "trial {trial}: {forward:e} {backward:e}");
+        if trial % 3 != 0 {
+            let b = rng.vector(n);
+            let (mut x, mut y) = (b.clone(), b);
+            f.solve(&mut x, &mut vec![0.0; n]).unwrap();
+            dense.solve(&mut y).unwrap();
+            let tolerance = 1e-13 / dense.pivot_ratio().min(f.pivot_ratio()) * largest(&y);
+            assert!(x.iter().zip(&y).all(|(x, y)| (x - y).abs() < tolerance), "trial {trial}");
+        }
+    }
+    assert!(regular > 500, "only {regular} matrices were regular");
+}
+
+#[test]
+fn the_empty_matrix_and_single_entries() {
+    let f = factor(&Csc::zeros(0, 0), 0);
+    assert_eq!((f.size(), f.pivot_ratio(), f.singular()), (0, 1.0, None));
+    f.solve(&mut [], &mut []).unwrap();
+    let f = factor(&Csc::from_triplets(1, 1, &[(0, 0, -4.0)]), 0);
+    let mut x = [2.0];
+    f.solve(&mut x, &mut [0.0]).unwrap();
+    assert_eq!((x[0], f.pivot_ratio()), (-0.5, 1.0));
+    for bad in [0.0, f64::NAN, f64::INFINITY, 1e-310] {
+        let f = factor(&Csc::from_triplets(1, 1, &[(0, 0, bad)]), 0);
+        assert_eq!(f.singular().map(|s| s.column), Some(0), "{bad}");
+        assert_eq!(f.pivot_ratio(), 0.0);
+        let mut x = [2.0];
+        assert!(f.solve(&mut x, &mut [0.0]).is_err() && x[0] == 2.0);
+    }
+}
+
+#[test]
+fn singular_matrices_are_reported() {
+    // structurally: an empty column; two columns with one row between them
+    let f = factor(&Csc::from_triplets(2, 2, &[(0, 0, 1.0), (1, 0, 1.0)]), 0);
+    assert_eq!(f.singular().map(|s| s.column), Some(1));
+    let f = factor(&Csc::from_triplets(3, 3, &[(0, 0, 1.0), (0, 1, 1.0), (1, 2, 1.0)]), 0);
+    assert!(f.singular().is_some());
+    // numerically: a last row that is a combination of the others
+    let mut rng = Rng(5);
+    for _ in 0..200 {
+        let n = 3 + rng.below(40);
+        let a = random(&mut rng, n, 2);
+        let weight = rng.vector(n);
+        let mut entries: Vec<_> = a.iter().filter(|e| e.0 != n - 1).collect();
+        for c in 0..n {
+            let sum = a.iter().filter(|e| e.0 != n - 1 && e.1 == c);
+            entries.push((n - 1, c, sum.map(|(r, _, v)| weight[r] * v).sum()));
+        }
+        let ratio = factor(&Csc::from_triplets(n, n, &entries), 0).pivot_ratio();
+        assert!(ratio < 1e-11, "{ratio:e}");
+    }
+    // one that is not finite somewhere in the middle
+    let mut a = random(&mut rng, 30, 2);
+    a.values[40] = f64::NAN;
+    assert!(factor(&a, 0).singular().is_some());
+}
+
+#[test]
+fn a_factor_recovers_from_a_singular_matrix() {
+    let mut rng = Rng(9);
+    let good = random(&mut rng, 50, 3);
+    let mut bad = good.clone();
+    let (start, end) = (bad.colptr[20], bad.colptr[21]);
+    bad.values[start..end].fill(0.0);
+    let mut f = factor(&good, 0);
+    assert_eq!(f.refactor(&bad), Extent::Full);
+    assert_eq!(f.singular().map(|s| s.column), Some(20));
+    assert_eq!(f.refactor(&good), Extent::Full);
+    assert!(check(&good, &f, &mut rng).0 < 1e-12);
+    assert_eq!(f.refactor(&good), Extent::Columns(50));
+}
+
+/// Toggles random pairs; every mode must be solved as by factors made anew.  Returns the columns
+/// computed and the number of full factorisations between regular modes.
+fn toggle(circuit: &Circuit, rng: &mut Rng, modes: usize, at_once: usize) -> (usize, usize) {
+    let ordering = Arc::new(Ordering::new(&circuit.full, circuit.pairs));
+    let mut a = circuit.full.clone();
+    let mut on = vec![false; circuit.pairs];
+    for i in 0..circuit.pairs {
+        on[i] = rng.below(3) == 0;
+        circuit.set(&mut a, &ordering, i, on[i]);
+    }
+    let mut f = SparseLu::new(&a, &ordering);
+    let (mut columns, mut full) = (0, 0);
+    for mode in 0..modes {
+        let mut rows = Vec::new();
+        for _ in 0..1 + rng.below(at_once) {
+            let i = rng.below(circuit.pairs);
+            on[i] = !on[i];
+            circuit.set(&mut a, &ordering, i, on[i]);
+            rows.push(circuit.row(i));
+        }
+        let regular = f.singular().is_none();
+        match f.refactor_rows(&a, &rows) {
+            Extent::Columns(count) => columns += count,
+            Extent::Full => full += usize::from(regular && f.singular().is_none()),
+        }
+        let anew = SparseLu::new(&a, &ordering);
+        let (kept, best) = (f.pivot_ratio(), anew.pivot_ratio());
+        assert_eq!(kept < 1e-12, best < 1e-12, "mode {mode}: {kept:e} {best:e}");
+        if f.singular().is_some() {
+            eprintln!("sing {:?} n {} m {}", f.singular(), circuit.full.nrows, circuit.pairs);
+        }
+        if kept > 1e-9 {
+            let (forward, backward) = check(&a, &f, rng);
+            assert!(forward < 1e-12 && backward < 1e-12, "mode {mode}: {forward:e} {backward:e}");
+        }
+    }
+    (columns, full)
+}
+
+#[test]
+fn mode_changes_agree_with_factors_made_anew() {
+    let mut rng = Rng(3);
+    let (mut modes, mut full) = (0, 0);
+    for trial in 0..60 {
+        let nodes = 8 + rng.below(150);
+        let c = circuit(&mut rng, nodes, [0.0, 3.0, 6.0][trial % 3]);
+        modes += 100;
+        full += toggle(&c, &mut rng, 100, 4).1;
+    }
+    assert!(10 * full < modes, "{full} of {modes} mode changes moved a pivot");
+}
+
+#[test]
+fn ladders_change_modes_without_moving_a_pivot() {
+    let mut rng = Rng(17);
+    for (capacitance, resistance) in [(1.0, 0.0), (1e-5, 0.0), (1.0, 1e-3), (30.0, 1.0)] {
+        let (columns, full) = toggle(&ladder(300, capacitance, resistance), &mut rng, 300, 1);
+        assert_eq!(full, 0);
+        assert!(columns < 300 * 60, "{columns} columns in 300 mode changes");
+    }
+}
+
+#[test]
+fn orders_are_permutations_and_long_chains_do_not_overflow_the_stack() {
+    let mut rng = Rng(23);
+    for _ in 0..50 {
+        let nodes = 1 + rng.below(300);
+        let c = circuit(&mut rng, nodes, 1.0);
+        let ordering = Ordering::new(&c.full, c.pairs);
+        let mut seen = ordering.order.clone();
+        seen.sort_unstable();
+        assert!(seen.into_iter().eq(0..ordering.size() as u32));
+    }
+    // a bidiagonal matrix is one path in the search of its last column
+    let n = 300_000;
+    let mut entries: Vec<_> = (0..n).map(|i| (i, i, 2.0)).collect();
+    entries.extend((1..n).map(|i| (i, i - 1, 1.0)));
+    entries.push((0, n - 1, 1.0));
+    let a = Csc::from_triplets(n, n, &entries);
+    let f = factor(&a, 0);
+    assert!(check(&a, &f, &mut rng).0 < 1e-14);
+    let c = ladder(50_000, 1.0, 0.0);
+    assert!(check(&c.full, &factor(&c.full, c.pairs), &mut rng).0 < 1e-10);
+}
