@@ -1,11 +1,12 @@
 //! Jumps of charges and fluxes: the impulsive step, and what switches do at one instant.
 
+use super::stage::System;
 use super::stepper::{Outcome, Plan, Stepper, MAX_REACTIONS};
 use crate::mlcp::Start;
 
-/// Length of an impulsive step relative to the nominal step: short enough that nothing but the jump
-/// happens in it, long enough that `E/h` does not drown `G`.
-const JUMP: f64 = 1e-9;
+/// Length of an impulsive step relative to the nominal step and to the fastest time constant: short
+/// enough that nothing but the jump happens in it, long enough that `E/h` does not drown `G`.
+const JUMP: f64 = 1e-7;
 /// Length of the step that shows the values right after a jump.
 const AFTER_JUMP: f64 = 1e-4;
 /// Jumps kept in full; later ones are only counted.
@@ -26,6 +27,36 @@ pub struct Jump {
     pub unknowns: Vec<f64>,
 }
 
+/// An estimate of the fastest time constant [s]: largest rate at which stored quantities act on each
+/// other, directly or through one algebraic unknown, in coordinates with unit storage.
+pub(super) fn fastest_time(sys: &System) -> f64 {
+    let n = sys.g.nrows;
+    let mut storage = vec![0.0; n];
+    let mut diagonal = vec![0.0; n];
+    for (matrix, out) in [(&sys.e, &mut storage), (&sys.g, &mut diagonal)] {
+        for (_, c, v) in matrix.iter().filter(|e| e.0 == e.1) {
+            out[c] = v.abs().sqrt();
+        }
+    }
+    // strongest coupling of each algebraic unknown to stored quantities, as row and as column
+    let (mut into, mut from) = (vec![0.0f64; n], vec![0.0f64; n]);
+    let mut rate = 0.0f64;
+    for (r, c, v) in sys.g.iter() {
+        match (storage[r] > 0.0, storage[c] > 0.0) {
+            (true, true) => rate = rate.max(v.abs() / (storage[r] * storage[c])),
+            (false, true) if diagonal[r] > 0.0 => {
+                into[r] = into[r].max(v.abs() / (diagonal[r] * storage[c]));
+            }
+            (true, false) if diagonal[c] > 0.0 => {
+                from[c] = from[c].max(v.abs() / (storage[r] * diagonal[c]));
+            }
+            _ => {}
+        }
+    }
+    rate = into.iter().zip(&from).map(|(a, b)| a * b).fold(rate, f64::max);
+    1.0 / rate // infinite if nothing couples
+}
+
 impl Stepper {
     /// A jump at the present time; where the impulsive problem has no solution the next ordinary
     /// step has to resolve it.
@@ -40,58 +71,76 @@ impl Stepper {
 
     /// The implicit impulsive step: charges and fluxes jump so that all laws hold again.
     ///
-    /// The first, very short step moves the stored quantities; a second, longer one from the same
-    /// stored quantities gives the finite values of currents and voltages right after the jump.
+    /// Two very short steps of length d and 2d from the same charges, extrapolated to d = 0, move
+    /// the stored quantities; a third, longer one from there gives the finite values of currents
+    /// and voltages right after the jump.
     pub(super) fn impulse(&mut self, charges: Option<&[f64]>, start: Start) -> Outcome {
+        let shortest = self.step_length.min(self.fastest);
         let before = self.z.clone();
-        let delta = JUMP * self.step_length;
-        let k = self.stage_index(delta, true);
-        self.load_charges(k, charges, delta);
-        self.solve(k, delta, start)?;
-        let after = self.z.clone();
-        let multipliers: Vec<f64> = self.l.iter().map(|v| v * delta).collect();
+        self.short_step(charges, &before, JUMP * shortest, start)?;
+        let (mut after, mut lasting) = (self.z.clone(), self.l.clone());
+        let active = self.active.clone();
+        let mut unknowns: Vec<f64> = after.iter().map(|v| v * JUMP * shortest).collect();
+        lasting.iter_mut().for_each(|v| *v *= JUMP * shortest);
+        let twice = 2.0 * JUMP * shortest;
+        if self.short_step(charges, &before, twice, Start::Warm).is_ok() && self.active == active {
+            for (once, &two) in after.iter_mut().zip(&self.z) {
+                *once = 2.0 * *once - two;
+            }
+            for (once, &two) in unknowns.iter_mut().zip(&self.z) {
+                *once = 2.0 * *once - two * twice;
+            }
+            for (once, &two) in lasting.iter_mut().zip(&self.l) {
+                *once = 2.0 * *once - two * twice;
+            }
+        }
         if self.jumped(charges, &before, &after) {
             self.stats.jumps += 1;
             if self.jumps.len() < MAX_JUMPS {
-                let unknowns = after.iter().map(|v| v * delta).collect();
-                let after = after.clone();
+                let (after, multipliers) = (after.clone(), lasting);
                 self.jumps.push(Jump { time: self.time, before, after, multipliers, unknowns });
             }
         }
-        let short = AFTER_JUMP * self.step_length;
-        let k = self.stage_index(short, true);
-        self.load_charges(k, None, short);
-        if self.solve(k, short, Start::Warm).is_ok() {
-            if self.outputs.needs_rates() {
-                for (rate, (new, old)) in self.rates.iter_mut().zip(self.z.iter().zip(&after)) {
-                    *rate = (new - old) / short;
-                }
-            }
-            for &j in &self.stages[k].inputs.carried {
-                self.z[j] = after[j];
-            }
-        } else {
+        let settle = AFTER_JUMP * shortest;
+        if self.short_step(None, &after, settle, Start::Warm).is_err() {
             self.z.copy_from_slice(&after);
+            return Ok(());
+        }
+        if self.outputs.needs_rates() {
+            for (rate, (new, old)) in self.rates.iter_mut().zip(self.z.iter().zip(&after)) {
+                *rate = (new - old) / settle;
+            }
+        }
+        let k = self.stage_index(settle, true);
+        for &j in &self.stages[k].inputs.carried {
+            self.z[j] = after[j];
         }
         Ok(())
     }
 
-    /// Right-hand side of an impulsive step of length `delta`.
-    fn load_charges(&mut self, k: usize, charges: Option<&[f64]>, delta: f64) {
+    /// One theta = 1 step of length `delta` from the given charges, or from those of `before`.
+    fn short_step(
+        &mut self,
+        charges: Option<&[f64]>,
+        before: &[f64],
+        delta: f64,
+        start: Start,
+    ) -> Outcome {
+        let k = self.stage_index(delta, true);
         let matrices = &self.stages[k].matrices;
         match charges {
             Some(charges) => {
-                self.rhs.fill(0.0);
                 for (r, c) in self.rhs.iter_mut().zip(charges) {
                     *r = c / delta;
                 }
                 matrices.source_end.mul_add(1.0, &self.u0, &mut self.rhs);
             }
-            None => matrices.right_hand_side(&self.z, &self.u0, &self.u0, &mut self.rhs),
+            None => matrices.right_hand_side(before, &self.u0, &self.u0, &mut self.rhs),
         }
+        self.solve(k, delta, start)
     }
 
-    /// Did stored charges or fluxes change by more than a step of length `JUMP h` explains?
+    /// Did stored charges or fluxes change beyond the error of the extrapolation, about JUMP^2?
     fn jumped(&mut self, charges: Option<&[f64]>, before: &[f64], after: &[f64]) -> bool {
         let n = before.len();
         let mut old = vec![0.0; n];

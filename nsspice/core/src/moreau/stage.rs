@@ -76,8 +76,8 @@ impl StepMatrices {
 
 /// One visited mode.
 pub struct Slot {
-    /// factorisation of its equations
-    pub factor: Arc<ModeFactor>,
+    /// factorisation of its equations; large systems keep only that of the present mode
+    factor: Option<Arc<ModeFactor>>,
     /// the affine map, made when the mode has proved to last
     pub map: Option<ModeMap>,
     /// steps taken in it
@@ -205,14 +205,30 @@ impl Stage {
                     self.forget_modes();
                 }
                 self.budget = self.budget.saturating_sub(cost);
-                let factor = self.driver.mode_factor(active);
-                self.slots.push(Slot { factor, map: None, uses: 0 });
+                self.slots.push(Slot { factor: None, map: None, uses: 0 });
                 self.modes.insert(key, self.slots.len() - 1);
                 self.slots.len() - 1
             }
         };
         self.present = Some((epoch, index));
         &mut self.slots[index]
+    }
+
+    /// The factor of the present mode.
+    pub fn factor(&mut self, active: &[bool], epoch: u64) -> Arc<ModeFactor> {
+        if let Some(factor) = &self.slot(active, epoch).factor {
+            return factor.clone();
+        }
+        let factor = self.driver.mode_factor(active);
+        self.slot(active, epoch).factor = Some(factor.clone());
+        factor
+    }
+
+    /// Lets go of the factor of the present mode if the driver wants to turn it into another one.
+    pub fn release(&mut self) {
+        if let (false, Some((_, index))) = (self.driver.keeps_modes(), self.present) {
+            self.slots[index].factor = None;
+        }
     }
 
     /// The inputs of the maps and the slot of the present mode.
@@ -231,7 +247,7 @@ impl Stage {
         if self.budget < entries {
             self.forget_modes();
         }
-        let factor = self.slot(active, epoch).factor.clone();
+        let factor = self.factor(active, epoch);
         let map = ModeMap::new(&self.matrices, &self.inputs, &factor, active, work);
         self.budget -= entries;
         self.slot(active, epoch).map = Some(map);

@@ -73,11 +73,12 @@ impl Stepper {
     fn quick(&mut self, k: usize) -> bool {
         let n = self.z.len();
         let stage = &mut self.stages[k];
-        let slot = stage.slot(&self.active, self.epoch);
-        slot.uses += 1;
-        if !slot.factor.regular() {
+        let factor = stage.factor(&self.active, self.epoch);
+        if !factor.regular() {
             return false; // consistency has to be checked: the driver's work
         }
+        let slot = stage.slot(&self.active, self.epoch);
+        slot.uses += 1;
         if slot.map.is_none() && slot.uses == USES_FOR_MAP {
             stage.make_map(&self.active, self.epoch, &mut self.work);
         }
@@ -89,7 +90,6 @@ impl Stepper {
             self.input.extend(inputs.starts.iter().map(|&j| self.u0[j]));
             map.apply(&self.input, &mut self.x);
         } else {
-            let factor = slot.factor.clone();
             let matrices = &stage.matrices;
             let (rhs, pairs) = self.x.split_at_mut(n);
             matrices.right_hand_side(&self.z, &self.u0, &self.u1, rhs);
@@ -110,6 +110,7 @@ impl Stepper {
         self.z_before.copy_from_slice(&self.z);
         self.l_before.copy_from_slice(&self.l);
         let stage = &mut self.stages[k];
+        stage.release();
         let solved = stage.driver.solve(
             &self.rhs,
             &self.sys.q,

@@ -2,7 +2,7 @@
 
 use super::clock::{evaluate, Clock, Target};
 use super::gates::Switch;
-use super::jumps::Jump;
+use super::jumps::{fastest_time, Jump};
 use super::record::Outputs;
 use super::stage::{Stage, System};
 use crate::mlcp::{Role, Start};
@@ -110,6 +110,8 @@ pub struct Stepper {
     pub(super) plan: Plan,
     pub(super) retry: Option<Target>,
     pub(super) step_length: f64,
+    /// fastest time constant [s]
+    pub(super) fastest: f64,
     pub(super) time: f64,
     pub(super) first_row: bool,
     // state
@@ -167,6 +169,7 @@ impl Stepper {
             plan: Plan::Points { times: Vec::new(), next: 0 },
             retry: None,
             step_length: f64::INFINITY,
+            fastest: fastest_time(&sys),
             time: 0.0,
             first_row: false,
             z: vec![0.0; n],
