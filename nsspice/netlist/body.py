@@ -12,6 +12,7 @@ from .cards.reading import Reader
 from .files import card_of
 from .findings import Findings, Unreadable
 from .lines import Line
+from .node import TooLarge
 from .structure import Block, Conditional, Definition
 from .template import Formula, FunctionTemplate, InstanceTemplate, ModelTemplate, Template
 
@@ -60,6 +61,8 @@ class BodyReader:
     def __init__(self, reader: Reader) -> None:
         self._reader = reader
         self._findings: Findings = reader.findings
+        #: words of lines that could not be read: names that may have been declared there
+        self.doubtful: set[str] = set()
 
     def read(self, block: Block) -> Body:
         """Read all lines of a block; what cannot be read is recorded and left out."""
@@ -81,6 +84,11 @@ class BodyReader:
                     append(self._choice(entry))
             except Unreadable as found:
                 findings.error(found.code, found.message, found.span, found.hint)
+                if isinstance(entry, Line):
+                    self.doubtful.update(re.findall(r"[^\s(),={}]+", entry.text)[:100])
+            except TooLarge:
+                place = entry.whole() if isinstance(entry, Line) else None
+                findings.error("NS1023", "the expressions of this line are too large", place)
         return body
 
     def _definition(self, body: Body, entry: Definition) -> None:

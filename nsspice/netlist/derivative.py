@@ -1,7 +1,7 @@
 """Exact symbolic derivatives of expression trees.
 
-At a corner or a jump (``abs``, ``u``, ``min``, ``if``) the derivative is that of the piece which the
-function itself takes there; a jump contributes nothing.
+At a corner or a jump (``abs``, ``u``, ``min``, ``if``) the derivative is that of the piece which
+the function itself takes there; a jump contributes nothing.
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ from .node import (
     num,
     power,
     sub,
-    var,
 )
 
 TWO = num(2.0)
@@ -92,9 +91,7 @@ def _rule(node: Node, variable: str, known: dict[int, Node]) -> Node:
     """Apply the rule of one operation."""
     op, args = node.op, node.args
     if op == "if":
-        return choose(
-            args[0], _derive(args[1], variable, known), _derive(args[2], variable, known)
-        )
+        return choose(args[0], _derive(args[1], variable, known), _derive(args[2], variable, known))
     inner = []
     for arg in args:
         inner.append(_derive(arg, variable, known))
@@ -212,7 +209,9 @@ def _moving_points(x: Node, points: tuple[Node, ...], inner: list[Node]) -> Node
         dx0, dy0, dx1, dy1 = inner[k : k + 4]
         share = div(sub(x, x0), sub(x1, x0))
         slope = div(sub(y1, y0), sub(x1, x0))
-        drift = sub(mul((share, sub(dy1, dy0))), mul((slope, add((dx0, mul((share, sub(dx1, dx0))))))))
+        drift = sub(
+            mul((share, sub(dy1, dy0))), mul((slope, add((dx0, mul((share, sub(dx1, dx0)))))))
+        )
         result = choose(_gt(x, x1), result, add((dy0, drift)))
     return choose(_gt(x, points[0]), result, inner[1])
 

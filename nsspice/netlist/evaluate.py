@@ -96,7 +96,7 @@ def _array(node: Node, values: Mapping[str, Any], np: Any, functions: Mapping[st
         return np.float64(node.value)
     if op in ("var", "name"):
         return np.asarray(values[str(node.value)], dtype=float)
-    args = []
+    args: list[Any] = []
     for arg in node.args:
         signed = (op == "add" and arg.op == "neg") or (op == "mul" and arg.op == "inv")
         args.append(_array(arg.args[0] if signed and args else arg, values, np, functions))

@@ -32,13 +32,15 @@ class Expander:
         self.elements: list[Element] = []
         self.places: dict[str, Span] = {}
         self.cards: list[tuple[str, Line, Scope]] = []
+        #: names that elements with errors would have declared
+        self.doubtful = bodies.doubtful
         self._findings = findings
         self._bodies = bodies
         self._instances = 0
         self._controlled: list[tuple[Element, tuple[Span, ...], str]] = []
 
     def choose(self, scope: Scope, body: Body) -> list[Template | InstanceTemplate]:
-        """Declare a body's names in a scope, decide its conditionals, return what is to be built."""
+        """Declare a body's names, decide its conditionals, return what is to be built."""
         scope.declare(body)
         self.cards += [(card, line, scope) for card, line in body.cards]
         if not any(isinstance(item, Choice) for item in body.items):
@@ -73,6 +75,8 @@ class Expander:
                     self._instance(scope, item, active)
             except Unreadable as found:
                 self._record(found)
+                self.doubtful.add(scope.prefix + item.name)
+                self.doubtful.update(scope.node(node) for node in item.nodes)
 
     def _record(self, found: Unreadable) -> None:
         self._findings.error(found.code, found.message, found.span, found.hint)
@@ -95,9 +99,12 @@ class Expander:
         self._claim(name, item.name, item.span)
         if len(self.elements) >= MAX_ELEMENTS:
             raise _too_many(item.span)
-        value = item.value
-        if value is not None and not isinstance(value, float):
-            value = scope.expression(value, own_current=item.letter == "r")
+        given = item.value
+        value: float | Expression | None
+        if given is None or isinstance(given, float):
+            value = given
+        else:
+            value = scope.expression(given, own_current=item.letter == "r")
         nodes, controls = item.nodes, item.controls
         if scope.prefix:
             nodes = tuple([scope.node(node) for node in nodes])
@@ -106,8 +113,8 @@ class Expander:
             elif controls:
                 controls = tuple([scope.prefix + control for control in controls])
         params = {}
-        for key, given in item.params.items():
-            params[key] = scope.param(key, given)
+        for key, text in item.params.items():
+            params[key] = scope.param(key, text)
         element = Element(
             name,
             item.letter,
@@ -185,7 +192,9 @@ class Expander:
             message = f"subcircuits are nested deeper than {MAX_NESTING}"
             raise Unreadable("NS1042", message, item.span)
         if len(item.nodes) != len(header.nodes):
-            message = f"{item.name}: {header.name} has {len(header.nodes)} nodes, not {len(item.nodes)}"
+            message = (
+                f"{item.name}: {header.name} has {len(header.nodes)} nodes, not {len(item.nodes)}"
+            )
             hint = f"its nodes are {' '.join(header.nodes)}" if header.nodes else ""
             raise Unreadable("NS1041", message, item.span, hint)
         self._instances += 1
@@ -201,9 +210,7 @@ class Expander:
         self._pass(scope, inner, item, target)
         self.expand(inner, self.choose(inner, target.body), (*active, target))
 
-    def _pass(
-        self, scope: Scope, inner: Scope, item: InstanceTemplate, target: Subcircuit
-    ) -> None:
+    def _pass(self, scope: Scope, inner: Scope, item: InstanceTemplate, target: Subcircuit) -> None:
         """Give an instance its parameters: the X line's values, then the defaults."""
         header = target.header
         inner.params.update(header.params)
@@ -255,13 +262,17 @@ class Expander:
         assert found is not None
         return size(found[0], (found[1].subcircuits,), 0)
 
+    def is_doubtful(self, name: str) -> bool:
+        """Return whether a missing name is the fault of an error already reported."""
+        return name in self.doubtful or name.split(".")[0] in self.doubtful
+
     # -- checks of the whole -----------------------------------------------------------------
 
     def check_controls(self) -> None:
         """Report elements that name a source or an inductor that does not exist."""
         for element, spans, prefix in self._controlled:
             for control, span in zip(element.controls, spans, strict=False):
-                if control in self.places:
+                if control in self.places or self.is_doubtful(control):
                     continue
                 local = control[len(prefix) :]
                 names = [n[len(prefix) :] for n in self.places if n.startswith(prefix)]

@@ -1,14 +1,13 @@
 """Text to expression trees, with lark (``expression.lark``).
 
-Lark's tree is turned into nodes without recursion, so that a million opening parentheses are an
-error message and not a crash.
+``shapes.py`` says how lark is used; a parsed shape is a flat program, so that a million opening
+parentheses are an error message and not a crash.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from ..errors import Span
 from .expression import map_leaves
@@ -29,19 +28,20 @@ from .node import (
     var,
 )
 from .numbers import read_number
-
-if TYPE_CHECKING:
-    from lark import Token, Tree
+from .shapes import Misfit, Shapes, Spans, Step
 
 #: longer texts are data, not formulas
 MAX_LENGTH = 100_000
 
 Place = Callable[[int, int], Span | None]
+#: receives message, hint and place of a doubtful number
+Trap = Callable[[str, str, Span | None], None]
+_SHAPES = Shapes(expression_parser, r"\s", {})
 #: what the grammar calls a comparison
 _COMPARISONS = {"<": "lt", "<=": "le", ">": "gt", ">=": "ge", "==": "eq", "!=": "ne"}
 
 
-def parse(text: str, place: Place, trap: Callable[[str, str, Span | None], None]) -> Node:
+def parse(text: str, place: Place, trap: Trap) -> Node:
     """Return the tree of an expression; names are not looked up, user functions stay calls.
 
     Parameters
@@ -67,89 +67,78 @@ def parse(text: str, place: Place, trap: Callable[[str, str, Span | None], None]
     number = read_number(stripped)
     if number is not None and not number.trap:
         return num(number.value)
-    from lark import UnexpectedInput
-
+    shape, spans = _SHAPES.tokens(text)
     try:
-        tree = expression_parser().parse(text)
-    except UnexpectedInput as error:
-        raise _explain(text, place, getattr(error, "pos_in_stream", None)) from None
+        program = _SHAPES.program(text, shape, spans)
+    except Misfit as error:
+        raise _explain(text, place, error.position) from None
     try:
-        return _convert(tree, place, trap)
+        return _run(program, text, spans, place, trap)
     except TooLarge:
         message = f"expression is nested deeper than {MAX_DEPTH} operations"
         raise Unreadable("NS1023", message, place(0, len(text)), "split it into steps") from None
 
 
-def _convert(
-    tree: Tree[Token], place: Place, trap: Callable[[str, str, Span | None], None]
-) -> Node:
-    """Turn lark's tree into nodes, children before parents."""
-    done: dict[int, Node] = {}
-    stack: list[tuple[Tree[Token], bool]] = [(tree, False)]
-    while stack:
-        current, ready = stack.pop()
-        if not ready:
-            stack.append((current, True))
-            stack.extend((c, False) for c in current.children if not isinstance(c, str))
-            continue
-        args = [done.pop(id(c)) for c in current.children if not isinstance(c, str)]
-        tokens = [c for c in current.children if isinstance(c, str)]
-        node = _make(current.data, args, tokens, place, trap)
-        if node.depth > MAX_DEPTH:
-            raise TooLarge
-        done[id(current)] = node
-    return done[id(tree)]
+def _run(program: tuple[Step, ...], text: str, spans: Spans, place: Place, trap: Trap) -> Node:
+    """Make the nodes of a program, operands before operations."""
+    stack: list[Node] = []
+    for rule, count, tokens in program:
+        start, end = spans[tokens[0]] if tokens else (0, 0)
+        if rule == "name":
+            node = name(text[start:end].lower())
+        elif rule == "number":
+            node = _number(text, start, end, place, trap)
+        elif rule == "probe":
+            node = _probe(text[start:end].lower())
+        else:
+            args = stack[len(stack) - count :]
+            del stack[len(stack) - count :]
+            if rule == "call":
+                node = _call(text, start, end, args, place)
+            else:
+                node = _operation(rule, args, text[start:end])
+            if node.depth > MAX_DEPTH:
+                raise TooLarge
+        stack.append(node)
+    return stack[0]
 
 
-def _make(
-    rule: str,
-    args: list[Node],
-    tokens: list[Token],
-    place: Place,
-    trap: Callable[[str, str, Span | None], None],
-) -> Node:
-    """Return the node of one grammar rule."""
+def _operation(rule: str, args: list[Node], sign: str) -> Node:
+    """Return the node of an operation."""
     if rule == "start":
         return args[0]
-    if rule == "number":
-        return _number(tokens[0], place, trap)
-    if rule == "name":
-        return name(tokens[0].lower())
-    if rule == "probe":
-        return _probe(tokens[0].lower())
     if rule == "sum":
-        return add((args[0], args[1] if tokens[0] == "+" else neg(args[1])))
+        return add((args[0], args[1] if sign == "+" else neg(args[1])))
     if rule == "product":
         # a constant zero times something stays as written: 0*v(a) still names v(a)
-        second = args[1] if tokens[0] == "*" else inv(args[1])
+        second = args[1] if sign == "*" else inv(args[1])
         first = args[0].args if args[0].op == "mul" else (args[0],)
         return Node("mul", (*first, second))
     if rule == "sign":
-        return neg(args[0]) if tokens[0] == "-" else args[0]
+        return neg(args[0]) if sign == "-" else args[0]
     if rule == "power":
         return power(args[0], args[1])
     if rule == "negation":
         return Node("not", (args[0],))
     if rule == "comparison":
-        return Node(_COMPARISONS[str(tokens[0])], (args[0], args[1]))
+        return Node(_COMPARISONS[sign], (args[0], args[1]))
     if rule in ("disjunction", "conjunction"):
         op = "or" if rule == "disjunction" else "and"
         first = args[0].args if args[0].op == op else (args[0],)
         return Node(op, (*first, args[1]))
-    if rule == "conditional":
-        return Node("if", (args[0], args[1], args[2]))
-    assert rule == "call"
-    return _call(tokens[0], args, place)
+    assert rule == "conditional"
+    return Node("if", (args[0], args[1], args[2]))
 
 
-def _number(token: Token, place: Place, trap: Callable[[str, str, Span | None], None]) -> Node:
+def _number(text: str, start: int, end: int, place: Place, trap: Trap) -> Node:
     """Return a constant, or a message for something like ``2x``."""
-    found = read_number(str(token))
-    where = place(token.start_pos or 0, token.end_pos or 0)
+    word = text[start:end]
+    found = read_number(word)
     if found is None:
-        raise Unreadable("NS1010", f"{token} is not a number", where, "names start with a letter")
+        hint = "names start with a letter"
+        raise Unreadable("NS1010", f"{word[:60]} is not a number", place(start, end), hint)
     if found.trap:
-        trap(found.trap, found.hint, where)
+        trap(found.trap, found.hint, place(start, end))
     return num(found.value)
 
 
@@ -175,10 +164,10 @@ def voltage(first: str, second: str = "0") -> Node:
     return neg(var(f"v({second})")) if first == "0" else var(f"v({first},{second})")
 
 
-def _call(token: Token, args: list[Node], place: Place) -> Node:
+def _call(text: str, start: int, end: int, args: list[Node], place: Place) -> Node:
     """Return a function call; a function that is not built in stays for the scope to explain."""
-    function = token[:-1].rstrip().lower()
-    where = place(token.start_pos or 0, (token.end_pos or 0) - 1)
+    function = text[start : end - 1].rstrip().lower()
+    where = place(start, start + len(function))
     if function not in ARITY:  # perhaps a .func of the deck, even with the name of a known one
         return Node("call", tuple(args), "?" + function)
     if function == "limit" and len(args) == 2:

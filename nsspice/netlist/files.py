@@ -143,9 +143,7 @@ class FileReader:
             lines = section
         yield from self._lines(lines, path.parent, [*stack, path.resolve()])
 
-    def _open(
-        self, path: Path, name: str, where: Span, stack: list[Path]
-    ) -> list[str] | None:
+    def _open(self, path: Path, name: str, where: Span, stack: list[Path]) -> list[str] | None:
         """Return the rows of an included file; None after a finding."""
         try:
             real = path.resolve()

@@ -1,7 +1,7 @@
 """The list of errors and warnings that grows while a deck is read.
 
-Nothing in the front end stops at the first mistake: every reader records what it finds here and goes
-on, and ``parse_text`` raises one error with everything at the end.
+Nothing in the front end stops at the first mistake: every reader records what it finds here and
+goes on, and ``parse_text`` raises one error with everything at the end.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Findings:
         raise NetlistError(found)
 
 
-class Unreadable(Exception):  # noqa: N818 - a signal between readers, never seen by users
+class Unreadable(Exception):
     """One item cannot be understood; carries the finding to record, caught line by line."""
 
     def __init__(self, code: str, message: str, span: Span | None, hint: str = "") -> None:

@@ -1,8 +1,8 @@
 """The two lark parsers, built when first needed and kept on disk between runs.
 
 Lark takes some 40 ms to turn a grammar text into tables, most of a small run, and 2 ms to load the
-tables.  They are kept in the user's cache folder; every step of that may fail (no folder, read-only,
-half a file, another version) and then the parser is built as if there were no cache.
+tables.  They are kept in the user's cache folder; every step of that may fail (no folder,
+read-only, half a file, another version) and then the parser is built as if there were no cache.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Logical lines: physical lines joined at ``+``, without comments, each character traceable.
 
-``*`` in the first column starts a comment line; ``;`` anywhere, a blank and ``$``, and ``//`` start a
-comment to the end of the line (not inside double quotes, where file names stand).
+``*`` in the first column starts a comment line; ``;`` anywhere, a blank and ``$``, and ``//`` start
+a comment to the end of the line (not inside double quotes, where file names stand).
 """
 
 from __future__ import annotations
@@ -29,11 +29,13 @@ class Line:
         Number of the first physical line, from 1.
     source : str
         The first physical line as it stands in the file.
+    plain : bool
+        Set when the line was found to be nothing but words.
     pieces : list of (int, int, int, str) or None
         For continued lines: start in ``raw``, line number, column offset, physical line.
     """
 
-    __slots__ = ("file", "number", "pieces", "raw", "source", "text")
+    __slots__ = ("file", "number", "pieces", "plain", "raw", "source", "text")
 
     def __init__(
         self,
@@ -47,6 +49,7 @@ class Line:
         text = raw.lower()
         # a few letters grow when lowered (Turkish dotted I); columns must stay where they are
         self.text = text if len(text) == len(raw) else raw.translate(_ASCII_LOWER)
+        self.plain = False
         self.file = file
         self.number = number
         self.source = source

@@ -34,7 +34,7 @@ MAX_DEPTH = 100
 MAX_SIZE = 200_000
 
 
-class TooLarge(Exception):  # noqa: N818 - turned into a finding where the place is known
+class TooLarge(Exception):
     """An expression beyond MAX_DEPTH or MAX_SIZE."""
 
 
@@ -47,13 +47,14 @@ class Node:
         self.op = op
         self.args = args
         self.value = value
-        depth, size = 0, 1
+        depth: int = 0
+        size: int = 1
         for arg in args:
             size += arg.size
             if arg.depth > depth:
                 depth = arg.depth
-        self.depth = depth + 1
-        self.size = size
+        self.depth: int = depth + 1
+        self.size: int = size
         if size > MAX_SIZE or depth >= 5 * MAX_DEPTH:
             raise TooLarge
 

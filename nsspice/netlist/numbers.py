@@ -41,10 +41,12 @@ _POWERS = {
     "f": -15,
 }
 _NUMBER = re.compile(
-    r"([+-]?(?:\d+\.?\d*|\.\d+))(?:e([+-]?\d+))?"
-    r"(meg|mil|[tgkmunpf\u00b5\u03bc])?([^\W\d_]|[%\u2126\u00b0])*(\w*)",
+    r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:e([+-]?[0-9]+))?"
+    r"(meg|mil|[tgkmunpf\u00b5\u03bc])?([\w%\u2126\u00b0]*)",
     re.IGNORECASE,
 )
+#: digits behind a letter: 2k2, 4R7
+_SPLIT = re.compile(r"([a-z\u00b5\u03bc]+)([0-9]+)", re.IGNORECASE)
 #: units that make a capital M plausible as milli: 10MH, 5MF, 20MA, 3MS
 _MILLI_UNITS = {"h", "f", "a", "s", "sec", "v"}
 
@@ -101,44 +103,37 @@ def read_number(text: str) -> Number | None:
     found = _NUMBER.fullmatch(text)
     if found is None:
         return None
-    digits, exponent, suffix, _, rest = found.groups()
+    digits, exponent, suffix, tail = found.groups()
     scale = suffix.lower() if suffix else ""
     power = int(exponent[:7]) if exponent else 0
     if scale == "mil":
         value = float(f"{digits}e{power}") * SUFFIXES["mil"]
     else:
         value = float(f"{digits}e{power + _POWERS.get(scale, 0)}")
-    return _with_trap(text, value, digits, exponent, suffix or "", found)
-
-
-def _with_trap(
-    text: str, value: float, digits: str, exponent: str | None, suffix: str, found: re.Match[str]
-) -> Number:
-    """Judge a number that carries letters."""
-    rest = found.group(5)
-    tail = text[found.end(3) if suffix else _end_of_digits(found) :]
-    if rest and any(c.isdigit() for c in rest) and exponent is None and "." not in digits:
-        letters = suffix or tail[:1]
-        later = re.match(r"\d+", tail[len(tail) - len(rest) :] if suffix else rest)
-        shown = f"{value:.12g}"
-        hint = ""
-        if later and letters.lower() in {*SUFFIXES, "r"} and len(tail) - len(rest) <= (not suffix):
-            unit = "" if letters.lower() == "r" else letters
-            hint = f"write {digits}.{later.group()}{unit}"
-        return Number(value, f"{text} is read as {shown}: digits after the suffix are ignored", hint)
+    if any(c in "0123456789" for c in tail):
+        return _split_digits(text, value, digits, (suffix or "") + tail)
     if suffix == "M" and tail.lower() not in _MILLI_UNITS:
-        number = text[: found.start(3)]
+        plain = text[: found.start(3)]
         return Number(
             value,
             f"{text} is read as {value:.12g}: M means milli, in capitals too",
-            f"write {number}meg for mega, {number}m for milli",
+            f"write {plain}meg for mega, {plain}m for milli",
         )
     return Number(value)
 
 
-def _end_of_digits(found: re.Match[str]) -> int:
-    """Return where the exponent, or without one the mantissa, ends."""
-    return found.end(2) if found.group(2) is not None else found.end(1)
+def _split_digits(text: str, value: float, digits: str, letters: str) -> Number:
+    """Return a number with digits behind its letters, and what may have been meant."""
+    trap = f"{text} is read as {value:.12g}: digits after the suffix are ignored"
+    hint = ""
+    found = _SPLIT.fullmatch(letters)
+    if found and "." not in digits:
+        unit = found.group(1)
+        if unit.lower() == "r":
+            hint = f"write {digits}.{found.group(2)}"
+        elif unit.lower() in SUFFIXES:
+            hint = f"write {digits}.{found.group(2)}{unit}"
+    return Number(value, trap, hint)
 
 
 def format_number(value: float) -> str:

@@ -15,7 +15,7 @@ from .cards.reading import Reader
 from .deck import Deck
 from .expand import Expander
 from .files import FileReader
-from .findings import Findings, Unreadable
+from .findings import Findings, Unreadable, suggest
 from .lines import physical_lines
 from .scope import Scope
 from .source import read_text
@@ -23,7 +23,8 @@ from .structure import build
 
 #: a title that is an element line was most likely meant as one
 _ELEMENT_LIKE = re.compile(
-    r"\s*(?:[rlcvi]\w*\d\w*[\s,]+\S+[\s,]+\S+[\s,]+[-+{'.\d]|[rlcvi]\d*\s+\S+\s+0\s+[-+{'.\d])", re.I
+    r"\s*(?:[rlcvi]\w*\d\w*[\s,]+\S+[\s,]+\S+[\s,]+[-+{'.\d]|[rlcvi]\d*\s+\S+\s+0\s+[-+{'.\d])",
+    re.I,
 )
 
 
@@ -33,7 +34,7 @@ def parse_text(
     params: Mapping[str, float] | None = None,
     directory: Path | None = None,
 ) -> Deck:
-    """Read a netlist from a text.
+    r"""Read a netlist from a text.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def parse_text(
     [('r1', ('in', 'out'), 1000.0), ('r2', ('out', '0'), 1000.0)]
     >>> deck.elements[0].source.dc
     10.0
-    >>> parse_text("divider\\nR1 in 0 1k\\nR2 in 0")
+    >>> parse_text("divider\nR1 in 0 1k\nR2 in 0")
     Traceback (most recent call last):
     ...
     nsspice.errors.NetlistError: <netlist>:3:1: error NS1008: r2: the resistance is missing
@@ -153,6 +154,7 @@ def _parse(text: str, file: str, params: Mapping[str, float], directory: Path) -
     scope.fixed.update({name.lower(): float(value) for name, value in params.items()})
     expander = Expander(findings, bodies)
     items = expander.choose(scope, body)
+    _check_overrides(params, scope, expander, findings)
     cards = CardReader(deck, reader, scope, expander)
     cards.prepare()
     expander.expand(scope, items)
@@ -167,6 +169,20 @@ def _parse(text: str, file: str, params: Mapping[str, float], directory: Path) -
     findings.raise_errors()
     deck.warnings = findings.warnings
     return deck
+
+
+def _check_overrides(
+    params: Mapping[str, float], scope: Scope, expander: Expander, findings: Findings
+) -> None:
+    """Warn about given parameters that the deck does not have: most likely misspelt."""
+    stepped = {
+        word for card, line, _ in expander.cards if card == "step" for word in line.text.split()
+    }
+    for name in params:
+        if name.lower() not in scope.params and name.lower() not in stepped:
+            message = f"the netlist has no parameter {name}: the value given for it has no effect"
+            hint = suggest(name.lower(), scope.params)
+            findings.warning("NS1083", message, None, hint)
 
 
 def _evaluate_all(deck: Deck, scope: Scope, findings: Findings) -> None:

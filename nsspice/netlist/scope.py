@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from itertools import pairwise
 
 from ..errors import Span
 from .body import Body, Subcircuit
@@ -50,7 +51,7 @@ class Scope:
     ) -> None:
         self.parent = parent
         self.prefix = prefix
-        self.temperature = parent.temperature if parent else temperature
+        self.temperature: float = parent.temperature if parent else temperature
         self.params: dict[str, tuple[Formula, Span]] = {}
         self.values: dict[str, float] = {}
         self.fixed: dict[str, float] = {}
@@ -58,6 +59,7 @@ class Scope:
         self.models: dict[str, ModelTemplate] = {}
         self.subcircuits: dict[str, Subcircuit] = {}
         self.used_temper = False
+        self._failed: dict[str, Unreadable] = {}
         self._nodes = nodes
         self._globals = globals_
         self._made: dict[str, Model] = {}
@@ -71,6 +73,7 @@ class Scope:
         self.subcircuits.update(body.subcircuits)
         if body.params or body.functions:
             self.values.clear()
+            self._failed.clear()
 
     # -- names -------------------------------------------------------------------------------
 
@@ -144,14 +147,16 @@ class Scope:
 
     def _evaluated(self, name: str) -> float:
         """Evaluate a parameter of this scope after all those it needs, without recursion."""
+        if name in self._failed:  # once reported, not once more under another name
+            raise self._failed[name]
         if self._depth > 20:  # parameters within functions within parameters ...
             _, where = self.params[name]
             message = f"parameter {name}: functions and parameters lead back to each other"
             raise Unreadable("NS1030", message, where)
         self._depth += 1
+        stack = [name]
+        path: dict[str, None] = {}  # the chain of names being evaluated, in order
         try:
-            stack = [name]
-            path: dict[str, None] = {}  # the chain of names being evaluated, in order
             while stack:
                 current = stack[-1]
                 if current in self.values:
@@ -177,6 +182,9 @@ class Scope:
                 path.pop(current, None)
                 stack.pop()
             return self.values[name]
+        except Unreadable as found:
+            self._failed.update(dict.fromkeys([name, *path], found))
+            raise
         finally:
             self._depth -= 1
 
@@ -232,7 +240,9 @@ class Scope:
             return var(word)
         if word in CONSTANTS:
             return num(CONSTANTS[word])
-        found = re.search(rf"(?<![\w.]){re.escape(word)}(?![\w.])", formula.line.text[formula.start :])
+        found = re.search(
+            rf"(?<![\w.]){re.escape(word)}(?![\w.])", formula.line.text[formula.start :]
+        )
         start = formula.start + found.start() if found else formula.start
         where = formula.line.span(start, start + len(word))
         if word in ("hertz", "freq", "frequency", "omega", "w"):
@@ -304,7 +314,7 @@ class Scope:
             return value
         tree = self.bind(value, own_current)
         if tree.op != "num":
-            found = Expression(tree, value.span, value.text)
+            found = Expression(tree, value.span, "" if value.made else value.text)
             if found.variables() != {"temper"}:
                 return found
         return self.number(value)
@@ -360,7 +370,7 @@ def _check_table(args: list[Node], formula: Formula) -> None:
     """Refuse a table whose x go down: it is no function."""
     xs = [arg.value for arg in args[1::2]]
     if all(arg.op == "num" for arg in args[1::2]) and any(
-        float(b) < float(a) for a, b in zip(xs, xs[1:], strict=False)
+        float(b) < float(a) for a, b in pairwise(xs)
     ):
         message = "the x values of a table must not decrease"
         raise Unreadable("NS1024", message, formula.span, "sort the pairs by x")

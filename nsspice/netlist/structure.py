@@ -30,7 +30,7 @@ class Definition:
 
 @dataclass(slots=True)
 class Conditional:
-    """``.if`` ... ``.endif``: conditions with their blocks; the line of ``.else`` has no condition."""
+    """``.if`` ... ``.endif``: the lines that open the branches, with their blocks."""
 
     branches: list[tuple[Line, Block]]
 
@@ -58,11 +58,8 @@ def build(lines: Iterable[Line], findings: Findings) -> Block:
                 findings.error("NS1042", message, line.whole())
                 continue
             block = Block()
-            opened: Definition | Conditional
-            if card == "subckt":
-                opened = Definition(line, block)
-            else:
-                opened = Conditional([(line, block)])
+            defines = card == "subckt"
+            opened = Definition(line, block) if defines else Conditional([(line, block)])
             current.entries.append(opened)
             stack.append((opened, current))
             current = block
@@ -86,7 +83,7 @@ def build(lines: Iterable[Line], findings: Findings) -> Block:
     for opened, _ in stack:
         header = opened.header if isinstance(opened, Definition) else opened.branches[0][0]
         closing = ".ends" if isinstance(opened, Definition) else ".endif"
-        findings.error("NS1044", f"{card_of(header)} block has no {closing}", header.whole(),
+        findings.error("NS1044", f".{card_of(header)} block has no {closing}", header.whole(),
                        f"close it with {closing}")  # fmt: skip
     return top
 

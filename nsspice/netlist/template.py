@@ -13,13 +13,15 @@ from .node import Node
 class Formula:
     """An expression with names still to be looked up, and its place.
 
-    ``start`` and ``end`` bound the expression in the line, without braces.
+    ``start`` and ``end`` bound the expression in the line, without braces; ``made`` marks one that
+    was put together from a TABLE or POLY and has no text of its own.
     """
 
     node: Node
     line: Line
     start: int
     end: int
+    made: bool = False
 
     @property
     def span(self) -> Span:

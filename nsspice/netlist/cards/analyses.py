@@ -42,16 +42,22 @@ def tran(context: Context, line: Line) -> None:
             uic = True
         elif item.text in ("startup", "steady"):
             message = f".tran {item.text} is not supported"
-            raise Unreadable("NS1002", message, where, "use uic with initial values, or a PWL source")
+            raise Unreadable(
+                "NS1002", message, where, "use uic with initial values, or a PWL source"
+            )
         elif item.text in ("nodiscard", "step"):
             context.findings.warning("NS1003", f".tran {item.text} is ignored", where)
         elif item.kind == "word" and item.text.isalpha() and suggest(item.text, ["uic"]):
-            raise Unreadable("NS1080", f".tran: unknown word {item.text}", where, "did you mean uic?")
+            raise Unreadable(
+                "NS1080", f".tran: unknown word {item.text}", where, "did you mean uic?"
+            )
         else:
             numbers.append(context.number(line, item, "a time"))
     where = line.whole()
     if not 1 <= len(numbers) <= 4:
-        raise Unreadable("NS1080", f".tran takes 1 to 4 times, not {len(numbers)}", where, _TRAN_HINT)
+        raise Unreadable(
+            "NS1080", f".tran takes 1 to 4 times, not {len(numbers)}", where, _TRAN_HINT
+        )
     step = None if len(numbers) == 1 else numbers[0]
     stop = numbers[0] if len(numbers) == 1 else numbers[1]
     start = numbers[2] if len(numbers) > 2 else 0.0
@@ -133,13 +139,17 @@ def _step(
     where = line.span(rest[0].start, rest[0].end)
     if kind == "element" and len(rest) > 1 and rest[1].text in context.scope.models:
         message = ".step of a model parameter is not supported"
-        raise Unreadable("NS1002", message, where, "write {name} in the model and step the parameter")
+        raise Unreadable(
+            "NS1002", message, where, "write {name} in the model and step the parameter"
+        )
     if kind == "element" and name in context.scope.params:
         kind = "param"
     values, rest = _range(context, line, rest[1:], scale, ".step")
     if rest:
         at = line.span(rest[0].start, rest[0].end)
-        raise Unreadable("NS1080", f".step: {rest[0].text[:40]} is not expected here", at, _STEP_HINT)
+        raise Unreadable(
+            "NS1080", f".step: {rest[0].text[:40]} is not expected here", at, _STEP_HINT
+        )
     return kind, name, where, values
 
 
@@ -170,7 +180,7 @@ def _range(
     if start <= 0.0 or stop <= 0.0 or count <= 0.0:
         raise Unreadable("NS1080", f"{card}: {scale} needs positive numbers", where)
     base = 10.0 if scale == "dec" else 2.0
-    total = abs(math.log(stop / start, base)) * count
+    total = abs(math.log(stop, base) - math.log(start, base)) * count
     if total > MAX_POINTS:
         raise Unreadable("NS1080", f"{card}: more than {MAX_POINTS} points", where)
     whole = math.floor(total + 1e-9)
@@ -181,7 +191,9 @@ def _range(
     return tuple(values), words[3:]
 
 
-def _linear(start: float, stop: float, increment: float, card: str, where: Span) -> tuple[float, ...]:
+def _linear(
+    start: float, stop: float, increment: float, card: str, where: Span
+) -> tuple[float, ...]:
     """Return start, start+increment ... up to stop, which is met exactly if it lies on the grid."""
     if start == stop:
         return (start,)
@@ -198,4 +210,3 @@ def _linear(start: float, stop: float, increment: float, card: str, where: Span)
     if abs(total - count) <= 1e-9 * max(1.0, total):
         values[-1] = stop
     return tuple(values)
-

@@ -51,14 +51,27 @@ class Context:
 
     def is_element(self, name: str) -> bool:
         """Return whether an element has this full name."""
-        return name in self._expander.places
+        return name in self._expander.places or self._expander.is_doubtful(name)
+
+    def is_node(self, name: str) -> bool:
+        """Return whether a node has this full name."""
+        return name in self.nodes or self._expander.is_doubtful(name)
 
     # -- words and values ----------------------------------------------------------------------
 
     def split(self, line: Line) -> tuple[list[Item], list[Item]]:
         """Return the words and the pairs after the card's name."""
         pairs: list[Item] = []
-        return list(flat(items(line)[1:], pairs)), pairs
+        return list(flat(self.tail(line), pairs)), pairs
+
+    def tail(self, line: Line) -> list[Item]:
+        """Return the items after the card's name."""
+        first, *rest = items(line)
+        if first.kind != "word":
+            where = line.span(first.start, first.end)
+            message = "a blank is needed after the name of the card"
+            raise Unreadable("NS1007", message, where)
+        return rest
 
     def number(self, line: Line, item: Item, what: str) -> float:
         """Return the number of one item; a parameter's name will do, too."""
@@ -78,7 +91,7 @@ class Context:
     def node(self, name: str, span: Span) -> str:
         """Return the full name of a node that must exist."""
         full = self.here.node(GROUND.get(name, name))
-        if full not in self.nodes:
+        if not self.is_node(full):
             message = f"there is no node {name[:60]}"
             raise Unreadable("NS1071", message, span, suggest(name, self._near(self.nodes)))
         return full
@@ -103,7 +116,7 @@ class Context:
             if name[1:2] != "(":
                 continue
             for part in name[2:-1].split(","):
-                if name[0] == "v" and part not in self.nodes:
+                if name[0] == "v" and not self.is_node(part):
                     message = f"{name}: there is no node {part[:60]}"
                     raise Unreadable("NS1071", message, where, suggest(part, self.nodes))
                 if name[0] == "i" and not self.is_element(part):

@@ -8,6 +8,7 @@ from ..deck import Deck
 from ..expand import Expander
 from ..findings import Unreadable, suggest
 from ..lines import Line
+from ..node import TooLarge
 from ..scope import Scope
 from . import analyses, measure, options, outputs
 from .context import Context
@@ -119,15 +120,16 @@ class CardReader:
                 self._call(reader, line, scope)
         self._context.check_expressions()
 
-    def _call(
-        self, reader: Callable[[Context, Line], None], line: Line, scope: Scope
-    ) -> None:
+    def _call(self, reader: Callable[[Context, Line], None], line: Line, scope: Scope) -> None:
         self._context.here = scope
         try:
             reader(self._context, line)
         except Unreadable as found:
             findings = self._context.findings
             findings.error(found.code, found.message, found.span, found.hint)
+        except TooLarge:
+            message = "the expressions of this line are too large"
+            self._context.findings.error("NS1023", message, line.whole())
 
     def _other(self, card: str, line: Line, scope: Scope) -> None:
         """Report a card that is not read."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from itertools import combinations_with_replacement
 
+from ...errors import Span
 from ..expression_parser import voltage
 from ..findings import Unreadable, suggest
 from ..lines import Line
@@ -17,7 +18,6 @@ from .terminals import GROUND, Terminals
 _PARAMS = {"m", "tc1", "tc2", "temp", "dtemp", "ic"}
 #: more inputs make more products than anyone can write
 _MAX_INPUTS = 50
-_FORM = re.compile(r"(?:value|vol|cur)\s*=?\s*[^\s=]|(table|poly)\b")
 
 
 def controlled(reader: Reader, line: Line, items: list[Item]) -> Template:
@@ -207,7 +207,7 @@ def _poly(terminals: Terminals, result: Template, quantity: str) -> None:
 
 def _inputs(
     terminals: Terminals, result: Template, count: int
-) -> tuple[list[Node], tuple[str, ...], tuple[object, ...]]:
+) -> tuple[list[Node], tuple[str, ...], tuple[Span, ...]]:
     """Return the controlling signals of POLY with their names and places."""
     line = terminals.line
     nodes: list[Node] = []
@@ -235,8 +235,8 @@ def _node(value: Value) -> Node:
 def _whole(terminals: Terminals, tree: Node) -> Formula:
     """Return a tree made here as a formula that spans the line."""
     line = terminals.line
-    start = terminals.span.column - 1 if line.pieces is None else 0
-    return Formula(tree, line, start, len(line.raw.rstrip()))
+    start = len(line.raw) - len(line.raw.lstrip())
+    return Formula(tree, line, start, len(line.raw.rstrip()), made=True)
 
 
 def behavioural(reader: Reader, line: Line) -> Template:

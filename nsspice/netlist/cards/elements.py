@@ -36,7 +36,10 @@ _READERS: dict[str, Callable[[Reader, Line, list[Item]], Template]] = {
 _UNSUPPORTED = {
     "a": ("XSPICE code model", "write the function as a B element; an ideal diode is D(ideal)"),
     "j": ("JFET", "use a switch S, or curves in a B element"),
-    "m": ("MOSFET", "as a switch: S with its gate as control, and a D across it for the body diode"),
+    "m": (
+        "MOSFET",
+        "as a switch: S with its gate as control, and a D across it for the body diode",
+    ),
     "n": ("Verilog-A device", "write the function as a B element"),
     "o": ("lossy transmission line", "use a ladder of R L C sections"),
     "p": ("coupled transmission lines", "use a ladder of R L C sections"),

@@ -109,9 +109,7 @@ def _parts(line: Line, start: int) -> list[_Part]:
 class _Maker:
     """Makes the measure of one line."""
 
-    def __init__(
-        self, context: Context, line: Line, name: str, analysis: str, span: Span
-    ) -> None:
+    def __init__(self, context: Context, line: Line, name: str, analysis: str, span: Span) -> None:
         self._context = context
         self._line = line
         self._name = name

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..deck import Param
 from ..findings import Unreadable, suggest
 from ..lines import Line
-from ..statement import Item, items
+from ..statement import Item
 from .context import Context, after_card
 from .reading import flat
 
@@ -17,30 +17,39 @@ OWN = {
 }  # fmt: skip
 #: options of other simulators that steer their numerics or printing: accepted, without effect here
 FOREIGN = {
-    "accurate", "acct", "acout", "altinit", "autostop", "badmos3", "baudrate", "bypass", "cshunt",
-    "cvode", "defad", "defas", "defl", "defw", "delmax", "delta", "fast", "filetype", "fs", "ft",
-    "gminsteps", "gshunt", "ingold", "interp", "itl2", "itl3", "itl5", "itl6", "keepopinfo", "klu",
-    "limpts", "limtim", "list", "lvlcod", "lvltim", "maxord", "measdgt", "minbreak", "mindeltagmin",
-    "minclampz", "mod", "nodamp", "node", "noinit", "noise", "nomarch", "nomod", "noopiter", "nopage",
-    "noopac", "numdgt", "numdgt4", "nopage4", "optran", "opts", "pivrel", "pivtol", "plotreltol",
-    "plotvntol", "plotabstol", "plotwinsize", "post", "probe", "ramptime", "rampdown", "rawpts",
-    "rseries", "rshunt", "savecurrents", "scale", "scalm", "solver", "sparse", "srcstepmethod",
-    "srcsteps", "startclocks", "topologycheck", "trabstol", "trtrunc", "trytocompact", "unwrap",
-    "warn", "warnlimit", "width", "xmu", "brief", "co", "cptime", "dcap", "gmindc", "ic", "absv",
-    "relv", "reli", "absi", "seedinfo",
+    "absi", "absv", "accurate", "acct", "autostop", "badmos3", "brief", "bypass", "cptime", "defad",
+    "defas", "defl", "defw", "delmax", "fast", "filetype", "gmindc", "gminsteps", "ingold",
+    "interp", "itl2", "itl3", "itl5", "itl6", "keepopinfo", "klu", "limpts", "limtim", "list", "lvlcod",
+    "lvltim", "maxord", "measdgt", "minbreak", "mindeltagmin", "nodamp", "node", "noinit",
+    "nomarch", "nomod", "noopac", "noopiter", "nopage", "numdgt", "optran", "opts", "pivrel", "pivtol",
+    "plotabstol", "plotreltol", "plotvntol", "plotwinsize", "post", "probe", "ramptime", "rawpts",
+    "reli", "relv", "savecurrents", "scalm", "solver", "sparse", "srcstepmethod", "srcsteps",
+    "startclocks", "topologycheck", "trabstol", "trtrunc", "trytocompact", "warn", "warnlimit",
+    "width", "xmu",
 }  # fmt: skip
+#: options of other simulators that add elements to a circuit or scale them
+CHANGING = {
+    "cshunt": "it would add a capacitor to every node, which is not needed here",
+    "gshunt": "it would add a conductance to every node, which is not needed here",
+    "rseries": "it would add a resistor to every inductor, which is not needed here",
+    "rshunt": "it would add a resistor to every node, which is not needed here",
+    "scale": "it belongs to elements with geometry",
+}
 
 
 def options(context: Context, line: Line) -> None:
     """Read ``.options name=value flag ...``; unknown names get a warning."""
     words, pairs = context.split(line)
-    known = OWN | FOREIGN
+    known = {*OWN, *FOREIGN, *CHANGING}
     for item in [*words, *pairs]:
         key = item.text
         where = line.span(item.start, item.end)
         if item.kind not in ("word", "pair") or not key:
             raise Unreadable("NS1080", "options are written name=value", where)
-        if key not in known:
+        if key in CHANGING:
+            message = f"option {key} is ignored"
+            context.findings.warning("NS1003", message, where, CHANGING[key])
+        elif key not in known:
             hint = suggest(key, known)
             context.findings.warning("NS1081", f"option {key[:40]} is unknown and ignored", where,
                                      hint)  # fmt: skip
@@ -63,7 +72,7 @@ def early_options(context: Context, line: Line) -> None:
 
 def temperature(context: Context, line: Line) -> None:
     """Read ``.temp value``; several values are a sweep, written with .step."""
-    words: list[Item] = list(flat(items(line)[1:]))
+    words: list[Item] = list(flat(context.tail(line)))
     if not words:
         raise Unreadable("NS1080", ".temp needs a temperature", line.whole(), "write .temp 27")
     if len(words) > 1:
@@ -79,7 +88,7 @@ def _set_temperature(context: Context, value: float) -> None:
 
 def global_nodes(context: Context, line: Line) -> None:
     """Read ``.global node ...``: names that subcircuits share."""
-    names = [item.text for item in flat(items(line)[1:]) if item.kind == "word"]
+    names = [item.text for item in flat(context.tail(line)) if item.kind == "word"]
     if not names:
         raise Unreadable("NS1080", ".global needs node names", line.whole(), "write .global vdd")
     context.scope.add_globals(names)

@@ -8,7 +8,7 @@ from ...errors import Span
 from ..deck import Param, Signal
 from ..findings import Unreadable
 from ..lines import Line
-from ..statement import Item, items
+from ..statement import Item
 from .context import Context
 from .terminals import GROUND
 
@@ -21,7 +21,7 @@ _DEVICE = re.compile(r"@([^\[\]]+)\[(\w+)\]")
 
 def outputs(context: Context, line: Line) -> None:
     """Read a list of signals; one that does not exist is left out with a warning."""
-    found = items(line)[1:]
+    found = context.tail(line)
     if found and found[0].kind == "word" and found[0].text in _ANALYSES:
         found = found[1:]
     elif found and found[0].text in _OTHER_ANALYSES and found[0].kind == "word":
@@ -84,14 +84,15 @@ def probe(context: Context, item: Item, where: Span) -> str:
 
 def initial(context: Context, line: Line) -> None:
     """Read ``.ic v(a)=1 i(l1)=2`` and ``.nodeset``."""
-    card, *found = items(line)
-    target = context.deck.initial if card.text == ".ic" else context.deck.nodesets
+    found = context.tail(line)
+    card = line.text.split()[0]
+    target = context.deck.initial if card == ".ic" else context.deck.nodesets
     for item in found:
         where = line.span(item.start, item.end)
         left = item.items[0] if item.kind == "pair" else None
         if left is None or left.kind != "call" or len(left.items) != 1:
-            message = f"{card.text}: v(node)=value is needed"
-            raise Unreadable("NS1080", message, where, f"write {card.text} v(out)=0")
+            message = f"{card}: v(node)=value is needed"
+            raise Unreadable("NS1080", message, where, f"write {card} v(out)=0")
         name = left.items[0].text
         value = context.number(line, item.items[1], "a value")
         try:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from ..findings import Unreadable
 from ..lines import Line
 from ..statement import Item
@@ -15,6 +17,8 @@ _KNOWN = {
     "c": _COMMON | {"c", "ic", "tc", "tc1", "tc2", "rser", "rpar", "lser", "cpar", "rlshunt"},
     "l": _COMMON | {"l", "ic", "tc", "tc1", "tc2", "nt", "rser", "rpar", "cpar"},
 }
+#: what follows a number by mistake after a blank: 10 kOhm
+_SCALE = re.compile("(t|g|meg|k|m|u|\u00b5|n|p|f)?(ohms?|\u03c9|\u2126|f|farads?|h|henry)?")
 _WHAT = {"r": "resistance", "c": "capacitance", "l": "inductance"}
 
 
@@ -36,6 +40,12 @@ def passive(reader: Reader, line: Line, items: list[Item]) -> Template:
         if number is not None:
             result.value = number
             model = terminals.next_name()  # R1 a b 1k rmod
+            if model and _SCALE.fullmatch(model.text):
+                where = line.span(model.start, model.end)
+                shown = f"{line.raw[found.start : found.end]}{line.raw[model.start : model.end]}"
+                message = f"{terminals.name}: {model.text} is not expected here"
+                hint = f"suffix and unit follow without a blank: {shown}"
+                raise Unreadable("NS1009", message, where, hint)
             if model:
                 result.model, result.model_span = model.text, line.span(model.start, model.end)
         elif found.kind == "word":

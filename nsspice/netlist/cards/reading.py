@@ -1,11 +1,12 @@
 """Reading values out of items: numbers, expressions, names, ``key=value`` pairs.
 
-Everything here raises ``Unreadable`` with the place; the caller records it and goes on with the next
-line.
+Everything here raises ``Unreadable`` with the place; the caller records it and goes on with the
+next line.
 """
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator
 
@@ -49,7 +50,7 @@ class Reader:
             return None
         if found.trap:
             self.findings.warning("NS1011", found.trap, line.span(start, end), found.hint)
-        if found.value in (float("inf"), float("-inf")):
+        if not math.isfinite(found.value):
             message = f"{text[:40]} is beyond the range of numbers"
             raise Unreadable("NS1010", message, line.span(start, end))
         return found.value
@@ -69,7 +70,11 @@ class Reader:
             if not traps and len(self._trees) < 50_000:
                 self._trees[text] = tree
         if tree.op == "num":
-            return float(tree.value)
+            value = float(tree.value)
+            if not math.isfinite(value):
+                message = f"{text[:40]} is beyond the range of numbers"
+                raise Unreadable("NS1010", message, line.span(start, end))
+            return value
         return Formula(tree, line, start, end)
 
     def value(self, line: Line, item: Item, what: str = "a value") -> Value:
@@ -108,7 +113,7 @@ class Reader:
         return self.value(line, item, what)
 
     def param(self, line: Line, pair: Item) -> ParamText:
-        """Return the value of a ``name=value`` item; a word is kept, it may be a name or a value."""
+        """Return the value of a ``name=value`` item; a word is kept as it is."""
         right = pair.items[1]
         where = line.span(pair.start, pair.end)
         if right.kind == "word":

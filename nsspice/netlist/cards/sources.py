@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from ..findings import Unreadable, suggest
 from ..lines import Line
 from ..statement import Item
@@ -57,7 +59,9 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
                 near = suggest(word, [*WAVEFORMS, "dc", "ac", "sine"])
                 if near:
                     where = line.span(item.start, item.end)
-                    raise Unreadable("NS1009", f"{result.name}: unknown waveform {word}", where, near)
+                    raise Unreadable(
+                        "NS1009", f"{result.name}: unknown waveform {word}", where, near
+                    )
             value.dc = _number(terminals, item, "a DC value or a waveform")
         else:
             _unexpected(terminals, item, result)
@@ -125,9 +129,7 @@ def _decimal_commas(terminals: Terminals, arguments: list[Item]) -> None:
     """Warn where a comma stands between digits while blanks separate the other arguments."""
     line = terminals.line
     commas = [
-        (a, b)
-        for a, b in zip(arguments, arguments[1:], strict=False)
-        if b.start == a.end + 1 and line.text[a.end] == ","
+        (a, b) for a, b in pairwise(arguments) if b.start == a.end + 1 and line.text[a.end] == ","
     ]
     if commas and 2 * len(commas) < len(arguments) - 1:
         first, second = commas[0]

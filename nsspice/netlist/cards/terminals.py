@@ -35,7 +35,7 @@ class Terminals:
         self.nodes: tuple[str, ...] = ()
         self.node_spans: tuple[Span, ...] = ()
         self.pairs: list[Item] = []
-        self._plain = all(item.kind == "word" for item in items)
+        self._plain = line.plain
         self._items = items[1:] if self._plain else list(flat(items[1:], self.pairs))
         self._at = 0
 
@@ -46,18 +46,14 @@ class Terminals:
             message = f"{self.name}: {count} {what} are needed, {len(chosen)} given"
             raise Unreadable("NS1008", message, self.span, "")
         self._at += count
-        names = []
-        spans = []
         line = self.line
-        for item in chosen:
-            text = item.text
-            if item.kind != "word":
-                message = f"{self.name}: {text[:40]} is not a node name"
-                raise Unreadable("NS1009", message, line.span(item.start, item.end))
-            names.append(GROUND.get(text, text))
-            spans.append(line.span(item.start, item.end))
-        self.nodes += tuple(names)
-        self.node_spans += tuple(spans)
+        if not self._plain:
+            for item in chosen:
+                if item.kind != "word":
+                    message = f"{self.name}: {item.text[:40]} is not a node name"
+                    raise Unreadable("NS1009", message, line.span(item.start, item.end))
+        self.nodes += tuple([GROUND.get(item.text, item.text) for item in chosen])
+        self.node_spans += tuple([line.span(item.start, item.end) for item in chosen])
 
     def template(self) -> Template:
         """Return the element so far."""
@@ -122,9 +118,7 @@ class Terminals:
                 between = self.line.text[pair.end : item.start]
                 if between.strip() in (",", ""):
                     self._at += 1
-                    self.pairs.append(
-                        Item("pair", other, item.start, item.end, (item, item))
-                    )
+                    self.pairs.append(Item("pair", other, item.start, item.end, (item, item)))
                 return
 
     def param_value(self, param: ParamText) -> Value:
@@ -150,7 +144,12 @@ class Terminals:
         where = line.span(item.start, item.end)
         shown = line.raw[item.start : item.end][:40]
         before = line.text[max(item.start - 2, 0) : item.start]
-        if len(before) == 2 and before[1] == "," and before[0].isdigit() and item.text[:1].isdigit():
+        if (
+            len(before) == 2
+            and before[1] == ","
+            and before[0].isdigit()
+            and item.text[:1].isdigit()
+        ):
             raise Unreadable("NS1013", f"{self.name}: a comma separates two values here", where,
                              "decimals are written with a point: 1.5")  # fmt: skip
         hint = "one value is enough; a unit is written without a blank: 1kOhm"

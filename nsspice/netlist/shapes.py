@@ -1,0 +1,119 @@
+"""Parsing by shape: lark sees each sequence of token kinds once.
+
+What an LALR parser does depends on the kinds of the tokens, not on their texts, and a large deck
+repeats few sequences (``R1 a b {k*2}`` a thousand times).  A text is cut into tokens by the
+grammar's own terminals; for a sequence of kinds that has not come before, lark parses the text and
+its tree is kept as a program: which rule to apply to how many results and to which tokens.  The
+next text of that shape runs the program.  Programs are flat lists, so deep texts need no recursion.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lark import Lark, Token, Tree
+
+#: longer shapes hardly repeat
+_MAX_SHAPE = 80
+_MAX_SHAPES = 5000
+
+#: rule, number of results it takes from the stack, numbers of its tokens
+Step = tuple[str, int, tuple[int, ...]]
+Spans = list[tuple[int, int]]
+
+
+class Misfit(Exception):
+    """A text that does not follow the grammar; ``position`` is where lark noticed, if it knows."""
+
+    def __init__(self, position: int | None) -> None:
+        super().__init__(position)
+        self.position = position
+
+
+class Shapes:
+    """The programs of one grammar.
+
+    Parameters
+    ----------
+    parser : callable
+        Gives lark's parser; called with the first text.
+    skip : str
+        Characters between tokens, as the inside of a regular character class.
+    letters : mapping of str to str
+        A letter for each terminal that the caller wants to see in shapes.
+    """
+
+    def __init__(self, parser: Callable[[], Lark], skip: str, letters: Mapping[str, str]) -> None:
+        self._parser = parser
+        self._skip = skip
+        self._given = letters
+        self._pattern: re.Pattern[str] | None = None
+        self._letters = {"": "?"}
+        self._programs: dict[str, tuple[Step, ...]] = {}
+
+    def tokens(self, text: str) -> tuple[str, Spans]:
+        """Cut a text into tokens.
+
+        Returns
+        -------
+        tuple
+            The shape, one letter for each token (``?`` for a character that starts none), and the
+            bounds of the tokens.
+        """
+        pattern = self._pattern or self._compile()
+        letters = self._letters
+        found = [(letters[m.lastgroup or ""], m.span()) for m in pattern.finditer(text)]
+        return "".join([letter for letter, _ in found]), [span for _, span in found]
+
+    def _compile(self) -> re.Pattern[str]:
+        """Make one pattern of all terminals, in the order in which lark tries them."""
+        parser = self._parser()
+        ignored = set(parser.lexer_conf.ignore)
+        terminals = sorted(
+            (t for t in parser.terminals if t.name not in ignored),
+            key=lambda t: (-t.priority, -t.pattern.max_width, -len(t.pattern.value), t.name),
+        )
+        for index, terminal in enumerate(terminals):
+            name = terminal.name
+            self._letters[name] = self._given.get(name, chr(0x100 + index))
+        pattern = "|".join(f"(?P<{t.name}>{t.pattern.to_regexp()})" for t in terminals)
+        self._pattern = re.compile(f"{pattern}|[^{self._skip}]")
+        return self._pattern
+
+    def program(self, text: str, shape: str, spans: Spans) -> tuple[Step, ...]:
+        """Return the program of a text.
+
+        Raises
+        ------
+        Misfit
+            If the text does not follow the grammar.
+        """
+        found = self._programs.get(shape)
+        if found is None:
+            from lark import UnexpectedInput
+
+            try:
+                found = _flat(self._parser().parse(text), spans)
+            except UnexpectedInput as error:
+                raise Misfit(getattr(error, "pos_in_stream", None)) from None
+            if len(shape) <= _MAX_SHAPE and len(self._programs) < _MAX_SHAPES:
+                self._programs[shape] = found
+        return found
+
+
+def _flat(tree: Tree[Token], spans: Spans) -> tuple[Step, ...]:
+    """Turn lark's tree into steps, children before parents."""
+    numbers = {start: index for index, (start, _) in enumerate(spans)}
+    steps: list[Step] = []
+    stack = [tree]
+    while stack:  # parents before children from the right; reversed at the end
+        current = stack.pop()
+        trees = [child for child in current.children if not isinstance(child, str)]
+        tokens = tuple([numbers[t.start_pos or 0] for t in current.children if isinstance(t, str)])
+        steps.append((str(current.data), len(trees), tokens))
+        stack.extend(trees)
+    steps.reverse()
+    return tuple(steps)
