@@ -9,13 +9,9 @@ from ..errors import NetlistError
 from ..netlist.deck import Deck, TranCard
 from . import islands as _islands
 from .circuit import Circuit, Island
-from .deck_names import check_names
 from .problem_class import classify
 from .references import resolve
 from .topology import check_topology
-
-#: letters whose controls are nodes
-_SENSING = "egs"
 
 
 def build(deck: Deck) -> Circuit:
@@ -35,7 +31,6 @@ def build(deck: Deck) -> Circuit:
     findings = Findings()
     devices = read_devices(deck, findings)
     resolve(devices, [element.name for element in deck.elements], findings)
-    check_names(deck, nodes_of_deck(deck), findings)
     if findings.errors:
         raise NetlistError(findings.errors)
     defaults = default_conditions(deck)
@@ -90,13 +85,6 @@ def nodes_of(devices: Sequence[Device]) -> list[str]:
             nodes[node] = None
     nodes.pop("0", None)
     return list(nodes)
-
-
-def nodes_of_deck(deck: Deck) -> set[str]:
-    """Return all node names of the element lines, also of refused ones."""
-    return {
-        n for e in deck.elements for n in (*e.nodes, *(e.controls if e.letter in _SENSING else ()))
-    }
 
 
 def _assemble_circuit(deck: Deck, devices: list[Device], defaults: Conditions) -> Circuit:

@@ -90,15 +90,18 @@ def dlcp_form(mna: MnaSystem) -> DlcpForm:
     right = network_inputs(network)
     solution = network.solver()(right)
     z, lam, rho = np.split(solution, [n, n + m])
-    storage, by_u, by_s = storage_terms(network)
-    if np.abs(by_u).max(initial=0.0) > 1e-9 * np.abs(storage).max(initial=0.0):
-        raise _derivative(network, by_u)
-    # y is the quantity of each pair that is not given: the current in the tree, the slack outside
-    slack = -s.B.dense() @ z + s.D.dense() @ lam
-    slack[:, -1] += s.q
-    outputs = np.where(network.in_tree[:, None], lam, slack)
-    right = np.hstack([rho, -by_s])
-    rates: Floats = np.asarray(np.linalg.solve(storage, right)) if k else right
+    storage = storage_terms(network, z)
+    scale = 1e-9 * np.abs(s.E.data).max(initial=0.0)
+    for tied in (
+        np.abs(storage.E_u).max(axis=0, initial=0.0),
+        np.abs(storage.outputs).max(axis=1, initial=0.0),
+    ):
+        if tied.max(initial=0.0) > scale:
+            raise _derivative(network, int(np.argmax(tied)))
+    outputs = network.outputs(z, lam)
+    outputs[:, -1] += np.where(network.in_tree, 0.0, s.q)
+    right = np.hstack([rho, -storage.E_s])
+    rates: Floats = np.asarray(np.linalg.solve(storage.E_x, right)) if k else right
     x, u, e = slice(0, k), slice(k, k + m), slice(k + m, k + m + p)
     return DlcpForm(
         A=_clean(rates[:, x]),
@@ -110,7 +113,7 @@ def dlcp_form(mna: MnaSystem) -> DlcpForm:
         F1=_clean(rates[:, k + m + p + 1 :]),
         a=_clean(rates[:, k + m + p]),
         c=_clean(outputs[:, k + m + p]),
-        E_x=_clean(storage),
+        E_x=_clean(storage.E_x),
         states=[state.name for state in network.states],
         inputs=[_pair_name(mna, j, bool(network.in_tree[j])) for j in range(m)],
         outputs=[_pair_name(mna, j, not network.in_tree[j]) for j in range(m)],
@@ -144,10 +147,9 @@ def _source_names(mna: MnaSystem, count: int) -> list[str]:
     return ["=".join(group) for group in names]
 
 
-def _derivative(network: Reference, by_u: Floats) -> RegularityError:
-    """Return the error for a storing element that a controlled source ties to a multiplier."""
-    worst = int(np.argmax(np.abs(by_u).max(axis=0)))
-    name = network.mna.pair_elements[worst]
+def _derivative(network: Reference, pair: int) -> RegularityError:
+    """Return the error for a storing element that a controlled source ties to a pair."""
+    name = network.mna.pair_elements[pair]
     active = [d.name for d in network.mna.devices if d.letter in "efgh"]
     listed = f" through {', '.join(active[:6])}" if active else ""
     return RegularityError(

@@ -1,8 +1,8 @@
 """Which voltages are independent of each other: the question behind every normal tree.
 
 A voltage is a linear form of the node potentials.  Plain branches are differences of two
-potentials, for which disjoint sets answer at once; controlled voltage sources and perfect
-transformers relate voltages with factors, which needs elimination.
+potentials, for which disjoint sets answer at once; perfect transformers relate voltages with
+factors, which needs elimination.
 """
 
 from __future__ import annotations

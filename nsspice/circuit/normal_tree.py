@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ..devices import Device, Layout, Vcvs
+from ..devices import Device, Layout
 from ..devices.device import EdgeKind
 from .independence import Basis, GraphBasis, LinearBasis
 from .mna import MnaSystem
@@ -94,8 +94,7 @@ def normal_tree(mna: MnaSystem, windings: Sequence[Winding] = ()) -> NormalTree:
     branches = branches_of(mna)
     layout = mna.layout
     count = len(layout.nodes) - 1
-    plain = not windings and not any(isinstance(d, Vcvs) for d in mna.devices)
-    basis: Basis = GraphBasis(count) if plain else LinearBasis()
+    basis: Basis = LinearBasis() if windings else GraphBasis(count)
     in_tree = [False] * len(branches)
     follow = tied(windings)
 
@@ -106,7 +105,9 @@ def normal_tree(mna: MnaSystem, windings: Sequence[Winding] = ()) -> NormalTree:
             touches = branch.a < 0 or branch.b < 0
             if branch.kind != kind or grounded not in (None, touches):
                 continue
-            if branch.device.name not in follow and basis.add(_form(branch, layout)):
+            if branch.device.name not in follow and basis.add(
+                dict(layout.voltage(*branch.device.ends))
+            ):
                 in_tree[k] = True
             else:
                 closing.append(k)
@@ -138,16 +139,6 @@ def normal_tree(mna: MnaSystem, windings: Sequence[Winding] = ()) -> NormalTree:
         if parts.find(node + 1) not in ({0} | steered) and basis.add({node: 1.0})
     ]
     return NormalTree(tuple(branches), tuple(in_tree), tuple(redundant), tuple(roots))
-
-
-def _form(branch: Branch, layout: Layout) -> dict[int, float]:
-    """Return what a branch fixes, as a form of the node potentials."""
-    form = dict(layout.voltage(*branch.device.ends))
-    if isinstance(branch.device, Vcvs):
-        c, d = branch.device.controls[0], branch.device.controls[1]
-        for node, value in layout.voltage(c, d, -branch.device.gain):
-            form[node] = form.get(node, 0.0) + value
-    return form
 
 
 def _transformer_forms(windings: Sequence[Winding], layout: Layout) -> list[dict[int, float]]:

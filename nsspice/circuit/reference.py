@@ -82,6 +82,12 @@ class Reference:
         """Return P, shape (n, states): where the rates enter the rows; P' z are the states."""
         return _incidence(self.mna.system.n, self.states)
 
+    def outputs(self, z: Floats, lam: Floats) -> Floats:
+        """Return the quantity of each pair that is not given: current in the tree, else slack."""
+        s = self.mna.system
+        slack = -s.B.dense() @ z + s.D.dense() @ lam
+        return np.where(self.in_tree[:, None], lam, slack)
+
     def solver(self) -> Solve:
         """Return a function that solves the system for one or several right sides (columns).
 
@@ -231,27 +237,46 @@ def _network(mna: MnaSystem, tree: NormalTree, windings: Sequence[Winding]) -> R
     return Reference(mna, tree, states, in_tree, fixed, matrix)
 
 
-def storage_terms(network: Reference) -> tuple[Floats, Floats, Floats]:
-    """Return E_x and the factors of u' and s' in ``E_x x' + E_u u' + E_s s' = rho(x, u, s)``.
+@dataclass(frozen=True, slots=True)
+class StorageTerms:
+    """What the stores outside the states add to ``E_x x' + E_u u' + E_s s' = rho(x, u, s)``.
 
-    The diagonal of E_x holds the states' own capacitances and inductances; cotree capacitors, tree
-    inductors and couplings add to it through the voltages and currents that they share.
+    Parameters
+    ----------
+    E_x, E_u, E_s : ndarray
+        Shapes (states, states), (states, m), (states, p).  The diagonal of E_x holds the states'
+        own capacitances and inductances; cotree capacitors, tree inductors and couplings add to it
+        through the voltages and currents that they share.
+    outputs : ndarray, shape (m, states + m + p)
+        How the pairs' other quantities depend on x', u' and s': zero without controlled sources.
+    """
+
+    E_x: Floats
+    E_u: Floats
+    E_s: Floats
+    outputs: Floats
+
+
+def storage_terms(network: Reference, z: Floats) -> StorageTerms:
+    """Return the storage terms of a reference network.
+
+    Parameters
+    ----------
+    network : Reference
+    z : ndarray, shape (n, states + m + p + 1)
+        Solution of the network for its unit inputs.
     """
     s = network.mna.system
-    n, m, k, p = s.n, s.m, len(network.states), len(s.waveforms)
+    n, m, k = s.n, s.m, len(network.states)
     own = np.array([state.storage for state in network.states])
     incidence = network.incidence().dense()
     rest = s.E.dense() - incidence @ (own[:, None] * incidence.T)
     rest[network.fixed] = 0.0
-    solve = network.solver()
-    inputs = network_inputs(network)
-    z = solve(inputs)[:n]
-    right = np.zeros((n + m + k, inputs.shape[1]))
-    right[:n] = -rest @ z
-    rho = solve(right)[n + m :]
-    blocks = np.split(rho, [k, k + m], axis=1)
-    assert blocks[2].shape[1] == p + 1
-    return np.diag(own) - blocks[0], -blocks[1], -blocks[2][:, :p]
+    right = np.zeros((n + m + k, z.shape[1] - 1))
+    right[:n] = -rest @ z[:, :-1]
+    dz, dlam, rho = np.split(network.solver()(right), [n, n + m])
+    by_x, by_u, by_s = np.split(rho, [k, k + m], axis=1)
+    return StorageTerms(np.diag(own) - by_x, -by_u, -by_s, network.outputs(dz, dlam))
 
 
 def network_inputs(network: Reference) -> Floats:

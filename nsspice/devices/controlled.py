@@ -12,11 +12,22 @@ from typing import TYPE_CHECKING
 from ..problems.descriptor import Functional
 from .device import NO_VALUES, Context, Device, Edge, check_flags, number
 from .effect import Effect
-from .parameter import Parameter, Table
+from .parameter import Parameter, Table, inert, refused
 from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element
+
+
+_SHARED = (
+    refused("tc1", "linear temperature coefficient", "write the gain at this temperature"),
+    refused("tc2", "quadratic temperature coefficient", "write the gain at this temperature"),
+    inert("temp", "temperature of this element", "C"),
+    inert("dtemp", "temperature difference", "K"),
+    inert("ic", "initial value (nothing is stored)"),
+)
+_VOLTAGE = Table(inert("m", "number of equal sources in parallel"), *_SHARED)
+_CURRENT = Table(Parameter("m", "number of equal sources in parallel", "", 1.0), *_SHARED)
 
 
 class Controlled(Device):
@@ -24,7 +35,7 @@ class Controlled(Device):
 
     KIND = "controlled source"
     UNIT = ""
-    INSTANCE = Table()
+    INSTANCE = _VOLTAGE
     __slots__ = ("gain",)
 
     def __init__(self, element: Element, gain: float) -> None:
@@ -110,7 +121,7 @@ class Vccs(VoltageControlled):
 
     KIND = "voltage-controlled current source"
     UNIT = "S"
-    INSTANCE = Table(Parameter("m", "number of equal sources in parallel", "", 1.0))
+    INSTANCE = _CURRENT
     __slots__ = ()
 
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
@@ -130,7 +141,7 @@ class Cccs(CurrentControlled):
     """``F a b vname gain``: the current gain i(vname) flows from a through the source to b."""
 
     KIND = "current-controlled current source"
-    INSTANCE = Table(Parameter("m", "number of equal sources in parallel", "", 1.0))
+    INSTANCE = _CURRENT
     __slots__ = ()
 
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:

@@ -39,6 +39,8 @@ class Context:
         self.findings = findings
         #: laws of ``.model`` cards by identity, so that 20,000 diodes read their card once
         self.models: dict[int, object] = {}
+        #: parameters of R, L and C cards
+        self.cards: dict[int, dict[str, float]] = {}
         #: whatever else a law computes once for equal elements
         self.shared: dict[str, dict[object, object]] = {}
 

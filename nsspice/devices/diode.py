@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from ..problems.descriptor import Functional
@@ -27,25 +27,25 @@ from .device import (
 )
 from .effect import Effect
 from .findings import Findings
-from .parameter import Parameter, Table
+from .parameter import Parameter, Table, inert, refused
 from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
-    from ..netlist.deck import Element, Model
+    from ..errors import Span
+    from ..netlist.deck import Element, Model, Param
 
 _SMOOTH = "leave it out, or leave out the set-valued parameters for a smooth junction"
 
 
-def _junction(name: str, meaning: str, unit: str = "") -> Parameter:
-    """Return a parameter of the smooth junction that a set-valued law cannot use."""
-    return Parameter(name, meaning, unit, status="inert")
-
-
-def _refused(name: str, meaning: str, hint: str) -> Parameter:
-    """Return a parameter that would change the results."""
-    return Parameter(name, meaning, status="refused", hint=hint)
-
-
+#: the set-valued effects, on the model card or on the element line, which goes first
+_EFFECTS = (
+    Parameter("vfwd", "forward drop", "V"),
+    Parameter("ron", "resistance while it conducts", "Ohm"),
+    Parameter("roff", "resistance while it blocks", "Ohm"),
+    Parameter("vrev", "breakdown voltage, positive", "V"),
+    Parameter("rrev", "resistance in breakdown, default ron", "Ohm"),
+)
+_NAMES = tuple(p.name for p in _EFFECTS)
 #: parameters that make a model card set-valued
 SET_VALUED = ("ideal", "vfwd", "vrev", "ron", "rrev", "roff")
 
@@ -96,48 +96,47 @@ class Diode(Device):
     INSTANCE = Table(
         Parameter("area", "area factor", "", 1.0),
         Parameter("m", "number of equal diodes in parallel", "", 1.0),
-        Parameter("ic", "initial voltage (no charge is stored)", "V", status="inert"),
-        Parameter("temp", "temperature (piecewise-linear laws have none)", "C", status="inert"),
-        Parameter("dtemp", "temperature difference", "K", status="inert"),
-        Parameter("pj", "perimeter factor", status="inert"),
+        *_EFFECTS,
+        inert("ic", "initial voltage (no charge is stored)", "V"),
+        inert("temp", "temperature (piecewise-linear laws have none)", "C"),
+        inert("dtemp", "temperature difference", "K"),
+        inert("pj", "perimeter factor"),
+        inert("w", "width of the junction", "m"),
+        inert("l", "length of the junction", "m"),
     )
     MODEL = Table(
         Parameter("ideal", "an ideal diode"),
-        Parameter("vfwd", "forward drop", "V"),
-        Parameter("ron", "resistance while it conducts", "Ohm"),
-        Parameter("roff", "resistance while it blocks", "Ohm"),
-        Parameter("vrev", "breakdown voltage, positive", "V"),
-        Parameter("rrev", "resistance in breakdown, default ron", "Ohm"),
-        _refused("epsilon", "width of a rounded corner", "the corner is sharp: write epsilon=0"),
-        _refused("revepsilon", "width of a rounded corner", "the corner is sharp: revepsilon=0"),
-        _refused("ilimit", "current limit", "leave it out, or limit the current by a source"),
-        _refused("revilimit", "reverse current limit", "leave it out"),
-        _refused("rs", "ohmic resistance", "add it to ron"),
-        _refused("cjo", "junction capacitance", "put a capacitor in parallel"),
-        _refused("cj0", "junction capacitance", "put a capacitor in parallel"),
-        _refused("cj", "junction capacitance", "put a capacitor in parallel"),
-        _refused("tt", "transit time", _SMOOTH),
-        _refused("bv", "SPICE breakdown", "use vrev"),
-        _junction("ibv", "SPICE breakdown current", "A"),
-        _junction("is", "saturation current", "A"),
-        _junction("js", "saturation current", "A"),
-        _junction("n", "emission coefficient"),
-        _junction("eg", "band gap", "eV"),
-        _junction("xti", "temperature exponent"),
-        _junction("vj", "junction potential", "V"),
-        _junction("m", "grading coefficient"),
-        _junction("mj", "grading coefficient"),
-        _junction("fc", "forward capacitance coefficient"),
-        _junction("tnom", "nominal temperature", "C"),
-        _junction("kf", "flicker noise"),
-        _junction("af", "flicker noise"),
-        _junction("level", "model level"),
-        _junction("iave", "rating: mean current", "A"),
-        _junction("ipk", "rating: peak current", "A"),
-        _junction("vpk", "rating: peak voltage", "V"),
-        _junction("irms", "rating: current", "A"),
-        _junction("mfg", "manufacturer"),
-        _junction("type", "kind of diode"),
+        *_EFFECTS,
+        refused("epsilon", "width of a rounded corner", "the corner is sharp: write epsilon=0"),
+        refused("revepsilon", "width of a rounded corner", "the corner is sharp: revepsilon=0"),
+        refused("ilimit", "current limit", "leave it out, or limit the current by a source"),
+        refused("revilimit", "reverse current limit", "leave it out"),
+        refused("rs", "ohmic resistance", "add it to ron"),
+        refused("cjo", "junction capacitance", "put a capacitor in parallel"),
+        refused("cj0", "junction capacitance", "put a capacitor in parallel"),
+        refused("cj", "junction capacitance", "put a capacitor in parallel"),
+        refused("tt", "transit time", _SMOOTH),
+        refused("bv", "SPICE breakdown", "use vrev"),
+        inert("ibv", "SPICE breakdown current", "A"),
+        inert("is", "saturation current", "A"),
+        inert("js", "saturation current", "A"),
+        inert("n", "emission coefficient"),
+        inert("eg", "band gap", "eV"),
+        inert("xti", "temperature exponent"),
+        inert("vj", "junction potential", "V"),
+        inert("m", "grading coefficient"),
+        inert("mj", "grading coefficient"),
+        inert("fc", "forward capacitance coefficient"),
+        inert("tnom", "nominal temperature", "C"),
+        inert("kf", "flicker noise"),
+        inert("af", "flicker noise"),
+        inert("level", "model level"),
+        inert("iave", "rating: mean current", "A"),
+        inert("ipk", "rating: peak current", "A"),
+        inert("vpk", "rating: peak voltage", "V"),
+        inert("irms", "rating: current", "A"),
+        inert("mfg", "manufacturer"),
+        inert("type", "kind of diode"),
     )
     shows_current = True
     __slots__ = ("law", "parallel", "parts")
@@ -163,7 +162,7 @@ class Diode(Device):
                     f"off of {element.name} is a starting hint that this program does not need",
                     element.flags["off"],
                 )
-        given = cls.INSTANCE.read(element.params, element.name, findings) if element.params else {}
+        given = cls._given(element, findings)
         area = given.get("area", 1.0)
         if element.value is not None and "area" not in given:
             bare = number(element, "area", findings)
@@ -175,10 +174,30 @@ class Diode(Device):
             findings.error("NS2005", f"area and m of {element.name} must be positive", element.span)
             return None
         law = cls._law(element, context)
+        own = {name: given[name] for name in _NAMES if name in given}
+        if law is not None and own:
+            law = replace(law, **own)
+            if not check_law(law, element.name, element.params, element.span, findings):
+                return None
         if law is None:
             return None
-        parts = _decomposed(law, parallel, context)
-        return cls(element, law, parallel, parts)
+        return cls(element, law, parallel, _decomposed(law, parallel, context))
+
+    @classmethod
+    def _given(cls, element: Element, findings: Findings) -> dict[str, float]:
+        """Return the parameters of the element line; report a smooth series drop."""
+        if not element.params:
+            return {}
+        params = dict(element.params)
+        if "v" in params:
+            del params["v"]
+            refuse_smooth(
+                element,
+                f"{element.name} has a smooth series drop V={{...}}",
+                findings,
+                "use vfwd and ron",
+            )
+        return cls.INSTANCE.read(params, element.name, findings)
 
     @classmethod
     def _law(cls, element: Element, context: Context) -> DiodeLaw | None:
@@ -263,26 +282,46 @@ def read_law(model: Model, findings: Findings) -> DiodeLaw | str:
     owner = f"model {model.name}"
     before = len(findings.errors)
     given = Diode.MODEL.read(params, owner, findings)
-    law = DiodeLaw(**{k: given[k] for k in ("vfwd", "ron", "roff", "vrev", "rrev") if k in given})
+    law = DiodeLaw(**{name: given[name] for name in _NAMES if name in given})
+    check_law(law, owner, model.params, model.span, findings)
+    return law if len(findings.errors) == before else "wrong"
+
+
+def check_law(
+    law: DiodeLaw, owner: str, params: Mapping[str, Param], span: Span, findings: Findings
+) -> bool:
+    """Return whether the effects fit together; report those that do not.
+
+    Parameters
+    ----------
+    law : DiodeLaw
+    owner : str
+        ``d1`` or ``model dm``.
+    params : mapping of str to Param
+        For the places of the parameters.
+    span : Span
+        Place of the owner.
+    findings : Findings
+    """
+    before = len(findings.errors)
 
     def wrong(key: str, message: str, hint: str) -> None:
-        findings.error("NS2005", f"{owner}: {message}", model.params[key].span, hint)
+        where = params[key].span if key in params else span
+        findings.error("NS2005", f"{owner}: {message}", where, hint)
 
     roff = math.inf if law.roff is None else law.roff
-    for key in ("ron", "rrev"):
-        value = given.get(key)
+    for key, value in (("ron", law.ron), ("rrev", law.rrev)):
         if value is not None and not 0.0 <= value < roff:
             wrong(key, f"{key}={value:g} Ohm must lie between 0 and roff", f"roff is {roff:g} Ohm")
-    if law.roff is not None and law.roff <= 0.0:
+    if roff <= 0.0:
         wrong("roff", "roff must be positive", "leave it out for an ideally blocking diode")
     if math.isinf(law.vfwd or 0.0):
-        wrong("vfwd", "vfwd must be finite", "")
+        wrong("vfwd", "vfwd must be finite", "give a voltage")
     if law.vrev is not None and law.vrev + (law.vfwd or 0.0) < 0.0:
         wrong("vrev", "the breakdown lies above the forward drop", "vrev is a positive number")
-    if law.rrev is not None and law.vrev is None:
-        findings.warning(
-            "NS2052", f"{owner}: rrev has no effect without vrev", model.params["rrev"].span
-        )
     if law.vrev is not None and math.isinf(law.vrev):
-        law = DiodeLaw(law.vfwd, law.ron, law.roff)
-    return law if len(findings.errors) == before else "wrong"
+        wrong("vrev", "vrev must be finite", "leave it out for a diode that never breaks down")
+    if law.rrev is not None and law.vrev is None:
+        where = params["rrev"].span if "rrev" in params else span
+        findings.warning("NS2052", f"{owner}: rrev has no effect without vrev", where)
+    return len(findings.errors) == before

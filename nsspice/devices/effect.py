@@ -33,6 +33,8 @@ class Effect:
     def __str__(self) -> str:
         if not self.parameter:
             return self.name
+        if self.parameter == "value":  # the value of the element line itself
+            return self.name if self.value is None else f"{self.name} {self.value:g} {self.unit}"
         if self.value is None:
             return f"{self.name} ({self.parameter})"
         unit = f" {self.unit}" if self.unit else ""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, ClassVar
 from ..problems.descriptor import Functional
 from .device import NO_VALUES, Context, Edge
 from .effect import Effect
-from .parameter import Parameter, Table
-from .passive import MODEL_SHARED, SHARED, Passive, read_passive
+from .parameter import Parameter, Table, refused
+from .passive import MODEL_SHARED, PARASITICS, SHARED, Passive, read_passive
 from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
@@ -20,7 +20,12 @@ class Inductor(Passive):
     """A linear inductor; its current may be fixed by sources or other inductors."""
 
     KIND = "inductor"
-    INSTANCE = Table(*SHARED, Parameter("ic", "initial current, used with uic", "A"))
+    INSTANCE = Table(
+        *SHARED,
+        Parameter("ic", "initial current, used with uic", "A"),
+        *PARASITICS,
+        refused("nt", "number of turns", "write the inductance"),
+    )
     MODEL = Table(*MODEL_SHARED, Parameter("l", "inductance", "H", aliases=("ind",)))
     MODEL_TYPES: ClassVar[tuple[str, ...]] = ("l", "ind")
     stores_energy = True

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ..problems.descriptor import Functional, Waveform
 from .device import NO_VALUES, Context, Device, Edge
 from .effect import Effect
-from .parameter import Table
+from .parameter import Parameter, Table
 from .stamper import Conditions, Layout, Stamper
 from .vsource import SOURCE_SHARED, read_source
 from .waveform import source_waveform
@@ -21,7 +21,7 @@ class CurrentSource(Device):
     """An independent current source."""
 
     KIND = "current source"
-    INSTANCE = Table(*SOURCE_SHARED)
+    INSTANCE = Table(Parameter("m", "number of equal sources in parallel", "", 1.0), *SOURCE_SHARED)
     __slots__ = ("m", "source")
 
     def __init__(self, element: Element, source: Source, m: float) -> None:

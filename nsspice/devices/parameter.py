@@ -53,6 +53,16 @@ class Parameter:
     hint: str = ""
 
 
+def refused(name: str, meaning: str, hint: str, unit: str = "", neutral: float = 0.0) -> Parameter:
+    """Return a parameter that would change results: an error unless it has its neutral value."""
+    return Parameter(name, meaning, unit, status="refused", neutral=neutral, hint=hint)
+
+
+def inert(name: str, meaning: str, unit: str = "") -> Parameter:
+    """Return a parameter that cannot change a result: a listed warning."""
+    return Parameter(name, meaning, unit, status="inert")
+
+
 class Table:
     """The parameters that one kind of element line or model card may have.
 
@@ -83,7 +93,7 @@ class Table:
         findings : Findings
         """
         values: dict[str, float] = {}
-        inert: list[str] = []
+        ignored: list[str] = []
         for key, param in params.items():
             entry = self._by_name.get(key)
             if entry is None:
@@ -92,7 +102,7 @@ class Table:
                 continue
             value = param.value
             if entry.status == "inert":
-                inert.append(key)
+                ignored.append(key)
                 continue
             if not isinstance(value, int | float) or math.isnan(value):
                 text = getattr(value, "text", value)
@@ -113,10 +123,10 @@ class Table:
                     )
                 continue
             values[entry.name] = float(value)
-        if inert:
+        if ignored:
             findings.warning(
                 "NS2052",
-                f"{', '.join(inert)} of {owner} cannot change the results and is ignored",
-                params[inert[0]].span,
+                f"{', '.join(ignored)} of {owner} cannot change the results and is ignored",
+                params[ignored[0]].span,
             )
         return values

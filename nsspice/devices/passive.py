@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from .device import Context, Device, check_flags, check_model, number, temperature_factor
-from .parameter import Parameter
+from .parameter import Parameter, refused
 from .stamper import Conditions
 
 if TYPE_CHECKING:
@@ -15,8 +15,17 @@ SHARED = (
     Parameter("m", "number of equal elements in parallel", "", 1.0),
     Parameter("tc1", "linear temperature coefficient", "1/K", 0.0, ("tc",)),
     Parameter("tc2", "quadratic temperature coefficient", "1/K2", 0.0),
+    Parameter("scale", "factor of the value", "", 1.0),
     Parameter("temp", "temperature of this element", "C"),
     Parameter("dtemp", "temperature above the circuit's", "K", 0.0),
+)
+#: parasitics that LTspice writes on C and L lines
+PARASITICS = (
+    refused("rser", "series resistance", "put a resistor in series", "Ohm"),
+    refused("lser", "series inductance", "put an inductor in series", "H"),
+    refused("rpar", "parallel resistance", "put a resistor in parallel", "Ohm"),
+    refused("cpar", "parallel capacitance", "put a capacitor in parallel", "F"),
+    refused("rlshunt", "resistance across lser", "put a resistor in parallel", "Ohm"),
 )
 MODEL_SHARED = (
     Parameter("tc1", "linear temperature coefficient", "1/K", 0.0),
@@ -34,7 +43,7 @@ class Passive(Device):
 
     def __init__(self, element: Element, value: float, given: dict[str, float]) -> None:
         super().__init__(element)
-        self.value = value
+        self.value = value * given.get("scale", 1.0)
         self.m = given.get("m", 1.0)
         self.tc1 = given.get("tc1", 0.0)
         self.tc2 = given.get("tc2", 0.0)
@@ -67,11 +76,12 @@ def read_passive(
     if element.model is not None:
         if not check_model(element, law.MODEL_TYPES, findings, required=False):
             return None
-        card = law.MODEL.read(element.model.params, f"model {element.model.name}", findings)
+        card = context.cards.get(id(element.model), {})
+        if id(element.model) not in context.cards:
+            card = law.MODEL.read(element.model.params, f"model {element.model.name}", findings)
+            context.cards[id(element.model)] = card
     if element.value is None and letter in card:
         value: float | None = card[letter]
-    elif element.value is None and "rsh" in card and "l" in given:
-        value = _sheet(element, card, given, context)
     else:
         value = number(element, what, findings)
     if value is None:
@@ -83,20 +93,3 @@ def read_passive(
         if key in card:
             given.setdefault(key, card[key])
     return value, given
-
-
-def _sheet(
-    element: Element, card: dict[str, float], given: dict[str, float], context: Context
-) -> float | None:
-    """Return the resistance of a strip: sheet resistance times length over width."""
-    width = given.get("w", card.get("defw", 0.0)) - card.get("narrow", 0.0)
-    length = given["l"] - card.get("narrow", 0.0)
-    if width <= 0.0 or length < 0.0:
-        context.findings.error(
-            "NS2005",
-            f"{element.name} has no positive width",
-            element.span,
-            "give w= on the line or defw= on the model card",
-        )
-        return None
-    return card["rsh"] * length / width

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
 from ..problems.descriptor import Functional
-from .device import NO_VALUES, Context, Edge
+from .device import NO_VALUES, Context, Edge, refuse_smooth
 from .effect import Effect
-from .parameter import Parameter, Table
+from .parameter import Parameter, Table, inert, refused
 from .passive import MODEL_SHARED, SHARED, Passive, read_passive
 from .stamper import Layout, Stamper
 
@@ -23,20 +23,17 @@ class Resistor(Passive):
     KIND = "resistor"
     INSTANCE = Table(
         *SHARED,
-        Parameter("ac", "resistance for .ac only", "Ohm", status="inert"),
-        Parameter("l", "length, with rsh of the model", "m"),
-        Parameter("w", "width, with rsh of the model", "m"),
-        Parameter("noisy", "noise on or off", status="inert"),
-        Parameter("noise", "noise on or off", status="inert"),
+        inert("ac", "resistance for .ac only", "Ohm"),
+        inert("ic", "initial value (a resistor stores nothing)"),
+        inert("noisy", "noise on or off"),
+        inert("noise", "noise on or off"),
     )
     MODEL = Table(
         *MODEL_SHARED,
         Parameter("r", "resistance", "Ohm", aliases=("res", "resistance")),
-        Parameter("rsh", "sheet resistance", "Ohm", 0.0),
-        Parameter("defw", "default width", "m", aliases=("w",)),
-        Parameter("narrow", "etching on each side", "m", 0.0),
-        Parameter("kf", "flicker noise", status="inert"),
-        Parameter("af", "flicker noise", status="inert"),
+        refused("rsh", "sheet resistance", "write the resistance on the element line", "Ohm"),
+        inert("kf", "flicker noise"),
+        inert("af", "flicker noise"),
     )
     MODEL_TYPES: ClassVar[tuple[str, ...]] = ("r", "res")
     __slots__ = ()
@@ -45,8 +42,6 @@ class Resistor(Passive):
     def read(cls, element: Element, context: Context) -> Resistor | None:
         """Return the resistor of an element line, or None after reporting why not."""
         if element.quantity and not isinstance(element.value, int | float | None):
-            from .device import refuse_smooth
-
             refuse_smooth(element, f"{element.name} is a nonlinear resistor", context.findings)
             return None
         found = read_passive(cls, element, context, "r", "resistance")

@@ -21,7 +21,7 @@ from ..problems.descriptor import Functional, Switch
 from .device import NO_VALUES, Context, Device, Edge, check_flags, check_model
 from .effect import Effect
 from .findings import Findings
-from .parameter import Parameter, Table
+from .parameter import Parameter, Table, refused
 from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
@@ -63,19 +63,11 @@ class SwitchLaw:
 
 
 _REFUSED = (
-    Parameter(
-        "lser",
-        "series inductance",
-        "H",
-        status="refused",
-        hint="put an inductor in series",
-    ),
-    Parameter(
-        "vser", "series voltage", "V", status="refused", hint="put a voltage source in series"
-    ),
-    Parameter("ilimit", "current limit", "A", status="refused", hint="leave it out"),
-    Parameter("epsilon", "smooth transition", status="refused", hint="write epsilon=0"),
-    Parameter("level", "model level", status="refused", neutral=1.0, hint="use level=1"),
+    refused("lser", "series inductance", "put an inductor in series", "H"),
+    refused("vser", "series voltage", "put a voltage source in series", "V"),
+    refused("ilimit", "current limit", "leave it out", "A"),
+    refused("epsilon", "smooth transition", "write epsilon=0"),
+    refused("level", "model level", "use level=1", neutral=1.0),
 )
 _RESISTANCES = (
     Parameter("ron", "resistance while closed", "Ohm", 0.0),

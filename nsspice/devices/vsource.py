@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ..problems.descriptor import Functional, Waveform
 from .device import NO_VALUES, Context, Device, Edge, check_flags
 from .effect import Effect
-from .parameter import Parameter, Table
+from .parameter import Table, inert, refused
 from .stamper import Conditions, Layout, Stamper
 from .waveform import check_source, source_waveform
 
@@ -16,11 +16,21 @@ if TYPE_CHECKING:
     from ..netlist.deck import Element, Source
 
 
+#: parasitics and options that LTspice writes on source lines
+SOURCE_SHARED = (
+    refused("rser", "series resistance", "put a resistor in series", "Ohm"),
+    refused("rpar", "parallel resistance", "put a resistor in parallel", "Ohm"),
+    refused("cpar", "parallel capacitance", "put a capacitor in parallel", "F"),
+    refused("load", "the source acts as a load", "write a resistor or a diode"),
+    refused("file", "a file of samples", "write the points as PWL"),
+)
+
+
 class VoltageSource(Device):
     """An independent voltage source; its current into the first terminal is an unknown."""
 
     KIND = "voltage source"
-    INSTANCE = Table()
+    INSTANCE = Table(inert("m", "number of equal sources in parallel"), *SOURCE_SHARED)
     shows_current = True
     __slots__ = ("source",)
 
@@ -56,9 +66,6 @@ class VoltageSource(Device):
     def current(self, layout: Layout) -> Functional:
         """Return the unknown current."""
         return layout.branch(self.name)
-
-
-SOURCE_SHARED = (Parameter("m", "number of equal sources in parallel", "", 1.0),)
 
 
 def read_source(

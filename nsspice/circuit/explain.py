@@ -1,0 +1,279 @@
+"""What a circuit is, without simulating it: islands, unknowns, class and why, active effects."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ..devices import Device
+from ..errors import Diagnostic, RegularityError
+from .circuit import Circuit, Island
+from .dlcp import DlcpForm, dlcp_form
+from .problem_class import ProblemClass
+from .render import label_list, labelled_matrix
+
+#: how each class is solved
+METHOD = {
+    ProblemClass.LINEAR_ALGEBRAIC: "one linear system per point",
+    ProblemClass.LCP: "one mixed linear complementarity problem per point, exact",
+    ProblemClass.GE: "Newton's method on the generalized equation, point by point",
+    ProblemClass.LINEAR_DAE: "implicit time steps with one factorisation",
+    ProblemClass.DLCP: "Moreau time stepping, one mixed linear complementarity problem per step",
+    ProblemClass.DNCP: "Moreau time stepping with Newton's method in each step",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class EffectLine:
+    """Elements of one kind that the deck asked for the same effects.
+
+    Parameters
+    ----------
+    kind : str
+        ``diode``, ``resistor`` ...
+    elements : tuple of str
+    effects : tuple of str
+        ``forward drop (vfwd=0.7 V)``: the effect and the parameter that called for it; the value
+        stands there if it is the same for all elements.
+    """
+
+    kind: str
+    elements: tuple[str, ...]
+    effects: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"{self.kind} {label_list(self.elements)}: {', '.join(self.effects)}"
+
+
+@dataclass(frozen=True, slots=True)
+class IslandExplanation:
+    """What one island is.
+
+    Parameters
+    ----------
+    number : int
+        Counted from 1.
+    elements, nodes : int
+    unknowns, pairs : tuple of str
+    problem_class : ProblemClass
+    reason : str
+    effects : tuple of EffectLine
+    form : DlcpForm or None
+        Only if asked for.
+    without_form : str
+        Why there is no DLCP form although it was asked for.
+    """
+
+    number: int
+    elements: int
+    nodes: int
+    unknowns: tuple[str, ...]
+    pairs: tuple[str, ...]
+    problem_class: ProblemClass
+    reason: str
+    effects: tuple[EffectLine, ...]
+    form: DlcpForm | None = None
+    without_form: str = ""
+
+    def to_dict(self) -> dict[str, object]:
+        """Return a JSON-ready mapping."""
+        return {
+            "island": self.number,
+            "elements": self.elements,
+            "nodes": self.nodes,
+            "unknowns": list(self.unknowns),
+            "pairs": list(self.pairs),
+            "class": self.problem_class.name,
+            "class_name": self.problem_class.value,
+            "reason": self.reason,
+            "method": METHOD[self.problem_class],
+            "effects": [
+                {"kind": e.kind, "elements": list(e.elements), "effects": list(e.effects)}
+                for e in self.effects
+            ],
+            "dlcp": self.form.to_dict() if self.form else None,
+            "no_dlcp": self.without_form,
+        }
+
+    def text(self) -> str:
+        """Return the paragraph shown to the user."""
+        lines = [
+            f"island {self.number}: {self.problem_class.name}, {self.problem_class.value}",
+            f"  why       {self.reason}",
+            f"  solved by {METHOD[self.problem_class]}",
+            f"  size      {_count(self.elements, 'element')}, {_count(self.nodes, 'node')}, "
+            f"{_count(len(self.unknowns), 'unknown')}, {_count(len(self.pairs), 'pair')}",
+            f"  unknowns  {label_list(self.unknowns, 12)}",
+        ]
+        if self.pairs:
+            lines.append(f"  pairs     {label_list(self.pairs, 12)}")
+        lines.append("  effects")
+        lines += [f"    {line}" for line in self.effects]
+        if self.form is not None:
+            lines += _matrices(self.form)
+        elif self.without_form:
+            lines.append(f"  no DLCP form: {self.without_form}")
+        return "\n".join(lines)
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """What a circuit is.
+
+    Parameters
+    ----------
+    title, file : str
+    islands : tuple of IslandExplanation
+    warnings : tuple of Diagnostic
+    """
+
+    title: str
+    file: str
+    islands: tuple[IslandExplanation, ...]
+    warnings: tuple[Diagnostic, ...]
+
+    def to_dict(self) -> dict[str, object]:
+        """Return a JSON-ready mapping."""
+        return {
+            "title": self.title,
+            "file": self.file,
+            "islands": [island.to_dict() for island in self.islands],
+            "warnings": [warning.to_dict() for warning in self.warnings],
+        }
+
+    def text(self) -> str:
+        """Return the text shown to the user; islands that look alike are shown once."""
+        blocks = [f"{self.title or self.file}: {_count(len(self.islands), 'island')}"]
+        alike: dict[tuple[object, ...], list[IslandExplanation]] = {}
+        for island in self.islands:
+            key: tuple[object, ...] = (
+                island.problem_class,
+                island.elements,
+                island.nodes,
+                len(island.unknowns),
+                len(island.pairs),
+                tuple((e.kind, len(e.elements), e.effects) for e in island.effects),
+            )
+            alike.setdefault(key if island.form is None else (island.number,), []).append(island)
+        for group in alike.values():
+            block = group[0].text()
+            if len(group) > 1:
+                numbers = label_list([str(island.number) for island in group[1:]], 6)
+                block += f"\n  and {_count(len(group) - 1, 'island')} alike: {numbers}"
+            blocks.append(block)
+        if self.warnings:
+            blocks.append("\n".join(warning.render() for warning in self.warnings))
+        return "\n\n".join(blocks) + "\n"
+
+
+def explain(circuit: Circuit, matrices: bool = False) -> Explanation:
+    """Return what a circuit is, without simulating it.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    matrices : bool
+        Also derive the DLCP matrices of each dynamic or set-valued island.
+    """
+    return Explanation(
+        circuit.deck.title,
+        circuit.deck.file,
+        tuple(_explain(k, isle, matrices) for k, isle in enumerate(circuit.islands, 1)),
+        tuple(circuit.warnings),
+    )
+
+
+def _explain(number: int, island: Island, matrices: bool) -> IslandExplanation:
+    """Return what one island is."""
+    mna = island.assemble()
+    form, without = None, ""
+    if matrices:
+        try:
+            form = dlcp_form(mna)
+        except RegularityError as error:
+            without = error.diagnostics[0].message
+    return IslandExplanation(
+        number,
+        len(island.devices),
+        len(island.nodes),
+        tuple(mna.unknowns),
+        tuple(mna.pairs),
+        island.problem_class,
+        island.reason,
+        effect_lines(island.devices),
+        form,
+        without,
+    )
+
+
+def effect_lines(devices: Sequence[Device]) -> tuple[EffectLine, ...]:
+    """Return the active effects, elements with the same effects together.
+
+    Parameters
+    ----------
+    devices : sequence of Device
+    """
+    groups: dict[tuple[object, ...], list[Device]] = {}
+    for device in devices:
+        key = (device.KIND, *((e.name, e.parameter) for e in device.effects))
+        groups.setdefault(key, []).append(device)
+    lines = []
+    for members in groups.values():
+        texts = []
+        for k, effect in enumerate(members[0].effects):
+            same = len({d.effects[k].value for d in members}) == 1
+            texts.append(str(effect if same else replace(effect, value=None)))
+        names = tuple(d.name for d in members)
+        lines.append(EffectLine(members[0].KIND, names, tuple(texts)))
+    return tuple(lines)
+
+
+def _matrices(form: DlcpForm) -> list[str]:
+    """Return the DLCP form as text, sources and constants only where there are any."""
+
+    def terms(*names: tuple[str, str]) -> str:
+        """Return a sum of the matrices that are not empty; sources and constants if not zero."""
+        used = [n for n in names if getattr(form, n[0]).size and _shown(form, n[0])]
+        return " + ".join(f"{matrix} {vector}".strip() for matrix, vector in used) or "0"
+
+    lines = ["  DLCP form"]
+    if form.states:
+        rates = terms(("A", "x"), ("B", "u"), ("F", "s"), ("F1", "s'"), ("a", ""))
+        lines.append(f"    x' = {rates}")
+    if form.inputs:
+        outputs = terms(("C", "x"), ("D", "u"), ("G", "s"), ("c", ""))
+        lines.append(f"    y  = {outputs},  0 <= u perp y >= 0")
+    for letter, names in (
+        ("x", form.states),
+        ("u", form.inputs),
+        ("y", form.outputs),
+        ("s", form.sources),
+    ):
+        if names:
+            lines.append(f"    {letter} = ({', '.join(names)})")
+    blocks = [
+        ("A", form.states, form.states),
+        ("B", form.states, form.inputs),
+        ("C", form.outputs, form.states),
+        ("D", form.outputs, form.inputs),
+        ("F", form.states, form.sources),
+        ("F1", form.states, form.sources),
+        ("G", form.outputs, form.sources),
+        ("a", form.states, ["1"]),
+        ("c", form.outputs, ["1"]),
+    ]
+    for name, rows, columns in blocks:
+        matrix = getattr(form, name)
+        if matrix.size and _shown(form, name):
+            shaped = matrix.reshape(len(rows), len(columns))
+            lines += [f"    {line}" for line in labelled_matrix(name, rows, columns, shaped)]
+    return lines
+
+
+def _shown(form: DlcpForm, name: str) -> bool:
+    """Return whether a matrix is worth a line: A to D always, the others if not zero."""
+    return name in ("A", "B", "C", "D") or bool(getattr(form, name).any())
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
