@@ -114,7 +114,7 @@ class Circuit:
         self._by_name = {device.name: device for device in self.devices}
 
     def run(self, **options: Any) -> list[Solution]:
-        """Run all analyses of the deck, for every value of its ``.step`` cards.
+        r"""Run all analyses of the deck, for every value of its ``.step`` cards.
 
         Parameters
         ----------
@@ -128,7 +128,7 @@ class Circuit:
         Examples
         --------
         >>> import nsspice
-        >>> circuit = nsspice.read("divider\\nV1 a 0 2\\nR1 a b 1\\nR2 b 0 1\\n.op\\n")
+        >>> circuit = nsspice.read("divider\nV1 a 0 2\nR1 a b 1\nR2 b 0 1\n.op\n")
         >>> float(circuit.run()[0]["v(b)"][0])
         1.0
         """

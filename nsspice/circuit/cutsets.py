@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from ..devices import CurrentSource, Device
 from ..errors import Diagnostic
+from .loops import Graph
 from .sums import WaveSum
 from .union_find import UnionFind
 
@@ -14,28 +15,28 @@ if TYPE_CHECKING:
     from .topology import Mode
 
 
-def check_cutsets(devices: Sequence[Device], mode: Mode) -> Iterator[tuple[Diagnostic, list[str]]]:
+def check_cutsets(graph: Graph, mode: Mode) -> Iterator[tuple[Diagnostic, list[str]]]:
     """Yield an error for each part that current sources alone charge.
 
     Parts that a controlled current source reaches are left to the solver: its current follows.
 
     Parameters
     ----------
-    devices : sequence of Device
+    graph : sequence of (Device, tuple of Edge)
     mode : Mode
         What the sources do; at DC capacitors are open.
     """
-    sources = [d for d in devices if isinstance(d, CurrentSource)]
+    sources = [device for device, _ in graph if isinstance(device, CurrentSource)]
     if not sources:
         return
     number: dict[str, int] = {"0": 0}
     joins: list[tuple[str, str]] = []
     steered: list[str] = []
     blocking: list[Device] = []
-    for device in devices:
+    for device, edges in graph:
         for node in device.nodes:
             number.setdefault(node, len(number))
-        for edge in device.edges():
+        for edge in edges:
             if edge.kind == "G":
                 steered += (edge.a, edge.b)
             elif edge.kind == "C" and mode.dc:

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from ..devices import Device, Inductor, Vcvs
+from ..devices import Device, Edge, Inductor, Vcvs
 from ..errors import Diagnostic
 from .sums import WaveSum
 from .union_find import UnionFind
@@ -14,6 +14,8 @@ from .union_find import UnionFind
 if TYPE_CHECKING:
     from .topology import Mode
 
+#: all elements with their branches
+Graph = Sequence[tuple[Device, tuple[Edge, ...]]]
 Finding = tuple[Diagnostic, list[str]]
 
 
@@ -65,20 +67,20 @@ class _Forest:
         return elements[::-1], total
 
 
-def check_loops(devices: Sequence[Device], mode: Mode) -> Iterator[Finding]:
+def check_loops(graph: Graph, mode: Mode) -> Iterator[Finding]:
     """Yield an error for each independent loop of sources that contradict each other.
 
     Parameters
     ----------
-    devices : sequence of Device
+    graph : sequence of (Device, tuple of Edge)
     mode : Mode
         What the sources do; at DC inductors are shorts.
     """
     forest = _Forest()
     pending: list[Vcvs] = []
     shorts: list[Device] = []
-    for device in devices:
-        for edge in device.edges():
+    for device, edges in graph:
+        for edge in edges:
             if edge.kind == "V":
                 voltage = WaveSum()
                 if device.name in mode.waveforms:

@@ -18,7 +18,7 @@ from ..errors import Diagnostic, TopologyError
 from ..netlist.deck import DcCard, Deck, OpCard, TranCard
 from ..problems.descriptor import Waveform
 from .cutsets import check_cutsets
-from .loops import check_loops
+from .loops import Graph, check_loops
 from .union_find import UnionFind
 
 
@@ -60,6 +60,7 @@ def check_topology(
     TopologyError
         With all errors.
     """
+    graph = [(device, device.edges()) for device in devices]
     errors: list[Diagnostic] = []
     conflicts: list[frozenset[str]] = []
     elements: dict[str, None] = {}
@@ -68,9 +69,9 @@ def check_topology(
     _warn_dangling(devices, findings)
     _warn_shorted(devices, findings)
     if not errors:  # without ground every part floats: that says nothing new
-        _warn_floating(devices, findings)
+        _warn_floating(graph, findings)
     for mode in modes(devices, deck, defaults):
-        for diagnostic, names in (*check_loops(devices, mode), *check_cutsets(devices, mode)):
+        for diagnostic, names in (*check_loops(graph, mode), *check_cutsets(graph, mode)):
             if not any(known <= frozenset(names) for known in conflicts):
                 conflicts.append(frozenset(names))
                 elements.update(dict.fromkeys(names))
@@ -174,14 +175,16 @@ def _warn_shorted(devices: Sequence[Device], findings: Findings) -> None:
             )
 
 
-def _warn_floating(devices: Sequence[Device], findings: Findings) -> None:
+def _warn_floating(graph: Graph, findings: Findings) -> None:
     """Warn about parts without any path to ground."""
     number: dict[str, int] = {"0": 0}
+    owner: dict[str, Device] = {}
     joins: list[tuple[int, int]] = []
-    for device in devices:
+    for device, edges in graph:
         for node in device.nodes:
             number.setdefault(node, len(number))
-        for edge in device.edges():
+            owner.setdefault(node, device)
+        for edge in edges:
             if edge.kind not in ("I", "G"):
                 joins.append((number[edge.a], number[edge.b]))
     sets = UnionFind(len(number))
@@ -193,14 +196,12 @@ def _warn_floating(devices: Sequence[Device], findings: Findings) -> None:
         if root != 0:
             parts.setdefault(root, []).append(node)
     for nodes in parts.values():
-        inside = set(nodes)
-        owner = next(d for d in devices if not inside.isdisjoint(d.nodes))
         listed = ", ".join(nodes[:6]) + (f" and {len(nodes) - 6} more" if len(nodes) > 6 else "")
         plural = "s" if len(nodes) > 1 else ""
         findings.warning(
             "NS2051",
             f"node{plural} {listed} ha{'ve' if plural else 's'} no path to ground: the potential "
             "is chosen with the least norm",
-            owner.span,
+            owner[nodes[0]].span,
             "connect one node of this part to ground if its potential matters",
         )

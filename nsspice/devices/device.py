@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
 from ..errors import Span
 from ..problems.descriptor import Functional
+from .characteristic import Decomposition
 from .effect import Effect
 from .findings import Findings
 from .parameter import Table
@@ -41,8 +42,8 @@ class Context:
         self.models: dict[int, object] = {}
         #: parameters of R, L and C cards
         self.cards: dict[int, dict[str, float]] = {}
-        #: whatever else a law computes once for equal elements
-        self.shared: dict[str, dict[object, object]] = {}
+        #: branches and effects of equal diodes
+        self.diodes: dict[object, tuple[Decomposition, tuple[Effect, ...]]] = {}
 
 
 class Device:

@@ -142,13 +142,16 @@ class Diode(Device):
     __slots__ = ("law", "parallel", "parts")
 
     def __init__(
-        self, element: Element, law: DiodeLaw, parallel: float, parts: Decomposition
+        self,
+        element: Element,
+        law: DiodeLaw,
+        parallel: float,
+        derived: tuple[Decomposition, tuple[Effect, ...]],
     ) -> None:
         super().__init__(element)
         self.law = law
         self.parallel = parallel
-        self.parts = parts
-        self.effects = law.effects(parallel)
+        self.parts, self.effects = derived
 
     @classmethod
     def read(cls, element: Element, context: Context) -> Diode | None:
@@ -181,7 +184,7 @@ class Diode(Device):
                 return None
         if law is None:
             return None
-        return cls(element, law, parallel, _decomposed(law, parallel, context))
+        return cls(element, law, parallel, _derived(law, parallel, context))
 
     @classmethod
     def _given(cls, element: Element, findings: Findings) -> dict[str, float]:
@@ -257,14 +260,15 @@ class Diode(Device):
         return Functional(z=layout.voltage(*self.ends, self.parts.conductance), lam=lam)
 
 
-def _decomposed(law: DiodeLaw, parallel: float, context: Context) -> Decomposition:
-    """Return the branches of a law, computed once for equal diodes."""
-    table = context.shared.setdefault("diode", {})
-    parts = table.get((law, parallel))
-    if not isinstance(parts, Decomposition):
-        parts = law.curve(parallel).decompose()
-        table[(law, parallel)] = parts
-    return parts
+def _derived(
+    law: DiodeLaw, parallel: float, context: Context
+) -> tuple[Decomposition, tuple[Effect, ...]]:
+    """Return the branches and effects of a law, computed once for equal diodes."""
+    known = context.diodes.get((law, parallel))
+    if known is None:
+        known = law.curve(parallel).decompose(), law.effects(parallel)
+        context.diodes[(law, parallel)] = known
+    return known
 
 
 def read_law(model: Model, findings: Findings) -> DiodeLaw | str:
