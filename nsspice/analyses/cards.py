@@ -105,14 +105,36 @@ class Tran:
         wanted = step or self.max_step or min(rows, (self.stop - self.start) / 50.0)
         return rows / max(1, math.ceil(rows / wanted * (1.0 - 1e-12)))
 
-    def rows(self) -> Floats:
-        """Return the times of the output rows: ``start + k row_step``, and ``stop``."""
-        step = self.row_distance
-        count = math.floor((self.stop - self.start) / step * (1.0 + 1e-12))
-        times = np.asarray(self.start + np.arange(count + 1) * step, dtype=np.float64)
-        if self.stop - times[-1] > 1e-9 * step:
-            times = np.append(times, self.stop)
+    @property
+    def row_count(self) -> int:
+        """Number of output rows."""
+        whole, rest = self._whole
+        return whole + 1 + rest
+
+    def rows(self, first: int = 0, last: int | None = None) -> Floats:
+        """Return the times of the rows ``first`` to ``last``, the latter not included.
+
+        Rows stand at ``start + k row_step`` and at ``stop``.
+
+        Examples
+        --------
+        >>> Tran(stop=1.0, row_step=0.4).rows().tolist()
+        [0.0, 0.4, 0.8, 1.0]
+        """
+        _, rest = self._whole
+        last = self.row_count if last is None else min(last, self.row_count)
+        k = np.arange(first, last, dtype=np.float64)
+        times: Floats = self.start + k * self.row_distance
+        if rest and last == self.row_count:
+            times[-1] = self.stop
         return times
+
+    @property
+    def _whole(self) -> tuple[int, bool]:
+        """How often the row distance fits, and whether something is left before the stop."""
+        step = self.row_distance
+        whole = math.floor((self.stop - self.start) / step * (1.0 + 1e-12))
+        return whole, self.stop - (self.start + whole * step) > 1e-9 * step
 
 
 def _times(message: str, span: Span | None = None) -> UsageError:

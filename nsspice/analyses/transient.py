@@ -28,6 +28,7 @@ Progress = Callable[[float], None]
 _BUDGET = 0.05  # [s] longest stretch inside the core: Ctrl-C waits no longer
 _CHUNK_TIME = 0.1  # [s] aim for one block of rows
 _CHUNK_NUMBERS = 1 << 20  # most numbers in one block
+_POINTS = 1 << 16  # points of a static island planned at once
 
 
 def tran(
@@ -81,7 +82,7 @@ def tran(
     sink : Sink, optional
         Takes the rows while they are computed.
     keep : bool
-        False leaves the rows to the sink alone; the solution then holds the last row only.
+        False leaves the rows to the sink alone; the solution then holds the first and last row.
 
     Returns
     -------
@@ -162,8 +163,8 @@ def run_tran(
         _Runner(circuit, k, island, recorder.local[k], analysis, settings, temperature, values)
         for k, island in enumerate(circuit.islands)
     ]
-    rows = len(analysis.rows())
-    store = Store(rows if keep else 1, 1 + len(names))
+    rows = analysis.row_count
+    store = Store(rows if keep else 2, 1 + len(names))
     if sink is not None:
         sink.open(["time", *columns])
     outlet = _Outlet(recorder, store, sink, keep)
@@ -227,6 +228,7 @@ class _Runner:
             averaging["H"], averaging["Hs"] = theta_terms(self.mna, settings.theta)
         self.width = len(names)
         self.charges: Floats | None = None
+        self._planned = 0
         functionals = [self.mna.functional(name) for name in names]
         self.stepper = MoreauStepper(system, functionals, **averaging)  # type: ignore[arg-type]
 
@@ -235,13 +237,18 @@ class _Runner:
         analysis = self.analysis
         # the plan comes first: it tells the stepper whether switches act on a static circuit
         if self.step is None:
-            self.stepper.plan_points(analysis.rows())
+            self._plan_more()
         else:
             self.stepper.plan(0.0, analysis.stop, self.step, analysis.start, analysis.row_distance)
         try:
             self.charges = start(self.circuit, self.mna, self.stepper, analysis, self.step)
         except UnsolvedStep as problem:
             raise named_failure(self.circuit, self.mna, problem, starting=True) from problem
+
+    def _plan_more(self) -> None:
+        """Plan the next points of a static island: all at once could be more than memory holds."""
+        first, self._planned = self._planned, self._planned + _POINTS
+        self.stepper.plan_points(self.analysis.rows(first, self._planned))
 
     def impulses(self) -> list[Impulse]:
         """Return the jumps so far as impulses of elements."""
@@ -253,7 +260,10 @@ class _Runner:
     def advance(self, rows: int) -> Floats:
         """Return the next rows, fewer than asked for if that takes too long."""
         try:
-            return self.stepper.advance(rows, _BUDGET)[0]
+            block, done = self.stepper.advance(rows, _BUDGET)
+            if done and self.step is None and self._planned < self.analysis.row_count:
+                self._plan_more()
+            return block
         except UnsolvedStep as problem:
             raise _Stopped(self.stepper.pending, problem) from problem
 
@@ -302,11 +312,19 @@ class _Outlet:
         if self.keep:
             self.store.write(block)
         else:
-            self.store.filled = 0
-            self.store.write(block[-1:])
+            self._keep_ends(block)
         self.rows += block.shape[0]
         if self.sink is not None:
             self.sink.write(block)
+
+    def _keep_ends(self, block: Floats) -> None:
+        """Keep the first row of all and the last one so far."""
+        if self.rows == 0:
+            self.store.write(block[:1])
+            block = block[1:]
+        if block.shape[0]:
+            self.store.filled = 1
+            self.store.write(block[-1:])
 
 
 def _loop(

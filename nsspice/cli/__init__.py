@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 
@@ -12,6 +13,8 @@ def main() -> None:
 
         sys.stdout.write(f"nsspice {__version__}\n")
         return
+    # threads for the linear algebra of numpy cost more than the small systems here could gain
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from .app import app
 
     app()

@@ -1,0 +1,267 @@
+"""nsspice run: files, messages, exit codes."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+
+def read(path: str) -> tuple[list[str], np.ndarray]:
+    names = Path(path).read_text().splitlines()[0].split(",")
+    return names, np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+
+
+def test_a_transient_leaves_a_csv_and_a_summary(call):
+    result = call("run", "rc.net")
+    assert result.exit_code == 0, result.stderr
+    names, rows = read("rc.csv")
+    assert names == ["time", "v(in)", "v(out)", "i(v1)"]
+    assert rows.shape == (11, 4)
+    assert rows[-1, 0] == 1e-3
+    assert rows[-1, 2] == pytest.approx(1 - math.exp(-1), abs=0.02)
+    for words in ("LINEAR_DAE", "moreau", "50 steps", "certificate holds"):
+        assert words in result.stderr
+    assert "vend" in result.stderr
+    assert "never = not found" in result.stderr
+    assert "NS5001" in result.stderr
+    assert "written: rc.csv" in result.stderr
+    assert result.stdout == ""
+
+
+def test_quiet(call):
+    result = call("run", "rectifier.net", "-q")
+    assert (result.exit_code, result.stdout, result.stderr) == (0, "", "")
+    assert Path("rectifier.csv").exists()
+
+
+def test_several_analyses_get_a_file_each(call):
+    assert call("run", "divider.net").exit_code == 0
+    assert read("divider.op.csv")[1].tolist() == [[2.0, 1.0, -1e-3]]
+    names, rows = read("divider.dc.csv")
+    assert names[0] == "v1"
+    assert rows[:, 0].tolist() == [0.0, 1.0, 2.0]
+    assert rows[:, 2].tolist() == [0.0, 0.5, 1.0]
+    assert read("divider.tran.csv")[0][0] == "time"
+
+
+def test_steps_get_a_file_each(call):
+    assert call("run", "stepped.net").exit_code == 0
+    assert read("stepped.step1.csv")[1][0, 1] == 1.0
+    assert read("stepped.step2.csv")[1][0, 1] == 0.5
+
+
+def test_output_name(call):
+    assert call("run", "rc.net", "-o", "x.csv").exit_code == 0
+    assert Path("x.csv").exists()
+    assert call("run", "divider.net", "-o", "y.csv").exit_code == 0
+    assert Path("y.tran.csv").exists()
+
+
+def test_standard_output(call):
+    result = call("run", "rc.net", "-o", "-", "-q")
+    assert result.exit_code == 0
+    assert result.stdout.splitlines()[0] == "time,v(in),v(out),i(v1)"
+    assert len(result.stdout.splitlines()) == 12
+    assert not Path("rc.csv").exists()
+
+
+def test_standard_output_takes_one_table(call):
+    result = call("run", "divider.net", "-o", "-")
+    assert result.exit_code == 2
+    assert "NS4003" in result.stderr
+
+
+def test_standard_input(call):
+    result = call("run", "-", input=Path("rc.net").read_text())
+    assert result.exit_code == 0
+    assert Path("stdin.csv").exists()
+
+
+def test_raw_file(call):
+    assert call("run", "rc.net", "-o", "rc.raw").exit_code == 0
+    assert Path("rc.raw").read_bytes().startswith(b"Title: RC charged")
+
+
+@pytest.mark.parametrize(
+    "args",
+    [("run", "rc.net", "--plot"), ("run", "--plot", "rc.net"), ("run", "--plot=rc.png", "rc.net")],
+)
+def test_plot(call, args):
+    result = call(*args)
+    assert result.exit_code == 0, result.stderr
+    assert Path("rc.png").read_bytes().startswith(b"\x89PNG")
+    assert "written: rc.csv, rc.png" in result.stderr
+
+
+def test_plot_of_an_operating_point_is_refused_before_anything_is_done(call):
+    result = call("run", "stepped.net", "--plot")
+    assert result.exit_code == 2
+    assert "nothing to draw" in result.stderr
+    assert not list(Path().glob("*.csv"))
+
+
+def test_unknown_picture_format(call):
+    result = call("run", "rc.net", "--plot", "rc.bmp")
+    assert result.exit_code == 2
+    assert "NS4008" in result.stderr
+
+
+def test_json(call):
+    result = call("run", "rc.net", "--json")
+    data = json.loads(result.stdout)
+    assert result.stderr == ""
+    (run,) = data["runs"]
+    assert run["analysis"] == "tran"
+    assert run["rows"] == 11
+    assert run["files"] == ["rc.csv"]
+    assert run["measures"]["never"] is None
+    assert run["certificate"]["passed"] is True
+    assert run["islands"][0]["class"] == "LINEAR_DAE"
+
+
+def test_signals(call):
+    assert call("run", "rc.net", "--signals", "v(out), i(c1) p(r1) v(in,out)").exit_code == 0
+    names = Path("rc.csv").read_text().splitlines()[0]
+    assert names == 'time,v(out),i(c1),p(r1),"v(in,out)"'
+    rows = np.loadtxt("rc.csv", delimiter=",", skiprows=1)
+    # the power is voltage times current, and one current flows through all
+    assert rows[1:, 3] == pytest.approx(rows[1:, 4] * rows[1:, 2], rel=1e-12)
+
+
+def test_unknown_signal(call):
+    result = call("run", "rc.net", "--signals", "v(oout)")
+    assert result.exit_code == 2
+    assert "NS2012" in result.stderr
+    assert "did you mean v(out)?" in result.stderr
+
+
+def test_parameters(call):
+    assert call("run", "divider.net", "--param", "r=3k").exit_code == 0
+    assert read("divider.op.csv")[1][0, 1] == 0.5
+
+
+@pytest.mark.parametrize("item", ["r", "r=", "=1", "r=abc", "r=2k2", "r=nan"])
+def test_wrong_parameters(call, item):
+    result = call("run", "divider.net", "--param", item)
+    assert result.exit_code == 2
+    assert "NS4005" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [
+        (("--method", "modwise"), "no method 'modwise'"),
+        (("--theta", "1.5"), "0 to 1"),
+        (("--step", "0"), "positive step"),
+        (("--step", "x1"), "Invalid value"),
+    ],
+)
+def test_wrong_settings(call, args, words):
+    result = call("run", "rc.net", *args)
+    assert result.exit_code == 2
+    assert words in result.stderr
+
+
+def test_smaller_steps_come_closer(call):
+    errors = []
+    for step in ("10u", "5u"):
+        assert call("run", "rc.net", "--step", step).exit_code == 0
+        errors.append(abs(read("rc.csv")[1][-1, 2] - (1 - math.exp(-1))))
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.05)
+    assert call("run", "rc.net", "--step", "10u", "--theta", "0.5").exit_code == 0
+    assert abs(read("rc.csv")[1][-1, 2] - (1 - math.exp(-1))) < errors[1] / 100
+
+
+def test_stop_time(call):
+    assert call("run", "rc.net", "--tstop", "2m").exit_code == 0
+    assert read("rc.csv")[1][-1, 0] == 2e-3
+
+
+def test_all_netlist_errors_at_once(call):
+    result = call("run", "wrong.net")
+    assert result.exit_code == 2
+    assert "wrong.net:3:1" in result.stderr
+    assert "wrong.net:4" in result.stderr
+    assert "did you mean .tran?" in result.stderr
+    assert "2 errors" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_errors_as_json(call):
+    result = call("run", "wrong.net", "--json")
+    assert result.exit_code == 2
+    data = json.loads(result.stderr)
+    assert data["exit_code"] == 2
+    assert sorted(e["line"] for e in data["errors"]) == [3, 4]
+
+
+def test_missing_netlist(call):
+    result = call("run", "no.net")
+    assert result.exit_code == 2
+    assert "no.net" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_no_analysis(call):
+    Path("bare.net").write_text("bare\nR1 a 0 1\nV1 a 0 1\n")
+    result = call("run", "bare.net")
+    assert result.exit_code == 2
+    assert "NS4006" in result.stderr
+
+
+def test_a_contradiction_names_its_elements_and_keeps_the_rows_before(call):
+    result = call("run", "contradiction.net")
+    assert result.exit_code == 3
+    assert "NS3001" in result.stderr
+    assert "v1" in result.stderr
+    assert "d1" in result.stderr
+    _, rows = read("contradiction.csv")
+    assert 0.8e-3 < rows[-1, 0] < 1.1e-3
+
+
+def test_the_netlist_itself_is_not_overwritten(call):
+    text = Path("rc.net").read_text()
+    result = call("run", "rc.net", "-o", "./rc.net")
+    assert result.exit_code == 2
+    assert "NS4002" in result.stderr
+    assert Path("rc.net").read_text() == text
+
+
+def test_an_included_file_is_not_overwritten(call):
+    Path("load.inc").write_text("R2 out 0 1k\n")
+    Path("main.net").write_text(Path("rc.net").read_text() + ".include load.inc\n")
+    result = call("run", "main.net", "-o", "load.inc")
+    assert result.exit_code == 2
+    assert "NS4002" in result.stderr
+    assert Path("load.inc").read_text() == "R2 out 0 1k\n"
+
+
+def test_missing_output_folder(call):
+    result = call("run", "rc.net", "-o", "no/such/a.csv")
+    assert result.exit_code == 2
+    assert "there is no folder" in result.stderr
+
+
+def test_two_runs_give_identical_bytes(call):
+    for name in ("one.csv", "two.csv"):
+        assert call("run", "rectifier.net", "-o", name).exit_code == 0
+    assert Path("one.csv").read_bytes() == Path("two.csv").read_bytes()
+
+
+def test_misspelt_command(call):
+    result = call("rnu", "rc.net")
+    assert result.exit_code == 2
+    assert "did you mean run?" in result.stderr
+    assert "nsspice run rc.net" in call("rc.net").stderr
+
+
+def test_help_lists_the_commands(call):
+    result = call("--help")
+    assert result.exit_code == 0
+    for name in ("run", "explain", "test", "compare"):
+        assert name in result.stdout
+        assert call(name, "--help").exit_code == 0
