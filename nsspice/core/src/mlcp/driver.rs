@@ -11,6 +11,8 @@ use std::sync::Arc;
 
 /// A solution of this size relative to data and previous solution is suspect.
 const SUSPECT: f64 = 1e10;
+/// The same for solutions found by following a path, which may lead nowhere.
+const SUSPECT_PATH: f64 = 1e6;
 
 /// Solves a sequence of problems with equal matrices.
 pub struct Driver {
@@ -122,7 +124,8 @@ impl Driver {
             stage,
             iterations: s.iterations,
             residual,
-            needs_certificate: largest(&s.x) > SUSPECT * reference,
+            needs_certificate: largest(&s.x) > SUSPECT * reference
+                || s.growth() > if stage == 1 { SUSPECT } else { SUSPECT_PATH },
         })
     }
 

@@ -8,7 +8,7 @@ use super::lemke;
 use super::polish;
 use super::problem::Role;
 use super::residual::Residual;
-use super::scratch::{Scratch, ACCEPT};
+use super::scratch::Scratch;
 
 /// Pairs up to which all modes are tried.
 const ENUMERATION: usize = 14;
@@ -63,8 +63,7 @@ fn cover(s: &mut Scratch) -> Option<Residual> {
         }
         s.x.copy_from_slice(&s.start);
         s.solve_mode();
-        let found = s.judge();
-        if found.worst() <= ACCEPT {
+        if let Some(found) = s.judge() {
             return Some(found);
         }
         let point = s.x.clone();
@@ -88,10 +87,7 @@ fn enumerate(s: &mut Scratch, diodes: &[usize]) -> Option<Residual> {
         }
         s.x.copy_from_slice(&s.start);
         s.solve_mode();
-        let found = s.judge();
-        if found.worst() > ACCEPT {
-            continue;
-        }
+        let Some(found) = s.judge() else { continue };
         let distance = s.x.iter().zip(&s.start).zip(&s.model.scale);
         let distance = distance.map(|((x, c), s)| ((x - c) / s).powi(2)).sum::<f64>();
         if nearest.as_ref().is_none_or(|(d, ..)| distance < *d) {

@@ -1,6 +1,6 @@
 //! A problem prepared for solving: one matrix, its scaling, and the Jacobian of any mode.
 
-use super::equilibrate::ruiz;
+use super::equilibrate::equilibrate;
 use super::problem::Problem;
 use crate::linear::DENSE_LIMIT;
 use crate::sparse::{Csc, Ordering};
@@ -35,7 +35,7 @@ impl Model {
         assert_eq!(problem.d.ncols, m, "D must be square");
         assert_eq!(problem.row_kind.len(), n, "one kind per row of K");
         let h = problem.matrix();
-        let scale = ruiz(&h);
+        let scale = equilibrate(&h);
         let mut entries: Vec<_> =
             h.iter().map(|(r, c, v)| (r, c, scale[r] * v * scale[c])).collect();
         entries.extend((0..n + m).map(|i| (i, i, 0.0)));

@@ -4,6 +4,7 @@ use super::model::Model;
 use crate::dense::LeastNorm;
 use crate::linear::Factor;
 use crate::sparse::Csc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use std::sync::{Arc, OnceLock};
 
 /// A mode is singular if less than this part of a pivot survives cancellation.
@@ -11,12 +12,19 @@ const SINGULAR: f64 = 1e-13;
 /// Up to this many unknowns a singular mode is solved by its pseudo-inverse.
 const DENSE: usize = 160;
 const SWEEPS: usize = 8;
+/// The first solves are checked, then every so many.
+const SAMPLED: u32 = 4;
+const SAMPLE: u32 = 16;
+/// Largest defect of a row that needs no refinement, as a part of its terms or of this part of the
+/// largest row of its kind.
+const ACCURATE: f64 = 1e-12;
+const FLOOR: f64 = 1e-6;
 
 /// Weights added to the diagonal of the scaled equations: 0 is the problem itself, then those of
 /// the proximal point method, at last that of `ModeFactor::correct`.
-pub(crate) const LEVELS: [f64; 5] = [0.0, 1e-6, 1e-3, 1e-4, 1e-7];
+pub(crate) const LEVELS: [f64; 7] = [0.0, 1e-6, 1e-9, 1e-12, 1e-3, 1e-4, 1e-7];
 /// The level that finds the nearest solution of a singular mode.
-pub(crate) const NEAREST: usize = 4;
+pub(crate) const NEAREST: usize = 6;
 
 /// The factored equations of one mode, in physical units.
 ///
@@ -29,6 +37,10 @@ pub struct ModeFactor {
     factor: Factor,
     regular: bool,
     nearest: OnceLock<Nearest>,
+    /// number of solves, for taking samples
+    turns: AtomicU32,
+    /// a sample was not accurate in every row: refine from now on
+    rough: AtomicBool,
 }
 
 /// What finds the nearest solution of a singular mode.
@@ -56,6 +68,8 @@ impl ModeFactor {
             regular: factor.pivot_ratio() > SINGULAR,
             factor,
             nearest: OnceLock::new(),
+            turns: AtomicU32::new(0),
+            rough: AtomicBool::new(false),
         }
     }
 
@@ -68,6 +82,8 @@ impl ModeFactor {
             factor: self.factor.clone(),
             regular: false,
             nearest: OnceLock::new(),
+            turns: AtomicU32::new(self.turns.load(Relaxed)),
+            rough: AtomicBool::new(self.rough.load(Relaxed)),
         };
         other.change(active, jacobian, rows);
         other
@@ -115,8 +131,49 @@ impl ModeFactor {
     }
 
     /// Solves the equations of a regular mode: right-hand side in, solution `[z; l]` out.
+    ///
+    /// The first solves and every 16th are checked row by row; once a row is not accurate against
+    /// its own terms (small rows beside large ones), all solves are refined.
     pub fn solve(&self, x: &mut [f64], work: &mut [f64]) {
+        let turn = self.turns.fetch_add(1, Relaxed);
+        let rough = self.rough.load(Relaxed);
+        if !rough && turn >= SAMPLED && turn % SAMPLE != 0 {
+            return self.solve_with(&self.factor, x, work);
+        }
+        let size = self.model.size();
+        let (rhs, work) = work.split_at_mut(size);
+        let (defect, work) = work.split_at_mut(size);
+        rhs.copy_from_slice(x);
         self.solve_with(&self.factor, x, work);
+        if rough {
+            self.defect(x, rhs, defect);
+        } else {
+            let (terms, _) = work.split_at_mut(size);
+            if self.accurate(x, rhs, defect, terms) {
+                return;
+            }
+            self.rough.store(true, Relaxed);
+        }
+        self.solve_with(&self.factor, defect, work);
+        for (v, d) in x.iter_mut().zip(defect.iter()) {
+            *v += d;
+        }
+    }
+
+    /// Computes `defect = rhs - J x` and tells whether each row of it is small against its terms.
+    fn accurate(&self, x: &[f64], rhs: &[f64], defect: &mut [f64], terms: &mut [f64]) -> bool {
+        let model = &self.model;
+        self.defect(x, rhs, defect);
+        model.terms(rhs, x, terms);
+        let mut largest = [0.0f64; 2];
+        for (i, &t) in terms[..model.n].iter().enumerate() {
+            largest[model.kind(i)] = largest[model.kind(i)].max(t);
+        }
+        let fine = |i: usize| {
+            let floor = if i < model.n { FLOOR * largest[model.kind(i)] } else { 0.0 };
+            defect[i].abs() <= ACCURATE * terms[i].max(floor)
+        };
+        (0..terms.len()).all(fine)
     }
 
     fn solve_with(&self, factor: &Factor, x: &mut [f64], work: &mut [f64]) {

@@ -1,7 +1,7 @@
 //! From an approximate solution to one that is exact up to rounding.
 
 use super::residual::Residual;
-use super::scratch::{Scale, Scratch, ACCEPT};
+use super::scratch::{Scale, Scratch};
 
 const IDENTIFICATIONS: usize = 3;
 
@@ -16,8 +16,7 @@ pub(crate) fn polish(s: &mut Scratch, point: &[f64]) -> Option<Residual> {
     for _ in 0..=IDENTIFICATIONS {
         s.x.copy_from_slice(point);
         s.solve_mode();
-        let found = s.judge();
-        if found.worst() <= ACCEPT {
+        if let Some(found) = s.judge() {
             return Some(found);
         }
         if s.identify(Scale::Own) == 0 {

@@ -10,9 +10,10 @@ use super::residual::Residual;
 use super::scratch::Scratch;
 use super::{lemke, pivoting, polish};
 
-/// (level, centred at the previous solution, outer iterations).  Weights below the square root of
-/// the rounding unit are lost in a Schur complement of size 1/mu.
-const SETTINGS: [(usize, bool, u32); 3] = [(1, true, 12), (2, true, 30), (3, false, 30)];
+/// (level, centred at the previous solution, outer iterations).  Small weights move far in one
+/// iteration where the solution is far from its data; large ones are safe against rounding.
+const SETTINGS: [(usize, bool, u32); 5] =
+    [(1, true, 12), (2, true, 6), (3, true, 4), (4, true, 30), (5, false, 30)];
 const POLISH_AT: [u32; 9] = [1, 2, 3, 5, 8, 12, 18, 27, 30];
 /// Pivoting rounds before Lemke's method, which costs O(m^3), takes over.
 const ROUNDS: usize = 40;
@@ -66,7 +67,7 @@ pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
                     *l = l.max(0.0);
                 }
             }
-            let still = step <= 1e-15 * reach;
+            let still = step <= 1e-13 * reach;
             if POLISH_AT.contains(&k) || still {
                 if let Some(found) = polish::polish(s, &centre) {
                     return Some(found);

@@ -8,7 +8,14 @@ use super::residual::{residual, Residual};
 use std::sync::Arc;
 
 /// Largest residual of an accepted solution.
-pub(crate) const ACCEPT: f64 = 1e-10;
+const ACCEPT: f64 = 1e-10;
+/// Largest defect of an accepted solution, as a part of the data.  Far out along a direction that
+/// never arrives, residuals relative to the point itself fade away although no solution exists.
+const ACCEPT_DATA: f64 = 1e-6;
+/// No smaller residual is asked for: rounding.
+const ROUNDING: f64 = 1e-12;
+/// Unknowns below this part of the largest (in the scaled system) may be rounding.
+const NOTHING: f64 = 1e-13;
 /// Sign tests ignore violations below this part of the terms they are the sum of.
 const SIGN: f64 = 1e-13;
 
@@ -168,14 +175,58 @@ impl Scratch {
         self.active.copy_from_slice(&self.next);
     }
 
-    /// Residual of `x`, which is remembered if it is the best so far.
-    pub fn judge(&mut self) -> Residual {
+    /// Residual of `x` if it is small enough to accept; the best one is remembered.
+    ///
+    /// Where all voltages (or all currents) of a network vanish, rounding is all that is left to
+    /// compare them with: then unknowns that are nothing but rounding are set to zero.
+    pub fn judge(&mut self) -> Option<Residual> {
+        let (found, rows) = self.rate();
+        if found.is_some() || rows > ACCEPT {
+            return found;
+        }
+        let Scratch { model, x, work, .. } = self;
+        let largest = x.iter().zip(&model.scale).fold(0.0f64, |a, (v, s)| a.max((v / s).abs()));
+        let before = &mut work[..x.len()];
+        before.copy_from_slice(x);
+        for (v, s) in x.iter_mut().zip(&model.scale) {
+            if (*v / s).abs() <= NOTHING * largest {
+                *v = 0.0;
+            }
+        }
+        if before == x {
+            return None;
+        }
+        let (found, _) = self.rate();
+        if found.is_none() {
+            let Scratch { x, work, .. } = self;
+            x.copy_from_slice(&work[..self.model.size()]);
+        }
+        found
+    }
+
+    /// The residual if acceptable, and that of the rows.
+    fn rate(&mut self) -> (Option<Residual>, f64) {
         let Scratch { model, roles, f, x, terms, defect, .. } = self;
         let found = residual(model, roles, f, x, terms, defect);
         if found.worst() < self.best_residual.worst() {
             self.best_residual = found;
             self.best.copy_from_slice(&self.x);
         }
-        found
+        let limit = ACCEPT.min((ACCEPT_DATA / self.growth()).max(ROUNDING));
+        ((found.worst() <= limit).then_some(found), found.rows)
+    }
+
+    /// Size of `x` relative to data and start, in the scaled system.
+    pub fn growth(&self) -> f64 {
+        let scale = &self.model.scale;
+        let size = |v: &[f64]| v.iter().zip(scale).fold(0.0f64, |a, (v, s)| a.max((v / s).abs()));
+        let data = self.f.iter().zip(scale).fold(0.0f64, |a, (v, s)| a.max((v * s).abs()));
+        let reference = data.max(size(&self.start));
+        let size = size(&self.x);
+        if size == 0.0 {
+            0.0
+        } else {
+            size / reference
+        }
     }
 }
