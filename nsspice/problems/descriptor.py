@@ -62,7 +62,7 @@ class Switch:
     on_above, off_below : float
         Thresholds, ``off_below <= on_above``; between them the state is kept (hysteresis).
     closed : bool
-        State before the first evaluation.
+        State of the pair before the first evaluation: True if it conducts.
     inverted : bool
         True if the pair is active while the control is *below* (a switch with RON > ROFF).
     """

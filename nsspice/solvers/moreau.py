@@ -133,7 +133,14 @@ class MoreauStepper:
             system.row_kind,
             [(w.kind, list(w.values), w.repeat, w.scale) for w in system.waveforms],
             [
-                (s.pair, list(s.control), s.on_above, s.off_below, s.closed, s.inverted)
+                (
+                    s.pair,
+                    list(s.control),
+                    s.on_above,
+                    s.off_below,
+                    s.closed != s.inverted,  # the core keeps the state of the control
+                    s.inverted,
+                )
                 for s in system.switches
             ],
             [(list(f.z), list(f.lam), list(f.dz), list(f.u)) for f in outputs],

@@ -13,9 +13,9 @@ pub struct Switch {
     pub on_above: f64,
     /// opens below this
     pub off_below: f64,
-    /// present state
+    /// present state of the control: above the thresholds
     pub closed: bool,
-    /// the pair is active while the switch is open
+    /// the pair conducts while the control is below
     pub inverted: bool,
 }
 

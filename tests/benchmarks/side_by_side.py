@@ -1,0 +1,101 @@
+"""Honest timing: programs in turn within one run, medians, ratios; the machine is named."""
+
+from __future__ import annotations
+
+import platform
+import re
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import nsspice
+
+
+def alternate(tasks: dict[str, Callable[[], float]], rounds: int) -> dict[str, float]:
+    """Run the tasks in turn, after one round that is not counted; return the median of each."""
+    seconds: dict[str, list[float]] = {name: [] for name in tasks}
+    for counted in range(rounds + 1):
+        for name, task in tasks.items():
+            value = task()
+            if counted:
+                seconds[name].append(value)
+    return {name: statistics.median(values) for name, values in seconds.items()}
+
+
+class Discard:
+    """A sink that takes rows and forgets them: what streaming costs without a disk."""
+
+    def open(self, columns: list[str]) -> None:
+        self.columns = columns
+
+    def write(self, rows: object) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
+def nsspice_step(deck: Callable[[float], str], stop: float, theta: float = 1.0) -> float:
+    """Seconds per step of a transient, all signals recorded, inside the process.
+
+    The cost of a step is the slope between runs to ``stop`` and to twice that, so that reading and
+    assembling the deck do not count.
+    """
+    elapsed, steps = [], []
+    for end in (stop, 2.0 * stop):
+        circuit = nsspice.read(deck(end))
+        begin = time.perf_counter()
+        solution = nsspice.tran(circuit, theta=theta, sink=Discard(), keep=False)
+        elapsed.append(time.perf_counter() - begin)
+        steps.append(max(run.stats["steps"] for run in solution.islands))
+    return (elapsed[1] - elapsed[0]) / (steps[1] - steps[0])
+
+
+def ngspice_point(text: str, options: str = "") -> float:
+    """Seconds per accepted point of ngspice's transient analysis, by its own account."""
+    card = next(line for line in text.splitlines() if line.startswith(".tran"))
+    body = text.replace(card + "\n", "").replace(".end\n", "")
+    script = f"{options}\n.control\n{card[1:]}\nrusage all\nquit\n.endc\n.end\n"
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "deck.cir"
+        path.write_text(body + script)
+        out = subprocess.run(
+            ["ngspice", "-b", str(path)], capture_output=True, text=True, timeout=600, check=False
+        ).stdout
+    seconds = re.search(r"Transient analysis time = (\S+)", out)
+    points = re.search(r"Accepted timepoints = (\d+)", out)
+    if seconds is None or points is None:
+        raise RuntimeError(f"ngspice did not finish:\n{out[-2000:]}")
+    return float(seconds[1]) / int(points[1])
+
+
+def processor_time(command: list[str]) -> tuple[float, float]:
+    """Processor and wall seconds of one process."""
+    import resource
+
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begin = time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run(command, cwd=folder, capture_output=True, check=True)
+    wall = time.perf_counter() - begin
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return cpu, wall
+
+
+def has_ngspice() -> bool:
+    """True if the ngspice program can be run."""
+    return shutil.which("ngspice") is not None
+
+
+def report(title: str, rows: list[tuple[str, str]]) -> None:
+    """Print figures with the machine that made them."""
+    print(f"\n{title}  [{platform.processor() or platform.machine()}, Python {sys.version.split()[0]}]")
+    width = max(len(name) for name, _ in rows)
+    for name, value in rows:
+        print(f"  {name:<{width}}  {value}")
