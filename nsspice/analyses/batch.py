@@ -13,11 +13,12 @@ from .cards import Dc, Tran
 from .load import read_again
 from .measure import evaluate_measures
 from .names import canonical
+from .rows import Progress
 from .settings import Settings, foreign_method
 from .sink import Sink
 from .solution import Solution
 from .statics import check_sweep, dc, op
-from .transient import Progress, run_tran
+from .transient import run_tran
 
 
 @dataclass(frozen=True, slots=True)

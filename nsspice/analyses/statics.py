@@ -3,32 +3,21 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..circuit import Circuit, Island, MnaSystem
+from ..circuit import Circuit
 from ..errors import Diagnostic, NumericalError, Span, UsageError
 from ..netlist.deck import DcCard, Sweep
-from ..problems.csc import Csc
-from ..problems.descriptor import DescriptorSystem, Waveform
-from ..solvers.moreau import MoreauStepper, UnsolvedStep
 from .cards import Dc
 from .certificate import Certificate
 from .curve import Floats
-from .failure import named_failure
-from .initial import guess_of
+from .points import PointsOfIsland, report_of
 from .recorder import Recorder, select
+from .rows import Progress
 from .sink import Sink
-from .solution import IslandRun, Solution
-from .transient import Progress
-
-#: A source value that no deck holds, so that the swept source gets a column of its own.
-_MARK = 1.234567890123e-101
-_BUDGET = 0.05  # [s] longest stretch inside the core
-_ROWS = 4096
+from .solution import Solution
 
 
 def op(
@@ -170,15 +159,6 @@ def check_sweep(circuit: Circuit, sweep: Sweep) -> None:
         )
 
 
-@dataclass(slots=True)
-class _Totals:
-    """What the solvers of one island counted, over all points."""
-
-    statistics: list[dict[str, float]]
-    unknowns: int = 0
-    pairs: int = 0
-
-
 def _solve(
     circuit: Circuit,
     kind: str,
@@ -203,7 +183,7 @@ def _solve(
     interrupted = False
     for k, island in enumerate(circuit.islands):
         width = len(recorder.local[k])
-        job = _Job(circuit, island, recorder.local[k], swept, temperature, values)
+        job = PointsOfIsland(circuit, island, recorder.local[k], swept, temperature, values)
         done = 0
         try:
             for block in job.blocks(count):
@@ -234,7 +214,7 @@ def _solve(
             **{name: found[:, j] for j, name in enumerate(names)},
         },
         outer + columns,
-        islands=[_report(k, circuit.islands[k], part) for k, part in enumerate(totals)],
+        islands=[report_of(k, circuit.islands[k], part) for k, part in enumerate(totals)],
         certificate=Certificate.of(s for part in totals for s in part.statistics),
         interrupted=interrupted,
         wall_time=clock.perf_counter() - begin,
@@ -248,104 +228,3 @@ def _solve(
         failure.partial = solution
         raise failure
     return solution
-
-
-class _Job:
-    """The DC points of one island."""
-
-    def __init__(
-        self,
-        circuit: Circuit,
-        island: Island,
-        names: Sequence[str],
-        swept: Mapping[str, Floats],
-        temperature: float | None,
-        values: Mapping[str, float],
-    ) -> None:
-        self.circuit, self.island, self.names = circuit, island, list(names)
-        mine = {device.name: device.letter for device in island.devices}
-        self.sources = {n: v for n, v in swept.items() if mine.get(n, "") in ("v", "i")}
-        self.others = {
-            n: v for n, v in swept.items() if n == "temp" or mine.get(n, "") in tuple("rlc")
-        }
-        self.temperature, self.values = temperature, dict(values)
-        self.totals = _Totals([])
-
-    def blocks(self, count: int) -> Iterator[Floats]:
-        """Yield the recorded columns of all points, some rows at a time.
-
-        Stretches in which only sources change are one run of the solver, which stays close to the
-        previous point where a solution is not unique; the matrices change between stretches.
-        """
-        cuts = [0, count]
-        if self.others:
-            changed = np.zeros(count, dtype=bool)
-            for axis in self.others.values():
-                changed[1:] |= np.diff(axis) != 0.0
-            cuts = [0, *np.flatnonzero(changed).tolist(), count]
-        near: tuple[Floats, Floats] | None = None
-        for first, last in pairwise(cuts):
-            mna, system = self._system(first, last)
-            stepper = MoreauStepper(system, [mna.functional(name) for name in self.names])
-            self.totals.unknowns, self.totals.pairs = system.n, system.m
-            try:
-                stepper.start_dc(0.0, near or guess_of(self.circuit, mna))
-                stepper.plan_points(np.arange(float(last - first)))
-                done = 0
-                while done < last - first:
-                    rows, _ = stepper.advance(min(_ROWS, last - first - done), _BUDGET)
-                    done += rows.shape[0]
-                    yield rows[:, 1:]
-            except UnsolvedStep as problem:
-                raise self._failure(mna, problem, first) from problem
-            finally:
-                self.totals.statistics.append(dict(stepper.statistics))
-            near = stepper.state
-
-    def _system(self, first: int, last: int) -> tuple[MnaSystem, DescriptorSystem]:
-        """Return the static system in which time counts the points of a stretch."""
-        values = dict(self.values)
-        temperature = self.temperature
-        for name, axis in self.others.items():
-            if name == "temp":
-                temperature = float(axis[first])
-            else:
-                values[name] = float(axis[first])
-        marks = {name: _MARK * (1.0 + k) for k, name in enumerate(self.sources)}
-        mna = self.island.assemble(temperature, {**values, **marks}, analysis="dc")
-        waveforms = list(mna.system.waveforms)
-        times = np.arange(float(last - first))
-        for name, axis in self.sources.items():
-            column = mna.layout.columns[name]
-            points = np.column_stack([times, axis[first:last]]).ravel()
-            waveforms[column] = Waveform(
-                "pwl", tuple(points.tolist()), scale=waveforms[column].scale
-            )
-        n = mna.system.n
-        return mna, replace(mna.system, E=Csc.zeros((n, n)), waveforms=tuple(waveforms))
-
-    def _failure(self, mna: MnaSystem, problem: UnsolvedStep, first: int) -> NumericalError:
-        """Return the error, with the swept values in place of the count of points."""
-        index = first + round(problem.time)
-        swept = {**self.sources, **self.others}
-        where = ", ".join(f"{name} = {axis[index]:.6g}" for name, axis in swept.items())
-        return named_failure(self.circuit, mna, problem, where=where)
-
-
-def _report(number: int, island: Island, totals: _Totals) -> IslandRun:
-    stats: dict[str, float] = {}
-    for part in totals.statistics:
-        for key, value in part.items():
-            if key.startswith("residual") or key in ("modes", "worst_stage"):
-                stats[key] = max(stats.get(key, 0), value)
-            else:
-                stats[key] = stats.get(key, 0) + value
-    return IslandRun(
-        number + 1,
-        island.problem_class.name,
-        island.reason,
-        "point by point",
-        totals.unknowns,
-        totals.pairs,
-        stats=stats,
-    )

@@ -1,0 +1,109 @@
+"""One island on its way through time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ..circuit import Circuit, Island, MnaSystem
+from ..solvers.moreau import MoreauStepper, UnsolvedStep
+from .cards import Tran
+from .curve import Floats
+from .failure import named_failure
+from .impulses import impulses_of
+from .initial import start
+from .settings import Settings
+from .solution import Impulse, IslandRun
+
+BUDGET = 0.05  # [s] longest stretch inside the core: Ctrl-C waits no longer
+_POINTS = 1 << 16  # points of a static island planned at once
+
+
+class IslandRunner:
+    """One island on its way through time."""
+
+    def __init__(
+        self,
+        circuit: Circuit,
+        number: int,
+        island: Island,
+        names: Sequence[str],
+        analysis: Tran,
+        settings: Settings,
+        temperature: float | None,
+        values: Mapping[str, float] | None,
+    ) -> None:
+        self.circuit, self.number, self.island = circuit, number, island
+        self.analysis, self.settings = analysis, settings
+        self.mna: MnaSystem = island.assemble(
+            temperature, values or {}, tstep=analysis.row_distance, tstop=analysis.stop
+        )
+        system = self.mna.system
+        self.step: float | None = None if system.static else analysis.solver_step(settings.step)
+        averaging: dict[str, object] = {}
+        if self.step is not None and settings.theta < 1.0:
+            from ..circuit.theta import theta_terms
+
+            averaging["H"], averaging["Hs"] = theta_terms(self.mna, settings.theta)
+        self.width = len(names)
+        self.charges: Floats | None = None
+        self._planned = 0
+        functionals = [self.mna.functional(name) for name in names]
+        self.stepper = MoreauStepper(system, functionals, **averaging)  # type: ignore[arg-type]
+
+    def start(self) -> None:
+        """Find the first state and plan the instants."""
+        analysis = self.analysis
+        # the plan comes first: it tells the stepper whether switches act on a static circuit
+        if self.step is None:
+            self._plan_more()
+        else:
+            self.stepper.plan(0.0, analysis.stop, self.step, analysis.start, analysis.row_distance)
+        try:
+            self.charges = start(self.circuit, self.mna, self.stepper, analysis, self.step)
+        except UnsolvedStep as problem:
+            raise named_failure(self.circuit, self.mna, problem, starting=True) from problem
+
+    def _plan_more(self) -> None:
+        """Plan the next points of a static island: all at once could be more than memory holds."""
+        first, self._planned = self._planned, self._planned + _POINTS
+        self.stepper.plan_points(self.analysis.rows(first, self._planned))
+
+    def impulses(self) -> list[Impulse]:
+        """Return the jumps so far as impulses of elements."""
+        if self.step is None:
+            return []
+        state = self.stepper.state
+        return impulses_of(self.mna, self.stepper.jumps, self.step, state, self.charges)
+
+    def advance(self, rows: int) -> Floats:
+        """Return the next rows, fewer than asked for if that takes too long."""
+        try:
+            block, done = self.stepper.advance(rows, BUDGET)
+            if done and self.step is None and self._planned < self.analysis.row_count:
+                self._plan_more()
+            return block
+        except UnsolvedStep as problem:
+            raise Stopped(self.stepper.pending, problem) from problem
+
+    def report(self) -> IslandRun:
+        """Return how the island was solved."""
+        system = self.mna.system
+        return IslandRun(
+            self.number + 1,
+            self.island.problem_class.name,
+            self.island.reason,
+            "point by point" if self.step is None else "moreau",
+            system.n,
+            system.m,
+            None if self.step is None else self.settings.theta,
+            self.step,
+            dict(self.stepper.statistics),
+        )
+
+
+class Stopped(Exception):
+    """A step failed after some rows."""
+
+    def __init__(self, rows: Floats, problem: UnsolvedStep) -> None:
+        super().__init__()
+        self.rows, self.problem = rows, problem

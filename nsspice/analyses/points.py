@@ -1,0 +1,146 @@
+"""The DC points of one island: stretches in which only sources change are one run of the solver."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from ..circuit import Circuit, Island, MnaSystem
+from ..errors import NumericalError
+from ..problems.csc import Csc
+from ..problems.descriptor import DescriptorSystem, Waveform
+from ..solvers.moreau import MoreauStepper, UnsolvedStep
+from .curve import Floats
+from .failure import named_failure
+from .initial import guess_of
+from .solution import IslandRun
+
+#: A source value that no deck holds, so that the swept source gets a column of its own.
+_MARK = 1.234567890123e-101
+_BUDGET = 0.05  # [s] longest stretch inside the core
+_ROWS = 4096
+
+
+@dataclass(slots=True)
+class Totals:
+    """What the solvers of one island counted, over all points."""
+
+    statistics: list[dict[str, float]]
+    unknowns: int = 0
+    pairs: int = 0
+
+
+class PointsOfIsland:
+    """The DC points of one island."""
+
+    def __init__(
+        self,
+        circuit: Circuit,
+        island: Island,
+        names: Sequence[str],
+        swept: Mapping[str, Floats],
+        temperature: float | None,
+        values: Mapping[str, float],
+    ) -> None:
+        self.circuit, self.island, self.names = circuit, island, list(names)
+        mine = {device.name: device.letter for device in island.devices}
+        self.sources = {n: v for n, v in swept.items() if mine.get(n, "") in ("v", "i")}
+        self.others = {
+            n: v for n, v in swept.items() if n == "temp" or mine.get(n, "") in tuple("rlc")
+        }
+        self.temperature, self.values = temperature, dict(values)
+        self.totals = Totals([])
+
+    def blocks(self, count: int) -> Iterator[Floats]:
+        """Yield the recorded columns of all points, some rows at a time.
+
+        Stretches in which only sources change are one run of the solver, which stays close to the
+        previous point where a solution is not unique; the matrices change between stretches.
+        """
+        cuts = [0, count]
+        if self.others:
+            changed = np.zeros(count, dtype=bool)
+            for axis in self.others.values():
+                changed[1:] |= np.diff(axis) != 0.0
+            cuts = [0, *np.flatnonzero(changed).tolist(), count]
+        near: tuple[Floats, Floats] | None = None
+        unknowns: list[str] = []
+        for first, last in pairwise(cuts):
+            mna, system = self._system(first, last)
+            stepper = MoreauStepper(system, [mna.functional(name) for name in self.names])
+            self.totals.unknowns, self.totals.pairs = system.n, system.m
+            if mna.unknowns != unknowns:  # a resistor of 0 Ohm has a current for an unknown
+                near, unknowns = guess_of(self.circuit, mna), mna.unknowns
+            try:
+                stepper.start_dc(0.0, near)
+                stepper.plan_points(np.arange(float(last - first)))
+                yield from _rows(stepper, last - first)
+            except UnsolvedStep as problem:
+                raise self._failure(mna, problem, first) from problem
+            finally:
+                self.totals.statistics.append(dict(stepper.statistics))
+            near = stepper.state
+
+    def _system(self, first: int, last: int) -> tuple[MnaSystem, DescriptorSystem]:
+        """Return the static system in which time counts the points of a stretch."""
+        values = dict(self.values)
+        temperature = self.temperature
+        for name, axis in self.others.items():
+            if name == "temp":
+                temperature = float(axis[first])
+            else:
+                values[name] = float(axis[first])
+        marks = {name: _MARK * (1.0 + k) for k, name in enumerate(self.sources)}
+        mna = self.island.assemble(temperature, {**values, **marks}, analysis="dc")
+        waveforms = list(mna.system.waveforms)
+        times = np.arange(float(last - first))
+        for name, axis in self.sources.items():
+            column = mna.layout.columns[name]
+            points = np.column_stack([times, axis[first:last]]).ravel()
+            waveforms[column] = Waveform(
+                "pwl", tuple(points.tolist()), scale=waveforms[column].scale
+            )
+        n = mna.system.n
+        return mna, replace(mna.system, E=Csc.zeros((n, n)), waveforms=tuple(waveforms))
+
+    def _failure(self, mna: MnaSystem, problem: UnsolvedStep, first: int) -> NumericalError:
+        """Return the error, with the swept values in place of the count of points."""
+        index = first + round(problem.time)
+        swept = {**self.sources, **self.others}
+        where = ", ".join(f"{name} = {axis[index]:.6g}" for name, axis in swept.items())
+        return named_failure(self.circuit, mna, problem, where=where)
+
+
+def _rows(stepper: MoreauStepper, count: int) -> Iterator[Floats]:
+    """Yield the recorded columns of the planned points, those before a failure too."""
+    while count:
+        try:
+            rows, _ = stepper.advance(min(_ROWS, count), _BUDGET)
+        except UnsolvedStep:
+            yield stepper.pending[:, 1:]
+            raise
+        count -= rows.shape[0]
+        yield rows[:, 1:]
+
+
+def report_of(number: int, island: Island, totals: Totals) -> IslandRun:
+    """Return how the island was solved, over all its points."""
+    stats: dict[str, float] = {}
+    for part in totals.statistics:
+        for key, value in part.items():
+            if key.startswith("residual") or key in ("modes", "worst_stage"):
+                stats[key] = max(stats.get(key, 0), value)
+            else:
+                stats[key] = stats.get(key, 0) + value
+    return IslandRun(
+        number + 1,
+        island.problem_class.name,
+        island.reason,
+        "point by point",
+        totals.unknowns,
+        totals.pairs,
+        stats=stats,
+    )
