@@ -141,7 +141,8 @@ impl Driver {
         keeps_modes(&self.scratch.model)
     }
 
-    /// Residual of a point.
+    /// Residual of a point, judged as a solution is: unknowns that are nothing but rounding beside
+    /// the others count as zero.
     pub fn residual(
         &mut self,
         rhs: &[f64],
@@ -155,6 +156,11 @@ impl Driver {
         load(s, rhs, q, roles);
         s.x[..n].copy_from_slice(z);
         s.x[n..].copy_from_slice(l);
+        s.start.copy_from_slice(&s.x);
+        s.best_residual = Residual::INFINITE;
+        if let Some(found) = s.judge() {
+            return found;
+        }
         let Scratch { model, roles, f, x, terms, defect, .. } = s;
         residual(model, roles, f, x, terms, defect)
     }
