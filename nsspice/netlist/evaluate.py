@@ -134,3 +134,52 @@ def fold(node: Node) -> Node:
     if not node.args or any(arg.op != "num" for arg in node.args):
         return node
     return num(scalar(node, {}))
+
+
+def rebuild(
+    node: Node,
+    leaf: Callable[[Node], Node],
+    function: Callable[[str, list[Node]], Node] | None = None,
+) -> Node:
+    """Return a tree with its names and signals replaced, constant parts folded.
+
+    Parameters
+    ----------
+    node : Node
+        The tree.
+    leaf : callable
+        Gives the new node for a name or a signal.
+    function : callable, optional
+        Gives the node for a call that has not been looked up, by name and arguments.
+
+    Raises
+    ------
+    TooLarge
+        If the new tree is too deep or too large.
+    """
+    known: dict[int, Node] = {}
+
+    def walk(old: Node) -> Node:
+        if old.op in ("name", "var"):
+            return leaf(old)
+        if not old.args and old.op != "call":
+            return old
+        done = known.get(id(old))
+        if done is not None:
+            return done
+        new = []
+        for arg in old.args:
+            new.append(walk(arg))
+        if old.op == "call" and str(old.value)[0] == "?":
+            if function is None:
+                result = Node(old.op, tuple(new), old.value)
+            else:
+                result = fold(function(str(old.value)[1:], new))
+        elif all(a is b for a, b in zip(new, old.args, strict=True)):
+            result = old
+        else:
+            result = fold(Node(old.op, tuple(new), old.value))
+        known[id(old)] = result
+        return result
+
+    return walk(node)

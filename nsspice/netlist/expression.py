@@ -152,44 +152,15 @@ class Expression:
             value = values.get(str(node.value))
             return node if value is None else num(value)
 
-        return Expression(map_leaves(self.node, replace), self.span)
+        return Expression(_evaluate.rebuild(self.node, replace), self.span)
 
     def rename(self, names: Callable[[str], str]) -> Expression:
         """Return the expression with every signal's name passed through a function."""
         from .node import var
 
-        tree = map_leaves(self.node, lambda leaf: var(names(str(leaf.value))))
+        tree = _evaluate.rebuild(self.node, lambda leaf: var(names(str(leaf.value))))
         return Expression(tree, self.span, self.source)
 
     def _too_large(self) -> Diagnostic:
         message = f"expression is nested deeper than {MAX_DEPTH} or too large: {self.text[:60]}"
         return Diagnostic("NS1023", message, self.span, "split it over several elements")
-
-
-def map_leaves(node: Node, replace: Callable[[Node], Node]) -> Node:
-    """Return a tree with its names and signals replaced, constant parts folded.
-
-    Raises
-    ------
-    TooLarge
-        If the new tree is too deep or too large.
-    """
-    known: dict[int, Node] = {}
-
-    def walk(old: Node) -> Node:
-        if old.op in ("name", "var"):
-            return replace(old)
-        if not old.args:
-            return old
-        done = known.get(id(old))
-        if done is not None:
-            return done
-        new = []
-        for arg in old.args:
-            new.append(walk(arg))
-        same = all(a is b for a, b in zip(new, old.args, strict=True))
-        result = old if same else _evaluate.fold(Node(old.op, tuple(new), old.value))
-        known[id(old)] = result
-        return result
-
-    return walk(node)

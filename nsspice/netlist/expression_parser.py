@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable
 
 from ..errors import Span
-from .expression import map_leaves
+from .evaluate import rebuild
 from .findings import Unreadable, suggest
 from .functions import ALIASES, ARITY, CONSTANTS, UNSUPPORTED, arity_problem
 from .grammar import expression_parser
@@ -93,39 +93,38 @@ def _run(program: tuple[Step, ...], text: str, spans: Spans, place: Place, trap:
         else:
             args = stack[len(stack) - count :]
             del stack[len(stack) - count :]
-            if rule == "call":
-                node = _call(text, start, end, args, place)
+            if rule == "call":  # built in or a .func of the deck: the scope decides
+                node = Node("call", tuple(args), "?" + text[start : end - 1].rstrip().lower())
             else:
-                node = _operation(rule, args, text[start:end])
+                node = _operation(rule, args, [text[spans[t][0] : spans[t][1]] for t in tokens])
             if node.depth > MAX_DEPTH:
                 raise TooLarge
         stack.append(node)
     return stack[0]
 
 
-def _operation(rule: str, args: list[Node], sign: str) -> Node:
+def _operation(rule: str, args: list[Node], signs: list[str]) -> Node:
     """Return the node of an operation."""
     if rule == "start":
         return args[0]
     if rule == "sum":
-        return add((args[0], args[1] if sign == "+" else neg(args[1])))
+        rest = zip(args[1:], signs, strict=True)
+        return add([args[0], *[arg if sign == "+" else neg(arg) for arg, sign in rest]])
     if rule == "product":
         # a constant zero times something stays as written: 0*v(a) still names v(a)
-        second = args[1] if sign == "*" else inv(args[1])
+        rest = zip(args[1:], signs, strict=True)
         first = args[0].args if args[0].op == "mul" else (args[0],)
-        return Node("mul", (*first, second))
+        return Node("mul", (*first, *[arg if sign == "*" else inv(arg) for arg, sign in rest]))
     if rule == "sign":
-        return neg(args[0]) if sign == "-" else args[0]
+        return neg(args[0]) if signs[0] == "-" else args[0]
     if rule == "power":
         return power(args[0], args[1])
     if rule == "negation":
         return Node("not", (args[0],))
     if rule == "comparison":
-        return Node(_COMPARISONS[sign], (args[0], args[1]))
+        return Node(_COMPARISONS[signs[0]], (args[0], args[1]))
     if rule in ("disjunction", "conjunction"):
-        op = "or" if rule == "disjunction" else "and"
-        first = args[0].args if args[0].op == op else (args[0],)
-        return Node(op, (*first, args[1]))
+        return Node("or" if rule == "disjunction" else "and", tuple(args))
     assert rule == "conditional"
     return Node("if", (args[0], args[1], args[2]))
 
@@ -164,12 +163,27 @@ def voltage(first: str, second: str = "0") -> Node:
     return neg(var(f"v({second})")) if first == "0" else var(f"v({first},{second})")
 
 
-def _call(text: str, start: int, end: int, args: list[Node], place: Place) -> Node:
-    """Return a function call; a function that is not built in stays for the scope to explain."""
-    function = text[start : end - 1].rstrip().lower()
-    where = place(start, start + len(function))
-    if function not in ARITY:  # perhaps a .func of the deck, even with the name of a known one
-        return Node("call", tuple(args), "?" + function)
+def resolve(function: str, args: list[Node], known: list[str], where: Span | None) -> Node:
+    """Return the call of a built-in function.
+
+    Parameters
+    ----------
+    function : str
+        Its name, lower case.
+    args : list of Node
+        Arguments.
+    known : list of str
+        Functions of the deck, for suggestions.
+    where : Span or None
+        Place for messages.
+
+    Raises
+    ------
+    Unreadable
+        If there is no such function, or it takes another number of arguments.
+    """
+    if function not in ARITY:
+        raise unknown_function(function, known, where)
     if function == "limit" and len(args) == 2:
         hint = "limit(x, low, high) holds x between two bounds"
         message = "limit with two arguments draws a random value, which is not supported"
@@ -177,11 +191,6 @@ def _call(text: str, start: int, end: int, args: list[Node], place: Place) -> No
     problem = arity_problem(function, len(args))
     if problem:
         raise Unreadable("NS1022", problem, where)
-    return built_in(function, args)
-
-
-def built_in(function: str, args: list[Node]) -> Node:
-    """Return the node of a built-in function."""
     if function == "pow":
         return power(args[0], args[1])
     if function in ("if", "ternary_fcn"):
@@ -213,13 +222,7 @@ def free_expression(text: str, span: Span | None) -> Node:
             return num(CONSTANTS[word])
         raise Unreadable("NS1021", f"unknown name {word}", span, suggest(word, ["time", "temper"]))
 
-    stack = [tree]
-    while stack:
-        node = stack.pop()
-        if node.op == "call" and str(node.value)[0] == "?":
-            raise unknown_function(str(node.value)[1:], [], span)
-        stack.extend(node.args)
-    return map_leaves(tree, look_up)
+    return rebuild(tree, look_up, lambda name, args: resolve(name, args, [], span))
 
 
 def _explain(text: str, place: Place, position: int | None) -> Unreadable:

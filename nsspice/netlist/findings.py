@@ -7,12 +7,15 @@ goes on, and ``parse_text`` raises one error with everything at the end.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from difflib import get_close_matches
 
 from ..errors import Diagnostic, NetlistError, Span
 
 #: more findings than this help nobody; the rest are counted in one closing line
 MAX_FINDINGS = 1000
+#: characters of a message; names in it may be as long as a line
+_LONGEST = 400
 
 
 class Findings:
@@ -41,6 +44,10 @@ class Findings:
         self._add(self.warnings, Diagnostic(code, message, span, hint, "warning"))
 
     def _add(self, target: list[Diagnostic], finding: Diagnostic) -> None:
+        if len(finding.message) > _LONGEST or len(finding.hint) > _LONGEST:
+            finding = replace(
+                finding, message=_shortened(finding.message), hint=_shortened(finding.hint)
+            )
         span = finding.span
         place = (span.file, span.line, span.column) if span else ("", 0, 0)
         key = (finding.code, finding.message, *place)
@@ -78,6 +85,13 @@ class Unreadable(Exception):
         self.message = message
         self.span = span
         self.hint = hint
+
+
+def _shortened(text: str) -> str:
+    """Return a text with its middle left out if it is too long."""
+    if len(text) <= _LONGEST:
+        return text
+    return f"{text[: _LONGEST // 2]} ... {text[-_LONGEST // 2 :]}"
 
 
 def suggest(word: str, known: Iterable[str], prefix: str = "") -> str:

@@ -15,7 +15,7 @@ from .body import Body, Subcircuit
 from .deck import Model, Param
 from .evaluate import fold, scalar
 from .expression import Expression
-from .expression_parser import unknown_function, voltage
+from .expression_parser import resolve, voltage
 from .findings import Unreadable, suggest
 from .functions import CONSTANTS
 from .node import Node, TooLarge, num, var
@@ -227,8 +227,6 @@ class Scope:
             args.append(self._bind(arg, formals, formula, own, active, depth + 1))
         if op == "call" and str(node.value)[0] == "?":
             return self._function(str(node.value)[1:], args, formula, own, active, depth)
-        if op == "call" and node.value == "pwl":
-            _check_table(args, formula)
         return fold(Node(op, tuple(args), node.value))
 
     def _word(self, word: str, formula: Formula, own: bool) -> Node:
@@ -240,11 +238,7 @@ class Scope:
             return var(word)
         if word in CONSTANTS:
             return num(CONSTANTS[word])
-        found = re.search(
-            rf"(?<![\w.]){re.escape(word)}(?![\w.])", formula.line.text[formula.start :]
-        )
-        start = formula.start + found.start() if found else formula.start
-        where = formula.line.span(start, start + len(word))
+        where = self._place(word, formula)
         if word in ("hertz", "freq", "frequency", "omega", "w"):
             hint = "there is no .ac analysis here" if word != "w" else ""
         else:
@@ -252,6 +246,13 @@ class Scope:
         known = [*self.known("params"), *self.known("fixed"), "time", "temper"]
         hint = hint or suggest(word, known) or f"define it with .param {word}=..."
         raise Unreadable("NS1021", f"parameter {word[:60]} is not defined", where, hint)
+
+    @staticmethod
+    def _place(word: str, formula: Formula) -> Span:
+        """Return where a name stands in an expression."""
+        pattern = re.compile(rf"(?<![\w.]){re.escape(word)}(?![\w.])")
+        found = pattern.search(formula.line.text, formula.start, formula.end)
+        return formula.line.span(*found.span()) if found else formula.span
 
     def _function(
         self,
@@ -267,7 +268,10 @@ class Scope:
         while scope is not None and name not in scope.functions:
             scope = scope.parent
         if scope is None:
-            raise unknown_function(name, self.known("functions"), formula.span)
+            made = resolve(name, args, self.known("functions"), self._place(name, formula))
+            if made.op == "call" and made.value == "pwl":
+                _check_table(args, formula)
+            return fold(made)
         function = scope.functions[name]
         if name in active:
             chain = " -> ".join([*active[active.index(name) :], name])

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 from ...errors import Span
 from ..findings import Unreadable
-from ..functions import ARITY
 from ..lines import Line
 from ..node import num
 from ..statement import Item, items
@@ -56,8 +55,6 @@ def function(reader: Reader, line: Line) -> FunctionTemplate | None:
     name = found.group(1)
     formals = tuple(word for word in re.split(r"[\s,]+", found.group(2)) if word)
     where = line.span(*found.span(1))
-    if name in ARITY:
-        raise Unreadable("NS1080", f"function {name} is built in", where, "choose another name")
     for formal in formals:
         if not re.fullmatch(r"[^\W\d][\w.]*", formal):
             raise Unreadable("NS1080", f"{formal[:40]} cannot name an argument", where)

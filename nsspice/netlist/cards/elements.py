@@ -62,12 +62,15 @@ def element(reader: Reader, line: Line) -> Template | InstanceTemplate:
     letter = text[0] if text[0] > " " else text.lstrip()[0]
     if letter == "b":
         return behavioural(reader, line)
-    if letter == "x":
-        return instance(reader, line)
     read = _READERS.get(letter)
-    if read is None:
+    if read is None and letter != "x":
         raise _unknown(line, letter)
-    return read(reader, line, items(line))
+    found = items(line)
+    if found[0].kind != "word":
+        where = line.span(found[0].start, found[0].end)
+        hint = "a line starts with the name of an element, a blank, and its nodes"
+        raise Unreadable("NS1009", "the name of an element is needed here", where, hint)
+    return read(reader, line, found) if read is not None else instance(reader, line, found)
 
 
 def _unknown(line: Line, letter: str) -> Unreadable:
@@ -84,10 +87,10 @@ def _unknown(line: Line, letter: str) -> Unreadable:
     return Unreadable("NS1004", f"no element starts with {letter}", where, hint)
 
 
-def instance(reader: Reader, line: Line) -> InstanceTemplate:
+def instance(reader: Reader, line: Line, content: list[Item]) -> InstanceTemplate:
     """Read ``X n1 n2 ... subcircuit [params:] [name=value ...]``."""
     pairs: list[Item] = []
-    found = list(flat(items(line), pairs))
+    found = list(flat(content, pairs))
     name = found[0].text
     words = [item for item in found[1:] if item.text != "params:"]
     span = line.whole()

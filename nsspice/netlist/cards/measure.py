@@ -197,7 +197,7 @@ class _Maker:
 
     def _formula(self, part: _Part) -> Expression:
         """Return the expression of param=, in which other measurements are names."""
-        from ..expression import map_leaves
+        from ..evaluate import rebuild
         from ..node import Node, num, var
         from ..template import Formula
 
@@ -213,7 +213,7 @@ class _Maker:
                 return var(str(leaf.value))
             return leaf
 
-        tree = Formula(map_leaves(value.node, look_up), self._line, start, end)
+        tree = Formula(rebuild(value.node, look_up), self._line, start, end)
         return Expression(self._context.here.bind(tree), where, text)
 
     def _number(self, part: _Part, key: str) -> float:

@@ -17,15 +17,15 @@ OWN = {
 }  # fmt: skip
 #: options of other simulators that steer their numerics or printing: accepted, without effect here
 FOREIGN = {
-    "absi", "absv", "accurate", "acct", "autostop", "badmos3", "brief", "bypass", "cptime", "defad",
-    "defas", "defl", "defw", "delmax", "fast", "filetype", "gmindc", "gminsteps", "ingold",
-    "interp", "itl2", "itl3", "itl5", "itl6", "keepopinfo", "klu", "limpts", "limtim", "list", "lvlcod",
-    "lvltim", "maxord", "measdgt", "minbreak", "mindeltagmin", "nodamp", "node", "noinit",
-    "nomarch", "nomod", "noopac", "noopiter", "nopage", "numdgt", "optran", "opts", "pivrel", "pivtol",
-    "plotabstol", "plotreltol", "plotvntol", "plotwinsize", "post", "probe", "ramptime", "rawpts",
-    "reli", "relv", "savecurrents", "scalm", "solver", "sparse", "srcstepmethod", "srcsteps",
-    "startclocks", "topologycheck", "trabstol", "trtrunc", "trytocompact", "warn", "warnlimit",
-    "width", "xmu",
+    "absi", "absv", "accurate", "acct", "autostop", "badmos3", "brief", "bypass", "cptime",
+    "defad", "defas", "defl", "defw", "delmax", "fast", "filetype", "gmindc", "gminsteps",
+    "ingold", "interp", "itl2", "itl3", "itl5", "itl6", "keepopinfo", "klu", "limpts", "limtim",
+    "list", "lvlcod", "lvltim", "maxord", "measdgt", "minbreak", "mindeltagmin", "nodamp", "node",
+    "noinit", "nomarch", "nomod", "noopac", "noopiter", "nopage", "numdgt", "optran", "opts",
+    "pivrel", "pivtol", "plotabstol", "plotreltol", "plotvntol", "plotwinsize", "post", "probe",
+    "ramptime", "rawpts", "reli", "relv", "savecurrents", "scalm", "solver", "sparse",
+    "srcstepmethod", "srcsteps", "startclocks", "topologycheck", "trabstol", "trtrunc",
+    "trytocompact", "warn", "warnlimit", "width", "xmu",
 }  # fmt: skip
 #: options of other simulators that add elements to a circuit or scale them
 CHANGING = {

@@ -55,7 +55,7 @@ def passive(reader: Reader, line: Line, items: list[Item]) -> Template:
                 result.value = reader.value(line, after, f"a {what}")
         else:
             result.value = reader.value(line, found, f"a {what}")
-    terminals.extend_pairs(("tc", "tc2"))
+    terminals.extend_pairs("tc", "tc2")
     params = terminals.params(_KNOWN[letter])
     own = params.pop(letter, None)
     if letter == "r" and "v" in params:

@@ -43,7 +43,7 @@ def transistor(reader: Reader, line: Line, items: list[Item]) -> Template:
         terminals.take_nodes(1)
     result = terminals.template()
     terminals.model(result, terminals.next(), "write Qname collector base emitter model")
-    terminals.extend_pairs(("ic", "vce"))
+    terminals.extend_pairs("ic", "vce")
     _tail(terminals, result, _TRANSISTOR | {"vce"})
     if "vce" in result.params:
         result.params["icvce"] = result.params.pop("vce")

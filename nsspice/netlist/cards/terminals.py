@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 
 from ...errors import Span
 from ..findings import Unreadable
@@ -109,17 +109,17 @@ class Terminals:
             return {}
         return self.reader.params(self.line, self.pairs, known, self.name)
 
-    def extend_pairs(self, second: tuple[str, str]) -> None:
-        """Let ``tc=1m,2u`` set a second parameter, as SPICE does."""
-        key, other = second
+    def extend_pairs(self, key: str, other: str) -> None:
+        """Let a second value behind a comma set another parameter, as in ``tc=1m,2u``."""
         for pair in self.pairs:
-            item = self.peek()
-            if pair.text == key and item is not None and item.start > pair.end:
-                between = self.line.text[pair.end : item.start]
-                if between.strip() in (",", ""):
-                    self._at += 1
+            if pair.text != key:
+                continue
+            for index in range(self._at, len(self._items)):
+                item = self._items[index]
+                if item.start > pair.end and self.line.text[pair.end : item.start].strip() == ",":
+                    del self._items[index]
                     self.pairs.append(Item("pair", other, item.start, item.end, (item, item)))
-                return
+                    return
 
     def param_value(self, param: ParamText) -> Value:
         """Return a parameter's value where a number or an expression is needed."""
@@ -154,8 +154,3 @@ class Terminals:
                              "decimals are written with a point: 1.5")  # fmt: skip
         hint = "one value is enough; a unit is written without a blank: 1kOhm"
         raise Unreadable("NS1009", f"{self.name}: {shown} is not expected here", where, hint)
-
-    def items(self) -> Iterator[Item]:
-        """Yield and take the remaining items one by one."""
-        while (item := self.next()) is not None:
-            yield item
