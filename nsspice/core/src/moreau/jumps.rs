@@ -9,6 +9,8 @@ use crate::mlcp::Start;
 const JUMP: f64 = 1e-7;
 /// Length of the step that shows the values right after a jump.
 const AFTER_JUMP: f64 = 1e-4;
+/// Changes below this part of the largest charge (or flux) so far are no jump.
+const NO_JUMP: f64 = 1e-9;
 /// Jumps kept in full; later ones are only counted.
 const MAX_JUMPS: usize = 4096;
 
@@ -78,7 +80,8 @@ impl Stepper {
         let shortest = self.step_length.min(self.fastest);
         let before = self.z.clone();
         self.short_step(charges, &before, JUMP * shortest, start)?;
-        let (mut after, mut lasting) = (self.z.clone(), self.l.clone());
+        let (first, mut lasting) = (self.z.clone(), self.l.clone());
+        let mut after = first.clone();
         let active = self.active.clone();
         let mut unknowns: Vec<f64> = after.iter().map(|v| v * JUMP * shortest).collect();
         lasting.iter_mut().for_each(|v| *v *= JUMP * shortest);
@@ -94,7 +97,7 @@ impl Stepper {
                 *once = 2.0 * *once - two * twice;
             }
         }
-        if self.jumped(charges, &before, &after) {
+        if self.jumped(charges, &before, &first, &after) {
             self.stats.jumps += 1;
             if self.jumps.len() < MAX_JUMPS {
                 let (after, multipliers) = (after.clone(), lasting);
@@ -140,24 +143,36 @@ impl Stepper {
         self.solve(k, delta, start)
     }
 
-    /// Did stored charges or fluxes change beyond the error of the extrapolation, about JUMP^2?
-    fn jumped(&mut self, charges: Option<&[f64]>, before: &[f64], after: &[f64]) -> bool {
+    /// Did stored charges or fluxes jump?  A change that extrapolation to length 0 takes away was
+    /// not a jump but the ordinary motion during the short step.
+    fn jumped(
+        &mut self,
+        charges: Option<&[f64]>,
+        before: &[f64],
+        first: &[f64],
+        after: &[f64],
+    ) -> bool {
         let n = before.len();
-        let mut old = vec![0.0; n];
-        match charges {
-            Some(charges) => old.copy_from_slice(charges),
-            None => self.sys.e.mul_add(1.0, before, &mut old),
-        }
-        self.ends.fill(0.0);
-        self.sys.e.mul_add(1.0, after, &mut self.ends);
+        let stored = |z: &[f64]| {
+            let mut out = vec![0.0; n];
+            self.sys.e.mul_add(1.0, z, &mut out);
+            out
+        };
+        let old = charges.map_or_else(|| stored(before), <[f64]>::to_vec);
+        let (once, new) = (stored(first), stored(after));
+        let mut found = false;
         for kind in 0..2u8 {
             let rows = || (0..n).filter(|&i| self.sys.row_kind[i] == kind);
-            let size = rows().map(|i| old[i].abs().max(self.ends[i].abs())).fold(0.0, f64::max);
-            if rows().any(|i| (self.ends[i] - old[i]).abs() > 1e-6 * size) {
-                return true;
-            }
+            let size = rows().map(|i| old[i].abs().max(new[i].abs())).fold(0.0, f64::max);
+            // against the largest so far: a flux that has just decayed to rounding does not jump
+            let largest = &mut self.largest[usize::from(kind)];
+            *largest = largest.max(size);
+            found |= rows().any(|i| {
+                let change = (new[i] - old[i]).abs();
+                change > NO_JUMP * *largest && change > 0.1 * (once[i] - old[i]).abs()
+            });
         }
-        false
+        found
     }
 
     /// Applies the switch laws until they agree with the state.

@@ -129,7 +129,8 @@ pub struct Stepper {
     pub(super) rhs: Vec<f64>,
     pub(super) w: Vec<f64>,
     pub(super) work: Vec<f64>,
-    pub(super) ends: Vec<f64>,
+    /// largest charge and flux at a possible jump so far
+    pub(super) largest: [f64; 2],
     pub(super) z_before: Vec<f64>,
     pub(super) l_before: Vec<f64>,
     pub(super) accept_large: bool,
@@ -185,7 +186,7 @@ impl Stepper {
             rhs: vec![0.0; n],
             w: vec![0.0; m],
             work: vec![0.0; 4 * (n + m) + 16],
-            ends: vec![0.0; n],
+            largest: [0.0; 2],
             z_before: vec![0.0; n],
             l_before: vec![0.0; m],
             accept_large: false,
