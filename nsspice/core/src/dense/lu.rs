@@ -9,6 +9,8 @@ pub struct DenseLu {
     n: usize,
     /// column-major; `L` (unit diagonal, not stored) below, `U` above and on the diagonal
     lu: Vec<f64>,
+    /// reciprocals of the pivots
+    inverse: Vec<f64>,
     /// row exchanged with row `k` at step `k`
     swap: Vec<usize>,
     pivot_ratio: f64,
@@ -32,6 +34,8 @@ impl DenseLu {
         self.lu.resize(n * n, 0.0);
         self.swap.clear();
         self.swap.resize(n, 0);
+        self.inverse.clear();
+        self.inverse.resize(n, 0.0);
         for c in 0..n {
             let (rows, values) = a.col(c);
             for (&r, &v) in rows.iter().zip(values) {
@@ -59,15 +63,14 @@ impl DenseLu {
             self.swap[k] = p;
             least = least.min(best);
             greatest = greatest.max(best);
-            if best == 0.0 || !best.is_finite() {
-                self.singular.get_or_insert(k);
-                if best == 0.0 {
-                    continue;
-                }
+            // also if so small that its reciprocal overflows
+            if !(best.is_finite() && (1.0 / best).is_finite()) {
+                self.singular = Some(k);
                 break;
             }
             column.swap(k, p);
             let pivot = column[k];
+            self.inverse[k] = 1.0 / pivot;
             for v in &mut column[k + 1..] {
                 *v /= pivot;
             }
@@ -122,7 +125,7 @@ impl DenseLu {
         }
         for k in (0..n).rev() {
             let column = &self.lu[k * n..(k + 1) * n];
-            let f = x[k] / column[k];
+            let f = x[k] * self.inverse[k];
             x[k] = f;
             if f != 0.0 {
                 for (v, u) in x[..k].iter_mut().zip(column) {
@@ -141,7 +144,7 @@ impl DenseLu {
         for k in 0..n {
             let column = &self.lu[k * n..(k + 1) * n];
             let sum: f64 = x[..k].iter().zip(column).map(|(v, u)| v * u).sum();
-            x[k] = (x[k] - sum) / column[k];
+            x[k] = (x[k] - sum) * self.inverse[k];
         }
         for k in (0..n).rev() {
             let l = &self.lu[k * n + k + 1..(k + 1) * n];

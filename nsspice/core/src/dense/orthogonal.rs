@@ -92,12 +92,25 @@ fn reflect(v: &[f64], x: &mut [f64]) {
     }
 }
 
+/// Four partial sums: a single one would make every addition wait for the last.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let mut sums = [0.0f64; 4];
+    let (a4, b4) = (a.chunks_exact(4), b[..a.len()].chunks_exact(4));
+    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in a4.zip(b4) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    sums.iter().sum::<f64>() + rest
 }
 
-/// Euclidean norm, scaled so that squares neither overflow nor vanish.
+/// Euclidean norm; scaled where squares would overflow or vanish.
 fn norm(v: &[f64]) -> f64 {
+    let squares = dot(v, v);
+    if (1e-200..1e200).contains(&squares) {
+        return squares.sqrt();
+    }
     let largest = v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     if largest == 0.0 {
         return 0.0;

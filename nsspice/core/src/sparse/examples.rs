@@ -117,11 +117,28 @@ pub fn ladder(cells: usize, capacitance: f64, resistance: f64) -> Circuit {
     Circuit::new(n + cells, cells, entries)
 }
 
+/// Half-bridges between a supply and ground, each with an inductor to a common output: the switched
+/// nodes have no conductance, and two rails touch everything.
+pub fn half_bridges(count: usize) -> Circuit {
+    let (supply, output, first) = (0, 1, 2);
+    let (source, n) = (2 + count, 3 + 2 * count);
+    let mut entries = Vec::new();
+    conductance(&mut entries, [Some(output), None], 5.0);
+    branch(&mut entries, source, [Some(supply), None], 0.0);
+    for i in 0..count {
+        let switched = Some(first + i);
+        branch(&mut entries, source + 1 + i, [switched, Some(output)], 0.5);
+        branch(&mut entries, n + 2 * i, [Some(supply), switched], 0.0);
+        branch(&mut entries, n + 2 * i + 1, [None, switched], 0.0);
+    }
+    Circuit::new(n + 2 * count, 2 * count, entries)
+}
+
 /// A random circuit: every node has a path of conductances to ground, except for some that are held
 /// by inductors, voltage sources or diodes only.
 pub fn circuit(rng: &mut Rng, nodes: usize, decades: f64) -> Circuit {
     let bare = |v: usize| v % 7 == 3;
-    let mut end = |v: usize, rng: &mut Rng| match rng.below(v + 1) {
+    let end = |v: usize, rng: &mut Rng| match rng.below(v + 1) {
         u if u == v || rng.below(6) == 0 => None,
         u => Some(if rng.below(2) == 0 && v > 4 { v - 1 - rng.below(4) } else { u }),
     };

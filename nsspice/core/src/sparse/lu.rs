@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 /// One entry of a triangular factor, by positions in the elimination order.  It names its column
 /// too: then a solve is one loop over all entries, and the processor need not guess the ends of
-/// thousands of short columns (measured: 2.5 times as fast).
+/// thousands of short columns (measured: 1.5 times as fast).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
     pub row: u32,
@@ -157,8 +157,18 @@ impl SparseLu {
         Ok(())
     }
 
-    /// Sets `pivot_ratio` after all columns are known.
+    /// Sets `pivot_ratio` after all columns are known; in several lanes, because a partial
+    /// refactorisation may take less time than one comparison after the other.
     pub(super) fn rate(&mut self) {
-        self.pivot_ratio = self.survival.iter().fold(1.0, |m, &s| if s < m { s } else { m });
+        let least = |m: f64, s: f64| if s < m { s } else { m };
+        let mut lanes = [1.0f64; 8];
+        let chunks = self.survival.chunks_exact(8);
+        let rest = chunks.remainder().iter().fold(1.0, |m, &s| least(m, s));
+        for chunk in chunks {
+            for (m, &s) in lanes.iter_mut().zip(chunk) {
+                *m = least(*m, s);
+            }
+        }
+        self.pivot_ratio = lanes.into_iter().fold(rest, least);
     }
 }

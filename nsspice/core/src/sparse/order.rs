@@ -43,7 +43,7 @@ impl Ordering {
             row_entries,
         };
         let graph = Graph::contracted(matrix, &out);
-        out.order = place(matrix, &out, &dissect(&graph, pairs > 0));
+        out.order = place(matrix, &out, &graph, &dissect(&graph, pairs > 0));
         for (k, &c) in out.order.iter().enumerate() {
             out.position[c as usize] = k as u32;
         }

@@ -1,5 +1,6 @@
 //! Places rows without a diagonal entry where elimination has filled their diagonal.
 
+use super::graph::Graph;
 use super::{Csc, Ordering};
 
 /// Merges pairs, and rows of `K` without a diagonal entry, into the order `first` of the unknowns of
@@ -9,8 +10,9 @@ use super::{Csc, Ordering};
 /// two ideal diodes at a node, both conducting, the first ties the node to its other end and leaves
 /// nothing to the second.  So each eliminated unknown of `K` lets one waiting neighbour follow.  It
 /// may pass its turn on if that neighbour can use another one's (an augmenting path, as in
-/// bipartite matching).  A pair lets nothing follow, since it fills nothing while it blocks.
-pub(super) fn place(matrix: &Csc, ordering: &Ordering, first: &[u32]) -> Vec<u32> {
+/// bipartite matching).  A pair lets nothing follow, since it fills nothing while it blocks.  No row
+/// waits longer than until all its neighbours, rails aside, are eliminated.
+pub(super) fn place(matrix: &Csc, ordering: &Ordering, graph: &Graph, first: &[u32]) -> Vec<u32> {
     let (n, fixed) = (matrix.nrows, ordering.first_switching);
     let mut rank = vec![0u32; n];
     for (k, &v) in first.iter().enumerate() {
@@ -24,6 +26,7 @@ pub(super) fn place(matrix: &Csc, ordering: &Ordering, first: &[u32]) -> Vec<u32
     state[fixed..].fill(State::Waiting);
     let mut work = Placement {
         matrix,
+        graph,
         ordering,
         rank,
         state,
@@ -33,7 +36,7 @@ pub(super) fn place(matrix: &Csc, ordering: &Ordering, first: &[u32]) -> Vec<u32
         out: Vec::with_capacity(n),
     };
     for w in 0..n {
-        work.ahead[w] = work.unknowns(w).count() as u32;
+        work.ahead[w] = work.unknowns(w).filter(|&v| work.awaited(v)).count() as u32;
     }
     for &v in first {
         let v = v as usize;
@@ -63,10 +66,11 @@ enum State {
 
 struct Placement<'a> {
     matrix: &'a Csc,
+    graph: &'a Graph,
     ordering: &'a Ordering,
     rank: Vec<u32>,
     state: Vec<State>,
-    /// number of neighbours in `K` that are not eliminated yet
+    /// number of neighbours to wait for that are not eliminated yet
     ahead: Vec<u32>,
     /// the eliminated unknown that each row follows
     owner: Vec<u32>,
@@ -82,6 +86,12 @@ impl<'a> Placement<'a> {
         self.ordering.neighbours(self.matrix, v).filter(move |&w| w < fixed && w != v)
     }
 
+    /// Whether rows may wait for `v`: the elimination of a rail would join all that did.
+    fn awaited(&self, v: usize) -> bool {
+        const RAIL: usize = 16;
+        self.graph.adjacent(v as u32).len() <= RAIL
+    }
+
     /// Eliminates `v`, and what may follow.
     fn emit(&mut self, v: usize) {
         let mut next = self.out.len();
@@ -95,7 +105,7 @@ impl<'a> Placement<'a> {
             }
             self.offer(u);
             for w in self.ordering.neighbours(self.matrix, u).filter(|&w| w != u) {
-                self.ahead[w] -= 1;
+                self.ahead[w] -= u32::from(self.awaited(u));
                 // nothing that could still come would fill its diagonal
                 if self.ahead[w] == 0 && self.state[w] == State::Waiting {
                     self.state[w] = State::Done;
@@ -155,6 +165,7 @@ impl<'a> Placement<'a> {
         let waiting = |w: &usize| *w != u && self.state[*w] == State::Waiting;
         self.ordering.neighbours(self.matrix, u).filter(waiting).max_by_key(|&w| {
             let ahead = self.unknowns(w).filter(|&x| self.state[x] != State::Done);
+            let ahead = ahead.filter(|&x| self.awaited(x));
             ahead.map(|x| self.rank[x]).min().unwrap_or(NONE)
         })
     }

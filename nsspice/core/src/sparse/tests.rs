@@ -1,4 +1,4 @@
-use super::examples::{circuit, ladder, random, Circuit, Rng};
+use super::examples::{circuit, half_bridges, ladder, random, Circuit, Rng};
 use super::{Csc, Extent, Ordering, SparseLu};
 use crate::dense::DenseLu;
 use std::sync::Arc;
@@ -139,10 +139,9 @@ fn a_factor_recovers_from_a_singular_matrix() {
 fn toggle(circuit: &Circuit, rng: &mut Rng, modes: usize, at_once: usize) -> (usize, usize) {
     let ordering = Arc::new(Ordering::new(&circuit.full, circuit.pairs));
     let mut a = circuit.full.clone();
-    let mut on = vec![false; circuit.pairs];
-    for i in 0..circuit.pairs {
-        on[i] = rng.below(3) == 0;
-        circuit.set(&mut a, &ordering, i, on[i]);
+    let mut on: Vec<bool> = (0..circuit.pairs).map(|_| rng.below(3) == 0).collect();
+    for (i, &on) in on.iter().enumerate() {
+        circuit.set(&mut a, &ordering, i, on);
     }
     let mut f = SparseLu::new(&a, &ordering);
     let (mut columns, mut full) = (0, 0);
@@ -193,6 +192,29 @@ fn ladders_change_modes_without_moving_a_pivot() {
         let (columns, full) = toggle(&ladder(300, capacitance, resistance), &mut rng, 300, 1);
         assert_eq!(full, 0);
         assert!(columns < 300 * 60, "{columns} columns in 300 mode changes");
+    }
+}
+
+#[test]
+fn rails_do_not_fill_the_factors() {
+    let mut rng = Rng(41);
+    let c = half_bridges(1500);
+    let ordering = Arc::new(Ordering::new(&c.full, c.pairs));
+    let mut a = c.full.clone();
+    let mut high = vec![true; c.pairs / 2];
+    for i in 0..c.pairs {
+        c.set(&mut a, &ordering, i, i % 2 == 0);
+    }
+    let mut f = SparseLu::new(&a, &ordering);
+    assert!(f.entries() < 8 * f.size(), "{} entries in {} columns", f.entries(), f.size());
+    for _ in 0..50 {
+        let i = rng.below(high.len());
+        high[i] = !high[i];
+        c.set(&mut a, &ordering, 2 * i, high[i]);
+        c.set(&mut a, &ordering, 2 * i + 1, !high[i]);
+        let extent = f.refactor_rows(&a, &[c.row(2 * i), c.row(2 * i + 1)]);
+        assert!(matches!(extent, Extent::Columns(1..=12)), "{extent:?}");
+        assert!(check(&a, &f, &mut rng).0 < 1e-12);
     }
 }
 
