@@ -82,11 +82,10 @@ impl Stepper {
         self.short_step(charges, &before, JUMP * shortest, start)?;
         let (first, mut lasting) = (self.z.clone(), self.l.clone());
         let mut after = first.clone();
-        let active = self.active.clone();
         let mut unknowns: Vec<f64> = after.iter().map(|v| v * JUMP * shortest).collect();
         lasting.iter_mut().for_each(|v| *v *= JUMP * shortest);
         let twice = 2.0 * JUMP * shortest;
-        if self.short_step(charges, &before, twice, Start::Warm).is_ok() && self.active == active {
+        if self.short_step(charges, &before, twice, Start::Warm).is_ok() {
             for (once, &two) in after.iter_mut().zip(&self.z) {
                 *once = 2.0 * *once - two;
             }
