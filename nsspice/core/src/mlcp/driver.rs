@@ -125,7 +125,7 @@ impl Driver {
             iterations: s.iterations,
             residual,
             needs_certificate: largest(&s.x) > SUSPECT * reference
-                || s.growth() > if stage == 1 { SUSPECT } else { SUSPECT_PATH },
+                || s.growth() > if stage == 1 && !s.doubtful { SUSPECT } else { SUSPECT_PATH },
         })
     }
 

@@ -19,10 +19,12 @@ const SAMPLE: u32 = 16;
 /// largest row of its kind.
 const ACCURATE: f64 = 1e-12;
 const FLOOR: f64 = 1e-6;
+/// Largest solution of a nearly singular mode relative to its data.
+const LARGEST_GROWTH: f64 = 1e11;
 
 /// Weights added to the diagonal of the scaled equations: 0 is the problem itself, then those of
 /// the proximal point method, at last that of `ModeFactor::correct`.
-pub(crate) const LEVELS: [f64; 7] = [0.0, 1e-6, 1e-9, 1e-12, 1e-3, 1e-4, 1e-7];
+pub(crate) const LEVELS: [f64; 8] = [0.0, 1e-6, 1e-9, 1e-12, 1e-3, 1e-4, 1e-7, 1e-14];
 /// The level that finds the nearest solution of a singular mode.
 pub(crate) const NEAREST: usize = 6;
 
@@ -193,14 +195,15 @@ impl ModeFactor {
         self.correct_with(None, x, rhs, work);
     }
 
-    /// `correct`, with the factors of level `NEAREST` at hand.
+    /// `correct`, with the factors of level `NEAREST` at hand.  False if the result is doubtful:
+    /// it solves the equations, but the mode is singular or so close to it that nobody can tell.
     pub(crate) fn correct_with(
         &self,
         nearest: Option<&ModeFactor>,
         x: &mut [f64],
         rhs: &[f64],
         work: &mut [f64],
-    ) {
+    ) -> bool {
         let size = self.model.size();
         let (defect, work) = work.split_at_mut(size);
         // exactly, so that what follows cannot trade it for other unknowns
@@ -226,6 +229,37 @@ impl ModeFactor {
                 *v += d;
             }
         }
+        self.regular || !self.try_factor(x, rhs, defect, work)
+    }
+
+    /// A badly scaled regular mode looks singular: where the nearest point does not satisfy the
+    /// equations, tries the factors as they are.  True if that helped.
+    fn try_factor(&self, x: &mut [f64], rhs: &[f64], defect: &mut [f64], work: &mut [f64]) -> bool {
+        let (before, work) = work.split_at_mut(x.len());
+        let (terms, work) = work.split_at_mut(x.len());
+        if self.factor.singular().is_some() || self.accurate(x, rhs, defect, terms) {
+            return false;
+        }
+        before.copy_from_slice(x);
+        for _ in 0..3 {
+            self.defect(x, rhs, defect);
+            self.solve_with(&self.factor, defect, work);
+            for (v, d) in x.iter_mut().zip(defect.iter()) {
+                *v += d;
+            }
+        }
+        let scale = &self.model.scale;
+        let size = |v: &[f64]| v.iter().zip(scale).fold(0.0f64, |a, (v, s)| a.max((v / s).abs()));
+        terms.copy_from_slice(rhs);
+        self.scale_rows(terms);
+        let data = terms.iter().fold(size(before), |a, v| a.max(v.abs()));
+        // also false for NaN; beyond, it is the direction of the kernel that has been found
+        let credible = size(x) <= LARGEST_GROWTH * data;
+        if credible && self.accurate(x, rhs, defect, terms) {
+            return true;
+        }
+        x.copy_from_slice(before);
+        false
     }
 
     /// `defect := J^+ defect`

@@ -12,8 +12,8 @@ use super::{lemke, pivoting, polish};
 
 /// (level, centred at the previous solution, outer iterations).  Small weights move far in one
 /// iteration where the solution is far from its data; large ones are safe against rounding.
-const SETTINGS: [(usize, bool, u32); 5] =
-    [(1, true, 12), (2, true, 6), (3, true, 4), (4, true, 30), (5, false, 30)];
+const SETTINGS: [(usize, bool, u32); 6] =
+    [(1, true, 12), (2, true, 6), (3, true, 4), (7, true, 18), (4, true, 30), (5, false, 30)];
 const POLISH_AT: [u32; 9] = [1, 2, 3, 5, 8, 12, 18, 27, 30];
 /// Pivoting rounds before Lemke's method, which costs O(m^3), takes over.
 const ROUNDS: usize = 40;

@@ -54,6 +54,8 @@ pub(crate) struct Scratch {
     pub seen: Vec<u64>,
     /// mode equations solved so far
     pub iterations: u32,
+    /// the last mode solved was nearly singular, and its solution is not the nearest one
+    pub doubtful: bool,
     /// best point so far and its residual
     pub best: Vec<f64>,
     pub best_residual: Residual,
@@ -77,6 +79,7 @@ impl Scratch {
             work: vec![0.0; 4 * size],
             seen: Vec::with_capacity(64),
             iterations: 0,
+            doubtful: false,
             best: zeros,
             best_residual: Residual::INFINITE,
             model,
@@ -119,7 +122,8 @@ impl Scratch {
         }
         let factor = self.factor(0);
         let nearest = factor.needs_nearest().then(|| self.factor(NEAREST));
-        factor.correct_with(nearest.as_deref(), &mut self.x, &self.rhs, &mut self.work);
+        let Scratch { x, rhs, work, .. } = self;
+        self.doubtful = !factor.correct_with(nearest.as_deref(), x, rhs, work);
         factor.regular()
     }
 
