@@ -44,6 +44,8 @@ _EXACT = 1e-7
 #: a contradiction smaller than this part of the data is a matter of rounding, not a proof
 _CONFLICT = 1e-9
 
+_PRESOLVE_FROM = 4000
+
 COMPLEMENTARY, CLOSED, OPEN = 0, 1, 2
 
 
@@ -192,7 +194,10 @@ def _smallest_proof(
     gain = np.concatenate([rhs[positive], -rhs[negative]])
     equal = np.concatenate([np.arange(n), n + pair[kinds == CLOSED]])
     greater = n + pair[kinds == COMPLEMENTARY]
-    for method in ("highs", "highs-ipm"):  # the second where the simplex method gives up
+    # HiGHS's presolve has been seen to call such programs unbounded or infeasible although plain
+    # simplex solves them: it comes first only where its speed is needed
+    large = size > _PRESOLVE_FROM
+    for method, presolve in (("highs", large), ("highs", not large), ("highs-ipm", True)):
         result = linprog(
             np.ones(columns.shape[1]),
             A_ub=-columns[greater] if greater.size else None,
@@ -201,14 +206,18 @@ def _smallest_proof(
             b_eq=np.concatenate([np.zeros(equal.size), [-1.0]]),
             bounds=(0.0, None),
             method=method,
-            options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
+            options={
+                "primal_feasibility_tolerance": 1e-10,
+                "dual_feasibility_tolerance": 1e-10,
+                "presolve": presolve,
+            },
         )
         if result.status == 0:
             weights = np.zeros(size)
             weights[positive] += result.x[: positive.size]
             weights[negative] -= result.x[positive.size :]
             return weights
-        if result.status == 2:
+        if result.status == 2 and not presolve:
             return None
     return None
 
