@@ -7,9 +7,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from ..solvers.moreau import UnsolvedStep
 from .cards import Tran
 from .curve import Floats
 from .failure import named_failure
+from .interrupts import Interrupts
 from .island_runner import IslandRunner, Stopped
 from .recorder import Recorder
 from .sink import Sink, Store
@@ -63,33 +65,36 @@ def advance_all(
     rows: int,
     analysis: Tran,
     progress: Progress | None,
+    interrupts: Interrupts,
 ) -> bool:
     """Advance all islands by blocks of rows; return True if Ctrl-C stopped it.
 
     A failed step or Ctrl-C ends it with the rows that all islands have.
+
+    Raises
+    ------
+    NumericalError
+        The earliest failure of any island.
     """
     width = 1 + outlet.recorder.recorded
     most = max(1, _CHUNK_NUMBERS // width)
     size = min(most, 256)
     while outlet.rows < rows:
-        want = min(size, rows - outlet.rows)
-        block = np.empty((want, width))
+        block = np.empty((min(size, rows - outlet.rows), width))
         got = [0] * len(runners)
         begin = clock.perf_counter()
         try:
-            _fill(runners, block, got, analysis, progress)
+            failed = _fill(runners, block, got, analysis, progress, interrupts)
         except KeyboardInterrupt:
             outlet.write(block[: min(got)])
             return True
-        except Stopped as stopped:
-            k = next(j for j, g in enumerate(got) if g < want)
-            _put(block, runners, k, got, stopped.rows)
-            outlet.write(block[: got[k]])
-            runner = runners[k]
-            raise named_failure(runner.circuit, runner.mna, stopped.problem) from stopped.problem
-        outlet.write(block)
+        outlet.write(block[: min(got)])
+        if failed is not None:
+            runner, problem = failed
+            raise named_failure(runner.circuit, runner.mna, problem) from problem
         if progress is not None:
             progress(outlet.rows / rows)
+        interrupts.check()
         spent = clock.perf_counter() - begin
         if spent < _CHUNK_TIME / 2.0:
             size = min(most, 2 * size)
@@ -104,22 +109,28 @@ def _fill(
     got: list[int],
     analysis: Tran,
     progress: Progress | None,
-) -> None:
-    """Let every island compute its columns of a block; ``got`` counts its rows."""
+    interrupts: Interrupts,
+) -> tuple[IslandRunner, UnsolvedStep] | None:
+    """Let every island compute its columns of a block; ``got`` counts its rows.
+
+    Where an island fails, those after it go no further than its last row.
+    """
+    want, left = block.shape[0], 1
+    failed = None
     for k, runner in enumerate(runners):
-        while got[k] < block.shape[0]:
-            part = runner.advance(block.shape[0] - got[k])
-            _put(block, runners, k, got, part)
+        columns = slice(left, left + runner.width)
+        while got[k] < want:
+            try:
+                part = runner.advance(want - got[k])
+            except Stopped as stopped:
+                part, failed = stopped.rows, (runner, stopped.problem)
+                want = got[k] + part.shape[0]
+            rows = slice(got[k], got[k] + part.shape[0])
+            block[rows, 0] = part[:, 0]
+            block[rows, columns] = part[:, 1:]
+            got[k] += part.shape[0]
+            interrupts.check()
             if progress is not None and part.shape[0] == 0:
                 progress(runner.stepper.time / analysis.stop)
-
-
-def _put(
-    block: Floats, runners: Sequence[IslandRunner], k: int, got: list[int], part: Floats
-) -> None:
-    """Write rows of island k into its columns."""
-    first, last = got[k], got[k] + part.shape[0]
-    left = 1 + sum(r.width for r in runners[:k])
-    block[first:last, 0] = part[:, 0]
-    block[first:last, left : left + part.shape[1] - 1] = part[:, 1:]
-    got[k] = last
+        left = columns.stop
+    return failed

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from typing import Protocol
 
@@ -46,6 +45,8 @@ class Store:
         shape = (rows, columns)
         self._data: Floats
         if rows * columns * 8 > limit:
+            import tempfile  # seldom needed, and slow to import
+
             with tempfile.TemporaryFile(prefix="nsspice-") as file:
                 self._data = np.memmap(file, dtype=np.float64, mode="w+", shape=shape)
         else:

@@ -10,6 +10,7 @@ from ..errors import Diagnostic, NumericalError, UsageError
 from ..netlist.deck import TranCard
 from .cards import Tran
 from .certificate import Certificate
+from .interrupts import Interrupts
 from .island_runner import IslandRunner
 from .recorder import Recorder, select
 from .rows import Outlet, Progress, advance_all
@@ -157,16 +158,18 @@ def run_tran(
     outlet = Outlet(recorder, store, sink, keep)
     failure: NumericalError | None = None
     interrupted = False
-    try:
-        for runner in runners:
-            runner.start()
-        interrupted = advance_all(runners, outlet, rows, analysis, progress)
-    except KeyboardInterrupt:
-        interrupted = True
-    except NumericalError as error:
-        failure = error
-    if sink is not None and (failure is None or outlet.rows):
-        sink.close()
+    with Interrupts() as interrupts:
+        try:
+            for runner in runners:
+                runner.start()
+                interrupts.check()
+            interrupted = advance_all(runners, outlet, rows, analysis, progress, interrupts)
+        except KeyboardInterrupt:
+            interrupted = True
+        except NumericalError as error:
+            failure = error
+        if sink is not None and (failure is None or outlet.rows):
+            sink.close()
     solution = Solution(
         "tran",
         circuit.deck.title,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Iterable
@@ -27,6 +26,8 @@ def say(text: str = "") -> None:
 
 def print_json(data: Any, stream: Any = None) -> None:
     """Print one JSON document on standard output, or on the given stream."""
+    import json
+
     stream = stream or sys.stdout
     stream.write(json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False) + "\n")
     stream.flush()

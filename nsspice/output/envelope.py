@@ -35,3 +35,34 @@ def envelope(x: Floats, y: Floats, columns: int = 2000) -> tuple[Floats, Floats]
         picks.append(np.array([start, start + tail.argmin(), start + tail.argmax(), x.size - 1]))
     keep = np.unique(np.concatenate(picks))
     return x[keep], y[keep]
+
+
+def band(x: Floats, y: Floats, columns: int = 400) -> tuple[Floats, Floats, Floats] | None:
+    """Return the band that a fast oscillation fills, None for a curve that the eye can follow.
+
+    A curve is a band if it swings through a tenth of its whole range within most of ``columns``
+    equal parts of the picture: drawn as a line it would be a solid block that hides the others.
+
+    Returns
+    -------
+    (x, low, high) or None
+        Middle, minimum and maximum of each part.
+
+    Examples
+    --------
+    >>> x = np.linspace(0.0, 1.0, 20001)
+    >>> band(x, np.sin(2e4 * x)) is None, band(x, np.sin(20 * x)) is None
+    (False, True)
+    """
+    size = x.size // columns
+    if size < 4:
+        return None
+    blocks = y[: columns * size].reshape(columns, size)
+    low, high = blocks.min(axis=1), blocks.max(axis=1)
+    swings = high - low
+    total = float(high.max() - low.min())
+    if not float(np.median(swings)) > 0.1 * total > 0.0:
+        return None
+    middle = x[: columns * size].reshape(columns, size).mean(axis=1)
+    middle[0], middle[-1] = x[0], x[-1]
+    return middle, low, high

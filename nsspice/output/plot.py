@@ -12,12 +12,12 @@ import numpy as np
 
 from ..analyses.names import unit
 from ..errors import Diagnostic, UsageError
-from .envelope import envelope
+from .envelope import band, envelope
 from .files import output_error
 from .si import number, prefix
 
 if TYPE_CHECKING:
-    from ..analyses.solution import Solution
+    from ..analyses.solution import Floats, Solution
 
 #: Picture formats by file name ending.
 FORMATS = (".png", ".svg", ".pdf")
@@ -169,8 +169,8 @@ def _panel(
     for k, name in enumerate(members):
         style = _style(k, len(members))
         for j, piece in enumerate(pieces):
-            x, y = envelope(solution.axis[piece] / x_factor, solution[name][piece] / factor)
-            panel.plot(x, y, label=name if j == 0 else "_", **style)
+            x, y = solution.axis[piece] / x_factor, solution[name][piece] / factor
+            _curve(panel, x, y, name if j == 0 else "_", style, crowded)
     panel.set_ylabel(f"{_QUANTITY[symbol].capitalize()} [{letter}{symbol}]")
     panel.grid(visible=True, color="0.9", linewidth=0.8)
     panel.set_axisbelow(True)
@@ -196,6 +196,26 @@ def _panel(
         fontsize="small" if not crowded else "xx-small",
         ncols=1 if len(labels) <= _LEGEND else 2,
         handlelength=1.6,
+    )
+
+
+def _curve(
+    panel: Any, x: Floats, y: Floats, label: str, style: dict[str, Any], crowded: bool
+) -> None:
+    """Draw one curve: as a line, or as a pale band below the others if it oscillates too fast."""
+    filled = None if crowded else band(x, y)
+    if filled is None:
+        panel.plot(*envelope(x, y), label=label, **style)
+        return
+    colour = style["color"]
+    panel.fill_between(
+        *filled,
+        label=label,
+        facecolor=colour,
+        edgecolor=colour,
+        linewidth=0.6,
+        alpha=0.25,
+        zorder=1.5,
     )
 
 

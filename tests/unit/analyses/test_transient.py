@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+
 import numpy as np
 import pytest
 
@@ -195,6 +197,33 @@ def test_a_contradiction_at_the_start():
     with pytest.raises(InfeasibleError, match="at the start") as caught:
         nsspice.tran(nsspice.read("bad\nV1 a 0 1\nD1 a 0\nC1 a 0 1u\n"), 1e-3)
     assert {"v1", "d1"} <= set(caught.value.elements)
+
+
+def test_a_failure_in_one_island_leaves_complete_rows_of_all():
+    circuit = nsspice.read(
+        CONTRADICTION.replace(".tran", "V2 x 0 1\nR2 x y 1k\nC2 y 0 1u\n.tran")
+        + "V3 p 0 PWL(0 -1 0.5m -1 0.6m 1)\nD3 p 0\n"
+    )
+    with pytest.raises(InfeasibleError) as caught:
+        nsspice.tran(circuit)
+    assert {"v3", "d3"} <= set(caught.value.elements)  # the earlier of the two failures
+    partial = caught.value.partial
+    assert partial.time[-1] == pytest.approx(0.55e-3, abs=2e-5)
+    assert partial["v(y)"] == pytest.approx(np.ones(partial.time.size))
+    assert partial["v(a)"] == pytest.approx(-np.ones(partial.time.size))
+
+
+def test_a_signal_of_the_system_stops_it_between_two_blocks():
+    def progress(share: float) -> None:
+        if share > 0.3 and not sent:
+            sent.append(share)
+            signal.raise_signal(signal.SIGINT)
+
+    sent: list[float] = []
+    sol = nsspice.tran(rc("IC=0"), 1.0, 1e-6, uic=True, progress=progress)
+    assert sol.interrupted
+    assert sol.time.size == pytest.approx(sent[0] * 1e6, abs=2)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_impulses_are_told_with_their_charge():

@@ -107,3 +107,16 @@ def test_holes_are_drawn_as_holes():
 def test_envelope_leaves_short_curves_alone():
     x = np.arange(10.0)
     assert envelope(x, x, 10)[0] is x
+
+
+def test_fast_oscillations_become_pale_bands_below_the_slow_curves():
+    t = np.linspace(0.0, 1.0, 20_001)
+    figure = transient(v_sw=np.sign(np.sin(2e4 * t)), v_out=np.sin(3.0 * t)).plot()
+    (band,) = figure.axes[0].collections
+    labels = [line.get_label() for line in figure.axes[0].lines]
+    assert band.get_label() == "v(sw)"
+    assert "v(out)" in labels
+    assert "v(sw)" not in labels
+    assert band.get_zorder() < figure.axes[0].lines[0].get_zorder()
+    low, high = band.get_datalim(figure.axes[0].transData).intervaly
+    assert (low, high) == (-1.0, 1.0)
