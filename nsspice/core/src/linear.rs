@@ -35,9 +35,17 @@ impl Factor {
         }
     }
 
-    /// Factorises another matrix with the same pattern into the same storage; the sparse
-    /// factorisation keeps its pivots if they serve.
+    /// Factorises another matrix with the same pattern into the same storage, with new pivots.
     pub fn factor(&mut self, a: &Csc) {
+        match self {
+            Factor::Dense(f) => f.factor(a),
+            Factor::Sparse(f) => f.factor(a),
+        }
+    }
+
+    /// Like `factor`, but the sparse factorisation keeps its pivots if they serve, which takes a
+    /// quarter of the time.
+    pub fn refactor(&mut self, a: &Csc) {
         match self {
             Factor::Dense(f) => f.factor(a),
             Factor::Sparse(f) => {
