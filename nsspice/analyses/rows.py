@@ -19,7 +19,7 @@ from .sink import Sink, Store
 #: Called with the finished share of the run, 0 to 1.
 Progress = Callable[[float], None]
 
-_CHUNK_TIME = 0.1  # [s] aim for one block of rows
+_CHUNK_TIME = 0.04  # [s] aim for one block of rows, its way into the file included
 _CHUNK_NUMBERS = 1 << 20  # most numbers in one block
 
 
