@@ -1,0 +1,136 @@
+"""Random networks of eight hard classes: every feasible step is solved, every other one named.
+
+The verdict on feasibility is HiGHS's, the residual is the oracle's own.  ``NSSPICE_SEEDS=N`` takes
+N seeds of each class; ``-m soak`` runs the long version.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+
+import pytest
+from oracle import Mlcp, Network, Undecided, feasible, residual
+from oracle.harness import Step, march, named_part
+from oracle.plain_mna import read
+from random_circuits import CLASSES, STEPS, RandomCircuit, generate
+
+import nsspice
+from nsspice.circuit import MnaSystem
+
+SEEDS = int(os.environ.get("NSSPICE_SEEDS", "50"))
+SOAK_SEEDS = int(os.environ.get("NSSPICE_SOAK_SEEDS", "700"))
+ACCEPTED = 1e-10
+
+
+def verdict(p: Mlcp) -> bool | None:
+    """Return HiGHS's verdict, None where it is on the border."""
+    try:
+        return feasible(p)
+    except Undecided:
+        return None
+
+
+def check_refusal(mna: MnaSystem, random: RandomCircuit, step: Step) -> None:
+    """A refused step names elements and nodes whose own equations are already in conflict."""
+    circuit = nsspice.read(random.text)
+    with pytest.raises(nsspice.InfeasibleError) as caught:
+        nsspice.tran(
+            circuit, stop=STEPS * random.step, row_step=random.step, step=random.step, uic=True
+        )
+    error = caught.value
+    assert error.elements or error.nodes
+    rows, pairs = named_part(mna, error.elements, error.nodes)
+    assert verdict_of_part(step.problem, rows, pairs), (
+        f"{error.elements} and {error.nodes} are not in conflict by themselves\n{random.text}"
+    )
+
+
+def verdict_of_part(p: Mlcp, rows, pairs) -> bool:
+    """Return whether the named equations alone have no solution (True: a real conflict)."""
+    try:
+        return not feasible(p, rows, pairs)
+    except Undecided:
+        return True
+
+
+def check(random: RandomCircuit, counts: Counter[str]) -> None:
+    """March through all islands of one circuit and judge every step."""
+    circuit = None
+    named: list[str] = []
+    try:
+        circuit = nsspice.read(random.text)
+    except nsspice.TopologyError as error:
+        named = error.elements
+    if circuit is None:  # refused by the graph alone: then the whole must be infeasible
+        plain = read(random.text)
+        network = Network(plain.system, 0.0, STEPS * random.step)
+        problem = network.impulse(plain.charges, network.u(0.0, "right"), 1e-3 * random.step)
+        assert named
+        assert verdict(problem) is not True, random.text
+        counts["refused by topology"] += 1
+        return
+    for island in circuit.islands:
+        mna = island.assemble(27.0)
+        steps = march(mna, random.step, STEPS)
+        for step in steps:
+            truth = verdict(step.problem)
+            label = f"step {step.number} of\n{random.text}"
+            if step.number == 0 and step.point is not None and truth is False:
+                # impulses hide a conflict of finite voltages; the first step may not
+                assert steps[1].point is None, f"conflict accepted; {label}"
+                continue
+            if step.point is None:
+                assert step.error is not None
+                assert truth is not True, f"feasible but refused: {step.error}; {label}"
+                check_refusal(mna, random, step)
+                counts["infeasible"] += 1
+            else:
+                if truth is None:
+                    counts["undecided"] += 1
+                assert truth is not False, f"infeasible but accepted; {label}"
+                if step.number > 0:
+                    worst = residual(step.problem, step.point.z, step.point.lam)
+                    assert worst <= ACCEPTED, f"residual {worst:.3g}; {label}"
+                counts["solved"] += 1
+
+
+def survey(kind: str, seeds: range, counts: Counter[str]) -> list[str]:
+    """Check the circuits of these seeds; return one line for each that fails."""
+    failures = []
+    for seed in seeds:
+        try:
+            check(generate(kind, seed), counts)
+        except AssertionError as error:
+            failures.append(f"generate({kind!r}, {seed}): {str(error).splitlines()[0]}")
+    print(kind, dict(counts))  # noqa: T201  shown with -s
+    return failures
+
+
+@pytest.mark.parametrize("kind", CLASSES)
+def test_feasible_steps_are_solved_and_conflicts_are_named(kind):
+    counts: Counter[str] = Counter()
+    failures = survey(kind, range(SEEDS), counts)
+    assert not failures, "\n".join(failures)
+    assert counts["solved"] >= 2 * SEEDS
+    assert counts["undecided"] <= 0.02 * sum(counts.values()) + 1
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("kind", CLASSES)
+def test_soak(kind):
+    counts: Counter[str] = Counter()
+    failures = survey(kind, range(10_000, 10_000 + SOAK_SEEDS), counts)
+    assert not failures, "\n".join(failures)
+    assert counts["undecided"] <= 0.02 * sum(counts.values()) + 1
+
+
+def test_generator_is_reproducible_and_covers_what_it_says():
+    for kind in CLASSES:
+        assert generate(kind, 7) == generate(kind, 7)
+        assert generate(kind, 7).text != generate(kind, 8).text
+    large = [read(generate("large", seed).text) for seed in range(10)]
+    nodes = [sum(name.startswith("v(") for name in plain.unknowns) for plain in large]
+    assert min(nodes) >= 25
+    assert max(nodes) <= 62
+    assert max(plain.system.m for plain in large) >= 50
