@@ -12,7 +12,7 @@ from .failure import named_failure
 from .impulses import impulses_of
 from .initial import start
 from .settings import Settings
-from .solution import Impulse, IslandRun
+from .solution import Event, Impulse, IslandRun
 
 BUDGET = 0.05  # [s] longest stretch inside the core: Ctrl-C waits no longer
 _POINTS = 1 << 16  # points of a static island planned at once
@@ -74,6 +74,14 @@ class IslandRunner:
             return []
         state = self.stepper.state
         return impulses_of(self.mna, self.stepper.jumps, self.step, state, self.charges)
+
+    def events(self) -> list[Event]:
+        """Return the changes of set-valued elements so far."""
+        pairs = self.mna.pairs
+        return [
+            Event(time, pairs[pair], "on" if on else "off")
+            for time, pair, on in self.stepper.events
+        ]
 
     def advance(self, rows: int) -> Floats:
         """Return the next rows, fewer than asked for if that takes too long."""

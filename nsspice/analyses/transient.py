@@ -177,6 +177,7 @@ def run_tran(
         outlet.table[:, 0],
         {name: outlet.table[:, 1 + k] for k, name in enumerate(names)},
         columns,
+        events=sorted((e for runner in runners for e in runner.events()), key=lambda e: e.time),
         impulses=sorted((p for runner in runners for p in runner.impulses()), key=lambda p: p.time),
         islands=[runner.report() for runner in runners],
         certificate=Certificate.of(r.stepper.statistics for r in runners),

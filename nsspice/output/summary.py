@@ -75,7 +75,7 @@ def _island(island: IslandRun) -> str:
     stats = island.stats
     counters = [
         _count(int(stats[key]), word)
-        for key, word in (("steps", "step"), ("mode_changes", "event"), ("modes", "mode"))
+        for key, word in (("steps", "step"), ("events", "event"), ("modes", "mode"))
         if key in stats
     ]
     size = f"{_count(island.unknowns, 'unknown')}, {_count(island.pairs, 'pair')}"

@@ -282,6 +282,14 @@ class MoreauStepper:
         return [Jump(**j) for j in self._core.jumps()]
 
     @property
+    def events(self) -> list[tuple[float, int, bool]]:
+        """Changes of pairs so far: time [s], pair, True if it conducts from then on.
+
+        The first 65536 are kept, the others counted in ``statistics``.
+        """
+        return self._core.events()
+
+    @property
     def statistics(self) -> dict[str, float]:
         """Counters of the run and the worst residuals of all checked steps."""
         return self._core.statistics()

@@ -275,10 +275,16 @@ impl PyStepper {
             .collect()
     }
 
+    /// Changes of pairs as (time, pair, conducts from then on).
+    fn events(&self) -> Vec<(f64, usize, bool)> {
+        self.inner.events.clone()
+    }
+
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let s = &self.inner.stats;
         let out = PyDict::new(py);
         out.set_item("steps", s.steps)?;
+        out.set_item("events", s.events)?;
         out.set_item("mode_changes", s.mode_changes)?;
         out.set_item("modes", self.inner.mode_count())?;
         out.set_item("quick_steps", s.quick_steps)?;

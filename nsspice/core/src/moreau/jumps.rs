@@ -1,7 +1,7 @@
 //! Jumps of charges and fluxes: the impulsive step, and what switches do at one instant.
 
 use super::stage::System;
-use super::stepper::{Outcome, Plan, Stepper, MAX_REACTIONS};
+use super::stepper::{Outcome, Stepper, MAX_REACTIONS};
 use crate::mlcp::Start;
 
 /// Length of an impulsive step relative to the nominal step and to the fastest time constant: short
@@ -180,7 +180,7 @@ impl Stepper {
             if !self.react() {
                 return Ok(());
             }
-            if self.static_system || matches!(self.plan, Plan::Points { .. }) {
+            if self.static_system || self.sweeping {
                 self.u1.copy_from_slice(&self.u0);
                 self.solve_static(Start::Warm)?;
             } else {

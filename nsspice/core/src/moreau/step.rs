@@ -2,7 +2,7 @@
 
 use super::clock::{evaluate, Target};
 use super::stage::Stage;
-use super::stepper::{Failure, Outcome, Plan, Stepper};
+use super::stepper::{Failure, Outcome, Stepper};
 use crate::mlcp::{Residual, Role, Start};
 use crate::waveform::Side;
 
@@ -15,9 +15,8 @@ const CHECK: u64 = 1024;
 
 impl Stepper {
     pub(super) fn step(&mut self, target: &Target) -> Outcome {
-        let points = matches!(self.plan, Plan::Points { .. });
         self.time = target.time;
-        if self.static_system || points {
+        if self.static_system || self.sweeping {
             evaluate(&self.waveforms, target.time, Side::Right, &mut self.u0);
             self.u1.copy_from_slice(&self.u0);
             self.take(f64::INFINITY)?;

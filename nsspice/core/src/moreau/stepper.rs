@@ -9,6 +9,8 @@ use crate::mlcp::{Role, Start};
 use crate::waveform::{Side, Waveform};
 use std::time::{Duration, Instant};
 
+/// Events kept in full; later ones are only counted.
+const MAX_EVENTS: usize = 1 << 16;
 /// Steps between two looks at the clock.
 const LOOK: u64 = 64;
 /// Switch reactions at one instant before it is called chatter.
@@ -63,7 +65,9 @@ pub struct Failure {
 pub struct Statistics {
     /// accepted steps
     pub steps: u64,
-    /// steps whose mode differs from the one before
+    /// changes of pairs
+    pub events: u64,
+    /// solutions whose mode differs from the one before
     pub mode_changes: u64,
     /// steps solved by the affine map or factor of the present mode
     pub quick_steps: u64,
@@ -108,6 +112,8 @@ pub struct Stepper {
     pub(super) stages: Vec<Stage>,
     pub(super) stamp: u64,
     pub(super) plan: Plan,
+    /// a dynamic system at the points of a sweep: its static equations are solved
+    pub(super) sweeping: bool,
     pub(super) retry: Option<Target>,
     pub(super) step_length: f64,
     /// fastest time constant [s]
@@ -140,6 +146,11 @@ pub struct Stepper {
     pub failure: Option<Failure>,
     /// recorded jumps
     pub jumps: Vec<Jump>,
+    /// changes of pairs: time, pair, whether it conducts from then on
+    pub events: Vec<(f64, usize, bool)>,
+    /// the state of the pairs that `events` leads to
+    pub(super) logged: Vec<bool>,
+    pub(super) logged_epoch: u64,
 }
 
 pub(super) type Outcome = Result<(), Box<Failure>>;
@@ -168,6 +179,7 @@ impl Stepper {
             stages: Vec::new(),
             stamp: 0,
             plan: Plan::Points { times: Vec::new(), next: 0 },
+            sweeping: false,
             retry: None,
             step_length: f64::INFINITY,
             fastest: fastest_time(&sys),
@@ -193,6 +205,9 @@ impl Stepper {
             stats: Statistics::default(),
             failure: None,
             jumps: Vec::new(),
+            events: Vec::new(),
+            logged: vec![false; m],
+            logged_epoch: 0,
             sys,
             waveforms,
             switches,
@@ -229,6 +244,7 @@ impl Stepper {
     pub fn plan(&mut self, plan: Plan, step_length: f64) -> u64 {
         self.step_length = step_length;
         self.plan = plan;
+        self.sweeping = matches!(self.plan, Plan::Points { .. });
         match &self.plan {
             Plan::Grid(clock) => {
                 self.first_row = clock.first_row_now();
@@ -301,6 +317,10 @@ impl Stepper {
             let Some(target) = self.retry.take().or_else(|| self.plan.next(&self.waveforms)) else {
                 return (rows, Progress::Done);
             };
+            if self.logged_epoch == 0 {
+                self.log_events(); // what the start has found is no event
+                self.events.clear();
+            }
             if let Err(failure) = self.step(&target) {
                 // back to the state before, so that the step can be taken again
                 self.z.copy_from_slice(&self.z_before);
@@ -308,6 +328,9 @@ impl Stepper {
                 self.failure = Some(*failure);
                 self.retry = Some(target);
                 return (rows, Progress::Failed);
+            }
+            if self.logged_epoch != self.epoch {
+                self.log_events();
             }
             if target.row {
                 self.write(target.label, &mut out[rows * columns..(rows + 1) * columns]);
@@ -319,6 +342,20 @@ impl Stepper {
             }
         }
         (rows, Progress::More)
+    }
+
+    /// Notes which pairs have changed since the last time.
+    fn log_events(&mut self) {
+        self.logged_epoch = self.epoch;
+        for (i, (old, &new)) in self.logged.iter_mut().zip(&self.active).enumerate() {
+            if *old != new {
+                *old = new;
+                self.stats.events += 1;
+                if self.events.len() < MAX_EVENTS {
+                    self.events.push((self.time, i, new));
+                }
+            }
+        }
     }
 
     fn write(&mut self, label: f64, row: &mut [f64]) {
