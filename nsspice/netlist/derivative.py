@@ -214,14 +214,3 @@ def _moving_points(x: Node, points: tuple[Node, ...], inner: list[Node]) -> Node
         )
         result = choose(_gt(x, x1), result, add((dy0, drift)))
     return choose(_gt(x, points[0]), result, inner[1])
-
-
-def total_derivatives(node: Node, variables: list[str]) -> list[Node]:
-    """Return the derivatives with respect to several signals.
-
-    Examples
-    --------
-    >>> [d.op for d in total_derivatives(mul((var("v(a)"), num(3.0))), ["v(a)", "v(b)"])]
-    ['num', 'num']
-    """
-    return [derivative(node, variable) for variable in variables]

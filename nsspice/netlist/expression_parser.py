@@ -13,7 +13,6 @@ from ..errors import Span
 from .evaluate import rebuild
 from .findings import Unreadable, suggest
 from .functions import ALIASES, ARITY, CONSTANTS, UNSUPPORTED, arity_problem
-from .grammar import expression_parser
 from .node import (
     MAX_DEPTH,
     Node,
@@ -36,7 +35,7 @@ MAX_LENGTH = 100_000
 Place = Callable[[int, int], Span | None]
 #: receives message, hint and place of a doubtful number
 Trap = Callable[[str, str, Span | None], None]
-_SHAPES = Shapes(expression_parser, r"\s", {})
+SHAPES = Shapes("expression", r"\s", {})
 #: what the grammar calls a comparison
 _COMPARISONS = {"<": "lt", "<=": "le", ">": "gt", ">=": "ge", "==": "eq", "!=": "ne"}
 
@@ -67,9 +66,9 @@ def parse(text: str, place: Place, trap: Trap) -> Node:
     number = read_number(stripped)
     if number is not None and not number.trap:
         return num(number.value)
-    shape, spans = _SHAPES.tokens(text)
+    shape, spans = SHAPES.tokens(text)
     try:
-        program = _SHAPES.program(text, shape, spans)
+        program = SHAPES.program(text, shape, spans)
     except Misfit as error:
         raise _explain(text, place, error.position) from None
     try:

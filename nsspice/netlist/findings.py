@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from difflib import get_close_matches
 
 from ..errors import Diagnostic, NetlistError, Span
 
@@ -113,6 +112,8 @@ def suggest(word: str, known: Iterable[str], prefix: str = "") -> str:
     >>> suggest("xyz", ["vout", "vin"])
     ''
     """
+    from difflib import get_close_matches
+
     choices = []
     for name in known:
         choices.append(name)

@@ -9,10 +9,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..errors import Diagnostic, NetlistError, Span
+from . import expression_parser, statement
 from .body import BodyReader
 from .cards.control import CardReader
 from .cards.reading import Reader
-from .deck import Deck
+from .deck import DcCard, Deck
 from .expand import Expander
 from .files import FileReader
 from .findings import Findings, Unreadable, suggest
@@ -162,13 +163,26 @@ def _parse(text: str, file: str, params: Mapping[str, float], directory: Path) -
     _evaluate_all(deck, scope, findings)
     deck.elements = expander.elements
     cards.read()
+    _check_temperature(deck, scope, findings)
     if not deck.elements and not findings.errors:
         where = Span(file, 1, 1, 1, rows[0])
         hint = "the first line is the title; elements start in line 2"
         findings.error("NS1091", "the netlist holds no elements", where, hint)
+    statement.SHAPES.keep()
+    expression_parser.SHAPES.keep()
     findings.raise_errors()
     deck.warnings = findings.warnings
     return deck
+
+
+def _check_temperature(deck: Deck, scope: Scope, findings: Findings) -> None:
+    """Warn about values made of temper in a deck that sweeps the temperature."""
+    sweeps = [sweep for card in deck.analyses if isinstance(card, DcCard) for sweep in card.sweeps]
+    swept = [sweep for sweep in (*deck.steps, *sweeps) if sweep.kind == "temp"]
+    if swept and scope.used_temper:
+        message = f"temper in parameters and values is {deck.temperature:g}, also while it is swept"
+        hint = "tc1= of a resistor follows the sweep; so does temper in a B source"
+        findings.warning("NS1084", message, swept[0].span, hint)
 
 
 def _check_overrides(

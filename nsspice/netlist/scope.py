@@ -227,7 +227,9 @@ class Scope:
             args.append(self._bind(arg, formals, formula, own, active, depth + 1))
         if op == "call" and str(node.value)[0] == "?":
             return self._function(str(node.value)[1:], args, formula, own, active, depth)
-        return fold(Node(op, tuple(args), node.value))
+        made = Node(op, tuple(args), node.value)
+        _check_table(made, formula)
+        return fold(made)
 
     def _word(self, word: str, formula: Formula, own: bool) -> Node:
         """Return what an identifier stands for."""
@@ -269,8 +271,7 @@ class Scope:
             scope = scope.parent
         if scope is None:
             made = resolve(name, args, self.known("functions"), self._place(name, formula))
-            if made.op == "call" and made.value == "pwl":
-                _check_table(args, formula)
+            _check_table(made, formula)
             return fold(made)
         function = scope.functions[name]
         if name in active:
@@ -370,11 +371,13 @@ def _names(node: Node) -> list[str]:
     return list(found)
 
 
-def _check_table(args: list[Node], formula: Formula) -> None:
+def _check_table(node: Node, formula: Formula) -> None:
     """Refuse a table whose x go down: it is no function."""
-    xs = [arg.value for arg in args[1::2]]
-    if all(arg.op == "num" for arg in args[1::2]) and any(
-        float(b) < float(a) for a, b in pairwise(xs)
+    if node.op != "call" or node.value != "pwl":
+        return
+    xs = node.args[1::2]
+    if all(x.op == "num" for x in xs) and any(
+        float(b.value) < float(a.value) for a, b in pairwise(xs)
     ):
         message = "the x values of a table must not decrease"
         raise Unreadable("NS1024", message, formula.span, "sort the pairs by x")

@@ -10,11 +10,14 @@ next text of that shape runs the program.  Programs are flat lists, so deep text
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from . import grammar, store
+from .grammar import grammar_text
+
 if TYPE_CHECKING:
-    from lark import Lark, Token, Tree
+    from lark import Token, Tree
 
 #: longer shapes hardly repeat
 _MAX_SHAPE = 80
@@ -38,21 +41,22 @@ class Shapes:
 
     Parameters
     ----------
-    parser : callable
-        Gives lark's parser; called with the first text.
+    name : str
+        Name of the grammar.
     skip : str
         Characters between tokens, as the inside of a regular character class.
     letters : mapping of str to str
         A letter for each terminal that the caller wants to see in shapes.
     """
 
-    def __init__(self, parser: Callable[[], Lark], skip: str, letters: Mapping[str, str]) -> None:
-        self._parser = parser
+    def __init__(self, name: str, skip: str, letters: Mapping[str, str]) -> None:
+        self._name = name
         self._skip = skip
         self._given = letters
         self._pattern: re.Pattern[str] | None = None
-        self._letters = {"": "?"}
+        self._letters: dict[str, str] = {}
         self._programs: dict[str, tuple[Step, ...]] = {}
+        self._changed = False
 
     def tokens(self, text: str) -> tuple[str, Spans]:
         """Cut a text into tokens.
@@ -63,19 +67,32 @@ class Shapes:
             The shape, one letter for each token (``?`` for a character that starts none), and the
             bounds of the tokens.
         """
-        pattern = self._pattern or self._compile()
+        pattern = self._pattern or self._prepare()
         letters = self._letters
         found = [(letters[m.lastgroup or ""], m.span()) for m in pattern.finditer(text)]
         return "".join([letter for letter, _ in found]), [span for _, span in found]
 
-    def _compile(self) -> re.Pattern[str]:
-        """Make one pattern of all terminals, in the order in which lark tries them."""
-        parser = self._parser()
+    def _prepare(self) -> re.Pattern[str]:
+        """Make one pattern of all terminals, or take what an earlier run has kept."""
+        kept = store.load(self._name, grammar_text(self._name))
+        try:
+            if kept is not None:
+                self._letters = dict(kept["letters"])
+                self._programs = {
+                    shape: tuple((rule, count, tuple(tokens)) for rule, count, tokens in steps)
+                    for shape, steps in kept["programs"].items()
+                }
+                self._pattern = re.compile(kept["pattern"])
+                return self._pattern
+        except (KeyError, TypeError, ValueError, AttributeError, re.error):
+            self._programs = {}  # not what was written there
+        parser = grammar.parser(self._name)
         ignored = set(parser.lexer_conf.ignore)
         terminals = sorted(
             (t for t in parser.terminals if t.name not in ignored),
             key=lambda t: (-t.priority, -t.pattern.max_width, -len(t.pattern.value), t.name),
-        )
+        )  # the order in which lark tries them
+        self._letters = {"": "?"}
         for index, terminal in enumerate(terminals):
             name = terminal.name
             self._letters[name] = self._given.get(name, chr(0x100 + index))
@@ -93,15 +110,35 @@ class Shapes:
         """
         found = self._programs.get(shape)
         if found is None:
-            from lark import UnexpectedInput
-
-            try:
-                found = _flat(self._parser().parse(text), spans)
-            except UnexpectedInput as error:
-                raise Misfit(getattr(error, "pos_in_stream", None)) from None
+            found = _flat(_lark_tree(self._name, text), spans)
             if len(shape) <= _MAX_SHAPE and len(self._programs) < _MAX_SHAPES:
                 self._programs[shape] = found
+                self._changed = True
         return found
+
+    def keep(self) -> None:
+        """Let later runs have the shapes that came anew."""
+        if self._changed and self._pattern is not None:
+            self._changed = False
+            store.save(
+                self._name,
+                grammar_text(self._name),
+                {
+                    "letters": self._letters,
+                    "pattern": self._pattern.pattern,
+                    "programs": dict(self._programs),
+                },
+            )
+
+
+def _lark_tree(name: str, text: str) -> Tree[Token]:
+    """Parse a text with lark."""
+    from lark import UnexpectedInput
+
+    try:
+        return grammar.parser(name).parse(text)
+    except UnexpectedInput as error:
+        raise Misfit(getattr(error, "pos_in_stream", None)) from None
 
 
 def _flat(tree: Tree[Token], spans: Spans) -> tuple[Step, ...]:

@@ -9,7 +9,6 @@ import re
 from typing import TYPE_CHECKING, NamedTuple
 
 from .findings import Unreadable
-from .grammar import line_parser
 from .shapes import Misfit, Shapes, Spans
 
 if TYPE_CHECKING:
@@ -19,8 +18,8 @@ _MAX_NESTING = 20
 _new = tuple.__new__  # three times as fast as Item(...), and made for every word of a deck
 _MARKS = re.compile(r"[(){}'\"=]")
 _WORDS = re.compile(r"[^\s,]+")
-_SHAPES = Shapes(
-    line_parser,
+SHAPES = Shapes(
+    "grammar",
     r"\s,",
     {"CALL": "C", "WORD": "W", "BRACED": "B", "QUOTED": "Q", "STRING": "S", "LPAR": "(",
      "RPAR": ")", "EQUAL": "="},
@@ -69,11 +68,11 @@ def items(line: Line) -> list[Item]:
         line.plain = True
         found = [(m.group(), *m.span()) for m in _WORDS.finditer(text)]
         return [_new(Item, ("word", word, start, end, ())) for word, start, end in found]
-    shape, spans = _SHAPES.tokens(text)
+    shape, spans = SHAPES.tokens(text)
     if shape.count("(") + shape.count("C") > _MAX_NESTING:
         _check_nesting(line, shape, spans)
     try:
-        program = _SHAPES.program(text, shape, spans)
+        program = SHAPES.program(text, shape, spans)
     except Misfit as error:
         raise _explain(line, shape, spans, error.position) from None
     stack: list[Item] = []

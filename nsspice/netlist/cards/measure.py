@@ -21,7 +21,7 @@ _OPERATIONS = {*_STATISTICS, "trig", "find", "when", "deriv", "derivative", "par
 _NAMED = ("at", "from", "to", "val", "td", "rise", "fall", "cross")
 _PART = re.compile(
     r"(?<![\w.])(?:(trig|targ|find|when|deriv|derivative|max_at|min_at|max|min|pp|avg|rms|integral|"
-    r"integ)(?=[\s({']|$)|(at|from|to|val|td|rise|fall|cross|param)\s*=|[(){}'])"
+    r"integ)(?=[\s({']|$)|(at|from|to|val|td|rise|fall|cross|param)\s*=)|[(){}']"
 )
 
 

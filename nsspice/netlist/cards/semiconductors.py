@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from ..lines import Line
 from ..statement import Item
-from ..template import Template
+from ..template import ParamText, Template
 from .reading import Reader
-from .terminals import GROUND, Terminals
+from .terminals import Terminals
 
 _DIODE = {
     "area", "ic", "m", "temp", "dtemp", "pj", "w", "l", "v", "vfwd", "vrev", "ron", "rrev", "roff",
@@ -61,8 +61,6 @@ def _tail(terminals: Terminals, result: Template, known: set[str]) -> None:
     terminals.flags(result, ("on", "off"))
     result.params = terminals.params(known)
     if area is not None:
-        from ..template import ParamText
-
         value = terminals.reader.value(line, area, "an area factor")
         result.params["area"] = ParamText(value, line.span(area.start, area.end))
     terminals.finish(result)
@@ -98,6 +96,3 @@ def current_switch(reader: Reader, line: Line, items: list[Item]) -> Template:
     result.params = terminals.params({"m"})
     terminals.finish(result)
     return result
-
-
-__all__ = ["GROUND", "current_switch", "diode", "switch", "transistor"]
