@@ -93,7 +93,8 @@ class Csc:
     def dot(self, x: Floats) -> Floats:
         """Return the product with a vector, shape (nrows,)."""
         products = self.data * x[self.columns]
-        return np.bincount(self.indices, weights=products, minlength=self.shape[0])
+        sums = np.bincount(self.indices, weights=products, minlength=self.shape[0])
+        return np.asarray(sums, dtype=np.float64)  # integers where nothing is stored
 
     def abs(self) -> Csc:
         """Return the matrix of absolute values."""

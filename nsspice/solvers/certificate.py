@@ -162,7 +162,11 @@ def _entries(K: Csc, A: Csc, B: Csc, D: Csc) -> tuple[Ints, Ints, Floats]:
     n = K.shape[0]
     rows = [K.indices, A.indices, B.indices + n, D.indices + n]
     cols = [K.columns, A.columns + n, B.columns, D.columns + n]
-    return np.concatenate(rows), np.concatenate(cols), np.concatenate([K.data, A.data, B.data, -D.data])
+    return (
+        np.concatenate(rows),
+        np.concatenate(cols),
+        np.concatenate([K.data, A.data, B.data, -D.data]),
+    )
 
 
 def _equilibrate(size: int, rows: Ints, cols: Ints, values: Floats) -> Floats:

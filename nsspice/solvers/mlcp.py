@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
 from ..problems.csc import Csc, Floats
+
+
+def core_matrix(m: Csc) -> tuple[Any, ...]:
+    """Return a matrix as the compiled core takes it."""
+    return (m.shape[0], m.shape[1], m.indptr, m.indices, m.data)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +81,10 @@ def solve_mlcp(
     """
     n, m = A.shape
     out = _core.solve_mlcp(
-        *((x.shape[0], x.shape[1], x.indptr, x.indices, x.data) for x in (K, A, B, D)),
+        core_matrix(K),
+        core_matrix(A),
+        core_matrix(B),
+        core_matrix(D),
         b,
         q,
         np.zeros(m, np.uint8) if roles is None else roles,

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from .. import _core
 from ..problems.csc import Csc, Floats, weighted_sum
 from ..problems.descriptor import DescriptorSystem, Functional
 from .certificate import Certificate, infeasibility
+from .mlcp import core_matrix
 
 
 class UnsolvedStep(Exception):
@@ -67,10 +69,6 @@ class Jump:
     after: Floats
     multipliers: Floats
     unknowns: Floats
-
-
-def _matrix(m: Csc) -> tuple[object, ...]:
-    return (m.shape[0], m.shape[1], m.indptr, m.indices, m.data)
 
 
 class MoreauStepper:
@@ -121,15 +119,15 @@ class MoreauStepper:
         self._buffer = np.empty((0, self._columns))
         self.pending = self._buffer
         self._core = _core.Stepper(
-            _matrix(system.E),
-            _matrix(system.G),
-            _matrix(self.H),
-            _matrix(self.Hs),
-            _matrix(system.A),
-            _matrix(system.B),
-            _matrix(system.D),
+            core_matrix(system.E),
+            core_matrix(system.G),
+            core_matrix(self.H),
+            core_matrix(self.Hs),
+            core_matrix(system.A),
+            core_matrix(system.B),
+            core_matrix(system.D),
             system.q,
-            _matrix(system.S),
+            core_matrix(system.S),
             system.row_kind,
             [(w.kind, list(w.values), w.repeat, w.scale) for w in system.waveforms],
             [
@@ -251,11 +249,10 @@ class MoreauStepper:
             # a very large but genuine solution: the certificate found no contradiction
             self._core.accept_large()
 
-    def _diagnose(self, failure: Mapping[str, object]) -> UnsolvedStep | None:
+    def _diagnose(self, failure: Mapping[str, Any]) -> UnsolvedStep | None:
         """Ask for a proof of infeasibility; None if the suspect solution turns out to be genuine."""
         system = self.system
-        length, time = float(failure["length"]), float(failure["time"])  # type: ignore[arg-type]
-        residual = float(failure["residual"])  # type: ignore[arg-type]
+        length = failure["length"]
         matrix = system.G
         if np.isfinite(length):
             matrix = weighted_sum([(system.E, 1.0 / length), (system.G, 1.0), (self.H, 1.0)])
@@ -264,7 +261,7 @@ class MoreauStepper:
         )
         if certificate is None and failure["suspect"]:
             return None
-        return UnsolvedStep(time, residual, certificate)
+        return UnsolvedStep(failure["time"], failure["residual"], certificate)
 
     @property
     def state(self) -> tuple[Floats, Floats]:

@@ -33,7 +33,9 @@ def test_bridge_oscillator_is_thirty_times_faster_than_ngspice() -> None:
     )
     ratio = cost["ngspice"] / cost["nsspice"]
     rows = [(name, f"{1e9 * value:.0f} ns per step") for name, value in cost.items()]
-    report("bridge oscillator, h = 1 us, theta = 0.5, all signals", [*rows, ("ratio", f"{ratio:.1f}")])
+    report(
+        "bridge oscillator, h = 1 us, theta = 0.5, all signals", [*rows, ("ratio", f"{ratio:.1f}")]
+    )
     assert ratio >= 30
 
 
@@ -52,12 +54,12 @@ def test_multiplier_is_eleven_times_faster_than_ngspice() -> None:
 
 def test_cost_of_a_multiplier_grows_almost_linearly() -> None:
     sizes = (20, 200, 2000, 20000)
-    cost = alternate(
-        {str(k): (lambda k=k: step_of_multiplier(k)) for k in sizes}, rounds=3
-    )
+    cost = alternate({str(k): (lambda k=k: step_of_multiplier(k)) for k in sizes}, rounds=3)
     values = [cost[str(k)] for k in sizes]
     exponents = [math.log10(b / a) for a, b in zip(values, values[1:], strict=False)]
-    rows = [(f"{k} diodes", f"{1e6 * v:.2f} us per step") for k, v in zip(sizes, values, strict=True)]
+    rows = [
+        (f"{k} diodes", f"{1e6 * v:.2f} us per step") for k, v in zip(sizes, values, strict=True)
+    ]
     report("multipliers, h = 1 us, 2 ms, all signals", rows)
     overall = math.log(values[-1] / values[0]) / math.log(sizes[-1] / sizes[0])
     print(f"  exponents {', '.join(f'{e:.2f}' for e in exponents)}; overall {overall:.2f}")

@@ -95,7 +95,8 @@ def has_ngspice() -> bool:
 
 def report(title: str, rows: list[tuple[str, str]]) -> None:
     """Print figures with the machine that made them."""
-    print(f"\n{title}  [{platform.processor() or platform.machine()}, Python {sys.version.split()[0]}]")
+    machine = platform.processor() or platform.machine()
+    print(f"\n{title}  [{machine}, Python {sys.version.split()[0]}]")
     width = max(len(name) for name, _ in rows)
     for name, value in rows:
         print(f"  {name:<{width}}  {value}")
