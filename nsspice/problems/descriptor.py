@@ -5,8 +5,8 @@
     E z' + G z + A \\lambda = S u(t), \\qquad
     w = q - B z + D \\lambda, \\qquad 0 \\le \\lambda \\perp w \\ge 0
 
-For passive networks E is symmetric positive semidefinite, G + G' and D are positive semidefinite and
-B = A', so that each implicit step is a monotone mixed linear complementarity problem (MLCP).
+For passive networks E is symmetric positive semidefinite, G + G' and D are positive semidefinite
+and B = A', so that each implicit step is a monotone mixed linear complementarity problem (MLCP).
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ class Waveform:
         width, period, count)`` with period ``inf`` for a single pulse and count ``inf`` for no
         limit, rise or fall 0 for an ideal edge; pwl ``(t1, v1, t2, v2, ...)`` with equal
         neighbouring times for a jump; exp ``(v1, v2, td1, tau1, td2, tau2)``; sffm ``(offset,
-        amplitude, carrier, index, signal)``; am ``(amplitude, offset, modulation, carrier, delay)``.
+        amplitude, carrier, index, signal)``; am ``(amplitude, offset, modulation, carrier,
+        delay)``.
     repeat : float
         pwl only: time from which the curve repeats, ``nan`` for none.
     scale : float

@@ -250,7 +250,7 @@ class MoreauStepper:
             self._core.accept_large()
 
     def _diagnose(self, failure: Mapping[str, Any]) -> UnsolvedStep | None:
-        """Ask for a proof of infeasibility; None if the suspect solution turns out to be genuine."""
+        """Ask for a proof of infeasibility; None if the suspect solution proves genuine."""
         system = self.system
         length = failure["length"]
         matrix = system.G

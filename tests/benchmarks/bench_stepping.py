@@ -7,6 +7,7 @@ us for a multiplier with 2000 diodes.
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pytest
@@ -56,7 +57,7 @@ def test_cost_of_a_multiplier_grows_almost_linearly() -> None:
     sizes = (20, 200, 2000, 20000)
     cost = alternate({str(k): (lambda k=k: step_of_multiplier(k)) for k in sizes}, rounds=3)
     values = [cost[str(k)] for k in sizes]
-    exponents = [math.log10(b / a) for a, b in zip(values, values[1:], strict=False)]
+    exponents = [math.log10(b / a) for a, b in itertools.pairwise(values)]
     rows = [
         (f"{k} diodes", f"{1e6 * v:.2f} us per step") for k, v in zip(sizes, values, strict=True)
     ]
