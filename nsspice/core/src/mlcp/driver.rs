@@ -9,7 +9,7 @@ use super::scratch::Scratch;
 use super::{active_set, exhaustive, interior, proximal};
 use std::sync::Arc;
 
-/// A solution of this size relative to data and previous solution is suspect.
+/// A solution of this size relative to the data is suspect.
 const SUSPECT: f64 = 1e10;
 /// The same for solutions found by following a path, which may lead nowhere.
 const SUSPECT_PATH: f64 = 1e6;
@@ -117,7 +117,8 @@ impl Driver {
         let place = if stage == 5 { 3 } else { usize::from(stage) - 1 };
         self.statistics.solved[place] += 1;
         let largest = |v: &[f64]| v.iter().fold(0.0f64, |a, b| a.max(b.abs()));
-        let reference = largest(&s.f).max(largest(&s.start));
+        let data = largest(&s.f);
+        let reference = if data == 0.0 { largest(&s.start) } else { data };
         z.copy_from_slice(&s.x[..n]);
         l.copy_from_slice(&s.x[n..]);
         Ok(Solved {

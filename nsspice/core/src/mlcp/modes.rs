@@ -17,8 +17,9 @@ const SAMPLED: u32 = 4;
 const SAMPLE: u32 = 16;
 /// Largest defect of a row that needs no refinement, as a part of its terms or of this part of the
 /// largest row of its kind.
-const ACCURATE: f64 = 1e-12;
-const FLOOR: f64 = 1e-6;
+const REFINED: (f64, f64) = (1e-12, 1e-6);
+/// Larger defects mean that a mode has not been solved at all.
+const SOLVED: (f64, f64) = (1e-10, 1e-3);
 /// Largest solution of a nearly singular mode relative to its data.
 const LARGEST_GROWTH: f64 = 1e11;
 
@@ -151,7 +152,7 @@ impl ModeFactor {
             self.defect(x, rhs, defect);
         } else {
             let (terms, _) = work.split_at_mut(size);
-            if self.accurate(x, rhs, defect, terms) {
+            if self.accurate(REFINED, x, rhs, defect, terms) {
                 return;
             }
             self.rough.store(true, Relaxed);
@@ -162,19 +163,25 @@ impl ModeFactor {
         }
     }
 
-    /// Computes `defect = rhs - J x` and tells whether each row of it is small against its terms.
-    fn accurate(&self, x: &[f64], rhs: &[f64], defect: &mut [f64], terms: &mut [f64]) -> bool {
+    /// Computes `defect = rhs - J x` and tells whether each row of it is below `tolerance` times its
+    /// terms, or times this part of the largest terms among rows of its kind.
+    fn accurate(
+        &self,
+        (tolerance, floor): (f64, f64),
+        x: &[f64],
+        rhs: &[f64],
+        defect: &mut [f64],
+        terms: &mut [f64],
+    ) -> bool {
         let model = &self.model;
         self.defect(x, rhs, defect);
         model.terms(rhs, x, terms);
-        let mut largest = [0.0f64; 2];
-        for (i, &t) in terms[..model.n].iter().enumerate() {
-            largest[model.kind(i)] = largest[model.kind(i)].max(t);
+        let kind = |i: usize| if i < model.n { model.kind(i) } else { 2 };
+        let mut largest = [0.0f64; 3];
+        for (i, &t) in terms.iter().enumerate() {
+            largest[kind(i)] = largest[kind(i)].max(t);
         }
-        let fine = |i: usize| {
-            let floor = if i < model.n { FLOOR * largest[model.kind(i)] } else { 0.0 };
-            defect[i].abs() <= ACCURATE * terms[i].max(floor)
-        };
+        let fine = |i: usize| defect[i].abs() <= tolerance * terms[i].max(floor * largest[kind(i)]);
         (0..terms.len()).all(fine)
     }
 
@@ -237,7 +244,7 @@ impl ModeFactor {
     fn try_factor(&self, x: &mut [f64], rhs: &[f64], defect: &mut [f64], work: &mut [f64]) -> bool {
         let (before, work) = work.split_at_mut(x.len());
         let (terms, work) = work.split_at_mut(x.len());
-        if self.factor.singular().is_some() || self.accurate(x, rhs, defect, terms) {
+        if self.factor.singular().is_some() || self.accurate(SOLVED, x, rhs, defect, terms) {
             return false;
         }
         before.copy_from_slice(x);
@@ -255,7 +262,7 @@ impl ModeFactor {
         let data = terms.iter().fold(size(before), |a, v| a.max(v.abs()));
         // also false for NaN; beyond, it is the direction of the kernel that has been found
         let credible = size(x) <= LARGEST_GROWTH * data;
-        if credible && self.accurate(x, rhs, defect, terms) {
+        if credible && self.accurate(SOLVED, x, rhs, defect, terms) {
             return true;
         }
         x.copy_from_slice(before);

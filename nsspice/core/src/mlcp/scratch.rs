@@ -13,7 +13,7 @@ const ACCEPT: f64 = 1e-10;
 /// never arrives, residuals relative to the point itself fade away although no solution exists.
 const ACCEPT_DATA: f64 = 1e-6;
 /// No smaller residual is asked for: rounding.
-const ROUNDING: f64 = 1e-12;
+const ROUNDING: f64 = 1e-11;
 /// Unknowns below this part of the largest (in the scaled system) may be rounding.
 const NOTHING: f64 = 1e-13;
 /// Sign tests ignore violations below this part of the terms they are the sum of.
@@ -220,17 +220,16 @@ impl Scratch {
         ((found.worst() <= limit).then_some(found), found.rows)
     }
 
-    /// Size of `x` relative to data and start, in the scaled system.
+    /// Size of `x` relative to the data (to the start, if there are none), in the scaled system.
+    /// The start does not count otherwise: it may already have gone astray.
     pub fn growth(&self) -> f64 {
         let scale = &self.model.scale;
         let size = |v: &[f64]| v.iter().zip(scale).fold(0.0f64, |a, (v, s)| a.max((v / s).abs()));
         let data = self.f.iter().zip(scale).fold(0.0f64, |a, (v, s)| a.max((v * s).abs()));
-        let reference = data.max(size(&self.start));
-        let size = size(&self.x);
-        if size == 0.0 {
-            0.0
-        } else {
-            size / reference
+        let reference = if data == 0.0 { size(&self.start) } else { data };
+        match size(&self.x) {
+            0.0 => 0.0,
+            size => size / reference,
         }
     }
 }
