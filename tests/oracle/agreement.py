@@ -93,7 +93,7 @@ def averaging_distance(mna: MnaSystem, theta: float) -> float:
 
 
 def short_enough(mna: MnaSystem, h: float, theta: float) -> float:
-    """Return h halved until the step's matrix is monotone.
+    """Return h halved until the step's matrix is monotone, and well away from the border.
 
     With theta < 1 a step that is long against the time constants of the reference network makes
     ``E/h + G + H`` indefinite; neither solver promises anything there.
@@ -103,10 +103,11 @@ def short_enough(mna: MnaSystem, h: float, theta: float) -> float:
     H = theta_terms(mna, theta)[0].dense()
     E, G = mna.system.E.dense(), mna.system.G.dense()
     passive = np.linalg.eigvalsh(G + G.T).min() > -1e-12 * np.abs(G).max()
+    whole = h
     for _ in range(40):
         K = E / h + G + H
         if not passive or np.linalg.eigvalsh(K + K.T).min() > -1e-12 * np.abs(K).max():
-            return h
+            return h if h == whole else h / 8
         h /= 2
     return h
 

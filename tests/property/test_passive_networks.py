@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from circuit_strategies import Network, Part, hard_circuits, networks
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 from oracle import residual
 from oracle.harness import Step, march
@@ -68,6 +68,9 @@ def assert_same(one: Simulation, two: Simulation, rename=lambda name: name, fact
     for kind in ("v", "il"):
         names = [n for n in a if n[0] in kind]
         scale = max([float(np.abs(a[n][0]).max()) for n in names], default=0.0)
+        # where no current flows, what counts is the current that the voltages could drive
+        volts = max([float(np.abs(a[n][0]).max()) for n in a if n[0] == "v"], default=0.0)
+        scale = max(scale, volts if kind == "v" else volts / (1000.0 * max(factor or 1.0, 1.0)))
         for name in names:
             waveform, unique = a[name]
             other = b[rename(name)][0] * (factor if factor and kind == "il" else 1.0)
@@ -166,7 +169,8 @@ def test_a_parallel_copy_of_an_ideal_diode_changes_no_voltage(network, data):
         assert gap <= 1e-9 * max(scale, 1e-9), name
 
 
-@settings(FIXED, max_examples=60)
+# drawn by seed: there is nothing to shrink
+@settings(FIXED, max_examples=60, phases=[Phase.explicit, Phase.generate])
 @given(hard_circuits)
 def test_hard_circuits_lose_energy_in_every_step_without_their_sources(random):
     # silence the sources: what remains is passive, and feasible because zero solves every law
