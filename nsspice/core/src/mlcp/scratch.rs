@@ -113,7 +113,7 @@ impl Scratch {
     }
 
     /// Moves `x` to the nearest solution of the equations of the present active set.
-    pub fn solve_mode(&mut self) -> bool {
+    pub fn solve_mode(&mut self) {
         self.iterations += 1;
         let n = self.model.n;
         self.rhs.copy_from_slice(&self.f);
@@ -124,7 +124,10 @@ impl Scratch {
         let nearest = factor.needs_nearest().then(|| self.factor(NEAREST));
         let Scratch { x, rhs, work, .. } = self;
         self.doubtful = !factor.correct_with(nearest.as_deref(), x, rhs, work);
-        factor.regular()
+        // a refined solution may be off by a rounding error there
+        for (l, _) in self.x[n..].iter_mut().zip(&self.active).filter(|(_, &a)| !a) {
+            *l = 0.0;
+        }
     }
 
     /// Computes the slacks at `x` and, in `next`, the active set its signs suggest; returns the

@@ -220,7 +220,7 @@ fn problems_without_monotonicity_are_solved_where_enumeration_finds_a_solution()
             factor.solve(&mut x, &mut vec![0.0; factor.work_len()]);
             let mut w = q.clone();
             d.mul_add(1.0, &x, &mut w);
-            (0..m).all(|i| x[i] >= 0.0 && (active[i] || w[i] >= 0.0))
+            (0..m).all(|i| if active[i] { x[i] >= 0.0 } else { w[i] >= 0.0 })
         });
         let roles = vec![Role::Diode; m];
         let mut l = vec![0.0; m];
