@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from .functions import SCALAR, array_functions, divide, real_power
+from .function_values import SCALAR, array_functions, divide, real_power
 from .node import Node, num
 
 _COMPARE: dict[str, Callable[[float, float], bool]] = {
@@ -130,10 +131,18 @@ def _array(node: Node, values: Mapping[str, Any], np: Any, functions: Mapping[st
 
 
 def fold(node: Node) -> Node:
-    """Return a constant in place of a node whose arguments are all constants."""
-    if not node.args or any(arg.op != "num" for arg in node.args):
+    """Return a constant in place of a node whose arguments are all constants.
+
+    A value that is not finite stays an expression: it has no text that reads back.  A reciprocal
+    alone is left to its product, so that a/b is rounded once.
+    """
+    if not node.args or node.op == "inv":
         return node
-    return num(scalar(node, {}))
+    for arg in node.args:
+        if arg.op != "num" and not (arg.op == "inv" and arg.args[0].op == "num"):
+            return node
+    value = scalar(node, {})
+    return num(value) if math.isfinite(value) else node
 
 
 def rebuild(

@@ -6,6 +6,7 @@ parentheses are an error message and not a crash.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 
@@ -64,7 +65,7 @@ def parse(text: str, place: Place, trap: Trap) -> Node:
         message = f"expression has more than {MAX_LENGTH} characters"
         raise Unreadable("NS1023", message, place(0, 1), "use a PWL source for long tables")
     number = read_number(stripped)
-    if number is not None and not number.trap:
+    if number is not None and not number.trap and math.isfinite(number.value):
         return num(number.value)
     shape, spans = SHAPES.tokens(text)
     try:
@@ -135,6 +136,9 @@ def _number(text: str, start: int, end: int, place: Place, trap: Trap) -> Node:
     if found is None:
         hint = "names start with a letter"
         raise Unreadable("NS1010", f"{word[:60]} is not a number", place(start, end), hint)
+    if not math.isfinite(found.value):
+        message = f"{word[:60]} is beyond the range of numbers"
+        raise Unreadable("NS1010", message, place(start, end))
     if found.trap:
         trap(found.trap, found.hint, place(start, end))
     return num(found.value)

@@ -7,23 +7,17 @@ which it is *defined*.  Parameters are evaluated when asked for, so their order 
 from __future__ import annotations
 
 import math
-import re
-from itertools import pairwise
 
 from ..errors import Span
+from .binding import bind, names
 from .body import Body, Subcircuit
 from .deck import Model, Param
-from .evaluate import fold, scalar
+from .evaluate import scalar
 from .expression import Expression
-from .expression_parser import resolve, voltage
-from .findings import Unreadable, suggest
-from .functions import CONSTANTS
-from .node import Node, TooLarge, num, var
+from .expression_parser import voltage
+from .findings import Unreadable
+from .node import Node, var
 from .template import Formula, FunctionTemplate, ModelTemplate, ParamText, Value
-
-#: depth of a bound expression with all functions put in
-_MAX_DEPTH = 150
-_SIGNALS = {"time"}
 
 
 class Scope:
@@ -167,7 +161,7 @@ class Scope:
                 if current not in path:
                     path[current] = None
                     missing = [
-                        n for n in _names(formula.node)
+                        n for n in names(formula.node)
                         if n in self.params and n not in self.values and n not in self.fixed
                     ]  # fmt: skip
                 for other in missing:
@@ -192,98 +186,7 @@ class Scope:
 
     def bind(self, formula: Formula, own_current: bool = False) -> Node:
         """Return a tree with all names looked up, functions put in and constants folded."""
-        try:
-            return self._bind(formula.node, {}, formula, own_current, (), 0)
-        except TooLarge:
-            message = f"expression is too deep or too large: {formula.text[:60]}"
-            raise Unreadable("NS1023", message, formula.span, "split it into steps") from None
-
-    def _bind(
-        self,
-        node: Node,
-        formals: dict[str, Node],
-        formula: Formula,
-        own: bool,
-        active: tuple[str, ...],
-        depth: int,
-    ) -> Node:
-        op = node.op
-        if op == "num":
-            return node
-        if op == "name":
-            word = str(node.value)
-            return formals[word] if word in formals else self._word(word, formula, own)
-        if op == "var":
-            return self.signal(str(node.value))
-        if depth > _MAX_DEPTH:
-            raise TooLarge
-        if op == "if":  # the branch not taken may hold what has no value, as 1/0
-            condition = self._bind(node.args[0], formals, formula, own, active, depth + 1)
-            if condition.op == "num":
-                branch = node.args[1 if condition.value != 0.0 else 2]
-                return self._bind(branch, formals, formula, own, active, depth + 1)
-        args = []
-        for arg in node.args:
-            args.append(self._bind(arg, formals, formula, own, active, depth + 1))
-        if op == "call" and str(node.value)[0] == "?":
-            return self._function(str(node.value)[1:], args, formula, own, active, depth)
-        made = Node(op, tuple(args), node.value)
-        _check_table(made, formula)
-        return fold(made)
-
-    def _word(self, word: str, formula: Formula, own: bool) -> Node:
-        """Return what an identifier stands for."""
-        value = self.parameter(word)
-        if value is not None:
-            return num(value)
-        if word in _SIGNALS or word == "temper" or (own and word == "i"):
-            return var(word)
-        if word in CONSTANTS:
-            return num(CONSTANTS[word])
-        where = self._place(word, formula)
-        if word in ("hertz", "freq", "frequency", "omega", "w"):
-            hint = "there is no .ac analysis here" if word != "w" else ""
-        else:
-            hint = ""
-        known = [*self.known("params"), *self.known("fixed"), "time", "temper"]
-        hint = hint or suggest(word, known) or f"define it with .param {word}=..."
-        raise Unreadable("NS1021", f"parameter {word[:60]} is not defined", where, hint)
-
-    @staticmethod
-    def _place(word: str, formula: Formula) -> Span:
-        """Return where a name stands in an expression."""
-        pattern = re.compile(rf"(?<![\w.]){re.escape(word)}(?![\w.])")
-        found = pattern.search(formula.line.text, formula.start, formula.end)
-        return formula.line.span(*found.span()) if found else formula.span
-
-    def _function(
-        self,
-        name: str,
-        args: list[Node],
-        formula: Formula,
-        own: bool,
-        active: tuple[str, ...],
-        depth: int,
-    ) -> Node:
-        """Put the body of a user function in place of its call."""
-        scope: Scope | None = self
-        while scope is not None and name not in scope.functions:
-            scope = scope.parent
-        if scope is None:
-            made = resolve(name, args, self.known("functions"), self._place(name, formula))
-            _check_table(made, formula)
-            return fold(made)
-        function = scope.functions[name]
-        if name in active:
-            chain = " -> ".join([*active[active.index(name) :], name])
-            message = f"functions form a loop: {chain}"
-            raise Unreadable("NS1031", message, function.span, "a function cannot call itself")
-        if len(args) != len(function.formals):
-            message = f"{name} needs {len(function.formals)} arguments, not {len(args)}"
-            raise Unreadable("NS1022", message, formula.span)
-        formals = dict(zip(function.formals, args, strict=True))
-        inner = (*active, name)
-        return scope._bind(function.body.node, formals, function.body, own, inner, depth + 1)
+        return bind(self, formula, own_current)
 
     def number(self, value: Value) -> float:
         """Return the number an expression gives.
@@ -296,17 +199,15 @@ class Scope:
         if isinstance(value, float):
             return value
         tree = self.bind(value)
-        if tree.op != "num":
-            signals = sorted(Expression(tree).variables())
-            if signals == ["temper"]:
-                self._root().used_temper = True
-                tree = num(scalar(tree, {"temper": self.temperature}))
-            else:
-                signals = [s for s in signals if s != "temper"]
-                message = f"a number is needed here, and {signals[0]} changes during the run"
-                hint = "a B, E or G source may depend on signals"
-                raise Unreadable("NS1025", message, value.span, hint)
-        number = float(tree.value)
+        signals = Expression(tree).variables()
+        if "temper" in signals:
+            self._root().used_temper = True
+        changing = sorted(signals - {"temper"})
+        if changing:
+            message = f"a number is needed here, and {changing[0]} changes during the run"
+            hint = "a B, E or G source may depend on signals"
+            raise Unreadable("NS1025", message, value.span, hint)
+        number = scalar(tree, {"temper": self.temperature})
         if not math.isfinite(number):
             message = f"{value.text[:60]} has no finite value"
             hint = "look for a division by zero, a logarithm or a root of a negative number"
@@ -320,7 +221,7 @@ class Scope:
         tree = self.bind(value, own_current)
         if tree.op != "num":
             found = Expression(tree, value.span, "" if value.made else value.text)
-            if found.variables() != {"temper"}:
+            if found.variables() - {"temper"}:
                 return found
         return self.number(value)
 
@@ -357,27 +258,3 @@ class Scope:
                 return made
             scope = scope.parent
         return None
-
-
-def _names(node: Node) -> list[str]:
-    """Return the identifiers of a tree in order."""
-    found: dict[str, None] = {}
-    stack = [node]
-    while stack:
-        current = stack.pop()
-        if current.op == "name":
-            found[str(current.value)] = None
-        stack.extend(current.args)
-    return list(found)
-
-
-def _check_table(node: Node, formula: Formula) -> None:
-    """Refuse a table whose x go down: it is no function."""
-    if node.op != "call" or node.value != "pwl":
-        return
-    xs = node.args[1::2]
-    if all(x.op == "num" for x in xs) and any(
-        float(b.value) < float(a.value) for a, b in pairwise(xs)
-    ):
-        message = "the x values of a table must not decrease"
-        raise Unreadable("NS1024", message, formula.span, "sort the pairs by x")

@@ -237,6 +237,12 @@ def test_very_long_lines(line: str) -> None:
             + "B1 a 0 V=f60(v(a))",
             "NS1023",
         ),
+        (  # the same with numbers, which fold and never grow
+            ".func f0(x) {x+1}\n"
+            + "".join(f".func f{k + 1}(x) {{f{k}(x)*f{k}(1)*0}}\n" for k in range(60))
+            + "R1 a 0 {f60(1)}",
+            "NS1023",
+        ),
         (".func f(x) {f(x)}\nR1 a 0 {f(1)}", "NS1031"),
         (
             "".join(f".func f{k}(x) {{f{k + 1}(x)}}\n" for k in range(3000))
@@ -244,7 +250,17 @@ def test_very_long_lines(line: str) -> None:
             "NS1023",
         ),
     ],
-    ids=["2^40", "self", "nested-definitions", "chain", "nested-if", "doubling", "loop", "deep"],
+    ids=[
+        "2^40",
+        "self",
+        "nested-definitions",
+        "chain",
+        "nested-if",
+        "doubling",
+        "folding",
+        "loop",
+        "deep",
+    ],
 )
 def test_bombs_are_named_and_soon(text: str, code: str) -> None:
     start = time.perf_counter()
