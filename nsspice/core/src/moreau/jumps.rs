@@ -1,14 +1,16 @@
 //! Jumps of charges and fluxes: the impulsive step, and what switches do at one instant.
 
 use super::stage::System;
-use super::stepper::{Outcome, Stepper, MAX_REACTIONS};
+use super::stepper::{Failure, Outcome, Stepper, MAX_REACTIONS};
 use crate::mlcp::Start;
 
 /// Length of an impulsive step relative to the nominal step and to the fastest time constant: short
 /// enough that nothing but the jump happens in it, long enough that `E/h` does not drown `G`.
 const JUMP: f64 = 1e-7;
-/// Length of the step that shows the values right after a jump.
-const AFTER_JUMP: f64 = 1e-4;
+/// Length of the steps that show the values right after a jump.
+const AFTER_JUMP: f64 = 1e-6;
+/// Ratio of lengths on the way down to a short step that is too hard at once.
+const DESCENT: f64 = 1e-2;
 /// Changes below this part of the largest charge (or flux) so far are no jump.
 const NO_JUMP: f64 = 1e-9;
 /// Jumps kept in full; later ones are only counted.
@@ -59,6 +61,21 @@ pub(super) fn fastest_time(sys: &System) -> f64 {
     1.0 / rate // infinite if nothing couples
 }
 
+/// Solution of a short step.
+struct Short {
+    z: Vec<f64>,
+    l: Vec<f64>,
+    length: f64,
+}
+
+/// Value at length 0 from those at length 1 and 2.
+fn limit(once: &[f64], twice: Option<&Vec<f64>>) -> Vec<f64> {
+    match twice {
+        Some(twice) => once.iter().zip(twice).map(|(a, b)| 2.0 * a - b).collect(),
+        None => once.to_vec(),
+    }
+}
+
 impl Stepper {
     /// A jump at the present time; where the impulsive problem has no solution the next ordinary
     /// step has to resolve it.
@@ -73,51 +90,98 @@ impl Stepper {
 
     /// The implicit impulsive step: charges and fluxes jump so that all laws hold again.
     ///
-    /// Two very short steps of length d and 2d from the same charges, extrapolated to d = 0, move
-    /// the stored quantities; a third, longer one from there gives the finite values of currents
-    /// and voltages right after the jump.
+    /// Very short steps from the same charges, extrapolated to length 0, move the stored
+    /// quantities; longer ones from there, extrapolated too, give the finite values of currents and
+    /// voltages right after the jump.
     pub(super) fn impulse(&mut self, charges: Option<&[f64]>, start: Start) -> Outcome {
         let shortest = self.step_length.min(self.fastest);
         let before = self.z.clone();
-        self.short_step(charges, &before, JUMP * shortest, start)?;
-        let (first, mut lasting) = (self.z.clone(), self.l.clone());
-        let mut after = first.clone();
-        let mut unknowns: Vec<f64> = after.iter().map(|v| v * JUMP * shortest).collect();
-        lasting.iter_mut().for_each(|v| *v *= JUMP * shortest);
-        let twice = 2.0 * JUMP * shortest;
-        if self.short_step(charges, &before, twice, Start::Warm).is_ok() {
-            for (once, &two) in after.iter_mut().zip(&self.z) {
-                *once = 2.0 * *once - two;
-            }
-            for (once, &two) in unknowns.iter_mut().zip(&self.z) {
-                *once = 2.0 * *once - two * twice;
-            }
-            for (once, &two) in lasting.iter_mut().zip(&self.l) {
-                *once = 2.0 * *once - two * twice;
-            }
-        }
-        if self.jumped(charges, &before, &first, &after) {
+        let (once, twice) = self.two_steps(charges, &before, JUMP * shortest, start)?;
+        let after = limit(&once.z, twice.as_ref().map(|t| &t.z));
+        let impulses = |of: fn(&Short) -> &Vec<f64>| {
+            let scaled = |s: &Short| of(s).iter().map(|v| v * s.length).collect::<Vec<_>>();
+            limit(&scaled(&once), twice.as_ref().map(scaled).as_ref())
+        };
+        if self.jumped(charges, &before, &once.z, &after) {
             self.stats.jumps += 1;
             if self.jumps.len() < MAX_JUMPS {
-                let (after, multipliers) = (after.clone(), lasting);
-                self.jumps.push(Jump { time: self.time, before, after, multipliers, unknowns });
+                self.jumps.push(Jump {
+                    time: self.time,
+                    before,
+                    after: after.clone(),
+                    multipliers: impulses(|s| &s.l),
+                    unknowns: impulses(|s| &s.z),
+                });
             }
         }
+        self.z.copy_from_slice(&after);
         let settle = AFTER_JUMP * shortest;
-        if self.short_step(None, &after, settle, Start::Warm).is_err() {
+        let Ok((once, twice)) = self.two_steps(None, &after, settle, Start::Warm) else {
             self.z.copy_from_slice(&after);
             return Ok(());
-        }
+        };
+        self.z = limit(&once.z, twice.as_ref().map(|t| &t.z));
+        self.l = limit(&once.l, twice.as_ref().map(|t| &t.l));
         if self.outputs.needs_rates() {
-            for (rate, (new, old)) in self.rates.iter_mut().zip(self.z.iter().zip(&after)) {
-                *rate = (new - old) / settle;
+            for (rate, (new, old)) in self.rates.iter_mut().zip(once.z.iter().zip(&after)) {
+                *rate = (new - old) / once.length;
             }
         }
-        let k = self.stage_index(settle, true);
+        let k = self.stage_index(once.length, true);
         for &j in &self.stages[k].inputs.carried {
             self.z[j] = after[j];
         }
         Ok(())
+    }
+
+    /// Steps of length `2 length` and `length` from the same charges; the longer one is left out
+    /// if the two end in different modes.  Where so short a step is too hard, the shortest one that
+    /// could be solved stands for both.
+    fn two_steps(
+        &mut self,
+        charges: Option<&[f64]>,
+        before: &[f64],
+        length: f64,
+        start: Start,
+    ) -> Result<(Short, Option<Short>), Box<Failure>> {
+        let reached = self.approach(charges, before, 2.0 * length, start)?;
+        let twice = Short { z: self.z.clone(), l: self.l.clone(), length: reached };
+        let epoch = self.epoch;
+        if reached > 2.0 * length || self.short_step(charges, before, length, Start::Warm).is_err()
+        {
+            return Ok((twice, None));
+        }
+        let once = Short { z: self.z.clone(), l: self.l.clone(), length };
+        Ok((once, (self.epoch == epoch).then_some(twice)))
+    }
+
+    /// Solves a short step, if need be from an ordinary one down by steps of ever smaller length,
+    /// each starting from the last; returns the length that was reached.
+    fn approach(
+        &mut self,
+        charges: Option<&[f64]>,
+        before: &[f64],
+        target: f64,
+        start: Start,
+    ) -> Result<f64, Box<Failure>> {
+        let Err(failure) = self.short_step(charges, before, target, start) else {
+            return Ok(target);
+        };
+        let mut length = self.step_length;
+        let mut reached = None;
+        while length > target {
+            let from = if reached.is_some() { Start::Warm } else { start };
+            if self.short_step(charges, before, length, from).is_ok() {
+                reached = Some(length);
+            } else if reached.is_some() {
+                break;
+            }
+            length *= DESCENT;
+        }
+        if reached.is_some() && self.short_step(charges, before, target, Start::Warm).is_ok() {
+            return Ok(target);
+        }
+        reached.ok_or(failure)
     }
 
     /// One theta = 1 step of length `delta` from the given charges, or from those of `before`.

@@ -82,6 +82,8 @@ pub struct Slot {
     pub map: Option<ModeMap>,
     /// steps taken in it
     pub uses: u32,
+    /// its quick steps have met the residual whenever that was checked
+    pub trusted: bool,
 }
 
 /// The active set as a bit pattern.
@@ -205,7 +207,7 @@ impl Stage {
                     self.forget_modes();
                 }
                 self.budget = self.budget.saturating_sub(cost);
-                self.slots.push(Slot { factor: None, map: None, uses: 0 });
+                self.slots.push(Slot { factor: None, map: None, uses: 0, trusted: true });
                 self.modes.insert(key, self.slots.len() - 1);
                 self.slots.len() - 1
             }
