@@ -12,6 +12,9 @@ use super::scratch::{Scale, Scratch};
 /// one pair per iteration).
 const ITERATIONS: usize = 12;
 
+/// Residuals below this need no refinement.
+const FINE: f64 = 1e-13;
+
 /// Starts from `start` and the active set already in `s.active`; true if `s.x` solves the problem.
 pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
     let limit = ITERATIONS.max((s.model.m / 8).min(200));
@@ -20,9 +23,21 @@ pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
     s.seen.push(fingerprint(&s.active));
     for _ in 0..limit {
         s.x.copy_from_slice(&s.start);
-        s.solve_mode();
-        if s.identify(scale) == 0 {
-            return s.judge();
+        let regular = s.solve_mode_in(1);
+        let mut changes = s.identify(scale);
+        if changes == 0 {
+            let found = s.judge();
+            if !regular || found.is_some_and(|f| f.worst() <= FINE) {
+                return found;
+            }
+        }
+        if regular {
+            // signs must not be decided by errors that one more sweep removes
+            s.solve_mode_in(1);
+            changes = s.identify(scale);
+            if changes == 0 {
+                return s.judge();
+            }
         }
         let print = fingerprint(&s.next);
         if s.seen.contains(&print) {

@@ -83,6 +83,25 @@ impl Model {
         self.h.abs_mul_add(x, out);
     }
 
+    /// Both of the above in one pass.
+    pub fn defect_and_terms(&self, f: &[f64], x: &[f64], defect: &mut [f64], terms: &mut [f64]) {
+        defect.copy_from_slice(f);
+        for (t, v) in terms.iter_mut().zip(f) {
+            *t = v.abs();
+        }
+        for (c, &xc) in x.iter().enumerate() {
+            if xc == 0.0 {
+                continue;
+            }
+            let (rows, values) = self.h.col(c);
+            for (&r, &v) in rows.iter().zip(values) {
+                let term = v * xc;
+                defect[r] -= term;
+                terms[r] += term.abs();
+            }
+        }
+    }
+
     /// Size of the terms that multiplier `i` balances, in its own unit.
     pub fn multiplier_terms(&self, i: usize, terms: &[f64]) -> f64 {
         let (rows, values) = self.h.col(self.n + i);

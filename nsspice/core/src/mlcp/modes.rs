@@ -140,7 +140,7 @@ impl ModeFactor {
     pub fn solve(&self, x: &mut [f64], work: &mut [f64]) {
         let turn = self.turns.fetch_add(1, Relaxed);
         let rough = self.rough.load(Relaxed);
-        if !rough && turn >= SAMPLED && turn % SAMPLE != 0 {
+        if !rough && turn >= SAMPLED && !turn.is_multiple_of(SAMPLE) {
             return self.solve_with(&self.factor, x, work);
         }
         let size = self.model.size();
@@ -199,14 +199,16 @@ impl ModeFactor {
     /// (rhs - J x)`, repeated against rounding.  Works for singular modes; if the equations
     /// contradict each other, the result does not satisfy them.
     pub fn correct(&self, x: &mut [f64], rhs: &[f64], work: &mut [f64]) {
-        self.correct_with(None, x, rhs, work);
+        self.correct_with(None, 2, x, rhs, work);
     }
 
-    /// `correct`, with the factors of level `NEAREST` at hand.  False if the result is doubtful:
+    /// `correct`, with the factors of level `NEAREST` at hand, and with a number of sweeps for
+    /// regular modes (two: refined).  False if the result is doubtful:
     /// it solves the equations, but the mode is singular or so close to it that nobody can tell.
     pub(crate) fn correct_with(
         &self,
         nearest: Option<&ModeFactor>,
+        sweeps: usize,
         x: &mut [f64],
         rhs: &[f64],
         work: &mut [f64],
@@ -219,6 +221,10 @@ impl ModeFactor {
         }
         let mut last = f64::INFINITY;
         for sweep in 0..SWEEPS {
+            let direct = if self.regular { sweeps } else { 2 };
+            if !self.needs_nearest() && sweep == direct {
+                break;
+            }
             self.defect(x, rhs, defect);
             if self.needs_nearest() {
                 // converges as mu / (smallest nonzero singular value): until rounding is reached
@@ -228,8 +234,6 @@ impl ModeFactor {
                     break;
                 }
                 last = left;
-            } else if sweep == 2 {
-                break;
             }
             self.step_to_nearest(nearest, defect, work);
             for (v, d) in x.iter_mut().zip(defect.iter()) {

@@ -35,8 +35,8 @@ pub(crate) fn solve(s: &mut Scratch, level: usize, rhs: &mut [f64], limit: usize
         if wrong < fewest {
             fewest = wrong;
             patience = PATIENCE;
-        } else if patience > 0 {
-            patience -= 1;
+        } else {
+            patience = patience.saturating_sub(1);
         }
         if patience > 0 {
             s.adopt();

@@ -43,8 +43,7 @@ pub(crate) fn residual(
         return Residual::INFINITE;
     }
     let n = model.n;
-    model.defect(f, x, defect);
-    model.terms(f, x, terms);
+    model.defect_and_terms(f, x, defect, terms);
 
     let mut largest = [0.0f64; 2]; // terms of KCL and KVL rows
     let mut node = 0.0f64; // largest node voltage

@@ -114,6 +114,11 @@ impl Scratch {
 
     /// Moves `x` to the nearest solution of the equations of the present active set.
     pub fn solve_mode(&mut self) {
+        self.solve_mode_in(2);
+    }
+
+    /// As `solve_mode`, in a given number of sweeps if the mode is regular; tells whether it is.
+    pub fn solve_mode_in(&mut self, sweeps: usize) -> bool {
         self.iterations += 1;
         let n = self.model.n;
         self.rhs.copy_from_slice(&self.f);
@@ -123,11 +128,12 @@ impl Scratch {
         let factor = self.factor(0);
         let nearest = factor.needs_nearest().then(|| self.factor(NEAREST));
         let Scratch { x, rhs, work, .. } = self;
-        self.doubtful = !factor.correct_with(nearest.as_deref(), x, rhs, work);
+        self.doubtful = !factor.correct_with(nearest.as_deref(), sweeps, x, rhs, work);
         // a refined solution may be off by a rounding error there
         for (l, _) in self.x[n..].iter_mut().zip(&self.active).filter(|(_, &a)| !a) {
             *l = 0.0;
         }
+        factor.regular()
     }
 
     /// Computes the slacks at `x` and, in `next`, the active set its signs suggest; returns the
