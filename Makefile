@@ -79,7 +79,7 @@ fmt: $(VENV)/.dev rust-tools
 # ------------------------------------------------------------------ more
 
 bench: $(VENV)/.dev
-	$(BIN)/python -m pytest tests/benchmarks -o python_files='bench_*.py' -s
+	$(BIN)/python -m pytest tests/benchmarks -o addopts= -o python_files='bench_*.py' -s
 
 soak: $(VENV)/.dev
 	$(BIN)/python -m pytest -m soak
