@@ -28,8 +28,10 @@ from collections.abc import Iterable
 
 from .numbers import format_number
 
-#: deeper trees are refused when read; differentiation may at most triple the depth
+#: deeper trees are refused when read
 MAX_DEPTH = 100
+#: derivatives are deeper than what they are made of; walking a tree takes two frames a level
+MAX_DERIVED_DEPTH = 250
 #: an expression with more nodes is a mistake or an attack (functions that call functions)
 MAX_SIZE = 200_000
 
@@ -55,7 +57,7 @@ class Node:
                 depth = arg.depth
         self.depth: int = depth + 1
         self.size: int = size
-        if size > MAX_SIZE or depth >= 5 * MAX_DEPTH:
+        if size > MAX_SIZE or depth >= MAX_DERIVED_DEPTH:
             raise TooLarge
 
     def __repr__(self) -> str:
@@ -190,10 +192,13 @@ def _show(node: Node) -> tuple[str, int]:
     if op in ("name", "var"):
         return str(node.value), 9
     if op == "call":
-        return f"{node.value}({', '.join(_show(arg)[0] for arg in node.args)})", 9
+        words = []
+        for arg in node.args:
+            words.append(_show(arg)[0])
+        return f"{node.value}({', '.join(words)})", 9
     if op == "if":
-        condition, then, other = (_within(arg, 1) for arg in node.args)
-        return f"{condition} ? {then} : {other}", 0
+        condition, then = _within(node.args[0], 1), _within(node.args[1], 1)
+        return f"{condition} ? {then} : {_within(node.args[2], 1)}", 0
     if op == "neg":
         return f"-{_within(node.args[0], 7)}", 7
     if op == "inv":
