@@ -193,8 +193,8 @@ impl Scratch {
     /// Where all voltages (or all currents) of a network vanish, rounding is all that is left to
     /// compare them with: then unknowns that are nothing but rounding are set to zero.
     pub fn judge(&mut self) -> Option<Residual> {
-        let (found, rows) = self.rate();
-        if found.is_some() || rows > ACCEPT {
+        let found = self.rate();
+        if found.is_some() {
             return found;
         }
         let Scratch { model, x, work, .. } = self;
@@ -209,7 +209,7 @@ impl Scratch {
         if before == x {
             return None;
         }
-        let (found, _) = self.rate();
+        let found = self.rate();
         if found.is_none() {
             let Scratch { x, work, .. } = self;
             x.copy_from_slice(&work[..self.model.size()]);
@@ -217,8 +217,7 @@ impl Scratch {
         found
     }
 
-    /// The residual if acceptable, and that of the rows.
-    fn rate(&mut self) -> (Option<Residual>, f64) {
+    fn rate(&mut self) -> Option<Residual> {
         let Scratch { model, roles, f, x, terms, defect, .. } = self;
         let found = residual(model, roles, f, x, terms, defect);
         if found.worst() < self.best_residual.worst() {
@@ -226,7 +225,7 @@ impl Scratch {
             self.best.copy_from_slice(&self.x);
         }
         let limit = ACCEPT.min((ACCEPT_DATA / self.growth()).max(ROUNDING));
-        ((found.worst() <= limit).then_some(found), found.rows)
+        (found.worst() <= limit).then_some(found)
     }
 
     /// Size of `x` relative to the data (to the start, if there are none), in the scaled system.
