@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from . import grammar, store
 from .grammar import grammar_text
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 #: longer shapes hardly repeat
 _MAX_SHAPE = 80
 _MAX_SHAPES = 5000
+#: shapes kept for later runs: read at every start
+_MAX_KEPT = 300
 
 #: rule, number of results it takes from the stack, numbers of its tokens
 Step = tuple[str, int, tuple[int, ...]]
@@ -56,6 +58,7 @@ class Shapes:
         self._pattern: re.Pattern[str] | None = None
         self._letters: dict[str, str] = {}
         self._programs: dict[str, tuple[Step, ...]] = {}
+        self._kept: dict[str, Any] = {}  # of earlier runs, not yet asked for
         self._changed = False
 
     def tokens(self, text: str) -> tuple[str, Spans]:
@@ -78,14 +81,11 @@ class Shapes:
         try:
             if kept is not None:
                 self._letters = dict(kept["letters"])
-                self._programs = {
-                    shape: tuple((rule, count, tuple(tokens)) for rule, count, tokens in steps)
-                    for shape, steps in kept["programs"].items()
-                }
+                self._kept = dict(kept["programs"])
                 self._pattern = re.compile(kept["pattern"])
                 return self._pattern
-        except (KeyError, TypeError, ValueError, AttributeError, re.error):
-            self._programs = {}  # not what was written there
+        except (KeyError, TypeError, ValueError, re.error):
+            self._kept = {}  # not what was written there
         parser = grammar.parser(self._name)
         ignored = set(parser.lexer_conf.ignore)
         terminals = sorted(
@@ -110,23 +110,30 @@ class Shapes:
         """
         found = self._programs.get(shape)
         if found is None:
-            found = _flat(_lark_tree(self._name, text), spans)
+            if shape in self._kept:
+                steps = self._kept[shape]
+                found = tuple((rule, count, tuple(tokens)) for rule, count, tokens in steps)
+            else:
+                found = _flat(_lark_tree(self._name, text), spans)
+                self._changed |= len(shape) <= _MAX_SHAPE
             if len(shape) <= _MAX_SHAPE and len(self._programs) < _MAX_SHAPES:
                 self._programs[shape] = found
-                self._changed = True
         return found
 
     def keep(self) -> None:
         """Let later runs have the shapes that came anew."""
         if self._changed and self._pattern is not None:
             self._changed = False
+            newest = list(self._programs)[-_MAX_KEPT:]  # shapes of this run before older ones
+            older = [shape for shape in self._kept if shape not in self._programs]
+            chosen = [*newest, *older][:_MAX_KEPT]
             store.save(
                 self._name,
                 grammar_text(self._name),
                 {
                     "letters": self._letters,
                     "pattern": self._pattern.pattern,
-                    "programs": dict(self._programs),
+                    "programs": {s: self._programs.get(s) or self._kept[s] for s in chosen},
                 },
             )
 

@@ -93,6 +93,14 @@ BREAKS = ["\n", "\n+", "\n*", " ", "\x00", "\t", "\r", "\f", "\u2028", "\n.subck
 TOKENS = st.sampled_from([*WORDS.split(), *BREAKS, *BREAKS])
 
 
+@pytest.fixture(autouse=True, scope="module")
+def nothing_kept():
+    """Keep the odd shapes of these tests out of the user's store."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("NSSPICE_CACHE", "")
+        yield
+
+
 def read(text: str, patience: float = PATIENCE) -> None:
     """Parse a text: it either works or says why not, and soon."""
     start = time.perf_counter()
