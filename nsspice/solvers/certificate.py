@@ -100,7 +100,7 @@ def infeasibility(
     q: npt.ArrayLike,
     roles: npt.ArrayLike | None = None,
 ) -> Certificate | None:
-    """Look for a proof that the linear relations of a complementarity problem contradict each other.
+    """Look for a proof that the linear relations of a problem contradict each other.
 
     Parameters
     ----------
