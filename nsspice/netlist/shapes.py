@@ -110,15 +110,21 @@ class Shapes:
         """
         found = self._programs.get(shape)
         if found is None:
-            if shape in self._kept:
-                steps = self._kept[shape]
-                found = tuple((rule, count, tuple(tokens)) for rule, count, tokens in steps)
-            else:
+            found = self._recall(shape)
+            if found is None:
                 found = _flat(_lark_tree(self._name, text), spans)
                 self._changed |= len(shape) <= _MAX_SHAPE
             if len(shape) <= _MAX_SHAPE and len(self._programs) < _MAX_SHAPES:
                 self._programs[shape] = found
         return found
+
+    def _recall(self, shape: str) -> tuple[Step, ...] | None:
+        """Return the program that an earlier run has kept for a shape."""
+        try:
+            steps = self._kept[shape]
+            return tuple([(str(rule), int(n), tuple(tokens)) for rule, n, tokens in steps])
+        except (KeyError, TypeError, ValueError):  # none, or not what was written there
+            return None
 
     def keep(self) -> None:
         """Let later runs have the shapes that came anew."""
