@@ -37,6 +37,7 @@ import numpy.typing as npt
 from ..problems.csc import Csc, Floats, Ints
 
 _SWEEPS = 12
+_GRADIENT_STEPS = 25
 #: entries of the scaled proof below this part of the largest are rounding
 _SUPPORT = 1e-7
 #: the proof must hold within this part of the terms it sums
@@ -60,7 +61,7 @@ class Certificate:
     p : ndarray, shape (m,)
         Weights of the slacks.
     rows, pairs : ndarray of int64
-        Where y and p are not zero: the conflicting equations and pairs.
+        Where y and p are not zero (but for rounding): the conflicting equations and pairs.
     objective : float
         1-norm of the scaled proof; large for a contradiction that is small against the data.
     conflict : float
@@ -134,27 +135,29 @@ def infeasibility(
     if not np.isfinite(rhs).all() or not rhs.any():
         return None  # zero solves it, or nothing can be said
     rows, cols, values = _entries(K, A, B, D)
-    scale = _equilibrate(n + m, rows, cols, values)
-    values = values * scale[rows] * scale[cols]
-    scaled_rhs = rhs * scale
-    size = float(np.abs(scaled_rhs).max())
-    weights = _smallest_proof(n, m, rows, cols, values, scaled_rhs / size, kinds)
-    if weights is None:
-        return None
-    largest = float(np.abs(weights).max())
-    weights = np.where(np.abs(weights) > _SUPPORT * largest, weights, 0.0)
-    conflict = _check(n, rows, cols, values, scaled_rhs, kinds, weights)
-    if conflict is None:
-        return None
-    y, p = weights[:n] * scale[:n], weights[n:] * scale[n:]
-    return Certificate(
-        y / size,
-        p / size,
-        np.flatnonzero(y),
-        np.flatnonzero(p),
-        float(np.abs(weights).sum()),
-        conflict,
-    )
+    for leveled in (False, True):  # HiGHS loses its way in one or the other
+        scale = _equilibrate(n + m, rows, cols, values, leveled)
+        scaled = values * scale[rows] * scale[cols]
+        scaled_rhs = rhs * scale
+        size = float(np.abs(scaled_rhs).max())
+        weights = _smallest_proof(n, m, rows, cols, scaled, scaled_rhs / size, kinds)
+        if weights is None:
+            continue
+        named = np.abs(weights) > _SUPPORT * np.abs(weights).max()
+        for candidate in (np.where(named, weights, 0.0), weights):
+            conflict = _check(n, rows, cols, scaled, scaled_rhs, kinds, candidate)
+            if conflict is None:
+                continue
+            proof = candidate * scale / size
+            return Certificate(
+                proof[:n],
+                proof[n:],
+                np.flatnonzero(named[:n]),
+                np.flatnonzero(named[n:]),
+                float(np.abs(candidate).sum()),
+                conflict,
+            )
+    return None
 
 
 def _entries(K: Csc, A: Csc, B: Csc, D: Csc) -> tuple[Ints, Ints, Floats]:
@@ -169,9 +172,36 @@ def _entries(K: Csc, A: Csc, B: Csc, D: Csc) -> tuple[Ints, Ints, Floats]:
     )
 
 
-def _equilibrate(size: int, rows: Ints, cols: Ints, values: Floats) -> Floats:
-    """Return factors (powers of two, equal for row i and column i) that bring entries near one."""
-    scale = np.ones(size)
+def _equilibrate(size: int, rows: Ints, cols: Ints, values: Floats, leveled: bool) -> Floats:
+    """Return factors (powers of two, equal for row i and column i) that bring entries near one.
+
+    If ``leveled``, first all of them on average (least squares of the logarithms, by conjugate
+    gradients), which spreads one level of impedance along factors of one; then, or only, the
+    largest of each row.
+    """
+    kept = values != 0.0
+    r, c = rows[kept], cols[kept]
+
+    def gather(x: Floats) -> Floats:
+        total = np.bincount(r, x, size) + np.bincount(c, x, size)
+        return np.asarray(total, dtype=np.float64)
+
+    degree = np.maximum(gather(np.ones(r.size)), 1.0)
+    rest = -gather(np.log(np.abs(values[kept])))
+    logs = np.zeros(size)
+    direction = np.zeros(size)
+    before = np.inf
+    for _ in range(_GRADIENT_STEPS if leveled else 0):
+        now = float((rest**2 / degree).sum())
+        if now <= 1e-4 * size:
+            break
+        direction = rest / degree + (now / before) * direction
+        product = gather(direction[r] + direction[c])
+        alpha = now / max(float(direction @ product), 1e-300)
+        logs += alpha * direction
+        rest = rest - alpha * product
+        before = now
+    scale = np.exp(np.clip(logs, -170.0, 170.0))
     for _ in range(_SWEEPS):
         entries = np.abs(values) * scale[rows] * scale[cols]
         largest = np.zeros(size)
@@ -201,7 +231,14 @@ def _smallest_proof(
     # HiGHS's presolve has been seen to call such programs unbounded or infeasible although plain
     # simplex solves them: it comes first only where its speed is needed
     large = size > _PRESOLVE_FROM
-    for method, presolve in (("highs", large), ("highs", not large), ("highs-ipm", True)):
+    # and the tightest tolerances may leave nothing: what comes out is checked anyway
+    ways = (
+        ("highs", large, 1e-10),
+        ("highs", not large, 1e-10),
+        ("highs", False, 1e-7),
+        ("highs-ipm", True, 1e-10),
+    )
+    for method, presolve, tolerance in ways:
         result = linprog(
             np.ones(columns.shape[1]),
             A_ub=-columns[greater] if greater.size else None,
@@ -211,8 +248,8 @@ def _smallest_proof(
             bounds=(0.0, None),
             method=method,
             options={
-                "primal_feasibility_tolerance": 1e-10,
-                "dual_feasibility_tolerance": 1e-10,
+                "primal_feasibility_tolerance": tolerance,
+                "dual_feasibility_tolerance": tolerance,
                 "presolve": presolve,
             },
         )
@@ -221,7 +258,7 @@ def _smallest_proof(
             weights[positive] += result.x[: positive.size]
             weights[negative] -= result.x[positive.size :]
             return weights
-        if result.status == 2 and not presolve:
+        if result.status == 2 and not presolve and tolerance > 1e-10:
             return None
     return None
 
