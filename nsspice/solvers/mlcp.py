@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..problems.csc import Csc, Floats
+from .certificate import infeasibility
 
 
 def core_matrix(m: Csc) -> tuple[Any, ...]:
@@ -91,10 +92,14 @@ def solve_mlcp(
         np.zeros(n, np.uint8) if row_kind is None else row_kind,
         start,
     )
+    solved = out["solved"]
+    if solved and out["needs_certificate"]:
+        # huge against its data: rounding may hide that the relations contradict each other
+        solved = infeasibility(K, A, B, D, b, q, roles) is None
     return MlcpSolution(
         out["z"],
         out["l"],
-        out["solved"],
+        solved,
         out["residual_rows"],
         out["residual_complementarity"],
     )
