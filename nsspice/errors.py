@@ -1,8 +1,8 @@
 """Every error nsspice raises, and the diagnostics they carry.
 
-Each error has a stable code ``NS####``, one sentence that says what to do next, and, where a netlist
-is involved, the place in it.  Code ranges: 1xxx netlist text, 2xxx elements and topology, 3xxx
-numerical solution, 4xxx files and output, 5xxx checks and comparisons.  All codes are listed in
+Each error has a stable code ``NS####``, one sentence that says what to do next, and, where a
+netlist is involved, the place in it.  Code ranges: 1xxx netlist text, 2xxx elements and topology,
+3xxx numerical solution, 4xxx files and output, 5xxx checks and comparisons.  All are listed in
 ``docs/errors.md``.
 """
 
