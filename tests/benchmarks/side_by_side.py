@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import platform
 import re
-import shutil
 import statistics
 import subprocess
 import sys
@@ -86,11 +85,6 @@ def processor_time(command: list[str]) -> tuple[float, float]:
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return cpu, wall
-
-
-def has_ngspice() -> bool:
-    """True if the ngspice program can be run."""
-    return shutil.which("ngspice") is not None
 
 
 def report(title: str, rows: list[tuple[str, str]]) -> None:

@@ -23,7 +23,7 @@ def solution() -> Solution:
         impulses=[Impulse(5e-4, "d1", 2.5e-6, "A s")],
         islands=[
             IslandRun(
-                1, "DLCP", "why", "moreau", 4, 2, 1.0, 1e-6, {"steps": 1000, "mode_changes": 1}
+                1, "DLCP", "why", "moreau", 4, 2, 1.0, 1e-6, {"steps": 1000, "events": 1}
             )
         ],
         certificate=Certificate(1e-14, 2e-15, 7),

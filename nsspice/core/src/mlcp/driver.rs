@@ -142,8 +142,7 @@ impl Driver {
         keeps_modes(&self.scratch.model)
     }
 
-    /// Residual of a point, judged as a solution is: unknowns that are nothing but rounding beside
-    /// the others count as zero.
+    /// Residual of a point.
     pub fn residual(
         &mut self,
         rhs: &[f64],
@@ -157,11 +156,6 @@ impl Driver {
         load(s, rhs, q, roles);
         s.x[..n].copy_from_slice(z);
         s.x[n..].copy_from_slice(l);
-        s.start.copy_from_slice(&s.x);
-        s.best_residual = Residual::INFINITE;
-        if let Some(found) = s.judge() {
-            return found;
-        }
         let Scratch { model, roles, f, x, terms, defect, .. } = s;
         residual(model, roles, f, x, terms, defect)
     }

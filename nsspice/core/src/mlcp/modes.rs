@@ -164,7 +164,7 @@ impl ModeFactor {
     }
 
     /// Computes `defect = rhs - J x` and tells whether each row of it is below `tolerance` times its
-    /// terms, or times this part of the largest terms among rows of its kind.
+    /// terms, or times this part of the largest terms among rows of its kind (pairs: all of it).
     fn accurate(
         &self,
         (tolerance, floor): (f64, f64),
@@ -181,7 +181,11 @@ impl ModeFactor {
         for (i, &t) in terms.iter().enumerate() {
             largest[kind(i)] = largest[kind(i)].max(t);
         }
-        let fine = |i: usize| defect[i].abs() <= tolerance * terms[i].max(floor * largest[kind(i)]);
+        // pairs are judged against the network, as the residual does: a multiplier of 1e-16 beside
+        // amperes is a zero
+        let floor = [floor, floor, 1.0];
+        let size = |i: usize| terms[i].max(floor[kind(i)] * largest[kind(i)]);
+        let fine = |i: usize| defect[i].abs() <= tolerance * size(i);
         (0..terms.len()).all(fine)
     }
 

@@ -164,24 +164,21 @@ impl Stepper {
         target: f64,
         start: Start,
     ) -> Result<f64, Box<Failure>> {
-        let Err(failure) = self.short_step(charges, before, target, start) else {
+        if self.short_step(charges, before, target, start).is_ok() {
             return Ok(target);
-        };
-        let mut length = self.step_length;
-        let mut reached = None;
+        }
+        // where an ordinary step fails there is no way down; its failure can be certified, that of
+        // a very short step cannot: multipliers of size 1/length drown the data
+        let mut length = self.step_length.max(target);
+        self.short_step(charges, before, length, start)?;
         while length > target {
-            let from = if reached.is_some() { Start::Warm } else { start };
-            if self.short_step(charges, before, length, from).is_ok() {
-                reached = Some(length);
-            } else if reached.is_some() {
+            let next = (length * DESCENT).max(target);
+            if self.short_step(charges, before, next, Start::Warm).is_err() {
                 break;
             }
-            length *= DESCENT;
+            length = next;
         }
-        if reached.is_some() && self.short_step(charges, before, target, Start::Warm).is_ok() {
-            return Ok(target);
-        }
-        reached.ok_or(failure)
+        Ok(length)
     }
 
     /// One theta = 1 step of length `delta` from the given charges, or from those of `before`.

@@ -2,7 +2,7 @@
 
 use super::clock::{evaluate, Target};
 use super::stage::Stage;
-use super::stepper::{Failure, Outcome, Stepper};
+use super::stepper::{Failure, Large, Outcome, Stepper};
 use crate::mlcp::{Residual, Role, Start};
 use crate::waveform::Side;
 
@@ -64,7 +64,7 @@ impl Stepper {
     /// refines.
     fn approve(&mut self, k: usize) -> bool {
         let slot = self.stages[k].slot(&self.active, self.epoch);
-        if slot.uses > NEW_MODE && self.stats.steps % CHECK != 0 {
+        if slot.uses > NEW_MODE && !self.stats.steps.is_multiple_of(CHECK) {
             return true;
         }
         let stage = &mut self.stages[k];
@@ -136,13 +136,20 @@ impl Stepper {
         let (residual, suspect) = match solved {
             Ok(solved) => {
                 self.stats.worst_stage = self.stats.worst_stage.max(solved.stage);
-                let suspect = solved.needs_certificate && !self.accept_large && !stage.impulsive;
-                if !suspect {
-                    let found = stage.driver.active();
+                let found = stage.driver.active();
+                let known = match self.large {
+                    Large::Refused => false,
+                    Large::Awaited => true,
+                    Large::Mode(epoch) => epoch == self.epoch && found == self.active,
+                };
+                if !solved.needs_certificate || known {
                     if found != self.active {
                         self.active.copy_from_slice(found);
                         self.epoch += 1;
                         self.stats.mode_changes += 1;
+                    }
+                    if solved.needs_certificate {
+                        self.large = Large::Mode(self.epoch);
                     }
                     self.note(solved.residual);
                     return Ok(());
@@ -151,6 +158,8 @@ impl Stepper {
             }
             Err(unsolved) => (unsolved.residual.worst(), false),
         };
+        self.z.copy_from_slice(&self.z_before);
+        self.l.copy_from_slice(&self.l_before);
         Err(Box::new(Failure {
             time: self.time,
             length,

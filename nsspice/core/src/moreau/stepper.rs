@@ -100,6 +100,17 @@ pub enum Progress {
     Failed,
 }
 
+/// What to do with solutions so large that the problem may be infeasible up to rounding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Large {
+    /// hand them to the caller, who asks for a certificate
+    Refused,
+    /// the next one has been certified
+    Awaited,
+    /// those of this mode have been certified
+    Mode(u64),
+}
+
 /// One island in the course of its simulation.
 pub struct Stepper {
     pub(super) sys: System,
@@ -139,7 +150,7 @@ pub struct Stepper {
     pub(super) largest: [f64; 2],
     pub(super) z_before: Vec<f64>,
     pub(super) l_before: Vec<f64>,
-    pub(super) accept_large: bool,
+    pub(super) large: Large,
     /// counters
     pub stats: Statistics,
     /// the last failure
@@ -201,7 +212,7 @@ impl Stepper {
             largest: [0.0; 2],
             z_before: vec![0.0; n],
             l_before: vec![0.0; m],
-            accept_large: false,
+            large: Large::Refused,
             stats: Statistics::default(),
             failure: None,
             jumps: Vec::new(),
@@ -234,9 +245,9 @@ impl Stepper {
         self.stages.iter().map(Stage::mode_count).max().unwrap_or(0)
     }
 
-    /// Rules out asking for a certificate again: the large solution has been confirmed.
+    /// The suspect solution was found genuine: takes it, and further ones in its mode.
     pub fn accept_large(&mut self) {
-        self.accept_large = true;
+        self.large = Large::Awaited;
         self.failure = None;
     }
 
@@ -337,7 +348,7 @@ impl Stepper {
                 rows += 1;
             }
             count += 1;
-            if count % LOOK == 0 && begin.elapsed() > budget {
+            if count.is_multiple_of(LOOK) && begin.elapsed() > budget {
                 break;
             }
         }

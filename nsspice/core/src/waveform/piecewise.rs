@@ -32,7 +32,7 @@ impl PiecewiseLinear {
             vec![(0.0, v1), (rise, v2), (rise + width, v2), (rise + width + fall, v1)];
         corners.retain(|c| c.0.is_finite());
         let repeat =
-            (period.is_finite() && period > 0.0).then(|| Repeat { start: delay, period, count });
+            (period.is_finite() && period > 0.0).then_some(Repeat { start: delay, period, count });
         if repeat.is_some() {
             cut(&mut corners, period);
         }
@@ -53,7 +53,7 @@ impl PiecewiseLinear {
             return Err("pwl times must not decrease".into());
         }
         let end = times[times.len() - 1];
-        let repeat = (repeat.is_finite() && end > repeat).then(|| Repeat {
+        let repeat = (repeat.is_finite() && end > repeat).then_some(Repeat {
             start: repeat,
             period: end - repeat,
             count: f64::INFINITY,
