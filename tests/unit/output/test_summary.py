@@ -22,9 +22,7 @@ def solution() -> Solution:
         {"v(a)": np.ones(11)},
         impulses=[Impulse(5e-4, "d1", 2.5e-6, "A s")],
         islands=[
-            IslandRun(
-                1, "DLCP", "why", "moreau", 4, 2, 1.0, 1e-6, {"steps": 1000, "events": 1}
-            )
+            IslandRun(1, "DLCP", "why", "moreau", 4, 2, 1.0, 1e-6, {"steps": 1000, "events": 1})
         ],
         certificate=Certificate(1e-14, 2e-15, 7),
         measures={"vmax": 1.0, "missing": float("nan")},

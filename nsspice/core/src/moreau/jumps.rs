@@ -6,7 +6,7 @@ use crate::mlcp::Start;
 
 /// Length of an impulsive step relative to the nominal step and to the fastest time constant: short
 /// enough that nothing but the jump happens in it, long enough that `E/h` does not drown `G`.
-const JUMP: f64 = 1e-7;
+const JUMP: f64 = 1e-8;
 /// Length of the steps that show the values right after a jump.
 const AFTER_JUMP: f64 = 1e-6;
 /// Ratio of lengths on the way down to a short step that is too hard at once.
