@@ -22,6 +22,9 @@ class Certificate:
         Signs and products of the set-valued elements, relative to their scale.
     checks : int
         Number of steps at which both were evaluated.
+    undetermined : int
+        Number of steps in which the laws leave some voltage or current open (a floating part,
+        diodes in parallel); the value nearest to the step before was taken.
 
     Examples
     --------
@@ -32,6 +35,7 @@ class Certificate:
     laws: float
     complementarity: float
     checks: int
+    undetermined: int = 0
 
     @property
     def passed(self) -> bool:
@@ -41,12 +45,13 @@ class Certificate:
     @classmethod
     def of(cls, statistics: Iterable[Mapping[str, Any]]) -> Certificate:
         """Return the worst over the solvers' statistics."""
-        laws, complementarity, checks = 0.0, 0.0, 0
+        laws, complementarity, checks, undetermined = 0.0, 0.0, 0, 0
         for stats in statistics:
             laws = _worst(laws, float(stats["residual_rows"]))
             complementarity = _worst(complementarity, float(stats["residual_complementarity"]))
             checks += int(stats["checks"])
-        return cls(laws, complementarity, checks)
+            undetermined += int(stats.get("undetermined", 0))
+        return cls(laws, complementarity, checks, undetermined)
 
     def to_dict(self) -> dict[str, Any]:
         """Return a JSON-ready mapping."""
@@ -54,6 +59,7 @@ class Certificate:
             "laws": self.laws,
             "complementarity": self.complementarity,
             "checks": self.checks,
+            "undetermined": self.undetermined,
             "passed": self.passed,
         }
 

@@ -32,6 +32,11 @@ def describe(solution: Solution) -> str:
             f"  certificate {verdict}: laws {c.laws:.1e}, "
             f"complementarity {c.complementarity:.1e} (relative, worst of {c.checks} checks)"
         )
+        if c.undetermined:
+            lines.append(
+                f"  not unique in {_count(c.undetermined, 'step')}: the laws leave a voltage or "
+                "current open there, the value nearest to the step before was taken"
+            )
     for impulse in solution.impulses[:_LISTED]:
         lines.append(
             f"  impulse at {number(impulse.time, 's')}: {impulse.element} "

@@ -289,6 +289,7 @@ impl PyStepper {
         out.set_item("modes", self.inner.mode_count())?;
         out.set_item("quick_steps", s.quick_steps)?;
         out.set_item("problems", s.problems)?;
+        out.set_item("undetermined", s.undetermined)?;
         out.set_item("worst_stage", s.worst_stage)?;
         out.set_item("switchings", s.switchings)?;
         out.set_item("jumps", s.jumps)?;

@@ -82,3 +82,10 @@ def test_prefix_of_powers_of_ten_is_exact():
     for power in range(-18, 15):
         factor, _ = prefix(float(f"1e{power}"))
         assert 1.0 <= float(f"1e{power}") / factor * (1 + 1e-12) <= 1000.0
+
+
+def test_steps_without_a_unique_solution_are_told(solution):
+    assert "not unique" not in solution.summary()
+    solution.certificate = Certificate(0.0, 0.0, 3, undetermined=4)
+    assert "not unique in 4 steps" in solution.summary()
+    assert solution.to_dict()["certificate"]["undetermined"] == 4

@@ -86,6 +86,7 @@ impl Stepper {
         let stage = &mut self.stages[k];
         let factor = stage.factor(&self.active, self.epoch);
         if !factor.regular() {
+            self.stats.undetermined += 1;
             return false; // consistency has to be checked: the driver's work
         }
         let slot = stage.slot(&self.active, self.epoch);

@@ -73,6 +73,8 @@ pub struct Statistics {
     pub quick_steps: u64,
     /// complementarity problems solved by the driver
     pub problems: u64,
+    /// steps from a mode that leaves some voltage or current undetermined
+    pub undetermined: u64,
     /// highest driver stage needed
     pub worst_stage: u8,
     /// switch operations
