@@ -13,6 +13,8 @@ const AFTER_JUMP: f64 = 1e-6;
 const DESCENT: f64 = 1e-2;
 /// Changes below this part of the largest charge (or flux) so far are no jump.
 const NO_JUMP: f64 = 1e-9;
+/// Rounding of voltages and currents, relative to the largest.
+const ROUNDING: f64 = 1e-13;
 /// Jumps kept in full; later ones are only counted.
 const MAX_JUMPS: usize = 4096;
 
@@ -220,6 +222,15 @@ impl Stepper {
         };
         let old = charges.map_or_else(|| stored(before), <[f64]>::to_vec);
         let (once, new) = (stored(first), stored(after));
+        // what rounding of the largest voltage (current) makes of each charge (flux)
+        let mut largest = [0.0f64; 2];
+        for (i, v) in after.iter().enumerate() {
+            let kind = usize::from(self.sys.row_kind[i]);
+            largest[kind] = largest[kind].max(v.abs());
+        }
+        let scale: Vec<f64> = self.sys.row_kind.iter().map(|&k| largest[usize::from(k)]).collect();
+        let mut noise = vec![0.0; n];
+        self.sys.e.abs_mul_add(&scale, &mut noise);
         let mut found = false;
         for kind in 0..2u8 {
             let rows = || (0..n).filter(|&i| self.sys.row_kind[i] == kind);
@@ -229,7 +240,8 @@ impl Stepper {
             *largest = largest.max(size);
             found |= rows().any(|i| {
                 let change = (new[i] - old[i]).abs();
-                change > NO_JUMP * *largest && change > 0.1 * (once[i] - old[i]).abs()
+                change > (NO_JUMP * *largest).max(ROUNDING * noise[i])
+                    && change > 0.1 * (once[i] - old[i]).abs()
             });
         }
         found
