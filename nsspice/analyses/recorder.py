@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
 from ..circuit import Circuit
 from ..errors import Diagnostic, NetlistError, Span
@@ -34,6 +35,11 @@ class Recorder:
     _sums: list[list[tuple[int, float]]] = field(default_factory=list)
     _products: list[tuple[int, int, int]] = field(default_factory=list)
     _order: list[int] = field(default_factory=list)
+    #: True if the recorded columns are the signals already, in order
+    direct: bool = False
+    _first: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    _factor: Floats = field(default_factory=lambda: np.zeros(0))
+    _more: list[tuple[int, list[tuple[int, float]]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.local = [[] for _ in self.circuit.islands]
@@ -67,26 +73,27 @@ class Recorder:
         starts = np.cumsum([0, *map(len, self.local)])
         position = [int(starts[home]) + index for home, index in numbered]
         self._sums = [[(position[k], f) for k, f in terms] for terms in self._sums]
+        in_order = [[(k, 1.0)] for k in range(len(self.names))]
+        self.direct = not self._products and self._sums == in_order
+        # most signals are one recorded column: they are picked all at once
+        self._first = np.array([terms[0][0] if terms else 0 for terms in self._sums], np.int64)
+        self._factor = np.array([terms[0][1] if terms else 0.0 for terms in self._sums])
+        self._more = [(j, terms[1:]) for j, terms in enumerate(self._sums) if len(terms) > 1]
 
     @property
     def recorded(self) -> int:
         """Number of recorded columns of all islands."""
         return sum(map(len, self.local))
 
-    @property
-    def direct(self) -> bool:
-        """True if the recorded columns are the signals already, in order."""
-        return not self._products and self._sums == [[(k, 1.0)] for k in range(len(self.names))]
-
     def signals(self, block: Floats) -> Floats:
         """Return the signals, shape (k, len(names)), of recorded columns (k, recorded)."""
         if self.direct:
             return block
-        sums = np.zeros((block.shape[0], len(self._sums)))
-        for j, terms in enumerate(self._sums):
+        sums = block[:, self._first] * self._factor
+        for j, terms in self._more:
             for k, factor in terms:
-                sums[:, j] += block[:, k] if factor == 1.0 else factor * block[:, k]
-        out = sums[:, self._order]
+                sums[:, j] += factor * block[:, k]
+        out: Floats = sums[:, self._order]
         for column, voltage, current in self._products:
             out[:, column] = sums[:, voltage] * sums[:, current]
         return out

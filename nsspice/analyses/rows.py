@@ -20,7 +20,7 @@ from .sink import Sink, Store
 Progress = Callable[[float], None]
 
 _CHUNK_TIME = 0.04  # [s] aim for one block of rows, its way into the file included
-_CHUNK_NUMBERS = 1 << 20  # most numbers in one block
+_CHUNK_NUMBERS = 1 << 17  # most numbers in one block: it should stay in the cache
 
 
 class Outlet:
@@ -79,8 +79,10 @@ def advance_all(
     width = 1 + outlet.recorder.recorded
     most = max(1, _CHUNK_NUMBERS // width)
     size = min(most, 256)
+    # one buffer for all blocks: the first touch of fresh memory costs more than filling it
+    buffer = np.empty((min(most, rows), width))
     while outlet.rows < rows:
-        block = np.empty((min(size, rows - outlet.rows), width))
+        block = buffer[: min(size, rows - outlet.rows)]
         got = [0] * len(runners)
         begin = clock.perf_counter()
         try:

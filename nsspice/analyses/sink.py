@@ -21,7 +21,7 @@ class Sink(Protocol):
         """Begin with the names of the leading columns: the axis, then the signals to show."""
 
     def write(self, block: Floats) -> None:
-        """Take some complete rows, shape (k, at least the number of names)."""
+        """Take some complete rows, shape (k, at least the number of names); copy what you keep."""
 
     def close(self) -> None:
         """End; called after the last row, also when a run was stopped early."""
