@@ -19,7 +19,7 @@ from .report import print_json
 def command(netlist: str, matrices: bool, params: Sequence[str], as_json: bool) -> None:
     """Print islands, unknowns, problem class and active effects of NETLIST, not simulating it."""
     from ..analyses.load import read
-    from ..circuit import explain
+    from ..circuit.explain import explain
 
     explanation = explain(read(Path(netlist), read_params(params)), matrices)
     if as_json:

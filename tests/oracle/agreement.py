@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsspice.circuit import MnaSystem, theta_terms
+from nsspice.circuit import MnaSystem
 from nsspice.circuit.reference import reference
+from nsspice.circuit.theta import theta_terms
 from nsspice.problems.csc import Csc
 from nsspice.solvers.moreau import MoreauStepper
 

@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
-from nsspice.circuit import DlcpForm, build, dlcp_form, normal_tree
+from nsspice.circuit import build
+from nsspice.circuit.dlcp import DlcpForm, dlcp_form
+from nsspice.circuit.normal_tree import normal_tree
 from nsspice.errors import RegularityError
 from nsspice.netlist import parse_text
 

@@ -1,6 +1,7 @@
 import json
 
-from nsspice.circuit import build, explain
+from nsspice.circuit import build
+from nsspice.circuit.explain import explain
 from nsspice.netlist import parse_text
 
 TEXT = """rectifier and filter

@@ -5,8 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from nsspice.circuit import build, dlcp_form, theta_terms
+from nsspice.circuit import build
+from nsspice.circuit.dlcp import dlcp_form
 from nsspice.circuit.reference import network_inputs, reference
+from nsspice.circuit.theta import theta_terms
 from nsspice.errors import NsspiceError
 from nsspice.netlist import parse_text
 from nsspice.problems.descriptor import Waveform
