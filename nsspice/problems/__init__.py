@@ -1,6 +1,17 @@
 """The mathematical problems nsspice solves, usable for any non-smooth system, not only circuits."""
 
 from .csc import Csc, weighted_sum
-from .descriptor import DescriptorSystem, Functional, Switch, Waveform
+from .descriptor import DescriptorSystem, Functional, SmoothTerms, Switch, Waveform
+from .tape import Tape, TapeBuilder
 
-__all__ = ["Csc", "DescriptorSystem", "Functional", "Switch", "Waveform", "weighted_sum"]
+__all__ = [
+    "Csc",
+    "DescriptorSystem",
+    "Functional",
+    "SmoothTerms",
+    "Switch",
+    "Tape",
+    "TapeBuilder",
+    "Waveform",
+    "weighted_sum",
+]

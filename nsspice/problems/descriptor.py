@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .csc import Csc, Floats
+from .tape import Tape
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +78,29 @@ class Switch:
 
 
 @dataclass(frozen=True, slots=True)
+class SmoothTerms:
+    """Smooth nonlinear functions f(z, u, t) and where they enter a descriptor system.
+
+    .. math::
+
+        E z' + (Q f)' + G z + F f + A \\lambda = S u
+
+    Parameters
+    ----------
+    tape : Tape
+        The p functions: currents [A], voltages [V], charges [A s] or fluxes [V s].
+    F : Csc, shape (n, p)
+        Where they enter as they are.
+    Q : Csc, shape (n, p)
+        Where their rates enter (charges in KCL rows, fluxes in branch rows).
+    """
+
+    tape: Tape
+    F: Csc
+    Q: Csc
+
+
+@dataclass(frozen=True, slots=True)
 class DescriptorSystem:
     """Arrays of one complementarity descriptor system.
 
@@ -96,6 +120,8 @@ class DescriptorSystem:
     switches : tuple of Switch
     row_kind : ndarray of uint8, shape (n,)
         0 for current rows (KCL), 1 for voltage rows (branches); residuals are scaled per kind.
+    smooth : SmoothTerms or None
+        Smooth nonlinear terms, None in a system that is linear but for its pairs.
     """
 
     E: Csc
@@ -108,6 +134,7 @@ class DescriptorSystem:
     waveforms: tuple[Waveform, ...] = ()
     switches: tuple[Switch, ...] = ()
     row_kind: npt.NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, dtype=np.uint8))
+    smooth: SmoothTerms | None = None
 
     @property
     def n(self) -> int:
@@ -121,18 +148,21 @@ class DescriptorSystem:
 
     @property
     def static(self) -> bool:
-        """True if nothing stores energy (E = 0)."""
-        return self.E.data.size == 0
+        """True if nothing stores energy (E = 0, no charge functions)."""
+        return self.E.data.size == 0 and (self.smooth is None or self.smooth.Q.data.size == 0)
 
 
 @dataclass(frozen=True, slots=True)
 class Functional:
     """A scalar output: a linear combination of the quantities of a descriptor system.
 
-    ``y = sum c z[j] + sum c lam[j] + sum c z'[j] + sum c u[j]``; each field lists ``(j, c)``.
+    ``y = sum c z[j] + sum c lam[j] + sum c z'[j] + sum c u[j] + sum c f[j] + sum c f'[j]`` with the
+    smooth functions f; each field lists ``(j, c)``.
     """
 
     z: tuple[tuple[int, float], ...] = ()
     lam: tuple[tuple[int, float], ...] = ()
     dz: tuple[tuple[int, float], ...] = ()
     u: tuple[tuple[int, float], ...] = ()
+    f: tuple[tuple[int, float], ...] = ()
+    df: tuple[tuple[int, float], ...] = ()
