@@ -1,7 +1,7 @@
 //! One interface to the dense and the sparse LU factorisation.
 
 use crate::dense::DenseLu;
-use crate::sparse::{Csc, Ordering, SparseLu};
+use crate::sparse::{Csc, Ordering, Packed, SparseLu};
 use std::sync::Arc;
 
 /// Systems up to this size are factorised densely.  Measured on circuit matrices, a first dense
@@ -95,6 +95,18 @@ impl Factor {
         match self {
             Factor::Dense(f) => f.solve(x),
             Factor::Sparse(f) => f.solve(x, work),
+        }
+    }
+
+    /// A copy for many scaled solves, if the factors are sparse and regular; see `Packed::new`.
+    pub fn packed(
+        &self,
+        row: impl Fn(usize) -> Option<f64>,
+        column: impl Fn(usize) -> f64,
+    ) -> Option<Packed> {
+        match self {
+            Factor::Sparse(f) if f.singular().is_none() => Some(Packed::new(f, row, column)),
+            _ => None,
         }
     }
 

@@ -160,6 +160,12 @@ impl Driver {
         residual(model, roles, f, x, terms, defect)
     }
 
+    /// Below which sizes the sign tests of `solve` ignore negative multipliers (of active pairs) and
+    /// slacks (of the others) of the point whose residual was computed last.
+    pub fn sign_tolerances(&self, active: &[bool], out: &mut [f64]) {
+        self.scratch.sign_tolerances(active, out);
+    }
+
     /// Active pairs of the last solution.
     pub fn active(&self) -> &[bool] {
         &self.scratch.active

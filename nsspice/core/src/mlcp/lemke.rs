@@ -143,7 +143,7 @@ pub(crate) fn reduce(s: &mut Scratch, level: usize, rhs: &[f64]) -> Option<Reduc
             x[at] = s.model.scale[at];
         }
         s.iterations += 1;
-        factor.solve(&mut x, &mut s.work);
+        factor.respond(&mut x, &mut s.work);
         s.model.defect(source, &x, &mut defect);
         for (row, &i) in reduced.diodes.iter().enumerate() {
             let w = -defect[n + i] * s.model.scale[n + i];

@@ -25,6 +25,6 @@ mod scratch;
 mod tests;
 
 pub use driver::{Driver, Solved, Statistics, Unsolved};
-pub use modes::ModeFactor;
+pub use modes::{work_len, ModeFactor};
 pub use problem::{Problem, Role, Start};
 pub use residual::Residual;

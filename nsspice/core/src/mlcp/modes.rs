@@ -2,8 +2,8 @@
 
 use super::model::Model;
 use crate::dense::LeastNorm;
-use crate::linear::Factor;
-use crate::sparse::Csc;
+use crate::linear::{Factor, DENSE_LIMIT};
+use crate::sparse::{Csc, Packed};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use std::sync::{Arc, OnceLock};
 
@@ -14,6 +14,8 @@ const DENSE: usize = 160;
 const SWEEPS: usize = 8;
 /// The first solves are checked, then every so many.
 const SAMPLED: u32 = 4;
+/// A mode that is solved so often gets a packed copy of its factors.
+const USES_FOR_COPY: u32 = 8;
 const SAMPLE: u32 = 16;
 /// Largest defect of a row that needs no refinement, as a part of its terms or of this part of the
 /// largest row of its kind.
@@ -28,6 +30,12 @@ const LARGEST_GROWTH: f64 = 1e11;
 pub(crate) const LEVELS: [f64; 8] = [0.0, 1e-6, 1e-9, 1e-12, 1e-3, 1e-4, 1e-7, 1e-14];
 /// The level that finds the nearest solution of a singular mode.
 pub(crate) const NEAREST: usize = 6;
+
+/// Length of the work space for the mode equations of `size` unknowns.
+pub fn work_len(size: usize) -> usize {
+    let packed = if size <= DENSE_LIMIT { 0 } else { Packed::work_len(size) };
+    2 * size + packed.max(2 * size)
+}
 
 /// The factored equations of one mode, in physical units.
 ///
@@ -44,6 +52,9 @@ pub struct ModeFactor {
     turns: AtomicU32,
     /// a sample was not accurate in every row: refine from now on
     rough: AtomicBool,
+    /// number of solves since the mode last changed, and the copy that many of them earn
+    uses: AtomicU32,
+    packed: OnceLock<Option<Packed>>,
 }
 
 /// What finds the nearest solution of a singular mode.
@@ -73,6 +84,8 @@ impl ModeFactor {
             nearest: OnceLock::new(),
             turns: AtomicU32::new(0),
             rough: AtomicBool::new(false),
+            uses: AtomicU32::new(0),
+            packed: OnceLock::new(),
         }
     }
 
@@ -87,6 +100,8 @@ impl ModeFactor {
             nearest: OnceLock::new(),
             turns: AtomicU32::new(self.turns.load(Relaxed)),
             rough: AtomicBool::new(self.rough.load(Relaxed)),
+            uses: AtomicU32::new(0),
+            packed: OnceLock::new(),
         };
         other.change(active, jacobian, rows);
         other
@@ -105,16 +120,13 @@ impl ModeFactor {
         }
         self.regular = self.factor.pivot_ratio() > SINGULAR;
         self.nearest = OnceLock::new();
+        self.uses.store(0, Relaxed);
+        self.packed = OnceLock::new();
     }
 
     /// Whether the mode has exactly one solution for every right-hand side.
     pub fn regular(&self) -> bool {
         self.regular
-    }
-
-    /// Length of the work space that `solve` and `correct` need.
-    pub fn work_len(&self) -> usize {
-        4 * self.model.size()
     }
 
     /// Whether `correct` needs the factors of level `NEAREST` (and makes them unless it is given
@@ -130,24 +142,45 @@ impl ModeFactor {
             Some(Nearest::Proximal(_)) => self.model.factor_bytes,
             None => 0,
         };
-        self.model.factor_bytes + self.active.len() + extra + 200
+        // the copy that the mode may get counts from the start
+        2 * self.model.factor_bytes + self.active.len() + extra + 200
     }
 
-    /// Solves the equations of a regular mode: right-hand side in, solution `[z; l]` out.
+    /// Solves the equations of a regular mode: right-hand side in, solution `[z; l]` out.  The
+    /// right-hand sides of inactive pairs must be zero (see `respond`).
     ///
     /// The first solves and every 16th are checked row by row; once a row is not accurate against
     /// its own terms (small rows beside large ones), all solves are refined.
     pub fn solve(&self, x: &mut [f64], work: &mut [f64]) {
+        let packed = self.packed();
+        let solve = |x: &mut [f64], work: &mut [f64]| match packed {
+            Some(packed) => packed.solve(x, work),
+            None => self.solve_with(&self.factor, x, work),
+        };
+        self.solve_checked(solve, x, work);
+    }
+
+    /// `solve` for any right-hand side, in which inactive multipliers may be given other values.
+    pub fn respond(&self, x: &mut [f64], work: &mut [f64]) {
+        self.solve_checked(|x, work| self.solve_with(&self.factor, x, work), x, work);
+    }
+
+    fn solve_checked(
+        &self,
+        solve: impl Fn(&mut [f64], &mut [f64]),
+        x: &mut [f64],
+        work: &mut [f64],
+    ) {
         let turn = self.turns.fetch_add(1, Relaxed);
         let rough = self.rough.load(Relaxed);
         if !rough && turn >= SAMPLED && !turn.is_multiple_of(SAMPLE) {
-            return self.solve_with(&self.factor, x, work);
+            return solve(x, work);
         }
         let size = self.model.size();
         let (rhs, work) = work.split_at_mut(size);
         let (defect, work) = work.split_at_mut(size);
         rhs.copy_from_slice(x);
-        self.solve_with(&self.factor, x, work);
+        solve(x, work);
         if rough {
             self.defect(x, rhs, defect);
         } else {
@@ -157,7 +190,7 @@ impl ModeFactor {
             }
             self.rough.store(true, Relaxed);
         }
-        self.solve_with(&self.factor, defect, work);
+        solve(defect, work);
         for (v, d) in x.iter_mut().zip(defect.iter()) {
             *v += d;
         }
@@ -187,6 +220,18 @@ impl ModeFactor {
         let size = |i: usize| terms[i].max(floor[kind(i)] * largest[kind(i)]);
         let fine = |i: usize| defect[i].abs() <= tolerance * size(i);
         (0..terms.len()).all(fine)
+    }
+
+    /// The packed copy of the factors, once the mode has lasted.
+    fn packed(&self) -> Option<&Packed> {
+        if self.uses.load(Relaxed) < USES_FOR_COPY {
+            self.uses.fetch_add(1, Relaxed);
+            return None;
+        }
+        let (n, scale) = (self.model.n, &self.model.scale);
+        let idle = |i: usize| i >= n && !self.active[i - n];
+        let row = |i: usize| (!idle(i)).then_some(scale[i]);
+        self.packed.get_or_init(|| self.factor.packed(row, |j| scale[j])).as_ref()
     }
 
     fn solve_with(&self, factor: &Factor, x: &mut [f64], work: &mut [f64]) {
@@ -313,15 +358,20 @@ impl ModeFactor {
         }
     }
 
+    /// Factor from the physical to the scaled right-hand side of a row.
+    fn row_scale(&self, i: usize) -> f64 {
+        let (n, s) = (self.model.n, self.model.scale[i]);
+        if i < n || self.active[i - n] {
+            s
+        } else {
+            1.0 / s // a power of two: exact
+        }
+    }
+
     /// Physical right-hand side to scaled one.
     fn scale_rows(&self, r: &mut [f64]) {
-        let n = self.model.n;
-        let scale = &self.model.scale;
-        for (v, s) in r[..n].iter_mut().zip(scale) {
-            *v *= s;
-        }
-        for ((v, s), &on) in r[n..].iter_mut().zip(&scale[n..]).zip(self.active.iter()) {
-            *v = if on { *v * s } else { *v / s };
+        for (i, v) in r.iter_mut().enumerate() {
+            *v *= self.row_scale(i);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::cache::ModeCache;
 use super::model::Model;
-use super::modes::{ModeFactor, NEAREST};
+use super::modes::{work_len, ModeFactor, NEAREST};
 use super::problem::Role;
 use super::residual::{residual, Residual};
 use std::sync::Arc;
@@ -76,7 +76,7 @@ impl Scratch {
             defect: zeros.clone(),
             terms: zeros.clone(),
             rhs: zeros.clone(),
-            work: vec![0.0; 4 * size],
+            work: vec![0.0; work_len(size)],
             seen: Vec::with_capacity(64),
             iterations: 0,
             doubtful: false,
@@ -181,6 +181,19 @@ impl Scratch {
             }
         }
         changes
+    }
+
+    /// What the sign tests by `Scale::Own` ignore, from the terms computed last.
+    pub fn sign_tolerances(&self, active: &[bool], out: &mut [f64]) {
+        let n = self.model.n;
+        for (i, (out, &active)) in out.iter_mut().zip(active).enumerate() {
+            let size = if active {
+                self.model.multiplier_terms(i, &self.terms)
+            } else {
+                self.terms[n + i]
+            };
+            *out = SIGN * size;
+        }
     }
 
     /// Makes the suggested active set the present one.

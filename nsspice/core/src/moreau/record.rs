@@ -13,9 +13,20 @@ pub enum Part {
     Source,
 }
 
+/// Neighbouring outputs that are computed alike.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Group {
+    /// quantities as they are, from this index on: node voltages one after the other
+    Copied(usize),
+    /// sums of terms
+    Summed,
+}
+
 /// All outputs of a run, compiled to indices into one array of all quantities.
 #[derive(Clone, Debug)]
 pub struct Outputs {
+    /// end of each group of outputs, and what the group is made of
+    groups: Vec<(usize, Group)>,
     start: Vec<usize>,
     index: Vec<u32>,
     factor: Vec<f64>,
@@ -29,6 +40,7 @@ impl Outputs {
     /// Collects the terms of each output; `sizes` are the lengths of z, l, rates and u.
     pub fn new(outputs: &[Vec<(Part, usize, f64)>], sizes: [usize; 4]) -> Self {
         let mut made = Outputs {
+            groups: Vec::new(),
             start: vec![0],
             index: Vec::new(),
             factor: Vec::new(),
@@ -45,7 +57,27 @@ impl Outputs {
             }
             made.start.push(made.index.len());
         }
+        made.group();
         made
+    }
+
+    fn group(&mut self) {
+        for output in 0..self.len() {
+            let terms = self.start[output]..self.start[output + 1];
+            let copied = (terms.len() == 1 && self.factor[terms.start] == 1.0)
+                .then(|| self.index[terms.start] as usize);
+            let begin = self.groups.len().checked_sub(2).map_or(0, |k| self.groups[k].0);
+            match (self.groups.last_mut(), copied) {
+                (Some((end, Group::Copied(first))), Some(index))
+                    if *first + output - begin == index =>
+                {
+                    *end += 1;
+                }
+                (Some((end, Group::Summed)), None) => *end += 1,
+                (_, Some(index)) => self.groups.push((output + 1, Group::Copied(index))),
+                (_, None) => self.groups.push((output + 1, Group::Summed)),
+            }
+        }
     }
 
     /// Number of outputs.
@@ -72,13 +104,50 @@ impl Outputs {
             self.all[n + m..n + m + r].copy_from_slice(rates);
         }
         self.all[n + m + r..].copy_from_slice(u);
-        let mut terms = self.index.iter().zip(&self.factor);
-        for (value, ends) in row.iter_mut().zip(self.start.windows(2)) {
-            let mut sum = 0.0;
-            for (&index, &factor) in terms.by_ref().take(ends[1] - ends[0]) {
-                sum += factor * self.all[index as usize];
+        let mut begin = 0;
+        for &(end, group) in &self.groups {
+            let row = &mut row[begin..end];
+            match group {
+                Group::Copied(first) => {
+                    row.copy_from_slice(&self.all[first..first + end - begin]);
+                }
+                Group::Summed => self.sum(begin, row),
             }
-            *value = sum;
+            begin = end;
         }
+    }
+
+    /// Computes the outputs from number `begin` on.
+    fn sum(&self, begin: usize, row: &mut [f64]) {
+        for (value, ends) in row.iter_mut().zip(self.start[begin..].windows(2)) {
+            let terms = self.index[ends[0]..ends[1]].iter().zip(&self.factor[ends[0]..ends[1]]);
+            *value = terms.fold(0.0, |sum, (&index, &f)| sum + f * self.all[index as usize]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_of_quantities_are_copied_and_others_summed() {
+        let one = |part, index| vec![(part, index, 1.0)];
+        let list = [
+            one(Part::Unknown, 1),
+            one(Part::Unknown, 2),
+            one(Part::Multiplier, 0), // follows the unknowns: the same run
+            one(Part::Multiplier, 0),
+            vec![(Part::Unknown, 0, 2.0), (Part::Source, 0, -1.0)],
+            vec![],
+            one(Part::Source, 0),
+            one(Part::Unknown, 0),
+        ];
+        let mut outputs = Outputs::new(&list, [3, 1, 3, 1]);
+        let mut row = [f64::NAN; 8];
+        outputs.write(&[10.0, 11.0, 12.0], &[5.0], &[0.0; 3], &[7.0], &mut row);
+        assert_eq!(row, [11.0, 12.0, 5.0, 5.0, 13.0, 0.0, 7.0, 10.0]);
+        let kinds: Vec<_> = outputs.groups.iter().map(|g| g.0).collect();
+        assert_eq!(kinds, [3, 4, 6, 7, 8]);
     }
 }

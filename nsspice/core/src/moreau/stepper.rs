@@ -5,7 +5,7 @@ use super::gates::Switch;
 use super::jumps::{fastest_time, Jump};
 use super::record::Outputs;
 use super::stage::{Stage, System};
-use crate::mlcp::{Role, Start};
+use crate::mlcp::{work_len, Role, Start};
 use crate::waveform::{Side, Waveform};
 use std::time::{Duration, Instant};
 
@@ -147,6 +147,9 @@ pub struct Stepper {
     pub(super) input: Vec<f64>,
     pub(super) rhs: Vec<f64>,
     pub(super) w: Vec<f64>,
+    /// how negative a guard may be by rounding; for which mode and step length, up to which step
+    pub(super) noise: Vec<f64>,
+    pub(super) noise_known: (u64, f64, u64),
     pub(super) work: Vec<f64>,
     /// largest charge and flux at a possible jump so far
     pub(super) largest: [f64; 2],
@@ -210,7 +213,9 @@ impl Stepper {
             input: Vec::new(),
             rhs: vec![0.0; n],
             w: vec![0.0; m],
-            work: vec![0.0; 4 * (n + m) + 16],
+            noise: vec![0.0; m],
+            noise_known: (0, f64::NAN, 0),
+            work: vec![0.0; work_len(n + m)],
             largest: [0.0; 2],
             z_before: vec![0.0; n],
             l_before: vec![0.0; m],

@@ -6,6 +6,7 @@ mod factor;
 mod graph;
 mod lu;
 mod order;
+mod packed;
 mod placement;
 mod refactor;
 
@@ -17,4 +18,5 @@ mod tests;
 pub use csc::Csc;
 pub use lu::SparseLu;
 pub use order::Ordering;
+pub use packed::Packed;
 pub use refactor::Extent;

@@ -1,5 +1,5 @@
 use super::examples::{circuit, half_bridges, ladder, random, Circuit, Rng};
-use super::{Csc, Extent, Ordering, SparseLu};
+use super::{Csc, Extent, Ordering, Packed, SparseLu};
 use crate::dense::DenseLu;
 use std::sync::Arc;
 
@@ -239,4 +239,34 @@ fn orders_are_permutations_and_long_chains_do_not_overflow_the_stack() {
     assert!(check(&a, &f, &mut rng).0 < 1e-14);
     let c = ladder(50_000, 1.0, 0.0);
     assert!(check(&c.full, &factor(&c.full, c.pairs), &mut rng).0 < 1e-10);
+}
+
+#[test]
+fn packed_copies_solve_the_scaled_equations() {
+    let mut rng = Rng(29);
+    // the last one is too large for short indices
+    for n in [1, 7, 60, 400, 70_000] {
+        // diagonally dominant; every third row is one of the identity, with the right-hand side 0
+        let mut entries: Vec<_> =
+            (0..n).map(|i| (i, i, if i % 3 == 2 { 1.0 } else { 9.0 })).collect();
+        for _ in 0..2 * n {
+            let (r, c) = (rng.below(n), rng.below(n.min(200)));
+            if r % 3 != 2 && r != c {
+                entries.push((r, c, rng.signed() / n.min(200) as f64));
+            }
+        }
+        let f = factor(&Csc::from_triplets(n, n, &entries), 0);
+        let (rows, columns) = (rng.vector(n), rng.vector(n));
+        let packed = Packed::new(&f, |i| (i % 3 != 2).then_some(rows[i]), |j| columns[j]);
+        let b = rng.vector(n);
+        let mut work = vec![0.0; Packed::work_len(n)];
+        let mut expected: Vec<f64> =
+            (0..n).map(|i| if i % 3 == 2 { 0.0 } else { rows[i] * b[i] }).collect();
+        f.solve(&mut expected, &mut work).unwrap();
+        expected.iter_mut().zip(&columns).for_each(|(x, c)| *x *= c);
+        let mut x = b;
+        packed.solve(&mut x, &mut work);
+        let error = x.iter().zip(&expected).fold(0.0f64, |e, (x, y)| e.max((x - y).abs()));
+        assert!(error <= 1e-14 * largest(&expected), "{n}: {error}");
+    }
 }

@@ -1,6 +1,6 @@
 //! Random problems with a planted solution or an answer by enumeration.
 
-use crate::mlcp::{Driver, Problem, Role, Start};
+use crate::mlcp::{work_len, Driver, Problem, Role, Start};
 use crate::sparse::Csc;
 
 /// xorshift64*: reproducible and good enough for test data.
@@ -183,7 +183,8 @@ fn positive_definite_problems_agree_with_enumeration() {
                 let active: Vec<bool> = (0..m).map(|i| mode >> i & 1 == 1).collect();
                 let mut x: Vec<f64> = (0..m).map(|i| if active[i] { -q[i] } else { 0.0 }).collect();
                 let factor = driver.mode_factor(&active);
-                factor.solve(&mut x, &mut vec![0.0; factor.work_len()]);
+                let mut work = vec![0.0; work_len(x.len())];
+                factor.solve(&mut x, &mut work);
                 let mut w = q.clone();
                 d.mul_add(1.0, &x, &mut w);
                 let good = (0..m).all(|i| x[i] >= -1e-9 && w[i] >= -1e-9);
@@ -217,7 +218,8 @@ fn problems_without_monotonicity_are_solved_where_enumeration_finds_a_solution()
             let active: Vec<bool> = (0..m).map(|i| mode >> i & 1 == 1).collect();
             let mut x: Vec<f64> = (0..m).map(|i| if active[i] { -q[i] } else { 0.0 }).collect();
             let factor = driver.mode_factor(&active);
-            factor.solve(&mut x, &mut vec![0.0; factor.work_len()]);
+            let mut work = vec![0.0; work_len(x.len())];
+            factor.solve(&mut x, &mut work);
             let mut w = q.clone();
             d.mul_add(1.0, &x, &mut w);
             (0..m).all(|i| if active[i] { x[i] >= 0.0 } else { w[i] >= 0.0 })
