@@ -15,9 +15,7 @@ def test_small_deck_and_version() -> None:
     cost = alternate(
         {
             "python -c pass, processor": lambda: processor_time([sys.executable, "-c", "pass"])[0],
-            "import numpy, processor": lambda: processor_time(
-                [sys.executable, "-c", "import numpy"]
-            )[0],
+            "import numpy, wall": lambda: processor_time([sys.executable, "-c", "import numpy"])[1],
             "--version, processor": lambda: processor_time(
                 [sys.executable, "-m", "nsspice", "--version"]
             )[0],
@@ -26,6 +24,7 @@ def test_small_deck_and_version() -> None:
         rounds=9,
     )
     report("whole processes", [(name, f"{1e3 * value:.0f} ms") for name, value in cost.items()])
-    # ratios to the start of Python itself, which takes some 20 ms
+    # the aims are 0.1 s of processor time and 0.25 s, on a machine where Python starts in 20 ms and
+    # imports numpy, without which nothing can be simulated, in 0.1 s
     assert cost["--version, processor"] <= 5 * cost["python -c pass, processor"]
-    assert cost["small deck, wall"] <= 12.5 * cost["python -c pass, processor"]
+    assert cost["small deck, wall"] <= 2.5 * cost["import numpy, wall"]
