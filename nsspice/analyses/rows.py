@@ -80,17 +80,21 @@ def advance_all(
     most = max(1, _CHUNK_NUMBERS // width)
     size = min(most, 256)
     # one buffer for all blocks: the first touch of fresh memory costs more than filling it
-    buffer = np.empty((min(most, rows), width))
+    buffer = np.empty((min(most, rows) if len(runners) > 1 else 0, width))
     while outlet.rows < rows:
-        block = buffer[: min(size, rows - outlet.rows)]
-        got = [0] * len(runners)
+        want = min(size, rows - outlet.rows)
         begin = clock.perf_counter()
-        try:
-            failed = _fill(runners, block, got, analysis, progress, interrupts)
-        except KeyboardInterrupt:
+        if len(runners) == 1:
+            block, failed = _pass_on(runners[0], want, analysis, progress)
+            outlet.write(block)
+        else:
+            block, got = buffer[:want], [0] * len(runners)
+            try:
+                failed = _fill(runners, block, got, analysis, progress, interrupts)
+            except KeyboardInterrupt:
+                outlet.write(block[: min(got)])
+                return True
             outlet.write(block[: min(got)])
-            return True
-        outlet.write(block[: min(got)])
         if failed is not None:
             runner, problem = failed
             raise named_failure(runner.circuit, runner.mna, problem) from problem
@@ -103,6 +107,19 @@ def advance_all(
         elif spent > 2.0 * _CHUNK_TIME:
             size = max(1, size // 2)
     return False
+
+
+def _pass_on(
+    runner: IslandRunner, want: int, analysis: Tran, progress: Progress | None
+) -> tuple[Floats, tuple[IslandRunner, UnsolvedStep] | None]:
+    """Return the next rows of the only island as they come, without copying them."""
+    try:
+        block, failed = runner.advance(want), None
+    except Stopped as stopped:
+        block, failed = stopped.rows, (runner, stopped.problem)
+    if progress is not None and block.shape[0] == 0:
+        progress(runner.stepper.time / analysis.stop)
+    return block, failed
 
 
 def _fill(

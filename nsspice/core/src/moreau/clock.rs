@@ -47,6 +47,8 @@ pub struct Clock {
     next: u64,
     /// grid points to the next output row, that one included
     until_row: u64,
+    /// number of that output row in the present piece
+    row: u64,
     now: f64,
     /// next corner of any source and whether it is a jump; infinite if there is none
     corner: (f64, bool),
@@ -108,6 +110,7 @@ impl Clock {
             piece: 0,
             next: 1,
             until_row: 0,
+            row: 1,
             now: start,
             corner: (f64::NEG_INFINITY, false),
             inside: false,
@@ -120,6 +123,7 @@ impl Clock {
 
     fn enter_piece(&mut self) {
         self.next = 1;
+        self.row = 1;
         self.until_row = self.pieces.get(self.piece).map_or(NEVER, |p| p.row_every);
     }
 
@@ -147,7 +151,7 @@ impl Clock {
         let grid = if at_end {
             piece.end
         } else if at_row {
-            piece.origin + (k / piece.row_every) as f64 * piece.row_step
+            piece.origin + self.row as f64 * piece.row_step
         } else {
             piece.origin + k as f64 * h
         };
@@ -172,8 +176,13 @@ impl Clock {
                 target.jump = jump;
             }
             self.next += 1;
-            // a countdown, since a division per step would be a good part of a small step's cost
-            self.until_row = if self.until_row == 1 { piece.row_every } else { self.until_row - 1 };
+            // counted, since a division per step would be a good part of a small step's cost
+            if self.until_row == 1 {
+                self.until_row = piece.row_every;
+                self.row += 1;
+            } else {
+                self.until_row -= 1;
+            }
             if at_end {
                 self.piece += 1;
                 self.enter_piece();
