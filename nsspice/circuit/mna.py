@@ -1,8 +1,9 @@
 """Assembly of the non-smooth modified nodal analysis (MNA) system of one island.
 
 Unknowns: the node voltages in order of appearance, then one current for each voltage source,
-controlled voltage source, inductor and short, in deck order (currents that are sensed by late laws
-last).  The names of unknowns, rows and pairs lead back to elements, nodes and lines.
+controlled voltage source, inductor and short, and one voltage for each node inside an element, in
+deck order (currents that are sensed by late laws last).  The names of unknowns, rows and pairs lead
+back to elements, nodes and lines.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from ..devices import Capacitor, Conditions, Coupling, Device, Inductor, Layout, Stamper
 from ..devices.stamper import Triplets
 from ..problems.csc import Csc, Floats
-from ..problems.descriptor import DescriptorSystem, Functional
+from ..problems.descriptor import DescriptorSystem, Functional, SmoothTerms
 from .signals import parse_signal, unknown_signal
 
 
@@ -53,8 +54,8 @@ class MnaSystem:
     def __init__(self, devices: Sequence[Device], stamper: Stamper) -> None:
         self.devices = devices
         self.layout = stamper.layout
-        nodes = [name for name in self.layout.nodes if name != "0"]
-        count = len(nodes)
+        count = stamper.node_count
+        nodes = [name for name, k in self.layout.nodes.items() if 0 <= k < count]
         n, m, p = stamper.size, len(stamper.q), len(stamper.waveforms)
         kinds = np.zeros(n, dtype=np.uint8)
         kinds[count:] = stamper.branch_kinds
@@ -69,6 +70,7 @@ class MnaSystem:
             waveforms=tuple(stamper.waveforms),
             switches=tuple(stamper.switches),
             row_kind=kinds,
+            smooth=_smooth(stamper, n) if stamper.smooth else None,
         )
         branches = len(stamper.branch_names)
         self.unknowns: list[str] = [f"v({node})" for node in nodes] + stamper.branch_names
@@ -175,6 +177,13 @@ class MnaSystem:
 def _node_voltage(ic: Mapping[str, float], node: str) -> float:
     """Return the initial voltage of a node, by its name or as ``v(node)``."""
     return ic.get(node, ic.get(f"v({node})", 0.0))
+
+
+def _smooth(stamper: Stamper, n: int) -> SmoothTerms:
+    """Return the tape of the smooth laws and where its functions enter."""
+    tape = stamper.tape.finish()
+    shape = (n, tape.outputs.size)
+    return SmoothTerms(tape, _csc(shape, stamper.F), _csc(shape, stamper.Q))
 
 
 def _csc(shape: tuple[int, int], entries: Triplets) -> Csc:

@@ -163,7 +163,23 @@ def reference(mna: MnaSystem) -> Reference:
     Parameters
     ----------
     mna : MnaSystem
+
+    Raises
+    ------
+    RegularityError
+        NS2063 if the island holds smooth nonlinear laws.
     """
+    if mna.system.smooth is not None:
+        smooth = ", ".join([d.name for d in mna.devices if d.smooth][:8])
+        raise RegularityError(
+            Diagnostic(
+                "NS2063",
+                f"{smooth} follow{'' if ',' in smooth else 's'} a smooth nonlinear law: the rates "
+                "of the states are no linear function of the states",
+                None,
+                "use theta=1; for the DLCP form, set-valued laws",
+            )
+        )
     windings = tight_windings(mna)
     return _network(mna, normal_tree(mna, windings), windings)
 

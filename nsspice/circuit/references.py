@@ -14,13 +14,14 @@ from ..devices import (
     Device,
     Findings,
     Inductor,
+    Reading,
     did_you_mean,
 )
 from .union_find import UnionFind
 
 
 def resolve(devices: Sequence[Device], names: Sequence[str], findings: Findings) -> None:
-    """Give each F, H and W its controlling element and each K its inductors.
+    """Give each F, H, W and expression the elements it reads and each K its inductors.
 
     Parameters
     ----------
@@ -33,25 +34,28 @@ def resolve(devices: Sequence[Device], names: Sequence[str], findings: Findings)
     lines = set(names)
     for device in devices:
         if isinstance(device, CurrentControlled | CurrentSwitch):
-            device.control = _control(device, by_name, lines, findings)
+            device.control = _control(device, device.controls[0], by_name, lines, findings)
+        elif isinstance(device, Reading):
+            for name in device.control_elements:
+                source = _control(device, name, by_name, lines, findings)
+                if source is not None:
+                    device.sources[name] = source
         elif isinstance(device, Coupling):
             found = [_inductor(device, name, by_name, lines, findings) for name in device.controls]
             device.inductors = tuple(one for one in found if one is not None)
     _check_couplings([d for d in devices if isinstance(d, Coupling)], findings)
 
 
-def _span_of(device: Device, name: str) -> int:
-    return len(device.nodes) + device.controls.index(name)
-
-
 def _control(
-    device: Device, by_name: Mapping[str, Device], lines: set[str], findings: Findings
+    device: Device,
+    name: str,
+    by_name: Mapping[str, Device],
+    lines: set[str],
+    findings: Findings,
 ) -> Device | None:
     """Return the element whose current is read, or None after reporting why not."""
-    name = device.controls[0]
     control = by_name.get(name)
-    where = _span_of(device, name)
-    span = device.node_spans[where] if where < len(device.node_spans) else device.span
+    span = device.control_span(name)
     if control is None:
         if name not in lines:
             candidates = [n for n, d in by_name.items() if d.letter == "v"] or list(by_name)
@@ -62,7 +66,9 @@ def _control(
                 did_you_mean(name, candidates) or "name a voltage source, 0 V if need be",
             )
         return None
-    if isinstance(control, Cccs | Coupling):
+    if isinstance(control, Coupling) or (
+        isinstance(control, Cccs) and not isinstance(device, Reading)
+    ):
         findings.error(
             "NS2006",
             f"{device.name} cannot be controlled by the {control.KIND} {name}",
@@ -70,6 +76,7 @@ def _control(
             f"put a 0 V source in series with {name} and name that",
         )
         return None
+    control.keep_current()
     return control
 
 
@@ -82,8 +89,7 @@ def _inductor(
 ) -> Inductor | None:
     """Return a coupled inductor, or None after reporting why not."""
     found = by_name.get(name)
-    where = _span_of(device, name)
-    span = device.node_spans[where] if where < len(device.node_spans) else device.span
+    span = device.control_span(name)
     if isinstance(found, Inductor):
         if found.value == 0.0:
             findings.error(

@@ -127,14 +127,12 @@ def _check_sensed(devices: Sequence[Device]) -> list[Diagnostic]:
         for node in device.control_nodes:
             if node not in driven and node not in reported:
                 reported.add(node)
-                where = len(device.nodes) + device.controls.index(node)
-                spans = device.node_spans
                 errors.append(
                     Diagnostic(
                         "NS2025",
                         f"{device.name} senses the voltage of node {node}, to which no element is "
                         "connected",
-                        spans[where] if where < len(spans) else device.span,
+                        device.control_span(node),
                         did_you_mean(node, sorted(driven)) or f"connect something to {node}",
                     )
                 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .behavioural import Behavioural, BehaviouralResistor, Reading
 from .capacitor import Capacitor
 from .characteristic import Characteristic, Decomposition, PairLaw, diode_curve
 from .controlled import Cccs, Ccvs, CurrentControlled, Vccs, Vcvs
@@ -16,7 +17,7 @@ from .parameter import Parameter, Table
 from .resistor import Resistor
 from .stamper import Conditions, Layout, Stamper
 from .switch import CurrentSwitch, SwitchLaw, VoltageSwitch
-from .unsupported import Behavioural, Transistor
+from .unsupported import Transistor
 from .vsource import VoltageSource
 
 #: the law of each element letter
@@ -41,6 +42,7 @@ LAWS: dict[str, type[Device]] = {
 __all__ = [
     "LAWS",
     "Behavioural",
+    "BehaviouralResistor",
     "Capacitor",
     "Cccs",
     "Ccvs",
@@ -62,6 +64,7 @@ __all__ = [
     "Layout",
     "PairLaw",
     "Parameter",
+    "Reading",
     "Resistor",
     "Stamper",
     "SwitchLaw",

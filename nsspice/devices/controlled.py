@@ -1,5 +1,7 @@
 """Linear controlled sources: E (v by v), G (i by v), F (i by i), H (v by i).
 
+Those given by an expression (VALUE, TABLE, POLY) are behavioural sources.
+
 F and H may read the current of any element that has one (not only of a voltage source): the
 controlling current is a linear combination of unknowns, multipliers and their derivatives.
 """
@@ -10,8 +12,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from ..problems.descriptor import Functional
+from .behavioural import Behavioural
 from .device import NO_VALUES, Context, Device, Edge, check_flags, number
 from .effect import Effect
+from .outputs import scaled
 from .parameter import Parameter, Table, inert, refused
 from .stamper import Layout, Stamper
 
@@ -44,9 +48,11 @@ class Controlled(Device):
         self.effects = (Effect("gain", "value", gain, self.UNIT),)
 
     @classmethod
-    def read(cls, element: Element, context: Context) -> Controlled | None:
+    def read(cls, element: Element, context: Context) -> Device | None:
         """Return the controlled source of an element line, or None after reporting why not."""
         findings = context.findings
+        if element.quantity:
+            return Behavioural.read(element, context)
         check_flags(cls, element, findings)
         given = cls.INSTANCE.read(element.params, element.name, findings)
         gain = number(element, "gain", findings)
@@ -182,20 +188,3 @@ class Ccvs(CurrentControlled):
     def current(self, layout: Layout) -> Functional:
         """Return the unknown current."""
         return layout.branch(self.name)
-
-
-def scaled(functional: Functional, factor: float) -> Functional:
-    """Return a multiple of an output.
-
-    Examples
-    --------
-    >>> scaled(Functional(z=((0, 2.0),)), 3.0).z
-    ((0, 6.0),)
-    """
-
-    def times(terms: tuple[tuple[int, float], ...]) -> tuple[tuple[int, float], ...]:
-        return tuple((index, value * factor) for index, value in terms)
-
-    return Functional(
-        times(functional.z), times(functional.lam), times(functional.dz), times(functional.u)
-    )

@@ -70,12 +70,13 @@ class Device:
     #: what the element is called in messages
     KIND: ClassVar[str] = "element"
 
-    stores_energy: ClassVar[bool] = False
-    smooth: ClassVar[bool] = False
+    stores_energy: bool = False
+    #: the law has a smooth nonlinear part
+    smooth: bool = False
     #: stamped after all others because it reads another element's current
     late: bool = False
     #: shown among the default signals
-    shows_current: ClassVar[bool] = False
+    shows_current: bool = False
 
     __slots__ = ("controls", "effects", "ends", "letter", "name", "node_spans", "nodes", "span")
 
@@ -110,6 +111,14 @@ class Device:
     def control_elements(self) -> tuple[str, ...]:
         """Elements whose current is sensed, or that are coupled."""
         return ()
+
+    def control_span(self, name: str) -> Span:
+        """Return the place where a sensed node or element is named."""
+        where = len(self.nodes) + self.controls.index(name)
+        return self.node_spans[where] if where < len(self.node_spans) else self.span
+
+    def keep_current(self) -> None:
+        """Make the current an unknown if the law has no other form that others could read."""
 
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
         """Return the branches of the element in the circuit graph."""
@@ -148,12 +157,12 @@ def number(element: Element, what: str, findings: Findings) -> float | None:
 
 
 def refuse_smooth(element: Element, what: str, findings: Findings, hint: str = "") -> None:
-    """Report a smooth nonlinear law, which this version reads but does not simulate."""
+    """Report a nonlinear law that is read but not simulated."""
     findings.error(
         "NS2009",
-        f"{what}: a smooth nonlinear law, not simulated by this version",
+        f"{what}: a nonlinear law that is not simulated",
         element.span,
-        hint or "use a linear element, or a set-valued diode or switch",
+        hint or "build it from a B source",
     )
 
 

@@ -1,4 +1,7 @@
-"""Resistor ``R a b value``: v = R i; 0 is an ideal short, ``inf`` is open."""
+"""Resistor ``R a b value``: v = R i; 0 is an ideal short, ``inf`` is open.
+
+With ``V={expr(i)}``, or a resistance that depends on signals, it is a behavioural resistor.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,10 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
+from ..netlist.expression import Expression
 from ..problems.descriptor import Functional
-from .device import NO_VALUES, Context, Edge, refuse_smooth
+from .behavioural import BehaviouralResistor
+from .device import NO_VALUES, Context, Device, Edge
 from .effect import Effect
 from .parameter import Parameter, Table, inert, refused
 from .passive import MODEL_SHARED, SHARED, Passive, read_passive
@@ -39,11 +44,10 @@ class Resistor(Passive):
     __slots__ = ()
 
     @classmethod
-    def read(cls, element: Element, context: Context) -> Resistor | None:
+    def read(cls, element: Element, context: Context) -> Device | None:
         """Return the resistor of an element line, or None after reporting why not."""
-        if element.quantity and not isinstance(element.value, int | float | None):
-            refuse_smooth(element, f"{element.name} is a nonlinear resistor", context.findings)
-            return None
+        if element.quantity or isinstance(element.value, Expression):
+            return BehaviouralResistor.read(element, context)
         found = read_passive(cls, element, context, "r", "resistance")
         if found is None:
             return None

@@ -2,7 +2,8 @@
 
 Signs: KCL rows sum the currents that leave a node; branch rows read ``L i' - (va - vb) = 0`` and
 ``-(va - vb) = -V``; a pair has the slack ``w = q - (va - vb) + R lam``.  With them the matrices of
-passive networks are symmetric or skew and positive semidefinite.
+passive networks are symmetric or skew and positive semidefinite.  Smooth nonlinear laws write their
+currents, voltages and charges on one tape and say in which rows they enter.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from ..problems.descriptor import Functional, Switch, Waveform
+from ..problems.tape import TapeBuilder
 
 Terms = list[tuple[int, float]]
 AnalysisKind = Literal["dc", "tran"]
@@ -45,7 +47,7 @@ class Conditions:
 
 
 class Layout:
-    """Numbers of the unknowns, pairs and source columns of one assembled island.
+    """Numbers of the unknowns, pairs, source columns and functions of one assembled island.
 
     Parameters
     ----------
@@ -54,7 +56,7 @@ class Layout:
     conditions : Conditions
     """
 
-    __slots__ = ("branches", "columns", "conditions", "nodes", "pairs")
+    __slots__ = ("branches", "columns", "conditions", "functions", "nodes", "pairs")
 
     def __init__(self, nodes: list[str], conditions: Conditions) -> None:
         self.nodes: dict[str, int] = {name: k for k, name in enumerate(nodes)}
@@ -63,6 +65,8 @@ class Layout:
         self.branches: dict[str, int] = {}
         self.pairs: dict[str, tuple[int, ...]] = {}
         self.columns: dict[str, int] = {}
+        #: smooth functions by the name of the current or charge that they give
+        self.functions: dict[str, int] = {}
 
     def voltage(self, a: str, b: str, factor: float = 1.0) -> tuple[tuple[int, float], ...]:
         """Return ``factor (va - vb)`` as terms of z; ground has none."""
@@ -137,6 +141,11 @@ class Stamper:
         self.E, self.G, self.A = Triplets(), Triplets(), Triplets()
         self.B, self.D, self.S = Triplets(), Triplets(), Triplets()
         self.q: list[float] = []
+        #: smooth functions, where they enter and where their rates do
+        self.tape = TapeBuilder()
+        self.F, self.Q = Triplets(), Triplets()
+        self._functions: dict[int, int] = {}
+        self._registers: list[int] = []
         self.waveforms: list[Waveform] = []
         self.switches: list[Switch] = []
         self.branch_names: list[str] = []
@@ -146,6 +155,11 @@ class Stamper:
         self.pair_elements: list[str] = []
         self._column_of: dict[tuple[object, ...], int] = {}
         self._first_branch = len(layout.nodes) - 1
+
+    @property
+    def node_count(self) -> int:
+        """Number of nodes of the deck; their voltages are the first unknowns."""
+        return self._first_branch
 
     @property
     def size(self) -> int:
@@ -162,6 +176,15 @@ class Stamper:
         self.branch_elements.append(name)
         self.branch_kinds.append(kind)
         return index
+
+    def internal_node(self, name: str, element: str) -> str:
+        """Add a node inside an element; its voltage is an unknown, its row a current law."""
+        index = self.size
+        self.layout.nodes[name] = index
+        self.branch_names.append(f"v({name})")
+        self.branch_elements.append(element)
+        self.branch_kinds.append(0)
+        return name
 
     def pair(self, name: str, element: str, a: str, b: str, offset: float, series: float) -> int:
         """Add a pair with ``lam`` from a to b and ``w = offset - (va - vb) + series lam``."""
@@ -199,6 +222,74 @@ class Stamper:
             self.waveforms.append(waveform)
         return index
 
+    # smooth functions ------------------------------------------------------------------------
+
+    @property
+    def smooth(self) -> bool:
+        """True if some law wrote a smooth function."""
+        return bool(self._registers)
+
+    def function(self, register: int) -> int:
+        """Make a register of the tape a function of the system; return its number."""
+        found = self._functions.get(register)
+        if found is None:
+            found = self._functions[register] = self.tape.output(register)
+            self._registers.append(register)
+        return found
+
+    def voltage_register(self, a: str, b: str = "0") -> int:
+        """Return the register of ``va - vb``."""
+        i, j = self.layout.nodes[a], self.layout.nodes[b]
+        if i == j:
+            return self.tape.constant(0.0)
+        if j < 0:
+            return self.tape.unknown(i)
+        if i < 0:
+            return self.tape.op("neg", self.tape.unknown(j))
+        return self.tape.op("sub", self.tape.unknown(i), self.tape.unknown(j))
+
+    def register(self, name: str, functional: Functional) -> int:
+        """Return the register of a combination of z, u and f.
+
+        Multipliers and rates are not read by tapes: a quantity that holds some becomes an unknown.
+
+        Parameters
+        ----------
+        name : str
+            Element whose current it is.
+        functional : Functional
+        """
+        if functional.lam or functional.dz or functional.df:
+            return self.tape.unknown(self.as_unknown(name, functional))
+        tape = self.tape
+        terms = [(tape.unknown(index), value) for index, value in functional.z]
+        terms += [(tape.source(index), value) for index, value in functional.u]
+        terms += [(self._registers[index], value) for index, value in functional.f]
+        total: int | None = None
+        for register, value in terms:
+            term = register if value == 1.0 else tape.op("mul", tape.constant(value), register)
+            total = term if total is None else tape.op("add", total, term)
+        return tape.constant(0.0) if total is None else total
+
+    def as_unknown(self, name: str, functional: Functional) -> int:
+        """Return an unknown that equals the current of an element, a new one if it has none."""
+        branches = self.layout.branches
+        if name not in branches:
+            row = self.branch(name, kind=0)
+            self.G.add(row, row, 1.0)
+            self.add(row, functional, -1.0)
+        return branches[name]
+
+    def enter(self, a: str, b: str, current: int, factor: float = 1.0) -> None:
+        """Let ``factor`` times a smooth function flow from a through the element to b."""
+        for row, sign in self.layout.voltage(a, b, factor):
+            self.F.add(row, current, sign)
+
+    def enter_charge(self, a: str, b: str, charge: int, factor: float = 1.0) -> None:
+        """Let the rate of ``factor`` times a smooth function flow from a to b."""
+        for row, sign in self.layout.voltage(a, b, factor):
+            self.Q.add(row, charge, sign)
+
     # stamps ----------------------------------------------------------------------------------
 
     def conductance(self, a: str, b: str, value: float) -> None:
@@ -225,7 +316,7 @@ class Stamper:
             self.S.add(index, column, sign)
 
     def add(self, row: int, functional: Functional, factor: float = 1.0) -> None:
-        """Add a linear combination of z, lam, z' and u to the left side of a row."""
+        """Add a linear combination of z, lam, z', u, f and f' to the left side of a row."""
         for index, value in functional.z:
             self.G.add(row, index, factor * value)
         for index, value in functional.lam:
@@ -234,6 +325,10 @@ class Stamper:
             self.E.add(row, index, factor * value)
         for index, value in functional.u:
             self.S.add(row, index, -factor * value)
+        for index, value in functional.f:
+            self.F.add(row, index, factor * value)
+        for index, value in functional.df:
+            self.Q.add(row, index, factor * value)
 
     def inject(self, a: str, b: str, functional: Functional, factor: float = 1.0) -> None:
         """Let ``factor`` times an output flow from a through the element to b."""

@@ -222,13 +222,8 @@ class CurrentSwitch(_Switch):
         layout = stamper.layout
         control = self.control.current(layout) if self.control is not None else Functional()
         terms = control.z
-        if control.lam or control.dz or control.u:
-            name = self.controls[0]
-            if name not in layout.branches:
-                row = stamper.branch(name, kind=0)
-                stamper.G.add(row, row, 1.0)
-                stamper.add(row, control, -1.0)
-            terms = ((layout.branches[name], 1.0),)
+        if control.lam or control.dz or control.u or control.f or control.df:
+            terms = ((stamper.as_unknown(self.controls[0], control), 1.0),)
         self._stamp_control(stamper, terms)
 
 

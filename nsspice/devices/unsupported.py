@@ -10,23 +10,6 @@ if TYPE_CHECKING:
     from ..netlist.deck import Element
 
 
-class Behavioural(Device):
-    """``B a b V={...}`` or ``I={...}``."""
-
-    KIND = "behavioural source"
-    __slots__ = ()
-
-    @classmethod
-    def read(cls, element: Element, context: Context) -> None:
-        """Report the element by name."""
-        refuse_smooth(
-            element,
-            f"{element.name} is a behavioural source",
-            context.findings,
-            "use E, G, F or H with a constant gain, or a V or I source",
-        )
-
-
 class Transistor(Device):
     """``Q c b e model``."""
 

@@ -104,7 +104,8 @@ class Expander:
         if given is None or isinstance(given, float):
             value = given
         else:
-            value = scope.expression(given, own_current=item.letter == "r")
+            thermal = bool(item.quantity)
+            value = scope.expression(given, own_current=item.letter == "r", thermal=thermal)
         nodes, controls = item.nodes, item.controls
         if scope.prefix:
             nodes = tuple([scope.node(node) for node in nodes])

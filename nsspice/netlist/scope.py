@@ -214,14 +214,19 @@ class Scope:
             raise Unreadable("NS1024", message, value.span, hint)
         return number
 
-    def expression(self, value: Value, own_current: bool = False) -> float | Expression:
-        """Return a number, or an expression if signals are involved."""
+    def expression(
+        self, value: Value, own_current: bool = False, thermal: bool = False
+    ) -> float | Expression:
+        """Return a number, or an expression if signals are involved.
+
+        With ``thermal`` the temperature counts as a signal, which a sweep changes.
+        """
         if isinstance(value, float):
             return value
         tree = self.bind(value, own_current)
         if tree.op != "num":
             found = Expression(tree, value.span, "" if value.made else value.text)
-            if found.variables() - {"temper"}:
+            if found.variables() - (set() if thermal else {"temper"}):
                 return found
         return self.number(value)
 

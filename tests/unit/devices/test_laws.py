@@ -256,8 +256,8 @@ def test_wrong_switch_models():
     assert codes(base + "csw(it=1)") == ["NS2002"]
 
 
-def test_smooth_elements_are_refused_by_name():
-    text = "V1 a 0 1\nB1 b 0 V={v(a)*v(a)}\nR1 b 0 1\nQ1 a b 0 qm\n.model qm npn\n"
+def test_nonlinear_stores_are_refused_by_name():
+    text = "V1 a 0 1\nC1 a 0 {1u*v(a)}\nL1 a b {1m*time}\nR1 b 0 1\n"
     assert codes(text) == ["NS2009", "NS2009"]
 
 

@@ -1,0 +1,169 @@
+"""Laws given by expressions: stamps by hand, solutions against closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from oracle.newton import Static
+from oracle.tapes import run
+
+from nsspice.circuit import MnaSystem, ProblemClass, build
+from nsspice.circuit.dlcp import dlcp_form
+from nsspice.circuit.explain import explain
+from nsspice.errors import NetlistError, RegularityError, TopologyError
+from nsspice.netlist import parse_text
+
+
+def assembled(text: str, **conditions: object) -> MnaSystem:
+    circuit = build(parse_text(f"title\n{text}\n"))
+    assert len(circuit.islands) == 1
+    return circuit.islands[0].assemble(**conditions)
+
+
+def solved(text: str, *signals: str, t: float = 0.0, **conditions: object) -> list[float]:
+    """Return signals of the only solution; all sources are constants."""
+    mna = assembled(text, **conditions)
+    static = Static(mna.system)
+    u = [w.values[0] for w in mna.system.waveforms]
+    found = list(static.solutions(u, t))
+    assert len(found) == 1
+    return [static.output(mna.functional(s), found[0], u) for s in signals]
+
+
+def codes(text: str) -> list[str]:
+    with pytest.raises(NetlistError) as caught:
+        build(parse_text(f"title\n{text}\n"))
+    return [d.code for d in caught.value.diagnostics]
+
+
+def test_a_nonlinear_resistor_has_its_current_as_unknown():
+    mna = assembled("V1 a 0 2\nR1 a 0 V={asinh(i)}")
+    assert mna.unknowns == ["v(a)", "i(v1)", "i(r1)"]
+    smooth = mna.system.smooth
+    assert smooth is not None
+    assert smooth.F.dense().ravel().tolist() == [0.0, 0.0, 1.0]
+    assert smooth.Q.data.size == 0
+    value, slope = run(smooth.tape, [0.0, 0.0, 3.0])
+    assert value[0] == math.asinh(3.0)
+    assert slope[0].tolist() == [0.0, 0.0, 1 / math.hypot(1, 3.0)]
+
+
+def test_a_nonlinear_resistor_solves_its_law():
+    assert solved("V1 a 0 2\nR1 a 0 V={asinh(i)}", "i(r1)", "i(v1)") == pytest.approx(
+        [math.sinh(2.0), -math.sinh(2.0)]
+    )
+    # three in parallel share the current
+    assert solved("I1 0 a 3\nR1 a 0 V={i^3} m=3", "v(a)") == pytest.approx([1.0])
+    assert solved("V1 a 0 2\nR1 a 0 R={1+v(a)*v(a)}", "i(r1)") == pytest.approx([2 / 5])
+
+
+def test_linear_expressions_cost_nothing():
+    text = "V1 a 0 2\nR1 a b V={3*i + 1}\nR2 b c 2\nB1 c 0 V={v(a)/4 - 2*i(V1)}"
+    circuit = build(parse_text(f"t\n{text}\n"))
+    assert circuit.islands[0].problem_class is ProblemClass.LINEAR_ALGEBRAIC
+    assert circuit.islands[0].assemble().system.smooth is None
+    # 2 = 3i + 1 + 2i + 0.5 + 2i
+    assert solved(text, "i(r1)", "v(c)") == pytest.approx([0.5 / 7, 0.5 + 1 / 7])
+
+
+def test_linear_current_sources_and_who_reads_them():
+    text = "V1 a 0 3\nB1 0 b I={2*v(a) + 1} m=2\nR1 b 0 1\nB2 c 0 V={i(B1)}\nR2 c 0 1"
+    # a current source's current flows from the first node through it: into b
+    assert solved(text, "v(b)", "i(b1)", "v(c)") == pytest.approx([14.0, 14.0, 14.0])
+    assert "i(b1)" in assembled(text).unknowns
+    alone = "V1 a 0 3\nB1 0 b I={2*v(a) + 1}\nR1 b 0 1"
+    assert "i(b1)" not in assembled(alone).unknowns
+    assert solved(alone, "i(b1)") == pytest.approx([7.0])
+
+
+def test_smooth_current_sources_and_who_reads_them():
+    text = "V1 a 0 3\nB1 0 b I={v(a)^2}\nR1 b 0 1"
+    assert solved(text, "v(b)", "i(b1)") == pytest.approx([9.0, 9.0])
+    sensed = text + "\nF1 0 c B1 2\nR2 c 0 1\nB2 d 0 V={i(B1)*i(F1)}\nR3 d 0 1"
+    assert solved(sensed, "v(c)", "v(d)") == pytest.approx([18.0, 162.0])
+
+
+def test_currents_of_diodes_capacitors_and_sources_are_read():
+    text = "I1 0 a 2\nD1 a 0\nR1 a 0 1\nB1 b 0 V={i(D1)^2}\nR2 b 0 1"
+    assert solved(text, "v(b)") == pytest.approx([4.0])
+    assert "i(d1)" in assembled(text).unknowns  # a multiplier is not read by tapes
+    mna = assembled("I1 0 a 2\nC1 a 0 3\nB1 b 0 V={i(C1)^2 + i(I1)}\nR2 b 0 1")
+    row = mna.unknowns.index("i(c1)")
+    assert mna.system.E.dense()[row, mna.unknowns.index("v(a)")] == -3.0
+    assert mna.system.G.dense()[row, row] == 1.0
+    assert mna.system.row_kind[row] == 0
+
+
+@pytest.mark.parametrize(
+    ("line", "value"),
+    [
+        ("E1 b 0 VALUE={v(a)^2}", 9.0),
+        ("E1 b 0 VOL='v(a)*v(a,c)'", 3.0),
+        ("E1 b 0 POLY(1) a 0 1 2 3", 1 + 6 + 27),
+        ("E1 b 0 POLY(2) a 0 c 0 0 1 1 0 1", 3 + 2 + 6),
+        ("E1 b 0 TABLE {v(a)} = (0,0) (2,4) (4,5)", 4.5),
+        ("H1 b 0 POLY(1) V1 0 0 1", (3 - 2) ** 2),
+        ("B1 b 0 V=temper*v(a)", 81.0),
+    ],
+)
+def test_voltage_forms(line: str, value: float):
+    text = f"V1 a 0 3\nV2 c 0 2\nR1 a c 1\nR2 b 0 1\n{line}"
+    assert solved(text, "v(b)") == pytest.approx([value])
+
+
+@pytest.mark.parametrize(
+    ("line", "value"),
+    [
+        ("G1 0 b VALUE={v(a)^2}", 9.0),
+        ("G1 0 b CUR='2^v(a)' m=2", 16.0),
+        ("F1 0 b POLY(1) V1 2 0 1", 3.0),
+        ("G1 0 b TABLE {v(a)*v(c)} = (0,1) (12,7)", 4.0),
+    ],
+)
+def test_current_forms(line: str, value: float):
+    text = f"V1 a 0 3\nV2 c 0 2\nR1 a c 1\nR2 b 0 1\n{line}"
+    assert solved(text, "v(b)") == pytest.approx([value])
+
+
+def test_time_runs_in_transients_and_stands_at_dc():
+    text = "B1 a 0 V={2 + time}\nR1 a 0 1"
+    assert solved(text, "v(a)", t=3.0) == pytest.approx([5.0])
+    assert solved(text, "v(a)", t=3.0, analysis="dc") == pytest.approx([2.0])
+
+
+def test_temper_follows_the_temperature():
+    assert solved("B1 a 0 V={temper}\nR1 a 0 1", "v(a)", temperature=50.0) == [50.0]
+
+
+def test_wrong_references_and_parameters():
+    base = "V1 a 0 1\nR1 a 0 1\n"
+    assert codes(base + "B1 b 0 V={v(zz)}\nR2 b 0 1") == ["NS1071"]
+    assert codes(base + "B1 b 0 V={i(R9)}\nR2 b 0 1") == ["NS1070"]
+    assert codes(base + "L1 a 0 1\nL2 a 0 1\nK1 L1 L2 .5\nB1 b 0 V={i(K1)}\nR2 b 0 1") == ["NS2006"]
+    assert codes(base + "B1 b 0 V={v(a)} tc1=1\nR2 b 0 1") == ["NS2008"]
+    assert codes(base + "R3 a 0 V={i^3} m=0") == ["NS2005"]
+    # sensed by sources only: nothing drives the node
+    with pytest.raises(TopologyError, match="senses the voltage of node x"):
+        build(parse_text(f"t\n{base}E1 b 0 x 0 1\nB1 c 0 V={{v(x)^2}}\nR2 b 0 1\nR3 c 0 1\n"))
+
+
+def test_explain_shows_class_and_expressions():
+    circuit = build(parse_text("t\nV1 a 0 1\nR1 a b V={asinh(i)}\nB1 b 0 V={v(a)^2}\n"))
+    text = explain(circuit).text()
+    assert "GE, generalized equation" in text
+    assert "r1 and b1 are smooth and nonlinear" in text
+    assert "voltage {asinh(i)}" in text
+    assert "behavioural source b1: voltage {v(a)^2}" in text
+    assert "smooth nonlinear law" in explain(circuit, matrices=True).text()
+    mna = circuit.islands[0].assemble()
+    with pytest.raises(RegularityError) as caught:
+        dlcp_form(mna)
+    assert caught.value.code == "NS2063"
+
+
+def test_islands_join_what_expressions_read():
+    text = "V1 a 0 1\nR1 a 0 1\nB1 b 0 V={v(a)^2}\nR2 b 0 1\nB2 c 0 I={i(R2)^2}\nR3 c 0 1\n"
+    assert len(build(parse_text(f"t\n{text}")).islands) == 1
+    assert np.isfinite(build(parse_text(f"t\n{text}")).islands[0].assemble().system.n)
