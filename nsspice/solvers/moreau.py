@@ -22,7 +22,8 @@ import numpy as np
 
 from .. import _core
 from ..problems.csc import Csc, Floats, weighted_sum
-from ..problems.descriptor import DescriptorSystem, Functional
+from ..problems.descriptor import DescriptorSystem, Functional, SmoothTerms
+from ..problems.tape import Tape
 from .certificate import Certificate, infeasibility
 from .mlcp import core_matrix
 
@@ -38,12 +39,21 @@ class UnsolvedStep(Exception):
         Best residual reached.
     certificate : Certificate or None
         Proof that the laws contradict each other; None if none was found.
+    worst_row : int or None
+        The row that the best point of Newton's method violates most.
     """
 
-    def __init__(self, time: float, residual: float, certificate: Certificate | None) -> None:
+    def __init__(
+        self,
+        time: float,
+        residual: float,
+        certificate: Certificate | None,
+        worst_row: int | None = None,
+    ) -> None:
         self.time = time
         self.residual = residual
         self.certificate = certificate
+        self.worst_row = worst_row
         super().__init__(f"no solution at {time!r} (residual {residual:.2g})")
 
 
@@ -69,6 +79,18 @@ class Jump:
     after: Floats
     multipliers: Floats
     unknowns: Floats
+
+
+def core_smooth(smooth: SmoothTerms | None) -> tuple[Any, ...] | None:
+    """Return smooth terms as the compiled core takes them."""
+    if smooth is None:
+        return None
+    return (core_tape(smooth.tape), core_matrix(smooth.F), core_matrix(smooth.Q))
+
+
+def core_tape(tape: Tape) -> tuple[Any, ...]:
+    """Return a tape as the compiled core takes it."""
+    return (tape.ops, tape.args, tape.constants, tape.outputs)
 
 
 class MoreauStepper:
@@ -141,7 +163,11 @@ class MoreauStepper:
                 )
                 for s in system.switches
             ],
-            [(list(f.z), list(f.lam), list(f.dz), list(f.u)) for f in outputs],
+            [
+                (list(f.z), list(f.lam), list(f.dz), list(f.u), list(f.f), list(f.df))
+                for f in outputs
+            ],
+            core_smooth(system.smooth),
         )
 
     def start_dc(self, time: float = 0.0, guess: tuple[Floats, Floats] | None = None) -> None:
@@ -186,7 +212,7 @@ class MoreauStepper:
         failure = self._core.start_charges(time, charges, step)
         if failure is not None:
             raise self._diagnose(failure) or UnsolvedStep(
-                failure["time"], failure["residual"], None
+                failure["time"], failure["residual"], None, failure["worst_row"]
             )
         jumps = self.jumps
         return jumps[0] if jumps else None
@@ -256,12 +282,19 @@ class MoreauStepper:
         matrix = system.G
         if np.isfinite(length):
             matrix = weighted_sum([(system.E, 1.0 / length), (system.G, 1.0), (self.H, 1.0)])
-        certificate = infeasibility(
-            matrix, system.A, system.B, system.D, failure["rhs"], system.q, failure["roles"]
-        )
+        A, B, rhs = system.A, system.B, failure["rhs"]
+        if system.smooth is not None:
+            matrix, A, B, rhs = _freed(matrix, A, B, rhs, system.smooth)
+        certificate = infeasibility(matrix, A, B, system.D, rhs, system.q, failure["roles"])
         if certificate is None and failure["suspect"]:
             return None
-        return UnsolvedStep(failure["time"], failure["residual"], certificate)
+        return UnsolvedStep(
+            failure["time"], failure["residual"], certificate, failure["worst_row"]
+        )
+
+    def freeze_time(self, time: float) -> None:
+        """Let smooth functions see a fixed time [s]: in a sweep, the time counts the points."""
+        self._core.freeze_time(time)
 
     @property
     def state(self) -> tuple[Floats, Floats]:
@@ -290,3 +323,28 @@ class MoreauStepper:
     def statistics(self) -> dict[str, float]:
         """Counters of the run and the worst residuals of all checked steps."""
         return self._core.statistics()
+
+
+def _freed(
+    matrix: Csc, A: Csc, B: Csc, rhs: Floats, smooth: SmoothTerms
+) -> tuple[Csc, Csc, Csc, Floats]:
+    """Return the relations with every smooth function replaced by an unknown of its own.
+
+    If they contradict each other, they do so whatever the functions are.  Rows of zeros keep the
+    matrix square.
+    """
+    n, p = smooth.F.shape
+    size = n + p
+    # a function and its rate are two quantities: one sum of both with weights that do not cancel
+    F = weighted_sum([(smooth.F, 1.0), (smooth.Q, np.pi)])
+    return (
+        Csc.from_triplets(
+            (size, size),
+            np.concatenate([matrix.indices, F.indices]),
+            np.concatenate([matrix.columns, F.columns + n]),
+            np.concatenate([matrix.data, F.data]),
+        ),
+        Csc.from_triplets((size, A.shape[1]), A.indices, A.columns, A.data),
+        Csc.from_triplets((B.shape[0], size), B.indices, B.columns, B.data),
+        np.concatenate([rhs, np.zeros(p)]),
+    )

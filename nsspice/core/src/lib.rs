@@ -5,7 +5,9 @@ pub mod dense;
 pub mod linear;
 pub mod mlcp;
 pub mod moreau;
+pub mod newton;
 pub mod sparse;
+pub mod tape;
 pub mod waveform;
 
 mod format;

@@ -2,12 +2,15 @@
 
 use crate::mlcp::{Driver, Problem, Role, Start};
 use crate::moreau::{Clock, Failure, Outputs, Part, Plan, Progress, Stepper, Switch, System};
+use crate::newton::Smooth;
 use crate::sparse::Csc;
+use crate::tape::{Linearisation, Program, Tape, NAMES};
 use crate::waveform::Waveform;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use std::sync::Arc;
 use std::time::Duration;
 
 type Ints<'py> = PyReadonlyArray1<'py, i64>;
@@ -50,8 +53,30 @@ fn role(code: u8) -> PyResult<Role> {
     })
 }
 
-/// One output as lists of (index, coefficient) for z, lam, dz, u.
-type OutputSpec = [Vec<(usize, f64)>; 4];
+/// One output as lists of (index, coefficient) for z, lam, dz, u, f, df.
+type OutputSpec = [Vec<(usize, f64)>; 6];
+
+/// codes, arguments, constants, outputs of a tape
+type TapeSpec<'py> =
+    (PyReadonlyArray1<'py, u8>, PyReadonlyArray2<'py, i32>, Floats<'py>, PyReadonlyArray1<'py, i32>);
+
+/// tape, F, Q
+type SmoothSpec<'py> = (TapeSpec<'py>, Matrix<'py>, Matrix<'py>);
+
+fn tape(spec: &TapeSpec, unknowns: usize, sources: usize) -> PyResult<Tape> {
+    let args: Vec<[i32; 3]> =
+        spec.1.as_array().rows().into_iter().map(|r| [r[0], r[1], r[2]]).collect();
+    let program = Program::new(
+        spec.0.as_slice()?,
+        &args,
+        spec.2.as_slice()?,
+        spec.3.as_slice()?,
+        unknowns,
+        sources,
+    )
+    .map_err(invalid)?;
+    Ok(Tape::new(Arc::new(program)))
+}
 
 /// pair, control, on_above, off_below, closed, inverted
 type SwitchSpec = (usize, Vec<(usize, f64)>, f64, f64, bool, bool);
@@ -72,6 +97,7 @@ fn failure_dict<'py>(py: Python<'py>, f: &Failure) -> PyResult<Bound<'py, PyDict
     out.set_item("roles", PyArray1::from_slice(py, &f.roles))?;
     out.set_item("residual", f.residual)?;
     out.set_item("suspect", f.suspect)?;
+    out.set_item("worst_row", f.worst_row)?;
     Ok(out)
 }
 
@@ -93,7 +119,17 @@ impl PyStepper {
         waveforms: Vec<WaveformSpec>,
         switches: Vec<SwitchSpec>,
         outputs: Vec<OutputSpec>,
+        smooth: Option<SmoothSpec>,
     ) -> PyResult<Self> {
+        let smooth = match &smooth {
+            Some((spec, f, q)) => Some(Smooth {
+                tape: tape(spec, g.0, waveforms.len())?,
+                f: csc(f)?,
+                q: csc(q)?,
+            }),
+            None => None,
+        };
+        let functions = smooth.as_ref().map_or(0, |s| s.tape.program().len());
         let sys = System {
             e: csc(&e)?,
             g: csc(&g)?,
@@ -105,6 +141,7 @@ impl PyStepper {
             q: q.as_slice()?.to_vec(),
             s: csc(&s)?,
             row_kind: row_kind.as_slice()?.to_vec(),
+            smooth,
         };
         let (n, m, p) = (sys.g.nrows, sys.a.ncols, sys.s.ncols);
         let shape = |c: &Csc, r: usize, k: usize| c.nrows == r && c.ncols == k;
@@ -114,6 +151,7 @@ impl PyStepper {
             && shape(&sys.d, m, m)
             && shape(&sys.s, n, p)
             && shape(&sys.hs, n, p)
+            && sys.smooth.iter().all(|s| shape(&s.f, n, functions) && shape(&s.q, n, functions))
             && sys.q.len() == m
             && sys.row_kind.len() == n
             && waveforms.len() == p;
@@ -139,8 +177,15 @@ impl PyStepper {
         if switches.iter().any(|s| s.pair >= m || s.control.iter().any(|c| c.0 >= n)) {
             return Err(invalid("a switch refers to a pair or unknown that does not exist"));
         }
-        let parts = [Part::Unknown, Part::Multiplier, Part::Rate, Part::Source];
-        let sizes = [n, m, n, p];
+        let parts = [
+            Part::Unknown,
+            Part::Multiplier,
+            Part::Rate,
+            Part::Source,
+            Part::Function,
+            Part::FunctionRate,
+        ];
+        let sizes = [n, m, n, p, functions, functions];
         let mut terms = Vec::with_capacity(outputs.len());
         for output in &outputs {
             let mut list = Vec::new();
@@ -255,6 +300,10 @@ impl PyStepper {
         (PyArray1::from_slice(py, z), PyArray1::from_slice(py, l))
     }
 
+    fn freeze_time(&mut self, time: f64) {
+        self.inner.freeze_time(time);
+    }
+
     fn time(&self) -> f64 {
         self.inner.time()
     }
@@ -297,6 +346,7 @@ impl PyStepper {
         out.set_item("residual_rows", s.residual_rows)?;
         out.set_item("residual_complementarity", s.residual_complementarity)?;
         out.set_item("checks", s.checks)?;
+        out.set_item("linearised", s.linearised)?;
         Ok(out)
     }
 }
@@ -371,6 +421,47 @@ fn solve_mlcp<'py>(
     Ok(out)
 }
 
+/// Names of the tape instructions in the order of their codes.
+#[pyfunction]
+fn tape_instructions() -> Vec<&'static str> {
+    NAMES.to_vec()
+}
+
+/// Values (k, p) and Jacobian entries of a tape at points: z (k, n), u (k, s), t (k,).
+///
+/// The Jacobian comes as lists of (function, variable) and an array (k, entries); variables count
+/// unknowns, then sources, then the time.
+#[pyfunction]
+#[allow(clippy::type_complexity)] // what it returns is listed above
+fn tape_values<'py>(
+    py: Python<'py>,
+    spec: TapeSpec,
+    z: PyReadonlyArray2<f64>,
+    u: PyReadonlyArray2<f64>,
+    t: Floats,
+) -> PyResult<(Bound<'py, PyArray1<f64>>, Vec<(usize, usize)>, Bound<'py, PyArray1<f64>>)> {
+    let (z, u) = (z.as_array(), u.as_array());
+    let mut tape = tape(&spec, z.ncols(), u.ncols())?;
+    let program = tape.program().clone();
+    let list: Vec<(usize, usize, usize)> = (0..program.len())
+        .flat_map(|k| program.derivatives(k).map(move |(v, slot)| (k, v, slot)))
+        .collect();
+    let (mut values, mut slopes) = (Vec::new(), Vec::new());
+    for (k, &t) in t.as_slice()?.iter().enumerate() {
+        if k >= z.nrows() || k >= u.nrows() {
+            return Err(invalid("one row of z and u per time is needed"));
+        }
+        tape.evaluate(&z.row(k).to_vec(), &u.row(k).to_vec(), t, Linearisation::Exact);
+        values.extend((0..program.len()).map(|k| tape.value(k)));
+        slopes.extend(list.iter().map(|&(_, _, slot)| tape.slopes()[slot]));
+    }
+    Ok((
+        PyArray1::from_vec(py, values),
+        list.into_iter().map(|(k, v, _)| (k, v)).collect(),
+        PyArray1::from_vec(py, slopes),
+    ))
+}
+
 /// Rows of numbers as CSV text.
 #[pyfunction]
 fn format_rows<'py>(py: Python<'py>, rows: PyReadonlyArray2<f64>) -> PyResult<Bound<'py, PyBytes>> {
@@ -403,5 +494,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(solve_mlcp, module)?)?;
     module.add_function(wrap_pyfunction!(format_rows, module)?)?;
     module.add_function(wrap_pyfunction!(waveform_values, module)?)?;
+    module.add_function(wrap_pyfunction!(tape_instructions, module)?)?;
+    module.add_function(wrap_pyfunction!(tape_values, module)?)?;
     Ok(())
 }

@@ -24,6 +24,7 @@ mod scratch;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use equilibrate::equilibrate;
 pub use driver::{Driver, Solved, Statistics, Unsolved};
 pub use modes::{work_len, ModeFactor};
 pub use problem::{Problem, Role, Start};

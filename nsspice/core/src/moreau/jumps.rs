@@ -86,6 +86,7 @@ impl Stepper {
         if self.impulse(None, Start::Warm).is_err() {
             self.z = z;
             self.l = l;
+            self.forget_functions();
         }
         Ok(())
     }
@@ -120,6 +121,7 @@ impl Stepper {
         let settle = AFTER_JUMP * shortest;
         let Ok((once, twice)) = self.two_steps(None, &after, settle, Start::Warm) else {
             self.z.copy_from_slice(&after);
+            self.forget_functions();
             return Ok(());
         };
         self.z = limit(&once.z, twice.as_ref().map(|t| &t.z));
@@ -132,6 +134,9 @@ impl Stepper {
         let k = self.stage_index(once.length, true);
         for &j in &self.stages[k].inputs.carried {
             self.z[j] = after[j];
+        }
+        if let Some(smooth) = &mut self.smooth {
+            smooth.after_jump(&after, &once.z, &mut self.z, &self.u0, self.time, once.length);
         }
         Ok(())
     }
@@ -202,6 +207,12 @@ impl Stepper {
             }
             None => matrices.right_hand_side(before, &self.u0, &self.u0, &mut self.rhs),
         }
+        if self.smooth.is_some() {
+            if charges.is_none() {
+                self.carry_stored(before, 1.0 / delta);
+            }
+            self.u1.copy_from_slice(&self.u0);
+        }
         self.solve(k, delta, start)
     }
 
@@ -215,9 +226,14 @@ impl Stepper {
         after: &[f64],
     ) -> bool {
         let n = before.len();
-        let stored = |z: &[f64]| {
+        let (sys, u, time) = (&self.sys, &self.u0, self.time);
+        let mut smooth = self.smooth.as_mut();
+        let mut stored = |z: &[f64]| {
             let mut out = vec![0.0; n];
-            self.sys.e.mul_add(1.0, z, &mut out);
+            sys.e.mul_add(1.0, z, &mut out);
+            if let Some(smooth) = &mut smooth {
+                smooth.add_stored_at(z, u, time, 1.0, &mut out);
+            }
             out
         };
         let old = charges.map_or_else(|| stored(before), <[f64]>::to_vec);

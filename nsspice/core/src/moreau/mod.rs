@@ -14,6 +14,7 @@ mod gates;
 mod jumps;
 mod map;
 mod record;
+mod smooth;
 mod stage;
 mod step;
 mod stepper;

@@ -1,4 +1,4 @@
-//! Output rows: linear functionals of the unknowns, multipliers, rates and sources.
+//! Output rows: linear functionals of unknowns, multipliers, rates, sources and smooth functions.
 
 /// Which quantity a coefficient multiplies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,6 +11,25 @@ pub enum Part {
     Rate,
     /// source value
     Source,
+    /// smooth function
+    Function,
+    /// time derivative of a smooth function
+    FunctionRate,
+}
+
+/// The quantities that outputs combine.
+#[derive(Clone, Copy, Debug)]
+pub struct Quantities<'a> {
+    /// unknowns z
+    pub z: &'a [f64],
+    /// multipliers
+    pub l: &'a [f64],
+    /// time derivatives of the unknowns
+    pub rates: &'a [f64],
+    /// source values
+    pub u: &'a [f64],
+    /// smooth functions and their time derivatives
+    pub f: [&'a [f64]; 2],
 }
 
 /// Neighbouring outputs that are computed alike.
@@ -31,26 +50,30 @@ pub struct Outputs {
     index: Vec<u32>,
     factor: Vec<f64>,
     needs_rates: bool,
-    /// scratch: z, l, rates, u one after the other
+    needs_function_rates: bool,
+    /// scratch: z, l, rates, u, f, rates of f one after the other
     all: Vec<f64>,
-    sizes: [usize; 4],
+    sizes: [usize; 6],
 }
 
 impl Outputs {
-    /// Collects the terms of each output; `sizes` are the lengths of z, l, rates and u.
-    pub fn new(outputs: &[Vec<(Part, usize, f64)>], sizes: [usize; 4]) -> Self {
+    /// Collects the terms of each output; `sizes` are the lengths of z, l, rates, u, f and
+    /// its rates.
+    pub fn new(outputs: &[Vec<(Part, usize, f64)>], sizes: [usize; 6]) -> Self {
         let mut made = Outputs {
             groups: Vec::new(),
             start: vec![0],
             index: Vec::new(),
             factor: Vec::new(),
             needs_rates: false,
+            needs_function_rates: false,
             all: vec![0.0; sizes.iter().sum()],
             sizes,
         };
         for output in outputs {
             for &(part, index, factor) in output {
                 made.needs_rates |= part == Part::Rate;
+                made.needs_function_rates |= part == Part::FunctionRate;
                 let offset: usize = sizes[..part as usize].iter().sum();
                 made.index.push((offset + index) as u32);
                 made.factor.push(factor);
@@ -95,15 +118,26 @@ impl Outputs {
         self.needs_rates
     }
 
-    /// Writes one row from z, l, rates and u.
-    pub fn write(&mut self, z: &[f64], l: &[f64], rates: &[f64], u: &[f64], row: &mut [f64]) {
-        let [n, m, r, _] = self.sizes;
-        self.all[..n].copy_from_slice(z);
-        self.all[n..n + m].copy_from_slice(l);
+    /// True if some output asks for a time derivative of a smooth function.
+    pub fn needs_function_rates(&self) -> bool {
+        self.needs_function_rates
+    }
+
+    /// Writes one row.
+    pub fn write(&mut self, quantities: &Quantities, row: &mut [f64]) {
+        let [n, m, r, p, f, _] = self.sizes;
+        self.all[..n].copy_from_slice(quantities.z);
+        self.all[n..n + m].copy_from_slice(quantities.l);
         if self.needs_rates {
-            self.all[n + m..n + m + r].copy_from_slice(rates);
+            self.all[n + m..n + m + r].copy_from_slice(quantities.rates);
         }
-        self.all[n + m + r..].copy_from_slice(u);
+        let sources = n + m + r;
+        self.all[sources..sources + p].copy_from_slice(quantities.u);
+        if f > 0 {
+            let first = sources + p;
+            self.all[first..first + f].copy_from_slice(quantities.f[0]);
+            self.all[first + f..].copy_from_slice(quantities.f[1]);
+        }
         let mut begin = 0;
         for &(end, group) in &self.groups {
             let row = &mut row[begin..end];
@@ -143,9 +177,11 @@ mod tests {
             one(Part::Source, 0),
             one(Part::Unknown, 0),
         ];
-        let mut outputs = Outputs::new(&list, [3, 1, 3, 1]);
+        let mut outputs = Outputs::new(&list, [3, 1, 3, 1, 0, 0]);
         let mut row = [f64::NAN; 8];
-        outputs.write(&[10.0, 11.0, 12.0], &[5.0], &[0.0; 3], &[7.0], &mut row);
+        let z = &[10.0, 11.0, 12.0];
+        let f = [&[][..]; 2];
+        outputs.write(&Quantities { z, l: &[5.0], rates: &[0.0; 3], u: &[7.0], f }, &mut row);
         assert_eq!(row, [11.0, 12.0, 5.0, 5.0, 13.0, 0.0, 7.0, 10.0]);
         let kinds: Vec<_> = outputs.groups.iter().map(|g| g.0).collect();
         assert_eq!(kinds, [3, 4, 6, 7, 8]);

@@ -2,6 +2,7 @@
 
 use super::map::{MapInputs, ModeMap, MAX_ENTRIES};
 use crate::mlcp::{Driver, ModeFactor, Problem};
+use crate::newton::Smooth;
 use crate::sparse::Csc;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -28,6 +29,8 @@ pub struct System {
     pub s: Csc,
     /// 0 for current rows, 1 for voltage rows
     pub row_kind: Vec<u8>,
+    /// smooth nonlinear terms
+    pub smooth: Option<Smooth>,
 }
 
 /// The matrices of one step: `K z1 + A l = carry z0 + source_end u1 + source_start u0`.

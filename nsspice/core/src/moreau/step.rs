@@ -59,6 +59,9 @@ impl Stepper {
     fn take(&mut self, length: f64) -> Outcome {
         self.stats.steps += 1;
         let k = self.stage_index(length, false);
+        if self.smooth.is_some() {
+            return self.take_smooth(k, length);
+        }
         let accepted = match self.quick(k) {
             Quick::Holds => self.approve(k),
             Quick::Nearly => self.approve_signs(k),
@@ -175,6 +178,9 @@ impl Stepper {
         self.stats.problems += 1;
         self.z_before.copy_from_slice(&self.z);
         self.l_before.copy_from_slice(&self.l);
+        if self.smooth.is_some() {
+            return self.solve_smooth(length, start);
+        }
         let stage = &mut self.stages[k];
         stage.release();
         let solved = stage.driver.solve(
@@ -212,14 +218,26 @@ impl Stepper {
         };
         self.z.copy_from_slice(&self.z_before);
         self.l.copy_from_slice(&self.l_before);
-        Err(Box::new(Failure {
+        Err(self.failed(length, residual, suspect, None))
+    }
+
+    /// A failure with what a certificate needs.
+    pub(super) fn failed(
+        &self,
+        length: f64,
+        residual: f64,
+        suspect: bool,
+        worst_row: Option<usize>,
+    ) -> Box<Failure> {
+        Box::new(Failure {
             time: self.time,
             length,
             rhs: self.rhs.clone(),
             roles: self.roles.iter().map(|&r| r as u8).collect(),
             residual,
             suspect,
-        }))
+            worst_row,
+        })
     }
 
     pub(super) fn solve_static(&mut self, start: Start) -> Outcome {
@@ -245,13 +263,13 @@ impl Stepper {
         changed
     }
 
-    fn keep_for_rates(&mut self) {
+    pub(super) fn keep_for_rates(&mut self) {
         if self.outputs.needs_rates() {
             self.rates.copy_from_slice(&self.z);
         }
     }
 
-    fn finish_rates(&mut self, length: f64) {
+    pub(super) fn finish_rates(&mut self, length: f64) {
         if self.outputs.needs_rates() {
             for (rate, z) in self.rates.iter_mut().zip(&self.z) {
                 *rate = (z - *rate) / length;
@@ -259,7 +277,7 @@ impl Stepper {
         }
     }
 
-    fn note(&mut self, residual: Residual) {
+    pub(super) fn note(&mut self, residual: Residual) {
         self.stats.checks += 1;
         let s = &mut self.stats;
         s.residual_rows = s.residual_rows.max(residual.rows);

@@ -3,7 +3,8 @@
 use super::clock::{evaluate, Clock, Target};
 use super::gates::Switch;
 use super::jumps::{fastest_time, Jump};
-use super::record::Outputs;
+use super::record::{Outputs, Quantities};
+use super::smooth::SmoothPart;
 use super::stage::{Stage, System};
 use crate::mlcp::{work_len, Role, Start};
 use crate::waveform::{Side, Waveform};
@@ -58,6 +59,8 @@ pub struct Failure {
     pub residual: f64,
     /// a solution was found, but it is so large that infeasibility has to be ruled out first
     pub suspect: bool,
+    /// the row that the best point of Newton's method violates most
+    pub worst_row: Option<usize>,
 }
 
 /// Counters of a run.
@@ -89,6 +92,8 @@ pub struct Statistics {
     pub residual_complementarity: f64,
     /// residual checks made
     pub checks: u64,
+    /// problems linearised by Newton's method
+    pub linearised: u64,
 }
 
 /// What `advance` came back with.
@@ -116,6 +121,8 @@ pub(super) enum Large {
 /// One island in the course of its simulation.
 pub struct Stepper {
     pub(super) sys: System,
+    /// Newton's method, for a system with smooth nonlinear terms
+    pub(super) smooth: Option<Box<SmoothPart>>,
     pub(super) waveforms: Vec<Waveform>,
     pub(super) switches: Vec<Switch>,
     pub(super) outputs: Outputs,
@@ -132,6 +139,8 @@ pub struct Stepper {
     /// fastest time constant [s]
     pub(super) fastest: f64,
     pub(super) time: f64,
+    /// time of the state where smooth functions were evaluated last [s]
+    pub(super) smooth_time: f64,
     pub(super) first_row: bool,
     // state
     pub(super) z: Vec<f64>,
@@ -174,24 +183,27 @@ pub(super) type Outcome = Result<(), Box<Failure>>;
 impl Stepper {
     /// A stepper at rest at time 0; call one of the `start_` functions next.
     pub fn new(
-        sys: System,
+        mut sys: System,
         waveforms: Vec<Waveform>,
         switches: Vec<Switch>,
         outputs: Outputs,
     ) -> Stepper {
+        let smooth = sys.smooth.take().map(|smooth| Box::new(SmoothPart::new(&sys, smooth)));
         let (n, m, p) = (sys.g.nrows, sys.a.ncols, waveforms.len());
         let mut roles = vec![Role::Diode; m];
         for s in &switches {
             roles[s.pair] = s.role();
         }
         let diodes = (0..m).filter(|&i| roles[i] == Role::Diode).collect();
-        let static_system = sys.e.values.iter().all(|&v| v == 0.0);
+        let static_system = sys.e.values.iter().all(|&v| v == 0.0)
+            && !smooth.as_ref().is_some_and(|s| s.newton.stores());
         let active = roles.iter().map(|&r| r == Role::Closed).collect();
         Stepper {
             constants: waveforms.iter().map(Waveform::constant).collect(),
             static_system,
             diodes,
             outputs,
+            smooth,
             stages: Vec::new(),
             stamp: 0,
             plan: Plan::Points { times: Vec::new(), next: 0 },
@@ -200,6 +212,7 @@ impl Stepper {
             step_length: f64::INFINITY,
             fastest: fastest_time(&sys),
             time: 0.0,
+            smooth_time: 0.0,
             first_row: false,
             z: vec![0.0; n],
             l: vec![0.0; m],
@@ -240,6 +253,13 @@ impl Stepper {
     /// Present unknowns and multipliers.
     pub fn state(&self) -> (&[f64], &[f64]) {
         (&self.z, &self.l)
+    }
+
+    /// Lets smooth functions see a fixed time: in a sweep, the time counts the points.
+    pub fn freeze_time(&mut self, time: f64) {
+        if let Some(smooth) = &mut self.smooth {
+            smooth.frozen = Some(time);
+        }
     }
 
     /// Present time [s].
@@ -343,6 +363,7 @@ impl Stepper {
                 // back to the state before, so that the step can be taken again
                 self.z.copy_from_slice(&self.z_before);
                 self.l.copy_from_slice(&self.l_before);
+                self.forget_functions();
                 self.failure = Some(*failure);
                 self.retry = Some(target);
                 return (rows, Progress::Failed);
@@ -378,6 +399,8 @@ impl Stepper {
 
     fn write(&mut self, label: f64, row: &mut [f64]) {
         row[0] = label;
-        self.outputs.write(&self.z, &self.l, &self.rates, &self.u0, &mut row[1..]);
+        let f = self.smooth.as_ref().map_or([&[][..]; 2], |s| [&s.f, &s.rates]);
+        let quantities = Quantities { z: &self.z, l: &self.l, rates: &self.rates, u: &self.u0, f };
+        self.outputs.write(&quantities, &mut row[1..]);
     }
 }

@@ -1,0 +1,198 @@
+//! Steps of systems with smooth nonlinear terms: the same scheme, each step by Newton's method.
+
+use super::stage::System;
+use super::stepper::{Outcome, Stepper};
+use crate::mlcp::Start;
+use crate::newton::{Newton, Smooth};
+
+/// A prediction that reaches further than this many steps back is none.
+const FARTHEST: f64 = 4.0;
+
+/// Newton's method and the functions at the present state.
+pub struct SmoothPart {
+    pub(super) newton: Newton,
+    /// functions at the present state
+    pub(super) f: Vec<f64>,
+    /// their rates over the last step
+    pub(super) rates: Vec<f64>,
+    /// `f` belongs to the present state
+    known: bool,
+    /// the time that the functions see, where the time of the stepper counts points of a sweep
+    pub(super) frozen: Option<f64>,
+    /// state and time one step ago
+    last: Option<f64>,
+    z_last: Vec<f64>,
+    prediction: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+impl SmoothPart {
+    /// Prepares Newton's method for a system.
+    pub fn new(sys: &System, smooth: Smooth) -> SmoothPart {
+        let count = smooth.tape.program().len();
+        let n = sys.g.nrows;
+        SmoothPart {
+            newton: Newton::new(&sys.e, &sys.g, &sys.a, &sys.b, &sys.d, &sys.row_kind, smooth),
+            f: vec![0.0; count],
+            rates: vec![0.0; count],
+            known: false,
+            frozen: None,
+            last: None,
+            z_last: vec![0.0; n],
+            prediction: vec![0.0; n],
+            scratch: vec![0.0; count],
+        }
+    }
+
+    /// The time that the functions see.
+    fn clock(&self, time: f64) -> f64 {
+        self.frozen.unwrap_or(time)
+    }
+
+    /// The present state has been changed from outside.
+    pub(super) fn forget(&mut self) {
+        self.known = false;
+        self.last = None;
+    }
+
+    /// `out += factor Q f(z)`
+    pub(super) fn add_stored_at(
+        &mut self,
+        z: &[f64],
+        u: &[f64],
+        time: f64,
+        factor: f64,
+        out: &mut [f64],
+    ) {
+        if self.newton.stores() {
+            let clock = self.clock(time);
+            let mut f = std::mem::take(&mut self.scratch);
+            self.newton.evaluate(z, u, clock, &mut f);
+            self.newton.add_stored(factor, &f, out);
+            self.scratch = f;
+        }
+    }
+
+    /// Keeps what stored functions depend on, computes the functions and their rates.
+    pub(super) fn after_jump(
+        &mut self,
+        after: &[f64],
+        once: &[f64],
+        z: &mut [f64],
+        u: &[f64],
+        time: f64,
+        length: f64,
+    ) {
+        for j in self.newton.stored_unknowns() {
+            z[j] = after[j];
+        }
+        let clock = self.clock(time);
+        let mut old = std::mem::take(&mut self.scratch);
+        self.newton.evaluate(after, u, clock, &mut old);
+        self.newton.evaluate(once, u, clock, &mut self.f);
+        for ((rate, new), old) in self.rates.iter_mut().zip(&self.f).zip(&old) {
+            *rate = (new - old) / length;
+        }
+        self.newton.evaluate(z, u, clock, &mut self.f);
+        self.scratch = old;
+        self.known = true;
+        self.last = None;
+    }
+}
+
+impl Stepper {
+    /// The state has been changed otherwise than by a solve.
+    pub(super) fn forget_functions(&mut self) {
+        if let Some(smooth) = &mut self.smooth {
+            smooth.forget();
+        }
+    }
+
+    /// Adds the stored functions of the state `z` to the right-hand side.
+    pub(super) fn carry_stored(&mut self, z: &[f64], rate: f64) {
+        if let Some(smooth) = &mut self.smooth {
+            smooth.add_stored_at(z, &self.u0, self.time, rate, &mut self.rhs);
+        }
+    }
+
+    /// One ordinary step, predicted along the secant of the last one.
+    pub(super) fn take_smooth(&mut self, k: usize, length: f64) -> Outcome {
+        let begin = self.smooth_time;
+        let matrices = &self.stages[k].matrices;
+        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
+        self.keep_for_rates();
+        let Some(smooth) = &mut self.smooth else { return Ok(()) };
+        let wanted = length.is_finite() && smooth.newton.stores();
+        if !smooth.known && (wanted || self.outputs.needs_function_rates()) {
+            let clock = smooth.clock(begin);
+            smooth.newton.evaluate(&self.z, &self.u0, clock, &mut smooth.f);
+            smooth.known = true;
+        }
+        if wanted {
+            smooth.newton.add_stored(1.0 / length, &smooth.f, &mut self.rhs);
+        }
+        smooth.rates.copy_from_slice(&smooth.f);
+        let ratio = smooth.last.map_or(0.0, |last| (self.time - begin) / (begin - last));
+        if ratio > 0.0 && ratio <= FARTHEST {
+            let points = self.z.iter().zip(&smooth.z_last);
+            for (p, (z, last)) in smooth.prediction.iter_mut().zip(points) {
+                *p = z + ratio * (z - last);
+            }
+            smooth.newton.predict(&smooth.prediction);
+        }
+        smooth.z_last.copy_from_slice(&self.z);
+        smooth.last = (self.time > begin).then_some(begin);
+        self.solve_counted(length)?;
+        self.finish_rates(length);
+        let Some(smooth) = &mut self.smooth else { return Ok(()) };
+        for (rate, new) in smooth.rates.iter_mut().zip(&smooth.f) {
+            *rate = if length.is_finite() { (new - *rate) / length } else { 0.0 };
+        }
+        Ok(())
+    }
+
+    fn solve_counted(&mut self, length: f64) -> Outcome {
+        self.stats.problems += 1;
+        self.z_before.copy_from_slice(&self.z);
+        self.l_before.copy_from_slice(&self.l);
+        self.solve_smooth(length, Start::Warm)
+    }
+
+    /// Solves the nonlinear problem with right-hand side `rhs`, sources `u1`.
+    pub(super) fn solve_smooth(&mut self, length: f64, start: Start) -> Outcome {
+        let Some(smooth) = &mut self.smooth else { return Ok(()) };
+        let clock = smooth.clock(self.time);
+        smooth.newton.set_rate(1.0 / length);
+        let solved = smooth.newton.solve(
+            &self.rhs,
+            &self.u1,
+            clock,
+            &self.sys.q,
+            &self.roles,
+            &mut self.z,
+            &mut self.l,
+            start,
+        );
+        match solved {
+            Ok(solved) => {
+                smooth.newton.values(&mut smooth.f);
+                smooth.known = true;
+                self.smooth_time = self.time;
+                if smooth.newton.active() != self.active {
+                    self.active.copy_from_slice(smooth.newton.active());
+                    self.epoch += 1;
+                    self.stats.mode_changes += 1;
+                }
+                self.stats.worst_stage = self.stats.worst_stage.max(solved.stage);
+                self.stats.linearised += u64::from(solved.iterations);
+                self.note(solved.residual);
+                Ok(())
+            }
+            Err(unsolved) => {
+                self.stats.linearised += u64::from(unsolved.iterations);
+                let worst = unsolved.residual.worst();
+                Err(self.failed(length, worst, false, Some(unsolved.worst_row)))
+            }
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! The system as arrays: one pattern for the Jacobians of all modes, points and step lengths.
+
+use crate::sparse::{Csc, Ordering};
+use crate::tape::Tape;
+use std::sync::Arc;
+
+/// Smooth functions and where they enter.
+#[derive(Clone)]
+pub struct Smooth {
+    /// the p functions
+    pub tape: Tape,
+    /// n x p: where they enter as they are
+    pub f: Csc,
+    /// n x p: where their rates enter
+    pub q: Csc,
+}
+
+/// A derivative `df_k/dz_j` in one entry of the Jacobian.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry {
+    pub row: u32,
+    /// index into the values of the pattern
+    pub at: u32,
+    /// variable, and slot of the derivative
+    pub column: u32,
+    pub slot: u32,
+    /// coefficients of the function and of its rate
+    pub f: f64,
+    pub q: f64,
+}
+
+/// A function in one row.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Term {
+    pub row: u32,
+    pub function: u32,
+    pub f: f64,
+    pub q: f64,
+}
+
+/// The matrices of a complementarity descriptor system with smooth terms.
+pub struct Equations {
+    pub(super) n: usize,
+    pub(super) m: usize,
+    /// `[[G, A], [-B, D]]` in the pattern of all Jacobians, with a full diagonal
+    pub(super) pattern: Csc,
+    /// E in the same pattern
+    pub(super) storage: Vec<f64>,
+    pub(super) entries: Vec<Entry>,
+    pub(super) terms: Vec<Term>,
+    pub(super) row_kind: Vec<u8>,
+    pub(super) ordering: Arc<Ordering>,
+    /// index of each diagonal entry
+    pub(super) diagonal: Vec<u32>,
+    /// current rows in which a multiplier appears
+    pub(super) touched: Vec<usize>,
+    pub(super) a: Csc,
+    pub(super) b: Csc,
+    pub(super) d: Csc,
+}
+
+impl Equations {
+    /// Joins the patterns.
+    #[allow(clippy::too_many_arguments)] // one per matrix
+    pub fn new(
+        e: &Csc,
+        g: &Csc,
+        a: &Csc,
+        b: &Csc,
+        d: &Csc,
+        row_kind: &[u8],
+        smooth: &Smooth,
+    ) -> Equations {
+        let (n, m) = (g.nrows, a.ncols);
+        let size = n + m;
+        let mut terms: Vec<Term> = Vec::new();
+        for (matrix, rate) in [(&smooth.f, false), (&smooth.q, true)] {
+            for (row, k, v) in matrix.iter() {
+                let (f, q) = if rate { (0.0, v) } else { (v, 0.0) };
+                let same = |t: &&mut Term| t.row as usize == row && t.function as usize == k;
+                match terms.iter_mut().rev().find(same).filter(|_| rate) {
+                    Some(term) => term.q += q,
+                    None => terms.push(Term { row: row as u32, function: k as u32, f, q }),
+                }
+            }
+        }
+        let program = smooth.tape.program();
+        let mut positions = Vec::new();
+        for term in &terms {
+            for (variable, slot) in program.derivatives(term.function as usize) {
+                if variable < n {
+                    positions.push((term, variable, slot));
+                }
+            }
+        }
+        let mut all: Vec<(usize, usize, f64)> = g.iter().collect();
+        all.extend(e.iter().map(|(r, c, _)| (r, c, 0.0)));
+        all.extend(positions.iter().map(|&(t, j, _)| (t.row as usize, j, 0.0)));
+        all.extend(a.iter().map(|(r, c, v)| (r, n + c, v)));
+        all.extend(b.iter().map(|(r, c, v)| (n + r, c, -v)));
+        all.extend(d.iter().map(|(r, c, v)| (n + r, n + c, v)));
+        all.extend((0..size).map(|i| (i, i, 0.0)));
+        let pattern = Csc::from_triplets(size, size, &all);
+        let place = |r: usize, c: usize| {
+            let rows = pattern.col(c).0;
+            let k = rows.binary_search(&r).unwrap_or_else(|_| unreachable!("in the pattern"));
+            (pattern.colptr[c] + k) as u32
+        };
+        let mut storage = vec![0.0; pattern.values.len()];
+        for (r, c, v) in e.iter() {
+            storage[place(r, c) as usize] += v;
+        }
+        let entries = positions
+            .iter()
+            .map(|&(t, j, slot)| Entry {
+                row: t.row,
+                at: place(t.row as usize, j),
+                column: j as u32,
+                slot: slot as u32,
+                f: t.f,
+                q: t.q,
+            })
+            .collect();
+        let mut touched: Vec<_> = a.iter().map(|(r, _, _)| r).collect();
+        touched.retain(|&r| row_kind[r] == 0);
+        touched.sort_unstable();
+        touched.dedup();
+        // the order is to serve Jacobians in which every derivative is there
+        let mut full = pattern.clone();
+        for t in &positions {
+            full.values[place(t.0.row as usize, t.1) as usize] += 1.0;
+        }
+        Equations {
+            n,
+            m,
+            diagonal: (0..size).map(|i| place(i, i)).collect(),
+            ordering: Arc::new(Ordering::new(&full, m)),
+            pattern,
+            storage,
+            entries,
+            terms,
+            row_kind: row_kind.to_vec(),
+            touched,
+            a: a.clone(),
+            b: b.clone(),
+            d: d.clone(),
+        }
+    }
+
+    /// Number of unknowns and multipliers together.
+    pub fn size(&self) -> usize {
+        self.n + self.m
+    }
+
+    /// 0 for a current row, 1 for a voltage row.
+    pub(super) fn kind(&self, row: usize) -> usize {
+        usize::from(self.row_kind[row] != 0)
+    }
+}

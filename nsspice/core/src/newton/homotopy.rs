@@ -1,0 +1,130 @@
+//! Ways to a solution where Newton's method alone does not find one.
+//!
+//! None of them changes the problem that is solved in the end: junctions are made gentle and sharp
+//! again, unknowns are held back and let go.
+
+use super::judge::Judgement;
+use super::solve::{Newton, Pull, ITERATIONS};
+use crate::tape::Linearisation;
+
+/// Iterations for one point of a path.
+const POINT: usize = 25;
+/// Factors by which all junctions are made gentle at first.
+const BLUNT: [f64; 4] = [4.0, 30.0, 300.0, 3000.0];
+/// Smallest relative progress along the path of sharpness.
+const LEAST_STEP: f64 = 1e-3;
+/// Weights of the proximal term: first, last, and the largest it may grow to.
+const PULL: [f64; 3] = [1e-2, 1e-13, 1e6];
+const PROXIMAL_STEPS: usize = 400;
+
+/// A first solution, from nothing.
+pub(super) fn first(newton: &mut Newton) -> Option<Judgement> {
+    let size = newton.eq.size();
+    let zero = vec![0.0; size];
+    newton.state.x.copy_from_slice(&zero);
+    newton.tape.set_points(&vec![0.0; newton.tape.points().len()]);
+    newton.tape.point_at_knees();
+    newton.activate_from_signs();
+    newton
+        .iterate(ITERATIONS[1], None, Linearisation::Held)
+        .or_else(|| follow(newton, &zero))
+}
+
+/// A solution from a point near which Newton's method failed.
+pub(super) fn follow(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
+    newton.state.stage = 3;
+    sharpen(newton, begin).or_else(|| hold_back(newton, begin))
+}
+
+/// Sharpness: from gentle junctions to those of the problem.
+fn sharpen(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
+    if !newton.tape.has_junctions() {
+        return None;
+    }
+    for blunt in BLUNT {
+        let found = sharpen_from(newton, begin, blunt);
+        newton.tape.set_blunt(1.0);
+        if let Some(found) = found {
+            return Some(found);
+        }
+    }
+    None
+}
+
+fn sharpen_from(newton: &mut Newton, begin: &[f64], blunt: f64) -> Option<Judgement> {
+    newton.tape.set_blunt(blunt);
+    newton.state.x.copy_from_slice(begin);
+    newton.tape.point_at_knees();
+    newton.activate_from_signs();
+    newton.iterate(2 * POINT, None, Linearisation::Held)?;
+    let mut here = blunt;
+    let mut step = 0.5f64; // in the logarithm, of what is left
+    let mut x = newton.state.x.clone();
+    let mut points = newton.tape.points().to_vec();
+    while here > 1.0 {
+        let next = if here < 1.05 || step >= 1.0 { 1.0 } else { here.powf(1.0 - step) };
+        newton.tape.set_blunt(next);
+        // voltages of conducting junctions shrink with the unit
+        let found = newton.run(POINT, None);
+        if let Some(found) = found {
+            here = next;
+            x.copy_from_slice(&newton.state.x);
+            points.copy_from_slice(newton.tape.points());
+            step *= 2.0;
+            if here == 1.0 {
+                return Some(found);
+            }
+        } else {
+            step *= 0.25;
+            if step < LEAST_STEP {
+                return None;
+            }
+            newton.state.x.copy_from_slice(&x);
+            newton.tape.set_points(&points);
+        }
+    }
+    None
+}
+
+/// Proximal point method, which for monotone problems always arrives; with growing freedom it is
+/// implicit Euler in an artificial time (pseudo-transient continuation) for the others.
+fn hold_back(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
+    let mut centre = begin.to_vec();
+    newton.state.x.copy_from_slice(begin);
+    newton.tape.point_at_knees();
+    let mut points = newton.tape.points().to_vec();
+    let mut mu = PULL[0];
+    let mut trials = 0;
+    for _ in 0..PROXIMAL_STEPS {
+        let found = newton.run(POINT, Some(&Pull { mu, centre: &centre }));
+        if found.is_none() {
+            mu *= 10.0;
+            if mu > PULL[2] {
+                return None;
+            }
+            newton.state.x.copy_from_slice(&centre);
+            newton.tape.set_points(&points);
+            continue;
+        }
+        let moved = newton.state.x.iter().zip(&centre).zip(&newton.assemblies[newton.present].scale);
+        let (moved, size) = moved.fold((0.0f64, 0.0f64), |(m, a), ((x, c), s)| {
+            (m.max(((x - c) / s).abs()), a.max((x / s).abs()))
+        });
+        centre.copy_from_slice(&newton.state.x);
+        points.copy_from_slice(newton.tape.points());
+        // near the end of the path the problem itself is tried
+        if moved <= 1e-2 * size * (1.0 + mu) || mu <= 1e-4 {
+            trials += 1;
+            if let Some(found) = newton.run(POINT, None) {
+                return Some(found);
+            }
+            if trials > 60 {
+                return None;
+            }
+            newton.state.x.copy_from_slice(&centre);
+            newton.tape.set_points(&points);
+        }
+        mu = (mu * 0.3).max(PULL[1]);
+    }
+    None
+}

@@ -1,0 +1,125 @@
+//! How far a point is from solving the equations, free of units and of scale.
+
+use super::equations::Equations;
+use super::linear::Assembly;
+use crate::mlcp::{Residual, Role};
+use crate::tape::Tape;
+
+/// Rows are not judged against less than this part of the largest of their kind.
+const FLOOR: f64 = 1e-6;
+/// What rounding of the unknowns by a few units may do to a row, through steep functions, is no
+/// defect.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// Defects of a point, and against what they are judged.
+pub(super) struct Balance {
+    /// `rhs - K z - F f - A l`; minus its second part is the slack
+    pub defect: Vec<f64>,
+    /// sum of the sizes of the terms
+    pub terms: Vec<f64>,
+    /// the same for the terms that the derivatives of the functions make of the unknowns
+    pub steep: Vec<f64>,
+}
+
+/// A verdict.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Judgement {
+    pub residual: Residual,
+    pub worst_row: usize,
+}
+
+impl Balance {
+    pub fn new(size: usize) -> Balance {
+        Balance { defect: vec![0.0; size], terms: vec![0.0; size], steep: vec![0.0; size] }
+    }
+
+    /// Computes all three at `x = [z; l]` from the last evaluation of the tape.
+    pub fn compute(
+        &mut self,
+        eq: &Equations,
+        assembly: &Assembly,
+        tape: &Tape,
+        right: &[f64],
+        x: &[f64],
+    ) {
+        let Balance { defect, terms, steep } = self;
+        defect.copy_from_slice(right);
+        for (t, v) in terms.iter_mut().zip(right) {
+            *t = v.abs();
+        }
+        let linear = &assembly.linear;
+        for (c, &xc) in x.iter().enumerate() {
+            if xc == 0.0 {
+                continue;
+            }
+            let range = linear.colptr[c]..linear.colptr[c + 1];
+            for (&r, &v) in linear.rowidx[range.clone()].iter().zip(&linear.values[range]) {
+                let term = v * xc;
+                defect[r] -= term;
+                terms[r] += term.abs();
+            }
+        }
+        for (t, &c) in eq.terms.iter().zip(&assembly.terms) {
+            if c != 0.0 {
+                let term = c * tape.value(t.function as usize);
+                defect[t.row as usize] -= term;
+                terms[t.row as usize] += term.abs();
+            }
+        }
+        steep.fill(0.0);
+        let slopes = tape.slopes();
+        for (e, &c) in eq.entries.iter().zip(&assembly.entries) {
+            let term = c * slopes[e.slot as usize] * x[e.column as usize];
+            steep[e.row as usize] += term.abs();
+        }
+    }
+
+    /// Relative violations of rows and pairs.
+    pub fn judge(&self, eq: &Equations, roles: &[Role], x: &[f64]) -> Judgement {
+        let (n, terms, defect) = (eq.n, &self.terms, &self.defect);
+        let mut largest = [0.0f64; 2];
+        let mut node = 0.0f64;
+        for i in 0..n {
+            let kind = eq.kind(i);
+            largest[kind] = largest[kind].max(terms[i]);
+            if kind == 0 {
+                node = node.max(x[i].abs());
+            }
+        }
+        let floor = [FLOOR * largest[0], FLOOR * largest[1].max(node)];
+        let (mut rows, mut worst_row) = (0.0f64, 0);
+        for i in 0..n {
+            let excess = defect[i].abs() - ROUNDING * self.steep[i];
+            if excess <= 0.0 {
+                continue;
+            }
+            let ratio = excess / terms[i].max(floor[eq.kind(i)]);
+            // also for NaN, which no comparison finds
+            if !(ratio <= rows) {
+                (rows, worst_row) = (if ratio.is_finite() { ratio } else { f64::INFINITY }, i);
+            }
+        }
+        let mut current = 0.0f64;
+        let mut voltage = largest[1].max(node);
+        for &r in &eq.touched {
+            current = current.max(terms[r]);
+        }
+        for i in n..x.len() {
+            current = current.max(x[i].abs());
+            voltage = voltage.max(terms[i]);
+        }
+        let relative = |v: f64, scale: f64| if v == 0.0 { 0.0 } else { v / scale };
+        let mut complementarity = 0.0f64;
+        for (i, role) in roles.iter().enumerate() {
+            let (l, w) = (relative(x[n + i], current), relative(-defect[n + i], voltage));
+            let violation = match role {
+                Role::Diode => l.min(w),
+                Role::Closed => w,
+                Role::Open => l,
+            };
+            let violation = if violation.is_nan() { f64::INFINITY } else { violation.abs() };
+            complementarity = complementarity.max(violation);
+        }
+        Judgement { residual: Residual { rows, complementarity }, worst_row }
+    }
+}

@@ -1,0 +1,467 @@
+//! The iteration.
+
+use super::driver;
+use super::equations::{Equations, Smooth};
+use super::homotopy;
+use super::judge::{Balance, Judgement};
+use super::linear::Assembly;
+use crate::mlcp::{Residual, Role, Start};
+use crate::sparse::Csc;
+use crate::tape::{Linearisation, Tape};
+use std::sync::Arc;
+
+/// Relative residual at which the iteration ends; one iteration earlier it was about the root.
+const DONE: f64 = 1e-11;
+/// Largest relative residual of an accepted solution: where rounding allows no better.
+const ACCEPT: f64 = 1e-9;
+/// Signs ignore violations below this part of the terms they are the sum of.
+const SIGN: f64 = 1e-13;
+/// Rates whose matrices are kept.
+const RATES: usize = 12;
+/// Iterations from a good start; a first solution gets more.
+pub(super) const ITERATIONS: [usize; 2] = [40, 100];
+/// Rounds of the active-set iteration before the driver takes over.
+const ROUNDS: usize = 12;
+
+/// A point that solves the equations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solved {
+    /// linearised problems solved
+    pub iterations: u32,
+    /// how well the equations hold
+    pub residual: Residual,
+    /// 1 Newton's method alone, 2 with the complementarity driver, 3 along a homotopy
+    pub stage: u8,
+}
+
+/// No solution was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unsolved {
+    /// linearised problems solved
+    pub iterations: u32,
+    /// residual of the best point
+    pub residual: Residual,
+    /// the row of z it violates most
+    pub worst_row: usize,
+}
+
+/// Newton's method for one system, at any rate and point.
+pub struct Newton {
+    pub(super) eq: Arc<Equations>,
+    pub(super) tape: Tape,
+    pub(super) assemblies: Vec<Assembly>,
+    pub(super) present: usize,
+    stamp: u64,
+    predicted: bool,
+    prediction: Vec<f64>,
+    pub(super) state: State,
+}
+
+/// The arrays of one solve.
+pub(super) struct State {
+    /// `[z; l]`
+    pub x: Vec<f64>,
+    /// `[rhs; -q]`
+    pub right: Vec<f64>,
+    pub q: Vec<f64>,
+    pub u: Vec<f64>,
+    pub t: f64,
+    pub roles: Vec<Role>,
+    pub active: Vec<bool>,
+    pub balance: Balance,
+    pub step: Vec<f64>,
+    pub work: Vec<f64>,
+    pub seen: Vec<u64>,
+    pub iterations: u32,
+    pub stage: u8,
+    pub best: (Judgement, Vec<f64>),
+    pub trial: Vec<f64>,
+}
+
+/// A proximal term `mu D (x - centre)`, D the squared inverse scaling.
+pub(super) struct Pull<'a> {
+    pub mu: f64,
+    pub centre: &'a [f64],
+}
+
+const NOWHERE: Judgement = Judgement { residual: Residual::INFINITE, worst_row: 0 };
+
+impl Newton {
+    /// Prepares a system.
+    pub fn new(
+        e: &Csc,
+        g: &Csc,
+        a: &Csc,
+        b: &Csc,
+        d: &Csc,
+        row_kind: &[u8],
+        smooth: Smooth,
+    ) -> Newton {
+        let eq = Arc::new(Equations::new(e, g, a, b, d, row_kind, &smooth));
+        let (size, m) = (eq.size(), eq.m);
+        let zeros = vec![0.0; size];
+        let sources = smooth.tape.program().sources();
+        Newton {
+            tape: smooth.tape,
+            assemblies: vec![Assembly::new(&eq, 0.0)],
+            present: 0,
+            stamp: 0,
+            predicted: false,
+            prediction: vec![0.0; eq.n],
+            state: State {
+                x: zeros.clone(),
+                right: zeros.clone(),
+                q: vec![0.0; m],
+                u: vec![0.0; sources],
+                t: 0.0,
+                roles: vec![Role::Diode; m],
+                active: vec![false; m],
+                balance: Balance::new(size),
+                step: zeros.clone(),
+                work: vec![0.0; 4 * size],
+                seen: Vec::new(),
+                iterations: 0,
+                stage: 1,
+                best: (NOWHERE, zeros.clone()),
+                trial: zeros,
+            },
+            eq,
+        }
+    }
+
+    /// Chooses the rate: 0 for a static problem, `1/h` for an implicit step of length h.
+    pub fn set_rate(&mut self, rate: f64) {
+        self.stamp += 1;
+        let same = |a: &Assembly| a.rate == rate || (a.rate - rate).abs() <= 1e-9 * rate;
+        self.present = match self.assemblies.iter().position(same) {
+            Some(k) => k,
+            None => {
+                if self.assemblies.len() >= RATES {
+                    let oldest = (0..RATES).min_by_key(|&k| self.assemblies[k].stamp).unwrap_or(0);
+                    self.assemblies.swap_remove(oldest);
+                }
+                self.assemblies.push(Assembly::new(&self.eq, rate));
+                self.assemblies.len() - 1
+            }
+        };
+        self.assemblies[self.present].stamp = self.stamp;
+    }
+
+    /// Solves the equations at the present rate for the sources `u` at the time `t`.
+    ///
+    /// On entry `z`, `l` are a guess (for a cold start they do not count), on exit the solution;
+    /// they are left alone if none is found.
+    #[allow(clippy::too_many_arguments)] // the data of the problem
+    pub fn solve(
+        &mut self,
+        rhs: &[f64],
+        u: &[f64],
+        t: f64,
+        q: &[f64],
+        roles: &[Role],
+        z: &mut [f64],
+        l: &mut [f64],
+        start: Start,
+    ) -> Result<Solved, Box<Unsolved>> {
+        let n = self.eq.n;
+        let s = &mut self.state;
+        s.right[..n].copy_from_slice(rhs);
+        for (r, q) in s.right[n..].iter_mut().zip(q) {
+            *r = -q;
+        }
+        s.q.copy_from_slice(q);
+        s.u.copy_from_slice(u);
+        s.t = t;
+        s.roles.copy_from_slice(roles);
+        s.iterations = 0;
+        s.stage = 1;
+        s.best.0 = NOWHERE;
+        let found = match start {
+            Start::Warm => {
+                s.x[..n].copy_from_slice(z);
+                s.x[n..].copy_from_slice(l);
+                self.warm()
+            }
+            Start::Cold => homotopy::first(self),
+        };
+        self.predicted = false;
+        let s = &mut self.state;
+        let Some(found) = found else {
+            return Err(Box::new(Unsolved {
+                iterations: s.iterations,
+                residual: s.best.0.residual,
+                worst_row: s.best.0.worst_row,
+            }));
+        };
+        z.copy_from_slice(&s.x[..n]);
+        l.copy_from_slice(&s.x[n..]);
+        Ok(Solved { iterations: s.iterations, residual: found.residual, stage: s.stage })
+    }
+
+    /// From `state.x`, the last solution, by way of the prediction if there is one.
+    fn warm(&mut self) -> Option<Judgement> {
+        self.activate_from_signs();
+        let begin = self.state.x.clone();
+        let points = self.tape.points().to_vec();
+        if self.predicted {
+            let mode = self.state.active.clone();
+            let n = self.eq.n;
+            self.state.x[..n].copy_from_slice(&self.prediction);
+            if let Some(found) = self.iterate(ITERATIONS[0], None, Linearisation::Careful) {
+                return Some(found);
+            }
+            self.state.x.copy_from_slice(&begin);
+            self.state.active.copy_from_slice(&mode);
+            self.tape.set_points(&points);
+        }
+        if let Some(found) = self.iterate(ITERATIONS[0], None, Linearisation::Careful) {
+            return Some(found);
+        }
+        self.tape.set_points(&points);
+        homotopy::follow(self, &begin)
+    }
+
+    /// Where the next solve begins: near the unknowns `z`, in the mode of its guess.
+    pub fn predict(&mut self, z: &[f64]) {
+        self.prediction.copy_from_slice(z);
+        self.predicted = true;
+    }
+
+    /// Values of the functions at the solution found last, as they stand in its equations.
+    pub fn values(&self, out: &mut [f64]) {
+        for (k, v) in out.iter_mut().enumerate() {
+            *v = self.tape.value(k);
+        }
+    }
+
+    /// Evaluates the functions at a point.
+    pub fn evaluate(&mut self, z: &[f64], u: &[f64], t: f64, out: &mut [f64]) {
+        self.tape.evaluate(z, u, t, Linearisation::Exact);
+        self.values(out);
+    }
+
+    /// `out += factor Q f` with the functions `f`.
+    pub fn add_stored(&self, factor: f64, f: &[f64], out: &mut [f64]) {
+        for t in self.eq.terms.iter().filter(|t| t.q != 0.0) {
+            out[t.row as usize] += factor * t.q * f[t.function as usize];
+        }
+    }
+
+    /// Whether some function is stored: its rate counts.
+    pub fn stores(&self) -> bool {
+        self.eq.terms.iter().any(|t| t.q != 0.0)
+    }
+
+    /// Unknowns that stored functions depend on.
+    pub fn stored_unknowns(&self) -> Vec<usize> {
+        let mut list: Vec<usize> =
+            self.eq.entries.iter().filter(|e| e.q != 0.0).map(|e| e.column as usize).collect();
+        list.sort_unstable();
+        list.dedup();
+        list
+    }
+
+    /// Active pairs of the solution found last.
+    pub fn active(&self) -> &[bool] {
+        &self.state.active
+    }
+
+    /// Newton's iteration from `state.x`; the point is left in `state.x`.
+    pub(super) fn run(&mut self, limit: usize, pull: Option<&Pull>) -> Option<Judgement> {
+        self.activate_from_signs();
+        self.iterate(limit, pull, Linearisation::Careful)
+    }
+
+    /// As `run`, in the present mode, with the first linearisation as told.
+    pub(super) fn iterate(
+        &mut self,
+        limit: usize,
+        pull: Option<&Pull>,
+        mut how: Linearisation,
+    ) -> Option<Judgement> {
+        let mut halvings = 0;
+        for round in 0..=limit {
+            self.evaluate_at_x(how, pull);
+            how = Linearisation::Careful;
+            let found = self.judge();
+            if !found.residual.rows.is_finite() {
+                // outside the domain of some function: part of the way back
+                if round == 0 || halvings > 30 {
+                    return None;
+                }
+                halvings += 1;
+                let s = &mut self.state;
+                for (x, d) in s.x.iter_mut().zip(&mut s.step) {
+                    *d *= 0.5;
+                    *x -= *d;
+                }
+                continue;
+            }
+            halvings = 0;
+            if found.residual.worst() <= DONE {
+                if !self.tape.limited() {
+                    return Some(found);
+                }
+                // what was limited may not matter: see what the functions themselves say
+                let points = self.tape.points().to_vec();
+                self.evaluate_at_x(Linearisation::Exact, pull);
+                let exact = self.judge();
+                if exact.residual.worst() <= DONE {
+                    return Some(exact);
+                }
+                self.tape.set_points(&points);
+                self.evaluate_at_x(Linearisation::Held, pull);
+            }
+            if !self.tape.limited() && pull.is_none() {
+                let s = &mut self.state;
+                if found.residual.worst() < s.best.0.residual.worst() {
+                    s.best.0 = found;
+                    s.best.1.copy_from_slice(&s.x);
+                } else if found.residual.worst() <= ACCEPT && s.best.0.residual.worst() <= ACCEPT {
+                    // rounding: no better than before
+                    let State { x, best, .. } = s;
+                    x.copy_from_slice(&best.1);
+                    self.evaluate_at_x(Linearisation::Exact, pull);
+                    return Some(self.judge());
+                }
+            }
+            if round == limit || !self.advance(pull) {
+                return None;
+            }
+        }
+        None
+    }
+
+    /// Evaluates the functions at `state.x` and the balance there.
+    fn evaluate_at_x(&mut self, how: Linearisation, pull: Option<&Pull>) {
+        let Newton { eq, tape, assemblies, present, state: s, .. } = self;
+        tape.evaluate(&s.x[..eq.n], &s.u, s.t, how);
+        let assembly = &assemblies[*present];
+        s.balance.compute(eq, assembly, tape, &s.right, &s.x);
+        if let Some(pull) = pull {
+            for i in 0..eq.n {
+                let scale = assembly.scale[i];
+                let force = pull.mu / (scale * scale) * (s.x[i] - pull.centre[i]);
+                s.balance.defect[i] -= force;
+                s.balance.terms[i] += force.abs();
+            }
+        }
+    }
+
+    fn judge(&self) -> Judgement {
+        let s = &self.state;
+        s.balance.judge(&self.eq, &s.roles, &s.x)
+    }
+
+    /// Solves the linearised problem; false if that is not possible.
+    fn advance(&mut self, pull: Option<&Pull>) -> bool {
+        let mu = pull.map_or(0.0, |p| p.mu);
+        let Newton { eq, tape, assemblies, present, state: s, .. } = self;
+        let assembly = &mut assemblies[*present];
+        let n = eq.n;
+        assembly.linearise(eq, tape.slopes());
+        s.iterations += 1;
+        s.seen.clear();
+        let limit = if eq.m == 0 { 1 } else { ROUNDS.max((eq.m / 8).min(200)) };
+        for _ in 0..limit {
+            if !assembly.factorise(eq, &s.active, mu) {
+                break;
+            }
+            s.step.copy_from_slice(&s.balance.defect);
+            for (i, _) in s.active.iter().enumerate().filter(|(_, &a)| !a) {
+                s.step[n + i] = -s.x[n + i];
+            }
+            assembly.solve(n, &s.active, &mut s.step, &mut s.work);
+            if !s.step.iter().all(|v| v.is_finite()) {
+                break;
+            }
+            for ((t, x), d) in s.trial.iter_mut().zip(&s.x).zip(&s.step) {
+                *t = x + d;
+            }
+            for (i, _) in s.active.iter().enumerate().filter(|(_, &a)| !a) {
+                s.trial[n + i] = 0.0;
+            }
+            if !flip(eq, assembly, s) {
+                s.x.copy_from_slice(&s.trial);
+                return true;
+            }
+            let print = fingerprint(&s.active);
+            if s.seen.contains(&print) {
+                break;
+            }
+            s.seen.push(print);
+        }
+        s.trial.copy_from_slice(&s.x);
+        let State { balance, roles, q, trial, active, .. } = s;
+        let solved = driver::step(eq, assembly, mu, &balance.defect, roles, q, trial, active);
+        let Some(_) = solved else { return false };
+        s.stage = s.stage.max(2);
+        for ((d, t), x) in s.step.iter_mut().zip(&s.trial).zip(&mut s.x) {
+            *d = t - *x;
+            *x = *t;
+        }
+        true
+    }
+
+    /// Sets the active set from the signs at `state.x`.
+    pub(super) fn activate_from_signs(&mut self) {
+        let Newton { eq, assemblies, present, state: s, .. } = self;
+        let assembly = &assemblies[*present];
+        for i in 0..eq.m {
+            s.active[i] = match s.roles[i] {
+                Role::Closed => true,
+                Role::Open => false,
+                Role::Diode => {
+                    let scale = assembly.scale[eq.n + i];
+                    let (w, _) = slack(eq, assembly, &s.q, &s.x, i);
+                    s.x[eq.n + i] / scale > w * scale
+                }
+            };
+        }
+    }
+}
+
+/// Slack of pair `i` at `x` and the size of its terms.
+fn slack(eq: &Equations, assembly: &Assembly, q: &[f64], x: &[f64], i: usize) -> (f64, f64) {
+    let (mut w, mut size) = (q[i], q[i].abs());
+    for &(c, at) in eq.ordering.row(eq.n + i) {
+        let term = assembly.linear.values[at as usize] * x[c as usize];
+        w += term;
+        size += term.abs();
+    }
+    (w, size)
+}
+
+/// Turns over the pairs whose sign is wrong at `trial`; true if there are any.
+fn flip(eq: &Equations, assembly: &Assembly, s: &mut State) -> bool {
+    let n = eq.n;
+    let mut changed = false;
+    for i in (0..eq.m).filter(|&i| s.roles[i] == Role::Diode) {
+        let wrong = if s.active[i] {
+            let l = s.trial[n + i];
+            l < 0.0 && l < -SIGN * multiplier_terms(eq, assembly, &s.balance.terms, i)
+        } else {
+            let (w, size) = slack(eq, assembly, &s.q, &s.trial, i);
+            w < -SIGN * size
+        };
+        if wrong {
+            s.active[i] = !s.active[i];
+            changed = true;
+        }
+    }
+    changed
+}
+
+/// Size of the terms that multiplier `i` balances.
+fn multiplier_terms(eq: &Equations, assembly: &Assembly, terms: &[f64], i: usize) -> f64 {
+    let (rows, values) = assembly.linear.col(eq.n + i);
+    let ratios = rows.iter().zip(values).filter(|(&r, &v)| r < eq.n && v != 0.0);
+    ratios.fold(0.0f64, |size, (&r, &v)| size.max(terms[r] / v.abs()))
+}
+
+/// A number for an active set, to notice that it returns.
+fn fingerprint(active: &[bool]) -> u64 {
+    active.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &a| {
+        (hash ^ u64::from(a)).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(7)
+    })
+}

@@ -1,0 +1,70 @@
+//! Instructions with constants: values and slopes.
+
+/// `Is expm1(v / nVt)` and its slope; the slope never underflows to zero before the value does.
+pub(super) fn junction(saturation: f64, unit: f64, v: f64) -> (f64, f64) {
+    let x = v / unit;
+    (saturation * x.exp_m1(), saturation / unit * x.exp())
+}
+
+/// Charge of a depletion layer and its capacitance (SPICE's formula, continued linearly in the
+/// capacitance beyond `FC VJ`).
+///
+/// With `t = 1 - v/VJ`: `Q = CJ0 VJ (1 - t^(1-M)) / (1-M)`, computed by `expm1` and `log1p` so that
+/// it keeps its digits near v = 0 and near M = 1.
+pub(super) fn depletion(constants: &[f64], v: f64) -> (f64, f64) {
+    let (c, vj, m, fc) = (constants[0], constants[1], constants[2], constants[3]);
+    let edge = fc * vj;
+    // (1 - t^(1-m)) / (1-m) with ln t = log
+    let gathered = |log: f64| {
+        let exponent = (1.0 - m) * log;
+        if exponent.abs() < 1e-300 {
+            -log
+        } else {
+            -log * (exponent.exp_m1() / exponent)
+        }
+    };
+    if v < edge {
+        let log = (-v / vj).ln_1p();
+        return (c * vj * gathered(log), c * (-m * log).exp());
+    }
+    let log = (-fc).ln_1p();
+    let beyond = v - edge;
+    let at_edge = c * (-m * log).exp();
+    // the capacitance goes on along its tangent at the edge
+    let slope = at_edge * m / (vj * (1.0 - fc));
+    let charge = c * vj * gathered(log) + beyond * (at_edge + 0.5 * slope * beyond);
+    (charge, at_edge + slope * beyond)
+}
+
+/// Points `x1, y1, x2, y2 ...` behind a count: value and slope of the broken line, constant beyond
+/// its ends; at a kink the slope to the right, at a jump the value to the right.
+pub(super) fn table(constants: &[f64], x: f64) -> (f64, f64) {
+    let points = &constants[1..=2 * constants[0] as usize];
+    let above = points.chunks_exact(2).position(|p| x < p[0]);
+    match above {
+        Some(0) => (points[1], 0.0),
+        None if x.is_nan() => (f64::NAN, f64::NAN),
+        None => (points[points.len() - 1], 0.0),
+        Some(k) => {
+            let [x0, y0, x1, y1] = [0, 1, 2, 3].map(|i| points[2 * (k - 1) + i]);
+            let slope = (y1 - y0) / (x1 - x0);
+            (y0 + (x - x0) * slope, slope)
+        }
+    }
+}
+
+/// Each y holds on `[x, next x)`; zero outside.
+pub(super) fn staircase(constants: &[f64], x: f64) -> f64 {
+    let points = &constants[1..=2 * constants[0] as usize];
+    match points.chunks_exact(2).position(|p| x < p[0]) {
+        Some(0) => 0.0,
+        None => {
+            if x.is_nan() {
+                f64::NAN
+            } else {
+                0.0
+            }
+        }
+        Some(k) => points[2 * k - 1],
+    }
+}

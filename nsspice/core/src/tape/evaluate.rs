@@ -1,0 +1,366 @@
+//! Values and derivatives of a program.
+
+use super::curves;
+use super::limit;
+use super::ops::Op;
+use super::program::{Instruction, Program};
+use std::sync::Arc;
+
+/// Where the fast-growing instructions are linearised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Linearisation {
+    /// at the point itself: exact values
+    Exact,
+    /// at points that move from those of the last evaluation with care
+    Careful,
+    /// at the points of the last evaluation, or those that have been set
+    Held,
+}
+
+/// A program with its registers.
+#[derive(Clone, Debug)]
+pub struct Tape {
+    program: Arc<Program>,
+    registers: Vec<f64>,
+    slopes: Vec<f64>,
+    /// linearisation points
+    points: Vec<f64>,
+    knees: Vec<f64>,
+    /// factor of the voltage unit of all junctions, one but on the way to a first solution
+    blunt: f64,
+    limited: bool,
+}
+
+/// A linearisation point this close to the argument (in units of the exponential) is the argument.
+const SAME: f64 = 1e-9;
+/// Slopes are not let beyond this: products with zeros of the chain rule must stay zero.
+const STEEPEST: f64 = 1e150;
+
+impl Tape {
+    /// Registers for a program, with the linearisation points where all arguments are zero.
+    pub fn new(program: Arc<Program>) -> Tape {
+        let mut slopes = vec![0.0; program.variables.len()];
+        for i in program.code.iter().filter(|i| is_variable(i.op)) {
+            slopes[i.slots.0 as usize] = 1.0;
+        }
+        let mut tape = Tape {
+            registers: vec![0.0; program.code.len()],
+            slopes,
+            points: vec![0.0; program.limited],
+            knees: vec![0.0; program.limited],
+            blunt: 1.0,
+            limited: false,
+            program,
+        };
+        tape.set_blunt(1.0);
+        tape
+    }
+
+    /// The program.
+    pub fn program(&self) -> &Program {
+        &self.program
+    }
+
+    /// Multiplies the voltage unit `nVt` of every junction: with a large factor a sharp junction
+    /// becomes a gentle one.
+    pub fn set_blunt(&mut self, factor: f64) {
+        self.blunt = factor;
+        for i in &self.program.code {
+            if i.op == Op::Junction {
+                let c = &self.program.constants[i.args[1] as usize..];
+                self.knees[i.limit as usize] = limit::knee(c[0], factor * c[1]);
+            }
+        }
+    }
+
+    /// Whether there are junctions that `set_blunt` acts on.
+    pub fn has_junctions(&self) -> bool {
+        self.program.code.iter().any(|i| i.op == Op::Junction)
+    }
+
+    /// The linearisation points.
+    pub fn points(&self) -> &[f64] {
+        &self.points
+    }
+
+    /// Goes back to other linearisation points.
+    pub fn set_points(&mut self, points: &[f64]) {
+        self.points.copy_from_slice(points);
+    }
+
+    /// Sets the linearisation point of every junction to its knee, where it begins to conduct.
+    pub fn point_at_knees(&mut self) {
+        for i in self.program.code.iter().filter(|i| i.op == Op::Junction) {
+            self.points[i.limit as usize] = self.knees[i.limit as usize];
+        }
+    }
+
+    /// True if some instruction was not linearised at its argument in the last evaluation.
+    pub fn limited(&self) -> bool {
+        self.limited
+    }
+
+    /// Value of function `k`.
+    pub fn value(&self, k: usize) -> f64 {
+        self.registers[self.program.outputs[k] as usize]
+    }
+
+    /// Derivatives by slot, see `Program::derivatives`.
+    pub fn slopes(&self) -> &[f64] {
+        &self.slopes
+    }
+
+    /// Computes values and derivatives.
+    pub fn evaluate(&mut self, z: &[f64], u: &[f64], t: f64, how: Linearisation) {
+        self.limited = false;
+        let program = self.program.clone();
+        for (k, i) in program.code.iter().enumerate() {
+            let r = &self.registers;
+            let [a, b, c] = i.args.map(|a| a as usize);
+            let value = match i.op {
+                Op::Constant => program.constants[a],
+                Op::Unknown => z[a],
+                Op::Source => u[a],
+                Op::Time => t,
+                _ => {
+                    let (value, partial) = match i.op.arity() {
+                        1 if i.op.limited() => self.limited_step(&program, i, r[a], how),
+                        1 => one_d(unary(&program, i, r[a])),
+                        2 => two_d(binary(i.op, r[a], r[b])),
+                        _ if r[a] != 0.0 => (r[b], [0.0, 1.0, 0.0]),
+                        _ if r[a] == 0.0 => (r[c], [0.0, 0.0, 1.0]),
+                        _ => (f64::NAN, [0.0; 3]),
+                    };
+                    self.chain(&program, i, partial);
+                    value
+                }
+            };
+            self.registers[k] = value;
+        }
+    }
+
+    /// Slots of one instruction by the chain rule.
+    fn chain(&mut self, program: &Program, i: &Instruction, partial: [f64; 3]) {
+        let range = i.slots.0 as usize..i.slots.1 as usize;
+        if range.is_empty() {
+            return;
+        }
+        let [a, b, c] = partial.map(|p| if p.is_infinite() { STEEPEST.copysign(p) } else { p });
+        for slot in range {
+            let [fa, fb, fc] = program.feeds[slot].map(|f| self.slopes[f as usize]);
+            self.slopes[slot] = times(a, fa) + times(b, fb) + times(c, fc);
+        }
+    }
+
+    fn limited_step(
+        &mut self,
+        program: &Program,
+        i: &Instruction,
+        x: f64,
+        how: Linearisation,
+    ) -> (f64, [f64; 3]) {
+        let at = i.limit as usize;
+        let (old, knee) = (self.points[at], self.knees[at]);
+        let constants = &program.constants[if i.op == Op::Junction { i.args[1] as usize } else { 0 }..];
+        let unit = if i.op == Op::Junction { self.blunt * constants[1] } else { 1.0 };
+        let mut point = x;
+        if how == Linearisation::Held {
+            point = old;
+        } else if how == Linearisation::Careful {
+            point = match i.op {
+                Op::Junction => limit::exponential(x, old, unit, knee),
+                Op::Exp | Op::Expm1 => limit::exponential(x, old, 1.0, 0.0),
+                Op::Sinh | Op::Cosh => limit::two_sided(x, old),
+                Op::Log1p => limit::domain(x, old, -1.0),
+                _ => limit::domain(x, old, 0.0),
+            };
+            if x.is_nan() {
+                point = x;
+            }
+        }
+        self.points[at] = point;
+        let (value, slope) = match i.op {
+            Op::Junction => curves::junction(constants[0], unit, point),
+            Op::Exp => {
+                let e = point.exp();
+                (e, e)
+            }
+            Op::Expm1 => (point.exp_m1(), point.exp()),
+            Op::Ln => (point.ln(), 1.0 / point),
+            Op::Log1p => (point.ln_1p(), 1.0 / (1.0 + point)),
+            Op::Log10 => (point.log10(), std::f64::consts::LOG10_E / point),
+            Op::Sqrt => (point.sqrt(), 0.5 / point.sqrt()),
+            Op::Sinh => (point.sinh(), point.cosh()),
+            _ => (point.cosh(), point.sinh()),
+        };
+        if point == x || x.is_nan() {
+            return (value, [slope, 0.0, 0.0]);
+        }
+        if (x - point).abs() > SAME * unit {
+            self.limited = true;
+        }
+        (value + slope * (x - point), [slope, 0.0, 0.0])
+    }
+}
+
+/// A product in which zero wins: a branch that is not taken may have no slope at all.
+#[inline]
+fn times(a: f64, b: f64) -> f64 {
+    if a == 0.0 {
+        0.0
+    } else {
+        a * b
+    }
+}
+
+fn is_variable(op: Op) -> bool {
+    matches!(op, Op::Unknown | Op::Source | Op::Time)
+}
+
+fn one_d((value, slope): (f64, f64)) -> (f64, [f64; 3]) {
+    (value, [slope, 0.0, 0.0])
+}
+
+fn two_d((value, a, b): (f64, f64, f64)) -> (f64, [f64; 3]) {
+    (value, [a, b, 0.0])
+}
+
+fn truth(condition: bool) -> f64 {
+    f64::from(u8::from(condition))
+}
+
+/// Rounding to the even neighbour of two, as in the front end.
+fn nint(x: f64) -> f64 {
+    x.round_ties_even()
+}
+
+fn unary(program: &Program, i: &Instruction, x: f64) -> (f64, f64) {
+    use Op::*;
+    let constants = |i: &Instruction| &program.constants[i.args[1] as usize..];
+    match i.op {
+        Neg => (-x, -1.0),
+        Inv => (1.0 / x, -1.0 / (x * x)),
+        Not => (truth(x == 0.0), 0.0),
+        Abs => (x.abs(), if x < 0.0 { -1.0 } else { 1.0 }),
+        Sin => (x.sin(), x.cos()),
+        Cos => (x.cos(), -x.sin()),
+        Tan => {
+            let t = x.tan();
+            (t, 1.0 + t * t)
+        }
+        // (1 - x)(1 + x) keeps the digits that 1 - x^2 loses near one
+        Asin => (x.asin(), 1.0 / ((1.0 - x) * (1.0 + x)).sqrt()),
+        Acos => (x.acos(), -1.0 / ((1.0 - x) * (1.0 + x)).sqrt()),
+        Atan => (x.atan(), 1.0 / (1.0 + x * x)),
+        Tanh => {
+            let c = x.cosh();
+            (x.tanh(), 1.0 / (c * c))
+        }
+        Asinh => (asinh(x), 1.0 / x.hypot(1.0)),
+        Acosh => (acosh(x), 1.0 / ((x - 1.0) * (x + 1.0)).sqrt()),
+        Atanh => (0.5 * (2.0 * x / (1.0 - x)).ln_1p(), 1.0 / ((1.0 - x) * (1.0 + x))),
+        Floor => (x.floor(), 0.0),
+        Ceil => (x.ceil(), 0.0),
+        Nint => (nint(x), 0.0),
+        Int => (x.trunc(), 0.0),
+        Sgn => (if x == 0.0 { 0.0 } else { x.signum() }, 0.0),
+        U => (if x == 0.0 { 0.5 } else { truth(x > 0.0) }, 0.0),
+        U2 => (x.clamp(0.0, 1.0), truth((0.0..1.0).contains(&x))),
+        Uramp => (if x < 0.0 { 0.0 } else { x }, truth(x >= 0.0)),
+        Buf => (truth(x > 0.5), 0.0),
+        Square => (x * x, 2.0 * x),
+        Depletion => curves::depletion(constants(i), x),
+        Table => curves::table(constants(i), x),
+        Staircase => (curves::staircase(constants(i), x), 0.0),
+        _ => unreachable!("{:?} has a linearisation point", i.op),
+    }
+}
+
+/// `asinh` without cancellation for either sign.
+fn asinh(x: f64) -> f64 {
+    let a = x.abs();
+    let value = if a > 1e8 {
+        a.ln() + std::f64::consts::LN_2
+    } else {
+        let square = a * a;
+        (a + square / (1.0 + (square + 1.0).sqrt())).ln_1p()
+    };
+    value.copysign(x)
+}
+
+/// `acosh` with all digits near one.
+fn acosh(x: f64) -> f64 {
+    if x > 1e8 {
+        return x.ln() + std::f64::consts::LN_2;
+    }
+    let t = x - 1.0;
+    (t + (t * (t + 2.0)).sqrt()).ln_1p()
+}
+
+fn binary(op: Op, x: f64, y: f64) -> (f64, f64, f64) {
+    use Op::*;
+    let flat = |condition: bool| (truth(condition), 0.0, 0.0);
+    match op {
+        Add => (x + y, 1.0, 1.0),
+        Sub => (x - y, 1.0, -1.0),
+        Mul => (x * y, y, x),
+        Div => {
+            let value = x / y;
+            (value, 1.0 / y, -value / y)
+        }
+        Pow => {
+            let value = x.powf(y);
+            (value, power_slope(x, y), log_part(value, x))
+        }
+        Pwr => {
+            let size = x.abs();
+            let value = if x == 0.0 { 0.0 } else { size.powf(y).copysign(x) };
+            (value, y * size.powf(y - 1.0), log_part(value, size))
+        }
+        // at a tie the slope of the second, which lies ahead for max(x, 0) and min(0, x)
+        Min if x.is_nan() || y.is_nan() => (f64::NAN, 0.0, 0.0),
+        Max if x.is_nan() || y.is_nan() => (f64::NAN, 0.0, 0.0),
+        Min if x < y => (x, 1.0, 0.0),
+        Min => (y, 0.0, 1.0),
+        Max if x >= y => (x, 1.0, 0.0),
+        Max => (y, 0.0, 1.0),
+        Atan2 => {
+            let square = x * x + y * y;
+            (x.atan2(y), y / square, -x / square)
+        }
+        Hypot => {
+            let value = x.hypot(y);
+            if value == 0.0 {
+                (0.0, 1.0, 0.0)
+            } else {
+                (value, x / value, y / value)
+            }
+        }
+        Lt => flat(x < y),
+        Le => flat(x <= y),
+        Gt => flat(x > y),
+        Ge => flat(x >= y),
+        Eq => flat(x == y),
+        Ne => flat(x != y),
+        And => flat(x != 0.0 && y != 0.0),
+        _ => flat(x != 0.0 || y != 0.0),
+    }
+}
+
+/// `d(x^y)/dx`, zero for a constant power.
+fn power_slope(x: f64, y: f64) -> f64 {
+    if y == 0.0 {
+        0.0
+    } else {
+        y * x.powf(y - 1.0)
+    }
+}
+
+/// `x^y ln x`, the slope by the exponent; zero where the power vanishes.
+fn log_part(value: f64, base: f64) -> f64 {
+    if value == 0.0 || base <= 0.0 {
+        0.0
+    } else {
+        value * base.ln()
+    }
+}

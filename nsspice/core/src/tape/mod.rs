@@ -1,0 +1,18 @@
+//! Smooth functions as straight-line programs, evaluated with their sparse derivatives.
+//!
+//! [`Program`] is the checked, immutable list of instructions together with the sparsity of all
+//! derivatives, found once; [`Tape`] holds the numbers.  Derivatives run forward beside the values
+//! (Griewank and Walther, *Evaluating Derivatives*, SIAM 2008, ch. 3 and 7), each register with
+//! one slot for every variable it depends on, so that an evaluation allocates nothing.
+
+mod curves;
+mod evaluate;
+mod limit;
+mod ops;
+mod program;
+#[cfg(test)]
+mod tests;
+
+pub use evaluate::{Linearisation, Tape};
+pub use ops::{Op, NAMES};
+pub use program::Program;

@@ -1,0 +1,194 @@
+//! A checked tape with the sparsity of its derivatives.
+
+use super::ops::Op;
+
+/// One instruction: code, arguments, and where its derivatives stand.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Instruction {
+    pub op: Op,
+    /// registers, or indices of constants, unknowns, sources
+    pub args: [u32; 3],
+    /// range of its slots
+    pub slots: (u32, u32),
+    /// which limited instruction it is
+    pub limit: u32,
+}
+
+/// The slot that always holds the derivative 0.
+pub(super) const ZERO: u32 = 0;
+
+/// A straight-line program of functions of the unknowns z, the sources u and the time.
+///
+/// Variables are counted through: unknowns, then sources, then the time.
+#[derive(Clone, Debug)]
+pub struct Program {
+    pub(super) code: Vec<Instruction>,
+    pub(super) constants: Vec<f64>,
+    pub(super) outputs: Vec<u32>,
+    /// variable of each slot
+    pub(super) variables: Vec<u32>,
+    /// slots of the arguments that feed each slot
+    pub(super) feeds: Vec<[u32; 3]>,
+    /// number of instructions with a linearisation point of their own
+    pub(super) limited: usize,
+    unknowns: usize,
+    sources: usize,
+}
+
+impl Program {
+    /// Checks a tape over `unknowns` and `sources`.
+    pub fn new(
+        ops: &[u8],
+        args: &[[i32; 3]],
+        constants: &[f64],
+        outputs: &[i32],
+        unknowns: usize,
+        sources: usize,
+    ) -> Result<Program, String> {
+        if ops.len() != args.len() {
+            return Err("a tape needs one row of arguments per instruction".into());
+        }
+        let mut program = Program {
+            code: Vec::with_capacity(ops.len()),
+            constants: constants.to_vec(),
+            outputs: Vec::with_capacity(outputs.len()),
+            variables: vec![u32::MAX],
+            feeds: vec![[ZERO; 3]],
+            limited: 0,
+            unknowns,
+            sources,
+        };
+        for (k, (&code, args)) in ops.iter().zip(args).enumerate() {
+            let op = Op::from_code(code).ok_or(format!("instruction {k} has the code {code}"))?;
+            program.add(k, op, args)?;
+        }
+        for &register in outputs {
+            let register = usize::try_from(register).unwrap_or(usize::MAX);
+            if register >= ops.len() {
+                return Err(format!("an output is register {register} of {}", ops.len()));
+            }
+            program.outputs.push(register as u32);
+        }
+        Ok(program)
+    }
+
+    fn add(&mut self, k: usize, op: Op, args: &[i32; 3]) -> Result<(), String> {
+        let wrong = |what: &str| format!("instruction {k} of the tape refers to {what}");
+        let mut own = [0u32; 3];
+        for (own, &arg) in own.iter_mut().zip(args) {
+            *own = u32::try_from(arg).map_err(|_| wrong("a negative index"))?;
+        }
+        let index = own[0] as usize;
+        let arity = op.arity();
+        if own[..arity].iter().any(|&a| a as usize >= k) {
+            return Err(wrong("a later register"));
+        }
+        let start = self.variables.len() as u32;
+        match op {
+            Op::Constant if index >= self.constants.len() => {
+                return Err(wrong("a missing constant"))
+            }
+            Op::Unknown if index >= self.unknowns => return Err(wrong("a missing unknown")),
+            Op::Source if index >= self.sources => return Err(wrong("a missing source")),
+            Op::Junction | Op::Depletion | Op::Table | Op::Staircase => {
+                self.check_constants(op, own[1] as usize).ok_or_else(|| wrong("wrong constants"))?;
+            }
+            _ => {}
+        }
+        match op {
+            Op::Unknown => self.variable(index),
+            Op::Source => self.variable(self.unknowns + index),
+            Op::Time => self.variable(self.time_variable()),
+            _ if op.flat() => {}
+            // the condition chooses, it adds no slope
+            Op::If => self.merge(&[None, Some(own[1]), Some(own[2])]),
+            _ => {
+                let mut list = [None; 3];
+                for (item, &arg) in list.iter_mut().zip(&own[..arity]) {
+                    *item = Some(arg);
+                }
+                self.merge(&list);
+            }
+        }
+        let limit = self.limited as u32;
+        self.limited += usize::from(op.limited());
+        let slots = (start, self.variables.len() as u32);
+        self.code.push(Instruction { op, args: own, slots, limit });
+        Ok(())
+    }
+
+    /// The constants of an instruction that carries some are complete and make sense.
+    fn check_constants(&self, op: Op, at: usize) -> Option<()> {
+        let c = self.constants.get(at..)?;
+        let fine = match op {
+            Op::Junction => c.len() >= 2 && c[1] > 0.0,
+            Op::Depletion => c.len() >= 4 && c[1] > 0.0,
+            _ => {
+                let count = *c.first()?;
+                let whole = count >= 1.0 && count.fract() == 0.0 && c.len() as f64 > 2.0 * count;
+                whole && {
+                    let points = &c[1..=2 * count as usize];
+                    points.chunks(2).zip(points.chunks(2).skip(1)).all(|(a, b)| a[0] <= b[0])
+                }
+            }
+        };
+        fine.then_some(())
+    }
+
+    fn variable(&mut self, index: usize) {
+        self.variables.push(index as u32);
+        self.feeds.push([ZERO; 3]);
+    }
+
+    /// Slots for the union of the variables of some registers.
+    fn merge(&mut self, registers: &[Option<u32>; 3]) {
+        let ranges = registers.map(|r| r.map_or((0, 0), |r| self.code[r as usize].slots));
+        let mut next = ranges.map(|r| r.0);
+        loop {
+            let ahead = |k: usize| {
+                (next[k] < ranges[k].1).then(|| self.variables[next[k] as usize])
+            };
+            let Some(variable) = (0..3).filter_map(ahead).min() else { return };
+            let mut feed = [ZERO; 3];
+            for k in 0..3 {
+                if next[k] < ranges[k].1 && self.variables[next[k] as usize] == variable {
+                    feed[k] = next[k];
+                    next[k] += 1;
+                }
+            }
+            self.variables.push(variable);
+            self.feeds.push(feed);
+        }
+    }
+
+    /// Number of functions.
+    pub fn len(&self) -> usize {
+        self.outputs.len()
+    }
+
+    /// True if there are no functions.
+    pub fn is_empty(&self) -> bool {
+        self.outputs.is_empty()
+    }
+
+    /// Number of unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.unknowns
+    }
+
+    /// Number of sources.
+    pub fn sources(&self) -> usize {
+        self.sources
+    }
+
+    /// The variable that is the time.
+    pub fn time_variable(&self) -> usize {
+        self.unknowns + self.sources
+    }
+
+    /// The variables that function `k` depends on, ascending, each with the slot of its derivative.
+    pub fn derivatives(&self, k: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let (start, end) = self.code[self.outputs[k] as usize].slots;
+        (start as usize..end as usize).map(|slot| (self.variables[slot] as usize, slot))
+    }
+}

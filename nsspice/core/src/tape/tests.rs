@@ -1,0 +1,108 @@
+use super::{Linearisation, Program, Tape, NAMES};
+use std::sync::Arc;
+
+fn code(name: &str) -> u8 {
+    NAMES.iter().position(|n| *n == name).unwrap() as u8
+}
+
+/// A tape from (name, arguments) over 3 unknowns and 1 source; the last register is the output.
+fn tape(list: &[(&str, [i32; 3])], constants: &[f64]) -> Tape {
+    let ops: Vec<u8> = list.iter().map(|i| code(i.0)).collect();
+    let args: Vec<[i32; 3]> = list.iter().map(|i| i.1).collect();
+    let output = [list.len() as i32 - 1];
+    Tape::new(Arc::new(Program::new(&ops, &args, constants, &output, 3, 1).unwrap()))
+}
+
+fn gradient(t: &Tape) -> Vec<(usize, f64)> {
+    t.program().derivatives(0).map(|(v, s)| (v, t.slopes()[s])).collect()
+}
+
+#[test]
+fn derivatives_reach_unknowns_sources_and_time_once_each() {
+    // (z0 z2 + u0) t + z0
+    let mut t = tape(
+        &[
+            ("unknown", [0, 0, 0]),
+            ("unknown", [2, 0, 0]),
+            ("source", [0, 0, 0]),
+            ("time", [0, 0, 0]),
+            ("mul", [0, 1, 0]),
+            ("add", [4, 2, 0]),
+            ("mul", [5, 3, 0]),
+            ("add", [6, 0, 0]),
+        ],
+        &[],
+    );
+    t.evaluate(&[2.0, 9.0, 5.0], &[7.0], 3.0, Linearisation::Exact);
+    assert_eq!(t.value(0), 53.0);
+    assert_eq!(gradient(&t), vec![(0, 16.0), (2, 6.0), (3, 3.0), (4, 17.0)]);
+}
+
+#[test]
+fn a_branch_not_taken_has_no_influence() {
+    // if (z0 > 1) asin(z0) else 2 z0
+    let mut t = tape(
+        &[
+            ("unknown", [0, 0, 0]),
+            ("constant", [0, 0, 0]),
+            ("lt", [0, 1, 0]),
+            ("asin", [0, 0, 0]),
+            ("add", [0, 0, 0]),
+            ("if", [2, 3, 4]),
+        ],
+        &[1.0],
+    );
+    t.evaluate(&[4.0, 0.0, 0.0], &[0.0], 0.0, Linearisation::Exact);
+    assert_eq!((t.value(0), gradient(&t)), (8.0, vec![(0, 2.0)]));
+}
+
+#[test]
+fn careful_values_lie_on_a_tangent_and_arrive() {
+    let list = [("unknown", [0, 0, 0]), ("junction", [0, 0, 0])];
+    let mut t = tape(&list, &[1e-14, 0.025]);
+    t.evaluate(&[5.0, 0.0, 0.0], &[0.0], 0.0, Linearisation::Careful);
+    assert!(t.limited() && t.value(0).is_finite());
+    let (point, slope) = (t.points()[0], gradient(&t)[0].1);
+    assert!((slope - 1e-14 / 0.025 * (point / 0.025).exp()).abs() < 1e-12 * slope);
+    let mut rounds = 0;
+    while t.limited() {
+        t.evaluate(&[0.8, 0.0, 0.0], &[0.0], 0.0, Linearisation::Careful);
+        rounds += 1;
+        assert!(rounds < 12);
+    }
+    assert_eq!(t.value(0), 1e-14 * (0.8f64 / 0.025).exp_m1());
+}
+
+#[test]
+fn a_newton_iteration_in_series_with_a_resistor_converges_however_sharp() {
+    for unit in [0.0259, 2.59e-3, 2.59e-4, 2.59e-5, 2.59e-6] {
+        let list = [("unknown", [0, 0, 0]), ("junction", [0, 0, 0])];
+        let mut t = tape(&list, &[1e-14, unit]);
+        let (source, conductance) = (10.0, 1e-3);
+        let mut v = 0.0;
+        let mut rounds = 0;
+        loop {
+            t.evaluate(&[v, 0.0, 0.0], &[0.0], 0.0, Linearisation::Careful);
+            let defect = conductance * (source - v) - t.value(0);
+            if !t.limited() && defect.abs() < 1e-14 {
+                break;
+            }
+            v += defect / (conductance + gradient(&t)[0].1);
+            rounds += 1;
+            assert!(rounds < 25, "unit {unit}");
+        }
+    }
+}
+
+#[test]
+fn wrong_tapes_are_refused() {
+    let wrong = |name: &str, args: [i32; 3], constants: &[f64]| {
+        Program::new(&[code(name)], &[args], constants, &[0], 1, 1).is_err()
+    };
+    assert!(wrong("neg", [0, 0, 0], &[]));
+    assert!(wrong("unknown", [1, 0, 0], &[]));
+    assert!(wrong("constant", [0, 0, 0], &[]));
+    assert!(wrong("source", [-1, 0, 0], &[]));
+    assert!(Program::new(&[200], &[[0; 3]], &[], &[], 1, 1).is_err());
+    assert!(Program::new(&[0], &[[0; 3]], &[1.0], &[1], 1, 1).is_err());
+}
