@@ -56,6 +56,8 @@ def named_failure(
     else:
         where = f"at {where}" if where else "in the DC solution"
     certificate = problem.certificate
+    if certificate is None and problem.worst_row is not None:
+        return _no_convergence(circuit, mna, problem, where)
     if certificate is None:
         message = (
             f"no solution was found {where}, and no contradiction either: "
@@ -85,6 +87,33 @@ def named_failure(
         Diagnostic("NS3001", message, _span(circuit, elements), _advice(elements, nodes, starting)),
         elements=elements,
         nodes=nodes,
+        time=problem.time,
+        residual=problem.residual,
+    )
+
+
+def _no_convergence(
+    circuit: Circuit, mna: MnaSystem, problem: UnsolvedStep, where: str
+) -> StepError:
+    """Return the error of Newton's method, with the law that its best point violates most."""
+    row = problem.worst_row or 0
+    element = mna.row_elements[row] if row < len(mna.row_elements) else None
+    node = mna.row_nodes[row] if row < len(mna.row_nodes) else None
+    place, named = "the circuit", []
+    if element is not None:
+        place, named = f"the law of {element}", [element]
+    elif node is not None:
+        # the culprits are nonlinear: they are named first
+        near = sorted((d for d in mna.devices if node in d.ends), key=lambda d: not d.smooth)
+        named = [d.name for d in near]
+        place = f"the current law of node {node} ({_list(named)})" if named else f"node {node}"
+    message = (
+        f"Newton's method found no solution {where}: "
+        f"{place} is violated most, by {problem.residual:.1e} of its terms"
+    )
+    hint = "check the values there; give .nodeset voltages near the solution, or try another step"
+    return StepError(
+        Diagnostic("NS3004", message, _span(circuit, named), hint),
         time=problem.time,
         residual=problem.residual,
     )

@@ -71,6 +71,7 @@ class PointsOfIsland:
         for first, last in pairwise(cuts):
             mna, system = self._system(first, last)
             stepper = MoreauStepper(system, [mna.functional(name) for name in self.names])
+            stepper.freeze_time(0.0)
             self.totals.unknowns, self.totals.pairs = system.n, system.m
             if mna.unknowns != unknowns:  # a resistor of 0 Ohm has a current for an unknown
                 near, unknowns = guess_of(self.circuit, mna), mna.unknowns

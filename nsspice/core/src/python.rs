@@ -57,8 +57,12 @@ fn role(code: u8) -> PyResult<Role> {
 type OutputSpec = [Vec<(usize, f64)>; 6];
 
 /// codes, arguments, constants, outputs of a tape
-type TapeSpec<'py> =
-    (PyReadonlyArray1<'py, u8>, PyReadonlyArray2<'py, i32>, Floats<'py>, PyReadonlyArray1<'py, i32>);
+type TapeSpec<'py> = (
+    PyReadonlyArray1<'py, u8>,
+    PyReadonlyArray2<'py, i32>,
+    Floats<'py>,
+    PyReadonlyArray1<'py, i32>,
+);
 
 /// tape, F, Q
 type SmoothSpec<'py> = (TapeSpec<'py>, Matrix<'py>, Matrix<'py>);
@@ -122,11 +126,9 @@ impl PyStepper {
         smooth: Option<SmoothSpec>,
     ) -> PyResult<Self> {
         let smooth = match &smooth {
-            Some((spec, f, q)) => Some(Smooth {
-                tape: tape(spec, g.0, waveforms.len())?,
-                f: csc(f)?,
-                q: csc(q)?,
-            }),
+            Some((spec, f, q)) => {
+                Some(Smooth { tape: tape(spec, g.0, waveforms.len())?, f: csc(f)?, q: csc(q)? })
+            }
             None => None,
         };
         let functions = smooth.as_ref().map_or(0, |s| s.tape.program().len());

@@ -24,8 +24,8 @@ mod scratch;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use equilibrate::equilibrate;
 pub use driver::{Driver, Solved, Statistics, Unsolved};
+pub(crate) use equilibrate::equilibrate;
 pub use modes::{work_len, ModeFactor};
 pub use problem::{Problem, Role, Start};
 pub use residual::Residual;

@@ -7,6 +7,7 @@ use crate::sparse::Csc;
 
 /// Moves `x` to a solution of the linearised problem near it; `defect` belongs to `x`.  Returns the
 /// highest stage of the driver, or None if there is no solution.
+#[allow(clippy::too_many_arguments)] // the data of the problem
 pub(super) fn step(
     eq: &Equations,
     assembly: &Assembly,
@@ -22,7 +23,7 @@ pub(super) fn step(
     let mut k = Vec::with_capacity(assembly.values.len());
     // K z+ + A l+ = defect + K z + A l
     let mut right = defect[..n].to_vec();
-    for c in 0..full.ncols {
+    for (c, &value) in x.iter().enumerate() {
         for at in full.colptr[c]..full.colptr[c + 1] {
             let (r, mut v) = (full.rowidx[at], assembly.values[at]);
             if r >= n {
@@ -31,7 +32,7 @@ pub(super) fn step(
             if r == c && mu != 0.0 {
                 v += mu / (assembly.scale[r] * assembly.scale[r]);
             }
-            right[r] += v * x[c];
+            right[r] += v * value;
             if c < n {
                 k.push((r, c, v));
             }

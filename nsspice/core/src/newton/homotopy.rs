@@ -25,9 +25,7 @@ pub(super) fn first(newton: &mut Newton) -> Option<Judgement> {
     newton.tape.set_points(&vec![0.0; newton.tape.points().len()]);
     newton.tape.point_at_knees();
     newton.activate_from_signs();
-    newton
-        .iterate(ITERATIONS[1], None, Linearisation::Held)
-        .or_else(|| follow(newton, &zero))
+    newton.iterate(ITERATIONS[1], None, Linearisation::Held).or_else(|| follow(newton, &zero))
 }
 
 /// A solution from a point near which Newton's method failed.
@@ -106,7 +104,8 @@ fn hold_back(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
             newton.tape.set_points(&points);
             continue;
         }
-        let moved = newton.state.x.iter().zip(&centre).zip(&newton.assemblies[newton.present].scale);
+        let moved =
+            newton.state.x.iter().zip(&centre).zip(&newton.assemblies[newton.present].scale);
         let (moved, size) = moved.fold((0.0f64, 0.0f64), |(m, a), ((x, c), s)| {
             (m.max(((x - c) / s).abs()), a.max((x / s).abs()))
         });

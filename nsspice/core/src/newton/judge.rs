@@ -91,12 +91,12 @@ impl Balance {
         for i in 0..n {
             let excess = defect[i].abs() - ROUNDING * self.steep[i];
             if excess <= 0.0 {
-                continue;
+                continue; // NaN goes on
             }
             let ratio = excess / terms[i].max(floor[eq.kind(i)]);
-            // also for NaN, which no comparison finds
-            if !(ratio <= rows) {
-                (rows, worst_row) = (if ratio.is_finite() { ratio } else { f64::INFINITY }, i);
+            let ratio = if ratio.is_finite() { ratio } else { f64::INFINITY }; // NaN is no number
+            if ratio > rows {
+                (rows, worst_row) = (ratio, i);
             }
         }
         let mut current = 0.0f64;

@@ -12,6 +12,8 @@ use std::sync::Arc;
 
 /// Relative residual at which the iteration ends; one iteration earlier it was about the root.
 const DONE: f64 = 1e-11;
+/// The same for a guess, which nothing has improved yet.
+const GUESSED: f64 = 1e-15;
 /// Largest relative residual of an accepted solution: where rounding allows no better.
 const ACCEPT: f64 = 1e-9;
 /// Signs ignore violations below this part of the terms they are the sum of.
@@ -298,7 +300,8 @@ impl Newton {
                 continue;
             }
             halvings = 0;
-            if found.residual.worst() <= DONE {
+            let done = if round == 0 { GUESSED } else { DONE };
+            if found.residual.worst() <= done {
                 if !self.tape.limited() {
                     return Some(found);
                 }
@@ -306,7 +309,7 @@ impl Newton {
                 let points = self.tape.points().to_vec();
                 self.evaluate_at_x(Linearisation::Exact, pull);
                 let exact = self.judge();
-                if exact.residual.worst() <= DONE {
+                if exact.residual.worst() <= done {
                     return Some(exact);
                 }
                 self.tape.set_points(&points);

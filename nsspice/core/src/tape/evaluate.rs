@@ -161,7 +161,8 @@ impl Tape {
     ) -> (f64, [f64; 3]) {
         let at = i.limit as usize;
         let (old, knee) = (self.points[at], self.knees[at]);
-        let constants = &program.constants[if i.op == Op::Junction { i.args[1] as usize } else { 0 }..];
+        let constants =
+            &program.constants[if i.op == Op::Junction { i.args[1] as usize } else { 0 }..];
         let unit = if i.op == Op::Junction { self.blunt * constants[1] } else { 1.0 };
         let mut point = x;
         if how == Linearisation::Held {

@@ -91,7 +91,8 @@ impl Program {
             Op::Unknown if index >= self.unknowns => return Err(wrong("a missing unknown")),
             Op::Source if index >= self.sources => return Err(wrong("a missing source")),
             Op::Junction | Op::Depletion | Op::Table | Op::Staircase => {
-                self.check_constants(op, own[1] as usize).ok_or_else(|| wrong("wrong constants"))?;
+                self.check_constants(op, own[1] as usize)
+                    .ok_or_else(|| wrong("wrong constants"))?;
             }
             _ => {}
         }
@@ -145,9 +146,8 @@ impl Program {
         let ranges = registers.map(|r| r.map_or((0, 0), |r| self.code[r as usize].slots));
         let mut next = ranges.map(|r| r.0);
         loop {
-            let ahead = |k: usize| {
-                (next[k] < ranges[k].1).then(|| self.variables[next[k] as usize])
-            };
+            let ahead =
+                |k: usize| (next[k] < ranges[k].1).then(|| self.variables[next[k] as usize]);
             let Some(variable) = (0..3).filter_map(ahead).min() else { return };
             let mut feed = [ZERO; 3];
             for k in 0..3 {
