@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ..circuit import Circuit, Island, MnaSystem
-from ..errors import Diagnostic, UsageError
 from ..solvers.moreau import MoreauStepper, UnsolvedStep
 from .cards import Tran
 from .curve import Floats
@@ -43,8 +42,6 @@ class IslandRunner:
         self.step: float | None = None if system.static else analysis.solver_step(settings.step)
         averaging: dict[str, object] = {}
         if self.step is not None and settings.theta < 1.0:
-            if system.smooth is not None:
-                raise _not_averaged(island, settings.theta)
             from ..circuit.theta import theta_terms
 
             averaging["H"], averaging["Hs"] = theta_terms(self.mna, settings.theta)
@@ -111,20 +108,6 @@ class IslandRunner:
             self.step,
             dict(self.stepper.statistics),
         )
-
-
-def _not_averaged(island: Island, theta: float) -> UsageError:
-    """Return the error for averaging in a circuit with smooth nonlinear laws."""
-    smooth = [device for device in island.devices if device.smooth]
-    name = smooth[0].name if smooth else "an element"
-    return UsageError(
-        Diagnostic(
-            "NS2063",
-            f"theta = {theta:g} averages linear laws only, and that of {name} is nonlinear",
-            smooth[0].span if smooth else None,
-            "use theta=1, or method=sdirk2 for second order",
-        )
-    )
 
 
 class Stopped(Exception):

@@ -1,5 +1,6 @@
 """Newton's method for systems with smooth and set-valued laws, on arrays written by hand."""
 
+import itertools
 import math
 
 import numpy as np
@@ -60,7 +61,7 @@ def test_bridge_and_logic_converge_however_sharp(emission):
     chain.voltage(1, 0, dc(5.0))
     chain.voltage(2, 0, dc(5.0))
     chain_nodes = [2, *range(3, 9)]
-    for k, (a, c) in enumerate(zip(chain_nodes, chain_nodes[1:], strict=False)):
+    for k, (a, c) in enumerate(itertools.pairwise(chain_nodes)):
         chain.resistor(a, 9 + k, 1e4)
         chain.resistor(1, c, 1e3)
         chain.transistor(c, 9 + k, 0, emission=emission)
