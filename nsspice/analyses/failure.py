@@ -5,29 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from ..circuit import Circuit, MnaSystem
-from ..errors import Diagnostic, InfeasibleError, NetlistError, NumericalError, Span, StepError
+from ..errors import Diagnostic, InfeasibleError, NumericalError, Span, StepError
 from ..solvers.moreau import UnsolvedStep
 
 _NAMED = 6  # elements or nodes spelt out in one sentence
-
-
-def refuse_smooth(mna: MnaSystem) -> None:
-    """Raise NetlistError NS2009 for an island with smooth nonlinear laws, naming them."""
-    if mna.system.smooth is None:
-        return
-    raise NetlistError(
-        [
-            Diagnostic(
-                "NS2009",
-                f"{device.name} is a smooth nonlinear {device.KIND}, which this version reads and "
-                "explains but does not simulate",
-                device.span,
-                "use a linear or a set-valued element",
-            )
-            for device in mna.devices
-            if device.smooth
-        ]
-    )
 
 
 def named_failure(

@@ -8,7 +8,7 @@ from ..circuit import Circuit, Island, MnaSystem
 from ..solvers.moreau import MoreauStepper, UnsolvedStep
 from .cards import Tran
 from .curve import Floats
-from .failure import named_failure, refuse_smooth
+from .failure import named_failure
 from .impulses import impulses_of
 from .initial import start
 from .settings import Settings
@@ -37,7 +37,6 @@ class IslandRunner:
         self.mna: MnaSystem = island.assemble(
             temperature, values or {}, tstep=analysis.row_distance, tstop=analysis.stop
         )
-        refuse_smooth(self.mna)
         system = self.mna.system
         self.step: float | None = None if system.static else analysis.solver_step(settings.step)
         averaging: dict[str, object] = {}

@@ -14,7 +14,7 @@ from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem, Waveform
 from ..solvers.moreau import MoreauStepper, UnsolvedStep
 from .curve import Floats
-from .failure import named_failure, refuse_smooth
+from .failure import named_failure
 from .initial import guess_of
 from .solution import IslandRun
 
@@ -96,7 +96,6 @@ class PointsOfIsland:
                 values[name] = float(axis[first])
         marks = {name: _MARK * (1.0 + k) for k, name in enumerate(self.sources)}
         mna = self.island.assemble(temperature, {**values, **marks}, analysis="dc")
-        refuse_smooth(mna)
         waveforms = list(mna.system.waveforms)
         times = np.arange(float(last - first))
         for name, axis in self.sources.items():

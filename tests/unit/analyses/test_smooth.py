@@ -1,0 +1,66 @@
+"""Decks with smooth laws through all analyses, against closed forms."""
+
+import numpy as np
+import pytest
+
+import nsspice
+
+ARGSINH = """argsinh resistor and a practical diode of 1 V
+V1 a 0 SIN(0 4 0.15915494309189535)
+B1 a b I={sinh(v(a,b))}
+D1 b 0 practical
+.model practical D(Vfwd=1 Vrev=1)
+.tran 0.01 10
+.dc V1 -4 4 0.25
+"""
+
+JUNCTION = """half-wave rectifier with a smooth junction
+V1 a 0 SIN(0 5 1k)
+B1 a b I={1e-14*(exp(v(a,b)/0.025852)-1)}
+R1 b 0 1k
+.tran 10u 2m
+"""
+
+
+def test_argsinh_resistor_behind_a_practical_diode_is_solved_point_by_point():
+    tran, dc = nsspice.read(ARGSINH).run()
+    for solution, p in ((tran, 4.0 * np.sin(tran.time)), (dc, np.linspace(-4.0, 4.0, 33))):
+        exact = np.where(p > 1, np.sinh(p - 1), np.where(p < -1, np.sinh(p + 1), 0.0))
+        # rounding of 4 V at the slope cosh(3) = 10 of the law
+        assert np.abs(-solution["i(v1)"] - exact).max() < 2e-14
+        assert solution.certificate.passed
+    assert tran.islands[0].problem_class == "GE"
+
+
+def test_functions_of_time_stand_still_in_a_sweep():
+    """In a .dc sweep the time is 0, not the number of the point."""
+    (solution,) = nsspice.read(
+        "time\nV1 a 0 1\nB1 b 0 V={v(a) + time}\nR1 b 0 1\n.dc V1 1 5 1\n"
+    ).run()
+    assert solution["v(b)"].tolist() == [1.0, 2.0, 3.0, 4.0, 5.0]
+
+
+def test_a_junction_holds_its_law_at_every_row():
+    (solution,) = nsspice.read(JUNCTION).run()
+    v = solution["v(a,b)"]
+    law = 1e-14 * np.expm1(np.minimum(v, 1.0) / 0.025852)
+    assert np.abs(law - solution["v(b)"] / 1e3).max() < 1e-12
+    assert solution["v(b)"].max() == pytest.approx(4.28, abs=0.05)  # one drop below the peak
+
+
+def test_averaging_is_refused_by_name():
+    circuit = nsspice.read(JUNCTION + "C1 b 0 1u\n")
+    with pytest.raises(nsspice.NsspiceError) as error:
+        nsspice.tran(circuit, theta=0.5)
+    assert error.value.code == "NS2063"
+    assert "b1" in str(error.value)
+
+
+def test_a_deck_without_a_solution_names_the_law():
+    """No real v has v^2 + 1 = 0."""
+    circuit = nsspice.read("no root\nB1 a 0 I={v(a)*v(a) + 1}\nR1 a 0 1e12\n.op\n")
+    with pytest.raises(nsspice.NsspiceError) as error:
+        circuit.run()
+    assert error.value.code == "NS3004"
+    assert "node a" in str(error.value)
+    assert "b1" in str(error.value)
