@@ -204,3 +204,9 @@ class UsageError(NsspiceError):
 
 class OutputError(NsspiceError):
     """A file could not be written or read."""
+
+
+class ComparisonError(NsspiceError):
+    """A comparison could not be made because the other side failed; the command exits with 1."""
+
+    exit_code = 1

@@ -19,7 +19,7 @@ ALLOWED = {
     "circuit": {"netlist", "devices", "problems"},
     "analyses": {"netlist", "devices", "circuit", "problems", "solvers"},
     "output": {"netlist", "problems", "analyses", "_core"},
-    "compare": {"netlist", "circuit", "problems", "solvers", "analyses", "output"},
+    "compare": {"netlist", "devices", "circuit", "problems", "solvers", "analyses", "output"},
     "cli": {"netlist", "devices", "circuit", "problems", "solvers", "analyses", "output"}
     | {"compare"},
 }

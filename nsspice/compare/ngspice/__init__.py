@@ -1,0 +1,23 @@
+"""Cross-checks with ngspice, another simulator, on the same circuit.
+
+ngspice knows smooth laws only: an ideal diode or switch is replaced by a sharp smooth one, and
+every replacement is listed.  ngspice is optional; it runs in a process of its own.
+"""
+
+from __future__ import annotations
+
+from .deck_writer import Substitute
+from .options import Options
+from .result import NgspiceError, NgspiceRun
+from .runs import run
+from .translate import Translation, translate
+
+__all__ = [
+    "NgspiceError",
+    "NgspiceRun",
+    "Options",
+    "Substitute",
+    "Translation",
+    "run",
+    "translate",
+]

@@ -1,0 +1,171 @@
+"""One function for each element letter: how it is written for ngspice."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+
+from ...devices import (
+    Coupling,
+    CurrentSource,
+    CurrentSwitch,
+    Device,
+    Diode,
+    VoltageSource,
+    VoltageSwitch,
+)
+from ...devices.passive import Passive
+from ...netlist.deck import Element
+from ...netlist.expression import Expression
+from .deck_writer import DeckWriter, untranslatable
+from .diodes import write_diode, write_switch
+from .expression import spice_expression
+from .waveform import source_text
+
+
+def write(writer: DeckWriter, element: Element, device: Device) -> None:
+    """Write one element.
+
+    Raises
+    ------
+    UsageError
+        NS4014 if ngspice has nothing that could stand for it.
+    """
+    if isinstance(device, Diode):
+        write_diode(writer, device)
+    elif isinstance(device, VoltageSwitch | CurrentSwitch):
+        write_switch(writer, device)
+    elif isinstance(device, Coupling):
+        _coupling(writer, device)
+    elif isinstance(device, VoltageSource | CurrentSource):
+        _source(writer, device)
+    elif isinstance(element.value, Expression):
+        _behavioural(writer, element)
+    elif isinstance(device, Passive):
+        _passive(writer, element, device)
+    elif element.letter in _VERBATIM:
+        _VERBATIM[element.letter](writer, element)
+    else:
+        raise untranslatable(f"{element.name}: ngspice has nothing that could stand for it")
+
+
+def is_voltage_source(element: Element, device: Device) -> bool:
+    """Return whether an element becomes a voltage source, which measures its own current."""
+    return isinstance(device, VoltageSource) or (
+        element.letter in "rl" and isinstance(device, Passive) and device.value == 0.0
+    )
+
+
+def _passive(writer: DeckWriter, element: Element, device: Passive) -> None:
+    letter, value = element.letter, device.at(writer.conditions)
+    if value == 0.0 and letter in "rl":
+        meter = writer.names.element("v", device.name)
+        writer.add(meter, *(writer.node(n) for n in device.nodes), "DC 0")
+        writer.substitute(device.name, "short", "voltage source of 0 V")
+        return
+    value = value * device.m if letter == "c" else value / device.m
+    if math.isinf(value) or value == 0.0:
+        return
+    words: list[object] = [writer.names.element(letter, device.name)]
+    words += [*writer.ends(device.name, device.nodes[:2]), value]
+    if device.ic is not None and letter in "cl":
+        words.append(f"ic={device.ic!r}")
+    writer.add(*words)
+
+
+def _coupling(writer: DeckWriter, device: Coupling) -> None:
+    pairs = list(itertools.combinations(device.inductors, 2))
+    for k, (one, two) in enumerate(pairs):
+        name = device.name if len(pairs) == 1 else f"{device.name}_{k + 1}"
+        coils = [writer.names.element("l", coil.name) for coil in (one, two)]
+        writer.add(writer.names.element("k", name), *coils, device.coefficient)
+
+
+def _source(writer: DeckWriter, device: VoltageSource | CurrentSource) -> None:
+    waveform = device.waveform(writer.conditions)
+    text, sharp = source_text(waveform, writer.stop, writer.edge)
+    words: list[object] = [writer.names.element(device.letter, device.name)]
+    if isinstance(device, VoltageSource):
+        words += [writer.node(node) for node in device.nodes]
+    else:
+        words += writer.ends(device.name, device.nodes)
+    if isinstance(device, CurrentSource) and device.m != 1.0:
+        text += f" m={device.m!r}"
+    writer.add(*words, text)
+    if sharp:
+        writer.substitute(device.name, "ideal edge", f"ramp of {writer.edge:g} s")
+
+
+def _behavioural(writer: DeckWriter, element: Element) -> None:
+    """Write R, E, F, G, H and B with an expression of signals as a B source."""
+    value = element.value
+    assert isinstance(value, Expression)
+    if element.quantity not in ("v", "i"):
+        raise untranslatable(f"{element.name}: ngspice cannot have {value.text} as its value")
+    a, b = writer.ends(element.name, element.nodes)
+    text = spice_expression(value.node, _signal(writer, element.name))
+    parallel = element.params.get("m")
+    if parallel is not None and element.quantity == "i":
+        text = f"({text})*{float(parallel.value)!r}"  # type: ignore[arg-type]
+    name = writer.names.element("b", element.name)
+    writer.add(name, a, b, f"{element.quantity.upper()}={text}")
+    if element.letter != "b":
+        writer.substitute(element.name, f"nonlinear {element.letter.upper()}", "B source")
+
+
+def _signal(writer: DeckWriter, owner: str) -> Callable[[str], str]:
+    """Return the spelling of signals in an expression of an element."""
+
+    def spelled(name: str) -> str:
+        if name == "i":
+            return f"i({writer.meter(owner)})"
+        if name.startswith("v("):
+            return f"v({','.join(writer.node(n.strip()) for n in name[2:-1].split(','))})"
+        if name.startswith("i("):
+            return f"i({writer.meter(name[2:-1])})"
+        return name
+
+    return spelled
+
+
+def _controlled(writer: DeckWriter, element: Element) -> None:
+    """Write a linear E, F, G or H."""
+    if not isinstance(element.value, int | float):
+        raise untranslatable(f"{element.name} has no constant gain")
+    gain = float(element.value)
+    if element.letter in "fg" and "m" in element.params:
+        gain *= float(element.params["m"].value)  # type: ignore[arg-type]
+    if element.letter in "eg":
+        controls = [writer.node(node) for node in element.controls]
+    else:
+        controls = [writer.meter(element.controls[0])]
+    name = writer.names.element(element.letter, element.name)
+    writer.add(name, *writer.ends(element.name, element.nodes), *controls, gain)
+
+
+def _semiconductor(writer: DeckWriter, element: Element) -> None:
+    """Write a smooth diode or transistor, whose card ngspice reads as it is."""
+    if element.model is None:
+        raise untranslatable(f"{element.name} has no model that ngspice knows")
+    words: list[object] = [writer.names.element(element.letter, element.name)]
+    words += writer.ends(element.name, element.nodes)
+    words.append(writer.verbatim(element.model))
+    if isinstance(element.value, int | float):
+        words.append(float(element.value))
+    for key, param in element.params.items():
+        if not isinstance(param.value, int | float):
+            raise untranslatable(f"{key} of {element.name} is not a number for ngspice")
+        words.append(f"{key}={float(param.value)!r}")
+    words += ["off"] if "off" in element.flags else []
+    writer.add(*words)
+
+
+_VERBATIM: dict[str, Callable[[DeckWriter, Element], None]] = {
+    "e": _controlled,
+    "f": _controlled,
+    "g": _controlled,
+    "h": _controlled,
+    "d": _semiconductor,
+    "q": _semiconductor,
+}
