@@ -171,6 +171,12 @@ class MnaSystem:
                         if start is None:
                             start = ic.get(f"i({there.name})", 0.0)
                         result[layout.branches[here.name]] += mutual * start
+            elif device.smooth and device.stores_energy:
+                for a, b, charge in device.initial_charges(
+                    layout, lambda node: _node_voltage(ic, node)
+                ):
+                    for index, share in layout.voltage(a, b, charge):
+                        result[index] += share
         return result
 
 

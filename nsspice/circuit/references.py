@@ -14,7 +14,6 @@ from ..devices import (
     Device,
     Findings,
     Inductor,
-    Reading,
     did_you_mean,
 )
 from .union_find import UnionFind
@@ -35,7 +34,7 @@ def resolve(devices: Sequence[Device], names: Sequence[str], findings: Findings)
     for device in devices:
         if isinstance(device, CurrentControlled | CurrentSwitch):
             device.control = _control(device, device.controls[0], by_name, lines, findings)
-        elif isinstance(device, Reading):
+        elif device.expressions:
             for name in device.control_elements:
                 source = _control(device, name, by_name, lines, findings)
                 if source is not None:
@@ -67,7 +66,7 @@ def _control(
             )
         return None
     if isinstance(control, Coupling) or (
-        isinstance(control, Cccs) and not isinstance(device, Reading)
+        isinstance(control, Cccs) and isinstance(device, CurrentControlled | CurrentSwitch)
     ):
         findings.error(
             "NS2006",

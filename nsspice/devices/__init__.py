@@ -13,6 +13,8 @@ from .effect import Effect
 from .findings import Findings, did_you_mean
 from .inductor import Inductor
 from .isource import CurrentSource
+from .junction import JunctionLaw
+from .junction_diode import JunctionDiode
 from .parameter import Parameter, Table
 from .resistor import Resistor
 from .stamper import Conditions, Layout, Stamper
@@ -61,6 +63,8 @@ __all__ = [
     "Effect",
     "Findings",
     "Inductor",
+    "JunctionDiode",
+    "JunctionLaw",
     "Layout",
     "PairLaw",
     "Parameter",

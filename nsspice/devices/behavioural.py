@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING
 from ..netlist.expression import Expression
 from ..netlist.node import num
 from ..problems.descriptor import Functional, Waveform
-from .behaviour import Compiler, linear_form
+from .behaviour import linear_form
 from .device import NO_VALUES, Context, Device, Edge, check_flags
 from .effect import Effect
 from .outputs import plus, scaled
 from .parameter import Parameter, Table, inert, refused
+from .signals import register_of, shown
 from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
-    from ..errors import Span
     from ..netlist.deck import Element
 
 _SHARED = (
@@ -39,7 +39,7 @@ _CURRENT = Table(Parameter("m", "number of equal sources in parallel", "", 1.0),
 
 
 class Reading(Device):
-    """Base of the laws that read signals: which ones, and their registers on the tape."""
+    """Base of the laws that are one expression."""
 
     late = True
     __slots__ = ("expression", "form", "smooth", "sources")
@@ -50,31 +50,12 @@ class Reading(Device):
         #: constant and factors of a linear expression, None for a smooth law
         self.form = linear_form(expression.node)
         self.smooth = self.form is None
-        #: elements whose currents are read, set by the circuit once all names are known
         self.sources: dict[str, Device] = {}
 
     @property
-    def control_nodes(self) -> tuple[str, ...]:
-        """Return the nodes whose voltages are read."""
-        return tuple(voltages(self.expression))
-
-    @property
-    def control_elements(self) -> tuple[str, ...]:
-        """Return the elements whose currents are read."""
-        return tuple(currents(self.expression))
-
-    def control_span(self, name: str) -> Span:
-        """Return the place of the expression."""
-        return self.expression.span or self.span
-
-    def signal(self, layout: Layout, name: str) -> Functional:
-        """Return a signal of a linear expression as a combination of unknowns."""
-        if name == "i":
-            return layout.branch(self.name)
-        if name[0] == "v":
-            a, b = (*name[2:-1].split(","), "0")[:2]
-            return Functional(z=layout.voltage(a, b))
-        return self.sources[name[2:-1]].current(layout)
+    def expressions(self) -> tuple[Expression, ...]:
+        """Return the expression."""
+        return (self.expression,)
 
     def linear(self, layout: Layout, parallel: float = 1.0) -> Functional:
         """Return a linear expression as a combination of unknowns and of the constant.
@@ -86,20 +67,55 @@ class Reading(Device):
             Of how many equal elements the own current is the sum.
         """
         assert self.form is not None
-        constant, factors = self.form
-        total = Functional()
-        for name, value in factors.items():
-            share = value / parallel if name == "i" else value
-            total = plus(total, scaled(self.signal(layout, name), share))
-        if constant:
-            total = plus(total, Functional(u=((layout.columns[self.name], 1.0),)))
-        return total
+        return linear_output(layout, self.form, self.sources, self.name, parallel)
 
     def prepare(self, stamper: Stamper) -> None:
         """Give the constant of a linear expression a column among the sources."""
-        if self.form is not None and self.form[0]:
-            column = stamper.column(Waveform("dc", (self.form[0],)))
-            stamper.layout.columns[self.name] = column
+        if self.form is not None:
+            constant_column(stamper, self.form, self.name)
+
+
+def constant_column(stamper: Stamper, form: tuple[float, dict[str, float]], name: str) -> None:
+    """Give the constant of a linear expression a column among the sources."""
+    if form[0]:
+        stamper.layout.columns[name] = stamper.column(Waveform("dc", (form[0],)))
+
+
+def linear_output(
+    layout: Layout,
+    form: tuple[float, dict[str, float]],
+    sources: Mapping[str, Device],
+    name: str,
+    parallel: float = 1.0,
+) -> Functional:
+    """Return a linear expression as a combination of unknowns and of the constant.
+
+    Parameters
+    ----------
+    layout : Layout
+    form : tuple
+        Constant and factors, of ``linear_form``.
+    sources : mapping of str to Device
+        Elements whose currents are read.
+    name : str
+        Of the branch whose current is ``i``, and of the column of the constant.
+    parallel : float
+        Of how many equal elements the own current is the sum.
+    """
+    constant, factors = form
+    total = Functional()
+    for signal, value in factors.items():
+        if signal == "i":
+            term = scaled(layout.branch(name), 1.0 / parallel)
+        elif signal[0] == "v":
+            a, b = (*signal[2:-1].split(","), "0")[:2]
+            term = Functional(z=layout.voltage(a, b))
+        else:
+            term = sources[signal[2:-1]].current(layout)
+        total = plus(total, scaled(term, value))
+    if constant:
+        total = plus(total, Functional(u=((layout.columns[name], 1.0),)))
+    return total
 
 
 class Behavioural(Reading):
@@ -166,7 +182,7 @@ class Behavioural(Reading):
         if self.form is not None:
             stamper.add(row, self.linear(stamper.layout), factor)
             return
-        function = function_of(stamper, self.expression, self.sources)
+        function = stamper.function(register_of(stamper, self.expression, self.sources))
         stamper.layout.functions[self.name] = function
         stamper.F.add(row, function, factor)
 
@@ -271,71 +287,6 @@ def stamp_drop(
     stamper.F.add(branch, stamper.function(register), 1.0)
 
 
-def register_of(
-    stamper: Stamper,
-    expression: Expression,
-    sources: Mapping[str, Device],
-    own: int | None = None,
-) -> int:
-    """Return the register of an expression.
-
-    Parameters
-    ----------
-    stamper : Stamper
-    expression : Expression
-    sources : mapping of str to Device
-        Elements whose currents it reads.
-    own : int, optional
-        Register of the element's own current ``i``.
-    """
-    tape, layout = stamper.tape, stamper.layout
-
-    def signal(name: str) -> int:
-        if name == "time":
-            # a DC solution is that of the time 0; sweeps count their points by the time
-            dc = layout.conditions.analysis == "dc"
-            return tape.constant(0.0) if dc else tape.time()
-        if name == "temper":
-            return tape.constant(layout.conditions.temperature)
-        if name == "i":
-            assert own is not None
-            return own
-        if name[0] == "v":
-            return stamper.voltage_register(*name[2:-1].split(","))
-        element = name[2:-1]
-        return stamper.register(element, sources[element].current(layout))
-
-    return Compiler(tape, signal).compile(expression.node)
-
-
-def function_of(stamper: Stamper, expression: Expression, sources: Mapping[str, Device]) -> int:
-    """Return the number of an expression among the functions of the system."""
-    return stamper.function(register_of(stamper, expression, sources))
-
-
-def voltages(expression: Expression) -> list[str]:
-    """Return the nodes whose voltages an expression reads, ground left out.
-
-    Examples
-    --------
-    >>> voltages(Expression.parse("v(b,a) + i(v1)"))
-    ['a', 'b']
-    """
-    names = {n for v in expression.variables() if v[:2] == "v(" for n in v[2:-1].split(",")}
-    return sorted(names - {"0"})
-
-
-def currents(expression: Expression) -> list[str]:
-    """Return the elements whose currents an expression reads.
-
-    Examples
-    --------
-    >>> currents(Expression.parse("v(b,a) + i(v1)"))
-    ['v1']
-    """
-    return sorted(v[2:-1] for v in expression.variables() if v[:2] == "i(")
-
-
 def as_expression(element: Element) -> Expression:
     """Return the value of an element line as an expression."""
     value = element.value
@@ -343,9 +294,3 @@ def as_expression(element: Element) -> Expression:
         return value
     assert value is not None
     return Expression(num(value), element.span)
-
-
-def shown(expression: Expression, length: int = 50) -> str:
-    """Return an expression for a listing, shortened."""
-    text = " ".join(expression.text.split())
-    return "{" + (text if len(text) <= length else text[: length - 3] + "...") + "}"

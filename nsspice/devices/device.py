@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
 from ..errors import Span
 from ..problems.descriptor import Functional
-from .characteristic import Decomposition
 from .effect import Effect
 from .findings import Findings
 from .parameter import Table
+from .signals import currents, voltages
 from .stamper import Conditions, Layout, Stamper
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element
+    from ..netlist.expression import Expression
+    from .leg import CurveBody
 
 EdgeKind = Literal["V", "E", "C", "P", "R", "L", "G", "I"]
 NO_VALUES: Mapping[str, float] = {}
@@ -43,7 +45,7 @@ class Context:
         #: parameters of R, L and C cards
         self.cards: dict[int, dict[str, float]] = {}
         #: branches and effects of equal diodes
-        self.diodes: dict[object, tuple[Decomposition, tuple[Effect, ...]]] = {}
+        self.diodes: dict[object, CurveBody] = {}
 
 
 class Device:
@@ -75,6 +77,8 @@ class Device:
     smooth: bool = False
     #: stamped after all others because it reads another element's current
     late: bool = False
+    #: elements whose currents the expressions read, set by the circuit once all names are known
+    sources: dict[str, Device]
     #: shown among the default signals
     shows_current: bool = False
 
@@ -103,17 +107,25 @@ class Device:
         return 0
 
     @property
+    def expressions(self) -> tuple[Expression, ...]:
+        """Expressions of the law; ``sources`` then takes the elements whose currents they read."""
+        return ()
+
+    @property
     def control_nodes(self) -> tuple[str, ...]:
         """Nodes that are sensed without current."""
-        return ()
+        return tuple(node for found in self.expressions for node in voltages(found))
 
     @property
     def control_elements(self) -> tuple[str, ...]:
         """Elements whose current is sensed, or that are coupled."""
-        return ()
+        return tuple(name for found in self.expressions for name in currents(found))
 
     def control_span(self, name: str) -> Span:
         """Return the place where a sensed node or element is named."""
+        for found in self.expressions:
+            if name in voltages(found) or name in currents(found):
+                return found.span or self.span
         where = len(self.nodes) + self.controls.index(name)
         return self.node_spans[where] if where < len(self.node_spans) else self.span
 
@@ -134,6 +146,24 @@ class Device:
     def current(self, layout: Layout) -> Functional:
         """Return the current into the first terminal as an output."""
         raise NotImplementedError
+
+    def initial_charges(
+        self, layout: Layout, voltage: Callable[[str], float]
+    ) -> list[tuple[str, str, float]]:
+        """Return the charges [A s] of smooth laws from which a run with ``uic`` starts.
+
+        Parameters
+        ----------
+        layout : Layout
+        voltage : callable
+            Initial voltage of a node [V].
+
+        Returns
+        -------
+        list of (str, str, float)
+            Nodes between which a charge stands, and the charge.
+        """
+        return []
 
 
 def number(element: Element, what: str, findings: Findings) -> float | None:

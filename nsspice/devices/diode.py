@@ -3,7 +3,8 @@
 Without a model, or with ``D(ideal)``, the diode is ideal: no drop, no resistance, no leakage.  With
 ``Vfwd`` and ``Vrev`` it is the practical (Zener) diode; ``Ron``, ``Rrev`` and ``Roff`` tilt the
 pieces of its curve.  On the conducting piece the slope is exactly ``Ron``; the corner stands at
-``Vfwd``.  A model card without any of these is SPICE's smooth junction.
+``Vfwd``.  ``V={expr(i)}`` adds a smooth drop in series, on the model card or on the element line.
+A model card without set-valued parameters is SPICE's smooth junction.
 """
 
 from __future__ import annotations
@@ -11,24 +12,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
-from ..problems.descriptor import Functional
 from .characteristic import Characteristic, Decomposition, diode_curve
-from .device import (
-    NO_VALUES,
-    Context,
-    Device,
-    Edge,
-    check_flags,
-    check_model,
-    number,
-    refuse_smooth,
-)
+from .device import Context, Device, check_flags, check_model
 from .effect import Effect
 from .findings import Findings
+from .leg import CurveBody, Leg
+from .leg_device import GEOMETRY, SIZE, LegDevice, series_drop, size_of
 from .parameter import Parameter, Table, inert, refused
-from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
     from ..errors import Span
@@ -88,21 +80,19 @@ def _over(value: float | None, parallel: float) -> float | None:
 IDEAL = DiodeLaw()
 
 
-class Diode(Device):
-    """A set-valued diode: an off-conductance in parallel with one or two pairs."""
+class Diode(LegDevice):
+    """A set-valued diode: an off-conductance in parallel with one or two pairs.
 
-    KIND = "diode"
-    FLAGS: ClassVar[tuple[str, ...]] = ("off",)
+    With ``V={expr(i)}`` a smooth drop stands in series with them.
+    """
+
     INSTANCE = Table(
-        Parameter("area", "area factor", "", 1.0),
-        Parameter("m", "number of equal diodes in parallel", "", 1.0),
+        *SIZE,
         *_EFFECTS,
         inert("ic", "initial voltage (no charge is stored)", "V"),
         inert("temp", "temperature (piecewise-linear laws have none)", "C"),
         inert("dtemp", "temperature difference", "K"),
-        inert("pj", "perimeter factor"),
-        inert("w", "width of the junction", "m"),
-        inert("l", "length of the junction", "m"),
+        *GEOMETRY,
     )
     MODEL = Table(
         Parameter("ideal", "an ideal diode"),
@@ -138,151 +128,82 @@ class Diode(Device):
         inert("mfg", "manufacturer"),
         inert("type", "kind of diode"),
     )
-    shows_current = True
-    __slots__ = ("law", "parallel", "parts")
+    __slots__ = ("law", "parts")
 
-    def __init__(
-        self,
-        element: Element,
-        law: DiodeLaw,
-        parallel: float,
-        derived: tuple[Decomposition, tuple[Effect, ...]],
-    ) -> None:
-        super().__init__(element)
+    def __init__(self, element: Element, law: DiodeLaw, leg: Leg, parts: Decomposition) -> None:
+        super().__init__(element, leg)
         self.law = law
-        self.parallel = parallel
-        self.parts, self.effects = derived
+        self.parts = parts
 
     @classmethod
-    def read(cls, element: Element, context: Context) -> Diode | None:
+    def read(cls, element: Element, context: Context) -> Device | None:
         """Return the diode of an element line, or None after reporting why not."""
+        from .junction_diode import JunctionDiode
+
         findings = context.findings
-        if element.flags:
-            check_flags(cls, element, findings)
-            if "off" in element.flags:
-                findings.warning(
-                    "NS2052",
-                    f"off of {element.name} is a starting hint that this program does not need",
-                    element.flags["off"],
-                )
-        given = cls._given(element, findings)
-        area = given.get("area", 1.0)
-        if element.value is not None and "area" not in given:
-            bare = number(element, "area", findings)
-            if bare is None:
+        model = element.model
+        if model is not None:
+            if not check_model(element, ("d",), findings, required=False):
                 return None
-            area = bare
-        parallel = area * given.get("m", 1.0)
-        if not 0.0 < parallel < math.inf:
-            findings.error("NS2005", f"area and m of {element.name} must be positive", element.span)
+            if is_smooth(model):
+                return JunctionDiode.read(element, context)
+        check_flags(cls, element, findings)
+        if "off" in element.flags:
+            findings.warning(
+                "NS2052",
+                f"off of {element.name} is a starting hint that this program does not need",
+                element.flags["off"],
+            )
+        params = {key: p for key, p in element.params.items() if key != "v"}
+        given = cls.INSTANCE.read(params, element.name, findings) if params else {}
+        parallel = size_of(element, given, findings)
+        law = model_law(model, context)
+        if parallel is None or law is None:
             return None
-        law = cls._law(element, context)
         own = {name: given[name] for name in _NAMES if name in given}
-        if law is not None and own:
+        if own:
             law = replace(law, **own)
             if not check_law(law, element.name, element.params, element.span, findings):
                 return None
-        if law is None:
-            return None
-        return cls(element, law, parallel, _derived(law, parallel, context))
-
-    @classmethod
-    def _given(cls, element: Element, findings: Findings) -> dict[str, float]:
-        """Return the parameters of the element line; report a smooth series drop."""
-        if not element.params:
-            return {}
-        params = dict(element.params)
-        if "v" in params:
-            del params["v"]
-            refuse_smooth(
-                element,
-                f"{element.name} has a smooth series drop V={{...}}",
-                findings,
-                "use vfwd and ron",
-            )
-        return cls.INSTANCE.read(params, element.name, findings)
-
-    @classmethod
-    def _law(cls, element: Element, context: Context) -> DiodeLaw | None:
-        """Return the law of the element's model card, read once."""
-        model = element.model
-        if model is None:
-            return IDEAL
-        known = context.models.get(id(model))
-        if known is None:
-            if not check_model(element, ("d",), context.findings, required=False):
-                return None
-            known = read_law(model, context.findings)
-            context.models[id(model)] = known
-        if known == "smooth":
-            refuse_smooth(
-                element,
-                f"{element.name} is a smooth junction by its model {model.name}",
-                context.findings,
-                f"give {model.name} Vfwd, Ron, Roff or Vrev, or write D(ideal)",
-            )
-            return None
-        return known if isinstance(known, DiodeLaw) else None
-
-    @property
-    def pair_count(self) -> int:
-        """Number of complementarity pairs."""
-        return len(self.parts.pairs)
-
-    def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
-        """Return one branch per pair and one for the leakage."""
-        a, b = self.nodes
-        pairs = tuple(Edge("P", a, b) for _ in self.parts.pairs)
-        return (*pairs, Edge("R", a, b)) if self.parts.conductance else pairs
-
-    def stamp(self, stamper: Stamper) -> None:
-        """Write the off-conductance and the pairs."""
-        a, b = self.nodes
-        name, parts = self.name, self.parts
-        if parts.conductance:
-            stamper.conductance(a, b, parts.conductance)
-        single = len(parts.pairs) == 1
-        stamper.layout.pairs[name] = tuple(
-            stamper.pair(name if single else f"{name}.fwd", name, a, b, p.offset, p.resistance)
-            if p.forward
-            else stamper.pair(f"{name}.rev", name, b, a, p.offset, p.resistance)
-            for p in parts.pairs
-        )
-
-    def current(self, layout: Layout) -> Functional:
-        """Return leakage plus forward minus reverse multiplier."""
-        lam = tuple(
-            (index, 1.0 if pair.forward else -1.0)
-            for index, pair in zip(layout.pairs[self.name], self.parts.pairs, strict=True)
-        )
-        if not self.parts.conductance:
-            return Functional(lam=lam)
-        return Functional(z=layout.voltage(*self.ends, self.parts.conductance), lam=lam)
+        body = curve_body(law, parallel, context)
+        drop = series_drop(element, model, findings)
+        return cls(element, law, Leg(body, drop, parallel), body.parts)
 
 
-def _derived(
-    law: DiodeLaw, parallel: float, context: Context
-) -> tuple[Decomposition, tuple[Effect, ...]]:
+def curve_body(law: DiodeLaw, parallel: float, context: Context) -> CurveBody:
     """Return the branches and effects of a law, computed once for equal diodes."""
     known = context.diodes.get((law, parallel))
     if known is None:
-        known = law.curve(parallel).decompose(), law.effects(parallel)
+        known = CurveBody(law.curve(parallel).decompose(), law.effects(parallel))
         context.diodes[(law, parallel)] = known
     return known
 
 
+def model_law(model: Model | None, context: Context) -> DiodeLaw | None:
+    """Return the set-valued law of a model card, read once; None after reporting why not."""
+    if model is None:
+        return IDEAL
+    known = context.models.get(id(model))
+    if known is None:
+        known = context.models[id(model)] = read_law(model, context.findings)
+    return known if isinstance(known, DiodeLaw) else None
+
+
+def is_smooth(model: Model) -> bool:
+    """Return whether a diode's model card is SPICE's smooth junction."""
+    return not any(key in model.params for key in SET_VALUED)
+
+
 def read_law(model: Model, findings: Findings) -> DiodeLaw | str:
-    """Return the law of a model card, ``"smooth"``, or ``"wrong"`` after reporting why.
+    """Return the set-valued law of a model card, or ``"wrong"`` after reporting why.
 
     Parameters
     ----------
     model : Model
-        Of type ``d``.
+        Of type ``d`` with set-valued parameters.
     findings : Findings
     """
-    if not any(key in model.params for key in SET_VALUED):
-        return "smooth"
-    params = {k: p for k, p in model.params.items() if k != "ideal"}
+    params = {k: p for k, p in model.params.items() if k not in ("ideal", "v")}
     owner = f"model {model.name}"
     before = len(findings.errors)
     given = Diode.MODEL.read(params, owner, findings)

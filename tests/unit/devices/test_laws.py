@@ -175,8 +175,10 @@ def test_breakdown_resistance_defaults_to_ron():
         ("d(ron=1 ilimit=3)", "NS2008", "ilimit"),
         ("d(ron=1 epsilon=0.1)", "NS2008", "epsilon"),
         ("d(ron=1 cjo=1p)", "NS2008", "capacitor"),
-        ("d(is=1e-14)", "NS2009", "D(ideal)"),
-        ("d", "NS2009", "d1"),
+        ("d(is=0)", "NS2005", "is=0"),
+        ("d(isw=1p)", "NS2008", "sidewall"),
+        ("d(v=foo)", "NS2005", "V={expression of i}"),
+        ("d(m=1)", "NS2005", "m=1 must be >= 0 and < 1"),
         ("sw(vt=1)", "NS2002", "d1"),
     ],
 )
@@ -199,7 +201,7 @@ def test_effects_on_the_element_line_go_before_the_model():
     assert mna.system.q.tolist() == [1.0, 0.0]
     assert mna.system.D.dense().tolist() == [[3.0, 0.0], [0.0, 2.0]]
     assert codes("D1 a 0 ron=-2\nR1 a 0 1") == ["NS2005"]
-    assert codes("D1 a 0 V={i*i}\nR1 a 0 1") == ["NS2009"]
+    assert codes("D1 a 0 dm vfwd=1\nR1 a 0 1\n.model dm d(is=1f)") == ["NS2005"]
 
 
 def test_ideal_switch():
