@@ -4,9 +4,13 @@
 //! again, unknowns are held back and let go.
 
 use super::judge::Judgement;
-use super::solve::{Newton, Pull, ITERATIONS};
+use super::solve::{Newton, Pull};
 use crate::tape::Linearisation;
 
+/// Iterations for a first solution: so many, and more for large networks, in which one stage after
+/// the other finds its state.
+const FIRST: (usize, usize) = (100, 2);
+const MOST: usize = 1000;
 /// Iterations for one point of a path.
 const POINT: usize = 25;
 /// Factors by which all junctions are made gentle at first.
@@ -25,7 +29,8 @@ pub(super) fn first(newton: &mut Newton) -> Option<Judgement> {
     newton.tape.set_points(&vec![0.0; newton.tape.points().len()]);
     newton.tape.point_at_knees();
     newton.activate_from_signs();
-    newton.iterate(ITERATIONS[1], None, Linearisation::Held).or_else(|| follow(newton, &zero))
+    let limit = (FIRST.0 + FIRST.1 * size).min(MOST);
+    newton.iterate(limit, None, Linearisation::Held).or_else(|| follow(newton, &zero))
 }
 
 /// A solution from a point near which Newton's method failed.

@@ -15,13 +15,23 @@ const DONE: f64 = 1e-11;
 /// The same for a guess, which nothing has improved yet.
 const GUESSED: f64 = 1e-15;
 /// Largest relative residual of an accepted solution: where rounding allows no better.
-const ACCEPT: f64 = 1e-9;
+const ACCEPT: f64 = 1e-10;
 /// Signs ignore violations below this part of the terms they are the sum of.
 const SIGN: f64 = 1e-13;
 /// Rates whose matrices are kept.
 const RATES: usize = 12;
-/// Iterations from a good start; a first solution gets more.
-pub(super) const ITERATIONS: [usize; 2] = [40, 100];
+/// Iterations from a good start.
+const ITERATIONS: usize = 40;
+/// Weights that keep unknowns near where they are if the linearised equations leave them open; the
+/// square of the first is below rounding, so that two iterations take its effect away.
+const HOLD: [f64; 4] = [0.0, 1e-9, 1e-6, 1e-3];
+/// Largest unknown in the scaled system, in units of the data and of the start, and by how much it
+/// may grow with each iteration, at first and later.  Chains of amplifiers multiply their gains: a
+/// linearised answer of 1e30 V would drown the volts of the stages before, and leave no trace of
+/// which way each of them is driven.
+const REACH: f64 = 2.0;
+const GROWTH: [f64; 2] = [1.2, 2.0];
+const PATIENCE: usize = 40;
 /// Rounds of the active-set iteration before the driver takes over.
 const ROUNDS: usize = 12;
 
@@ -76,7 +86,14 @@ pub(super) struct State {
     pub seen: Vec<u64>,
     pub iterations: u32,
     pub stage: u8,
+    /// where the iteration began
+    pub begin: Vec<f64>,
+    /// largest unknown in units of the data
+    pub growth: f64,
+    /// best point of this iteration, where nothing was limited
     pub best: (Judgement, Vec<f64>),
+    /// the best of all iterations for the problem itself
+    pub nearest: Judgement,
     pub trial: Vec<f64>,
 }
 
@@ -84,6 +101,45 @@ pub(super) struct State {
 pub(super) struct Pull<'a> {
     pub mu: f64,
     pub centre: &'a [f64],
+}
+
+impl State {
+    /// How large an unknown may become in this step, in the scaled system.
+    fn reach(&self, assembly: &Assembly) -> f64 {
+        let mut largest = 0.0f64;
+        for ((x, s), r) in self.begin.iter().zip(&assembly.scale).zip(&self.right) {
+            largest = largest.max((x / s).abs()).max((r * s).abs());
+        }
+        if largest > 0.0 {
+            self.growth * largest
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// Computes `step`, the solution of the equations of the present mode linearised at `x`; false
+    /// if there is none.
+    fn solve_mode(&mut self, eq: &Equations, assembly: &mut Assembly, mu: f64) -> bool {
+        let n = eq.n;
+        for hold in HOLD {
+            // what the linearised equations leave open stays where it is
+            if hold > 0.0 {
+                self.stage = self.stage.max(2);
+            }
+            if !assembly.factorise(eq, &self.active, mu.max(hold)) {
+                continue;
+            }
+            self.step.copy_from_slice(&self.balance.defect);
+            for (i, _) in self.active.iter().enumerate().filter(|(_, &a)| !a) {
+                self.step[n + i] = -self.x[n + i];
+            }
+            assembly.solve(n, &self.active, &mut self.step, &mut self.work);
+            if self.step.iter().all(|v| v.is_finite()) {
+                return true;
+            }
+        }
+        false
+    }
 }
 
 const NOWHERE: Judgement = Judgement { residual: Residual::INFINITE, worst_row: 0 };
@@ -124,7 +180,10 @@ impl Newton {
                 seen: Vec::new(),
                 iterations: 0,
                 stage: 1,
+                begin: zeros.clone(),
+                growth: REACH,
                 best: (NOWHERE, zeros.clone()),
+                nearest: NOWHERE,
                 trial: zeros,
             },
             eq,
@@ -177,7 +236,7 @@ impl Newton {
         s.roles.copy_from_slice(roles);
         s.iterations = 0;
         s.stage = 1;
-        s.best.0 = NOWHERE;
+        s.nearest = NOWHERE;
         let found = match start {
             Start::Warm => {
                 s.x[..n].copy_from_slice(z);
@@ -191,8 +250,8 @@ impl Newton {
         let Some(found) = found else {
             return Err(Box::new(Unsolved {
                 iterations: s.iterations,
-                residual: s.best.0.residual,
-                worst_row: s.best.0.worst_row,
+                residual: s.nearest.residual,
+                worst_row: s.nearest.worst_row,
             }));
         };
         z.copy_from_slice(&s.x[..n]);
@@ -209,14 +268,14 @@ impl Newton {
             let mode = self.state.active.clone();
             let n = self.eq.n;
             self.state.x[..n].copy_from_slice(&self.prediction);
-            if let Some(found) = self.iterate(ITERATIONS[0], None, Linearisation::Careful) {
+            if let Some(found) = self.iterate(ITERATIONS, None, Linearisation::Careful) {
                 return Some(found);
             }
             self.state.x.copy_from_slice(&begin);
             self.state.active.copy_from_slice(&mode);
             self.tape.set_points(&points);
         }
-        if let Some(found) = self.iterate(ITERATIONS[0], None, Linearisation::Careful) {
+        if let Some(found) = self.iterate(ITERATIONS, None, Linearisation::Careful) {
             return Some(found);
         }
         self.tape.set_points(&points);
@@ -282,6 +341,10 @@ impl Newton {
         mut how: Linearisation,
     ) -> Option<Judgement> {
         let mut halvings = 0;
+        let s = &mut self.state;
+        s.best.0 = NOWHERE;
+        s.begin.copy_from_slice(&s.x);
+        s.growth = REACH;
         for round in 0..=limit {
             self.evaluate_at_x(how, pull);
             how = Linearisation::Careful;
@@ -289,7 +352,7 @@ impl Newton {
             if !found.residual.rows.is_finite() {
                 // outside the domain of some function: part of the way back
                 if round == 0 || halvings > 30 {
-                    return None;
+                    break;
                 }
                 halvings += 1;
                 let s = &mut self.state;
@@ -315,24 +378,34 @@ impl Newton {
                 self.tape.set_points(&points);
                 self.evaluate_at_x(Linearisation::Held, pull);
             }
-            if !self.tape.limited() && pull.is_none() {
+            if !self.tape.limited() {
                 let s = &mut self.state;
                 if found.residual.worst() < s.best.0.residual.worst() {
                     s.best.0 = found;
                     s.best.1.copy_from_slice(&s.x);
-                } else if found.residual.worst() <= ACCEPT && s.best.0.residual.worst() <= ACCEPT {
-                    // rounding: no better than before
-                    let State { x, best, .. } = s;
-                    x.copy_from_slice(&best.1);
-                    self.evaluate_at_x(Linearisation::Exact, pull);
-                    return Some(self.judge());
+                } else if s.best.0.residual.worst() <= ACCEPT {
+                    break; // rounding: no better than before
                 }
             }
+            self.state.growth *= if round < PATIENCE { GROWTH[0] } else { GROWTH[1] };
             if round == limit || !self.advance(pull) {
-                return None;
+                break;
             }
         }
-        None
+        let s = &mut self.state;
+        if pull.is_none()
+            && !self.tape.is_blunt()
+            && s.best.0.residual.worst() < s.nearest.residual.worst()
+        {
+            s.nearest = s.best.0;
+        }
+        if s.best.0.residual.worst() > ACCEPT {
+            return None;
+        }
+        let State { x, best, .. } = s;
+        x.copy_from_slice(&best.1);
+        self.evaluate_at_x(Linearisation::Exact, pull);
+        Some(self.judge())
     }
 
     /// Evaluates the functions at `state.x` and the balance there.
@@ -367,19 +440,15 @@ impl Newton {
         s.seen.clear();
         let limit = if eq.m == 0 { 1 } else { ROUNDS.max((eq.m / 8).min(200)) };
         for _ in 0..limit {
-            if !assembly.factorise(eq, &s.active, mu) {
+            if !s.solve_mode(eq, assembly, mu) {
                 break;
             }
-            s.step.copy_from_slice(&s.balance.defect);
-            for (i, _) in s.active.iter().enumerate().filter(|(_, &a)| !a) {
-                s.step[n + i] = -s.x[n + i];
-            }
-            assembly.solve(n, &s.active, &mut s.step, &mut s.work);
-            if !s.step.iter().all(|v| v.is_finite()) {
-                break;
-            }
-            for ((t, x), d) in s.trial.iter_mut().zip(&s.x).zip(&s.step) {
-                *t = x + d;
+            let reach = s.reach(assembly);
+            for (((t, x), d), scale) in
+                s.trial.iter_mut().zip(&s.x).zip(&mut s.step).zip(&assembly.scale)
+            {
+                *t = (x + *d).clamp(-reach * scale, reach * scale);
+                *d = *t - x;
             }
             for (i, _) in s.active.iter().enumerate().filter(|(_, &a)| !a) {
                 s.trial[n + i] = 0.0;

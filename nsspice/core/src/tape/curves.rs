@@ -1,9 +1,16 @@
 //! Instructions with constants: values and slopes.
 
-/// `Is expm1(v / nVt)` and its slope; the slope never underflows to zero before the value does.
+/// `Is expm1(v / nVt)` and its slope, with one exponential.
 pub(super) fn junction(saturation: f64, unit: f64, v: f64) -> (f64, f64) {
     let x = v / unit;
-    (saturation * x.exp_m1(), saturation / unit * x.exp())
+    let (grown, power) = if x.abs() < 0.5 {
+        let grown = x.exp_m1();
+        (grown, grown + 1.0)
+    } else {
+        let power = x.exp();
+        (power - 1.0, power)
+    };
+    (saturation * grown, saturation / unit * power)
 }
 
 /// Charge of a depletion layer and its capacitance (SPICE's formula, continued linearly in the

@@ -73,6 +73,11 @@ impl Tape {
         }
     }
 
+    /// Whether `set_blunt` has changed the functions.
+    pub fn is_blunt(&self) -> bool {
+        self.blunt != 1.0
+    }
+
     /// Whether there are junctions that `set_blunt` acts on.
     pub fn has_junctions(&self) -> bool {
         self.program.code.iter().any(|i| i.op == Op::Junction)
