@@ -17,7 +17,7 @@ _COMMANDS = {
     "run": "simulate a netlist: CSV, plot and summary",
     "explain": "tell how a netlist would be solved, without solving it",
     "test": "check netlists against the numbers in X.expect.toml",
-    "compare": "compare a simulation with a reference waveform",
+    "compare": "compare a simulation with ngspice or a reference waveform",
 }
 
 

@@ -1,19 +1,26 @@
-"""``nsspice compare``: distances between a simulation and a reference waveform."""
+"""``nsspice compare``: distances between a simulation and ngspice, or a reference waveform."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 
 from ..errors import Diagnostic, UsageError
-from .options import NUMBER, json_option, read_params, read_signals, solver_options
-from .report import print_json
+from .options import (
+    NUMBER,
+    json_option,
+    ngspice_options,
+    read_params,
+    read_signals,
+    solver_options,
+)
+from .report import print_json, report_warnings
 
 
-@click.command("compare", short_help="compare a simulation with a reference waveform")
+@click.command("compare", short_help="compare a simulation with ngspice or a reference waveform")
 @click.argument("netlist")
 @click.argument("reference", required=False)
 @click.option(
@@ -43,6 +50,7 @@ from .report import print_json
 @click.option("--from", "start", type=NUMBER, help="Begin of the window.")
 @click.option("--to", "stop", type=NUMBER, help="End of the window.")
 @solver_options
+@ngspice_options
 @json_option
 def command(
     netlist: str,
@@ -60,19 +68,27 @@ def command(
     step: float | None,
     params: Sequence[str],
     as_json: bool,
+    **ngspice: Any,
 ) -> None:
-    """Simulate NETLIST and print its distance from the CSV file REFERENCE, signal by signal.
+    """Simulate NETLIST with nsspice and with ngspice and print how far the waveforms lie apart.
 
-    The columns of REFERENCE are named as the signals are: v(out), i(r1).  Exits with 1 if a
-    distance exceeds the tolerance.
+    Laws that ngspice does not have, such as ideal diodes, are replaced by sharp smooth ones, and
+    listed.  With the CSV file REFERENCE, whose columns are named as the signals are, v(out) or
+    i(r1), the simulation is compared with that instead.  Exits with 1 if a distance exceeds the
+    tolerance, or if ngspice fails.
     """
     if reference is None:
+        check = _Decision(tolerance, absolute, norm, (start, stop))
+        names = read_signals(signals)
+        _against_ngspice(
+            netlist, read_params(params), names, (method, theta, step), check, as_json, **ngspice
+        )
+        return
+    given = [f"--{key.replace('_', '-')}" for key, value in ngspice.items() if value is not None]
+    if given:
+        message = f"{', '.join(given)} cannot be used with a reference file"
         raise UsageError(
-            Diagnostic(
-                "NS4013",
-                "the comparison with ngspice is not part of this version",
-                hint="name a reference: nsspice compare X.net reference.csv",
-            )
+            Diagnostic("NS4005", message, hint="leave the reference out to run ngspice")
         )
     from ..analyses import Request, jobs_of, read, run_job
     from ..compare.pairs import compare_table, pairs_of
@@ -108,6 +124,75 @@ def command(
         _print(rows, reference, tolerance, absolute, norm)
     if not all(row.passed for row in rows):
         raise SystemExit(1)
+
+
+class _Decision(NamedTuple):
+    """What decides whether two runs agree."""
+
+    tolerance: float
+    absolute: bool
+    norm: str
+    window: tuple[float | None, float | None]
+
+
+def _against_ngspice(
+    netlist: str,
+    params: dict[str, float],
+    signals: list[str] | None,
+    solver: tuple[str | None, float | None, float | None],
+    decision: _Decision,
+    as_json: bool,
+    *,
+    plot: str | None,
+    deck: str | None,
+    slack: float | None,
+    **options: Any,
+) -> None:
+    """Run both programs and print the report."""
+    from ..analyses import Request, read
+    from ..compare.ngspice import NgspiceError, Options, cross_check
+
+    if plot is not None:
+        from ..output.plot import check_format
+
+        plot = str(Path(Path(netlist).name).with_suffix(".png")) if plot == "auto" else plot
+        check_format(plot)
+    chosen = Options(**{key: value for key, value in options.items() if value is not None})
+    circuit = read(Path(netlist), params)
+    if not as_json:
+        report_warnings(circuit.warnings)
+    try:
+        found = cross_check(
+            circuit,
+            request=Request(*solver, signals=signals),
+            options=chosen,
+            **decision._asdict(),
+            slack=slack,
+        )
+    except NgspiceError as error:
+        _write_deck(deck, error.translation.text)
+        raise
+    _write_deck(deck, found.run.translation.text)
+    if plot is not None:
+        from ..compare.ngspice.overlay import overlay
+
+        overlay(found, plot)
+    if as_json:
+        print_json({"netlist": netlist, "reference": "ngspice", **found.to_dict()})
+    else:
+        click.echo(found.describe())
+    if not found.passed:
+        raise SystemExit(1)
+
+
+def _write_deck(path: str | None, text: str) -> None:
+    if path is not None:
+        try:
+            Path(path).write_text(text, encoding="utf-8")
+        except OSError as error:
+            from ..output.files import output_error
+
+            raise output_error(error, path) from error
 
 
 def _maps(items: Sequence[str]) -> dict[str, str]:

@@ -82,6 +82,54 @@ def solver_options(command: F) -> F:
     return command
 
 
+class Sharpness(Number):
+    """``auto``, ``sidiode`` or a number."""
+
+    name = "auto|sidiode|N"
+
+    def convert(  # type: ignore[override]
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float | str:
+        """Return the word or the number."""
+        word = str(value).lower()
+        return word if word in ("auto", "sidiode") else super().convert(value, param, ctx)
+
+
+def ngspice_options(command: F) -> F:
+    """Add what tells how ngspice is run."""
+    for option in (
+        click.option(
+            "--deck", metavar="FILE", help="Write the deck that ngspice was given last to a file."
+        ),
+        click.option("--timeout", type=NUMBER, help="Longest time for ngspice [s]."),
+        click.option(
+            "--runner",
+            type=click.Choice(["library", "program"]),
+            help="libngspice in a child process, or the program; the first that is installed.",
+        ),
+        click.option("--slack", type=NUMBER, help="By how much instants may differ [s]."),
+        click.option("--max-step", type=NUMBER, help="Largest time step of ngspice [s]."),
+        click.option("--reltol", type=NUMBER, help="Relative tolerance of ngspice."),
+        click.option("--roff", type=NUMBER, help="Resistance of ideal elements that block [Ohm]."),
+        click.option("--ron", type=NUMBER, help="Resistance of ideal elements that conduct [Ohm]."),
+        click.option(
+            "--junction",
+            type=Sharpness(),
+            help="What stands for a set-valued diode: ngspice's piecewise-linear sidiode, or a "
+            "junction with emission coefficient N.",
+        ),
+        click.option(
+            "--plot",
+            is_flag=False,
+            flag_value="auto",
+            metavar="[FILE]",
+            help="Draw both runs above each other into a .png, .svg or .pdf file.",
+        ),
+    ):
+        command = option(command)
+    return command
+
+
 def json_option(command: F) -> F:
     """Add --json to a command."""
     return click.option("--json", "as_json", is_flag=True, help="Print JSON instead of text.")(

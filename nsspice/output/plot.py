@@ -81,7 +81,7 @@ def draw(
                 hint="plot a .tran or .dc analysis",
             )
         )
-    figure = _new_figure()
+    figure = new_figure()
     panels = [(u, [n for n in names if unit(n) == u]) for u in ("V", "A", "W")]
     panels = [(u, members) for u, members in panels if members]
     figure.set_size_inches(9.0, 1.4 + 2.6 * len(panels))
@@ -94,11 +94,11 @@ def draw(
     figure.align_ylabels(axes)
     figure.suptitle(_title(solution), fontsize=11)
     if path is not None:
-        _save(figure, Path(path))
+        save_figure(figure, Path(path))
     return figure
 
 
-def _new_figure() -> Any:
+def new_figure() -> Any:
     """Return an empty figure that needs no display and touches no global state."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -246,7 +246,8 @@ def _flat_limits(panel: Any, peak: float) -> None:
         panel.set_ylim(middle - least, middle + least)
 
 
-def _save(figure: Any, path: Path) -> None:
+def save_figure(figure: Any, path: Path) -> None:
+    """Write a figure into a file, whose ending tells the format."""
     # fixed metadata: two runs of a deck give the same picture file
     ending = path.suffix.lower()
     metadata: dict[str, Any] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(

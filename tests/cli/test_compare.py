@@ -70,8 +70,74 @@ def test_wrong_requests(call, reference, args, words):
     assert words in result.stderr
 
 
-def test_without_a_reference_it_says_what_is_missing(call):
+def test_without_a_reference_ngspice_is_the_other_side(call):
+    result = call("compare", "rc.net", "--step", "0.2u", "--tolerance", "1e-3")
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout.startswith("ngspice ")
+    assert "reltol=1e-06" in result.stdout
+    assert "all within max distance <= 0.001 of the range, against ngspice" in result.stdout
+
+
+def test_a_coarse_step_is_found_out(call):
+    # theta = 1 with h = 100 us on a time constant of 1 ms: h/2 e^-1 = 1.8e-2 off
+    result = call("compare", "rc.net", "--step", "100u", "--json")
+    assert result.exit_code == 1
+    found = json.loads(result.stdout)
+    assert not found["passed"]
+    row = next(r for r in found["signals"] if r["signal"] == "v(out)")
+    assert row["max_share"] == pytest.approx(0.019 / (1.0 - np.exp(-1.0)), rel=0.2)
+    assert not row["passed"]
+    assert found["ngspice"]["options"]["max_step"] == pytest.approx(1e-7)
+    assert found["ngspice"]["substitutes"] == []
+
+
+def test_what_stands_for_an_ideal_diode_is_listed(call):
+    result = call("compare", "rectifier.net", "--junction", "0.001", "--plot", "both.png")
+    assert result.exit_code == 0, result.stderr
+    assert "d1: ideal diode -> junction D(is=1e-12 n=0.001)" in result.stdout
+    assert "instants may differ by" in result.stdout
+    assert Path("both.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_translated_deck_can_be_kept(call):
+    result = call(
+        "compare", "rectifier.net", "--deck", "n.cir", "--signals", "v(out)", "--ron", "1m"
+    )
+    assert result.exit_code == 0, result.stderr
+    text = Path("n.cir").read_text()
+    assert "sidiode(ron=0.001 roff=1000000000000.0)" in text
+    assert ".tran 0.0001 0.02 0.0 2e-06" in text
+
+
+def test_a_failure_of_ngspice_exits_with_1(call, tmp_path):
+    (tmp_path / "equal.net").write_text(
+        "equal sources\nV1 a 0 5\nV2 a 0 5\nR1 a 0 1\n.tran 1u 1m\n"
+    )
+    result = call("compare", "equal.net")
+    assert result.exit_code == 1
+    assert "NS5010" in result.stderr
+
+
+def test_a_missing_ngspice_is_told_in_a_sentence(call, monkeypatch):
+    monkeypatch.setenv("NGSPICE_LIBRARY_PATH", "/no/such/library.so")
+    monkeypatch.setenv("PATH", "")
     result = call("compare", "rc.net")
     assert result.exit_code == 2
     assert "NS4013" in result.stderr
-    assert "ngspice" in result.stderr
+    assert "pip install 'nsspice[ngspice]'" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [
+        (("rc.net", "--plot", "a.xyz"), "picture format"),
+        (("rc.net", "--junction", "soft"), "junction"),
+        (("rc.net", "--from", "1"), "no row to compare"),
+        (("rc.net", "ref.csv", "--ron", "1"), "--ron cannot be used with a reference"),
+        (("divider.net", "--deck", "no/such/folder/a.cir"), "NS4001"),
+    ],
+)
+def test_wrong_requests_to_ngspice(call, reference, args, words):
+    result = call("compare", *args)
+    assert result.exit_code == 2
+    assert words in result.stderr

@@ -6,6 +6,7 @@ every replacement is listed.  ngspice is optional; it runs in a process of its o
 
 from __future__ import annotations
 
+from .cross_check import CrossCheck, cross_check
 from .deck_writer import Substitute
 from .options import Options
 from .result import NgspiceError, NgspiceRun
@@ -13,11 +14,13 @@ from .runs import run
 from .translate import Translation, translate
 
 __all__ = [
+    "CrossCheck",
     "NgspiceError",
     "NgspiceRun",
     "Options",
     "Substitute",
     "Translation",
+    "cross_check",
     "run",
     "translate",
 ]

@@ -56,6 +56,8 @@ class DeckWriter:
         self.names = Names()
         self.lines: list[str] = []
         self.models: list[str] = []
+        #: values then follow the temperature in ngspice
+        self.sweeps_temperature = False
         #: elements whose current is measured by a source of 0 V in series
         self.metered: set[str] = set()
         #: elements that are voltage sources in ngspice
@@ -65,9 +67,8 @@ class DeckWriter:
 
     def add(self, *words: object) -> None:
         """Write a line: numbers are written so that they read back exactly."""
-        self.lines.append(
-            " ".join(repr(float(w)) if isinstance(w, int | float) else str(w) for w in words)
-        )
+        texts = (repr(float(w)) if isinstance(w, int | float) else str(w) for w in words)
+        self.lines.append(" ".join(filter(None, texts)))
 
     def node(self, name: str) -> str:
         """Return the spelling of a node."""

@@ -59,6 +59,12 @@ def is_voltage_source(element: Element, device: Device) -> bool:
 
 def _passive(writer: DeckWriter, element: Element, device: Passive) -> None:
     letter, value = element.letter, device.at(writer.conditions)
+    coefficients = ""
+    if writer.sweeps_temperature and (device.tc1 or device.tc2):
+        if device.temp is not None or device.nominal is not None:
+            raise untranslatable(f"{element.name} has a temperature of its own in a .dc temp sweep")
+        value = device.value
+        coefficients = f"tc1={device.tc1!r} tc2={device.tc2!r} dtemp={device.dtemp!r}"
     if value == 0.0 and letter in "rl":
         meter = writer.names.element("v", device.name)
         writer.add(meter, *(writer.node(n) for n in device.nodes), "DC 0")
@@ -68,7 +74,7 @@ def _passive(writer: DeckWriter, element: Element, device: Passive) -> None:
     if math.isinf(value) or value == 0.0:
         return
     words: list[object] = [writer.names.element(letter, device.name)]
-    words += [*writer.ends(device.name, device.nodes[:2]), value]
+    words += [*writer.ends(device.name, device.nodes[:2]), value, coefficients]
     if device.ic is not None and letter in "cl":
         words.append(f"ic={device.ic!r}")
     writer.add(*words)

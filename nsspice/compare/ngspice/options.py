@@ -36,8 +36,8 @@ class Options:
     method : str
         ``trap`` or ``gear``.
     max_step : float or None
-        Largest time step [s]; None for the smallest of the deck's own, the distance of its rows,
-        and a 4000th of the run.
+        Largest time step [s]; None for the smallest of the deck's own, half the distance of its
+        rows, and a 10 000th of the run.
     edge : float or None
         Length of the ramp that stands for an ideal edge [s]; None for a thousandth of ``max_step``.
     runner : str or None

@@ -163,6 +163,8 @@ def _failure(
     """Return the error that says in one sentence what ngspice did."""
     log = "\n".join(raw.log).lower()
     reason = next((name for sign, name in _REASONS if sign in log), "failed")
+    if reason == "timestep too small" and not isinstance(translation.analysis, Tran):
+        reason = "no operating point"  # its search for one makes time steps, too
     if not failures and reason == "failed":
         reason = "stopped early"
     if reason == "timestep too small":

@@ -95,6 +95,7 @@ def translate(
     conditions = _conditions(circuit, analysis, values or {}, temperature)
     stop = analysis.stop if isinstance(analysis, Tran) else 0.0
     writer = DeckWriter(options, conditions, options.edge or 1e-9, stop)
+    writer.sweeps_temperature = any(s.kind == "temp" for s in getattr(analysis, "sweeps", ()))
     elements = {element.name: element for element in circuit.deck.elements}
     _measure(writer, circuit, elements, names)
     for device in circuit.devices:
@@ -128,11 +129,9 @@ def complete(options: Options, analysis: AnyAnalysis) -> Options:
     max_step = options.max_step
     if isinstance(analysis, Tran):
         if max_step is None:
-            max_step = min(
-                analysis.max_step or math.inf,
-                analysis.row_distance,
-                analysis.stop / 4000.0,
-            )
+            # lines between ngspice's points are compared with rows: corners need short ones
+            finest = min(analysis.row_distance / 2.0, analysis.stop / 10_000.0)
+            max_step = min(analysis.max_step or math.inf, finest)
         edge = options.edge or 1e-3 * max_step
         return replace(options, max_step=max_step, edge=edge)
     return options
