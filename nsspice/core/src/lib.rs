@@ -4,6 +4,7 @@
 pub mod dense;
 pub mod linear;
 pub mod mlcp;
+pub mod modewise;
 pub mod moreau;
 pub mod newton;
 pub mod sparse;

@@ -1,5 +1,7 @@
 //! The Python face of the core; all bindings stand in this file.
 
+mod modewise;
+
 use crate::mlcp::{Driver, Problem, Role, Start};
 use crate::moreau::{Clock, Failure, Outputs, Part, Plan, Progress, Stepper, Switch, System};
 use crate::newton::Smooth;
@@ -102,6 +104,16 @@ fn failure_dict<'py>(py: Python<'py>, f: &Failure) -> PyResult<Bound<'py, PyDict
     out.set_item("residual", f.residual)?;
     out.set_item("suspect", f.suspect)?;
     out.set_item("worst_row", f.worst_row)?;
+    Ok(out)
+}
+
+fn jump_dict<'py>(py: Python<'py>, j: &crate::moreau::Jump) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    out.set_item("time", j.time)?;
+    out.set_item("before", PyArray1::from_slice(py, &j.before))?;
+    out.set_item("after", PyArray1::from_slice(py, &j.after))?;
+    out.set_item("multipliers", PyArray1::from_slice(py, &j.multipliers))?;
+    out.set_item("unknowns", PyArray1::from_slice(py, &j.unknowns))?;
     Ok(out)
 }
 
@@ -310,20 +322,13 @@ impl PyStepper {
         self.inner.time()
     }
 
+    /// State of each switch's control: above its thresholds.
+    fn gates(&self) -> Vec<bool> {
+        self.inner.gates()
+    }
+
     fn jumps<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        self.inner
-            .jumps
-            .iter()
-            .map(|j| {
-                let out = PyDict::new(py);
-                out.set_item("time", j.time)?;
-                out.set_item("before", PyArray1::from_slice(py, &j.before))?;
-                out.set_item("after", PyArray1::from_slice(py, &j.after))?;
-                out.set_item("multipliers", PyArray1::from_slice(py, &j.multipliers))?;
-                out.set_item("unknowns", PyArray1::from_slice(py, &j.unknowns))?;
-                Ok(out)
-            })
-            .collect()
+        self.inner.jumps.iter().map(|j| jump_dict(py, j)).collect()
     }
 
     /// Changes of pairs as (time, pair, conducts from then on).
@@ -493,6 +498,7 @@ fn waveform_values<'py>(
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyStepper>()?;
+    module.add_class::<modewise::PyModewise>()?;
     module.add_function(wrap_pyfunction!(solve_mlcp, module)?)?;
     module.add_function(wrap_pyfunction!(format_rows, module)?)?;
     module.add_function(wrap_pyfunction!(waveform_values, module)?)?;

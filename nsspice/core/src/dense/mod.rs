@@ -1,10 +1,21 @@
-//! Dense factorisations for small systems, and the least-norm solution of singular ones.
+//! Dense factorisations for small systems, the least-norm solution of singular ones, and
+//! eigenvectors.
 
+mod complex;
+mod echelon;
+mod eigen;
 mod least_norm;
 mod lu;
+mod matrix;
 mod orthogonal;
+mod symmetric;
 #[cfg(test)]
 mod tests;
 
+pub use complex::{complex, Complex};
+pub use echelon::Echelon;
+pub use eigen::{eigen, Eigen};
 pub use least_norm::LeastNorm;
 pub use lu::DenseLu;
+pub use matrix::{add_scaled, dot, equilibrate, Lu, Matrix};
+pub use symmetric::eigen_symmetric;

@@ -267,6 +267,11 @@ impl Stepper {
         self.time
     }
 
+    /// State of each switch's control: above its thresholds.
+    pub fn gates(&self) -> Vec<bool> {
+        self.switches.iter().map(|s| s.closed).collect()
+    }
+
     /// Distinct modes seen at the nominal step length.
     pub fn mode_count(&self) -> usize {
         self.stages.iter().map(Stage::mode_count).max().unwrap_or(0)

@@ -90,6 +90,41 @@ impl PiecewiseLinear {
         }
     }
 
+    /// Value and slope of the line that begins at `t` or goes through it.
+    pub fn line(&self, t: f64) -> (f64, f64) {
+        let eps = slack(t);
+        let Some(Repeat { start, period, count }) = self.repeat else {
+            return (self.polygon(t, eps, Side::Right), self.slope(t, eps));
+        };
+        let mut lap = ((t - start) / period).floor();
+        let mut local = t - start - lap * period;
+        if period - local <= eps {
+            lap += 1.0;
+            local = 0.0;
+        }
+        if lap < 0.0 {
+            (self.polygon(t, eps, Side::Right), self.slope(t, eps))
+        } else if lap >= count {
+            (self.polygon(start, 0.0, Side::Left), 0.0)
+        } else {
+            let t = start + local;
+            (self.polygon(t, eps, Side::Right), self.slope(t, eps))
+        }
+    }
+
+    fn slope(&self, t: f64, eps: f64) -> f64 {
+        let k = self.times.partition_point(|&s| s <= t + eps);
+        if k == 0 || k == self.times.len() {
+            return 0.0;
+        }
+        let length = self.times[k] - self.times[k - 1];
+        if length > 0.0 {
+            (self.values[k] - self.values[k - 1]) / length
+        } else {
+            0.0
+        }
+    }
+
     fn polygon(&self, t: f64, eps: f64, side: Side) -> f64 {
         let (times, values) = (&self.times, &self.values);
         // k = number of vertices that lie before t (Left) or not after t (Right)

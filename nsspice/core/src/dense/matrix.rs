@@ -1,0 +1,356 @@
+//! A dense matrix by rows, with the few operations that reductions of small systems need.
+
+use std::ops::{Index, IndexMut};
+
+/// A dense matrix, row after row.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Matrix {
+    /// number of rows
+    pub rows: usize,
+    /// number of columns
+    pub cols: usize,
+    /// entries, row after row
+    pub data: Vec<f64>,
+}
+
+impl Index<(usize, usize)> for Matrix {
+    type Output = f64;
+    #[inline]
+    fn index(&self, (r, c): (usize, usize)) -> &f64 {
+        &self.data[r * self.cols + c]
+    }
+}
+
+impl IndexMut<(usize, usize)> for Matrix {
+    #[inline]
+    fn index_mut(&mut self, (r, c): (usize, usize)) -> &mut f64 {
+        &mut self.data[r * self.cols + c]
+    }
+}
+
+impl Matrix {
+    /// The zero matrix.
+    pub fn zeros(rows: usize, cols: usize) -> Matrix {
+        Matrix { rows, cols, data: vec![0.0; rows * cols] }
+    }
+
+    /// The unit matrix.
+    pub fn identity(n: usize) -> Matrix {
+        let mut out = Matrix::zeros(n, n);
+        for i in 0..n {
+            out[(i, i)] = 1.0;
+        }
+        out
+    }
+
+    /// A matrix from a rule for its entries.
+    pub fn from_fn(rows: usize, cols: usize, f: impl Fn(usize, usize) -> f64) -> Matrix {
+        let mut data = Vec::with_capacity(rows * cols);
+        for r in 0..rows {
+            data.extend((0..cols).map(|c| f(r, c)));
+        }
+        Matrix { rows, cols, data }
+    }
+
+    /// One row.
+    #[inline]
+    pub fn row(&self, r: usize) -> &[f64] {
+        &self.data[r * self.cols..(r + 1) * self.cols]
+    }
+
+    /// One row, to be changed.
+    #[inline]
+    pub fn row_mut(&mut self, r: usize) -> &mut [f64] {
+        &mut self.data[r * self.cols..(r + 1) * self.cols]
+    }
+
+    /// One column, copied.
+    pub fn col(&self, c: usize) -> Vec<f64> {
+        (0..self.rows).map(|r| self[(r, c)]).collect()
+    }
+
+    /// The transpose.
+    pub fn transpose(&self) -> Matrix {
+        Matrix::from_fn(self.cols, self.rows, |r, c| self[(c, r)])
+    }
+
+    /// The product `self * other`.
+    pub fn times(&self, other: &Matrix) -> Matrix {
+        assert_eq!(self.cols, other.rows, "matrices do not fit");
+        let mut out = Matrix::zeros(self.rows, other.cols);
+        if other.cols == 0 {
+            return out;
+        }
+        for (r, target) in out.data.chunks_exact_mut(other.cols).enumerate() {
+            for (k, &f) in self.row(r).iter().enumerate() {
+                if f != 0.0 {
+                    add_scaled(target, f, other.row(k));
+                }
+            }
+        }
+        out
+    }
+
+    /// The product `self' * other`.
+    pub fn transpose_times(&self, other: &Matrix) -> Matrix {
+        assert_eq!(self.rows, other.rows, "matrices do not fit");
+        let mut out = Matrix::zeros(self.cols, other.cols);
+        for k in 0..self.rows {
+            for (r, &f) in self.row(k).iter().enumerate() {
+                if f != 0.0 {
+                    add_scaled(out.row_mut(r), f, other.row(k));
+                }
+            }
+        }
+        out
+    }
+
+    /// `out = self * x`
+    #[inline]
+    pub fn apply(&self, x: &[f64], out: &mut [f64]) {
+        if self.cols == 0 {
+            out[..self.rows].fill(0.0);
+            return;
+        }
+        for (o, row) in out.iter_mut().zip(self.data.chunks_exact(self.cols)) {
+            *o = dot(row, x);
+        }
+    }
+
+    /// `out += self * x`
+    #[inline]
+    pub fn apply_add(&self, x: &[f64], out: &mut [f64]) {
+        if self.cols == 0 {
+            return;
+        }
+        for (o, row) in out.iter_mut().zip(self.data.chunks_exact(self.cols)) {
+            *o += dot(row, x);
+        }
+    }
+
+    /// Adds `factor * other`.
+    pub fn add_scaled(&mut self, factor: f64, other: &Matrix) {
+        assert_eq!((self.rows, self.cols), (other.rows, other.cols), "matrices do not fit");
+        add_scaled(&mut self.data, factor, &other.data);
+    }
+
+    /// The rows with the given numbers, in this order.
+    pub fn select_rows(&self, rows: &[usize]) -> Matrix {
+        Matrix::from_fn(rows.len(), self.cols, |r, c| self[(rows[r], c)])
+    }
+
+    /// The columns with the given numbers, in this order.
+    pub fn select_cols(&self, cols: &[usize]) -> Matrix {
+        Matrix::from_fn(self.rows, cols.len(), |r, c| self[(r, cols[c])])
+    }
+
+    /// The matrix of absolute values.
+    pub fn abs(&self) -> Matrix {
+        Matrix {
+            rows: self.rows,
+            cols: self.cols,
+            data: self.data.iter().map(|v| v.abs()).collect(),
+        }
+    }
+
+    /// Side by side.
+    pub fn beside(&self, other: &Matrix) -> Matrix {
+        assert_eq!(self.rows, other.rows, "matrices do not fit");
+        Matrix::from_fn(self.rows, self.cols + other.cols, |r, c| {
+            if c < self.cols {
+                self[(r, c)]
+            } else {
+                other[(r, c - self.cols)]
+            }
+        })
+    }
+
+    /// One above the other.
+    pub fn above(&self, other: &Matrix) -> Matrix {
+        assert_eq!(self.cols, other.cols, "matrices do not fit");
+        let mut data = self.data.clone();
+        data.extend_from_slice(&other.data);
+        Matrix { rows: self.rows + other.rows, cols: self.cols, data }
+    }
+
+    /// The largest absolute value.
+    pub fn max_abs(&self) -> f64 {
+        self.data.iter().fold(0.0, |m, v| m.max(v.abs()))
+    }
+
+    /// True if all entries are finite.
+    pub fn finite(&self) -> bool {
+        self.data.iter().all(|v| v.is_finite())
+    }
+}
+
+/// `a += f * b`
+#[inline]
+pub fn add_scaled(a: &mut [f64], f: f64, b: &[f64]) {
+    for (x, y) in a.iter_mut().zip(b) {
+        *x += f * y;
+    }
+}
+
+/// Scalar product.
+#[inline]
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    if a.len() < 8 {
+        return a.iter().zip(b).map(|(x, y)| x * y).sum();
+    }
+    // four partial sums: a single one would make every addition wait for the last
+    let mut sums = [0.0f64; 4];
+    let b = &b[..a.len()];
+    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in a4.zip(b4) {
+        for k in 0..4 {
+            sums[k] += x[k] * y[k];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+/// LU factors of a square matrix with row scaling, for many right-hand sides at once.
+#[derive(Clone, Debug)]
+pub struct Lu {
+    lu: Matrix,
+    perm: Vec<usize>,
+    /// scaling of rows and columns (powers of 2)
+    row: Vec<f64>,
+    col: Vec<f64>,
+    /// smallest by largest pivot of the scaled matrix
+    pub ratio: f64,
+}
+
+impl Lu {
+    /// Factorises after scaling rows and columns to a similar size.
+    pub fn new(a: &Matrix) -> Lu {
+        let n = a.rows;
+        let (row, col) = equilibrate(a);
+        let mut lu = Matrix::from_fn(n, n, |r, c| a[(r, c)] * row[r] * col[c]);
+        let mut perm: Vec<usize> = (0..n).collect();
+        let (mut least, mut greatest) = (f64::INFINITY, 0.0f64);
+        for k in 0..n {
+            let p = (k..n)
+                .max_by(|&i, &j| lu[(i, k)].abs().total_cmp(&lu[(j, k)].abs()))
+                .unwrap_or(k);
+            let pivot = lu[(p, k)];
+            least = least.min(pivot.abs());
+            greatest = greatest.max(pivot.abs());
+            if pivot == 0.0 || !pivot.is_finite() {
+                return Lu { lu, perm, row, col, ratio: 0.0 };
+            }
+            if p != k {
+                perm.swap(p, k);
+                for c in 0..n {
+                    lu.data.swap(p * n + c, k * n + c);
+                }
+            }
+            let (head, tail) = lu.data.split_at_mut((k + 1) * n);
+            let pivot_row = &head[k * n..];
+            for target in tail.chunks_exact_mut(n) {
+                let f = target[k] / pivot;
+                target[k] = f;
+                if f != 0.0 {
+                    add_scaled(&mut target[k + 1..], -f, &pivot_row[k + 1..]);
+                }
+            }
+        }
+        Lu { lu, perm, row, col, ratio: if n == 0 { 1.0 } else { least / greatest } }
+    }
+
+    /// `A^-1 B`
+    pub fn solve(&self, b: &Matrix) -> Matrix {
+        let n = self.lu.rows;
+        let mut x = Matrix::from_fn(n, b.cols, |r, c| {
+            let p = self.perm[r];
+            b[(p, c)] * self.row[p]
+        });
+        let cols = b.cols;
+        if cols == 0 {
+            return x;
+        }
+        for k in 0..n {
+            let (head, tail) = x.data.split_at_mut((k + 1) * cols);
+            let source = &head[k * cols..];
+            for (i, target) in tail.chunks_exact_mut(cols).enumerate() {
+                let f = self.lu[(k + 1 + i, k)];
+                if f != 0.0 {
+                    add_scaled(target, -f, source);
+                }
+            }
+        }
+        for k in (0..n).rev() {
+            let (head, tail) = x.data.split_at_mut(k * cols);
+            let inverse = 1.0 / self.lu[(k, k)];
+            let source = &mut tail[..cols];
+            source.iter_mut().for_each(|v| *v *= inverse);
+            for (i, target) in head.chunks_exact_mut(cols).enumerate() {
+                let f = self.lu[(i, k)];
+                if f != 0.0 {
+                    add_scaled(target, -f, source);
+                }
+            }
+        }
+        for r in 0..n {
+            let f = self.col[r];
+            x.row_mut(r).iter_mut().for_each(|v| *v *= f);
+        }
+        x
+    }
+
+    /// `A^-1 B` with one step of refinement against the matrix itself.
+    pub fn solve_refined(&self, a: &Matrix, b: &Matrix) -> Matrix {
+        let mut x = self.solve(b);
+        let mut rest = b.clone();
+        rest.add_scaled(-1.0, &a.times(&x));
+        x.add_scaled(1.0, &self.solve(&rest));
+        x
+    }
+}
+
+/// Powers of 2 for rows and columns that bring the largest entry of each near 1.
+pub fn equilibrate(a: &Matrix) -> (Vec<f64>, Vec<f64>) {
+    let (mut row, mut col) = (vec![1.0f64; a.rows], vec![1.0f64; a.cols]);
+    for _ in 0..4 {
+        let (mut largest_row, mut largest_col) = (vec![0.0f64; a.rows], vec![0.0f64; a.cols]);
+        for r in 0..a.rows {
+            for (c, v) in a.row(r).iter().enumerate() {
+                let size = v.abs() * row[r] * col[c];
+                largest_row[r] = largest_row[r].max(size);
+                largest_col[c] = largest_col[c].max(size);
+            }
+        }
+        for (s, &m) in row.iter_mut().zip(&largest_row).chain(col.iter_mut().zip(&largest_col)) {
+            if m > 0.0 && m.is_finite() {
+                *s /= m.sqrt();
+            }
+        }
+    }
+    let power = |v: &f64| v.log2().round().exp2();
+    (row.iter().map(power).collect(), col.iter().map(power).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_and_solutions_agree() {
+        let a = Matrix::from_fn(3, 3, |r, c| [[2.0, -1.0, 0.5], [1e6, 3e6, 0.0], [0.0, 1.0, 1e-3]][r][c]);
+        let x = Matrix::from_fn(3, 2, |r, c| (r * 2 + c) as f64 - 1.5);
+        let b = a.times(&x);
+        let found = Lu::new(&a).solve_refined(&a, &b);
+        for (u, v) in found.data.iter().zip(&x.data) {
+            assert!((u - v).abs() < 1e-12);
+        }
+        assert_eq!(a.transpose().transpose_times(&x), b);
+    }
+
+    #[test]
+    fn a_singular_matrix_is_reported() {
+        let a = Matrix::from_fn(2, 2, |_, _| 1.0);
+        assert!(Lu::new(&a).ratio < 1e-15);
+    }
+}

@@ -1,0 +1,167 @@
+//! Implicit steps where no mode can be proved: events that pile up (Zeno), switches that chatter,
+//! modes of an index above 2.  Short at first, doubled while needed; the exact engine goes on as
+//! soon as the mode of a step holds.
+
+use super::implicit::later;
+use super::pick::{roles, Scene};
+use super::run::{Engine, Phase};
+use crate::mlcp::Start;
+use crate::moreau::Failure;
+
+/// First step, relative to the run.
+const FIRST: f64 = 1e-9;
+/// Steps are multiples of a power of 2 of the longest one, so that their matrices can be kept.
+fn snapped(h: f64, longest: f64) -> f64 {
+    if h >= longest {
+        longest
+    } else {
+        longest * (h / longest).log2().floor().exp2()
+    }
+}
+
+impl Engine {
+    /// Goes on by implicit steps.
+    pub(super) fn carry_on(&mut self) -> Result<(), Failure> {
+        let h = snapped(FIRST * self.stop, self.fixed_step);
+        self.phase = Phase::Stepping(h);
+        if self.log_open {
+            return Ok(());
+        }
+        // a first state has to exist: the step is taken at once, without a row
+        let mut none = Vec::new();
+        self.implicit_step(h, f64::INFINITY, &mut none).map(|_| ())
+    }
+
+    /// One implicit step of at most the length `h`; true if it ended on the row at `target`, which is
+    /// then written.
+    pub(super) fn implicit_step(
+        &mut self,
+        h: f64,
+        target: f64,
+        row: &mut [f64],
+    ) -> Result<bool, Failure> {
+        let near = 1e-9 * h;
+        let first_row = target <= self.time + near;
+        self.inputs.begin(self.time, &mut self.segment);
+        if self.corner <= self.time {
+            self.corner = self.inputs.next_corner(self.time);
+        }
+        let goal = target.min(self.corner).min(if self.time < self.stop { self.stop } else { f64::INFINITY });
+        let mut length = h;
+        let mut reached = self.time + h;
+        if goal > self.time + near && goal <= reached + near {
+            length = goal - self.time;
+            reached = goal;
+        }
+        let roles = roles(self.net.m, &self.switches, &self.gates);
+        let mut v = Vec::new();
+        later(&self.segment, length, &mut v);
+        let before = self.z.clone();
+        let mut step = length;
+        let result = loop {
+            let start = Start::Cold;
+            let taken =
+                self.implicit.step(&self.sys, &self.net, &self.a, &v, &roles, step, start);
+            match taken {
+                Ok(taken) if !taken.suspect => break Ok(taken.residual),
+                // impulses of a very short step can hide a solution: a longer one tells
+                _ if step < self.fixed_step => step = snapped(4.0 * step, self.fixed_step),
+                Ok(taken) => break Err((taken.residual.worst(), true)),
+                Err(unsolved) => break Err((unsolved.residual.worst(), false)),
+            }
+        };
+        if let Err((residual, suspect)) = result {
+            return Err(Failure {
+                time: self.time,
+                length: step,
+                rhs: self.implicit.rhs.clone(),
+                roles: roles.iter().map(|&r| r as u8).collect(),
+                residual,
+                suspect,
+            });
+        }
+        if step != length {
+            reached = self.time + step;
+            if goal > self.time + near && reached > goal {
+                reached = goal; // the solution of a longer step stands for the shorter one
+            }
+        }
+        if let Ok(found) = result {
+            self.stats.checks += 1;
+            self.stats.residual_rows = self.stats.residual_rows.max(found.rows);
+            self.stats.residual_complementarity =
+                self.stats.residual_complementarity.max(found.complementarity);
+        }
+        self.stats.fixed_steps += 1;
+        self.z.copy_from_slice(&self.implicit.z);
+        self.l.copy_from_slice(&self.implicit.l);
+        let mut charges = vec![0.0; self.net.n];
+        self.sys.e.mul_add(1.0, &self.z, &mut charges);
+        self.net.energy(&charges, &mut self.a);
+        self.scale.see_state(&self.a);
+        self.time = reached;
+        let on: Vec<bool> = self.implicit.active().to_vec();
+        let written = first_row || (target - self.time).abs() <= near;
+        if written && !row.is_empty() {
+            let rates: Vec<f64> = self.z.iter().zip(&before).map(|(a, b)| (a - b) / step).collect();
+            let u = self.sources(target);
+            row[0] = target;
+            self.outputs.write(&self.z, &self.l, &rates, &u, &mut row[1..]);
+        }
+        self.react();
+        let id = self.registry.id(&on, &self.gates.clone());
+        self.log(id);
+        self.resume(id, h);
+        Ok(written)
+    }
+
+    /// Applies the switch laws to the present unknowns.
+    fn react(&mut self) {
+        for (law, gate) in self.switches.iter().zip(&mut self.gates) {
+            let value: f64 = law.control.iter().map(|&(j, c)| c * self.z[j]).sum();
+            let closed =
+                if *gate { value >= law.off_below } else { value > law.on_above };
+            if closed != *gate {
+                *gate = closed;
+                self.stats.switchings += 1;
+            }
+        }
+    }
+
+    /// Back to the exact engine if the mode of the step just taken holds from here on.
+    fn resume(&mut self, id: usize, h: f64) {
+        self.inputs.begin(self.time, &mut self.segment);
+        if self.corner <= self.time {
+            self.corner = self.inputs.next_corner(self.time);
+        }
+        let stop = if self.time < self.stop { self.stop } else { f64::INFINITY };
+        let horizon = self.corner.min(stop) - self.time;
+        let horizon = if horizon.is_finite() { horizon } else { 1e-3 * self.stop };
+        let scene = Scene {
+            sys: &self.sys,
+            net: &self.net,
+            switches: &self.switches,
+            segment: &self.segment,
+            horizon,
+        };
+        if self.registry.gates(id) == self.gates.as_slice() {
+            if let Ok(mode) = self.registry.mode(id, scene.net, scene.switches) {
+                let found = self.picker.verifier.verify(
+                    &mode,
+                    &self.a,
+                    scene.segment,
+                    scene.horizon,
+                    &mut self.scale,
+                    &mut self.path,
+                );
+                if found == super::verify::Finding::Good && self.picker.verifier.thrown.is_empty() {
+                    self.present = Some((id, mode));
+                    self.walk_from_here(horizon);
+                    return;
+                }
+            }
+        }
+        self.present = None;
+        self.phase = Phase::Stepping(snapped(2.0 * h, self.fixed_step));
+    }
+}

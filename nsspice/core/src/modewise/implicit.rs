@@ -1,0 +1,134 @@
+//! One implicit step as a complementarity problem: finds modes where nothing else does, and carries
+//! the run over instants that the exact engine cannot resolve.
+
+use super::inputs::Segment;
+use super::network::{Assembly, Network};
+use crate::mlcp::{Driver, Problem, Residual, Role, Start, Unsolved};
+use crate::sparse::Csc;
+
+/// Step lengths whose matrices are kept.
+const KEPT: usize = 24;
+
+/// Implicit steps of any length.
+pub struct Implicit {
+    drivers: Vec<(f64, Driver)>,
+    /// unknowns of the last step
+    pub z: Vec<f64>,
+    /// multipliers of the last step
+    pub l: Vec<f64>,
+    /// right-hand side of the last step
+    pub rhs: Vec<f64>,
+    /// its charges
+    pub charges: Vec<f64>,
+    /// problems solved
+    pub solved: u64,
+    /// problems tried in vain
+    pub unsolved: u64,
+}
+
+/// What a step came to.
+pub struct Taken {
+    /// how well it is solved
+    pub residual: Residual,
+    /// so large that it may be no solution at all
+    pub suspect: bool,
+}
+
+impl Implicit {
+    /// No step yet.
+    pub fn new(n: usize, m: usize) -> Implicit {
+        Implicit {
+            drivers: Vec::new(),
+            z: vec![0.0; n],
+            l: vec![0.0; m],
+            rhs: vec![0.0; n],
+            charges: vec![0.0; n],
+            solved: 0,
+            unsolved: 0,
+        }
+    }
+
+    fn driver(&mut self, sys: &Assembly, h: f64) -> &mut Driver {
+        if let Some(k) = self.drivers.iter().position(|d| d.0 == h) {
+            self.drivers[k..].rotate_left(1);
+        } else {
+            let mut k: Vec<_> = sys.g.iter().collect();
+            if h.is_finite() {
+                k.extend(sys.e.iter().map(|(r, c, v)| (r, c, v / h)));
+            }
+            let n = sys.g.nrows;
+            let problem = Problem {
+                k: Csc::from_triplets(n, n, &k),
+                a: sys.a.clone(),
+                b: sys.b.clone(),
+                d: sys.d.clone(),
+                row_kind: sys.row_kind.clone(),
+            };
+            if self.drivers.len() >= KEPT {
+                self.drivers.remove(0);
+            }
+            self.drivers.push((h, Driver::new(problem)));
+        }
+        let last = self.drivers.len() - 1;
+        &mut self.drivers[last].1
+    }
+
+    /// Steps from energy coordinates `a` over a length `h` into the segment; `v` are the inputs at
+    /// its end. The new unknowns are left in `z`, `l`.
+    pub fn step(
+        &mut self,
+        sys: &Assembly,
+        net: &Network,
+        a: &[f64],
+        v: &[f64],
+        roles: &[Role],
+        h: f64,
+        start: Start,
+    ) -> Result<Taken, Box<Unsolved>> {
+        net.charges.apply(a, &mut self.charges);
+        for (r, q) in self.rhs.iter_mut().zip(&self.charges) {
+            *r = q / h;
+        }
+        net.s.apply_add(v, &mut self.rhs);
+        let (rhs, mut z, mut l) = (
+            std::mem::take(&mut self.rhs),
+            std::mem::take(&mut self.z),
+            std::mem::take(&mut self.l),
+        );
+        let result = self.driver(sys, h).solve(&rhs, &sys.q, roles, &mut z, &mut l, start);
+        (self.rhs, self.z, self.l) = (rhs, z, l);
+        match result {
+            Ok(found) => {
+                self.solved += 1;
+                Ok(Taken { residual: found.residual, suspect: found.needs_certificate })
+            }
+            Err(failed) => {
+                self.unsolved += 1;
+                Err(failed)
+            }
+        }
+    }
+
+    /// Active pairs of the last step.
+    pub fn active(&self) -> &[bool] {
+        self.drivers.last().map_or(&[], |d| d.1.active())
+    }
+
+    /// Residual of the equations themselves, `rhs = S u - E z'`.
+    pub fn residual(
+        &mut self,
+        sys: &Assembly,
+        rhs: &[f64],
+        roles: &[Role],
+        z: &[f64],
+        l: &[f64],
+    ) -> Residual {
+        self.driver(sys, f64::INFINITY).residual(rhs, &sys.q, roles, z, l)
+    }
+}
+
+/// Inputs a little later in the segment.
+pub fn later(segment: &Segment, h: f64, out: &mut Vec<f64>) {
+    out.clear();
+    out.extend(segment.now.iter().zip(&segment.rate).map(|(v, r)| v + r * h));
+}

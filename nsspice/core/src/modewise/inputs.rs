@@ -1,0 +1,240 @@
+//! Sources as solutions of small linear equations: constants, ramps, rotations, decays.
+//!
+//! Every waveform is a constant plus a combination of *inputs*; within a segment each input is a
+//! line, a damped rotation or a decay. They are evaluated from absolute time at the start of every
+//! segment, so that nothing drifts.
+
+use crate::dense::{complex, Complex, Matrix};
+use crate::sparse::Csc;
+use crate::waveform::{Side, Smooth, Waveform};
+use std::f64::consts::TAU;
+
+/// What an input does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    /// a polygon: the waveform of this number
+    Line(usize),
+    /// `e^(-damping s) sin` and, in the next input, `cos` of `2 pi frequency s`, `s = t - delay`
+    Tone { frequency: f64, damping: f64, delay: f64 },
+    /// the second input of a tone
+    Partner,
+    /// `e^(-(t - delay)/tau)`, 1 before the delay
+    Decay { delay: f64, tau: f64 },
+}
+
+/// A rotation within a segment: inputs `index` and `index + 1` are the imaginary and the real part
+/// of `start e^(rate t)`.
+#[derive(Clone, Copy, Debug)]
+pub struct Tone {
+    /// first input
+    pub index: usize,
+    /// `-damping + 2 pi i frequency` [1/s]
+    pub rate: Complex,
+    /// value at the start of the segment
+    pub start: Complex,
+}
+
+/// A decay within a segment.
+#[derive(Clone, Copy, Debug)]
+pub struct Decay {
+    /// input
+    pub index: usize,
+    /// [1/s]
+    pub rate: f64,
+    /// value at the start of the segment
+    pub start: f64,
+}
+
+/// All inputs during one segment, time counted from its start.
+#[derive(Clone, Debug, Default)]
+pub struct Segment {
+    /// constant part: 1, then one value per input
+    pub level: Vec<f64>,
+    /// slopes: 0, then one per input [1/s]
+    pub slope: Vec<f64>,
+    /// some slope is not zero
+    pub sloped: bool,
+    /// rotations going on
+    pub tones: Vec<Tone>,
+    /// decays going on
+    pub decays: Vec<Decay>,
+    /// values at the start: 1, then one per input
+    pub now: Vec<f64>,
+    /// rates at the start
+    pub rate: Vec<f64>,
+}
+
+/// The inputs of a system.
+pub struct Inputs {
+    waveforms: Vec<Waveform>,
+    kinds: Vec<Kind>,
+    /// per waveform: constant part and (input, factor)
+    parts: Vec<(f64, Vec<(usize, f64)>)>,
+}
+
+impl Inputs {
+    /// Finds the inputs; the error names a waveform without finite description.
+    pub fn new(waveforms: Vec<Waveform>) -> Result<Inputs, String> {
+        let mut kinds: Vec<Kind> = Vec::new();
+        let mut parts = Vec::new();
+        for (k, waveform) in waveforms.iter().enumerate() {
+            let mut find = |kind: Kind| {
+                let known = kinds.iter().position(|&other| other == kind);
+                known.unwrap_or_else(|| {
+                    kinds.push(kind);
+                    if matches!(kind, Kind::Tone { .. }) {
+                        kinds.push(Kind::Partner);
+                    }
+                    kinds.len() - if matches!(kind, Kind::Tone { .. }) { 2 } else { 1 }
+                })
+            };
+            parts.push(match waveform {
+                Waveform::Dc(v) => (*v, Vec::new()),
+                Waveform::Piecewise(_) => (0.0, vec![(find(Kind::Line(k)), 1.0)]),
+                Waveform::Smooth(Smooth::Sin {
+                    offset, amplitude, frequency, delay, damping, phase,
+                }) => {
+                    let (frequency, damping, delay) = (*frequency, *damping, *delay);
+                    let first = find(Kind::Tone { frequency, damping, delay });
+                    let (sin, cos) = phase.sin_cos();
+                    (*offset, vec![(first, amplitude * cos), (first + 1, amplitude * sin)])
+                }
+                Waveform::Smooth(Smooth::Exp { v1, v2, td1, tau1, td2, tau2 }) => {
+                    let rise = find(Kind::Decay { delay: *td1, tau: *tau1 });
+                    let fall = find(Kind::Decay { delay: *td2, tau: *tau2 });
+                    (*v1, vec![(rise, v1 - v2), (fall, v2 - v1)])
+                }
+                Waveform::Smooth(Smooth::Sffm { .. }) => {
+                    return Err("an SFFM source is no solution of a linear equation".into());
+                }
+                Waveform::Smooth(Smooth::Am { .. }) => {
+                    return Err("an AM source is not split into its lines".into());
+                }
+            });
+        }
+        Ok(Inputs { waveforms, kinds, parts })
+    }
+
+    /// Number of inputs.
+    pub fn len(&self) -> usize {
+        self.kinds.len()
+    }
+
+    /// True if all sources are constant.
+    pub fn is_empty(&self) -> bool {
+        self.kinds.is_empty()
+    }
+
+    /// Source columns by constant and input: `S u = columns [1; inputs]`.
+    pub fn columns(&self, s: &Csc) -> Matrix {
+        let mut out = Matrix::zeros(s.nrows, 1 + self.len());
+        for (r, c, v) in s.iter() {
+            let (constant, terms) = &self.parts[c];
+            out[(r, 0)] += v * constant;
+            for &(i, f) in terms {
+                out[(r, 1 + i)] += v * f;
+            }
+        }
+        out
+    }
+
+    /// A combination of waveforms as factors of `[1; inputs]`.
+    pub fn combine(&self, terms: &[(usize, f64)]) -> Vec<f64> {
+        let mut out = vec![0.0; 1 + self.len()];
+        for &(c, v) in terms {
+            let (constant, parts) = &self.parts[c];
+            out[0] += v * constant;
+            for &(i, f) in parts {
+                out[1 + i] += v * f;
+            }
+        }
+        out
+    }
+
+    /// The waveforms.
+    pub fn waveforms(&self) -> &[Waveform] {
+        &self.waveforms
+    }
+
+    /// Evaluates all inputs on the stretch that begins at `t`.
+    pub fn begin(&self, t: f64, out: &mut Segment) {
+        let count = 1 + self.len();
+        for list in [&mut out.level, &mut out.slope, &mut out.now, &mut out.rate] {
+            list.clear();
+            list.resize(count, 0.0);
+        }
+        out.tones.clear();
+        out.decays.clear();
+        out.level[0] = 1.0;
+        out.now[0] = 1.0;
+        out.sloped = false;
+        for (i, kind) in self.kinds.iter().enumerate() {
+            let at = 1 + i;
+            match *kind {
+                Kind::Line(k) => {
+                    if let Waveform::Piecewise(p) = &self.waveforms[k] {
+                        let (value, slope) = p.line(t);
+                        out.level[at] = value;
+                        out.slope[at] = slope;
+                        out.now[at] = value;
+                        out.rate[at] = slope;
+                        out.sloped |= slope != 0.0;
+                    }
+                }
+                Kind::Tone { frequency, damping, delay } => {
+                    if t < delay {
+                        out.level[at + 1] = 1.0;
+                        out.now[at + 1] = 1.0;
+                        continue;
+                    }
+                    let s = t - delay;
+                    let turns = frequency * s;
+                    let (sin, cos) = (TAU * (turns - turns.floor())).sin_cos();
+                    let size = if damping == 0.0 { 1.0 } else { (-damping * s).exp() };
+                    let start = complex(size * cos, size * sin);
+                    let rate = complex(-damping, TAU * frequency);
+                    out.tones.push(Tone { index: at, rate, start });
+                    let change = rate * start;
+                    (out.now[at], out.now[at + 1]) = (start.im, start.re);
+                    (out.rate[at], out.rate[at + 1]) = (change.im, change.re);
+                }
+                Kind::Partner => {}
+                Kind::Decay { delay, tau } => {
+                    if t < delay || tau <= 0.0 {
+                        let value = if t < delay { 1.0 } else { 0.0 };
+                        out.level[at] = value;
+                        out.now[at] = value;
+                        continue;
+                    }
+                    let (start, rate) = ((-(t - delay) / tau).exp(), -1.0 / tau);
+                    out.decays.push(Decay { index: at, rate, start });
+                    out.now[at] = start;
+                    out.rate[at] = rate * start;
+                }
+            }
+        }
+    }
+
+    /// The earliest corner after `t`; corners within rounding of each other are one.
+    pub fn next_corner(&self, t: f64) -> f64 {
+        let first = self
+            .waveforms
+            .iter()
+            .filter_map(|w| w.next_corner(t))
+            .fold(f64::INFINITY, |m, c| m.min(c.time));
+        let same = first + 16.0 * f64::EPSILON * first.abs();
+        self.waveforms
+            .iter()
+            .filter_map(|w| w.next_corner(t))
+            .map(|c| c.time)
+            .filter(|&c| c <= same)
+            .fold(first, f64::max)
+    }
+
+    /// Values of all waveforms at `t`.
+    pub fn values(&self, t: f64, side: Side, out: &mut [f64]) {
+        for (v, w) in out.iter_mut().zip(&self.waveforms) {
+            *v = w.value(t, side);
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! The search for the first guard that fails, interval by interval.
+//!
+//! On each interval the cubic Hermite polynomial of a guard, together with a bound of its fourth
+//! derivative, proves that the guard stays positive or that it has exactly one root; everything else
+//! halves the interval. No crossing is missed, up to rounding.
+
+use super::terms::Point;
+use super::trajectory::{Bundle, Trajectory};
+
+/// How a segment ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// all guards hold up to the horizon
+    Horizon,
+    /// some guards fail; see `crossing`
+    Crossing,
+}
+
+/// Work space of the march.
+#[derive(Default)]
+pub struct March {
+    /// guards that fail at the end
+    pub crossing: Vec<usize>,
+    from: Point,
+    to: Point,
+    probe: Point,
+    g0: Vec<f64>,
+    d0: Vec<f64>,
+    g1: Vec<f64>,
+    d1: Vec<f64>,
+    second: Vec<f64>,
+    fourth: Vec<f64>,
+    falling: Vec<usize>,
+    roots: Vec<(f64, usize)>,
+    /// intervals looked at
+    pub intervals: u64,
+}
+
+#[derive(PartialEq)]
+enum Verdict {
+    Holds,
+    Falls,
+    Unclear,
+}
+
+impl March {
+    /// Walks from 0 to `horizon`; returns the time reached. `clear[j]`: guard j is known to hold up
+    /// to that time. `begin` is the absolute time of the start, for the resolution of time.
+    #[allow(clippy::too_many_arguments)] // one per ingredient
+    pub fn walk(
+        &mut self,
+        path: &Trajectory,
+        guards: &Bundle,
+        noise: &[f64],
+        clear: &[f64],
+        horizon: f64,
+        begin: f64,
+    ) -> (f64, Ending) {
+        self.crossing.clear();
+        let count = guards.count;
+        if count == 0 || horizon <= 0.0 {
+            return (horizon.max(0.0), Ending::Horizon);
+        }
+        for list in [&mut self.g0, &mut self.d0, &mut self.g1, &mut self.d1] {
+            list.resize(count, 0.0);
+        }
+        let resolution = 4.5e-16 * (begin.abs() + horizon).max(f64::MIN_POSITIVE);
+        path.at(0.0, &mut self.from);
+        for j in 0..count {
+            self.g0[j] = guards.value(j, &self.from);
+            self.d0[j] = guards.slope(j, &self.from);
+        }
+        let mut t = 0.0;
+        let mut h = self.first_step(path, guards, horizon);
+        loop {
+            let end = if t + 1.01 * h >= horizon { horizon } else { t + h };
+            let length = end - t;
+            self.intervals += 1;
+            path.at(end, &mut self.to);
+            path.bounds(&self.from, &self.to, &mut self.second, &mut self.fourth);
+            let forced = length <= 4.0 * resolution;
+            self.falling.clear();
+            let mut unclear = false;
+            for j in 0..count {
+                self.g1[j] = guards.value(j, &self.to);
+                self.d1[j] = guards.slope(j, &self.to);
+                if end <= clear[j] {
+                    continue;
+                }
+                match self.judge(guards, j, length, noise[j]) {
+                    Verdict::Holds => {}
+                    Verdict::Falls => self.falling.push(j),
+                    Verdict::Unclear if forced => {
+                        if self.g1[j] < -noise[j] {
+                            self.falling.push(j);
+                        }
+                    }
+                    Verdict::Unclear => {
+                        unclear = true;
+                        break;
+                    }
+                }
+            }
+            if unclear {
+                h = if t == 0.0 { 0.25 * length } else { 0.5 * length };
+                continue;
+            }
+            if !self.falling.is_empty() {
+                return (self.earliest(path, guards, t, end, resolution), Ending::Crossing);
+            }
+            if end >= horizon {
+                return (horizon, Ending::Horizon);
+            }
+            t = end;
+            std::mem::swap(&mut self.from, &mut self.to);
+            std::mem::swap(&mut self.g0, &mut self.g1);
+            std::mem::swap(&mut self.d0, &mut self.d1);
+            h = 2.0 * length;
+        }
+    }
+
+    /// A first interval on which most guards can be judged.
+    fn first_step(&mut self, path: &Trajectory, guards: &Bundle, horizon: f64) -> f64 {
+        path.bounds(&self.from, &self.from, &mut self.second, &mut self.fourth);
+        let mut h = horizon;
+        for j in 0..guards.count {
+            let m4 = guards.bound(j, &self.fourth);
+            if m4 == 0.0 {
+                continue;
+            }
+            let by_slope = (128.0 * self.d0[j].abs() / m4).cbrt();
+            let by_value = (200.0 * self.g0[j].abs() / m4).sqrt().sqrt();
+            h = h.min(by_slope.max(by_value).max(1e-9 * horizon));
+        }
+        h
+    }
+
+    fn judge(&self, guards: &Bundle, j: usize, h: f64, noise: f64) -> Verdict {
+        let (g0, g1, d0, d1) = (self.g0[j], self.g1[j], self.d0[j], self.d1[j]);
+        let m4 = guards.bound(j, &self.fourth);
+        let (b1, b2) = (g0 + h * d0 / 3.0, g1 - h * d1 / 3.0);
+        let error = m4 * h * h * h * h / 384.0;
+        if g0.min(g1).min(b1).min(b2) - error >= -noise {
+            return Verdict::Holds;
+        }
+        if g0 >= -noise && d0 > 0.0 && d0 >= 0.5 * h * guards.bound(j, &self.second) {
+            return Verdict::Holds;
+        }
+        if g1 < -noise {
+            let steepest = (b1 - g0).max(b2 - b1).max(g1 - b2) * 3.0 / h;
+            if steepest + 0.0081 * m4 * h * h * h < 0.0 {
+                return Verdict::Falls;
+            }
+        }
+        Verdict::Unclear
+    }
+
+    /// The earliest root of the falling guards; those within the resolution of time go with it.
+    fn earliest(
+        &mut self,
+        path: &Trajectory,
+        guards: &Bundle,
+        t: f64,
+        end: f64,
+        resolution: f64,
+    ) -> f64 {
+        self.roots.clear();
+        for k in 0..self.falling.len() {
+            let j = self.falling[k];
+            let root = self.root(path, guards, j, t, end, resolution);
+            self.roots.push((root, j));
+        }
+        let first = self.roots.iter().fold(f64::INFINITY, |m, r| m.min(r.0));
+        let same = first + 4.5 * resolution;
+        self.crossing.extend(self.roots.iter().filter(|r| r.0 <= same).map(|r| r.1));
+        self.crossing.sort_unstable();
+        first
+    }
+
+    /// The root of a guard that falls throughout `[t, end]`.
+    fn root(
+        &mut self,
+        path: &Trajectory,
+        guards: &Bundle,
+        j: usize,
+        t: f64,
+        end: f64,
+        resolution: f64,
+    ) -> f64 {
+        let h = end - t;
+        let (g0, g1, d0, d1) = (self.g0[j], self.g1[j], h * self.d0[j], h * self.d1[j]);
+        if g0 <= 0.0 {
+            return t;
+        }
+        // root of the Hermite polynomial g0 + s (d0 + s (c2 + s c3)) on [0, 1]
+        let c2 = 3.0 * (g1 - g0) - 2.0 * d0 - d1;
+        let c3 = 2.0 * (g0 - g1) + d0 + d1;
+        let (mut low, mut high, mut s) = (0.0, 1.0, g0 / (g0 - g1));
+        for _ in 0..30 {
+            let f = g0 + s * (d0 + s * (c2 + s * c3));
+            if f > 0.0 {
+                low = s;
+            } else {
+                high = s;
+            }
+            let next = s - f / (d0 + s * (2.0 * c2 + 3.0 * s * c3));
+            let next = if next > low && next < high { next } else { 0.5 * (low + high) };
+            let change = (next - s).abs();
+            s = next;
+            if change < 1e-9 {
+                break;
+            }
+        }
+        let (mut low, mut high) = (t, end);
+        let mut x = t + h * s;
+        let mut last = f64::INFINITY;
+        for _ in 0..60 {
+            path.at(x, &mut self.probe);
+            let (f, d) = (guards.value(j, &self.probe), guards.slope(j, &self.probe));
+            if f > 0.0 {
+                low = x;
+            } else {
+                high = x;
+            }
+            let newton = x - f / d;
+            let inside = newton >= low && newton <= high;
+            let next = if inside { newton } else { 0.5 * (low + high) };
+            let change = (next - x).abs();
+            x = next;
+            if change <= resolution || (inside && change > 0.5 * last) {
+                break;
+            }
+            last = if inside { change } else { f64::INFINITY };
+        }
+        x
+    }
+}

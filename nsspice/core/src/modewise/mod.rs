@@ -1,0 +1,31 @@
+//! The exact engine: between two switchings a network of linear elements and set-valued ones is a
+//! linear system, integrated in closed form; only the instants of switching are searched for.
+//!
+//! A *mode* is a set of active pairs. Its equations are reduced to a minimal linear system in energy
+//! coordinates ([`network`], [`staircase`], [`mode`]); a segment is a sum of exponentials
+//! ([`trajectory`]); guards (multipliers of active pairs, slacks of the others, controls of switches)
+//! are watched by bounds ([`march`]), and the mode that follows is proved before it is entered
+//! ([`pick`], [`verify`]). Where nothing can be proved, implicit steps go on ([`fixed`]).
+
+mod fixed;
+pub mod implicit;
+pub mod inputs;
+pub mod march;
+pub mod mode;
+pub mod network;
+pub mod outputs;
+pub mod pick;
+pub mod registry;
+mod run;
+pub mod spectrum;
+pub mod staircase;
+pub mod terms;
+pub mod tracked;
+pub mod trajectory;
+pub mod verify;
+
+pub use inputs::Inputs;
+pub use mode::SwitchLaw;
+pub use network::{Assembly, Edge};
+pub use outputs::Spec;
+pub use run::{Engine, Statistics};

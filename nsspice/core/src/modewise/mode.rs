@@ -1,0 +1,547 @@
+//! One mode as a minimal linear system, with everything that the run needs of it.
+//!
+//! ```text
+//! a = Q x + Yc v,   x' = J x + Jv v,   b = Bx x + Bv v + Bd v'      (v = [1; inputs])
+//! ```
+//!
+//! `Q` is orthonormal, so that in passive networks a jump is the projection `x = Q' a`; what the
+//! constraints take away leaves as impulses.
+
+use super::network::Network;
+use super::spectrum::{Pole, Spectrum};
+use super::staircase::{Algebra, Staircase};
+use super::tracked::Tracked;
+use crate::dense::{Lu, Matrix};
+
+/// What a guard watches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Watch {
+    /// multiplier of an active diode, slack of an inactive one
+    Pair(usize),
+    /// distance of a switch's control from its threshold
+    Switch(usize),
+}
+
+/// A switch as the modes see it.
+#[derive(Clone, Debug)]
+pub struct SwitchLaw {
+    /// pair that it opens and closes
+    pub pair: usize,
+    /// control value by unknown
+    pub control: Vec<(usize, f64)>,
+    /// closes above
+    pub on_above: f64,
+    /// opens below
+    pub off_below: f64,
+    /// the pair conducts while the control is low
+    pub inverted: bool,
+}
+
+/// Rows over `[modal state; v; v']`.
+#[derive(Clone, Debug)]
+pub struct Rows {
+    /// factors of the modal coordinates
+    pub x: Matrix,
+    /// factors of v
+    pub v: Matrix,
+    /// factors of v'
+    pub d: Matrix,
+}
+
+/// A guard's size, for its rounding noise.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct GuardSize {
+    /// norm of the state part
+    pub x: f64,
+    /// norm of the bounds behind it
+    pub bound: f64,
+}
+
+/// Consequences of a jump: impulses of the algebraic unknowns and of the guards.
+pub struct Impulses {
+    /// of `[kernel part; active multipliers]`, over `[a-; v]`
+    pub algebraic: Matrix,
+    /// of each diode's multiplier or slack, over `[a-; v]`; must not be negative
+    pub guards: Matrix,
+    /// bounds behind them
+    pub bounds: Matrix,
+}
+
+/// A mode.
+pub struct Mode {
+    /// which pairs are active
+    pub active: Vec<usize>,
+    /// state of each switch's control: above its thresholds
+    pub gates: Vec<bool>,
+    /// number of states
+    pub n: usize,
+    /// eigenvalues
+    pub poles: Vec<Pole>,
+    /// modal state from energy coordinates
+    pub enter: Matrix,
+    /// modal drive from v
+    pub drive: Matrix,
+    /// energy coordinates from modal state and v
+    pub leave_x: Matrix,
+    /// see `leave_x`
+    pub leave_v: Matrix,
+    /// algebraic unknowns `[kernel part; active multipliers]`
+    pub algebraic: Rows,
+    /// guards
+    pub guards: Rows,
+    /// what they watch
+    pub watch: Vec<Watch>,
+    /// guards of switches that depend on the inputs alone, with their switches
+    pub direct: Vec<(usize, usize)>,
+    /// their sizes
+    pub sizes: Vec<GuardSize>,
+    /// what must vanish for the mode to exist, over v
+    pub consistency: Matrix,
+    /// bounds behind it
+    pub consistency_bound: Matrix,
+    /// jumps into the mode may need impulses
+    pub impulses: Option<Impulses>,
+    /// undetermined directions
+    pub open: usize,
+    /// largest eigenvalue [1/s]
+    pub fastest: f64,
+    /// state equations, for modes without eigenvectors: J, Jv in state coordinates
+    pub plain: Option<(Matrix, Matrix)>,
+}
+
+/// Orthogonal factor of a tall matrix, and its triangle: `A = Q[:, ..k] R`.
+fn full_qr(a: &Matrix) -> (Matrix, Matrix) {
+    let (rows, cols) = (a.rows, a.cols);
+    let mut w = a.clone();
+    let mut q = Matrix::identity(rows);
+    for k in 0..cols.min(rows) {
+        let size = (k..rows).fold(0.0f64, |m, r| m.hypot(w[(r, k)]));
+        if size == 0.0 {
+            continue;
+        }
+        let mut v: Vec<f64> = (k..rows).map(|r| w[(r, k)]).collect();
+        v[0] += size.copysign(v[0]);
+        let f = 2.0 / v.iter().map(|x| x * x).sum::<f64>();
+        for c in k..cols {
+            let s: f64 = v.iter().enumerate().map(|(i, x)| x * w[(k + i, c)]).sum::<f64>() * f;
+            v.iter().enumerate().for_each(|(i, x)| w[(k + i, c)] -= s * x);
+        }
+        for r in 0..rows {
+            let row = &mut q.row_mut(r)[k..];
+            let s: f64 = v.iter().zip(&*row).map(|(x, y)| x * y).sum::<f64>() * f;
+            row.iter_mut().zip(&v).for_each(|(y, x)| *y -= s * x);
+        }
+    }
+    let r = Matrix::from_fn(cols, cols, |i, j| if i <= j { w[(i, j)] } else { 0.0 });
+    (q, r)
+}
+
+/// Unit rows, for constraints of very different size.
+fn unit_rows(a: &Matrix) -> (Matrix, Vec<f64>) {
+    let mut out = a.clone();
+    let mut sizes = Vec::with_capacity(a.rows);
+    for r in 0..a.rows {
+        let size = a.row(r).iter().fold(0.0f64, |m, v| m.hypot(*v));
+        let size = if size > 0.0 { size } else { 1.0 };
+        out.row_mut(r).iter_mut().for_each(|v| *v /= size);
+        sizes.push(size);
+    }
+    (out, sizes)
+}
+
+/// Largest acceptable condition of the jump matrices.
+const INDEX_TWO: f64 = 1e-12;
+
+impl Mode {
+    /// Reduces the equations of a mode; the error tells what is wrong with it.
+    pub fn new(net: &Network, switches: &[SwitchLaw], on: &[bool], gates: &[bool]) -> Result<Mode, String> {
+        let active: Vec<usize> = (0..net.m).filter(|&i| on[i]).collect();
+        let (k, r) = (net.kernel.cols, net.states);
+        let nv = net.rs.cols;
+        let algebra = Algebra::new(net, &active);
+        let stairs = Staircase::new(net, &active, &algebra)?;
+        let Algebra { knn, kna, kan } = algebra;
+        let size = knn.rows;
+        let force = Matrix::from_fn(size, nv, |i, c| {
+            if i < k {
+                net.ns[(i, c)]
+            } else if c == 0 {
+                -net.q[active[i - k]]
+            } else {
+                0.0
+            }
+        });
+        // constraints H a = F v with orthonormal rows, enforced through the columns of Hf
+        let ties = stairs.tie_rows.cols;
+        let (q2, yc, pi, ties_h, ties_f, tie_cols, solve_g);
+        if ties == 0 {
+            q2 = Matrix::identity(r);
+            pi = Matrix::identity(r);
+            yc = Matrix::zeros(r, nv);
+            (ties_h, ties_f) = (Matrix::zeros(0, r), Matrix::zeros(0, nv));
+            tie_cols = Matrix::zeros(size, 0);
+            solve_g = Matrix::zeros(0, 0);
+        } else {
+            let h0 = match &stairs.tie_demand {
+                Some(demand) => demand.times(&net.big_r),
+                None => stairs.tie_rows.transpose_times(&kna),
+            };
+            let f0 = stairs.tie_rows.transpose_times(&force);
+            let (h0, sizes) = unit_rows(&h0);
+            let (q, tri) = full_qr(&h0.transpose());
+            let others: Vec<usize> = (ties..r).collect();
+            let firsts: Vec<usize> = (0..ties).collect();
+            let lu = Lu::new(&tri.transpose());
+            if lu.ratio < INDEX_TWO {
+                return Err("its constraints depend on each other".into());
+            }
+            let scaled = Matrix::from_fn(ties, nv, |i, c| f0[(i, c)] / sizes[i]);
+            ties_h = q.select_cols(&firsts).transpose();
+            ties_f = lu.solve(&scaled);
+            q2 = q.select_cols(&others);
+            if net.passive {
+                let columns = Matrix::from_fn(size, ties, |i, j| stairs.tie_cols[(i, j)] / sizes[j]);
+                // columns tri^-1
+                tie_cols = lu.solve(&columns.transpose()).transpose();
+                solve_g = {
+                    let mut g = Matrix::identity(ties);
+                    g.data.iter_mut().for_each(|v| *v = -*v);
+                    g
+                };
+                pi = q2.transpose();
+            } else {
+                let (hf0, sizes) = unit_rows(&kan.times(&stairs.tie_cols).transpose());
+                let (ql, tri) = full_qr(&hf0.transpose());
+                let lu = Lu::new(&tri.transpose());
+                if lu.ratio < INDEX_TWO {
+                    return Err("its constraints depend on each other".into());
+                }
+                let columns = Matrix::from_fn(size, ties, |i, j| stairs.tie_cols[(i, j)] / sizes[j]);
+                tie_cols = lu.solve(&columns.transpose()).transpose();
+                let g = Lu::new(&ties_h.times(&ql.select_cols(&firsts)));
+                let complement = ql.select_cols(&others).transpose();
+                let square = Lu::new(&complement.times(&q2));
+                if g.ratio < INDEX_TWO || square.ratio < INDEX_TWO {
+                    return Err("its index is above 2".into());
+                }
+                solve_g = g.solve(&Matrix::identity(ties));
+                pi = square.solve(&complement);
+            }
+            let hf = kan.times(&tie_cols);
+            yc = if net.passive {
+                ties_h.transpose_times(&ties_f)
+            } else {
+                hf.times(&solve_g).times(&ties_f)
+            };
+        }
+        let n = q2.cols;
+        // columns [x | v | v']
+        let width = n + 2 * nv;
+        let place = |x: &Matrix, v: &Matrix, d: Option<&Matrix>| {
+            Matrix::from_fn(x.rows, width, |i, c| {
+                if c < n {
+                    x[(i, c)]
+                } else if c < n + nv {
+                    v[(i, c - n)]
+                } else {
+                    d.map_or(0.0, |d| d[(i, c - n - nv)])
+                }
+            })
+        };
+        let states = Tracked::exact(place(&q2, &yc, None));
+        // the regular block of the algebraic equations
+        let block = Matrix::from_fn(stairs.rows.len(), stairs.cols.len(), |i, j| {
+            knn[(stairs.rows[i], stairs.cols[j])]
+        });
+        let factor = Lu::new(&block);
+        if factor.ratio == 0.0 {
+            return Err("its algebraic equations are singular".into());
+        }
+        let inverse = factor.solve_refined(&block, &Matrix::identity(block.rows));
+        let zeros_x = Matrix::zeros(stairs.rows.len(), n);
+        let mut right = Tracked::exact(place(&zeros_x, &force.select_rows(&stairs.rows), None));
+        right.add(-1.0, &states.under(&kna.select_rows(&stairs.rows)));
+        let part = right.under(&inverse);
+        let mut algebraic = Tracked::zeros(size, width);
+        for (i, &c) in stairs.cols.iter().enumerate() {
+            algebraic.value.row_mut(c).copy_from_slice(part.value.row(i));
+            algebraic.bound.row_mut(c).copy_from_slice(part.bound.row(i));
+        }
+        // a' but for the constraints' share
+        let mut change = Tracked::exact(place(&Matrix::zeros(r, n), &net.rs, None));
+        change.add(-1.0, &states.under(&net.rgr));
+        change.add(-1.0, &algebraic.under(&kan));
+        if ties > 0 {
+            let mut kappa = change.under(&solve_g.times(&ties_h));
+            let zero = (Matrix::zeros(ties, n), Matrix::zeros(ties, nv));
+            let drift = place(&zero.0, &zero.1, Some(&solve_g.times(&ties_f)));
+            kappa.add(-1.0, &Tracked::exact(drift));
+            algebraic.add(1.0, &kappa.under(&tie_cols));
+        }
+        let change = change.under(&pi);
+        let j = Matrix::from_fn(n, n, |i, c| change.value[(i, c)]);
+        let jv = Matrix::from_fn(n, nv, |i, c| change.value[(i, n + c)]);
+
+        // what no equation determines: least multipliers and slacks, then least voltages
+        let open = stairs.open_cols.cols;
+        let mut diodes = guard_rows(net, on, &active, &states, &algebraic, n);
+        let share = (open > 0).then(|| Share::new(net, on, &active, &stairs.open_cols));
+        if let Some(share) = &share {
+            let mut unknowns = states.under(&net.big_r);
+            let part: Vec<usize> = (0..k).collect();
+            unknowns.add(1.0, &algebraic.rows(&part).under(&net.kernel));
+            let amounts = share.amounts(&diodes, &unknowns);
+            algebraic.add(1.0, &amounts.under(&stairs.open_cols));
+            diodes = guard_rows(net, on, &active, &states, &algebraic, n);
+        }
+        diodes.clean(net.n + net.m);
+        let impulses = (ties > 0).then(|| {
+            let joint = Matrix::from_fn(ties, r + nv, |i, c| {
+                if c < r { ties_h[(i, c)] } else { -ties_f[(i, c - r)] }
+            });
+            let content = Tracked::exact(solve_g.times(&joint));
+            let mut algebraic = content.under(&tie_cols);
+            let still = Tracked::zeros(r, r + nv);
+            let mut guards = impulse_rows(net, on, &active, &still, &algebraic);
+            if let Some(share) = &share {
+                let part: Vec<usize> = (0..k).collect();
+                let unknowns = algebraic.rows(&part).under(&net.kernel);
+                let amounts = share.amounts(&guards, &unknowns);
+                algebraic.add(1.0, &amounts.under(&stairs.open_cols));
+                guards = impulse_rows(net, on, &active, &still, &algebraic);
+            }
+            guards.clean(net.n + net.m);
+            Impulses { algebraic: algebraic.value, guards: guards.value, bounds: guards.bound }
+        });
+        let mut consistency = Tracked::exact(force).under(&stairs.open_rows.transpose());
+        consistency.clean(net.n + net.m);
+
+        // guards: diodes, then switch thresholds
+        let spectrum = Spectrum::new(&j);
+        let (from, to) = match &spectrum {
+            Some(s) => (s.from_modal.clone(), s.to_modal.clone()),
+            None => (Matrix::identity(n), Matrix::identity(n)),
+        };
+        let to_rows = |t: &Matrix| Rows {
+            x: Matrix::from_fn(t.rows, n, |i, c| t[(i, c)]).times(&from),
+            v: Matrix::from_fn(t.rows, nv, |i, c| t[(i, n + c)]),
+            d: Matrix::from_fn(t.rows, nv, |i, c| t[(i, n + nv + c)]),
+        };
+        let switched: Vec<usize> = switches.iter().map(|s| s.pair).collect();
+        let mut kept = Vec::new();
+        let mut watch = Vec::new();
+        for i in 0..net.m {
+            if !switched.contains(&i) && diodes.value.row(i).iter().any(|v| *v != 0.0) {
+                kept.push(i);
+                watch.push(Watch::Pair(i));
+            }
+        }
+        let mut all = diodes.rows(&kept);
+        let controls = control_rows(net, switches, gates, &states, &algebraic, n, width);
+        for (s, _) in switches.iter().enumerate() {
+            if controls.value.row(s).iter().any(|v| *v != 0.0) {
+                watch.push(Watch::Switch(s));
+                let row = controls.rows(&[s]);
+                all = Tracked {
+                    value: all.value.above(&row.value),
+                    bound: all.bound.above(&row.bound),
+                };
+            }
+        }
+        let norm = |row: &[f64]| row.iter().fold(0.0f64, |m, v| m.hypot(*v));
+        let sizes = (0..all.value.rows)
+            .map(|i| GuardSize {
+                x: norm(&all.value.row(i)[..n]),
+                bound: norm(&all.bound.row(i)[..n]),
+            })
+            .collect();
+        let direct = watch
+            .iter()
+            .enumerate()
+            .filter_map(|(j, w)| match *w {
+                Watch::Switch(s) if all.value.row(j)[..n].iter().all(|v| *v == 0.0) => Some((j, s)),
+                _ => None,
+            })
+            .collect();
+        let poles = spectrum.as_ref().map_or(Vec::new(), |s| s.poles.clone());
+        let fastest = match &spectrum {
+            Some(_) => poles.iter().map(Pole::size).fold(0.0, f64::max),
+            None => (0..n).map(|i| norm(j.row(i))).fold(0.0, f64::max),
+        };
+        Ok(Mode {
+            active,
+            gates: gates.to_vec(),
+            n,
+            enter: to.times(&pi),
+            drive: to.times(&jv),
+            leave_x: q2.times(&from),
+            leave_v: yc,
+            algebraic: to_rows(&algebraic.value),
+            guards: to_rows(&all.value),
+            watch,
+            direct,
+            sizes,
+            consistency: consistency.value,
+            consistency_bound: consistency.bound,
+            impulses,
+            open,
+            fastest,
+            plain: spectrum.is_none().then_some((j, jv)),
+            poles,
+        })
+    }
+
+    /// Memory held [bytes].
+    pub fn bytes(&self) -> usize {
+        let rows = |r: &Rows| r.x.data.len() + r.v.data.len() + r.d.data.len();
+        let mut count = self.enter.data.len() + self.leave_x.data.len();
+        count += self.drive.data.len() + self.leave_v.data.len();
+        count += rows(&self.algebraic) + rows(&self.guards);
+        if let Some(i) = &self.impulses {
+            count += i.algebraic.data.len() + 2 * i.guards.data.len();
+        }
+        8 * count + 64 * self.watch.len() + 1024
+    }
+}
+
+/// Multipliers of active pairs and slacks of the others, over `[x | v | v']`.
+fn guard_rows(
+    net: &Network,
+    on: &[bool],
+    active: &[usize],
+    states: &Tracked,
+    algebraic: &Tracked,
+    n: usize,
+) -> Tracked {
+    let mut out = impulse_rows(net, on, active, states, algebraic);
+    for i in (0..net.m).filter(|&i| !on[i]) {
+        out.value[(i, n)] += net.q[i];
+        out.bound[(i, n)] += net.q[i].abs();
+    }
+    out
+}
+
+/// The same without the constant slack.
+fn impulse_rows(
+    net: &Network,
+    on: &[bool],
+    active: &[usize],
+    states: &Tracked,
+    algebraic: &Tracked,
+) -> Tracked {
+    let k = net.kernel.cols;
+    let off: Vec<usize> = (0..net.m).filter(|&i| !on[i]).collect();
+    let factor = Matrix::from_fn(off.len(), k + active.len(), |i, j| {
+        if j < k {
+            -net.bn[(off[i], j)]
+        } else {
+            net.d[(off[i], active[j - k])]
+        }
+    });
+    let mut slack = algebraic.under(&factor);
+    slack.add(-1.0, &states.under(&net.br.select_rows(&off)));
+    let mut out = Tracked::zeros(net.m, algebraic.value.cols);
+    let mut put = |to: usize, from: &Tracked, row: usize| {
+        out.value.row_mut(to).copy_from_slice(from.value.row(row));
+        out.bound.row_mut(to).copy_from_slice(from.bound.row(row));
+    };
+    for (i, &p) in off.iter().enumerate() {
+        put(p, &slack, i);
+    }
+    for (i, &p) in active.iter().enumerate() {
+        put(p, algebraic, k + i);
+    }
+    out
+}
+
+/// Distances of the controls from the thresholds that would change them.
+fn control_rows(
+    net: &Network,
+    switches: &[SwitchLaw],
+    gates: &[bool],
+    states: &Tracked,
+    algebraic: &Tracked,
+    n: usize,
+    width: usize,
+) -> Tracked {
+    let k = net.kernel.cols;
+    let mut out = Tracked::zeros(switches.len(), width);
+    for (s, law) in switches.iter().enumerate() {
+        let combine = |m: &Matrix| {
+            Matrix::from_fn(1, m.cols, |_, c| law.control.iter().map(|&(u, f)| f * m[(u, c)]).sum())
+        };
+        let mut row = states.under(&combine(&net.big_r));
+        let part: Vec<usize> = (0..k).collect();
+        row.add(1.0, &algebraic.rows(&part).under(&combine(&net.kernel)));
+        row.clean(net.n + net.m);
+        // closed: value - off_below, open: on_above - value
+        let (sign, level) = if gates[s] { (1.0, law.off_below) } else { (-1.0, law.on_above) };
+        for c in 0..width {
+            out.value[(s, c)] = sign * row.value[(0, c)];
+            out.bound[(s, c)] = row.bound[(0, c)];
+        }
+        out.value[(s, n)] -= sign * level;
+        out.bound[(s, n)] += level.abs();
+    }
+    out
+}
+
+/// How undetermined directions are chosen: least multipliers and slacks (equal sharing), and among
+/// those the least unknowns.
+struct Share {
+    /// amounts = first * guards + second * unknowns
+    first: Matrix,
+    second: Matrix,
+}
+
+impl Share {
+    fn new(net: &Network, on: &[bool], active: &[usize], open: &Matrix) -> Share {
+        let k = net.kernel.cols;
+        let directions = Tracked::exact(open.clone());
+        let still = Tracked::zeros(net.states, open.cols);
+        let mut seen = impulse_rows(net, on, active, &still, &directions);
+        seen.clean(net.n + net.m);
+        let seen = seen.value; // m x open
+        let part: Vec<usize> = (0..k).collect();
+        let on_unknowns = net.kernel.times(&open.select_rows(&part)); // n x open
+        // directions that some pair sees, and combinations that none sees
+        let split = crate::dense::Echelon::new(seen.clone(), 0..open.cols);
+        let (visible, hidden) = (split.pivots.clone(), split.kernel());
+        let least = |m: &Matrix| {
+            // -(m' m)^-1 m'
+            let gram = Lu::new(&m.transpose_times(m));
+            let mut out = gram.solve(&m.transpose());
+            out.data.iter_mut().for_each(|v| *v = -*v);
+            out
+        };
+        let small = least(&seen.select_cols(&visible));
+        let mut first = Matrix::zeros(open.cols, net.m);
+        for (i, &c) in visible.iter().enumerate() {
+            first.row_mut(c).copy_from_slice(small.row(i));
+        }
+        let hidden_unknowns = on_unknowns.times(&hidden);
+        let moves = hidden_unknowns.max_abs() > 0.0;
+        let second = if hidden.cols > 0 && moves {
+            let tall = hidden_unknowns.clone();
+            let gram = tall.transpose_times(&tall);
+            if Lu::new(&gram).ratio > 1e-12 {
+                hidden.times(&least(&tall))
+            } else {
+                Matrix::zeros(open.cols, net.n)
+            }
+        } else {
+            Matrix::zeros(open.cols, net.n)
+        };
+        // the second step starts from unknowns that the first has moved
+        let moved = second.times(&on_unknowns.times(&first));
+        let mut first = first;
+        first.add_scaled(1.0, &moved);
+        Share { first, second }
+    }
+
+    fn amounts(&self, guards: &Tracked, unknowns: &Tracked) -> Tracked {
+        let mut out = guards.under(&self.first);
+        out.add(1.0, &unknowns.under(&self.second));
+        out
+    }
+}

@@ -1,0 +1,311 @@
+//! What does not depend on the mode: energy coordinates of the stored quantities, and all matrices
+//! of the network in them.
+//!
+//! With the capacitors' incidence columns and the unit columns of inductor currents in `P`, the
+//! unknowns split into `z = R a + N b`: `N` spans what stores nothing (the kernel of `P'`), and `R` is
+//! scaled so that `R' E R = 1`. Then `a = R' E z` and `|a|^2 / 2` is the stored energy, whatever the
+//! element values are.
+
+use super::inputs::Inputs;
+use crate::dense::{eigen_symmetric, Echelon, Matrix};
+use crate::sparse::Csc;
+
+/// A two-terminal element between two unknowns, -1 for ground.
+pub type Edge = (isize, isize, f64);
+
+/// The system as assembled, with the elements behind its storage and conductance matrices.
+pub struct Assembly {
+    /// storage matrix
+    pub e: Csc,
+    /// conductance-like matrix
+    pub g: Csc,
+    /// multiplier columns
+    pub a: Csc,
+    /// slack rows
+    pub b: Csc,
+    /// series resistance of the pairs
+    pub d: Csc,
+    /// constant slack
+    pub q: Vec<f64>,
+    /// source columns
+    pub s: Csc,
+    /// 0 for current rows, 1 for voltage rows
+    pub row_kind: Vec<u8>,
+    /// capacitors
+    pub capacitors: Vec<Edge>,
+    /// resistors, as conductances
+    pub conductors: Vec<Edge>,
+}
+
+/// The mode-independent part of the reduction.
+pub struct Network {
+    /// unknowns, pairs, energy coordinates, unknowns without storage
+    pub n: usize,
+    /// number of pairs
+    pub m: usize,
+    /// number of energy coordinates
+    pub states: usize,
+    /// all ranks follow from the graph
+    pub passive: bool,
+    /// `z = big_r a + kernel b`
+    pub big_r: Matrix,
+    /// `E R`: charges and fluxes from energy coordinates
+    pub charges: Matrix,
+    /// basis of what stores nothing, n x k
+    pub kernel: Matrix,
+    /// `R' G R`, `R' G N`, `N' G R`, `N' G N`
+    pub rgr: Matrix,
+    /// see `rgr`
+    pub rgn: Matrix,
+    /// see `rgr`
+    pub ngr: Matrix,
+    /// see `rgr`
+    pub ngn: Matrix,
+    /// `R' A`, `N' A`, `B R`, `B N`
+    pub ra: Matrix,
+    /// see `ra`
+    pub na: Matrix,
+    /// see `ra`
+    pub br: Matrix,
+    /// see `ra`
+    pub bn: Matrix,
+    /// series resistances
+    pub d: Matrix,
+    /// constant slack
+    pub q: Vec<f64>,
+    /// `R' S`, `N' S`; first column: all that is constant, then one per input
+    pub rs: Matrix,
+    /// see `rs`
+    pub ns: Matrix,
+    /// `S` by constant and input
+    pub s: Matrix,
+    /// combinations of kernel vectors on which no resistor acts
+    pub loose: Matrix,
+    /// `N' G_skew` and `A'`, by unknown
+    pub n_skew: Matrix,
+    /// see `n_skew`
+    pub at: Matrix,
+}
+
+/// Entries of the matrix minus those of the elements; what is left by rounding is dropped.
+fn remainder(matrix: &Csc, edges: &[Edge]) -> Matrix {
+    let n = matrix.nrows;
+    let (mut left, mut size) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
+    for (r, c, v) in matrix.iter() {
+        left[(r, c)] += v;
+        size[(r, c)] += v.abs();
+    }
+    for &(i, j, v) in edges {
+        for (r, c, s) in [(i, i, v), (j, j, v), (i, j, -v), (j, i, -v)] {
+            if r >= 0 && c >= 0 {
+                left[(r as usize, c as usize)] -= s;
+                size[(r as usize, c as usize)] += s.abs();
+            }
+        }
+    }
+    for (v, s) in left.data.iter_mut().zip(&size.data) {
+        if v.abs() <= 1e-13 * s {
+            *v = 0.0;
+        }
+    }
+    left
+}
+
+/// Rows `v_i - v_j` of two-terminal elements applied to columns of a matrix.
+fn across(edges: &[Edge], columns: &Matrix) -> Matrix {
+    Matrix::from_fn(edges.len(), columns.cols, |k, c| {
+        let at = |i: isize| if i >= 0 { columns[(i as usize, c)] } else { 0.0 };
+        at(edges[k].0) - at(edges[k].1)
+    })
+}
+
+/// `X' diag(w) Y`
+fn weighted(x: &Matrix, weights: &[f64], y: &Matrix) -> Matrix {
+    let mut scaled = y.clone();
+    for (r, &w) in weights.iter().enumerate() {
+        scaled.row_mut(r).iter_mut().for_each(|v| *v *= w);
+    }
+    x.transpose_times(&scaled)
+}
+
+fn dense(m: &Csc) -> Matrix {
+    let mut out = Matrix::zeros(m.nrows, m.ncols);
+    for (r, c, v) in m.iter() {
+        out[(r, c)] += v;
+    }
+    out
+}
+
+/// Scaled Cholesky factor: `L` with `S = L L'`, and the smallest pivot.
+fn cholesky(s: &Matrix) -> (Matrix, f64) {
+    let n = s.rows;
+    let mut l = Matrix::zeros(n, n);
+    let mut least = f64::INFINITY;
+    for i in 0..n {
+        for j in 0..=i {
+            let sum = crate::dense::dot(&l.row(i)[..j], &l.row(j)[..j]);
+            if i == j {
+                let pivot = s[(i, i)] - sum;
+                least = least.min(pivot);
+                l[(i, i)] = pivot.max(0.0).sqrt();
+            } else {
+                l[(i, j)] = (s[(i, j)] - sum) / l[(j, j)];
+            }
+        }
+    }
+    (l, least)
+}
+
+/// `R` with `R' E R = 1` from the columns `base` and `M = base' E base`; the second result spans what
+/// turns out to store nothing (perfectly coupled windings).
+fn energy_basis(base: &Matrix, m: &Matrix) -> Result<(Matrix, Matrix), String> {
+    let r = m.rows;
+    let scale: Vec<f64> = (0..r).map(|i| 1.0 / m[(i, i)].sqrt()).collect();
+    if scale.iter().any(|s| !s.is_finite()) {
+        return Err("a stored energy is not positive".into());
+    }
+    let unit = Matrix::from_fn(r, r, |i, j| m[(i, j)] * scale[i] * scale[j]);
+    let scaled = Matrix::from_fn(base.rows, r, |i, j| base[(i, j)] * scale[j]);
+    let (l, least) = cholesky(&unit);
+    if least > 1e-9 {
+        // R = scaled L'^-1: solve R L' = scaled, row by row
+        let mut out = scaled;
+        for row in 0..out.rows {
+            for j in 0..r {
+                let sum = crate::dense::dot(&out.row(row)[..j], &l.row(j)[..j]);
+                out[(row, j)] = (out[(row, j)] - sum) / l[(j, j)];
+            }
+        }
+        return Ok((out, Matrix::zeros(base.rows, 0)));
+    }
+    let (values, vectors) = eigen_symmetric(&unit).ok_or("the stored energy is not finite")?;
+    if values.iter().any(|&v| v < -1e-9) {
+        return Err("a stored energy is negative".into());
+    }
+    let kept: Vec<usize> = (0..r).filter(|&k| values[k] > 1e-12).collect();
+    let lost: Vec<usize> = (0..r).filter(|&k| values[k] <= 1e-12).collect();
+    let mut good = vectors.select_cols(&kept);
+    for i in 0..r {
+        for (c, &k) in kept.iter().enumerate() {
+            good[(i, c)] /= values[k].sqrt();
+        }
+    }
+    Ok((scaled.times(&good), scaled.times(&vectors.select_cols(&lost))))
+}
+
+impl Network {
+    /// Reduces an assembled system; the error says why it cannot be treated.
+    pub fn new(sys: &Assembly, inputs: &Inputs) -> Result<Network, String> {
+        let (n, m) = (sys.g.nrows, sys.a.ncols);
+        // storage: capacitors, and what is left of E on the unknowns of inductors
+        let other = remainder(&sys.e, &sys.capacitors);
+        let size = other.max_abs();
+        let asymmetric = |x: &Matrix, sign: f64| {
+            (0..n).any(|i| (0..i).any(|j| x[(i, j)] != sign * x[(j, i)]))
+        };
+        if asymmetric(&other, 1.0) {
+            return Err("the current of a storage element controls something".into());
+        }
+        let inductive: Vec<usize> =
+            (0..n).filter(|&i| other.row(i).iter().any(|v| *v != 0.0)).collect();
+        let unit = Matrix::identity(n);
+        let caps = across(&sys.capacitors, &unit); // one row per capacitor
+        let incidence = caps.above(&unit.select_rows(&inductive));
+        let weights: Vec<f64> = sys
+            .capacitors
+            .iter()
+            .map(|c| c.2)
+            .chain(inductive.iter().map(|&i| other[(i, i)] / size.max(f64::MIN_POSITIVE)))
+            .collect();
+        if weights.iter().any(|w| w.is_nan() || *w < 0.0) {
+            return Err("a capacitance or inductance is negative".into());
+        }
+        // the tree of the largest elements: M stays well conditioned
+        let mut order: Vec<usize> = (0..weights.len()).filter(|&k| weights[k] > 0.0).collect();
+        order.sort_by(|&i, &j| weights[j].total_cmp(&weights[i]).then(i.cmp(&j)));
+        let tree = Echelon::new(incidence.transpose(), order).pivots;
+        let forms = incidence.select_rows(&tree); // r x n
+        let split = Echelon::new(forms.clone(), 0..n);
+        let kernel = split.kernel();
+        // base: unknowns at the pivots, so that forms * base = 1
+        let r = tree.len();
+        let square = forms.select_cols(&split.pivots);
+        let inverse = crate::dense::Lu::new(&square).solve(&Matrix::identity(r));
+        let mut base = Matrix::zeros(n, r);
+        for (k, &p) in split.pivots.iter().enumerate() {
+            for c in 0..r {
+                base[(p, c)] = inverse[(k, c)].round();
+            }
+        }
+        let values: Vec<f64> = sys.capacitors.iter().map(|c| c.2).collect();
+        let caps_base = across(&sys.capacitors, &base);
+        let mut energy = weighted(&caps_base, &values, &caps_base);
+        energy.add_scaled(1.0, &base.transpose_times(&other.times(&base)));
+        let (big_r, silent) = energy_basis(&base, &energy)?;
+        let kernel = kernel.beside(&silent);
+        let states = big_r.cols;
+        let caps_r = across(&sys.capacitors, &big_r);
+        let mut charges = weighted(&caps, &values, &caps_r);
+        charges.add_scaled(1.0, &other.times(&big_r));
+
+        // conductances from the elements, so that nothing cancels; the rest is skew if passive
+        let skew = remainder(&sys.g, &sys.conductors);
+        let conductances: Vec<f64> = sys.conductors.iter().map(|c| c.2).collect();
+        let (b, at) = (dense(&sys.b), dense(&sys.a).transpose());
+        let d = dense(&sys.d);
+        let moderate = |x: &Matrix| {
+            x.data.iter().all(|v| *v == 0.0 || (1e-4..=1e4).contains(&v.abs()))
+        };
+        let passive = !asymmetric(&skew, -1.0)
+            && (0..n).all(|i| skew[(i, i)] == 0.0)
+            && moderate(&skew)
+            && b == at
+            && conductances.iter().all(|g| *g >= 0.0)
+            && (0..m).all(|i| d[(i, i)] >= 0.0 && (0..m).all(|j| i == j || d[(i, j)] == 0.0));
+        let (gr, gn) = (across(&sys.conductors, &big_r), across(&sys.conductors, &kernel));
+        let (sr, sn) = (skew.times(&big_r), skew.times(&kernel));
+        let both = |x: &Matrix, gx: &Matrix, gy: &Matrix, sy: &Matrix| {
+            let mut out = weighted(gx, &conductances, gy);
+            out.add_scaled(1.0, &x.transpose_times(sy));
+            out
+        };
+        let loose = Echelon::new(gn.clone(), 0..kernel.cols).kernel();
+        let a = at.transpose();
+        let s = inputs.columns(&sys.s);
+        Ok(Network {
+            n,
+            m,
+            states,
+            passive,
+            rgr: both(&big_r, &gr, &gr, &sr),
+            rgn: both(&big_r, &gr, &gn, &sn),
+            ngr: both(&kernel, &gn, &gr, &sr),
+            ngn: both(&kernel, &gn, &gn, &sn),
+            ra: big_r.transpose_times(&a),
+            na: kernel.transpose_times(&a),
+            br: b.times(&big_r),
+            bn: b.times(&kernel),
+            d,
+            q: sys.q.clone(),
+            rs: big_r.transpose_times(&s),
+            ns: kernel.transpose_times(&s),
+            s,
+            loose,
+            n_skew: kernel.transpose_times(&skew),
+            at,
+            big_r,
+            charges,
+            kernel,
+        })
+    }
+
+    /// Energy coordinates of charges and fluxes `E z`.
+    pub fn energy(&self, charges: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        for (i, &q) in charges.iter().enumerate() {
+            if q != 0.0 {
+                crate::dense::add_scaled(out, q, self.big_r.row(i));
+            }
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Output rows: linear functionals of unknowns, multipliers, rates and sources, per mode.
+
+use super::inputs::Inputs;
+use super::mode::{Mode, Rows};
+use super::network::Network;
+use super::registry::OutputRows;
+use crate::dense::{add_scaled, Matrix};
+
+/// One output: (index, factor) for z, multipliers, z' and sources.
+pub type Spec = [Vec<(usize, f64)>; 4];
+
+/// All outputs in the coordinates of the network.
+pub struct Outputs {
+    specs: Vec<Spec>,
+    /// per output: factors of energy coordinates and of the kernel part, for z and z'
+    value_r: Matrix,
+    value_n: Matrix,
+    rate_r: Matrix,
+    rate_n: Matrix,
+    /// source parts over `[1; inputs]`
+    sources: Vec<Vec<f64>>,
+    rated: bool,
+}
+
+impl Outputs {
+    /// Prepares the functionals.
+    pub fn new(specs: Vec<Spec>, net: &Network, inputs: &Inputs) -> Outputs {
+        let combine = |part: usize, base: &Matrix| {
+            let mut out = Matrix::zeros(specs.len(), base.cols);
+            for (o, spec) in specs.iter().enumerate() {
+                for &(j, c) in &spec[part] {
+                    add_scaled(out.row_mut(o), c, base.row(j));
+                }
+            }
+            out
+        };
+        Outputs {
+            value_r: combine(0, &net.big_r),
+            value_n: combine(0, &net.kernel),
+            rate_r: combine(2, &net.big_r),
+            rate_n: combine(2, &net.kernel),
+            sources: specs.iter().map(|s| inputs.combine(&s[3])).collect(),
+            rated: specs.iter().any(|s| !s[2].is_empty()),
+            specs,
+        }
+    }
+
+    /// Number of outputs.
+    pub fn len(&self) -> usize {
+        self.specs.len()
+    }
+
+    /// True if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.specs.is_empty()
+    }
+
+    /// The outputs in one mode.
+    pub fn rows(&self, mode: &Mode) -> OutputRows {
+        let k = self.value_n.cols;
+        let build = |r: &Matrix, n: &Matrix| {
+            let mut out = Rows {
+                x: r.times(&mode.leave_x),
+                v: r.times(&mode.leave_v),
+                d: Matrix::zeros(r.rows, mode.leave_v.cols),
+            };
+            for o in 0..r.rows {
+                for (i, &c) in n.row(o).iter().enumerate() {
+                    if c != 0.0 {
+                        add_scaled(out.x.row_mut(o), c, mode.algebraic.x.row(i));
+                        add_scaled(out.v.row_mut(o), c, mode.algebraic.v.row(i));
+                        add_scaled(out.d.row_mut(o), c, mode.algebraic.d.row(i));
+                    }
+                }
+            }
+            out
+        };
+        let mut value = build(&self.value_r, &self.value_n);
+        for (o, spec) in self.specs.iter().enumerate() {
+            for &(pair, c) in &spec[1] {
+                if let Ok(at) = mode.active.binary_search(&pair) {
+                    add_scaled(value.x.row_mut(o), c, mode.algebraic.x.row(k + at));
+                    add_scaled(value.v.row_mut(o), c, mode.algebraic.v.row(k + at));
+                    add_scaled(value.d.row_mut(o), c, mode.algebraic.d.row(k + at));
+                }
+            }
+            add_scaled(value.v.row_mut(o), 1.0, &self.sources[o]);
+        }
+        let rate = self.rated.then(|| build(&self.rate_r, &self.rate_n));
+        OutputRows { value, rate }
+    }
+
+    /// One row from unknowns, multipliers, rates and source values.
+    pub fn write(&self, z: &[f64], l: &[f64], rates: &[f64], u: &[f64], row: &mut [f64]) {
+        for (value, spec) in row.iter_mut().zip(&self.specs) {
+            *value = [z, l, rates, u]
+                .iter()
+                .zip(spec)
+                .map(|(x, terms)| terms.iter().map(|&(j, c)| c * x[j]).sum::<f64>())
+                .sum();
+        }
+    }
+}
+
+/// Instants of the output rows.
+#[derive(Clone, Debug)]
+pub struct RowClock {
+    start: f64,
+    step: f64,
+    stop: f64,
+    count: u64,
+    next: u64,
+}
+
+impl RowClock {
+    /// Rows at `start + k step` and at `stop`.
+    pub fn new(start: f64, step: f64, stop: f64) -> RowClock {
+        let whole = ((stop - start) / step * (1.0 + 1e-12)).floor();
+        let rest = stop - (start + whole * step) > 1e-9 * step;
+        RowClock { start, step, stop, count: whole as u64 + 1 + u64::from(rest), next: 0 }
+    }
+
+    /// Number of rows in all.
+    pub fn rows(&self) -> u64 {
+        self.count
+    }
+
+    /// The next row's time, `None` after the last.
+    #[inline]
+    pub fn peek(&self) -> Option<f64> {
+        if self.next >= self.count {
+            return None;
+        }
+        Some((self.start + self.next as f64 * self.step).min(self.stop))
+    }
+
+    /// Goes on to the next row.
+    #[inline]
+    pub fn advance(&mut self) {
+        self.next += 1;
+    }
+}

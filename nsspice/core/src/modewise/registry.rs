@@ -1,0 +1,168 @@
+//! The modes met so far, which of them followed which, and how much memory they may take.
+
+use super::mode::{Mode, Rows, SwitchLaw};
+use super::network::Network;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Memory for reduced modes [bytes]; beyond it the longest unused ones are forgotten.
+const BUDGET: usize = 400 << 20;
+/// Followers remembered per mode.
+const FOLLOWERS: usize = 64;
+
+/// A mode by number.
+pub type Id = usize;
+
+/// Value and rate parts of the outputs in one mode.
+pub struct OutputRows {
+    /// what multiplies values
+    pub value: Rows,
+    /// what multiplies derivatives, if any output has such a part
+    pub rate: Option<Rows>,
+}
+
+struct Entry {
+    on: Box<[bool]>,
+    gates: Box<[bool]>,
+    made: Option<Result<Arc<Mode>, String>>,
+    outputs: Option<Arc<OutputRows>>,
+    used: u64,
+    bytes: usize,
+    /// (cause, follower)
+    next: Vec<(u64, Id)>,
+}
+
+/// All modes.
+#[derive(Default)]
+pub struct Registry {
+    entries: Vec<Entry>,
+    by_key: HashMap<Box<[u64]>, Id>,
+    clock: u64,
+    bytes: usize,
+    key: Vec<u64>,
+    /// reductions made
+    pub built: u64,
+    /// modes that proved right at least once
+    pub visited: u64,
+}
+
+impl Registry {
+    /// The number of a mode.
+    pub fn id(&mut self, on: &[bool], gates: &[bool]) -> Id {
+        self.key.clear();
+        self.key.resize((on.len() + gates.len()).div_ceil(64), 0);
+        for (i, &b) in on.iter().chain(gates).enumerate() {
+            if b {
+                self.key[i / 64] |= 1 << (i % 64);
+            }
+        }
+        if let Some(&id) = self.by_key.get(&self.key[..]) {
+            return id;
+        }
+        let id = self.entries.len();
+        self.by_key.insert(self.key.clone().into(), id);
+        self.entries.push(Entry {
+            on: on.into(),
+            gates: gates.into(),
+            made: None,
+            outputs: None,
+            used: 0,
+            bytes: 0,
+            next: Vec::new(),
+        });
+        id
+    }
+
+    /// Active pairs of a mode.
+    pub fn on(&self, id: Id) -> &[bool] {
+        &self.entries[id].on
+    }
+
+    /// Switch states of a mode.
+    pub fn gates(&self, id: Id) -> &[bool] {
+        &self.entries[id].gates
+    }
+
+    /// The reduced mode, or why there is none.
+    pub fn mode(&mut self, id: Id, net: &Network, switches: &[SwitchLaw]) -> Result<Arc<Mode>, String> {
+        self.clock += 1;
+        let clock = self.clock;
+        let entry = &mut self.entries[id];
+        entry.used = clock;
+        if let Some(made) = &entry.made {
+            return made.clone();
+        }
+        let made = Mode::new(net, switches, &entry.on, &entry.gates).map(Arc::new);
+        entry.bytes = made.as_ref().map_or(256, |m| m.bytes());
+        entry.made = Some(made.clone());
+        self.built += 1;
+        self.bytes += entry.bytes;
+        if self.bytes > BUDGET {
+            self.forget(id);
+        }
+        made
+    }
+
+    /// Drops the longer unused half.
+    fn forget(&mut self, keep: Id) {
+        let mut ages: Vec<u64> =
+            self.entries.iter().filter(|e| e.made.is_some()).map(|e| e.used).collect();
+        ages.sort_unstable();
+        let limit = ages[ages.len() / 2];
+        for (id, entry) in self.entries.iter_mut().enumerate() {
+            if id != keep && entry.made.is_some() && entry.used <= limit {
+                self.bytes -= entry.bytes;
+                entry.bytes = 0;
+                entry.made = None;
+                entry.outputs = None;
+            }
+        }
+    }
+
+    /// The outputs of a mode, made by `make` the first time.
+    pub fn outputs(&mut self, id: Id, make: impl FnOnce() -> OutputRows) -> Arc<OutputRows> {
+        let entry = &mut self.entries[id];
+        if let Some(found) = &entry.outputs {
+            return found.clone();
+        }
+        let made = Arc::new(make());
+        entry.outputs = Some(made.clone());
+        made
+    }
+
+    /// What followed this mode after this cause.
+    #[inline]
+    pub fn follower(&self, id: Id, cause: u64) -> Option<Id> {
+        self.entries[id].next.iter().find(|n| n.0 == cause).map(|n| n.1)
+    }
+
+    /// Remembers a follower.
+    pub fn remember(&mut self, id: Id, cause: u64, next: Id) {
+        let list = &mut self.entries[id].next;
+        if let Some(known) = list.iter_mut().find(|n| n.0 == cause) {
+            known.1 = next;
+        } else {
+            if list.len() >= FOLLOWERS {
+                list.remove(0);
+            }
+            list.push((cause, next));
+        }
+    }
+
+    /// Number of modes whose reduction was asked for.
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// True if none was.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+}
+
+/// Fingerprint of a set of numbers.
+pub fn fingerprint(kind: u64, items: impl IntoIterator<Item = usize>) -> u64 {
+    items.into_iter().fold(0xcbf2_9ce4_8422_2325 ^ kind, |h, i| {
+        (h ^ (i as u64 + 1)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
+}

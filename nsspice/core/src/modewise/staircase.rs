@@ -1,0 +1,257 @@
+//! Which combinations of the algebraic unknowns are determined by algebra, which by constraints on
+//! the states, and which not at all.
+//!
+//! With `K` the algebraic equations of a mode: the kernel of `K` gives the *constraint* directions
+//! (loops of capacitors and sources, cut-sets of inductors) and the *open* ones (floating islands,
+//! ideal diodes in parallel).  In passive networks all of this is a property of the graph.
+
+use super::network::Network;
+use crate::dense::{equilibrate, Echelon, Matrix};
+
+/// Relative size below which numerical ranks see zero; only networks with controlled sources.
+const RANK: f64 = 1e-11;
+
+/// The directions; columns live on the algebraic unknowns `[kernel part; active multipliers]`.
+pub struct Staircase {
+    /// constraints: combinations of equations
+    pub tie_rows: Matrix,
+    /// what enforces them: combinations of unknowns
+    pub tie_cols: Matrix,
+    /// passive networks: the constraints as demands on the unknowns, free of cancellation
+    pub tie_demand: Option<Matrix>,
+    /// combinations of equations that must hold by themselves
+    pub open_rows: Matrix,
+    /// undetermined combinations of unknowns
+    pub open_cols: Matrix,
+    /// a regular block: equations
+    pub rows: Vec<usize>,
+    /// a regular block: unknowns
+    pub cols: Vec<usize>,
+}
+
+/// The algebraic matrices of a mode.
+pub struct Algebra {
+    /// `N' K N`
+    pub knn: Matrix,
+    /// `N' K R`
+    pub kna: Matrix,
+    /// `R' K N`
+    pub kan: Matrix,
+}
+
+impl Algebra {
+    /// Assembles for the given active pairs.
+    pub fn new(net: &Network, active: &[usize]) -> Algebra {
+        let (k, r) = (net.kernel.cols, net.states);
+        let size = k + active.len();
+        let knn = Matrix::from_fn(size, size, |i, j| match (i < k, j < k) {
+            (true, true) => net.ngn[(i, j)],
+            (true, false) => net.na[(i, active[j - k])],
+            (false, true) => -net.bn[(active[i - k], j)],
+            (false, false) => net.d[(active[i - k], active[j - k])],
+        });
+        let kna = Matrix::from_fn(size, r, |i, c| {
+            if i < k {
+                net.ngr[(i, c)]
+            } else {
+                -net.br[(active[i - k], c)]
+            }
+        });
+        let kan = Matrix::from_fn(r, size, |i, j| {
+            if j < k {
+                net.rgn[(i, j)]
+            } else {
+                net.ra[(i, active[j - k])]
+            }
+        });
+        Algebra { knn, kna, kan }
+    }
+}
+
+impl Staircase {
+    /// Finds all directions; the error tells why the mode has none.
+    pub fn new(net: &Network, active: &[usize], algebra: &Algebra) -> Result<Staircase, String> {
+        if net.passive {
+            Ok(by_graph(net, active))
+        } else {
+            by_numbers(algebra)
+        }
+    }
+}
+
+/// Passive networks: everything from matrices of small integers.
+fn by_graph(net: &Network, active: &[usize]) -> Staircase {
+    let (k, n) = (net.kernel.cols, net.n);
+    let size = k + active.len();
+    // no resistor sees the direction: combinations of `loose` and pairs without series resistance
+    let ideal: Vec<usize> = (0..active.len()).filter(|&j| net.d[(active[j], active[j])] == 0.0).collect();
+    let free = net.loose.cols;
+    let width = free + ideal.len();
+    let skew_loose = net.n_skew.times(&net.kernel).times(&net.loose);
+    let at_loose = net.bn.times(&net.loose); // A' N = B N
+    let joint = Matrix::from_fn(size, width, |i, j| match (i < k, j < free) {
+        (true, true) => skew_loose[(i, j)],
+        (true, false) => net.na[(i, active[ideal[j - free]])],
+        (false, true) => -at_loose[(active[i - k], j)],
+        (false, false) => 0.0,
+    });
+    let directions = Echelon::new(joint, 0..width).kernel();
+    let mut t = Matrix::zeros(size, directions.cols);
+    for c in 0..directions.cols {
+        for j in 0..free {
+            let f = directions[(j, c)];
+            if f != 0.0 {
+                for i in 0..k {
+                    t[(i, c)] += f * net.loose[(i, j)];
+                }
+            }
+        }
+        for (j, &p) in ideal.iter().enumerate() {
+            t[(k + p, c)] = directions[(free + j, c)];
+        }
+    }
+    // what each direction demands of the states: t' [N' G_skew; -A'] on all unknowns
+    let demand = Matrix::from_fn(n, t.cols, |u, c| {
+        let mut sum = 0.0;
+        for i in 0..k {
+            sum += t[(i, c)] * net.n_skew[(i, u)];
+        }
+        for (j, &p) in active.iter().enumerate() {
+            sum -= t[(k + j, c)] * net.at[(p, u)];
+        }
+        sum
+    });
+    let found = Echelon::new(demand.clone(), 0..t.cols);
+    let tie_demand = Some(demand.select_cols(&found.pivots).transpose());
+    let tie = t.select_cols(&found.pivots);
+    let open = t.times(&found.kernel());
+    // a regular block: drop one unknown per direction
+    let dropped = Echelon::new(t.transpose(), (0..size).rev()).pivots;
+    let kept: Vec<usize> = (0..size).filter(|i| !dropped.contains(i)).collect();
+    Staircase {
+        tie_rows: tie.clone(),
+        tie_cols: tie,
+        tie_demand,
+        open_rows: open.clone(),
+        open_cols: open,
+        rows: kept.clone(),
+        cols: kept,
+    }
+}
+
+/// Column-pivoted elimination with orthogonal reflections: pivot columns and kernel.
+fn pivoted(a: &Matrix) -> (Vec<usize>, Matrix) {
+    let (rows, cols) = (a.rows, a.cols);
+    let mut w = a.clone();
+    let mut order: Vec<usize> = (0..cols).collect();
+    let mut rank = 0;
+    let mut first = 0.0f64;
+    while rank < rows.min(cols) {
+        let left = |c: usize, w: &Matrix| {
+            (rank..rows).fold(0.0f64, |m, r| m.hypot(w[(r, order[c])]))
+        };
+        let (mut best, mut size) = (rank, -1.0);
+        for c in rank..cols {
+            let s = left(c, &w);
+            if s > size {
+                (best, size) = (c, s);
+            }
+        }
+        first = first.max(size);
+        if size <= RANK * first || size == 0.0 {
+            break;
+        }
+        order.swap(rank, best);
+        let p = order[rank];
+        let mut v: Vec<f64> = (rank..rows).map(|r| w[(r, p)]).collect();
+        v[0] += size.copysign(v[0]);
+        let f = 2.0 / v.iter().map(|x| x * x).sum::<f64>();
+        for &c in &order[rank..] {
+            let s: f64 = v.iter().enumerate().map(|(i, x)| x * w[(rank + i, c)]).sum::<f64>() * f;
+            for (i, x) in v.iter().enumerate() {
+                w[(rank + i, c)] -= s * x;
+            }
+        }
+        rank += 1;
+    }
+    let mut kernel = Matrix::zeros(cols, cols - rank);
+    for (k, &f) in order[rank..].iter().enumerate() {
+        let mut x = vec![0.0; rank];
+        for i in (0..rank).rev() {
+            let sum: f64 = (i + 1..rank).map(|j| w[(i, order[j])] * x[j]).sum();
+            x[i] = (-w[(i, f)] - sum) / w[(i, order[i])];
+        }
+        kernel[(f, k)] = 1.0;
+        for (i, v) in x.iter().enumerate() {
+            kernel[(order[i], k)] = *v;
+        }
+    }
+    order.truncate(rank);
+    (order, kernel)
+}
+
+/// Rows of unit length.
+fn normalised_rows(a: &Matrix) -> Matrix {
+    let mut out = a.clone();
+    for r in 0..a.rows {
+        let size = a.row(r).iter().fold(0.0f64, |m, v| m.hypot(*v));
+        if size > 0.0 {
+            out.row_mut(r).iter_mut().for_each(|v| *v /= size);
+        }
+    }
+    out
+}
+
+/// Networks with controlled sources: numerical ranks of the equilibrated matrices.
+fn by_numbers(algebra: &Algebra) -> Result<Staircase, String> {
+    let knn = &algebra.knn;
+    let size = knn.rows;
+    let (row, col) = equilibrate(knn);
+    let scaled = Matrix::from_fn(size, size, |i, j| knn[(i, j)] * row[i] * col[j]);
+    let (cols, mut right) = pivoted(&scaled);
+    let (rows, mut left) = pivoted(&scaled.transpose());
+    if rows.len() != cols.len() {
+        return Err("the rank of its algebraic equations is not certain".into());
+    }
+    for i in 0..size {
+        right.row_mut(i).iter_mut().for_each(|v| *v *= col[i]);
+        left.row_mut(i).iter_mut().for_each(|v| *v *= row[i]);
+    }
+    // a sum that vanishes but for rounding is zero: compare with the sum of absolute values
+    let clean = |x: &Matrix, y: &Matrix| {
+        let (mut sum, size) = (x.times(y), x.abs().times(&y.abs()));
+        for (v, s) in sum.data.iter_mut().zip(&size.data) {
+            if v.abs() <= 1e-12 * s {
+                *v = 0.0;
+            }
+        }
+        sum
+    };
+    let demands = clean(&left.transpose(), &algebra.kna); // one row per direction
+    let effects = clean(&algebra.kan, &right).transpose();
+    let (tie_left, open_left) = pivoted(&normalised_rows(&demands).transpose());
+    let (tie_right, open_right) = pivoted(&normalised_rows(&effects).transpose());
+    if tie_left.len() != tie_right.len() {
+        return Err("its index is above 2".into());
+    }
+    let scale = |x: &Matrix, combos: &Matrix, of: &Matrix| {
+        // the kernel was found for unit rows
+        let mut c = combos.clone();
+        for r in 0..c.rows {
+            let size = of.row(r).iter().fold(0.0f64, |m, v| m.hypot(*v));
+            if size > 0.0 {
+                c.row_mut(r).iter_mut().for_each(|v| *v /= size);
+            }
+        }
+        x.times(&c)
+    };
+    Ok(Staircase {
+        tie_rows: left.select_cols(&tie_left),
+        tie_cols: right.select_cols(&tie_right),
+        tie_demand: None,
+        open_rows: scale(&left, &open_left, &demands),
+        open_cols: scale(&right, &open_right, &effects),
+        rows,
+        cols,
+    })
+}

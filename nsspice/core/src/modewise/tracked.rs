@@ -1,0 +1,54 @@
+//! Matrices that carry bounds of the terms their entries were summed from, so that entries which
+//! vanish but for rounding can be told from small ones.
+
+use crate::dense::Matrix;
+
+/// A matrix and, entry by entry, the sum of absolute values of the terms behind it.
+#[derive(Clone, Debug)]
+pub struct Tracked {
+    /// values
+    pub value: Matrix,
+    /// bounds
+    pub bound: Matrix,
+}
+
+impl Tracked {
+    /// An exact matrix.
+    pub fn exact(value: Matrix) -> Tracked {
+        Tracked { bound: value.abs(), value }
+    }
+
+    /// The zero matrix.
+    pub fn zeros(rows: usize, cols: usize) -> Tracked {
+        Tracked::exact(Matrix::zeros(rows, cols))
+    }
+
+    /// The product `factor * self`.
+    pub fn under(&self, factor: &Matrix) -> Tracked {
+        Tracked {
+            value: factor.times(&self.value),
+            bound: factor.abs().times(&self.bound),
+        }
+    }
+
+    /// Adds `sign * other`.
+    pub fn add(&mut self, sign: f64, other: &Tracked) {
+        self.value.add_scaled(sign, &other.value);
+        self.bound.add_scaled(sign.abs(), &other.bound);
+    }
+
+    /// Some rows.
+    pub fn rows(&self, rows: &[usize]) -> Tracked {
+        Tracked { value: self.value.select_rows(rows), bound: self.bound.select_rows(rows) }
+    }
+
+    /// Sets to zero what is rounding.
+    pub fn clean(&mut self, size: usize) {
+        let tiny = 3e-15 * (size as f64).sqrt();
+        for (v, b) in self.value.data.iter_mut().zip(&self.bound.data) {
+            if v.abs() <= tiny * b {
+                *v = 0.0;
+            }
+        }
+    }
+}

@@ -1,0 +1,532 @@
+//! A segment in closed form: modal coordinates and rows of functionals as sums of [`Term`]s.
+
+use super::inputs::Segment;
+use super::mode::{Mode, Rows};
+use super::terms::{Placed, Point, Term};
+use crate::dense::{complex, dot, Complex};
+
+/// A mode's share of a slow or resonant forcing is kept apart while `|difference| horizon` is below.
+const NEAR: f64 = 1.0;
+
+/// A term that belongs to one pole.
+#[derive(Clone, Copy, Debug)]
+struct Own {
+    /// place of the modal coordinate
+    at: usize,
+    /// the coordinate is complex
+    pair: bool,
+    slot: usize,
+    /// the term is complex
+    wide: bool,
+    factor: Complex,
+}
+
+/// A segment's motion.
+#[derive(Default)]
+pub struct Trajectory {
+    /// all terms with their slots
+    pub terms: Vec<Placed>,
+    /// number of slots
+    pub slots: usize,
+    /// number of slots and terms that all coordinates share
+    shared: usize,
+    own: Vec<Own>,
+    /// n x shared: the coordinates' parts in shared slots
+    common: Vec<f64>,
+    n: usize,
+    start: Vec<f64>,
+    /// the numerical substitute where there is no closed form
+    plain: Option<Plain>,
+}
+
+/// Functionals along a trajectory.
+#[derive(Default)]
+pub struct Bundle {
+    /// number of functionals
+    pub count: usize,
+    /// factors by slot
+    pub factor: Vec<f64>,
+    /// absolute factors by term
+    pub size: Vec<f64>,
+}
+
+/// `y' = M y` for `y = [x; shared terms]`, by the exponential of the matrix.
+struct Plain {
+    matrix: crate::dense::Matrix,
+    y0: Vec<f64>,
+    norm: f64,
+}
+
+impl Trajectory {
+    fn clear(&mut self) {
+        self.terms.clear();
+        self.own.clear();
+        self.slots = 0;
+        self.plain = None;
+    }
+
+    fn place(&mut self, term: Term, width: usize) -> usize {
+        let slot = self.slots;
+        self.terms.push(Placed { term, slot, width });
+        self.slots += width;
+        slot
+    }
+
+    fn add_own(&mut self, at: usize, pair: bool, term: Term, wide: bool, factor: Complex) {
+        let slot = self.place(term, if wide { 2 } else { 1 });
+        self.own.push(Own { at, pair, slot, wide, factor });
+    }
+
+    /// The motion of a mode from energy coordinates `a` under the inputs of a segment of at most the
+    /// length `horizon`.
+    pub fn begin(&mut self, mode: &Mode, a: &[f64], segment: &Segment, horizon: f64) {
+        self.clear();
+        let n = mode.n;
+        self.n = n;
+        self.place(Term::One, 1);
+        if segment.sloped {
+            self.place(Term::Time, 1);
+        }
+        for tone in &segment.tones {
+            self.place(Term::Exp { rate: tone.rate }, 2);
+        }
+        for decay in &segment.decays {
+            self.place(Term::Exp { rate: complex(decay.rate, 0.0) }, 1);
+        }
+        let shared = self.slots;
+        self.shared = shared;
+        self.common.clear();
+        self.common.resize(n * shared, 0.0);
+        self.start.clear();
+        self.start.resize(n, 0.0);
+        let mut start = std::mem::take(&mut self.start);
+        mode.enter.apply(a, &mut start);
+        self.start = start;
+        if let Some((j, jv)) = &mode.plain {
+            self.plain = Some(Plain::new(j, jv, &self.start, segment, shared));
+            for _ in 0..n {
+                self.place(Term::Exp { rate: complex(mode.fastest, 0.0) }, 1);
+            }
+            return;
+        }
+        for pole in &mode.poles {
+            let at = pole.at;
+            if pole.omega == 0.0 {
+                self.real_pole(mode, at, pole.alpha, segment, horizon);
+            } else {
+                self.pair(mode, at, complex(pole.alpha, pole.omega), segment, horizon);
+            }
+        }
+    }
+
+    fn real_pole(&mut self, mode: &Mode, at: usize, lambda: f64, seg: &Segment, horizon: f64) {
+        let shared = self.shared;
+        let drive = mode.drive.row(at);
+        let own = complex(lambda, 0.0);
+        let mut h = self.start[at];
+        let slow = lambda.abs() * horizon < NEAR;
+        let mut slot = 1;
+        let level = dot(drive, &seg.level);
+        if level != 0.0 {
+            if slow {
+                let near = Term::Near { own, apart: -own, size: lambda.abs() };
+                self.add_own(at, false, near, false, complex(level, 0.0));
+            } else {
+                self.common[at * shared] -= level / lambda;
+                h += level / lambda;
+            }
+        }
+        if seg.sloped {
+            let slope = dot(drive, &seg.slope);
+            if slope != 0.0 {
+                if slow {
+                    self.add_own(at, false, Term::Ramp { own }, false, complex(slope, 0.0));
+                } else {
+                    let p = slope / lambda;
+                    self.common[at * shared + slot] -= p;
+                    self.common[at * shared] -= p / lambda;
+                    h += p / lambda;
+                }
+            }
+            slot += 1;
+        }
+        for tone in &seg.tones {
+            let beta = complex(drive[tone.index + 1], -drive[tone.index]) * tone.start;
+            let apart = tone.rate - own;
+            if beta.re != 0.0 || beta.im != 0.0 {
+                if apart.abs() * horizon < NEAR {
+                    let size = tone.rate.abs().max(lambda.abs());
+                    self.add_own(at, false, Term::Near { own, apart, size }, true, beta);
+                } else {
+                    let p = beta / apart;
+                    self.common[at * shared + slot] += p.re;
+                    self.common[at * shared + slot + 1] -= p.im;
+                    h -= p.re;
+                }
+            }
+            slot += 2;
+        }
+        for decay in &seg.decays {
+            let beta = drive[decay.index] * decay.start;
+            let apart = decay.rate - lambda;
+            if beta != 0.0 {
+                if apart.abs() * horizon < NEAR {
+                    let size = decay.rate.abs().max(lambda.abs());
+                    let near = Term::Near { own, apart: complex(apart, 0.0), size };
+                    self.add_own(at, false, near, false, complex(beta, 0.0));
+                } else {
+                    self.common[at * shared + slot] += beta / apart;
+                    h -= beta / apart;
+                }
+            }
+            slot += 1;
+        }
+        self.add_own(at, false, Term::Exp { rate: own }, false, complex(h, 0.0));
+    }
+
+    fn pair(&mut self, mode: &Mode, at: usize, own: Complex, seg: &Segment, horizon: f64) {
+        let shared = self.shared;
+        let (re, im) = (mode.drive.row(at), mode.drive.row(at + 1));
+        let mut h = complex(self.start[at], self.start[at + 1]);
+        let slow = own.abs() * horizon < NEAR;
+        let zero = complex(0.0, 0.0);
+        let (row, next) = (at * shared, (at + 1) * shared);
+        let mut slot = 1;
+        let level = complex(dot(re, &seg.level), dot(im, &seg.level));
+        if level != zero {
+            if slow {
+                let near = Term::Near { own, apart: -own, size: own.abs() };
+                self.add_own(at, true, near, true, level);
+            } else {
+                let p = level / own;
+                self.common[row] -= p.re;
+                self.common[next] -= p.im;
+                h = h + p;
+            }
+        }
+        if seg.sloped {
+            let slope = complex(dot(re, &seg.slope), dot(im, &seg.slope));
+            if slope != zero {
+                if slow {
+                    self.add_own(at, true, Term::Ramp { own }, true, slope);
+                } else {
+                    let p = slope / own;
+                    let q = p / own;
+                    self.common[row + slot] -= p.re;
+                    self.common[next + slot] -= p.im;
+                    self.common[row] -= q.re;
+                    self.common[next] -= q.im;
+                    h = h + q;
+                }
+            }
+            slot += 1;
+        }
+        for tone in &seg.tones {
+            let (s, c) = (tone.index, tone.index + 1);
+            let (bs, bc) = (complex(re[s], im[s]), complex(re[c], im[c]));
+            let turned = complex(-bs.im, bs.re); // i bs
+            let plus = ((bc - turned) * tone.start).scale(0.5);
+            let minus = ((bc + turned) * tone.start.conj()).scale(0.5);
+            for (beta, rate, sign) in [(plus, tone.rate, 1.0), (minus, tone.rate.conj(), -1.0)] {
+                if beta == zero {
+                    continue;
+                }
+                let apart = rate - own;
+                if apart.abs() * horizon < NEAR {
+                    let size = rate.abs().max(own.abs());
+                    self.add_own(at, true, Term::Near { own, apart, size }, true, beta);
+                } else {
+                    let p = beta / apart;
+                    self.common[row + slot] += p.re;
+                    self.common[row + slot + 1] -= sign * p.im;
+                    self.common[next + slot] += p.im;
+                    self.common[next + slot + 1] += sign * p.re;
+                    h = h - p;
+                }
+            }
+            slot += 2;
+        }
+        for decay in &seg.decays {
+            let beta = complex(re[decay.index], im[decay.index]).scale(decay.start);
+            let apart = complex(decay.rate, 0.0) - own;
+            if beta != zero {
+                if apart.abs() * horizon < NEAR {
+                    let size = decay.rate.abs().max(own.abs());
+                    self.add_own(at, true, Term::Near { own, apart, size }, true, beta);
+                } else {
+                    let p = beta / apart;
+                    self.common[row + slot] += p.re;
+                    self.common[next + slot] += p.im;
+                    h = h - p;
+                }
+            }
+            slot += 1;
+        }
+        self.add_own(at, true, Term::Exp { rate: own }, true, h);
+    }
+
+    /// Collapses functionals to factors of the terms.
+    pub fn bundle(&self, rows: &Rows, segment: &Segment, with_sizes: bool, out: &mut Bundle) {
+        let (count, slots, shared) = (rows.v.rows, self.slots, self.shared);
+        out.count = count;
+        out.factor.clear();
+        out.factor.resize(count * slots, 0.0);
+        for j in 0..count {
+            let c = &mut out.factor[j * slots..(j + 1) * slots];
+            let (gx, gv, gd) = (rows.x.row(j), rows.v.row(j), rows.d.row(j));
+            c[0] = dot(gv, &segment.level);
+            let mut slot = 1;
+            if segment.sloped {
+                c[0] += dot(gd, &segment.slope);
+                c[1] = dot(gv, &segment.slope);
+                slot = 2;
+            }
+            for tone in &segment.tones {
+                let (s, k) = (tone.index, tone.index + 1);
+                let q = (complex(gv[k], -gv[s]) + tone.rate * complex(gd[k], -gd[s])) * tone.start;
+                c[slot] = q.re;
+                c[slot + 1] = -q.im;
+                slot += 2;
+            }
+            for decay in &segment.decays {
+                c[slot] = (gv[decay.index] + decay.rate * gd[decay.index]) * decay.start;
+                slot += 1;
+            }
+            if self.plain.is_some() {
+                c[shared..].copy_from_slice(gx);
+                continue;
+            }
+            for (w, common) in gx.iter().zip(self.common.chunks_exact(shared)) {
+                if *w != 0.0 {
+                    for (c, p) in c[..shared].iter_mut().zip(common) {
+                        *c += w * p;
+                    }
+                }
+            }
+            for own in &self.own {
+                let w = gx[own.at];
+                let (hr, hi) = (own.factor.re, own.factor.im);
+                if own.pair {
+                    let v = gx[own.at + 1];
+                    c[own.slot] = w * hr + v * hi;
+                    c[own.slot + 1] = v * hr - w * hi;
+                } else {
+                    c[own.slot] = w * hr;
+                    if own.wide {
+                        c[own.slot + 1] = -w * hi;
+                    }
+                }
+            }
+        }
+        if with_sizes {
+            out.size.clear();
+            if slots == 0 {
+                return;
+            }
+            for c in out.factor.chunks_exact(slots) {
+                for placed in &self.terms {
+                    let s = placed.slot;
+                    out.size.push(if placed.width == 1 { c[s].abs() } else { c[s].hypot(c[s + 1]) });
+                }
+            }
+        }
+    }
+
+    /// Evaluates all terms.
+    pub fn at(&self, t: f64, out: &mut Point) {
+        out.t = t;
+        out.value.resize(self.slots, 0.0);
+        out.slope.resize(self.slots, 0.0);
+        out.envelope.resize(self.terms.len(), 0.0);
+        if let Some(plain) = &self.plain {
+            for (k, placed) in self.terms.iter().enumerate().take_while(|(_, p)| p.slot < self.shared) {
+                self.one(k, placed, t, out);
+            }
+            plain.at(t, self.n, self.shared, out);
+            let first = self.terms.len() - self.n;
+            let size = out.value[self.shared..].iter().fold(0.0f64, |m, v| m.hypot(*v));
+            let moving = out.slope[self.shared..].iter().fold(0.0f64, |m, v| m.hypot(*v));
+            out.envelope[first..].fill(2.0 * (size + moving / plain.norm.max(f64::MIN_POSITIVE)));
+            return;
+        }
+        for (k, placed) in self.terms.iter().enumerate() {
+            self.one(k, placed, t, out);
+        }
+    }
+
+    #[inline]
+    fn one(&self, k: usize, placed: &Placed, t: f64, out: &mut Point) {
+        let (f, d, size) = placed.term.at(t);
+        out.value[placed.slot] = f.re;
+        out.slope[placed.slot] = d.re;
+        if placed.width == 2 {
+            out.value[placed.slot + 1] = f.im;
+            out.slope[placed.slot + 1] = d.im;
+        }
+        out.envelope[k] = size;
+    }
+
+    /// Modal coordinates at a point.
+    pub fn state(&self, point: &Point, out: &mut [f64]) {
+        self.combine(&point.value, out);
+    }
+
+    /// Rates of the modal coordinates at a point.
+    pub fn state_rate(&self, point: &Point, out: &mut [f64]) {
+        self.combine(&point.slope, out);
+    }
+
+    fn combine(&self, terms: &[f64], out: &mut [f64]) {
+        if self.plain.is_some() {
+            out.copy_from_slice(&terms[self.shared..]);
+            return;
+        }
+        for (x, common) in out.iter_mut().zip(self.common.chunks_exact(self.shared)) {
+            *x = dot(common, terms);
+        }
+        for own in &self.own {
+            let (fr, (hr, hi)) = (terms[own.slot], (own.factor.re, own.factor.im));
+            if own.pair {
+                let fi = terms[own.slot + 1];
+                out[own.at] += hr * fr - hi * fi;
+                out[own.at + 1] += hr * fi + hi * fr;
+            } else if own.wide {
+                out[own.at] += hr * fr - hi * terms[own.slot + 1];
+            } else {
+                out[own.at] += hr * fr;
+            }
+        }
+    }
+
+    /// Values of `[1; inputs]` at a point.
+    pub fn inputs(&self, segment: &Segment, point: &Point, out: &mut [f64]) {
+        for ((v, level), slope) in out.iter_mut().zip(&segment.level).zip(&segment.slope) {
+            *v = level + slope * point.t;
+        }
+        let mut slot = if segment.sloped { 2 } else { 1 };
+        for tone in &segment.tones {
+            let f = complex(point.value[slot], point.value[slot + 1]) * tone.start;
+            out[tone.index] = f.im;
+            out[tone.index + 1] = f.re;
+            slot += 2;
+        }
+        for decay in &segment.decays {
+            out[decay.index] = decay.start * point.value[slot];
+            slot += 1;
+        }
+    }
+
+    /// Bounds of second and fourth derivatives of each term between two points.
+    pub fn bounds(&self, from: &Point, to: &Point, second: &mut Vec<f64>, fourth: &mut Vec<f64>) {
+        second.clear();
+        fourth.clear();
+        for ((placed, a), b) in self.terms.iter().zip(&from.envelope).zip(&to.envelope) {
+            let size = a.max(*b);
+            let (two, four) = placed.term.bounds(to.t);
+            second.push(two * size);
+            fourth.push(four * size);
+        }
+    }
+}
+
+impl Bundle {
+    /// Value of one functional.
+    #[inline]
+    pub fn value(&self, j: usize, point: &Point) -> f64 {
+        let slots = point.value.len();
+        dot(&self.factor[j * slots..(j + 1) * slots], &point.value)
+    }
+
+    /// Derivative of one functional.
+    #[inline]
+    pub fn slope(&self, j: usize, point: &Point) -> f64 {
+        let slots = point.value.len();
+        dot(&self.factor[j * slots..(j + 1) * slots], &point.slope)
+    }
+
+    /// Bound from the bounds of the terms.
+    #[inline]
+    pub fn bound(&self, j: usize, terms: &[f64]) -> f64 {
+        dot(&self.size[j * terms.len()..(j + 1) * terms.len()], terms)
+    }
+}
+
+impl Plain {
+    fn new(
+        j: &crate::dense::Matrix,
+        jv: &crate::dense::Matrix,
+        x: &[f64],
+        seg: &Segment,
+        shared: usize,
+    ) -> Plain {
+        let n = x.len();
+        let size = n + shared;
+        let mut m = crate::dense::Matrix::zeros(size, size);
+        let mut y0 = x.to_vec();
+        y0.resize(size, 0.0);
+        y0[n] = 1.0;
+        for r in 0..n {
+            m.row_mut(r)[..n].copy_from_slice(j.row(r));
+            m[(r, n)] = dot(jv.row(r), &seg.level);
+        }
+        let mut slot = n + 1;
+        if seg.sloped {
+            for r in 0..n {
+                m[(r, slot)] = dot(jv.row(r), &seg.slope);
+            }
+            m[(slot, n)] = 1.0;
+            slot += 1;
+        }
+        for tone in &seg.tones {
+            // slots: real and imaginary part of e^(rate t)
+            for r in 0..n {
+                let beta = complex(jv[(r, tone.index + 1)], -jv[(r, tone.index)]) * tone.start;
+                m[(r, slot)] = beta.re;
+                m[(r, slot + 1)] = -beta.im;
+            }
+            m[(slot, slot)] = tone.rate.re;
+            m[(slot, slot + 1)] = -tone.rate.im;
+            m[(slot + 1, slot)] = tone.rate.im;
+            m[(slot + 1, slot + 1)] = tone.rate.re;
+            y0[slot] = 1.0;
+            slot += 2;
+        }
+        for decay in &seg.decays {
+            for r in 0..n {
+                m[(r, slot)] = jv[(r, decay.index)] * decay.start;
+            }
+            m[(slot, slot)] = decay.rate;
+            y0[slot] = 1.0;
+            slot += 1;
+        }
+        let norm = (0..size)
+            .map(|r| m.row(r).iter().map(|v| v.abs()).sum::<f64>())
+            .fold(0.0f64, f64::max);
+        Plain { matrix: m, y0, norm }
+    }
+
+    /// `e^(M t) y0` by scaling and squaring of the Taylor series.
+    fn at(&self, t: f64, n: usize, shared: usize, out: &mut Point) {
+        let size = n + shared;
+        let reach = self.norm * t;
+        let halvings = if reach > 0.5 { (reach / 0.5).log2().ceil() as i32 } else { 0 };
+        let step = t / f64::from(halvings).exp2();
+        let mut term = crate::dense::Matrix::identity(size);
+        let mut sum = term.clone();
+        for k in 1..=18 {
+            term = term.times(&self.matrix);
+            let f = step / f64::from(k);
+            term.data.iter_mut().for_each(|v| *v *= f);
+            sum.add_scaled(1.0, &term);
+        }
+        for _ in 0..halvings {
+            sum = sum.times(&sum);
+        }
+        let mut y = vec![0.0; size];
+        sum.apply(&self.y0, &mut y);
+        let mut rate = vec![0.0; size];
+        self.matrix.apply(&y, &mut rate);
+        out.value[shared..].copy_from_slice(&y[..n]);
+        out.slope[shared..].copy_from_slice(&rate[..n]);
+    }
+}

@@ -1,0 +1,234 @@
+//! Is a mode the right one from here on?  Consistency, impulses, values, and what follows at once.
+
+use super::inputs::Segment;
+use super::mode::{Mode, Watch};
+use super::terms::Point;
+use super::trajectory::{Bundle, Trajectory};
+use crate::dense::dot;
+
+/// Largest values so far, against which rounding is judged.
+#[derive(Clone, Debug, Default)]
+pub struct Scale {
+    /// norm of the energy coordinates
+    pub a: f64,
+    /// of each of `[1; inputs]`
+    pub v: Vec<f64>,
+    /// of their rates
+    pub rate: Vec<f64>,
+    /// factor on all noise, above 1 where a mode had to be accepted within it
+    pub widened: f64,
+}
+
+impl Scale {
+    /// Takes note of a state.
+    pub fn see_state(&mut self, a: &[f64]) {
+        let size = a.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if size > self.a {
+            self.a = size;
+        }
+    }
+
+    /// Takes note of the inputs of a segment of the given length.
+    pub fn see_inputs(&mut self, segment: &Segment, length: f64) {
+        for (i, v) in self.v.iter_mut().enumerate() {
+            let size = segment.now[i].abs().max((segment.now[i] + segment.rate[i] * length).abs());
+            let size = if segment.slope[i] == 0.0 { segment.now[i].abs() } else { size };
+            *v = v.max(size);
+            self.rate[i] = self.rate[i].max(segment.rate[i].abs());
+        }
+        for tone in &segment.tones {
+            for i in [tone.index, tone.index + 1] {
+                self.v[i] = self.v[i].max(tone.start.abs());
+                self.rate[i] = self.rate[i].max(tone.start.abs() * tone.rate.abs());
+            }
+        }
+    }
+}
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Finding {
+    /// the mode holds
+    Good,
+    /// some law cannot hold in it at all
+    Inconsistent,
+    /// entering it needs an impulse of the wrong sign; how wrong, relative to the tolerance
+    Impulse(f64),
+    /// a guard is negative at once, or soon: which, how much in units of its noise
+    Guard(usize, f64),
+}
+
+/// Work space.
+#[derive(Default)]
+pub struct Verifier {
+    /// guards along the trajectory
+    pub guards: Bundle,
+    /// their noise
+    pub noise: Vec<f64>,
+    /// up to when each is known to hold
+    pub clear: Vec<f64>,
+    /// guards that vanish at the start
+    pub zeros: Vec<usize>,
+    /// switches whose control lies beyond the threshold
+    pub thrown: Vec<usize>,
+    /// guards that are negative at the start
+    pub negative: Vec<usize>,
+    start: Point,
+    probe: Point,
+    second: Vec<f64>,
+    fourth: Vec<f64>,
+    joint: Vec<f64>,
+}
+
+/// Does a combination of inputs vanish during the whole segment?
+fn vanishes(row: &[f64], bound: &[f64], segment: &Segment) -> bool {
+    let still = |x: &[f64]| {
+        let size: f64 = bound.iter().zip(x).map(|(b, x)| b * x.abs()).sum();
+        dot(row, x).abs() <= 1e-11 * size
+    };
+    still(&segment.level)
+        && still(&segment.slope)
+        && segment.tones.iter().all(|tone| {
+            let (s, c) = (tone.index, tone.index + 1);
+            // tones of one rate were merged into one input
+            row[s].hypot(row[c]) <= 1e-11 * (bound[s] + bound[c])
+        })
+        && segment.decays.iter().all(|d| row[d.index].abs() <= 1e-11 * bound[d.index])
+}
+
+impl Verifier {
+    /// Tries a mode from energy coordinates `a`. If it holds, `path`, `guards`, `noise` and `clear`
+    /// are ready for the march.
+    pub fn verify(
+        &mut self,
+        mode: &Mode,
+        a: &[f64],
+        segment: &Segment,
+        horizon: f64,
+        scale: &mut Scale,
+        path: &mut Trajectory,
+    ) -> Finding {
+        self.zeros.clear();
+        self.thrown.clear();
+        self.negative.clear();
+        for r in 0..mode.consistency.rows {
+            if !vanishes(mode.consistency.row(r), mode.consistency_bound.row(r), segment) {
+                return Finding::Inconsistent;
+            }
+        }
+        let worst = self.impulses(mode, a, segment, scale);
+        if worst > 1.0 {
+            return Finding::Impulse(worst);
+        }
+        path.begin(mode, a, segment, horizon);
+        path.bundle(&mode.guards, segment, true, &mut self.guards);
+        path.at(0.0, &mut self.start);
+        self.measure_noise(mode, scale);
+        let count = self.guards.count;
+        self.clear.clear();
+        self.clear.resize(count, 0.0);
+        let mut worst = (0usize, 0.0f64);
+        for j in 0..count {
+            let (g, noise) = (self.guards.value(j, &self.start), self.noise[j]);
+            if g > noise {
+                continue;
+            }
+            if g < -noise || g.is_nan() {
+                match mode.watch[j] {
+                    Watch::Switch(s) => self.thrown.push(s),
+                    Watch::Pair(_) => {
+                        self.negative.push(j);
+                        let much = if g.is_nan() { f64::INFINITY } else { -g / noise };
+                        if much > worst.1 {
+                            worst = (j, much);
+                        }
+                    }
+                }
+                continue;
+            }
+            self.zeros.push(j);
+        }
+        if worst.1 > 0.0 {
+            return Finding::Guard(worst.0, worst.1);
+        }
+        for k in 0..self.zeros.len() {
+            let j = self.zeros[k];
+            if let Err(much) = self.rises(j, path, mode.fastest, horizon) {
+                if let Watch::Pair(_) = mode.watch[j] {
+                    return Finding::Guard(j, much);
+                }
+            }
+        }
+        Finding::Good
+    }
+
+    /// The worst impulse of the wrong sign, in units of its tolerance.
+    pub fn impulses(&mut self, mode: &Mode, a: &[f64], segment: &Segment, scale: &Scale) -> f64 {
+        let Some(impulses) = &mode.impulses else {
+            return 0.0;
+        };
+        self.joint.clear();
+        self.joint.extend_from_slice(a);
+        self.joint.extend_from_slice(&segment.now);
+        let mut worst = 0.0f64;
+        for watch in &mode.watch {
+            let Watch::Pair(i) = *watch else { continue };
+            let row = impulses.guards.row(i);
+            let value = dot(row, &self.joint);
+            if value < 0.0 {
+                let bound = impulses.bounds.row(i);
+                let (head, tail) = bound.split_at(a.len());
+                let size = head.iter().fold(0.0f64, |m, b| m.hypot(*b)) * scale.a
+                    + dot(tail, &scale.v);
+                worst = worst.max(-value / (1e-11 * scale.widened.max(1.0) * size));
+            }
+        }
+        worst
+    }
+
+    fn measure_noise(&mut self, mode: &Mode, scale: &Scale) {
+        self.noise.clear();
+        for (j, size) in mode.sizes.iter().enumerate() {
+            let inputs: f64 = mode.guards.v.row(j).iter().zip(&scale.v).map(|(g, v)| g.abs() * v).sum();
+            let rates: f64 =
+                mode.guards.d.row(j).iter().zip(&scale.rate).map(|(g, v)| g.abs() * v).sum();
+            let noise = 1e-13 * (size.x * scale.a + inputs + rates) + 2e-15 * size.bound * scale.a;
+            self.noise.push((noise * scale.widened.max(1.0)).max(f64::MIN_POSITIVE));
+        }
+    }
+
+    /// A guard that vanishes at the start has to rise first: notes up to when it is known to.
+    fn rises(&mut self, j: usize, path: &Trajectory, fastest: f64, horizon: f64) -> Result<(), f64> {
+        let noise = self.noise[j];
+        let slope = self.guards.slope(j, &self.start);
+        path.bounds(&self.start, &self.start, &mut self.second, &mut self.fourth);
+        let curvature = self.guards.bound(j, &self.second);
+        if slope != 0.0 {
+            // until then the slope decides
+            let until = (slope.abs() / curvature).min(horizon);
+            let change = 0.5 * slope.abs() * until;
+            if change > 4.0 * noise {
+                if slope > 0.0 {
+                    return Ok(());
+                }
+                return Err(change / noise);
+            }
+        }
+        // the first value outside the noise decides
+        let steps = ((fastest * horizon).max(1.0).log2() + 10.0).ceil().clamp(1.0, 80.0) as i32;
+        for k in (0..=steps).rev() {
+            let t = horizon * f64::from(-k).exp2();
+            path.at(t, &mut self.probe);
+            let g = self.guards.value(j, &self.probe);
+            if g > noise {
+                self.clear[j] = t;
+                return Ok(());
+            }
+            if g < -noise {
+                return Err(-g / noise);
+            }
+        }
+        self.clear[j] = horizon;
+        Ok(())
+    }
+}

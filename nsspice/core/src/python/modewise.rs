@@ -1,0 +1,186 @@
+//! The mode-wise engine as a Python class.
+
+use super::{csc, failure_dict, invalid, Floats, Matrix, OutputSpec, SwitchSpec, WaveformSpec};
+use crate::modewise::{Assembly, Edge, Engine, Inputs, SwitchLaw};
+use crate::moreau::Progress;
+use crate::waveform::Waveform;
+use numpy::{PyArray1, PyReadonlyArray1, PyReadwriteArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::time::Duration;
+
+#[pyclass(name = "Modewise", module = "nsspice._core")]
+pub(super) struct PyModewise {
+    inner: Engine,
+}
+
+#[pymethods]
+impl PyModewise {
+    #[new]
+    #[allow(clippy::too_many_arguments)] // one argument per matrix of the system
+    fn new(
+        e: Matrix,
+        g: Matrix,
+        a: Matrix,
+        b: Matrix,
+        d: Matrix,
+        q: Floats,
+        s: Matrix,
+        row_kind: PyReadonlyArray1<u8>,
+        waveforms: Vec<WaveformSpec>,
+        switches: Vec<SwitchSpec>,
+        outputs: Vec<OutputSpec>,
+        capacitors: Vec<Edge>,
+        conductors: Vec<Edge>,
+    ) -> PyResult<Self> {
+        let sys = Assembly {
+            e: csc(&e)?,
+            g: csc(&g)?,
+            a: csc(&a)?,
+            b: csc(&b)?,
+            d: csc(&d)?,
+            q: q.as_slice()?.to_vec(),
+            s: csc(&s)?,
+            row_kind: row_kind.as_slice()?.to_vec(),
+            capacitors,
+            conductors,
+        };
+        let (n, m, p) = (sys.g.nrows, sys.a.ncols, sys.s.ncols);
+        let shape = |c: &crate::sparse::Csc, r: usize, k: usize| c.nrows == r && c.ncols == k;
+        let inside = |&(i, j, _): &Edge| i < n as isize && j < n as isize;
+        let fits = shape(&sys.e, n, n)
+            && shape(&sys.g, n, n)
+            && shape(&sys.a, n, m)
+            && shape(&sys.b, m, n)
+            && shape(&sys.d, m, m)
+            && shape(&sys.s, n, p)
+            && sys.q.len() == m
+            && sys.row_kind.len() == n
+            && waveforms.len() == p
+            && sys.capacitors.iter().all(inside)
+            && sys.conductors.iter().all(inside)
+            && switches.iter().all(|s| s.0 < m && s.1.iter().all(|c| c.0 < n))
+            && outputs.iter().all(|o| {
+                o.iter().zip([n, m, n, p]).all(|(part, size)| part.iter().all(|e| e.0 < size))
+            });
+        if !fits {
+            return Err(invalid("the arrays of the system do not fit together"));
+        }
+        let waveforms = waveforms
+            .iter()
+            .map(|(kind, values, repeat, scale)| Waveform::new(kind, values, *repeat, *scale))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(invalid)?;
+        let switches = switches
+            .into_iter()
+            .map(|(pair, control, on_above, off_below, _, inverted)| SwitchLaw {
+                pair,
+                control,
+                on_above,
+                off_below,
+                inverted,
+            })
+            .collect();
+        let inputs = Inputs::new(waveforms).map_err(invalid)?;
+        let inner = Engine::new(sys, inputs, switches, outputs).map_err(invalid)?;
+        Ok(PyModewise { inner })
+    }
+
+    /// Rows from `out_start` to `stop`; implicit steps, where needed, of at most `fixed_step`.
+    fn plan(&mut self, stop: f64, out_start: f64, out_step: f64, fixed_step: f64) -> u64 {
+        self.inner.plan(stop, out_start, out_step, fixed_step)
+    }
+
+    /// Starts at 0 from charges and fluxes; returns None, or the failure as a dict.
+    fn start<'py>(
+        &mut self,
+        py: Python<'py>,
+        charges: Floats,
+        gates: Vec<bool>,
+    ) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let charges = charges.as_slice()?.to_vec();
+        if !self.inner.fits(charges.len(), gates.len()) {
+            return Err(invalid("one charge or flux per unknown and one state per switch"));
+        }
+        let inner = &mut self.inner;
+        let result = py.detach(move || inner.start(&charges, &gates));
+        result.err().map(|f| failure_dict(py, &f)).transpose()
+    }
+
+    /// Fills rows of `out`; returns (rows, state) with state 0 more, 1 done, 2 failed.
+    fn advance(
+        &mut self,
+        py: Python<'_>,
+        mut out: PyReadwriteArray2<f64>,
+        budget: f64,
+    ) -> PyResult<(usize, u8)> {
+        let mut view = out.as_array_mut();
+        if view.ncols() != self.inner.columns() {
+            return Err(invalid("the array needs one column for the time and one per output"));
+        }
+        let slice = view.as_slice_mut().ok_or_else(|| invalid("the array must be contiguous"))?;
+        let inner = &mut self.inner;
+        let budget = Duration::from_secs_f64(budget.clamp(1e-3, 60.0));
+        let (rows, progress) = py.detach(move || inner.advance(slice, budget));
+        Ok((
+            rows,
+            match progress {
+                Progress::More => 0,
+                Progress::Done => 1,
+                Progress::Failed => 2,
+            },
+        ))
+    }
+
+    fn failure<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        self.inner.failure.as_ref().map(|f| failure_dict(py, f)).transpose()
+    }
+
+    fn state<'py>(
+        &mut self,
+        py: Python<'py>,
+    ) -> (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>) {
+        let (z, l) = self.inner.state();
+        (PyArray1::from_slice(py, &z), PyArray1::from_slice(py, &l))
+    }
+
+    fn time(&self) -> f64 {
+        self.inner.time()
+    }
+
+    /// Why a mode could not be reduced, None if all could.
+    fn trouble(&self) -> Option<String> {
+        self.inner.trouble().map(str::to_owned)
+    }
+
+    fn jumps<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        self.inner.jumps.iter().map(|j| super::jump_dict(py, j)).collect()
+    }
+
+    /// Changes of pairs as (time, pair, conducts from then on).
+    fn events(&self) -> Vec<(f64, usize, bool)> {
+        self.inner.events.clone()
+    }
+
+    fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let s = &self.inner.stats;
+        let out = PyDict::new(py);
+        out.set_item("steps", s.fixed_steps)?;
+        out.set_item("segments", s.segments)?;
+        out.set_item("events", s.events)?;
+        out.set_item("corners", s.corners)?;
+        out.set_item("mode_changes", s.mode_changes)?;
+        out.set_item("modes", self.inner.modes())?;
+        out.set_item("reduced", self.inner.reduced())?;
+        out.set_item("intervals", self.inner.intervals())?;
+        out.set_item("problems", self.inner.problems())?;
+        out.set_item("undetermined", s.undetermined)?;
+        out.set_item("switchings", s.switchings)?;
+        out.set_item("jumps", s.jumps)?;
+        out.set_item("chatter", s.chatter)?;
+        out.set_item("residual_rows", s.residual_rows)?;
+        out.set_item("residual_complementarity", s.residual_complementarity)?;
+        out.set_item("checks", s.checks)?;
+        Ok(out)
+    }
+}
