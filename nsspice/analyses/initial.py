@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ..circuit import Circuit, MnaSystem
 from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem, Waveform
+from ..solvers.modewise import ModewiseStepper
 from ..solvers.moreau import MoreauStepper
 from .cards import Tran
 from .curve import Floats
@@ -20,7 +21,7 @@ from .curve import Floats
 def start(
     circuit: Circuit,
     mna: MnaSystem,
-    stepper: MoreauStepper,
+    stepper: MoreauStepper | ModewiseStepper,
     analysis: Tran,
     step: float | None,
 ) -> Floats | None:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ..circuit import Circuit, Island, MnaSystem
+from ..errors import Diagnostic, UsageError
+from ..problems.descriptor import Functional
+from ..solvers.modewise import ModewiseStepper, NotModewise
 from ..solvers.moreau import MoreauStepper, UnsolvedStep
 from .cards import Tran
 from .curve import Floats
@@ -39,16 +42,32 @@ class IslandRunner:
         )
         system = self.mna.system
         self.step: float | None = None if system.static else analysis.solver_step(settings.step)
-        averaging: dict[str, object] = {}
-        if self.step is not None and settings.theta < 1.0:
-            from ..circuit.theta import theta_terms
-
-            averaging["H"], averaging["Hs"] = theta_terms(self.mna, settings.theta)
         self.width = len(names)
         self.charges: Floats | None = None
         self._planned = 0
+        self.method, self.note = "point by point", ""
         functionals = [self.mna.functional(name) for name in names]
-        self.stepper = MoreauStepper(system, functionals, **averaging)  # type: ignore[arg-type]
+        self.stepper: MoreauStepper | ModewiseStepper = self._stepper(functionals)
+
+    def _stepper(self, functionals: Sequence[Functional]) -> MoreauStepper | ModewiseStepper:
+        """Return the solver that the settings and the system call for."""
+        system, settings = self.mna.system, self.settings
+        if self.step is None:
+            return MoreauStepper(system, functionals)
+        if settings.method == "modewise":
+            try:
+                stepper = ModewiseStepper(system, functionals)
+            except NotModewise as reason:
+                raise _refused(self.number, reason) from reason
+            self.method = "modewise"
+            return stepper
+        self.method = "moreau"
+        if settings.theta == 1.0:
+            return MoreauStepper(system, functionals)
+        from ..circuit.theta import theta_terms
+
+        H, Hs = theta_terms(self.mna, settings.theta)
+        return MoreauStepper(system, functionals, H=H, Hs=Hs)
 
     def start(self) -> None:
         """Find the first state and plan the instants."""
@@ -66,6 +85,7 @@ class IslandRunner:
     def _plan_more(self) -> None:
         """Plan the next points of a static island: all at once could be more than memory holds."""
         first, self._planned = self._planned, self._planned + _POINTS
+        assert isinstance(self.stepper, MoreauStepper)
         self.stepper.plan_points(self.analysis.rows(first, self._planned))
 
     def impulses(self) -> list[Impulse]:
@@ -73,7 +93,9 @@ class IslandRunner:
         if self.step is None:
             return []
         state = self.stepper.state
-        return impulses_of(self.mna, self.stepper.jumps, self.step, state, self.charges)
+        # an exact jump takes no time; a stepper's is spread over a part of a step
+        step = 0.0 if self.method == "modewise" else self.step
+        return impulses_of(self.mna, self.stepper.jumps, step, state, self.charges)
 
     def events(self) -> list[Event]:
         """Return the changes of set-valued elements so far."""
@@ -87,7 +109,12 @@ class IslandRunner:
         """Return the next rows, fewer than asked for if that takes too long."""
         try:
             block, done = self.stepper.advance(rows, BUDGET)
-            if done and self.step is None and self._planned < self.analysis.row_count:
+            if (
+                done
+                and isinstance(self.stepper, MoreauStepper)
+                and self.step is None
+                and self._planned < self.analysis.row_count
+            ):
                 self._plan_more()
             return block
         except UnsolvedStep as problem:
@@ -96,17 +123,29 @@ class IslandRunner:
     def report(self) -> IslandRun:
         """Return how the island was solved."""
         system = self.mna.system
+        moreau = self.method == "moreau"
         return IslandRun(
             self.number + 1,
             self.island.problem_class.name,
             self.island.reason,
-            "point by point" if self.step is None else "moreau",
+            self.method,
             system.n,
             system.m,
-            None if self.step is None else self.settings.theta,
-            self.step,
+            self.settings.theta if moreau else None,
+            self.step if moreau else None,
             dict(self.stepper.statistics),
+            self.note,
         )
+
+
+def _refused(number: int, reason: NotModewise) -> UsageError:
+    return UsageError(
+        Diagnostic(
+            "NS4020",
+            f"method=modewise cannot treat island {number + 1}: {reason}",
+            hint="method=auto chooses a method that can",
+        )
+    )
 
 
 class Stopped(Exception):

@@ -10,7 +10,7 @@ from ..netlist.deck import Deck
 from .names import suggestion
 
 #: time-stepping methods of this version
-METHODS = ("auto", "moreau")
+METHODS = ("auto", "modewise", "moreau")
 #: methods of SPICE programs: they cannot be meant for this one, decks carry them along
 _FOREIGN = ("trap", "trapezoidal", "gear", "euler", "modtrap")
 

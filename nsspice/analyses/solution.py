@@ -70,12 +70,14 @@ class IslandRun:
     problem_class, reason : str
         What kind of problem it is, and why.
     method : str
-        ``moreau``, or ``points`` where nothing stores energy.
+        ``modewise``, ``moreau``, or ``point by point`` where nothing stores energy.
     unknowns, pairs : int
     theta, step : float or None
         Weight of the new state, solver step [s].
     stats : dict
         Counters of the solver: steps, events, modes and others.
+    note : str
+        Why it was not another method, empty if there is nothing to say.
     """
 
     number: int
@@ -87,6 +89,7 @@ class IslandRun:
     theta: float | None = None
     step: float | None = None
     stats: dict[str, Any] = field(default_factory=dict)
+    note: str = ""
 
 
 @dataclass(slots=True)

@@ -17,6 +17,7 @@ from ..devices import Capacitor, Conditions, Coupling, Device, Inductor, Layout,
 from ..devices.stamper import Triplets
 from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem, Functional, SmoothTerms
+from ..problems.elements import Elements
 from .signals import parse_signal, unknown_signal
 
 
@@ -71,6 +72,7 @@ class MnaSystem:
             switches=tuple(stamper.switches),
             row_kind=kinds,
             smooth=_smooth(stamper, n) if stamper.smooth else None,
+            elements=Elements(stamper.capacitors, stamper.conductors),
         )
         branches = len(stamper.branch_names)
         self.unknowns: list[str] = [f"v({node})" for node in nodes] + stamper.branch_names

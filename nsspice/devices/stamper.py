@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from ..problems.descriptor import Functional, Switch, Waveform
+from ..problems.elements import TwoTerminal
 from ..problems.tape import TapeBuilder
 
 Terms = list[tuple[int, float]]
@@ -141,6 +142,9 @@ class Stamper:
         self.E, self.G, self.A = Triplets(), Triplets(), Triplets()
         self.B, self.D, self.S = Triplets(), Triplets(), Triplets()
         self.q: list[float] = []
+        #: what E and G are summed from, as far as it is capacitors and resistors
+        self.capacitors: list[TwoTerminal] = []
+        self.conductors: list[TwoTerminal] = []
         #: smooth functions, where they enter and where their rates do
         self.tape = TapeBuilder()
         self.F, self.Q = Triplets(), Triplets()
@@ -297,12 +301,14 @@ class Stamper:
         nodes = self.layout.nodes
         if nodes[a] != nodes[b]:
             self.G.across(nodes[a], nodes[b], value)
+            self.conductors.append((nodes[a], nodes[b], value))
 
     def capacitance(self, a: str, b: str, value: float) -> None:
         """Add a capacitance [F] between two nodes."""
         nodes = self.layout.nodes
         if nodes[a] != nodes[b]:
             self.E.across(nodes[a], nodes[b], value)
+            self.capacitors.append((nodes[a], nodes[b], value))
 
     def connect(self, branch: int, a: str, b: str) -> None:
         """Let the branch current flow from a to b and write ``-(va - vb)`` into its row."""

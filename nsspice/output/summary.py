@@ -11,6 +11,13 @@ from .si import number
 if TYPE_CHECKING:
     from ..analyses.solution import IslandRun, Solution
 
+_COUNTERS = (
+    ("segments", "segment"),
+    ("fixed_steps", "implicit step"),
+    ("steps", "step"),
+    ("events", "event"),
+    ("modes", "mode"),
+)
 _LISTED = 8  # impulses and islands listed before "... and N more"
 
 
@@ -80,13 +87,15 @@ def _island(island: IslandRun) -> str:
     stats = island.stats
     counters = [
         _count(int(stats[key]), word)
-        for key, word in (("steps", "step"), ("events", "event"), ("modes", "mode"))
-        if key in stats
+        for key, word in _COUNTERS
+        if stats.get(key) or (key in stats and key != "fixed_steps")
     ]
     size = f"{_count(island.unknowns, 'unknown')}, {_count(island.pairs, 'pair')}"
     text = f"island {island.number}: {island.problem_class} ({size}); {how}: {', '.join(counters)}"
     if stats.get("jumps"):
         text += f", {_count(int(stats['jumps']), 'jump')}"
+    if island.note:
+        text += f" ({island.note})"
     return text
 
 
@@ -128,6 +137,7 @@ def to_dict(solution: Solution) -> dict[str, Any]:
                 "unknowns": i.unknowns,
                 "pairs": i.pairs,
                 "stats": i.stats,
+                "note": i.note,
             }
             for i in solution.islands
         ],

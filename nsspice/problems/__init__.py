@@ -2,16 +2,19 @@
 
 from .csc import Csc, weighted_sum
 from .descriptor import DescriptorSystem, Functional, SmoothTerms, Switch, Waveform
+from .elements import Elements, elements_of
 from .tape import Tape, TapeBuilder
 
 __all__ = [
     "Csc",
     "DescriptorSystem",
+    "Elements",
     "Functional",
     "SmoothTerms",
     "Switch",
     "Tape",
     "TapeBuilder",
     "Waveform",
+    "elements_of",
     "weighted_sum",
 ]

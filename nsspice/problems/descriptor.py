@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .csc import Csc, Floats
+from .elements import Elements
 from .tape import Tape
 
 
@@ -122,6 +123,8 @@ class DescriptorSystem:
         0 for current rows (KCL), 1 for voltage rows (branches); residuals are scaled per kind.
     smooth : SmoothTerms or None
         Smooth nonlinear terms, None in a system that is linear but for its pairs.
+    elements : Elements or None
+        The capacitors and resistors that E and G were summed from, None if they were not kept.
     """
 
     E: Csc
@@ -135,6 +138,7 @@ class DescriptorSystem:
     switches: tuple[Switch, ...] = ()
     row_kind: npt.NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, dtype=np.uint8))
     smooth: SmoothTerms | None = None
+    elements: Elements | None = None
 
     @property
     def n(self) -> int:

@@ -300,6 +300,11 @@ class MoreauStepper:
         return self._core.state()
 
     @property
+    def gates(self) -> list[bool]:
+        """State of each switch's control: True above its thresholds."""
+        return self._core.gates()
+
+    @property
     def time(self) -> float:
         """Present time [s]."""
         return self._core.time()

@@ -232,9 +232,8 @@ impl Lu {
         let mut perm: Vec<usize> = (0..n).collect();
         let (mut least, mut greatest) = (f64::INFINITY, 0.0f64);
         for k in 0..n {
-            let p = (k..n)
-                .max_by(|&i, &j| lu[(i, k)].abs().total_cmp(&lu[(j, k)].abs()))
-                .unwrap_or(k);
+            let p =
+                (k..n).max_by(|&i, &j| lu[(i, k)].abs().total_cmp(&lu[(j, k)].abs())).unwrap_or(k);
             let pivot = lu[(p, k)];
             least = least.min(pivot.abs());
             greatest = greatest.max(pivot.abs());
@@ -338,7 +337,9 @@ mod tests {
 
     #[test]
     fn products_and_solutions_agree() {
-        let a = Matrix::from_fn(3, 3, |r, c| [[2.0, -1.0, 0.5], [1e6, 3e6, 0.0], [0.0, 1.0, 1e-3]][r][c]);
+        let a = Matrix::from_fn(3, 3, |r, c| {
+            [[2.0, -1.0, 0.5], [1e6, 3e6, 0.0], [0.0, 1.0, 1e-3]][r][c]
+        });
         let x = Matrix::from_fn(3, 2, |r, c| (r * 2 + c) as f64 - 1.5);
         let b = a.times(&x);
         let found = Lu::new(&a).solve_refined(&a, &b);

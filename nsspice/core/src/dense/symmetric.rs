@@ -80,6 +80,7 @@ fn jacobi(mut a: Matrix) -> Option<(Vec<f64>, Matrix)> {
     None
 }
 
+#[allow(clippy::needless_range_loop)] // indices as in the formulas
 /// Householder reduction; on exit the rows of `v` are the accumulated transformation.
 fn tridiagonal(v: &mut Matrix) -> (Vec<f64>, Vec<f64>) {
     let n = v.rows;

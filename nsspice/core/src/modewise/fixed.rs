@@ -46,7 +46,11 @@ impl Engine {
         if self.corner <= self.time {
             self.corner = self.inputs.next_corner(self.time);
         }
-        let goal = target.min(self.corner).min(if self.time < self.stop { self.stop } else { f64::INFINITY });
+        let goal = target.min(self.corner).min(if self.time < self.stop {
+            self.stop
+        } else {
+            f64::INFINITY
+        });
         let mut length = h;
         let mut reached = self.time + h;
         if goal > self.time + near && goal <= reached + near {
@@ -60,8 +64,7 @@ impl Engine {
         let mut step = length;
         let result = loop {
             let start = Start::Cold;
-            let taken =
-                self.implicit.step(&self.sys, &self.net, &self.a, &v, &roles, step, start);
+            let taken = self.implicit.step(&self.sys, &self.net, &self.a, &v, &roles, step, start);
             match taken {
                 Ok(taken) if !taken.suspect => break Ok(taken.residual),
                 // impulses of a very short step can hide a solution: a longer one tells
@@ -78,6 +81,7 @@ impl Engine {
                 roles: roles.iter().map(|&r| r as u8).collect(),
                 residual,
                 suspect,
+                worst_row: None,
             });
         }
         if step != length {
@@ -119,8 +123,7 @@ impl Engine {
     fn react(&mut self) {
         for (law, gate) in self.switches.iter().zip(&mut self.gates) {
             let value: f64 = law.control.iter().map(|&(j, c)| c * self.z[j]).sum();
-            let closed =
-                if *gate { value >= law.off_below } else { value > law.on_above };
+            let closed = if *gate { value >= law.off_below } else { value > law.on_above };
             if closed != *gate {
                 *gate = closed;
                 self.stats.switchings += 1;

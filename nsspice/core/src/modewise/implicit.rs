@@ -75,6 +75,7 @@ impl Implicit {
 
     /// Steps from energy coordinates `a` over a length `h` into the segment; `v` are the inputs at
     /// its end. The new unknowns are left in `z`, `l`.
+    #[allow(clippy::too_many_arguments)] // the ingredients of a step
     pub fn step(
         &mut self,
         sys: &Assembly,

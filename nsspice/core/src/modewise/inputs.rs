@@ -92,7 +92,12 @@ impl Inputs {
                 Waveform::Dc(v) => (*v, Vec::new()),
                 Waveform::Piecewise(_) => (0.0, vec![(find(Kind::Line(k)), 1.0)]),
                 Waveform::Smooth(Smooth::Sin {
-                    offset, amplitude, frequency, delay, damping, phase,
+                    offset,
+                    amplitude,
+                    frequency,
+                    delay,
+                    damping,
+                    phase,
                 }) => {
                     let (frequency, damping, delay) = (*frequency, *damping, *delay);
                     let first = find(Kind::Tone { frequency, damping, delay });

@@ -4,8 +4,9 @@
 //! derivative, proves that the guard stays positive or that it has exactly one root; everything else
 //! halves the interval. No crossing is missed, up to rounding.
 
+use super::bundle::Bundle;
 use super::terms::Point;
-use super::trajectory::{Bundle, Trajectory};
+use super::trajectory::Trajectory;
 
 /// How a segment ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

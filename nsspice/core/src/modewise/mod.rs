@@ -7,16 +7,21 @@
 //! are watched by bounds ([`march`]), and the mode that follows is proved before it is entered
 //! ([`pick`], [`verify`]). Where nothing can be proved, implicit steps go on ([`fixed`]).
 
+pub mod bundle;
 mod fixed;
+mod guard_rows;
 pub mod implicit;
 pub mod inputs;
+mod inspect;
 pub mod march;
 pub mod mode;
 pub mod network;
 pub mod outputs;
 pub mod pick;
+mod plain;
 pub mod registry;
 mod run;
+mod share;
 pub mod spectrum;
 pub mod staircase;
 pub mod terms;

@@ -7,7 +7,9 @@
 //! `Q` is orthonormal, so that in passive networks a jump is the projection `x = Q' a`; what the
 //! constraints take away leaves as impulses.
 
+use super::guard_rows::{control_rows, guard_rows, impulse_rows};
 use super::network::Network;
+use super::share::Share;
 use super::spectrum::{Pole, Spectrum};
 use super::staircase::{Algebra, Staircase};
 use super::tracked::Tracked;
@@ -65,6 +67,8 @@ pub struct Impulses {
     pub guards: Matrix,
     /// bounds behind them
     pub bounds: Matrix,
+    /// diodes with such a row
+    pub pairs: Vec<usize>,
 }
 
 /// A mode.
@@ -154,7 +158,12 @@ const INDEX_TWO: f64 = 1e-12;
 
 impl Mode {
     /// Reduces the equations of a mode; the error tells what is wrong with it.
-    pub fn new(net: &Network, switches: &[SwitchLaw], on: &[bool], gates: &[bool]) -> Result<Mode, String> {
+    pub fn new(
+        net: &Network,
+        switches: &[SwitchLaw],
+        on: &[bool],
+        gates: &[bool],
+    ) -> Result<Mode, String> {
         let active: Vec<usize> = (0..net.m).filter(|&i| on[i]).collect();
         let (k, r) = (net.kernel.cols, net.states);
         let nv = net.rs.cols;
@@ -200,7 +209,8 @@ impl Mode {
             ties_f = lu.solve(&scaled);
             q2 = q.select_cols(&others);
             if net.passive {
-                let columns = Matrix::from_fn(size, ties, |i, j| stairs.tie_cols[(i, j)] / sizes[j]);
+                let columns =
+                    Matrix::from_fn(size, ties, |i, j| stairs.tie_cols[(i, j)] / sizes[j]);
                 // columns tri^-1
                 tie_cols = lu.solve(&columns.transpose()).transpose();
                 solve_g = {
@@ -216,7 +226,8 @@ impl Mode {
                 if lu.ratio < INDEX_TWO {
                     return Err("its constraints depend on each other".into());
                 }
-                let columns = Matrix::from_fn(size, ties, |i, j| stairs.tie_cols[(i, j)] / sizes[j]);
+                let columns =
+                    Matrix::from_fn(size, ties, |i, j| stairs.tie_cols[(i, j)] / sizes[j]);
                 tie_cols = lu.solve(&columns.transpose()).transpose();
                 let g = Lu::new(&ties_h.times(&ql.select_cols(&firsts)));
                 let complement = ql.select_cols(&others).transpose();
@@ -297,7 +308,11 @@ impl Mode {
         diodes.clean(net.n + net.m);
         let impulses = (ties > 0).then(|| {
             let joint = Matrix::from_fn(ties, r + nv, |i, c| {
-                if c < r { ties_h[(i, c)] } else { -ties_f[(i, c - r)] }
+                if c < r {
+                    ties_h[(i, c)]
+                } else {
+                    -ties_f[(i, c - r)]
+                }
             });
             let content = Tracked::exact(solve_g.times(&joint));
             let mut algebraic = content.under(&tie_cols);
@@ -311,7 +326,17 @@ impl Mode {
                 guards = impulse_rows(net, on, &active, &still, &algebraic);
             }
             guards.clean(net.n + net.m);
-            Impulses { algebraic: algebraic.value, guards: guards.value, bounds: guards.bound }
+            let diode = |&i: &usize| {
+                switches.iter().all(|s| s.pair != i)
+                    && guards.value.row(i).iter().any(|v| *v != 0.0)
+            };
+            let pairs = (0..net.m).filter(diode).collect();
+            Impulses {
+                algebraic: algebraic.value,
+                guards: guards.value,
+                bounds: guards.bound,
+                pairs,
+            }
         });
         let mut consistency = Tracked::exact(force).under(&stairs.open_rows.transpose());
         consistency.clean(net.n + net.m);
@@ -401,147 +426,5 @@ impl Mode {
             count += i.algebraic.data.len() + 2 * i.guards.data.len();
         }
         8 * count + 64 * self.watch.len() + 1024
-    }
-}
-
-/// Multipliers of active pairs and slacks of the others, over `[x | v | v']`.
-fn guard_rows(
-    net: &Network,
-    on: &[bool],
-    active: &[usize],
-    states: &Tracked,
-    algebraic: &Tracked,
-    n: usize,
-) -> Tracked {
-    let mut out = impulse_rows(net, on, active, states, algebraic);
-    for i in (0..net.m).filter(|&i| !on[i]) {
-        out.value[(i, n)] += net.q[i];
-        out.bound[(i, n)] += net.q[i].abs();
-    }
-    out
-}
-
-/// The same without the constant slack.
-fn impulse_rows(
-    net: &Network,
-    on: &[bool],
-    active: &[usize],
-    states: &Tracked,
-    algebraic: &Tracked,
-) -> Tracked {
-    let k = net.kernel.cols;
-    let off: Vec<usize> = (0..net.m).filter(|&i| !on[i]).collect();
-    let factor = Matrix::from_fn(off.len(), k + active.len(), |i, j| {
-        if j < k {
-            -net.bn[(off[i], j)]
-        } else {
-            net.d[(off[i], active[j - k])]
-        }
-    });
-    let mut slack = algebraic.under(&factor);
-    slack.add(-1.0, &states.under(&net.br.select_rows(&off)));
-    let mut out = Tracked::zeros(net.m, algebraic.value.cols);
-    let mut put = |to: usize, from: &Tracked, row: usize| {
-        out.value.row_mut(to).copy_from_slice(from.value.row(row));
-        out.bound.row_mut(to).copy_from_slice(from.bound.row(row));
-    };
-    for (i, &p) in off.iter().enumerate() {
-        put(p, &slack, i);
-    }
-    for (i, &p) in active.iter().enumerate() {
-        put(p, algebraic, k + i);
-    }
-    out
-}
-
-/// Distances of the controls from the thresholds that would change them.
-fn control_rows(
-    net: &Network,
-    switches: &[SwitchLaw],
-    gates: &[bool],
-    states: &Tracked,
-    algebraic: &Tracked,
-    n: usize,
-    width: usize,
-) -> Tracked {
-    let k = net.kernel.cols;
-    let mut out = Tracked::zeros(switches.len(), width);
-    for (s, law) in switches.iter().enumerate() {
-        let combine = |m: &Matrix| {
-            Matrix::from_fn(1, m.cols, |_, c| law.control.iter().map(|&(u, f)| f * m[(u, c)]).sum())
-        };
-        let mut row = states.under(&combine(&net.big_r));
-        let part: Vec<usize> = (0..k).collect();
-        row.add(1.0, &algebraic.rows(&part).under(&combine(&net.kernel)));
-        row.clean(net.n + net.m);
-        // closed: value - off_below, open: on_above - value
-        let (sign, level) = if gates[s] { (1.0, law.off_below) } else { (-1.0, law.on_above) };
-        for c in 0..width {
-            out.value[(s, c)] = sign * row.value[(0, c)];
-            out.bound[(s, c)] = row.bound[(0, c)];
-        }
-        out.value[(s, n)] -= sign * level;
-        out.bound[(s, n)] += level.abs();
-    }
-    out
-}
-
-/// How undetermined directions are chosen: least multipliers and slacks (equal sharing), and among
-/// those the least unknowns.
-struct Share {
-    /// amounts = first * guards + second * unknowns
-    first: Matrix,
-    second: Matrix,
-}
-
-impl Share {
-    fn new(net: &Network, on: &[bool], active: &[usize], open: &Matrix) -> Share {
-        let k = net.kernel.cols;
-        let directions = Tracked::exact(open.clone());
-        let still = Tracked::zeros(net.states, open.cols);
-        let mut seen = impulse_rows(net, on, active, &still, &directions);
-        seen.clean(net.n + net.m);
-        let seen = seen.value; // m x open
-        let part: Vec<usize> = (0..k).collect();
-        let on_unknowns = net.kernel.times(&open.select_rows(&part)); // n x open
-        // directions that some pair sees, and combinations that none sees
-        let split = crate::dense::Echelon::new(seen.clone(), 0..open.cols);
-        let (visible, hidden) = (split.pivots.clone(), split.kernel());
-        let least = |m: &Matrix| {
-            // -(m' m)^-1 m'
-            let gram = Lu::new(&m.transpose_times(m));
-            let mut out = gram.solve(&m.transpose());
-            out.data.iter_mut().for_each(|v| *v = -*v);
-            out
-        };
-        let small = least(&seen.select_cols(&visible));
-        let mut first = Matrix::zeros(open.cols, net.m);
-        for (i, &c) in visible.iter().enumerate() {
-            first.row_mut(c).copy_from_slice(small.row(i));
-        }
-        let hidden_unknowns = on_unknowns.times(&hidden);
-        let moves = hidden_unknowns.max_abs() > 0.0;
-        let second = if hidden.cols > 0 && moves {
-            let tall = hidden_unknowns.clone();
-            let gram = tall.transpose_times(&tall);
-            if Lu::new(&gram).ratio > 1e-12 {
-                hidden.times(&least(&tall))
-            } else {
-                Matrix::zeros(open.cols, net.n)
-            }
-        } else {
-            Matrix::zeros(open.cols, net.n)
-        };
-        // the second step starts from unknowns that the first has moved
-        let moved = second.times(&on_unknowns.times(&first));
-        let mut first = first;
-        first.add_scaled(1.0, &moved);
-        Share { first, second }
-    }
-
-    fn amounts(&self, guards: &Tracked, unknowns: &Tracked) -> Tracked {
-        let mut out = guards.under(&self.first);
-        out.add(1.0, &unknowns.under(&self.second));
-        out
     }
 }

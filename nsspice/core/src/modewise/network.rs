@@ -200,9 +200,8 @@ impl Network {
         // storage: capacitors, and what is left of E on the unknowns of inductors
         let other = remainder(&sys.e, &sys.capacitors);
         let size = other.max_abs();
-        let asymmetric = |x: &Matrix, sign: f64| {
-            (0..n).any(|i| (0..i).any(|j| x[(i, j)] != sign * x[(j, i)]))
-        };
+        let asymmetric =
+            |x: &Matrix, sign: f64| (0..n).any(|i| (0..i).any(|j| x[(i, j)] != sign * x[(j, i)]));
         if asymmetric(&other, 1.0) {
             return Err("the current of a storage element controls something".into());
         }
@@ -253,9 +252,8 @@ impl Network {
         let conductances: Vec<f64> = sys.conductors.iter().map(|c| c.2).collect();
         let (b, at) = (dense(&sys.b), dense(&sys.a).transpose());
         let d = dense(&sys.d);
-        let moderate = |x: &Matrix| {
-            x.data.iter().all(|v| *v == 0.0 || (1e-4..=1e4).contains(&v.abs()))
-        };
+        let moderate =
+            |x: &Matrix| x.data.iter().all(|v| *v == 0.0 || (1e-4..=1e4).contains(&v.abs()));
         let passive = !asymmetric(&skew, -1.0)
             && (0..n).all(|i| skew[(i, i)] == 0.0)
             && moderate(&skew)

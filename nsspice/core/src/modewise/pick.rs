@@ -118,7 +118,7 @@ impl Picker {
         cause: u64,
         crossing: &[usize],
         gates: &[bool],
-        a: &mut Vec<f64>,
+        a: &mut [f64],
         scale: &mut Scale,
         path: &mut Trajectory,
     ) -> Option<Picked> {
@@ -132,8 +132,7 @@ impl Picker {
                     }
                 }
             }
-            if let Some(found) =
-                self.flips(scene, registry, from, crossing, gates, a, scale, path)
+            if let Some(found) = self.flips(scene, registry, from, crossing, gates, a, scale, path)
             {
                 registry.remember(from, cause, found.id);
                 return Some(found);
@@ -200,12 +199,13 @@ impl Picker {
         implicit: &mut Implicit,
         fastest: f64,
         gates: &[bool],
-        a: &mut Vec<f64>,
+        a: &mut [f64],
         scale: &mut Scale,
         path: &mut Trajectory,
     ) -> Option<Picked> {
         let roles = roles(scene.net.m, scene.switches, gates);
-        let base = (1e-6 * scene.horizon).min(if fastest > 0.0 { 1e-3 / fastest } else { f64::INFINITY });
+        let base =
+            (1e-6 * scene.horizon).min(if fastest > 0.0 { 1e-3 / fastest } else { f64::INFINITY });
         let base = 10f64.powi(base.log10().floor() as i32);
         let mut tried: Vec<Id> = Vec::new();
         for length in LENGTHS {
@@ -335,7 +335,7 @@ impl Picker {
 }
 
 /// Projects energy coordinates onto the constraints of a mode.
-pub fn settle(mode: &Mode, inputs: &[f64], a: &mut Vec<f64>) {
+pub fn settle(mode: &Mode, inputs: &[f64], a: &mut [f64]) {
     let mut x = vec![0.0; mode.n];
     mode.enter.apply(a, &mut x);
     mode.leave_x.apply(&x, a);

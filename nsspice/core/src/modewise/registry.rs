@@ -84,7 +84,12 @@ impl Registry {
     }
 
     /// The reduced mode, or why there is none.
-    pub fn mode(&mut self, id: Id, net: &Network, switches: &[SwitchLaw]) -> Result<Arc<Mode>, String> {
+    pub fn mode(
+        &mut self,
+        id: Id,
+        net: &Network,
+        switches: &[SwitchLaw],
+    ) -> Result<Arc<Mode>, String> {
         self.clock += 1;
         let clock = self.clock;
         let entry = &mut self.entries[id];

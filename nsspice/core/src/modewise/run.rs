@@ -1,5 +1,6 @@
 //! The run: segment after segment, rows evaluated where they stand.
 
+use super::bundle::Bundle;
 use super::implicit::Implicit;
 use super::inputs::{Inputs, Segment};
 use super::march::{Ending, March};
@@ -9,16 +10,14 @@ use super::outputs::{Outputs, RowClock, Spec};
 use super::pick::{cause_of, roles, settle, Picker, Scene};
 use super::registry::{Id, Registry};
 use super::terms::Point;
-use super::trajectory::{Bundle, Trajectory};
+use super::trajectory::Trajectory;
 use super::verify::Scale;
 use crate::moreau::{Failure, Jump, Progress};
-use crate::waveform::Side;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Events and jumps kept in full; later ones are only counted.
+/// Events kept in full; later ones are only counted.
 const MAX_EVENTS: usize = 1 << 16;
-const MAX_JUMPS: usize = 4096;
 /// Segments between two looks at the clock.
 const LOOK: u64 = 32;
 /// Switch reactions at one instant before it is called chatter.
@@ -28,8 +27,6 @@ const CROWD: usize = 40;
 const CROWDED: f64 = 1e-12;
 /// Segments between two residual checks of known modes.
 const CHECK: u64 = 64;
-/// Changes below this part of the largest stored energy norm are no jump.
-const NO_JUMP: f64 = 1e-10;
 /// Two instants closer than this, relatively, are one.
 const SAME: f64 = 64.0 * f64::EPSILON;
 
@@ -109,7 +106,7 @@ pub struct Engine {
     crossing: Vec<usize>,
     pub(super) z: Vec<f64>,
     pub(super) l: Vec<f64>,
-    v: Vec<f64>,
+    pub(super) v: Vec<f64>,
     crowd: Vec<f64>,
     checked: Vec<bool>,
     pub(super) logged: Vec<bool>,
@@ -136,11 +133,7 @@ impl Engine {
         let (n, m, r) = (net.n, net.m, net.states);
         let outputs = Outputs::new(outputs, &net, &inputs);
         let count = 1 + inputs.len();
-        let scale = Scale {
-            v: vec![0.0; count],
-            rate: vec![0.0; count],
-            ..Scale::default()
-        };
+        let scale = Scale { v: vec![0.0; count], rate: vec![0.0; count], ..Scale::default() };
         Ok(Engine {
             implicit: Implicit::new(n, m),
             gates: vec![false; switches.len()],
@@ -326,8 +319,14 @@ impl Engine {
         for &(j, s) in &mode.direct {
             let g = crate::dense::dot(mode.guards.v.row(j), &self.segment.now)
                 + crate::dense::dot(mode.guards.d.row(j), &self.segment.rate);
-            let size: f64 =
-                mode.guards.v.row(j).iter().zip(&self.segment.now).map(|(c, v)| (c * v).abs()).sum();
+            let size: f64 = mode
+                .guards
+                .v
+                .row(j)
+                .iter()
+                .zip(&self.segment.now)
+                .map(|(c, v)| (c * v).abs())
+                .sum();
             if g < -1e-13 * size {
                 self.gates[s] = !self.gates[s];
                 self.stats.switchings += 1;
@@ -374,7 +373,9 @@ impl Engine {
         }
         if !self.checked[id] || self.stats.segments.is_multiple_of(CHECK) {
             self.checked[id] = true;
+            self.path.at(0.618 * length, &mut self.point);
             self.check(&mode);
+            self.path.at(length, &mut self.point);
         }
         Ok(())
     }
@@ -513,75 +514,6 @@ impl Engine {
         }
     }
 
-    /// Unknowns and multipliers from a mode's state at the start or end of a segment.
-    fn unknowns(&self, mode: &Mode, x: &[f64], v: &[f64], d: &[f64], z: &mut [f64], l: &mut [f64]) {
-        let k = self.net.kernel.cols;
-        let mut a = vec![0.0; self.net.states];
-        mode.leave_x.apply(x, &mut a);
-        mode.leave_v.apply_add(v, &mut a);
-        let mut b = vec![0.0; k + mode.active.len()];
-        mode.algebraic.x.apply(x, &mut b);
-        mode.algebraic.v.apply_add(v, &mut b);
-        mode.algebraic.d.apply_add(d, &mut b);
-        self.net.big_r.apply(&a, z);
-        self.net.kernel.apply_add(&b[..k], z);
-        l.fill(0.0);
-        for (&i, &value) in mode.active.iter().zip(&b[k..]) {
-            l[i] = value;
-        }
-    }
-
-    /// Residual of all equations at the end of the segment.
-    fn check(&mut self, mode: &Mode) {
-        let (n, m) = (self.net.n, self.net.m);
-        let mut x = vec![0.0; mode.n];
-        self.path.state(&self.point, &mut x);
-        let mut v = vec![0.0; self.v.len()];
-        self.path.inputs(&self.segment, &self.point, &mut v);
-        let mut d = self.segment.slope.clone();
-        for tone in &self.segment.tones {
-            let now = crate::dense::complex(v[tone.index + 1], v[tone.index]);
-            let change = tone.rate * now;
-            d[tone.index] = change.im;
-            d[tone.index + 1] = change.re;
-        }
-        for decay in &self.segment.decays {
-            d[decay.index] = decay.rate * v[decay.index];
-        }
-        let (mut z, mut l) = (vec![0.0; n], vec![0.0; m]);
-        self.unknowns(mode, &x, &v, &d, &mut z, &mut l);
-        // E z' = E R a'
-        let mut rate = vec![0.0; mode.n];
-        self.path.state_rate(&self.point, &mut rate);
-        let mut da = vec![0.0; self.net.states];
-        mode.leave_x.apply(&rate, &mut da);
-        mode.leave_v.apply_add(&d, &mut da);
-        let mut rhs = vec![0.0; n];
-        self.net.charges.apply(&da, &mut rhs);
-        rhs.iter_mut().for_each(|q| *q = -*q);
-        self.net.s.apply_add(&v, &mut rhs);
-        let roles = roles(m, &self.switches, &self.gates);
-        let found = self.implicit.residual(&self.sys, &rhs, &roles, &z, &l);
-        self.stats.checks += 1;
-        self.stats.residual_rows = self.stats.residual_rows.max(found.rows);
-        self.stats.residual_complementarity =
-            self.stats.residual_complementarity.max(found.complementarity);
-    }
-
-    /// Unknowns and multipliers at the present end of the segment.
-    pub fn state(&mut self) -> (Vec<f64>, Vec<f64>) {
-        if let (Phase::Moving, Some((_, mode))) = (&self.phase, self.present.clone()) {
-            let mut x = vec![0.0; mode.n];
-            self.path.state(&self.point, &mut x);
-            let mut v = vec![0.0; self.v.len()];
-            self.path.inputs(&self.segment, &self.point, &mut v);
-            let (mut z, mut l) = (vec![0.0; self.net.n], vec![0.0; self.net.m]);
-            self.unknowns(&mode, &x, &v, &self.segment.rate, &mut z, &mut l);
-            return (z, l);
-        }
-        (self.z.clone(), self.l.clone())
-    }
-
     /// Present time [s].
     pub fn time(&self) -> f64 {
         self.time
@@ -605,53 +537,5 @@ impl Engine {
     /// Intervals on which guards were judged.
     pub fn intervals(&self) -> u64 {
         self.march.intervals
-    }
-
-    /// Records a jump that ends in a mode, `origin` being the first and `entry` the last of the
-    /// energy coordinates before it.
-    fn note_jump(&mut self, mode: &Arc<Mode>, id: Id, origin: &[f64], entry: &[f64]) {
-        let change = self.a.iter().zip(origin).fold(0.0f64, |m, (x, y)| m.hypot(x - y));
-        if change <= NO_JUMP * self.scale.a {
-            return;
-        }
-        self.stats.jumps += 1;
-        if self.jumps.len() >= MAX_JUMPS {
-            return;
-        }
-        let (n, m, k) = (self.net.n, self.net.m, self.net.kernel.cols);
-        let mut before = vec![0.0; n];
-        let mut scrap = vec![0.0; m];
-        if let Some((_, old)) = self.present.clone() {
-            let mut x = vec![0.0; old.n];
-            old.enter.apply(origin, &mut x);
-            self.unknowns(&old, &x, &self.v, &self.segment.rate, &mut before, &mut scrap);
-        }
-        let mut x = vec![0.0; mode.n];
-        mode.enter.apply(entry, &mut x);
-        let mut after = vec![0.0; n];
-        self.unknowns(mode, &x, &self.segment.now, &self.segment.rate, &mut after, &mut scrap);
-        let (mut unknowns, mut multipliers) = (vec![0.0; n], vec![0.0; m]);
-        let mut steps: Vec<(Id, Vec<f64>)> =
-            self.picker.leaps.iter().map(|l| (l.through, l.before.clone())).collect();
-        steps.push((id, entry.to_vec()));
-        for (through, mut joint) in steps {
-            let Ok(mode) = self.registry.mode(through, &self.net, &self.switches) else { continue };
-            let Some(impulses) = &mode.impulses else { continue };
-            joint.extend_from_slice(&self.segment.now);
-            let mut b = vec![0.0; k + mode.active.len()];
-            impulses.algebraic.apply(&joint, &mut b);
-            self.net.kernel.apply_add(&b[..k], &mut unknowns);
-            for (&i, &value) in mode.active.iter().zip(&b[k..]) {
-                multipliers[i] += value;
-            }
-        }
-        self.jumps.push(Jump { time: self.time, before, after, multipliers, unknowns });
-    }
-
-    /// Source values at a time.
-    pub(super) fn sources(&self, time: f64) -> Vec<f64> {
-        let mut u = vec![0.0; self.inputs.waveforms().len()];
-        self.inputs.values(time, Side::Right, &mut u);
-        u
     }
 }

@@ -84,7 +84,8 @@ fn by_graph(net: &Network, active: &[usize]) -> Staircase {
     let (k, n) = (net.kernel.cols, net.n);
     let size = k + active.len();
     // no resistor sees the direction: combinations of `loose` and pairs without series resistance
-    let ideal: Vec<usize> = (0..active.len()).filter(|&j| net.d[(active[j], active[j])] == 0.0).collect();
+    let ideal: Vec<usize> =
+        (0..active.len()).filter(|&j| net.d[(active[j], active[j])] == 0.0).collect();
     let free = net.loose.cols;
     let width = free + ideal.len();
     let skew_loose = net.n_skew.times(&net.kernel).times(&net.loose);
@@ -147,9 +148,8 @@ fn pivoted(a: &Matrix) -> (Vec<usize>, Matrix) {
     let mut rank = 0;
     let mut first = 0.0f64;
     while rank < rows.min(cols) {
-        let left = |c: usize, w: &Matrix| {
-            (rank..rows).fold(0.0f64, |m, r| m.hypot(w[(r, order[c])]))
-        };
+        let left =
+            |c: usize, w: &Matrix| (rank..rows).fold(0.0f64, |m, r| m.hypot(w[(r, order[c])]));
         let (mut best, mut size) = (rank, -1.0);
         for c in rank..cols {
             let s = left(c, &w);

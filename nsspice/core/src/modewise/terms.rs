@@ -102,6 +102,16 @@ impl Term {
         }
     }
 
+    /// Largest value within a time, for terms that do not grow exponentially.
+    #[inline]
+    pub fn reach(&self, t: f64) -> f64 {
+        match self {
+            Term::One | Term::Exp { .. } => 1.0,
+            Term::Time | Term::Near { .. } => t,
+            Term::Ramp { .. } => t * t,
+        }
+    }
+
     /// Bounds of the second and fourth derivative up to time `t`, but for the envelope.
     #[inline]
     pub fn bounds(&self, t: f64) -> (f64, f64) {

@@ -25,10 +25,7 @@ impl Tracked {
 
     /// The product `factor * self`.
     pub fn under(&self, factor: &Matrix) -> Tracked {
-        Tracked {
-            value: factor.times(&self.value),
-            bound: factor.abs().times(&self.bound),
-        }
+        Tracked { value: factor.times(&self.value), bound: factor.abs().times(&self.bound) }
     }
 
     /// Adds `sign * other`.

@@ -1,9 +1,10 @@
 //! Is a mode the right one from here on?  Consistency, impulses, values, and what follows at once.
 
+use super::bundle::Bundle;
 use super::inputs::Segment;
 use super::mode::{Mode, Watch};
 use super::terms::Point;
-use super::trajectory::{Bundle, Trajectory};
+use super::trajectory::Trajectory;
 use crate::dense::dot;
 
 /// Largest values so far, against which rounding is judged.
@@ -123,7 +124,7 @@ impl Verifier {
         path.begin(mode, a, segment, horizon);
         path.bundle(&mode.guards, segment, true, &mut self.guards);
         path.at(0.0, &mut self.start);
-        self.measure_noise(mode, scale);
+        self.measure_noise(mode, scale, path, horizon);
         let count = self.guards.count;
         self.clear.clear();
         self.clear.resize(count, 0.0);
@@ -171,34 +172,47 @@ impl Verifier {
         self.joint.extend_from_slice(a);
         self.joint.extend_from_slice(&segment.now);
         let mut worst = 0.0f64;
-        for watch in &mode.watch {
-            let Watch::Pair(i) = *watch else { continue };
+        for &i in &impulses.pairs {
             let row = impulses.guards.row(i);
             let value = dot(row, &self.joint);
             if value < 0.0 {
                 let bound = impulses.bounds.row(i);
                 let (head, tail) = bound.split_at(a.len());
-                let size = head.iter().fold(0.0f64, |m, b| m.hypot(*b)) * scale.a
-                    + dot(tail, &scale.v);
+                let size =
+                    head.iter().fold(0.0f64, |m, b| m.hypot(*b)) * scale.a + dot(tail, &scale.v);
                 worst = worst.max(-value / (1e-11 * scale.widened.max(1.0) * size));
             }
         }
         worst
     }
 
-    fn measure_noise(&mut self, mode: &Mode, scale: &Scale) {
+    fn measure_noise(&mut self, mode: &Mode, scale: &Scale, path: &Trajectory, horizon: f64) {
         self.noise.clear();
+        let count = path.terms.len();
         for (j, size) in mode.sizes.iter().enumerate() {
-            let inputs: f64 = mode.guards.v.row(j).iter().zip(&scale.v).map(|(g, v)| g.abs() * v).sum();
+            let inputs: f64 =
+                mode.guards.v.row(j).iter().zip(&scale.v).map(|(g, v)| g.abs() * v).sum();
             let rates: f64 =
                 mode.guards.d.row(j).iter().zip(&scale.rate).map(|(g, v)| g.abs() * v).sum();
-            let noise = 1e-13 * (size.x * scale.a + inputs + rates) + 2e-15 * size.bound * scale.a;
+            // what the sum of terms may lose by itself
+            let terms = &self.guards.size[j * count..(j + 1) * count];
+            let sum: f64 =
+                terms.iter().zip(&path.terms).map(|(c, p)| c * p.term.reach(horizon)).sum();
+            let noise = 1e-13 * (size.x * scale.a + inputs + rates)
+                + 2e-15 * size.bound * scale.a
+                + 4e-15 * sum;
             self.noise.push((noise * scale.widened.max(1.0)).max(f64::MIN_POSITIVE));
         }
     }
 
     /// A guard that vanishes at the start has to rise first: notes up to when it is known to.
-    fn rises(&mut self, j: usize, path: &Trajectory, fastest: f64, horizon: f64) -> Result<(), f64> {
+    fn rises(
+        &mut self,
+        j: usize,
+        path: &Trajectory,
+        fastest: f64,
+        horizon: f64,
+    ) -> Result<(), f64> {
         let noise = self.noise[j];
         let slope = self.guards.slope(j, &self.start);
         path.bounds(&self.start, &self.start, &mut self.second, &mut self.fourth);

@@ -1,6 +1,6 @@
 //! The mode-wise engine as a Python class.
 
-use super::{csc, failure_dict, invalid, Floats, Matrix, OutputSpec, SwitchSpec, WaveformSpec};
+use super::{csc, failure_dict, invalid, Floats, Matrix, SwitchSpec, WaveformSpec};
 use crate::modewise::{Assembly, Edge, Engine, Inputs, SwitchLaw};
 use crate::moreau::Progress;
 use crate::waveform::Waveform;
@@ -29,7 +29,7 @@ impl PyModewise {
         row_kind: PyReadonlyArray1<u8>,
         waveforms: Vec<WaveformSpec>,
         switches: Vec<SwitchSpec>,
-        outputs: Vec<OutputSpec>,
+        outputs: Vec<[Vec<(usize, f64)>; 4]>,
         capacitors: Vec<Edge>,
         conductors: Vec<Edge>,
     ) -> PyResult<Self> {
@@ -165,7 +165,7 @@ impl PyModewise {
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let s = &self.inner.stats;
         let out = PyDict::new(py);
-        out.set_item("steps", s.fixed_steps)?;
+        out.set_item("fixed_steps", s.fixed_steps)?;
         out.set_item("segments", s.segments)?;
         out.set_item("events", s.events)?;
         out.set_item("corners", s.corners)?;

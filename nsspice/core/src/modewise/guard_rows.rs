@@ -1,0 +1,88 @@
+//! Guards as rows over the columns of a mode: multipliers, slacks, distances from thresholds.
+
+use super::mode::SwitchLaw;
+use super::network::Network;
+use super::tracked::Tracked;
+use crate::dense::Matrix;
+
+/// Multipliers of active pairs and slacks of the others, over `[x | v | v']`.
+pub(super) fn guard_rows(
+    net: &Network,
+    on: &[bool],
+    active: &[usize],
+    states: &Tracked,
+    algebraic: &Tracked,
+    n: usize,
+) -> Tracked {
+    let mut out = impulse_rows(net, on, active, states, algebraic);
+    for i in (0..net.m).filter(|&i| !on[i]) {
+        out.value[(i, n)] += net.q[i];
+        out.bound[(i, n)] += net.q[i].abs();
+    }
+    out
+}
+
+/// The same without the constant slack.
+pub(super) fn impulse_rows(
+    net: &Network,
+    on: &[bool],
+    active: &[usize],
+    states: &Tracked,
+    algebraic: &Tracked,
+) -> Tracked {
+    let k = net.kernel.cols;
+    let off: Vec<usize> = (0..net.m).filter(|&i| !on[i]).collect();
+    let factor = Matrix::from_fn(off.len(), k + active.len(), |i, j| {
+        if j < k {
+            -net.bn[(off[i], j)]
+        } else {
+            net.d[(off[i], active[j - k])]
+        }
+    });
+    let mut slack = algebraic.under(&factor);
+    slack.add(-1.0, &states.under(&net.br.select_rows(&off)));
+    let mut out = Tracked::zeros(net.m, algebraic.value.cols);
+    let mut put = |to: usize, from: &Tracked, row: usize| {
+        out.value.row_mut(to).copy_from_slice(from.value.row(row));
+        out.bound.row_mut(to).copy_from_slice(from.bound.row(row));
+    };
+    for (i, &p) in off.iter().enumerate() {
+        put(p, &slack, i);
+    }
+    for (i, &p) in active.iter().enumerate() {
+        put(p, algebraic, k + i);
+    }
+    out
+}
+
+/// Distances of the controls from the thresholds that would change them.
+pub(super) fn control_rows(
+    net: &Network,
+    switches: &[SwitchLaw],
+    gates: &[bool],
+    states: &Tracked,
+    algebraic: &Tracked,
+    n: usize,
+    width: usize,
+) -> Tracked {
+    let k = net.kernel.cols;
+    let mut out = Tracked::zeros(switches.len(), width);
+    for (s, law) in switches.iter().enumerate() {
+        let combine = |m: &Matrix| {
+            Matrix::from_fn(1, m.cols, |_, c| law.control.iter().map(|&(u, f)| f * m[(u, c)]).sum())
+        };
+        let mut row = states.under(&combine(&net.big_r));
+        let part: Vec<usize> = (0..k).collect();
+        row.add(1.0, &algebraic.rows(&part).under(&combine(&net.kernel)));
+        row.clean(net.n + net.m);
+        // closed: value - off_below, open: on_above - value
+        let (sign, level) = if gates[s] { (1.0, law.off_below) } else { (-1.0, law.on_above) };
+        for c in 0..width {
+            out.value[(s, c)] = sign * row.value[(0, c)];
+            out.bound[(s, c)] = row.bound[(0, c)];
+        }
+        out.value[(s, n)] -= sign * level;
+        out.bound[(s, n)] += level.abs();
+    }
+    out
+}

@@ -1,0 +1,141 @@
+//! Looking at a run from outside: unknowns, residuals, jumps.
+
+use super::mode::Mode;
+use super::pick::roles;
+use super::registry::Id;
+use super::run::{Engine, Phase};
+use crate::moreau::Jump;
+use crate::waveform::Side;
+use std::sync::Arc;
+
+/// Jumps kept in full; later ones are only counted.
+const MAX_JUMPS: usize = 4096;
+/// Changes below this part of the largest stored energy norm are no jump.
+const NO_JUMP: f64 = 1e-10;
+
+impl Engine {
+    /// Unknowns and multipliers from a mode's state at the start or end of a segment.
+    pub(super) fn unknowns(
+        &self,
+        mode: &Mode,
+        x: &[f64],
+        v: &[f64],
+        d: &[f64],
+        z: &mut [f64],
+        l: &mut [f64],
+    ) {
+        let k = self.net.kernel.cols;
+        let mut a = vec![0.0; self.net.states];
+        mode.leave_x.apply(x, &mut a);
+        mode.leave_v.apply_add(v, &mut a);
+        let mut b = vec![0.0; k + mode.active.len()];
+        mode.algebraic.x.apply(x, &mut b);
+        mode.algebraic.v.apply_add(v, &mut b);
+        mode.algebraic.d.apply_add(d, &mut b);
+        self.net.big_r.apply(&a, z);
+        self.net.kernel.apply_add(&b[..k], z);
+        l.fill(0.0);
+        for (&i, &value) in mode.active.iter().zip(&b[k..]) {
+            l[i] = value;
+        }
+    }
+
+    /// Residual of all equations at the end of the segment.
+    pub(super) fn check(&mut self, mode: &Mode) {
+        let (n, m) = (self.net.n, self.net.m);
+        let mut x = vec![0.0; mode.n];
+        self.path.state(&self.point, &mut x);
+        let mut v = vec![0.0; self.v.len()];
+        self.path.inputs(&self.segment, &self.point, &mut v);
+        let mut d = self.segment.slope.clone();
+        for tone in &self.segment.tones {
+            let now = crate::dense::complex(v[tone.index + 1], v[tone.index]);
+            let change = tone.rate * now;
+            d[tone.index] = change.im;
+            d[tone.index + 1] = change.re;
+        }
+        for decay in &self.segment.decays {
+            d[decay.index] = decay.rate * v[decay.index];
+        }
+        let (mut z, mut l) = (vec![0.0; n], vec![0.0; m]);
+        self.unknowns(mode, &x, &v, &d, &mut z, &mut l);
+        // E z' = E R a'
+        let mut rate = vec![0.0; mode.n];
+        self.path.state_rate(&self.point, &mut rate);
+        let mut da = vec![0.0; self.net.states];
+        mode.leave_x.apply(&rate, &mut da);
+        mode.leave_v.apply_add(&d, &mut da);
+        let mut rhs = vec![0.0; n];
+        self.net.charges.apply(&da, &mut rhs);
+        rhs.iter_mut().for_each(|q| *q = -*q);
+        self.net.s.apply_add(&v, &mut rhs);
+        let roles = roles(m, &self.switches, &self.gates);
+        let found = self.implicit.residual(&self.sys, &rhs, &roles, &z, &l);
+        self.stats.checks += 1;
+        self.stats.residual_rows = self.stats.residual_rows.max(found.rows);
+        self.stats.residual_complementarity =
+            self.stats.residual_complementarity.max(found.complementarity);
+    }
+
+    /// Unknowns and multipliers at the present end of the segment.
+    pub fn state(&mut self) -> (Vec<f64>, Vec<f64>) {
+        if let (Phase::Moving, Some((_, mode))) = (&self.phase, self.present.clone()) {
+            let mut x = vec![0.0; mode.n];
+            self.path.state(&self.point, &mut x);
+            let mut v = vec![0.0; self.v.len()];
+            self.path.inputs(&self.segment, &self.point, &mut v);
+            let (mut z, mut l) = (vec![0.0; self.net.n], vec![0.0; self.net.m]);
+            self.unknowns(&mode, &x, &v, &self.segment.rate, &mut z, &mut l);
+            return (z, l);
+        }
+        (self.z.clone(), self.l.clone())
+    }
+
+    /// Records a jump that ends in a mode, `origin` being the first and `entry` the last of the
+    /// energy coordinates before it.
+    pub(super) fn note_jump(&mut self, mode: &Arc<Mode>, id: Id, origin: &[f64], entry: &[f64]) {
+        let change = self.a.iter().zip(origin).fold(0.0f64, |m, (x, y)| m.hypot(x - y));
+        if change <= NO_JUMP * self.scale.a {
+            return;
+        }
+        self.stats.jumps += 1;
+        if self.jumps.len() >= MAX_JUMPS {
+            return;
+        }
+        let (n, m, k) = (self.net.n, self.net.m, self.net.kernel.cols);
+        let mut before = vec![0.0; n];
+        let mut scrap = vec![0.0; m];
+        if let Some((_, old)) = self.present.clone() {
+            let mut x = vec![0.0; old.n];
+            old.enter.apply(origin, &mut x);
+            self.unknowns(&old, &x, &self.v, &self.segment.rate, &mut before, &mut scrap);
+        }
+        let mut x = vec![0.0; mode.n];
+        mode.enter.apply(entry, &mut x);
+        let mut after = vec![0.0; n];
+        self.unknowns(mode, &x, &self.segment.now, &self.segment.rate, &mut after, &mut scrap);
+        let (mut unknowns, mut multipliers) = (vec![0.0; n], vec![0.0; m]);
+        let mut steps: Vec<(Id, Vec<f64>)> =
+            self.picker.leaps.iter().map(|l| (l.through, l.before.clone())).collect();
+        steps.push((id, entry.to_vec()));
+        for (through, mut joint) in steps {
+            let Ok(mode) = self.registry.mode(through, &self.net, &self.switches) else { continue };
+            let Some(impulses) = &mode.impulses else { continue };
+            joint.extend_from_slice(&self.segment.now);
+            let mut b = vec![0.0; k + mode.active.len()];
+            impulses.algebraic.apply(&joint, &mut b);
+            self.net.kernel.apply_add(&b[..k], &mut unknowns);
+            for (&i, &value) in mode.active.iter().zip(&b[k..]) {
+                multipliers[i] += value;
+            }
+        }
+        self.jumps.push(Jump { time: self.time, before, after, multipliers, unknowns });
+    }
+
+    /// Source values at a time.
+    pub(super) fn sources(&self, time: f64) -> Vec<f64> {
+        let mut u = vec![0.0; self.inputs.waveforms().len()];
+        self.inputs.values(time, Side::Right, &mut u);
+        u
+    }
+}

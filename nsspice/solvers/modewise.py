@@ -1,0 +1,263 @@
+"""The exact mode-wise engine: the Python face of the compiled one, for one descriptor system.
+
+As long as the same pairs are active, a system of linear elements and complementarity pairs is a
+linear descriptor system; the core reduces it once to a minimal set of states (the energy
+coordinates that no loop or cut-set ties) and writes every segment in closed form,
+
+.. math::
+
+    g(t) = \\mathrm{Re} \\sum_k c_k e^{\\lambda_k t} + \\text{sources}, \\qquad
+    \\lambda_k \\text{ the eigenvalues of the mode},
+
+with the sources taken from absolute time.  What is left to search are the instants at which a
+multiplier or a slack changes its sign; bounds of the fourth derivative prove that none is missed.
+Where no mode can be proved (events that pile up) short implicit steps go on.
+
+References: V. Acary, O. Bonnefon, B. Brogliato, Nonsmooth Modeling and Simulation for Switched
+Circuits (Springer, 2011); A. J. van der Schaft, J. M. Schumacher, "Complementarity modeling of
+hybrid systems", IEEE Trans. Automatic Control 43 (1998), doi:10.1109/9.664151.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..problems.csc import Floats, weighted_sum
+from ..problems.descriptor import DescriptorSystem, Functional
+from ..problems.elements import elements_of
+from .certificate import infeasibility
+from .mlcp import core_matrix
+from .moreau import Jump, MoreauStepper, UnsolvedStep
+
+#: Unknowns and pairs together up to which a mode is reduced with dense matrices.
+DENSE_LIMIT = 600
+#: waveforms that solve a linear equation with constant coefficients, piece by piece
+_LINEAR = frozenset({"dc", "pulse", "pwl", "sin", "exp"})
+
+
+class NotModewise(Exception):
+    """A system that the mode-wise engine does not treat; the message is a clause."""
+
+
+def refusal(system: DescriptorSystem) -> str | None:
+    """Return why a system cannot be treated mode by mode, None if it looks as if it could.
+
+    Examples
+    --------
+    >>> from nsspice.problems import Csc, Waveform
+    >>> none = Csc.zeros
+    >>> refusal(DescriptorSystem(none((0, 0)), none((0, 0)), none((0, 0)), none((0, 0)),
+    ...     none((0, 0)), np.zeros(0), none((0, 1)), (Waveform("sffm", (0, 1, 1, 1, 1)),)))
+    'an sffm source is not the solution of a linear equation'
+    """
+    if system.smooth is not None:
+        return "smooth nonlinear elements have no closed form"
+    for waveform in system.waveforms:
+        if waveform.kind not in _LINEAR:
+            return f"an {waveform.kind} source is not the solution of a linear equation"
+    if system.n + system.m > DENSE_LIMIT:
+        return f"{system.n} unknowns and {system.m} pairs are too many for dense matrices"
+    return None
+
+
+class ModewiseStepper:
+    """Integrates one descriptor system exactly, mode by mode.
+
+    Used like :class:`~nsspice.solvers.moreau.MoreauStepper`: create, plan, start, then ``advance``
+    until it is done.
+
+    Parameters
+    ----------
+    system : DescriptorSystem
+        Without smooth terms; E symmetric positive semidefinite.
+    outputs : sequence of Functional
+        One output column each, after the column of times.
+
+    Raises
+    ------
+    NotModewise
+        If the system cannot be treated.
+
+    Examples
+    --------
+    A capacitor of 1 F discharged by 1 Ohm:
+
+    >>> import numpy as np
+    >>> from nsspice.problems import Csc, DescriptorSystem, Functional
+    >>> one, none = Csc.from_triplets((1, 1), [0], [0], [1.0]), Csc.zeros
+    >>> system = DescriptorSystem(one, one, none((1, 0)), none((0, 1)), none((0, 0)),
+    ...     np.zeros(0), none((1, 0)), row_kind=np.zeros(1, np.uint8))
+    >>> stepper = ModewiseStepper(system, [Functional(z=((0, 1.0),))])
+    >>> stepper.plan(0.0, 1.0, 1.0, 0.0, 1.0)
+    2
+    >>> _ = stepper.start_charges(0.0, np.array([1.0]), 1.0)
+    >>> rows, done = stepper.advance(10)
+    >>> rows.round(12).tolist()
+    [[0.0, 1.0], [1.0, 0.367879441171]]
+    """
+
+    def __init__(self, system: DescriptorSystem, outputs: Sequence[Functional]) -> None:
+        reason = refusal(system)
+        if reason is not None:
+            raise NotModewise(reason)
+        self.system = system
+        self._columns = 1 + len(outputs)
+        self._buffer = np.empty((0, self._columns))
+        self.pending = self._buffer
+        elements = elements_of(system)
+        try:
+            self._core = _core.Modewise(
+                core_matrix(system.E),
+                core_matrix(system.G),
+                core_matrix(system.A),
+                core_matrix(system.B),
+                core_matrix(system.D),
+                system.q,
+                core_matrix(system.S),
+                system.row_kind,
+                [(w.kind, list(w.values), w.repeat, w.scale) for w in system.waveforms],
+                [
+                    (s.pair, list(s.control), s.on_above, s.off_below, s.closed, s.inverted)
+                    for s in system.switches
+                ],
+                [(list(f.z), list(f.lam), list(f.dz), list(f.u)) for f in outputs],
+                list(elements.capacitors),
+                list(elements.conductors),
+            )
+        except ValueError as error:
+            raise NotModewise(str(error)) from error
+
+    def plan(
+        self, start: float, stop: float, step: float, out_start: float, out_step: float
+    ) -> int:
+        """Plan rows at ``out_start + k out_step`` and ``stop``.
+
+        Parameters
+        ----------
+        start : float
+            Always 0.
+        stop, out_start, out_step : float
+            [s]
+        step : float
+            Longest implicit step [s] where no mode can be proved.
+
+        Returns
+        -------
+        int
+            Number of rows to come.
+        """
+        return self._core.plan(stop, out_start, out_step, step)
+
+    def start_dc(self, time: float = 0.0, guess: tuple[Floats, Floats] | None = None) -> None:
+        """Start from the static solution (E dropped), least norm where not unique.
+
+        Raises
+        ------
+        UnsolvedStep
+            If the static equations have no solution.
+        """
+        static = MoreauStepper(self.system, ())
+        static.start_dc(time, guess)
+        self._start(self.system.E.dot(static.state[0]), static.gates)
+
+    def start_charges(self, time: float, charges: Floats, step: float) -> Jump | None:
+        """Start from stored charges and fluxes E z(0-), shape (n,).
+
+        Returns
+        -------
+        Jump or None
+            What the start had to move, None if the values were consistent.
+
+        Raises
+        ------
+        UnsolvedStep
+            If no state satisfies all laws.
+        """
+        self._start(charges, [s.closed != s.inverted for s in self.system.switches])
+        jumps = self.jumps
+        return jumps[0] if jumps else None
+
+    def _start(self, charges: Floats, gates: list[bool]) -> None:
+        failure = self._core.start(np.ascontiguousarray(charges, dtype=np.float64), gates)
+        if failure is not None:
+            raise self._diagnose(failure)
+
+    def advance(self, max_rows: int, budget: float = 0.1) -> tuple[Floats, bool]:
+        """Compute the next rows.
+
+        Parameters
+        ----------
+        max_rows : int
+            Upper bound of the rows returned.
+        budget : float
+            Time after which to come back with what is there [s].
+
+        Returns
+        -------
+        rows : ndarray, shape (k, 1 + outputs)
+            Time first.  A view of a buffer that the next call overwrites.
+        done : bool
+            True when the plan is finished.
+
+        Raises
+        ------
+        UnsolvedStep
+            If the laws have no solution; ``pending`` then holds the rows computed before it.
+        """
+        if self._buffer.shape[0] < max_rows:
+            self._buffer = np.empty((max_rows, self._columns))
+        rows = self._buffer[:max_rows]
+        self.pending = rows[:0]
+        count, state = self._core.advance(rows, budget)
+        if state == 2:
+            self.pending = rows[:count]
+            failure = self._core.failure()
+            assert failure is not None
+            raise self._diagnose(failure)
+        return rows[:count], state == 1
+
+    def _diagnose(self, failure: Mapping[str, Any]) -> UnsolvedStep:
+        """Ask for a proof of infeasibility."""
+        system = self.system
+        matrix = weighted_sum([(system.E, 1.0 / failure["length"]), (system.G, 1.0)])
+        certificate = infeasibility(
+            matrix, system.A, system.B, system.D, failure["rhs"], system.q, failure["roles"]
+        )
+        return UnsolvedStep(failure["time"], failure["residual"], certificate)
+
+    @property
+    def state(self) -> tuple[Floats, Floats]:
+        """Unknowns (n,) and multipliers (m,) at the end of the present segment."""
+        return self._core.state()
+
+    @property
+    def time(self) -> float:
+        """Start of the present segment [s]."""
+        return self._core.time()
+
+    @property
+    def trouble(self) -> str | None:
+        """Why some mode could not be reduced, None if all could."""
+        return self._core.trouble()
+
+    @property
+    def jumps(self) -> list[Jump]:
+        """Jumps so far, the first few thousand in full."""
+        return [Jump(**j) for j in self._core.jumps()]
+
+    @property
+    def events(self) -> list[tuple[float, int, bool]]:
+        """Changes of pairs so far: time [s], pair, True if it conducts from then on.
+
+        The first 65536 are kept, the others counted in ``statistics``.
+        """
+        return self._core.events()
+
+    @property
+    def statistics(self) -> dict[str, float]:
+        """Counters of the run and the worst residuals of all checks."""
+        return self._core.statistics()
