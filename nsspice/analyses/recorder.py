@@ -18,8 +18,8 @@ from .names import canonical
 class Recorder:
     """Maps signals to columns recorded by the islands, and back.
 
-    A voltage between two islands is a difference of two columns; a power is a product of a voltage
-    and a current.  Each quantity is recorded once.
+    A voltage between two islands is a difference of two columns; a power is a sum of products of a
+    voltage and a current.  Each quantity is recorded once.
 
     Parameters
     ----------
@@ -59,12 +59,9 @@ class Recorder:
 
         for column, name in enumerate(self.names):
             if name.startswith("p("):
-                element = name[2:-1]
-                current = linear(f"i({element})")  # also finds elements that do not exist
-                a, b = self.circuit.device(element).ends
-                voltage = linear(f"v({a},{b})")
-                self._sums += [voltage, current]
-                self._products.append((column, len(self._sums) - 2, len(self._sums) - 1))
+                for current, a, b in self.circuit.device(name[2:-1]).powers:
+                    self._sums += [linear(f"v({a},{b})"), linear(f"i({current})")]
+                    self._products.append((column, len(self._sums) - 2, len(self._sums) - 1))
                 self._order.append(-1)
             else:
                 self._sums.append(linear(name))
@@ -94,8 +91,10 @@ class Recorder:
             for k, factor in terms:
                 sums[:, j] += factor * block[:, k]
         out: Floats = sums[:, self._order]
+        for column, _, _ in self._products:
+            out[:, column] = 0.0
         for column, voltage, current in self._products:
-            out[:, column] = sums[:, voltage] * sums[:, current]
+            out[:, column] += sums[:, voltage] * sums[:, current]
         return out
 
 

@@ -13,7 +13,7 @@ from ..errors import Diagnostic
 from ..netlist.deck import Deck
 from .mna import MnaSystem, assemble
 from .problem_class import ProblemClass
-from .signals import parse_signal, unknown_signal
+from .signals import owner, parse_signal, unknown_signal
 
 if TYPE_CHECKING:
     from ..analyses import Solution
@@ -180,8 +180,9 @@ class Circuit:
                     return [(homes.pop(), f"v({a},{b})", 1.0)]
                 return [(self.node_island[n], f"v({n})", f) for n, f in places]
         elif parsed is not None and parsed.kind == "i":
-            home = self.element_island.get(parsed.names[0])
-            if home is not None and not isinstance(self.device(parsed.names[0]), Coupling):
+            found = owner(parsed.names[0], self._by_name)
+            if found is not None and not isinstance(found[0], Coupling):
+                home = self.element_island[found[0].name]
                 return [(home, f"i({parsed.names[0]})", 1.0)]
         known = [f"v({n})" for n in self.node_island] + [f"i({d})" for d in self.element_island]
         raise unknown_signal(signal, known)

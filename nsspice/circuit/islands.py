@@ -36,7 +36,8 @@ def split(devices: Sequence[Device]) -> list[list[Device]]:
                 links.append((k, item))
                 alone = False
         for other in device.control_elements:
-            links.append((k, number[other]))
+            # the base of q1 is q1.b
+            links.append((k, number[other if other in number else other.rpartition(".")[0]]))
             alone = False
         if alone:
             grounded.append(k)

@@ -18,7 +18,7 @@ from ..devices.stamper import Triplets
 from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem, Functional, SmoothTerms
 from ..problems.elements import Elements
-from .signals import parse_signal, unknown_signal
+from .signals import owner, parse_signal, unknown_signal
 
 
 class Store(NamedTuple):
@@ -116,7 +116,8 @@ class MnaSystem:
         Parameters
         ----------
         name : str
-            ``v(a)``, ``v(a,b)`` or ``i(element)``: the current into the first terminal.
+            ``v(a)``, ``v(a,b)`` or ``i(element)``: the current into the first terminal; of a
+            transistor into the collector, ``i(q1.b)`` and ``i(q1.e)`` into the others.
 
         Raises
         ------
@@ -129,8 +130,11 @@ class MnaSystem:
             if a in self.layout.nodes and b in self.layout.nodes:
                 return Functional(z=self.layout.voltage(a, b))
         elif signal is not None and signal.kind == "i":
-            device = self._by_name.get(signal.names[0])
-            if device is not None and not isinstance(device, Coupling):
+            found = owner(signal.names[0], self._by_name)
+            if found is not None and not isinstance(found[0], Coupling):
+                device, terminal = found
+                if terminal:
+                    return device.terminal_current(self.layout, terminal)
                 return device.current(self.layout)
         currents = [f"i({d})" for d in self._by_name]
         voltages = [f"v({node})" for node in self.layout.nodes if node != "0"]

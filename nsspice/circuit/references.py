@@ -14,8 +14,10 @@ from ..devices import (
     Device,
     Findings,
     Inductor,
+    Terminal,
     did_you_mean,
 )
+from .signals import owner
 from .union_find import UnionFind
 
 
@@ -54,6 +56,9 @@ def _control(
 ) -> Device | None:
     """Return the element whose current is read, or None after reporting why not."""
     control = by_name.get(name)
+    if control is None and device.expressions:
+        found = owner(name, by_name)
+        control = None if found is None else Terminal(*found)
     span = device.control_span(name)
     if control is None:
         if name not in lines:

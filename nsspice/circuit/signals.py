@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from ..devices import did_you_mean
+from ..devices import Device, did_you_mean
 from ..errors import Diagnostic, NetlistError, Span
 
 
@@ -36,6 +36,23 @@ def parse_signal(name: str) -> ParsedSignal | None:
     if kind == "v":
         names = tuple("0" if n in ("gnd", "gnd!") else n for n in names)
     return ParsedSignal(kind, names)
+
+
+def owner(name: str, devices: Mapping[str, Device]) -> tuple[Device, str] | None:
+    """Return the element of a current and its terminal: ``q1.b`` is the base of ``q1``.
+
+    Parameters
+    ----------
+    name : str
+        An element, or an element with a terminal; the terminal is ``""`` for the first one.
+    devices : mapping of str to Device
+    """
+    device = devices.get(name)
+    if device is not None:
+        return device, ""
+    element, _, terminal = name.rpartition(".")
+    device = devices.get(element)
+    return None if device is None or terminal not in device.terminals else (device, terminal)
 
 
 def unknown_signal(name: str, known: Sequence[str], span: Span | None = None) -> NetlistError:

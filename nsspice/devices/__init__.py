@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from .behavioural import Behavioural, BehaviouralResistor, Reading
+from .bipolar import Bipolar
 from .capacitor import Capacitor
 from .characteristic import Characteristic, Decomposition, PairLaw, diode_curve
 from .controlled import Cccs, Ccvs, CurrentControlled, Vccs, Vcvs
 from .coupling import Coupling
 from .device import Context, Device, Edge
 from .diode import Diode, DiodeLaw
+from .ebers_moll import EbersMoll
 from .effect import Effect
 from .findings import Findings, did_you_mean
 from .inductor import Inductor
@@ -19,7 +21,7 @@ from .parameter import Parameter, Table
 from .resistor import Resistor
 from .stamper import Conditions, Layout, Stamper
 from .switch import CurrentSwitch, SwitchLaw, VoltageSwitch
-from .unsupported import Transistor
+from .transistor import Terminal, Transistor
 from .vsource import VoltageSource
 
 #: the law of each element letter
@@ -45,6 +47,7 @@ __all__ = [
     "LAWS",
     "Behavioural",
     "BehaviouralResistor",
+    "Bipolar",
     "Capacitor",
     "Cccs",
     "Ccvs",
@@ -59,6 +62,7 @@ __all__ = [
     "Device",
     "Diode",
     "DiodeLaw",
+    "EbersMoll",
     "Edge",
     "Effect",
     "Findings",
@@ -73,6 +77,7 @@ __all__ = [
     "Stamper",
     "SwitchLaw",
     "Table",
+    "Terminal",
     "Transistor",
     "Vccs",
     "Vcvs",

@@ -79,6 +79,8 @@ class Device:
     late: bool = False
     #: elements whose currents the expressions read, set by the circuit once all names are known
     sources: dict[str, Device]
+    #: terminals whose currents have names of their own, the first one is that of the element
+    terminals: ClassVar[tuple[str, ...]] = ()
     #: shown among the default signals
     shows_current: bool = False
 
@@ -146,6 +148,15 @@ class Device:
     def current(self, layout: Layout) -> Functional:
         """Return the current into the first terminal as an output."""
         raise NotImplementedError
+
+    def terminal_current(self, layout: Layout, terminal: str) -> Functional:
+        """Return the current into one of ``terminals`` as an output."""
+        raise NotImplementedError
+
+    @property
+    def powers(self) -> tuple[tuple[str, str, str], ...]:
+        """Return a current and two nodes for each product that adds to the power."""
+        return ((self.name, *self.ends),)
 
     def initial_charges(
         self, layout: Layout, voltage: Callable[[str], float]

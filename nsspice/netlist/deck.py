@@ -55,12 +55,16 @@ class Source:
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """A ``.model`` card: name, type and parameters, all lower case."""
+    """A ``.model`` card: name, type and parameters, all lower case.
+
+    ``models`` holds the cards that parameters name: ``de`` and ``dc`` of a transistor.
+    """
 
     name: str
     type: str
     params: dict[str, Param]
     span: Span
+    models: dict[str, Model] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +99,8 @@ class Element:
         The element's line, from its name on.
     node_spans : tuple of Span
         One for each of ``nodes`` then ``controls``, for messages about nodes.
+    models : dict of str to Model
+        Cards that parameters of the line name: ``de`` and ``dc`` of a transistor.
     """
 
     name: str
@@ -109,6 +115,7 @@ class Element:
     params: dict[str, Param] = field(default_factory=dict)
     flags: dict[str, Span] = field(default_factory=dict)
     node_spans: tuple[Span, ...] = ()
+    models: dict[str, Model] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -129,6 +129,7 @@ class Expander:
             params,
             dict(item.flags),
             item.node_spans,
+            scope.named_models(item.params) if item.letter == "q" else {},
         )
         if item.model and element.model is None:
             raise self._no_model(scope, item)

@@ -7,6 +7,7 @@ which it is *defined*.  Parameters are evaluated when asked for, so their order 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from ..errors import Span
 from .binding import bind, names
@@ -15,7 +16,7 @@ from .deck import Model, Param
 from .evaluate import scalar
 from .expression import Expression
 from .expression_parser import voltage
-from .findings import Unreadable
+from .findings import Unreadable, suggest
 from .node import Node, var
 from .template import Formula, FunctionTemplate, ModelTemplate, ParamText, Value
 
@@ -260,6 +261,29 @@ class Scope:
                 params = {key: scope.param(key, text) for key, text in card.params.items()}
                 made = Model(name, card.type, params, card.span)
                 scope._made[name] = made
+                if card.type in ("npn", "pnp"):
+                    made.models.update(scope.named_models(card.params))
                 return made
             scope = scope.parent
         return None
+
+    def named_models(self, params: Mapping[str, ParamText]) -> dict[str, Model]:
+        """Return the model cards that parameters of a transistor name.
+
+        Raises
+        ------
+        Unreadable
+            If there is no such card.
+        """
+        found: dict[str, Model] = {}
+        for key in ("de", "dc"):
+            text = params.get(key)
+            if text is None:
+                continue
+            model = self.model(text.value) if isinstance(text.value, str) else None
+            if model is None:
+                shown = text.word or text.value if isinstance(text.value, str) else key
+                hint = suggest(str(text.value), self.known("models")) or "name a .model of type d"
+                raise Unreadable("NS1060", f"{key}: there is no model {shown}", text.span, hint)
+            found[key] = model
+        return found

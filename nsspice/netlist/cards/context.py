@@ -50,8 +50,14 @@ class Context:
                 self.nodes.update(element.controls)
 
     def is_element(self, name: str) -> bool:
-        """Return whether an element has this full name."""
-        return name in self._expander.places or self._expander.is_doubtful(name)
+        """Return whether an element, or a terminal of a transistor, has this full name."""
+        places = self._expander.places
+        if name in places or self._expander.is_doubtful(name):
+            return True
+        owner, _, terminal = name.rpartition(".")
+        return (
+            terminal in ("c", "b", "e") and owner.rpartition(".")[2][:1] == "q" and owner in places
+        )
 
     def is_node(self, name: str) -> bool:
         """Return whether a node has this full name."""

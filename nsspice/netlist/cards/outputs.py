@@ -56,6 +56,8 @@ def _signal(context: Context, line: Line, item: Item, where: Span) -> str:
             return f"i({context.element(branch.group(1), where)})"
         if device and device.group(2) in ("i", "id", "ic", "current"):
             return f"i({context.element(device.group(1), where)})"
+        if device and device.group(2) in ("ib", "ie"):
+            return f"i({context.element(f'{device.group(1)}.{device.group(2)[1]}', where)})"
         if device and device.group(2) in ("p", "power"):
             return f"p({context.element(device.group(1), where)})"
         if not device:
@@ -66,7 +68,7 @@ def _signal(context: Context, line: Line, item: Item, where: Span) -> str:
 
 
 def probe(context: Context, item: Item, where: Span) -> str:
-    """Return the canonical name of ``v(a) v(a,b) i(x) p(x)``."""
+    """Return the canonical name of ``v(a) v(a,b) i(x) p(x)``, and of ``ic(q1) ib(q1) ie(q1)``."""
     names = [part.text for part in item.items]
     if any(part.kind != "word" for part in item.items) or not 1 <= len(names) <= 2:
         hint = "write v(node), v(a,b), i(element) or p(element)"
@@ -76,6 +78,10 @@ def probe(context: Context, item: Item, where: Span) -> str:
         if len(full) == 2 and full[1] == "0":
             full.pop()
         return f"v({','.join(full)})"
+    if item.text in ("ic", "id") and len(names) == 1:
+        return f"i({context.element(names[0], where)})"
+    if item.text in ("ib", "ie") and len(names) == 1:
+        return f"i({context.element(f'{names[0]}.{item.text[1]}', where)})"
     if item.text in ("i", "p") and len(names) == 1:
         return f"{item.text}({context.element(names[0], where)})"
     hint = "write v(node), v(a,b), i(element) or p(element)"
