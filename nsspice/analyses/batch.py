@@ -63,6 +63,8 @@ class Request:
         Signals to show, and to record besides.
     keep : bool
         False if the rows may be left to the sinks alone.
+    all_points : bool
+        Rows at the solver's points and on both sides of jumps.
     """
 
     method: str | None = None
@@ -72,6 +74,7 @@ class Request:
     signals: Sequence[str] | None = None
     extra: Sequence[str] = field(default_factory=tuple)
     keep: bool = True
+    all_points: bool = False
 
 
 def kind_of(card: Analysis) -> str:
@@ -116,6 +119,7 @@ def run(
     step: float | None = None,
     signals: Sequence[str] | None = None,
     extra: Sequence[str] = (),
+    all_points: bool = False,
     progress: Progress | None = None,
 ) -> list[Solution]:
     """Run all analyses of a deck and evaluate its measures.
@@ -123,7 +127,7 @@ def run(
     Parameters
     ----------
     circuit : Circuit
-    method, theta, step, signals, extra
+    method, theta, step, signals, extra, all_points
         As for :func:`nsspice.tran`.
     progress : callable, optional
         Called with the finished share of all analyses, 0 to 1.
@@ -153,7 +157,7 @@ def run(
     >>> [float(s["v(b)"][0]) for s in circuit.run()]
     [0.5, 0.25]
     """
-    request = Request(method, theta, step, None, signals, tuple(extra))
+    request = Request(method, theta, step, None, signals, tuple(extra), all_points=all_points)
     jobs = jobs_of(circuit.deck)
     solutions: list[Solution] = []
     for k, job in enumerate(jobs):
@@ -252,6 +256,7 @@ def _executor(
         values=values,
         progress=progress,
         keep=keep,
+        all_points=request.all_points,
         **common,  # type: ignore[arg-type]
     )
 

@@ -1,4 +1,4 @@
-"""The certificate of a run: how well the computed rows satisfy the laws of the circuit."""
+"""The certificate of a run: how well the computed points satisfy the laws of the circuit."""
 
 from __future__ import annotations
 
@@ -6,25 +6,41 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-#: A run whose scale-relative residuals stay below this passes.
+from .audit import worse
+from .energy import Energy
+
+#: A run whose relative errors stay below this passes.
 TOLERANCE = 1e-8
+#: The sums of the energy balance over a whole run may drift by this.
+DRIFT = 1e-6
+#: Charges and fluxes moved in a jump balance to this: impulses are limits of short steps.
+JUMP = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """Worst residuals over all checked steps of all islands.
+    """Worst errors over all checked points of all islands.
 
     Parameters
     ----------
     laws : float
-        Kirchhoff's laws and the element equations, relative to the largest term of their kind.
+        Kirchhoff's laws and the element equations, relative to the currents (voltages) that meet.
     complementarity : float
         Signs and products of the set-valued elements, relative to their scale.
     checks : int
-        Number of steps at which both were evaluated.
+        Number of points at which both were evaluated.
     undetermined : int
         Number of steps in which the laws leave some voltage or current open (a floating part,
         diodes in parallel); the value nearest to the step before was taken.
+    energy : Energy or None
+        Balance of the recorded steps, None where nothing stores energy.
+    jumps : float
+        Worst relative error of the balance of charge and flux over a jump.
+    worst : str
+        The law that is satisfied worst: ``node a``, ``l1``.
+    several : tuple of str
+        Elements of islands whose complementarity problems may have several solutions; empty if
+        each step is proved to have one, up to what ``undetermined`` counts.
 
     Examples
     --------
@@ -36,22 +52,61 @@ class Certificate:
     complementarity: float
     checks: int
     undetermined: int = 0
+    energy: Energy | None = None
+    jumps: float = 0.0
+    worst: str = ""
+    several: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
-        """True if both residuals are below the tolerance (nan is not)."""
-        return self.laws <= TOLERANCE and self.complementarity <= TOLERANCE
+        """True if all errors are below their tolerance (nan is not)."""
+        balance = self.energy is None or (
+            self.energy.imbalance <= TOLERANCE and self.energy.drift <= DRIFT
+        )
+        laws = self.laws <= TOLERANCE and self.complementarity <= TOLERANCE
+        return laws and balance and self.jumps <= JUMP
+
+    @property
+    def uniqueness(self) -> str:
+        """``unique``, ``undetermined`` (a free voltage or current was chosen) or ``several``."""
+        if self.several:
+            return "several"
+        return "undetermined" if self.undetermined else "unique"
+
+    @classmethod
+    def total(cls, parts: Iterable[Certificate]) -> Certificate:
+        """Return the worst over islands."""
+        laws, complementarity, checks, undetermined, jumps = 0.0, 0.0, 0, 0, 0.0
+        worst = ""
+        energies: list[Energy] = []
+        several: list[str] = []
+        for part in parts:
+            if worse(part.laws, laws):
+                laws, worst = part.laws, part.worst
+            complementarity = _worst(complementarity, part.complementarity)
+            jumps = _worst(jumps, part.jumps)
+            checks += part.checks
+            undetermined += part.undetermined
+            several += part.several
+            if part.energy is not None:
+                energies.append(part.energy)
+        energy = Energy.total(energies) if energies else None
+        return cls(
+            laws, complementarity, checks, undetermined, energy, jumps, worst, tuple(several)
+        )
 
     @classmethod
     def of(cls, statistics: Iterable[Mapping[str, Any]]) -> Certificate:
-        """Return the worst over the solvers' statistics."""
-        laws, complementarity, checks, undetermined = 0.0, 0.0, 0, 0
-        for stats in statistics:
-            laws = _worst(laws, float(stats["residual_rows"]))
-            complementarity = _worst(complementarity, float(stats["residual_complementarity"]))
-            checks += int(stats["checks"])
-            undetermined += int(stats.get("undetermined", 0))
-        return cls(laws, complementarity, checks, undetermined)
+        """Return the worst of the residuals that the solvers themselves report."""
+        return cls.total(
+            cls(
+                float(stats["residual_rows"]),
+                float(stats["residual_complementarity"]),
+                int(stats["checks"]),
+                int(stats.get("undetermined", 0)),
+            )
+            for stats in statistics
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return a JSON-ready mapping."""
@@ -59,10 +114,15 @@ class Certificate:
             "laws": self.laws,
             "complementarity": self.complementarity,
             "checks": self.checks,
+            "worst": self.worst,
+            "jumps": self.jumps,
+            "uniqueness": self.uniqueness,
             "undetermined": self.undetermined,
+            "several": list(self.several),
+            "energy": self.energy.to_dict() if self.energy else None,
             "passed": self.passed,
         }
 
 
 def _worst(a: float, b: float) -> float:
-    return b if b != b or b > a else a  # nan wins
+    return b if worse(b, a) else a

@@ -56,6 +56,8 @@ class Curve:
         if low > high:
             return Curve(self.x[:0], self.y[:0])
         first = int(np.searchsorted(self.x, low, "left"))
+        if start is not None:  # of a jump at the start only the side that lies in the window
+            first = max(first, int(np.searchsorted(self.x, low, "right")) - 1)
         last = int(np.searchsorted(self.x, high, "right"))
         x, y = self.x[first:last], self.y[first:last]
         if x.size == 0 or x[0] > low:

@@ -1,30 +1,32 @@
-"""Jumps of stored charge and flux, told as impulses of elements."""
+"""Jumps of stored charge and flux: what moved, through which elements, at what cost in energy."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from ..circuit import MnaSystem
 from ..solvers.moreau import Jump
 from .curve import Floats
-from .solution import Impulse
+from .solution import Impulse, JumpReport, Moved
 
 #: Jumps and impulses below this share of the largest of their kind are rounding.
 _SHARE = 1e-6
 #: An impulse is more than what ordinary currents and voltages carry in this part of a step.
 _INSTANT = 1e-6
+#: Elements across which a flux impulse is told: those that can hold any voltage.
+_HOLD = frozenset("disw")
 
 
-def impulses_of(
+def jumps_of(
     mna: MnaSystem,
     jumps: Sequence[Jump],
     step: float,
     state: tuple[Floats, Floats],
-    charges: Floats | None = None,
-) -> list[Impulse]:
-    """Return what passed through set-valued elements and current branches, and across nodes.
+    start: tuple[Floats, float] | None = None,
+) -> list[JumpReport]:
+    """Return what moved in each jump, and the impulses of elements that moved it.
 
     Parameters
     ----------
@@ -34,42 +36,109 @@ def impulses_of(
         Solver step [s].
     state : (ndarray, ndarray)
         Unknowns and multipliers at the end: what ordinary values look like.
-    charges : ndarray, shape (n,), optional
-        Charges and fluxes from which the run started; a first jump begins there.
+    start : (ndarray, float), optional
+        Charges and fluxes (n,) from which the run started, and their energy [J]; a first jump
+        begins there.
     """
     system = mna.system
-    states = {f"i({store.name})" for store in mna.inductors}
     is_current = np.array([name.startswith("i(") for name in mna.unknowns], dtype=bool)
     ordinary = np.max(np.abs([state[0], *(jump.before for jump in jumps)]), axis=0, initial=0.0)
     currents = float(np.max(np.append(ordinary[is_current], np.abs(state[1])), initial=0.0))
     voltages = float(np.max(ordinary[~is_current], initial=0.0))
-    found: list[Impulse] = []
+    found = []
     for number, jump in enumerate(jumps):
+        charges, energy = start_of(mna, jump, start if number == 0 else None)
         after = system.E.dot(jump.after)
-        from_start = number == 0 and charges is not None and not np.any(jump.before)
-        before = charges if from_start and charges is not None else system.E.dot(jump.before)
-        moved, size = np.abs(after - before), np.maximum(np.abs(after), np.abs(before))
-        for unit, kind, usual in (("A s", 0, currents), ("V s", 1, voltages)):
+        moved, size = np.abs(after - charges), np.maximum(np.abs(after), np.abs(charges))
+        impulses: list[Impulse] = []
+        for kind, usual in ((0, currents), (1, voltages)):
             rows = system.row_kind == kind
             amount = float(np.max(moved[rows], initial=0.0))
             least = _SHARE * float(np.max(size[rows], initial=0.0))
             if amount <= max(least, _INSTANT * step * usual):
                 continue
-            if kind == 0:
-                items = [*zip(mna.pairs, jump.multipliers.tolist(), strict=True)]
-                items += [
-                    (mna.unknowns[j][2:-1], float(jump.unknowns[j]))
-                    for j in np.flatnonzero(is_current)
-                    # the current of an inductor jumps, it has no impulse
-                    if mna.unknowns[j] not in states
-                ]
-            else:
-                items = [
-                    (mna.unknowns[j], float(jump.unknowns[j])) for j in np.flatnonzero(~is_current)
-                ]
-            found += [
-                Impulse(jump.time, name, value, unit)
+            items = _charges(mna, jump) if kind == 0 else _fluxes(mna, jump, after - charges)
+            impulses += [
+                Impulse(jump.time, name, value, "A s" if kind == 0 else "V s")
                 for name, value in items
                 if abs(value) > _SHARE * amount
             ]
+        if impulses:
+            reached, given = 0.5 * float(jump.after @ after), delivered(mna, jump)
+            stores = _stores(mna, jump)
+            found.append(JumpReport(jump.time, energy, reached, given, stores, impulses))
     return found
+
+
+def start_of(
+    mna: MnaSystem, jump: Jump, start: tuple[Floats, float] | None
+) -> tuple[Floats, float]:
+    """Return charges and fluxes (n,) before a jump, and their energy [J]."""
+    if start is not None and not np.any(jump.before):
+        return start
+    charges = mna.system.E.dot(jump.before)
+    return charges, 0.5 * float(jump.before @ charges)
+
+
+def delivered(mna: MnaSystem, jump: Jump) -> float:
+    """Return the energy that the sources give during a jump [J]."""
+    return float(jump.unknowns @ mna.system.S.dot(jump.sources))
+
+
+def initial_energy(mna: MnaSystem, ic: Mapping[str, float]) -> float:
+    """Return the energy [J] of the initial values of the deck.
+
+    It may exceed that of the charges at the nodes: capacitors in parallel with unequal voltages
+    lose the difference when they are joined.
+    """
+    system = mna.system
+    energy = 0.0
+    for store in mna.capacitors:
+        voltage = store.ic
+        if voltage is None:
+            voltage = sum(c * ic.get(mna.unknowns[j][2:-1], 0.0) for j, c in store.functional.z)
+        energy += 0.5 * store.value * voltage * voltage
+    currents = np.zeros(system.n)
+    for store in mna.inductors:
+        value = store.ic if store.ic is not None else ic.get(f"i({store.name})", 0.0)
+        currents[mna.layout.branches[store.name]] = value
+    return energy + 0.5 * float(currents @ system.E.dot(currents))
+
+
+def _charges(mna: MnaSystem, jump: Jump) -> Iterator[tuple[str, float]]:
+    """Yield the charges that passed through set-valued elements and current branches [A s]."""
+    yield from zip(mna.pairs, jump.multipliers.tolist(), strict=True)
+    states = {f"i({store.name})" for store in mna.inductors}
+    for name, value in zip(mna.unknowns, jump.unknowns.tolist(), strict=True):
+        # the current of an inductor jumps, it has no impulse
+        if name.startswith("i(") and name not in states:
+            yield name[2:-1], value
+
+
+def _fluxes(mna: MnaSystem, jump: Jump, change: Floats) -> Iterator[tuple[str, float]]:
+    """Yield the flux across inductors, and across what cut their current [V s]."""
+    for store in mna.inductors:
+        yield store.name, float(change[mna.layout.branches[store.name]])
+    for device in mna.devices:
+        if device.letter in _HOLD:
+            terms = mna.layout.voltage(*device.ends)
+            yield device.name, sum(c * float(jump.unknowns[j]) for j, c in terms)
+
+
+def _stores(mna: MnaSystem, jump: Jump) -> list[Moved]:
+    """Return charge (flux) of each capacitor (inductor) that the jump changed."""
+    before = np.linalg.norm(jump.before) > 0.0
+    out = []
+    for store, unit in [
+        *((s, "A s") for s in mna.capacitors),
+        *((s, "V s") for s in mna.inductors),
+    ]:
+        old, new = (
+            store.value * sum(c * float(z[j]) for j, c in store.functional.z)
+            for z in (jump.before, jump.after)
+        )
+        if not before:  # the run begins with this jump: the initial value of the deck
+            old = store.value * (store.ic or 0.0)
+        if abs(new - old) > _SHARE * max(abs(new), abs(old)):
+            out.append(Moved(store.name, old, new, unit))
+    return out

@@ -16,6 +16,7 @@ from ..solvers.modewise import ModewiseStepper
 from ..solvers.moreau import MoreauStepper
 from .cards import Tran
 from .curve import Floats
+from .impulses import initial_energy
 
 
 def start(
@@ -24,7 +25,7 @@ def start(
     stepper: MoreauStepper | ModewiseStepper,
     analysis: Tran,
     step: float | None,
-) -> Floats | None:
+) -> tuple[Floats, float] | None:
     """Put a stepper into its first state.
 
     With ``uic`` the charges and fluxes of ``IC=`` and ``.ic`` are taken and an impulsive step
@@ -33,8 +34,9 @@ def start(
 
     Returns
     -------
-    ndarray or None
-        Charges and fluxes from which the run starts, None for a plain DC solution.
+    (ndarray, float) or None
+        Charges and fluxes (n,) from which the run starts, and their energy [J]; None for a plain
+        DC solution.
 
     Raises
     ------
@@ -44,13 +46,16 @@ def start(
     held = _voltages(circuit.deck.initial, mna)
     if step is not None and analysis.uic:
         charges = mna.initial_charges(held)
+        energy = initial_energy(mna, held)
     elif step is not None and held:
-        charges = mna.system.E.dot(_held_point(mna, held))
+        point = _held_point(mna, held)
+        charges = mna.system.E.dot(point)
+        energy = 0.5 * float(point @ charges)
     else:
         stepper.start_dc(0.0, guess_of(circuit, mna))
         return None
     stepper.start_charges(0.0, charges, step)
-    return charges
+    return charges, energy
 
 
 def guess_of(circuit: Circuit, mna: MnaSystem) -> tuple[Floats, Floats] | None:

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 from ..circuit import Circuit, Island, MnaSystem
 from ..errors import Diagnostic, UsageError
-from ..problems.descriptor import Functional
+from ..problems.descriptor import Functional, Waveform
 from ..solvers.modewise import ModewiseStepper, NotModewise
 from ..solvers.moreau import MoreauStepper, UnsolvedStep
 from .cards import Tran
+from .certificate import Certificate
 from .curve import Floats
+from .examiner import Examiner, sampling
 from .failure import named_failure
-from .impulses import impulses_of
+from .impulses import jumps_of
 from .initial import start
 from .settings import Settings
-from .solution import Event, Impulse, IslandRun
+from .solution import Event, IslandRun, JumpReport
 
 BUDGET = 0.05  # [s] longest stretch inside the core: Ctrl-C waits no longer
+_WAIT = 1 << 17  # numbers recorded before they are checked: many at once cost less
 _POINTS = 1 << 16  # points of a static island planned at once
 
 
@@ -34,6 +38,9 @@ class IslandRunner:
         settings: Settings,
         temperature: float | None,
         values: Mapping[str, float] | None,
+        *,
+        sides: bool = False,
+        all_points: bool = False,
     ) -> None:
         self.circuit, self.number, self.island = circuit, number, island
         self.analysis, self.settings = analysis, settings
@@ -43,18 +50,22 @@ class IslandRunner:
         system = self.mna.system
         self.step: float | None = None if system.static else analysis.solver_step(settings.step)
         self.width = len(names)
-        self.charges: Floats | None = None
+        self.charges: tuple[Floats, float] | None = None
         self._planned = 0
+        #: rows on both sides of jumps, if they are wanted
+        self.sides: list[Floats] | None = [] if sides else None
+        self.all_points = all_points
         self.method, self.note = "point by point", ""
         functionals = [self.mna.functional(name) for name in names]
         self.stepper: MoreauStepper | ModewiseStepper = self._stepper(functionals)
+        self._watch()
 
     def _stepper(self, functionals: Sequence[Functional]) -> MoreauStepper | ModewiseStepper:
         """Return the solver that the settings and the system call for."""
         system, settings = self.mna.system, self.settings
         if self.step is None:
             return MoreauStepper(system, functionals)
-        if settings.method == "modewise":
+        if settings.method == "modewise" and not self.all_points:
             try:
                 stepper = ModewiseStepper(system, functionals)
             except NotModewise as reason:
@@ -62,6 +73,8 @@ class IslandRunner:
             self.method = "modewise"
             return stepper
         self.method = "moreau"
+        if settings.method == "modewise":
+            self.note = "rows at the solver's own points need steps, which modewise has none of"
         if settings.theta == 1.0:
             return MoreauStepper(system, functionals)
         from ..circuit.theta import theta_terms
@@ -69,18 +82,40 @@ class IslandRunner:
         H, Hs = theta_terms(self.mna, settings.theta)
         return MoreauStepper(system, functionals, H=H, Hs=Hs)
 
+    def _watch(self) -> None:
+        """Choose which steps are recorded for the certificate."""
+        system, stepper = self.mna.system, self.stepper
+        if not isinstance(stepper, MoreauStepper):
+            return
+        distance = self.step or self.analysis.row_distance
+        size = 2 * system.n + system.m + 2 * len(system.waveforms)
+        every, window = sampling(self.analysis.stop / distance, size)
+        self.examiner = Examiner(self.mna, stepper.H, stepper.Hs)
+        stepper.watch(every, window, self.sides is not None)
+
     def start(self) -> None:
         """Find the first state and plan the instants."""
         analysis = self.analysis
         # the plan comes first: it tells the stepper whether switches act on a static circuit
-        if self.step is None:
+        rows = analysis.row_distance
+        if self._by_points:
             self._plan_more()
         else:
-            self.stepper.plan(0.0, analysis.stop, self.step, analysis.start, analysis.row_distance)
+            step = self.step or analysis.solver_step(self.settings.step)
+            self.stepper.plan(0.0, analysis.stop, step, analysis.start, rows)
+        if self.all_points and isinstance(self.stepper, MoreauStepper):
+            self.stepper.show_all_points(analysis.start)
         try:
             self.charges = start(self.circuit, self.mna, self.stepper, analysis, self.step)
         except UnsolvedStep as problem:
             raise named_failure(self.circuit, self.mna, problem, starting=True) from problem
+
+    @property
+    def _by_points(self) -> bool:
+        """True for a static island that is solved at the rows alone."""
+        if self.step is not None or self.all_points:
+            return False
+        return self.sides is None or not any(map(jumps, self.mna.system.waveforms))
 
     def _plan_more(self) -> None:
         """Plan the next points of a static island: all at once could be more than memory holds."""
@@ -88,14 +123,36 @@ class IslandRunner:
         assert isinstance(self.stepper, MoreauStepper)
         self.stepper.plan_points(self.analysis.rows(first, self._planned))
 
-    def impulses(self) -> list[Impulse]:
-        """Return the jumps so far as impulses of elements."""
+    def jumps(self) -> list[JumpReport]:
+        """Return the jumps so far, with the impulses of elements."""
         if self.step is None:
             return []
         state = self.stepper.state
         # an exact jump takes no time; a stepper's is spread over a part of a step
         step = 0.0 if self.method == "modewise" else self.step
-        return impulses_of(self.mna, self.stepper.jumps, step, state, self.charges)
+        return jumps_of(self.mna, self.stepper.jumps, step, state, self.charges)
+
+    def certificate(self) -> Certificate:
+        """Return the verdict on the run so far."""
+        if not isinstance(self.stepper, MoreauStepper):
+            return Certificate.of([self.stepper.statistics])
+        self._hand_over()
+        stats, jumps = self.stepper.statistics, self.stepper.jumps
+        return self.examiner.certificate(
+            int(stats["steps"]),
+            int(stats["undetermined"]),
+            jumps,
+            self.charges,
+            len(jumps) == stats["jumps"],
+        )
+
+    def _hand_over(self) -> None:
+        """Take what the solver has left for the checks and the measures."""
+        if not isinstance(self.stepper, MoreauStepper):
+            return
+        self.examiner.take(self.stepper.take_records())
+        if self.sides is not None and (rows := self.stepper.take_sides()).size:
+            self.sides.append(rows)
 
     def events(self) -> list[Event]:
         """Return the changes of set-valued elements so far."""
@@ -109,14 +166,20 @@ class IslandRunner:
         """Return the next rows, fewer than asked for if that takes too long."""
         try:
             block, done = self.stepper.advance(rows, BUDGET)
-            if (
-                done
-                and isinstance(self.stepper, MoreauStepper)
-                and self.step is None
-                and self._planned < self.analysis.row_count
-            ):
+            if isinstance(self.stepper, MoreauStepper) and self.stepper.waiting > _WAIT:
+                self._hand_over()
+            if done and self._by_points and self._planned < self.analysis.row_count:
                 self._plan_more()
             return block
+        except UnsolvedStep as problem:
+            raise Stopped(self.stepper.pending, problem) from problem
+
+    def advance_points(self, rows: int) -> tuple[Floats, bool]:
+        """Return the next rows at all points, and whether they are the last."""
+        try:
+            block, done = self.stepper.advance(rows, BUDGET)
+            self._hand_over()
+            return block, done
         except UnsolvedStep as problem:
             raise Stopped(self.stepper.pending, problem) from problem
 
@@ -146,6 +209,21 @@ def _refused(number: int, reason: NotModewise) -> UsageError:
             hint="method=auto chooses a method that can",
         )
     )
+
+
+def jumps(waveform: Waveform) -> bool:
+    """Return whether a source may jump.
+
+    Examples
+    --------
+    >>> jumps(Waveform("pwl", (0.0, 0.0, 1.0, 0.0, 1.0, 5.0)))
+    True
+    """
+    values = waveform.values
+    if waveform.kind == "pulse":
+        return values[3] == 0.0 or values[4] == 0.0
+    times = values[::2]
+    return waveform.kind == "pwl" and any(a == b for a, b in pairwise(times))
 
 
 class Stopped(Exception):

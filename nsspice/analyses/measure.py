@@ -26,11 +26,12 @@ def evaluate_measures(solution: Solution, cards: Sequence[Measure], file: str = 
 
     A measure that finds nothing becomes nan, with a warning that says why.
     """
+    rows = solution.with_jumps()
     for card in cards:
         if card.analysis != solution.analysis:
             continue
         try:
-            value = measure(solution, card, solution.measures)
+            value = measure(rows, card, solution.measures)
             if not np.isfinite(value):
                 raise NotFound("the result is not a finite number")
         except NotFound as why:

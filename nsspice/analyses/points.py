@@ -13,7 +13,9 @@ from ..errors import NumericalError
 from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem, Waveform
 from ..solvers.moreau import MoreauStepper, UnsolvedStep
+from .certificate import Certificate
 from .curve import Floats
+from .examiner import Examiner, sampling
 from .failure import named_failure
 from .initial import guess_of
 from .solution import IslandRun
@@ -29,6 +31,7 @@ class Totals:
     """What the solvers of one island counted, over all points."""
 
     statistics: list[dict[str, float]]
+    certificates: list[Certificate]
     unknowns: int = 0
     pairs: int = 0
 
@@ -52,7 +55,7 @@ class PointsOfIsland:
             n: v for n, v in swept.items() if n == "temp" or mine.get(n, "") in tuple("rlc")
         }
         self.temperature, self.values = temperature, dict(values)
-        self.totals = Totals([])
+        self.totals = Totals([], [])
 
     def blocks(self, count: int) -> Iterator[Floats]:
         """Yield the recorded columns of all points, some rows at a time.
@@ -73,6 +76,9 @@ class PointsOfIsland:
             stepper = MoreauStepper(system, [mna.functional(name) for name in self.names])
             stepper.freeze_time(0.0)
             self.totals.unknowns, self.totals.pairs = system.n, system.m
+            examiner = Examiner(mna, system=system, frozen=0.0)
+            size = 2 * system.n + system.m + 2 * len(system.waveforms)
+            stepper.watch(*sampling(last - first, size))
             if mna.unknowns != unknowns:  # a resistor of 0 Ohm has a current for an unknown
                 near, unknowns = guess_of(self.circuit, mna), mna.unknowns
             try:
@@ -83,6 +89,11 @@ class PointsOfIsland:
                 raise self._failure(mna, problem, first) from problem
             finally:
                 self.totals.statistics.append(dict(stepper.statistics))
+                examiner.take(stepper.take_records())
+                stats = stepper.statistics
+                self.totals.certificates.append(
+                    examiner.certificate(int(stats["steps"]), int(stats["undetermined"]))
+                )
             near = stepper.state
 
     def _system(self, first: int, last: int) -> tuple[MnaSystem, DescriptorSystem]:

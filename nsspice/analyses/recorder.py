@@ -82,6 +82,15 @@ class Recorder:
         """Number of recorded columns of all islands."""
         return sum(map(len, self.local))
 
+    def homes(self) -> npt.NDArray[np.int64]:
+        """Return the island of each signal, -1 for those of several or of none."""
+        found = []
+        for name in self.names:
+            of = "i" + name[1:] if name.startswith("p(") else name
+            islands = {home for home, _, _ in self.circuit.parts(of)}
+            found.append(islands.pop() if len(islands) == 1 else -1)
+        return np.array(found, dtype=np.int64)
+
     def signals(self, block: Floats) -> Floats:
         """Return the signals, shape (k, len(names)), of recorded columns (k, recorded)."""
         if self.direct:

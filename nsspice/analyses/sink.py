@@ -62,3 +62,28 @@ class Store:
     def table(self) -> Floats:
         """The rows written so far, shape (filled, columns)."""
         return self._data[: self.filled]
+
+
+class GrowingStore(Store):
+    """A table of unknown size, in memory.
+
+    Examples
+    --------
+    >>> store = GrowingStore(2)
+    >>> for k in range(3):
+    ...     store.write(np.full((1, 2), float(k)))
+    >>> store.table[:, 0].tolist()
+    [0.0, 1.0, 2.0]
+    """
+
+    def __init__(self, columns: int) -> None:
+        super().__init__(64, columns)
+
+    def write(self, block: Floats) -> None:
+        """Append complete rows."""
+        end = self.filled + block.shape[0]
+        if end > self._data.shape[0]:
+            grown = np.empty((max(end, 2 * self._data.shape[0]), self._data.shape[1]))
+            grown[: self.filled] = self.table
+            self._data = grown
+        super().write(block)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -59,6 +59,71 @@ class Impulse:
     unit: str
 
 
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """Charge of a capacitor or flux of an inductor on both sides of a jump.
+
+    Parameters
+    ----------
+    element : str
+    before, after : float
+        Charge [A s] or flux [V s].
+    unit : str
+        ``"A s"`` or ``"V s"``.
+    """
+
+    element: str
+    before: float
+    after: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class JumpReport:
+    """A jump of stored charge or flux, with its balance of energy.
+
+    Parameters
+    ----------
+    time : float
+        [s]
+    before, after : float
+        Stored energy of the island [J].
+    delivered : float
+        Energy that sources gave during the jump [J].
+    stores : list of Moved
+        The capacitors and inductors whose content jumped.
+    impulses : list of Impulse
+        Through or across which elements.
+    """
+
+    time: float
+    before: float
+    after: float
+    delivered: float
+    stores: list[Moved]
+    impulses: list[Impulse]
+
+    @property
+    def lost(self) -> float:
+        """Energy that was stored or delivered and is nowhere afterwards [J]."""
+        return self.before + self.delivered - self.after
+
+
+@dataclass(slots=True)
+class FinePoints:
+    """The rows of a solution with both sides of each jump put in, for measures.
+
+    Parameters
+    ----------
+    axis : ndarray, shape (k,)
+        An instant of a jump stands twice.
+    signals : dict of str to ndarray, shape (k,)
+    """
+
+    axis: Floats
+    signals: dict[str, Floats]
+
+
 @dataclass(slots=True)
 class IslandRun:
     """How one independent part of the circuit was solved.
@@ -112,7 +177,8 @@ class Solution:
         The signals that files and plots show; ``signals`` may hold more, for measures.
     parameters : dict of str to float
         Values of the ``.step`` parameters of this run.
-    events, impulses : list
+    events, impulses, jumps : list
+        Changes of set-valued elements, impulses, jumps of charge or flux with their energies.
     islands : list of IslandRun
     certificate : Certificate or None
     measures : dict of str to float
@@ -126,6 +192,8 @@ class Solution:
         Rows computed; larger than ``axis.size`` only if rows were streamed and not kept.
     files : list of str
         Files that the command line wrote.
+    fine : FinePoints or None
+        Rows with both sides of jumps, if there were jumps between or at the rows.
 
     Examples
     --------
@@ -144,6 +212,7 @@ class Solution:
     parameters: dict[str, float] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
     impulses: list[Impulse] = field(default_factory=list)
+    jumps: list[JumpReport] = field(default_factory=list)
     islands: list[IslandRun] = field(default_factory=list)
     certificate: Certificate | None = None
     measures: dict[str, float] = field(default_factory=dict)
@@ -152,6 +221,7 @@ class Solution:
     wall_time: float = 0.0
     row_count: int = -1
     files: list[str] = field(default_factory=list)
+    fine: FinePoints | None = None
 
     def __post_init__(self) -> None:
         if not self.columns:
@@ -197,6 +267,12 @@ class Solution:
 
     def _voltage(self, node: str) -> Floats:
         return np.zeros(self.axis.size) if node == "0" else self.signals[f"v({node})"]
+
+    def with_jumps(self) -> Solution:
+        """Return the solution whose rows hold both sides of each jump, itself if it has none."""
+        if self.fine is None:
+            return self
+        return replace(self, axis=self.fine.axis, signals=self.fine.signals, fine=None)
 
     def values(self) -> Mapping[str, Floats]:
         """Return axis and signals by name, as expressions see them."""

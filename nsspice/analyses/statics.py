@@ -215,7 +215,7 @@ def _solve(
         },
         outer + columns,
         islands=[report_of(k, circuit.islands[k], part) for k, part in enumerate(totals)],
-        certificate=Certificate.of(s for part in totals for s in part.statistics),
+        certificate=Certificate.total(c for part in totals for c in part.certificates),
         interrupted=interrupted,
         wall_time=clock.perf_counter() - begin,
     )

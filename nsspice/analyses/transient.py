@@ -15,7 +15,7 @@ from .island_runner import IslandRunner
 from .recorder import Recorder, select
 from .rows import Outlet, Progress, advance_all
 from .settings import Settings
-from .sink import Sink, Store
+from .sink import GrowingStore, Sink, Store
 from .solution import Solution
 
 
@@ -36,6 +36,7 @@ def tran(
     progress: Progress | None = None,
     sink: Sink | None = None,
     keep: bool = True,
+    all_points: bool = False,
 ) -> Solution:
     """Simulate a circuit in time.
 
@@ -71,6 +72,9 @@ def tran(
         Takes the rows while they are computed.
     keep : bool
         False leaves the rows to the sink alone; the solution then holds the first and last row.
+    all_points : bool
+        Rows at the solver's own points instead of the grid, and on both sides of each jump: the
+        time of a jump stands twice, before and after.
 
     Returns
     -------
@@ -110,6 +114,7 @@ def tran(
         progress=progress,
         sink=sink,
         keep=keep,
+        all_points=all_points,
     )
 
 
@@ -141,6 +146,7 @@ def run_tran(
     progress: Progress | None = None,
     sink: Sink | None = None,
     keep: bool = True,
+    all_points: bool = False,
 ) -> Solution:
     """Run one transient analysis; see :func:`tran`."""
     begin = clock.perf_counter()
@@ -148,11 +154,23 @@ def run_tran(
     names = columns + [n for n in select(circuit, extra) if n not in columns] if extra else columns
     recorder = Recorder(circuit, names)
     runners = [
-        IslandRunner(circuit, k, island, recorder.local[k], analysis, settings, temperature, values)
+        IslandRunner(
+            circuit,
+            k,
+            island,
+            recorder.local[k],
+            analysis,
+            settings,
+            temperature,
+            values,
+            sides=keep and not all_points,
+            all_points=all_points,
+        )
         for k, island in enumerate(circuit.islands)
     ]
     rows = analysis.row_count
-    store = Store(rows if keep else 2, 1 + len(names))
+    width = 1 + len(names)
+    store = GrowingStore(width) if keep and all_points else Store(rows if keep else 2, width)
     if sink is not None:
         sink.open(["time", *columns])
     outlet = Outlet(recorder, store, sink, keep)
@@ -163,13 +181,19 @@ def run_tran(
             for runner in runners:
                 runner.start()
                 interrupts.check()
-            interrupted = advance_all(runners, outlet, rows, analysis, progress, interrupts)
+            if all_points:
+                from .all_points import advance_points
+
+                interrupted = advance_points(runners, outlet, analysis, progress, interrupts)
+            else:
+                interrupted = advance_all(runners, outlet, rows, analysis, progress, interrupts)
         except KeyboardInterrupt:
             interrupted = True
         except NumericalError as error:
             failure = error
         if sink is not None and (failure is None or outlet.rows):
             sink.close()
+    jumps = sorted((j for runner in runners for j in runner.jumps()), key=lambda j: j.time)
     solution = Solution(
         "tran",
         circuit.deck.title,
@@ -178,13 +202,18 @@ def run_tran(
         {name: outlet.table[:, 1 + k] for k, name in enumerate(names)},
         columns,
         events=sorted((e for runner in runners for e in runner.events()), key=lambda e: e.time),
-        impulses=sorted((p for runner in runners for p in runner.impulses()), key=lambda p: p.time),
+        impulses=[impulse for jump in jumps for impulse in jump.impulses],
+        jumps=jumps,
         islands=[runner.report() for runner in runners],
-        certificate=Certificate.of(r.stepper.statistics for r in runners),
+        certificate=Certificate.total(runner.certificate() for runner in runners),
         interrupted=interrupted,
         wall_time=clock.perf_counter() - begin,
         row_count=outlet.rows,
     )
+    if any(runner.sides for runner in runners):
+        from .all_points import with_sides
+
+        solution.fine = with_sides(runners, recorder, outlet.table)
     if failure is not None:
         failure.partial = solution
         raise failure

@@ -40,6 +40,11 @@ from .report import print_json, report_warnings, say
     help='What to write, such as "v(out) i(r1)"; may be repeated.',
 )
 @click.option("--tstop", type=NUMBER, metavar="T", help="End of transients [s].")
+@click.option(
+    "--all-points",
+    is_flag=True,
+    help="Rows at the solver's own points, and on both sides of each jump.",
+)
 @solver_options
 @json_option
 @click.option("-q", "--quiet", is_flag=True, help="No summary and no progress bar.")
@@ -49,6 +54,7 @@ def command(
     plot: str | None,
     signals: Sequence[str],
     tstop: float | None,
+    all_points: bool,
     method: str | None,
     theta: float | None,
     step: float | None,
@@ -64,7 +70,15 @@ def command(
     netlist, plot = _sort_out(netlist, plot)
     from ..analyses.batch import Request
 
-    request = Request(method, theta, step, tstop, read_signals(signals), keep=plot is not None)
+    request = Request(
+        method,
+        theta,
+        step,
+        tstop,
+        read_signals(signals),
+        keep=plot is not None,
+        all_points=all_points,
+    )
     run = _Run(netlist, read_params(params), request, output, plot, as_json, quiet)
     code = run.execute()
     if code:
@@ -257,12 +271,15 @@ class _Run:
         if not bad:
             return 0
         c = bad[0].certificate
+        where = f", worst at {c.worst}" if c.worst else ""
+        text = f"relative errors {c.laws:.1e} (laws{where}), {c.complementarity:.1e} (set-valued)"
+        if c.energy is not None:
+            text += f", {max(c.energy.imbalance, c.energy.drift):.1e} (energy)"
         raise NumericalError(
             Diagnostic(
                 "NS3003",
-                f"the computed rows miss the laws of the circuit: relative residuals "
-                f"{c.laws:.1e} (laws) and {c.complementarity:.1e} (set-valued elements)",
-                hint="the files are kept for inspection; please report this deck",
+                f"the computed points miss the laws of the circuit: {text}",
+                hint="try a shorter step; the files are kept, please report this deck",
             )
         )
 

@@ -140,10 +140,10 @@ class ValueCheck(Check):
 
     def apply(self, solution: Solution, netlist: Path) -> Outcome:
         """Compare the value."""
-        curve = curve_of(solution, self.signal)
         if self.at is not None:
-            found = curve.at(self.at)
+            found = curve_of(solution, self.signal).at(self.at)
         else:
+            curve = curve_of(solution.with_jumps(), self.signal)
             found = statistic(curve.window(self.start, self.stop), self.statistic or "final")
         return self.near(found, self.value)
 

@@ -116,7 +116,11 @@ def _outcomes(expectation: Expectation) -> list[Outcome]:
     if expectation.refused is not None:
         text = f"refused with {expectation.refused.code}"
         return [Outcome(text, False, "the deck was simulated instead")]
-    return [item.evaluate(solutions, expectation.netlist) for item in expectation.checks]
+    outcomes = [item.evaluate(solutions, expectation.netlist) for item in expectation.checks]
+    for solution in solutions:
+        if solution.certificate is not None and not solution.certificate.passed:
+            outcomes.append(Outcome(f"certificate of .{solution.analysis}", False, "it fails"))
+    return outcomes
 
 
 def _refusal(expected: Refusal, error: NsspiceError) -> list[Outcome]:

@@ -9,7 +9,8 @@ from ..analyses.names import unit
 from .si import number
 
 if TYPE_CHECKING:
-    from ..analyses.solution import IslandRun, Solution
+    from ..analyses.certificate import Certificate
+    from ..analyses.solution import IslandRun, JumpReport, Moved, Solution
 
 _COUNTERS = (
     ("segments", "segment"),
@@ -33,24 +34,11 @@ def describe(solution: Solution) -> str:
     if len(solution.islands) > _LISTED:
         lines.append(f"  ... and {len(solution.islands) - _LISTED} more islands")
     if solution.certificate is not None:
-        c = solution.certificate
-        verdict = "holds" if c.passed else "FAILS"
-        lines.append(
-            f"  certificate {verdict}: laws {c.laws:.1e}, "
-            f"complementarity {c.complementarity:.1e} (relative, worst of {c.checks} checks)"
-        )
-        if c.undetermined:
-            lines.append(
-                f"  not unique in {_count(c.undetermined, 'step')}: the laws leave a voltage or "
-                "current open there, the value nearest to the step before was taken"
-            )
-    for impulse in solution.impulses[:_LISTED]:
-        lines.append(
-            f"  impulse at {number(impulse.time, 's')}: {impulse.element} "
-            f"{number(impulse.value, impulse.unit)}"
-        )
-    if len(solution.impulses) > _LISTED:
-        lines.append(f"  ... and {len(solution.impulses) - _LISTED} more impulses")
+        lines += _certificate(solution.certificate)
+    for jump in solution.jumps[:_LISTED]:
+        lines += _jump(jump)
+    if len(solution.jumps) > _LISTED:
+        lines.append(f"  ... and {len(solution.jumps) - _LISTED} more jumps")
     if solution.measures:
         width = max(map(len, solution.measures))
         lines.append("  measures:")
@@ -60,6 +48,60 @@ def describe(solution: Solution) -> str:
     if solution.analysis == "op" and solution.axis.size:
         lines += _operating_point(solution)
     return "\n".join(lines)
+
+
+def _certificate(c: Certificate) -> list[str]:
+    """Return the verdict, the balance of energy, and what is not unique."""
+    verdict = "holds" if c.passed else "FAILS"
+    lines = [
+        f"  certificate {verdict}: laws {c.laws:.1e}, complementarity {c.complementarity:.1e} "
+        f"(relative, worst of {_count(c.checks, 'point')})"
+    ]
+    if not c.passed and c.worst:
+        lines[0] += f", worst at {c.worst}"
+    e = c.energy
+    if e is not None and e.steps:
+        part = "" if e.complete else f" in {e.steps} of {e.of} steps"
+        lines.append(
+            f"  energy{part}: delivered {number(e.delivered, 'J')}, "
+            f"dissipated {number(e.dissipated, 'J')}, stored {number(e.stored, 'J')}, "
+            f"lost in jumps {number(e.lost, 'J')}, taken by the scheme {number(e.scheme, 'J')} "
+            f"(error {max(e.imbalance, e.drift):.1e})"
+        )
+    if c.several:
+        names = ", ".join(c.several[:_LISTED]) + (", ..." if len(c.several) > _LISTED else "")
+        lines.append(
+            f"  several solutions are possible ({names}): the one nearest to the step before "
+            "was taken"
+        )
+    if c.undetermined:
+        lines.append(
+            f"  not unique in {_count(c.undetermined, 'step')}: the laws leave a voltage or "
+            "current open there, the value nearest to the step before was taken"
+        )
+    return lines
+
+
+def _jump(jump: JumpReport) -> list[str]:
+    """Return what a jump moved and what it cost."""
+    given = f" + {number(jump.delivered, 'J')} from sources" if jump.delivered else ""
+    lost = "" if abs(jump.lost) < 1e-12 * max(jump.before, jump.after) else number(jump.lost, "J")
+    lines = [
+        f"  jump at {number(jump.time, 's')}: energy {number(jump.before, 'J')}{given} -> "
+        f"{number(jump.after, 'J')}, lost {lost or '0 J'}"
+    ]
+    for kind, items in (
+        ("", [f"{m.element} {_change(m)}" for m in jump.stores]),
+        ("impulse of ", [f"{p.element} {number(p.value, p.unit)}" for p in jump.impulses]),
+    ):
+        if items:
+            more = f", ... ({len(items)})" if len(items) > _LISTED else ""
+            lines.append(f"    {kind}{', '.join(items[:_LISTED])}{more}")
+    return lines
+
+
+def _change(moved: Moved) -> str:
+    return f"{number(moved.before, moved.unit)} -> {number(moved.after, moved.unit)}"
 
 
 def _headline(solution: Solution) -> str:
@@ -148,6 +190,23 @@ def to_dict(solution: Solution) -> dict[str, Any]:
         "impulses": [
             {"time": p.time, "element": p.element, "value": p.value, "unit": p.unit}
             for p in solution.impulses
+        ],
+        "jumps": [
+            {
+                "time": j.time,
+                "energy_before": j.before,
+                "energy_after": j.after,
+                "delivered": j.delivered,
+                "lost": j.lost,
+                "stores": [
+                    {"element": m.element, "before": m.before, "after": m.after, "unit": m.unit}
+                    for m in j.stores
+                ],
+                "impulses": [
+                    {"element": p.element, "value": p.value, "unit": p.unit} for p in j.impulses
+                ],
+            }
+            for j in solution.jumps
         ],
         "measures": solution.measures,
         "warnings": [w.to_dict() for w in solution.warnings],

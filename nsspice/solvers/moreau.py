@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import _core
 from ..problems.csc import Csc, Floats, weighted_sum
@@ -72,6 +73,8 @@ class Jump:
     unknowns : ndarray, shape (n,)
         Impulse of each unknown; meaningful for branch currents [A s] and node voltages [V s] that
         have no storage of their own.
+    sources : ndarray, shape (p,)
+        Source values after the jump.
     """
 
     time: float
@@ -79,6 +82,35 @@ class Jump:
     after: Floats
     multipliers: Floats
     unknowns: Floats
+    sources: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Records:
+    """Some accepted steps as the solver took them, for checks that share no code with it.
+
+    Parameters
+    ----------
+    time, length : ndarray, shape (k,)
+        End and length of each step [s]; infinite for a static solution, nan for the state right
+        after a jump.
+    z, change : ndarray, shape (k, n)
+        Unknowns at the end, and their change over the step.
+    lam : ndarray, shape (k, m)
+    u, source_change : ndarray, shape (k, p)
+        Sources at the end (left limits), and their change.
+    roles : ndarray of uint8, shape (k, m), or None
+        0 complementary pair, 1 closed, 2 open; None if all are complementary.
+    """
+
+    time: Floats
+    length: Floats
+    z: Floats
+    change: Floats
+    lam: Floats
+    u: Floats
+    source_change: Floats
+    roles: npt.NDArray[np.uint8] | None
 
 
 def core_smooth(smooth: SmoothTerms | None) -> tuple[Any, ...] | None:
@@ -91,6 +123,14 @@ def core_smooth(smooth: SmoothTerms | None) -> tuple[Any, ...] | None:
 def core_tape(tape: Tape) -> tuple[Any, ...]:
     """Return a tape as the compiled core takes it."""
     return (tape.ops, tape.args, tape.constants, tape.outputs)
+
+
+def function_values(tape: Tape, z: Floats, u: Floats, t: Floats) -> Floats:
+    """Return the functions of a tape, shape (k, p), at points z (k, n), u (k, s), times t (k,)."""
+    values, _, _ = _core.tape_values(
+        core_tape(tape), np.ascontiguousarray(z), np.ascontiguousarray(u), np.ascontiguousarray(t)
+    )
+    return np.asarray(values, dtype=np.float64).reshape(z.shape[0], -1)
 
 
 class MoreauStepper:
@@ -228,6 +268,49 @@ class MoreauStepper:
             Number of rows to come.
         """
         return self._core.plan_grid(start, stop, step, out_start, out_step)
+
+    def watch(self, every: int, window: int = 8, sides: bool = False) -> None:
+        """Choose what is left for those who check the run; call it before the start.
+
+        Parameters
+        ----------
+        every : int
+            One of this many steps is recorded, 1 records all, 0 none.
+        window : int
+            Steps recorded from each change of mode, that change included.
+        sides : bool
+            Keep rows on both sides of jumps, for :meth:`take_sides`.
+        """
+        self._core.watch(every, window, sides)
+
+    def show_all_points(self, start: float) -> None:
+        """Make every step from ``start`` [s] on a row, and every jump two: before and after."""
+        self._core.show_all_points(start)
+
+    @property
+    def waiting(self) -> int:
+        """Amount of records and rows that wait to be taken [numbers]."""
+        return self._core.waiting()
+
+    def take_records(self) -> Records:
+        """Return the steps recorded since the last call."""
+        found = self._core.take_records()
+        count, n, m = found["time"].size, self.system.n, self.system.m
+        p = len(self.system.waveforms)
+        return Records(
+            found["time"],
+            found["length"],
+            found["z"].reshape(count, n),
+            found["change"].reshape(count, n),
+            found["lam"].reshape(count, m),
+            found["u"].reshape(count, p),
+            found["source_change"].reshape(count, p),
+            found["roles"].reshape(count, m) if self.system.switches else None,
+        )
+
+    def take_sides(self) -> Floats:
+        """Return the rows around jumps since the last call: before, after, before, after ..."""
+        return self._core.take_sides().reshape(-1, self._columns)
 
     def plan_points(self, times: Floats) -> int:
         """Plan static solutions at the given points, one row each."""

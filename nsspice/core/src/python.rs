@@ -3,7 +3,9 @@
 mod modewise;
 
 use crate::mlcp::{Driver, Problem, Role, Start};
-use crate::moreau::{Clock, Failure, Outputs, Part, Plan, Progress, Stepper, Switch, System};
+use crate::moreau::{
+    Clock, Failure, Outputs, Part, Plan, Progress, Stepper, Switch, System, Witness,
+};
 use crate::newton::Smooth;
 use crate::sparse::Csc;
 use crate::tape::{Linearisation, Program, Tape, NAMES};
@@ -114,6 +116,7 @@ fn jump_dict<'py>(py: Python<'py>, j: &crate::moreau::Jump) -> PyResult<Bound<'p
     out.set_item("after", PyArray1::from_slice(py, &j.after))?;
     out.set_item("multipliers", PyArray1::from_slice(py, &j.multipliers))?;
     out.set_item("unknowns", PyArray1::from_slice(py, &j.unknowns))?;
+    out.set_item("sources", PyArray1::from_slice(py, &j.sources))?;
     Ok(out)
 }
 
@@ -254,6 +257,47 @@ impl PyStepper {
         let inner = &mut self.inner;
         let result = py.detach(move || inner.start_charges(time, &charges, step));
         result.err().map(|f| failure_dict(py, &f)).transpose()
+    }
+
+    /// What to leave for the certificate: one of `every` steps, `window` steps from each change of
+    /// mode; `sides`: rows on both sides of jumps.
+    fn watch(&mut self, every: u64, window: u32, sides: bool) {
+        let size = self.inner.state().0.len() + self.inner.state().1.len();
+        self.inner.witness = Witness::new(every, window, sides, size);
+    }
+
+    fn show_all_points(&mut self, from_time: f64) {
+        self.inner.show_all_points(from_time);
+    }
+
+    /// Numbers that wait to be taken.
+    fn waiting(&self) -> usize {
+        self.inner.witness.waiting()
+    }
+
+    /// The recorded steps since the last call, as a dict of flat arrays.
+    fn take_records<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let r = self.inner.witness.take_records();
+        let out = PyDict::new(py);
+        let floats = [
+            ("time", &r.time),
+            ("length", &r.length),
+            ("z", &r.z),
+            ("change", &r.change),
+            ("lam", &r.l),
+            ("u", &r.u),
+            ("source_change", &r.source_change),
+        ];
+        for (name, values) in floats {
+            out.set_item(name, PyArray1::from_slice(py, values))?;
+        }
+        out.set_item("roles", PyArray1::from_slice(py, &r.roles))?;
+        Ok(out)
+    }
+
+    /// Rows of both sides of jumps since the last call, flat.
+    fn take_sides<'py>(&mut self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_vec(py, self.inner.witness.take_sides())
     }
 
     fn plan_grid(

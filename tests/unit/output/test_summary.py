@@ -8,19 +8,23 @@ import numpy as np
 import pytest
 
 from nsspice.analyses.certificate import Certificate
-from nsspice.analyses.solution import Impulse, IslandRun, Solution
+from nsspice.analyses.solution import Impulse, IslandRun, JumpReport, Moved, Solution
 from nsspice.output.si import number, prefix
 
 
 @pytest.fixture
 def solution() -> Solution:
+    impulse = Impulse(5e-4, "d1", 2.5e-6, "A s")
     return Solution(
         "tran",
         "t",
         "time",
         np.linspace(0.0, 1e-3, 11),
         {"v(a)": np.ones(11)},
-        impulses=[Impulse(5e-4, "d1", 2.5e-6, "A s")],
+        impulses=[impulse],
+        jumps=[
+            JumpReport(5e-4, 1e-6, 4e-6, 5e-6, [Moved("c1", 0.0, 2.5e-6, "A s")], [impulse]),
+        ],
         islands=[
             IslandRun(1, "DLCP", "why", "moreau", 4, 2, 1.0, 1e-6, {"steps": 1000, "events": 1})
         ],
@@ -36,7 +40,9 @@ def test_text(solution):
         "time 0 s to 1 ms, 11 rows of 1 signal in 12.3 ms",
         "island 1: DLCP (4 unknowns, 2 pairs); moreau, theta = 1, h = 1 µs: 1000 steps, 1 event",
         "certificate holds: laws 1.0e-14",
-        "impulse at 500 µs: d1 2.5 µA s",
+        "jump at 500 µs: energy 1 µJ + 5 µJ from sources -> 4 µJ, lost 2 µJ",
+        "c1 0 A s -> 2.5 µA s",
+        "impulse of d1 2.5 µA s",
         "vmax    = 1\n",
         "missing = not found",
     ):
@@ -54,6 +60,7 @@ def test_json_has_no_nan(solution):
     assert data["islands"][0]["stats"]["steps"] == 1000
     assert data["certificate"]["passed"] is True
     assert data["to"] == 1e-3
+    assert data["jumps"][0]["lost"] == pytest.approx(2e-6)
 
 
 def test_operating_point_values_are_listed():

@@ -129,7 +129,8 @@ impl Engine {
                 multipliers[i] += value;
             }
         }
-        self.jumps.push(Jump { time: self.time, before, after, multipliers, unknowns });
+        let sources = self.sources(self.time);
+        self.jumps.push(Jump { time: self.time, before, after, multipliers, unknowns, sources });
     }
 
     /// Source values at a time.

@@ -31,6 +31,8 @@ pub struct Jump {
     pub multipliers: Vec<f64>,
     /// impulses of the unknowns that carry one (branch currents, node voltages)
     pub unknowns: Vec<f64>,
+    /// sources after the jump
+    pub sources: Vec<f64>,
 }
 
 /// An estimate of the fastest time constant [s]: largest rate at which stored quantities act on each
@@ -114,6 +116,7 @@ impl Stepper {
                     after: after.clone(),
                     multipliers: impulses(|s| &s.l),
                     unknowns: impulses(|s| &s.z),
+                    sources: self.u0.clone(),
                 });
             }
         }
@@ -137,6 +140,11 @@ impl Stepper {
         }
         if let Some(smooth) = &mut self.smooth {
             smooth.after_jump(&after, &once.z, &mut self.z, &self.u0, self.time, once.length);
+        }
+        if self.witness.jumped() {
+            self.u1.copy_from_slice(&self.u0);
+            self.z_recorded.copy_from_slice(&self.z);
+            self.record(f64::NAN); // a state, not a step
         }
         Ok(())
     }
@@ -265,8 +273,14 @@ impl Stepper {
 
     /// Applies the switch laws until they agree with the state.
     pub(super) fn settle_switches(&mut self) -> Outcome {
+        let changed = self.react();
+        self.settle_after(changed)
+    }
+
+    /// The same after a first look at the switches, which told whether one has changed.
+    pub(super) fn settle_after(&mut self, mut changed: bool) -> Outcome {
         for _ in 0..MAX_REACTIONS {
-            if !self.react() {
+            if !changed {
                 return Ok(());
             }
             if self.static_system || self.sweeping {
@@ -275,8 +289,9 @@ impl Stepper {
             } else {
                 self.impulse_or_leave()?;
             }
+            changed = self.react();
         }
-        self.stats.chatter += 1;
+        self.stats.chatter += u64::from(changed);
         Ok(())
     }
 }

@@ -18,6 +18,7 @@ mod smooth;
 mod stage;
 mod step;
 mod stepper;
+mod witness;
 
 pub use clock::{Clock, Target};
 pub use gates::Switch;
@@ -25,3 +26,4 @@ pub use jumps::Jump;
 pub use record::{Outputs, Part};
 pub use stage::System;
 pub use stepper::{Failure, Plan, Progress, Statistics, Stepper};
+pub use witness::{Records, Witness};

@@ -1,6 +1,7 @@
 //! One step: by the affine map or the factor of the present mode, else by the driver.
 
 use super::clock::{evaluate, Target};
+use super::record::Quantities;
 use super::stage::Stage;
 use super::stepper::{Failure, Large, Outcome, Stepper};
 use crate::mlcp::{Residual, Role, Start};
@@ -35,13 +36,25 @@ enum Quick {
 impl Stepper {
     pub(super) fn step(&mut self, target: &Target) -> Outcome {
         self.time = target.time;
+        self.two_sided = false;
         if self.static_system || self.sweeping {
+            if target.jump && self.shows_sides() {
+                evaluate(&self.waveforms, target.time, Side::Left, &mut self.u0);
+                self.u1.copy_from_slice(&self.u0);
+                self.take(f64::INFINITY)?;
+                self.write_left(target.label);
+                self.two_sided = true;
+            }
             evaluate(&self.waveforms, target.time, Side::Right, &mut self.u0);
             self.u1.copy_from_slice(&self.u0);
             self.take(f64::INFINITY)?;
         } else {
             evaluate(&self.waveforms, target.time, Side::Left, &mut self.u1);
             self.take(target.length)?;
+            if target.jump && self.shows_sides() {
+                self.write_left(target.label);
+                self.two_sided = true;
+            }
             if target.jump {
                 evaluate(&self.waveforms, target.time, Side::Right, &mut self.u0);
                 self.impulse_or_leave()?;
@@ -50,14 +63,50 @@ impl Stepper {
             }
         }
         if !self.switches.is_empty() {
-            self.settle_switches()?;
+            let changed = self.react();
+            let dynamic = !self.static_system && !self.sweeping;
+            if changed && dynamic && !self.two_sided && self.shows_sides() {
+                self.write_left(target.label);
+                self.two_sided = true;
+            }
+            self.settle_after(changed)?;
         }
         Ok(())
+    }
+
+    /// True if rows on both sides of a jump are wanted.
+    fn shows_sides(&self) -> bool {
+        self.witness.keep_sides || self.all_points.is_finite()
+    }
+
+    /// The row before a possible jump, with the sources before it.
+    fn write_left(&mut self, label: f64) {
+        self.left[0] = label;
+        let f = self.smooth.as_ref().map_or([&[][..]; 2], |s| [&s.f, &s.rates]);
+        let quantities = Quantities { z: &self.z, l: &self.l, rates: &self.rates, u: &self.u1, f };
+        self.outputs.write(&quantities, &mut self.left[1..]);
     }
 
     /// One ordinary step of the given length from (z, u0) with sources u1 at its end.
     fn take(&mut self, length: f64) -> Outcome {
         self.stats.steps += 1;
+        let wanted = self.witness.wants(self.epoch);
+        if wanted {
+            self.z_recorded.copy_from_slice(&self.z);
+        }
+        self.solve_step(length)?;
+        // a mode that changed within the step was found by the driver, which keeps the old state
+        if wanted || self.witness.changed(self.epoch) {
+            if !wanted {
+                self.z_recorded.copy_from_slice(&self.z_before);
+            }
+            self.record(length);
+        }
+        Ok(())
+    }
+
+    /// Finds the end of a step: by the affine map or factor of the mode, else by the driver.
+    fn solve_step(&mut self, length: f64) -> Outcome {
         let k = self.stage_index(length, false);
         if self.smooth.is_some() {
             return self.take_smooth(k, length);
@@ -81,6 +130,21 @@ impl Stepper {
         }
         self.finish_rates(length);
         Ok(())
+    }
+
+    /// Hands the step to the witness: from `z_recorded` and u0 to z and u1.
+    pub(super) fn record(&mut self, length: f64) {
+        let roles = if self.switches.is_empty() { &[] } else { &self.roles[..] };
+        self.witness.record(
+            self.time,
+            length,
+            &self.z_recorded,
+            &self.z,
+            &self.l,
+            &self.u0,
+            &self.u1,
+            roles.iter().map(|&r| r as u8),
+        );
     }
 
     /// Checks the residual of a quick step, always while its mode is new and now and then later.

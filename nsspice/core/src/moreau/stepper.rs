@@ -6,6 +6,7 @@ use super::jumps::{fastest_time, Jump};
 use super::record::{Outputs, Quantities};
 use super::smooth::SmoothPart;
 use super::stage::{Stage, System};
+use super::witness::Witness;
 use crate::mlcp::{work_len, Role, Start};
 use crate::waveform::{Side, Waveform};
 use std::time::{Duration, Instant};
@@ -165,6 +166,14 @@ pub struct Stepper {
     pub(super) z_before: Vec<f64>,
     pub(super) l_before: Vec<f64>,
     pub(super) large: Large,
+    /// from here on every step is a row, and a jump two [s]; infinite for rows of the grid only
+    pub(super) all_points: f64,
+    /// the last step ended in a jump; `left` is the row before it
+    pub(super) two_sided: bool,
+    pub(super) left: Vec<f64>,
+    pub(super) z_recorded: Vec<f64>,
+    /// what is left for the certificate
+    pub witness: Witness,
     /// counters
     pub stats: Statistics,
     /// the last failure
@@ -202,7 +211,6 @@ impl Stepper {
             constants: waveforms.iter().map(Waveform::constant).collect(),
             static_system,
             diodes,
-            outputs,
             smooth,
             stages: Vec::new(),
             stamp: 0,
@@ -233,6 +241,12 @@ impl Stepper {
             z_before: vec![0.0; n],
             l_before: vec![0.0; m],
             large: Large::Refused,
+            all_points: f64::INFINITY,
+            two_sided: false,
+            left: vec![0.0; 1 + outputs.len()],
+            z_recorded: vec![0.0; n],
+            witness: Witness::default(),
+            outputs,
             stats: Statistics::default(),
             failure: None,
             jumps: Vec::new(),
@@ -283,6 +297,11 @@ impl Stepper {
         self.failure = None;
     }
 
+    /// Makes every step from a time on a row, and every jump two.
+    pub fn show_all_points(&mut self, from: f64) {
+        self.all_points = from;
+    }
+
     /// Sets the instants to visit from here on; returns the number of output rows.
     pub fn plan(&mut self, plan: Plan, step_length: f64) -> u64 {
         self.step_length = step_length;
@@ -321,6 +340,10 @@ impl Stepper {
         for _ in 0..MAX_REACTIONS {
             self.solve_static(start).map_err(|f| *f)?;
             if !self.react() {
+                if self.witness.watches() {
+                    self.z_recorded.copy_from_slice(&self.z);
+                    self.record(f64::INFINITY);
+                }
                 return Ok(());
             }
         }
@@ -349,8 +372,9 @@ impl Stepper {
         let begin = Instant::now();
         let mut rows = 0;
         let capacity = out.len() / columns;
+        let most = if self.all_points.is_finite() { 2 } else { 1 }; // rows that one step may add
         let mut count: u64 = 0;
-        while rows < capacity {
+        while rows + most <= capacity {
             if self.first_row {
                 self.first_row = false;
                 self.write(self.time, &mut out[rows * columns..(rows + 1) * columns]);
@@ -376,16 +400,40 @@ impl Stepper {
             if self.logged_epoch != self.epoch {
                 self.log_events();
             }
-            if target.row {
+            if self.two_sided {
+                rows += self.note_sides(&target, &mut out[rows * columns..]);
+            }
+            if target.row || target.time >= self.all_points {
                 self.write(target.label, &mut out[rows * columns..(rows + 1) * columns]);
                 rows += 1;
             }
             count += 1;
-            if count.is_multiple_of(LOOK) && begin.elapsed() > budget {
+            let pause = count.is_multiple_of(LOOK) && begin.elapsed() > budget;
+            if pause || self.witness.full() {
                 break;
             }
         }
         (rows, Progress::More)
+    }
+
+    /// The row before a jump goes before its row of the table, else both go to the side rows;
+    /// returns the number of rows added to the table.
+    fn note_sides(&mut self, target: &Target, out: &mut [f64]) -> usize {
+        if self.all_points.is_finite() {
+            if target.time < self.all_points {
+                return 0;
+            }
+            out[..self.left.len()].copy_from_slice(&self.left);
+            return 1;
+        }
+        let start = self.witness.sides.len();
+        self.witness.sides.extend_from_slice(&self.left);
+        self.witness.sides.extend_from_slice(&self.left);
+        let right = start + self.left.len();
+        let mut sides = std::mem::take(&mut self.witness.sides);
+        self.write(target.label, &mut sides[right..]);
+        self.witness.sides = sides;
+        0
     }
 
     /// Notes which pairs have changed since the last time.

@@ -1,0 +1,111 @@
+"""Rows at the solver's own points and on both sides of each jump, for all islands together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..solvers.moreau import UnsolvedStep
+from .cards import Tran
+from .curve import Floats
+from .failure import named_failure
+from .interrupts import Interrupts
+from .island_runner import IslandRunner, Stopped
+from .merge import Merger
+from .recorder import Recorder
+from .rows import Outlet, Progress
+from .solution import FinePoints
+
+_ROWS = 4096  # of one island at once
+
+
+def advance_points(
+    runners: Sequence[IslandRunner],
+    outlet: Outlet,
+    analysis: Tran,
+    progress: Progress | None,
+    interrupts: Interrupts,
+) -> bool:
+    """Advance all islands from point to point; return True if Ctrl-C stopped it.
+
+    An instant that stands twice is a jump: before and after.  Islands with other instants are
+    interpolated there.
+
+    Raises
+    ------
+    NumericalError
+        The earliest failure of any island, after the rows before it.
+    """
+    merger = Merger([1 + runner.width for runner in runners])
+    running = set(range(len(runners)))
+    failed: tuple[IslandRunner, UnsolvedStep] | None = None
+    try:
+        while running:
+            # the island that is behind goes next, so that little waits
+            k = min(running, key=merger.reached)
+            try:
+                rows, done = runners[k].advance_points(_ROWS)
+            except Stopped as stopped:
+                rows, done, failed = stopped.rows, True, (runners[k], stopped.problem)
+            merger.add(k, rows.copy())
+            if failed is not None:
+                break
+            if done:
+                running.remove(k)
+                merger.end(k)
+            outlet.write(merger.take())
+            interrupts.check()
+            if progress is not None:
+                progress(min(1.0, min(runner.stepper.time for runner in runners) / analysis.stop))
+    except KeyboardInterrupt:
+        outlet.write(merger.take())
+        return True
+    outlet.write(merger.take())
+    if failed is not None:
+        runner, problem = failed
+        raise named_failure(runner.circuit, runner.mna, problem) from problem
+    return False
+
+
+def with_sides(
+    runners: Sequence[IslandRunner], recorder: Recorder, table: Floats
+) -> FinePoints | None:
+    """Return the rows of a solution with both sides of all jumps put in; None without jumps.
+
+    A signal of an island that does not jump at an instant, or of several islands, is interpolated
+    there.
+
+    Parameters
+    ----------
+    runners : sequence of IslandRunner
+    recorder : Recorder
+    table : ndarray, shape (k, 1 + number of signals)
+        The rows: time, then the signals.
+    """
+    sides = {k: np.concatenate(r.sides) for k, r in enumerate(runners) if r.sides}
+    if table.shape[0] < 2 or not sides:
+        return None
+    time = table[:, 0]
+    instants = np.unique(np.concatenate([rows[:, 0] for rows in sides.values()]))
+    instants = instants[(instants >= time[0]) & (instants <= time[-1])]
+    before = np.column_stack([instants, *(np.interp(instants, time, y) for y in table.T[1:])])
+    after = before.copy()
+    homes = recorder.homes()
+    starts = np.cumsum([0, *(runner.width for runner in runners)])
+    for k, rows in sides.items():
+        rows = rows[np.isin(rows[:, 0], instants)]
+        wide = np.zeros((rows.shape[0], int(starts[-1])))
+        wide[:, starts[k] : starts[k + 1]] = rows[:, 1:]
+        values = recorder.signals(wide)
+        places = np.searchsorted(instants, rows[::2, 0])
+        for column in np.flatnonzero(homes == k):
+            before[places, 1 + column] = values[::2, column]
+            after[places, 1 + column] = values[1::2, column]
+    # a row at an instant is the one after the jump
+    after = after[~np.isin(instants, time)]
+    everything = np.concatenate([before, table, after])
+    turn = np.repeat([0, 1, 2], [before.shape[0], table.shape[0], after.shape[0]])
+    everything = everything[np.lexsort((turn, everything[:, 0]))]
+    names = recorder.names
+    return FinePoints(everything[:, 0], {n: everything[:, 1 + j] for j, n in enumerate(names)})

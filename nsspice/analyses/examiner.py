@@ -1,0 +1,132 @@
+"""The certificate of one island: feeds what an engine recorded to the checks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..circuit import MnaSystem
+from ..problems.csc import Csc, Floats
+from ..problems.descriptor import DescriptorSystem
+from ..solvers.moreau import Jump, Records
+from .audit import Auditor
+from .certificate import Certificate
+from .energy import Ledger
+from .impulses import delivered, start_of
+
+#: Numbers recorded at most if every step is: some milliseconds of checking.
+_ALL = 40_000
+#: Otherwise one of so many steps is recorded, and those that change the mode: each of the first
+#: thousand, later as many as cost little beside the run.
+_EVERY = 128
+_WINDOW = 1
+
+
+def sampling(steps: float, size: int) -> tuple[int, int]:
+    """Return which steps to record, for a run of so many steps of a system of a size.
+
+    Examples
+    --------
+    >>> sampling(1000, 10), sampling(1e7, 10)
+    ((1, 1), (128, 1))
+    """
+    return (1 if steps * size <= _ALL else _EVERY), _WINDOW
+
+
+class Examiner:
+    """Checks the recorded steps of one island.
+
+    Parameters
+    ----------
+    mna : MnaSystem
+    H, Hs : Csc, optional
+        Averaging terms of the scheme.
+    system : DescriptorSystem, optional
+        What was solved, if it is not the system of ``mna`` (the points of a sweep).
+    frozen : float, optional
+        The time that smooth functions see [s], if that of the records counts something else.
+    """
+
+    def __init__(
+        self,
+        mna: MnaSystem,
+        H: Csc | None = None,
+        Hs: Csc | None = None,
+        system: DescriptorSystem | None = None,
+        frozen: float | None = None,
+    ) -> None:
+        self.mna, self.frozen = mna, frozen
+        system = system or mna.system
+        self.auditor = Auditor(system, H, Hs)
+        self.ledger = None if system.static else Ledger(self.auditor)
+        self._begin, self._end = np.inf, -np.inf
+
+    def take(self, records: Records) -> None:
+        """Check recorded steps."""
+        if records.time.size == 0:
+            return
+        audit = self.auditor
+        points = audit.points(records, self.frozen)
+        audit.check(points)
+        if self.ledger is not None:
+            self.ledger.step(records, points)
+            steps = np.isfinite(records.length)
+            if steps.any():
+                first = int(np.argmax(steps))
+                self._begin = min(self._begin, float(records.time[first] - records.length[first]))
+                self._end = float(np.max(records.time[steps]))
+
+    def certificate(
+        self,
+        steps: int,
+        undetermined: int,
+        jumps: Sequence[Jump] = (),
+        start: tuple[Floats, float] | None = None,
+        kept: bool = True,
+        several: tuple[str, ...] = (),
+    ) -> Certificate:
+        """Return the verdict on a run.
+
+        Parameters
+        ----------
+        steps, undetermined : int
+            Accepted steps, and those from a mode that leaves something open.
+        jumps : sequence of Jump
+        start : (ndarray, float) or None
+            Charges (n,) and energy [J] from which the run started.
+        kept : bool
+            False if there were more jumps than are kept.
+        several : tuple of str
+            Elements of an island whose steps may have several solutions.
+        """
+        audit, ledger = self.auditor, self.ledger
+        balance = 0.0
+        energy = None
+        for number, jump in enumerate(jumps):
+            charges, before = start_of(self.mna, jump, start if number == 0 else None)
+            after = self.mna.system.E.dot(jump.after)
+            balance = max(balance, audit.jump_error(after - charges, jump))
+            if ledger is not None:
+                reached = 0.5 * float(jump.after @ after)
+                inside = self._begin < jump.time < self._end
+                ledger.jump(before, reached, delivered(self.mna, jump), inside)
+        if ledger is not None:
+            energy = ledger.close(steps if kept else steps + 1)
+        return Certificate(
+            audit.laws,
+            audit.complementarity,
+            audit.checks,
+            undetermined,
+            energy,
+            balance,
+            self._name(audit.worst_row),
+            several,
+        )
+
+    def _name(self, row: int) -> str:
+        """Return the law of a row: an element, or the current law of a node."""
+        if row < 0:
+            return ""
+        element = self.mna.row_elements[row]
+        return element if element is not None else f"node {self.mna.row_nodes[row]}"
