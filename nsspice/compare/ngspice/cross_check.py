@@ -15,9 +15,12 @@ from ...errors import Diagnostic, UsageError
 from ...netlist.deck import DcCard, TranCard
 from ...output.si import number
 from .options import Options
-from .result import NgspiceRun
+from .result import NgspiceError, NgspiceRun
 from .runs import run
 from .verdict import SignalDistance, default_slack, distances
+
+_OPTIONS = ("reltol", "abstol", "vntol", "gmin", "rshunt", "method", "max_step")
+_SUBSTITUTES = ("junction", "ron", "roff", "edge")
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,15 +79,12 @@ class CrossCheck:
             f"  reltol={options.reltol:g} abstol={options.abstol:g} vntol={options.vntol:g} "
             f"method={options.method}{step}"
         )
+        if options.rshunt:
+            lines.append(f"  {number(options.rshunt, 'Ohm', 3)} from every node to ground (rshunt)")
         if self.slack:
             lines.append(f"  instants may differ by {number(self.slack, 's', 3)}")
         lines += [f"  {substitute}" for substitute in run.translation.substitutes]
-        for failure in run.attempts:
-            tried = failure.translation.options
-            at = "" if failure.time is None else f" at {number(failure.time, 's', 3)}"
-            lines.append(
-                f"  failed with ron={tried.ron:g} roff={tried.roff:g}: {failure.reason}{at}"
-            )
+        lines += [f"  failed with {failed_with(failure)}" for failure in run.attempts]
         return lines
 
     def _nsspice(self) -> list[str]:
@@ -131,7 +131,15 @@ class CrossCheck:
                 "rejected": run.rejected,
                 "options": {
                     name: getattr(options, name)
-                    for name in ("reltol", "abstol", "vntol", "gmin", "method", "max_step")
+                    for name in (
+                        "reltol",
+                        "abstol",
+                        "vntol",
+                        "gmin",
+                        "rshunt",
+                        "method",
+                        "max_step",
+                    )
                     + (() if run.translation.exact else ("junction", "ron", "roff", "edge"))
                 },
                 "substitutes": [
@@ -142,6 +150,7 @@ class CrossCheck:
                     {
                         "ron": e.translation.options.ron,
                         "roff": e.translation.options.roff,
+                        "rshunt": e.translation.options.rshunt,
                         "reason": e.reason,
                         "time": e.time,
                     }
@@ -150,6 +159,15 @@ class CrossCheck:
             },
             "signals": [{**row.to_dict(), "passed": self.agrees(row)} for row in self.rows],
         }
+
+
+def failed_with(failure: NgspiceError) -> str:
+    """Return under which options ngspice failed, how, and when."""
+    tried, exact = failure.translation.options, failure.translation.exact
+    words = [] if exact else [f"ron={tried.ron:g} roff={tried.roff:g}"]
+    words.append(f"rshunt={tried.rshunt:g}" if tried.rshunt else "no rshunt" if exact else "")
+    at = "" if failure.time is None else f" at {number(failure.time, 's', 3)}"
+    return f"{' '.join(filter(None, words))}: {failure.reason}{at}"
 
 
 def cross_check(

@@ -60,6 +60,8 @@ class DeckWriter:
         self.sweeps_temperature = False
         #: elements whose current is measured by a source of 0 V in series
         self.metered: set[str] = set()
+        #: those whose meter stands in the deck
+        self.written: set[str] = set()
         #: elements that are voltage sources in ngspice
         self.own_current: set[str] = set()
         self._substitutes: dict[tuple[str, str], list[str]] = {}
@@ -74,20 +76,49 @@ class DeckWriter:
         """Return the spelling of a node."""
         return self.names.node(name)
 
-    def ends(self, element: str, nodes: tuple[str, ...]) -> list[str]:
-        """Return the spelled nodes of an element, with a meter at the first if it needs one."""
-        found = [self.node(node) for node in nodes]
-        if element in self.metered:
-            inner = self.names.inner(f"at_{element}")
-            self.add(self.meter(element), found[0], inner, "DC 0")
-            found[0] = inner
+    def ends(self, element: str, nodes: tuple[str, ...], tags: str = "") -> list[str]:
+        """Return the spelled nodes of an element, with meters where currents are needed.
+
+        Parameters
+        ----------
+        element : str
+        nodes : tuple of str
+        tags : str
+            Letters of the terminals, ``cbe``: the current into the first one is that of the
+            element, ``i(q1)``, the others are ``i(q1.b)`` and ``i(q1.e)``.
+        """
+        found = []
+        for k, node in enumerate(nodes):
+            spelled = self.node(node)
+            names = ([element] if k == 0 else []) + ([f"{element}.{tags[k]}"] if tags[k:] else [])
+            for name in names:
+                if name in self.metered:
+                    spelled = self.metered_node(name, spelled)
+            found.append(spelled)
         return found
+
+    def metered_node(self, name: str, node: str) -> str:
+        """Return the node behind a source of 0 V, whose current is measured."""
+        inner = self.names.inner(f"at_{name}")
+        self.add(self.meter(name), node, inner, "DC 0")
+        self.written.add(name)
+        return inner
 
     def meter(self, element: str) -> str:
         """Return the name of the voltage source whose current is that of an element."""
         if element in self.own_current:
             return self.names.element("v", element)
         return self.names.element("v", f"am_{element}")
+
+    def signal(self, name: str, own: str = "") -> str:
+        """Return the spelling of a signal in an expression; ``i`` is the element's own current."""
+        if name == "i":
+            return own
+        if name.startswith("v("):
+            return f"v({','.join(self.node(n.strip()) for n in name[2:-1].split(','))})"
+        if name.startswith("i("):
+            return f"i({self.meter(name[2:-1])})"
+        return name
 
     def model(self, key: object, name: str, body: str) -> str:
         """Return the name of a model, whose card is written the first time."""
@@ -97,14 +128,12 @@ class DeckWriter:
             self.models.append(f".model {spelled} {body}")
         return self._laws[key]
 
-    def verbatim(self, model: Model, skip: tuple[str, ...] = ()) -> str:
+    def verbatim(self, model: Model) -> str:
         """Return the name of a model card that ngspice reads as it is."""
         words = []
         for key, param in model.params.items():
-            if key in skip:
-                continue
             if not isinstance(param.value, int | float):
-                raise untranslatable(f"{key} of model {model.name} is not a number for ngspice")
+                continue  # the circuit was built, so it is a note such as mfg=
             words.append(f"{key}={float(param.value)!r}")
         return self.model(("card", id(model)), model.name, f"{model.type}({' '.join(words)})")
 

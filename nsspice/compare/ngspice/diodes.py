@@ -1,91 +1,126 @@
-"""Set-valued diodes and ideal switches as sharp smooth ones."""
+"""Diodes, Ebers-Moll transistors and ideal switches; set-valued laws as sharp smooth ones."""
 
 from __future__ import annotations
 
-import math
-
-from ...devices import CurrentSwitch, Diode, DiodeLaw, VoltageSwitch
+from ...devices import CurrentSwitch, VoltageSwitch
+from ...devices.leg import CurveBody, JunctionBody, Leg
+from ...devices.leg_device import LegDevice
 from .deck_writer import DeckWriter, untranslatable
+from .expression import spice_expression
 
 
-def write_diode(writer: DeckWriter, diode: Diode) -> None:
-    """Write a set-valued diode as a ``sidiode``, or as sharp junctions."""
+def write_diode(writer: DeckWriter, diode: LegDevice) -> None:
+    """Write a diode of any law."""
     a, b = writer.ends(diode.name, diode.nodes)
-    if writer.options.junction == "sidiode":
-        _piecewise(writer, diode, a, b)
-    else:
-        _junctions(writer, diode, a, b)
+    write_leg(writer, diode.name, diode.leg, a, b, getattr(diode, "ic", None))
 
 
-def law_name(law: DiodeLaw) -> str:
-    """Return what kind of set-valued diode a law is.
+def write_leg(
+    writer: DeckWriter, name: str, leg: Leg, a: str, b: str, ic: float | None = None
+) -> None:
+    """Write a diode law between two spelled nodes; its current is measured if it has a drop.
 
-    Examples
-    --------
-    >>> law_name(DiodeLaw()), law_name(DiodeLaw(vfwd=0.7, ron=0.1))
-    ('ideal diode', 'diode with vfwd=0.7 ron=0.1')
+    Parameters
+    ----------
+    writer : DeckWriter
+    name : str
+        Of the diode, or of one diode of a transistor.
+    leg : Leg
+    a, b : str
+    ic : float, optional
+        Initial voltage [V].
     """
-    given = {
-        key: getattr(law, key)
-        for key in ("vfwd", "ron", "roff", "vrev", "rrev")
-        if getattr(law, key) is not None
-    }
+    if leg.drop is not None:
+        inner = writer.names.inner(f"{name}_drop")
+        own = f"i({writer.meter(name)})"
+        if leg.parallel != 1.0:
+            own = f"({own}/{leg.parallel!r})"
+        text = spice_expression(leg.drop.node, lambda signal: writer.signal(signal, own))
+        writer.add(writer.names.element("b", f"{name}_drop"), a, inner, f"V={text}")
+        a = inner
+    body = leg.body
+    if isinstance(body, JunctionBody):
+        _junction(writer, name, body, a, b, ic)
+    elif not isinstance(body, CurveBody):
+        raise untranslatable(f"{name}: ngspice has nothing that could stand for its law")
+    elif writer.options.junction == "sidiode":
+        _piecewise(writer, name, body, a, b)
+    else:
+        _sharp_junctions(writer, name, body, a, b)
+
+
+def _junction(
+    writer: DeckWriter, name: str, body: JunctionBody, a: str, b: str, ic: float | None
+) -> None:
+    """Write a smooth junction, which ngspice has."""
+    words = " ".join(f"{key}={value!r}" for key, value in body.law.given)
+    model = writer.model(("d", body.law), "junction", f"d({words})")
+    line: list[object] = [writer.names.element("d", name), a, b, model]
+    # a bare area factor with a decimal point makes ngspice 39 write beyond its memory
+    area = body.parallel if body.parallel != 1.0 else None
+    given = ("area", area), ("ic", ic), ("temp", body.temp), ("dtemp", body.dtemp or None)
+    for key, value in given:
+        if value is not None:
+            line.append(f"{key}={value!r}")
+    writer.add(*line)
+
+
+def law_name(body: CurveBody) -> str:
+    """Return what kind of set-valued diode a law is."""
+    given = [effect for effect in body.effects if effect.value is not None]
     if not given:
         return "ideal diode"
-    return "diode with " + " ".join(f"{key}={value:g}" for key, value in given.items())
+    return "diode with " + " ".join(f"{e.parameter}={e.value:g}" for e in given)
 
 
-def _piecewise(writer: DeckWriter, diode: Diode, a: str, b: str) -> None:
+def _piecewise(writer: DeckWriter, name: str, body: CurveBody, a: str, b: str) -> None:
     """Write XSPICE's diode, whose pieces are those of the law with resistances at the ends."""
-    law, m = diode.law, diode.parallel
     least, most = writer.options.resistances
-    ron = max(law.ron or 0.0, least)
-    roff = min(math.inf if law.roff is None else law.roff, most)
-    words = [f"ron={ron / m!r}", f"roff={roff / m!r}"]
-    if law.vfwd:
-        words.append(f"vfwd={law.vfwd!r}")
-    if law.vrev is not None:
-        rrev = max(ron if law.rrev is None else law.rrev, least)
-        words += [f"vrev={law.vrev!r}", f"rrev={rrev / m!r}"]
-    body = f"sidiode({' '.join(words)})"
-    model = writer.model((law, m), "sidiode", body)
-    writer.add(writer.names.element("a", diode.name), a, b, model)
-    writer.substitute(diode.name, law_name(law), _short(body))
+    conductance = max(body.parts.conductance, 1.0 / most)
+    words = {"ron": 0.0, "roff": 1.0 / conductance}
+    for pair in body.parts.pairs:
+        # the pair and the conductance conduct side by side
+        slope = (
+            max(1.0 / (1.0 / pair.resistance + conductance), least) if pair.resistance else least
+        )
+        if pair.forward:
+            words["ron"] = slope
+            if pair.offset:
+                words["vfwd"] = pair.offset
+        else:
+            words |= {"vrev": pair.offset, "rrev": slope}
+    if not words["ron"]:
+        raise untranslatable(f"{name}: ngspice has no diode that never conducts forward")
+    exact = " ".join(f"{key}={value!r}" for key, value in words.items())
+    short = " ".join(f"{key}={value:g}" for key, value in words.items())
+    model = writer.model(exact, "sidiode", f"sidiode({exact})")
+    writer.add(writer.names.element("a", name), a, b, model)
+    writer.substitute(name, law_name(body), f"sidiode({short})")
 
 
-def _short(body: str) -> str:
-    """Return a model body for people: digits that nobody reads left out."""
-    words = []
-    for word in body.split():
-        key, equals, value = word.partition("=")
-        number, bracket = value.rstrip(")"), ")" * value.endswith(")")
-        words.append(f"{key}={float(number):g}{bracket}" if equals and "(" not in number else word)
-    return " ".join(words)
-
-
-def _junctions(writer: DeckWriter, diode: Diode, a: str, b: str) -> None:
+def _sharp_junctions(writer: DeckWriter, name: str, body: CurveBody, a: str, b: str) -> None:
     """Write an exponential junction with series voltage and resistance for every pair."""
-    options, parts = writer.options, diode.parts
+    options, parts = writer.options, body.parts
     n = float(options.junction)
     if parts.conductance:
-        writer.add(writer.names.element("r", f"{diode.name}_off"), a, b, 1.0 / parts.conductance)
+        writer.add(writer.names.element("r", f"{name}_off"), a, b, 1.0 / parts.conductance)
     for pair in parts.pairs:
         suffix = "" if pair.forward else "_rev"
         first, last = (a, b) if pair.forward else (b, a)
         if pair.offset:
-            inner = writer.names.inner(f"{diode.name}{suffix}_v")
-            source = writer.names.element("v", f"{diode.name}{suffix}_drop")
+            inner = writer.names.inner(f"{name}{suffix}_v")
+            source = writer.names.element("v", f"{name}{suffix}_vfwd")
             writer.add(source, first, inner, "DC", pair.offset)
             first = inner
         resistance = f" rs={pair.resistance!r}" if pair.resistance else ""
-        body = f"d(is={options.saturation!r} n={n!r}{resistance})"
-        model = writer.model(("junction", pair.resistance), "junction", body)
-        name = diode.name + suffix
-        writer.add(writer.names.element("d", name), first, last, model)
+        card = f"d(is={options.saturation!r} n={n!r}{resistance})"
+        model = writer.model(card, "junction", card)
+        writer.add(writer.names.element("d", name + suffix), first, last, model)
     used = f"junction D(is={options.saturation:g} n={n:g})"
-    if diode.law != DiodeLaw():
+    law = law_name(body)
+    if law != "ideal diode":
         used += " with a source and resistances for its corners and slopes"
-    writer.substitute(diode.name, law_name(diode.law), used)
+    writer.substitute(name, law, used)
 
 
 def write_switch(writer: DeckWriter, switch: VoltageSwitch | CurrentSwitch) -> None:

@@ -5,21 +5,22 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
+from typing import Any
 
 from ...devices import (
     Coupling,
     CurrentSource,
     CurrentSwitch,
     Device,
-    Diode,
     VoltageSource,
     VoltageSwitch,
 )
+from ...devices.leg_device import LegDevice
 from ...devices.passive import Passive
 from ...netlist.deck import Element
 from ...netlist.expression import Expression
 from .deck_writer import DeckWriter, untranslatable
-from .diodes import write_diode, write_switch
+from .diodes import write_diode, write_leg, write_switch
 from .expression import spice_expression
 from .waveform import source_text
 
@@ -32,7 +33,7 @@ def write(writer: DeckWriter, element: Element, device: Device) -> None:
     UsageError
         NS4014 if ngspice has nothing that could stand for it.
     """
-    if isinstance(device, Diode):
+    if isinstance(device, LegDevice):
         write_diode(writer, device)
     elif isinstance(device, VoltageSwitch | CurrentSwitch):
         write_switch(writer, device)
@@ -44,6 +45,8 @@ def write(writer: DeckWriter, element: Element, device: Device) -> None:
         _behavioural(writer, element)
     elif isinstance(device, Passive):
         _passive(writer, element, device)
+    elif element.letter == "q":
+        _transistor(writer, element, device)
     elif element.letter in _VERBATIM:
         _VERBATIM[element.letter](writer, element)
     else:
@@ -110,7 +113,8 @@ def _behavioural(writer: DeckWriter, element: Element) -> None:
     if element.quantity not in ("v", "i"):
         raise untranslatable(f"{element.name}: ngspice cannot have {value.text} as its value")
     a, b = writer.ends(element.name, element.nodes)
-    text = spice_expression(value.node, _signal(writer, element.name))
+    own = f"i({writer.meter(element.name)})"
+    text = spice_expression(value.node, lambda name: writer.signal(name, own))
     parallel = element.params.get("m")
     if parallel is not None and element.quantity == "i":
         text = f"({text})*{float(parallel.value)!r}"  # type: ignore[arg-type]
@@ -118,21 +122,6 @@ def _behavioural(writer: DeckWriter, element: Element) -> None:
     writer.add(name, a, b, f"{element.quantity.upper()}={text}")
     if element.letter != "b":
         writer.substitute(element.name, f"nonlinear {element.letter.upper()}", "B source")
-
-
-def _signal(writer: DeckWriter, owner: str) -> Callable[[str], str]:
-    """Return the spelling of signals in an expression of an element."""
-
-    def spelled(name: str) -> str:
-        if name == "i":
-            return f"i({writer.meter(owner)})"
-        if name.startswith("v("):
-            return f"v({','.join(writer.node(n.strip()) for n in name[2:-1].split(','))})"
-        if name.startswith("i("):
-            return f"i({writer.meter(name[2:-1])})"
-        return name
-
-    return spelled
 
 
 def _controlled(writer: DeckWriter, element: Element) -> None:
@@ -150,21 +139,41 @@ def _controlled(writer: DeckWriter, element: Element) -> None:
     writer.add(name, *writer.ends(element.name, element.nodes), *controls, gain)
 
 
-def _semiconductor(writer: DeckWriter, element: Element) -> None:
-    """Write a smooth diode or transistor, whose card ngspice reads as it is."""
-    if element.model is None:
-        raise untranslatable(f"{element.name} has no model that ngspice knows")
-    words: list[object] = [writer.names.element(element.letter, element.name)]
-    words += writer.ends(element.name, element.nodes)
+def _transistor(writer: DeckWriter, element: Element, device: Device) -> None:
+    """Write a transistor: SPICE's own, or two diodes and the currents that they carry along."""
+    legs = getattr(device, "legs", None)
+    nodes = writer.ends(element.name, element.nodes[:3], "cbe")
+    if legs is not None:
+        _ebers_moll(writer, device, nodes)
+        return
+    assert element.model is not None
+    words: list[object] = [writer.names.element("q", element.name), *nodes]
     words.append(writer.verbatim(element.model))
     if isinstance(element.value, int | float):
-        words.append(float(element.value))
+        words.append(f"area={float(element.value)!r}")
     for key, param in element.params.items():
-        if not isinstance(param.value, int | float):
-            raise untranslatable(f"{key} of {element.name} is not a number for ngspice")
-        words.append(f"{key}={float(param.value)!r}")
-    words += ["off"] if "off" in element.flags else []
+        if isinstance(param.value, int | float):
+            words.append(f"{key}={float(param.value)!r}")
     writer.add(*words)
+
+
+def _ebers_moll(writer: DeckWriter, device: Any, nodes: list[str]) -> None:
+    """Write an Ebers-Moll transistor with diodes of any law."""
+    collector, base, emitter = nodes
+    meters = []
+    for key, node, leg in zip(("de", "dc"), (emitter, collector), device.legs, strict=True):
+        name = f"{device.name}.{key}"
+        a, b = (base, node) if device.npn else (node, base)
+        write_leg(writer, name, leg, writer.metered_node(name, a), b)
+        meters.append(writer.meter(name))
+    shares = ((collector, meters[0], device.alphan), (emitter, meters[1], device.alphai))
+    for node, meter, share in shares:
+        if share:
+            a, b = (node, base) if device.npn else (base, node)
+            name = writer.names.element("f", f"{device.name}_{meter}")
+            writer.add(name, a, b, meter, share)
+    kind = "NPN" if device.npn else "PNP"
+    writer.substitute(device.name, f"Ebers-Moll {kind}", "two diodes and two F sources")
 
 
 _VERBATIM: dict[str, Callable[[DeckWriter, Element], None]] = {
@@ -172,6 +181,4 @@ _VERBATIM: dict[str, Callable[[DeckWriter, Element], None]] = {
     "f": _controlled,
     "g": _controlled,
     "h": _controlled,
-    "d": _semiconductor,
-    "q": _semiconductor,
 }

@@ -12,6 +12,8 @@ RUNNERS = ("library", "program")
 
 #: resistances of an ideal element while it conducts and while it blocks [Ohm], sharpest first
 SHARPNESS = ((1e-6, 1e12), (1e-3, 1e9), (1e-3, 1e7), (1e-2, 1e6))
+#: resistances from every node to ground [Ohm] that may help ngspice
+SHUNTS = (1e12, 1e9)
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +35,8 @@ class Options:
         ngspice's tolerances: relative, of currents [A], of voltages [V].
     gmin : float
         Conductance that ngspice puts in parallel with every junction [S].
+    rshunt : float or None
+        Resistance from every node to ground [Ohm]; None for none, unless ngspice fails without.
     method : str
         ``trap`` or ``gear``.
     max_step : float or None
@@ -60,6 +64,7 @@ class Options:
     abstol: float = 1e-12
     vntol: float = 1e-9
     gmin: float = 1e-15
+    rshunt: float | None = None
     method: str = "gear"
     max_step: float | None = None
     edge: float | None = None
@@ -78,6 +83,7 @@ class Options:
             "saturation": self.saturation,
             "ron": 1.0 if self.ron is None else self.ron,
             "roff": 1.0 if self.roff is None else self.roff,
+            "rshunt": 1.0 if self.rshunt is None else self.rshunt,
             "reltol": self.reltol,
             "abstol": self.abstol,
             "vntol": self.vntol,
@@ -104,19 +110,29 @@ class Options:
         ron, roff = SHARPNESS[0]
         return self.ron or ron, self.roff or roff
 
-    def sharpness(self) -> list[Options]:
-        """Return these options with every pair of resistances that may be tried, sharpest first."""
-        if self.ron is not None and self.roff is not None:
-            return [self]
-        pairs = dict.fromkeys((self.ron or ron, self.roff or roff) for ron, roff in SHARPNESS)
-        return [replace(self, ron=ron, roff=roff) for ron, roff in pairs]
+    def attempts(self, exact: bool) -> list[Options]:
+        """Return these options with everything that may be tried, sharpest first.
+
+        Parameters
+        ----------
+        exact : bool
+            True if ngspice has every law, so that ``ron`` and ``roff`` do not matter.
+        """
+        pairs = [(self.ron or ron, self.roff or roff) for ron, roff in SHARPNESS]
+        tried = [replace(self, ron=ron, roff=roff) for ron, roff in dict.fromkeys(pairs)]
+        if exact:
+            tried = tried[:1]
+        if self.rshunt is None:
+            tried += [replace(tried[-1], rshunt=rshunt) for rshunt in SHUNTS]
+        return tried
 
     def card(self) -> str:
         """Return the ``.options`` card."""
+        shunt = "" if self.rshunt is None else f" rshunt={self.rshunt!r}"
         return (
             f".options reltol={self.reltol!r} abstol={self.abstol!r} vntol={self.vntol!r} "
             f"gmin={self.gmin!r} chgtol=1e-16 trtol=1 method={self.method} "
-            "itl1=1000 itl2=1000 itl4=200"
+            f"itl1=1000 itl2=1000 itl4=200{shunt}"
         )
 
 

@@ -81,7 +81,7 @@ def _run_library(text: str, folder: Path, timeout: float) -> RawRun:
     if done.returncode == NO_LIBRARY:
         raise _Missing("the library of ngspice is not installed")
     result = folder / "result.json"
-    if not result.exists():
+    if not result.exists() or not result.stat().st_size:
         lines = [*done.stdout.splitlines(), *done.stderr.splitlines()]
         lines.append(f"Error: ngspice ended with code {done.returncode}")
         return RawRun("libngspice", "ngspice", log=lines)

@@ -53,7 +53,7 @@ def run(
     UsageError
         NS4013 if ngspice is not installed, NS4014 if it cannot do the deck at all.
     NgspiceError
-        If ngspice does not finish.
+        If ngspice does not finish, however it is helped: the failure without help.
 
     Examples
     --------
@@ -66,7 +66,8 @@ def run(
     task = analysis if analysis is not None else first_analysis(circuit)
 
     failures: list[NgspiceError] = []
-    for attempt in chosen.sharpness():
+    todo = translate(circuit, task, signals, chosen, values=values, temperature=temperature)
+    for attempt in chosen.attempts(todo.exact):
         todo = translate(circuit, task, signals, attempt, values=values, temperature=temperature)
         try:
             return replace(_run(todo), attempts=tuple(failures))
@@ -81,7 +82,7 @@ def run(
                     temperature=temperature,
                 )
             failures.append(error)
-            if todo.exact or error.reason not in _SOFTENED:
+            if error.reason not in _SOFTENED:
                 break
     raise failures[0]
 

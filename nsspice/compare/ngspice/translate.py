@@ -12,10 +12,9 @@ from ...circuit import Circuit, parse_signal, unknown_signal
 from ...circuit.build import default_conditions
 from ...devices import Conditions
 from ...netlist.deck import Element, Sweep
-from ...netlist.expression import Expression
 from .deck_writer import DeckWriter, Substitute, untranslatable
 from .elements import is_voltage_source, write
-from .options import Options
+from .options import SHUNTS, Options
 
 AnyAnalysis = Op | Dc | Tran
 
@@ -92,6 +91,8 @@ def translate(
     """
     names = [canonical(s) for s in (circuit.default_signals() if signals is None else signals)]
     options = complete(options or Options(), analysis)
+    if options.rshunt is None and any(w.code == "NS2051" for w in circuit.warnings):
+        options = replace(options, rshunt=SHUNTS[0])  # a part of the circuit floats
     conditions = _conditions(circuit, analysis, values or {}, temperature)
     stop = analysis.stop if isinstance(analysis, Tran) else 0.0
     writer = DeckWriter(options, conditions, options.edge or 1e-9, stop)
@@ -110,7 +111,6 @@ def translate(
             *writer.models,
             *_initial(writer, circuit),
             options.card(),
-            *_floating(circuit),
             f".options temp={conditions.temperature!r} tnom={conditions.nominal!r}",
             *(f".save {vector}" for vector in dict.fromkeys(vectors.values())),
             _analysis_card(writer, analysis, options, swept),
@@ -169,10 +169,11 @@ def _measure(
     for element in elements.values():
         if element.letter in "fhw":
             wanted.update(element.controls[:1])
-        if isinstance(element.value, Expression):
-            for name in element.value.variables():
+    for device in circuit.devices:
+        for expression in device.expressions:
+            for name in expression.variables():
                 if name == "i":
-                    wanted.add(element.name)
+                    wanted.add(device.name)
                 elif name.startswith("i("):
                     wanted.add(name[2:-1])
     for name in names:
@@ -214,10 +215,10 @@ def _vectors(
                     vectors[f"v({part})"] = f"v({writer.node(part)})"
                 continue
             element = elements.get(part)
-            if element is None:
+            if element is None and part not in writer.written:
                 raise unknown_signal(name, circuit.default_signals())
             meter = writer.meter(part)
-            if part not in writer.metered and part not in writer.own_current:
+            if element is not None and part not in writer.metered | writer.own_current:
                 meter = writer.names.element(element.letter, part)
             vectors[name] = f"i({meter})"
     return vectors
@@ -232,12 +233,6 @@ def _initial(writer: DeckWriter, circuit: Circuit) -> list[str]:
             if node in circuit.node_island and isinstance(param.value, int | float):
                 lines.append(f"{card} v({writer.node(node)})={float(param.value)!r}")
     return lines
-
-
-def _floating(circuit: Circuit) -> list[str]:
-    """Return a resistance from every node to ground if a part of the circuit floats."""
-    floats = any(warning.code == "NS2051" for warning in circuit.warnings)
-    return [".options rshunt=1e12"] if floats else []
 
 
 def _analysis_card(
