@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..circuit import Circuit, MnaSystem
+from ..devices.waveform import initial_value
 from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem, Waveform
 from ..solvers.modewise import ModewiseStepper
@@ -49,7 +50,7 @@ def start(
         energy = initial_energy(mna, held)
     elif step is not None and held:
         point = _held_point(mna, held)
-        charges = mna.system.E.dot(point)
+        charges = mna.system.E.dot(point) + _smooth_charges(mna.system, point)
         energy = 0.5 * float(point @ charges)
     else:
         stepper.start_dc(0.0, guess_of(circuit, mna))
@@ -84,6 +85,17 @@ def _held_point(mna: MnaSystem, held: Mapping[str, float]) -> Floats:
     stepper = MoreauStepper(hold(mna.system, {mna.layout.nodes[k]: v for k, v in held.items()}), ())
     stepper.start_dc(0.0)
     return stepper.state[0][: mna.system.n]
+
+
+def _smooth_charges(system: DescriptorSystem, point: Floats) -> Floats:
+    """Return the charges and fluxes of the smooth laws at a point (n,) at t = 0, shape (n,)."""
+    if system.smooth is None or not system.smooth.Q.data.size:
+        return np.zeros(system.n)
+    from ..solvers.moreau import function_values
+
+    sources = np.array([[initial_value(waveform) for waveform in system.waveforms]])
+    functions = function_values(system.smooth.tape, point[np.newaxis], sources, np.zeros(1))
+    return system.smooth.Q.dot(functions[0])
 
 
 def hold(system: DescriptorSystem, voltages: Mapping[int, float]) -> DescriptorSystem:
@@ -136,6 +148,13 @@ def hold(system: DescriptorSystem, voltages: Mapping[int, float]) -> DescriptorS
         A=grown(system.A, (n + k, m), nothing, nothing, nothing),
         B=grown(system.B, (m, n + k), nothing, nothing, nothing),
         S=grown(system.S, (n + k, p + k), new, p + np.arange(k), -ones),
+        smooth=None
+        if system.smooth is None
+        else replace(
+            system.smooth,
+            F=grown(system.smooth.F, (n + k, system.smooth.F.shape[1]), nothing, nothing, nothing),
+            Q=grown(system.smooth.Q, (n + k, system.smooth.Q.shape[1]), nothing, nothing, nothing),
+        ),
         waveforms=(*system.waveforms, *(Waveform("dc", (v,)) for v in voltages.values())),
         row_kind=np.concatenate([system.row_kind, np.ones(k, np.uint8)]),
     )
