@@ -362,6 +362,11 @@ impl PyStepper {
         self.inner.freeze_time(time);
     }
 
+    #[pyo3(signature = (by_rate, correctors=None))]
+    fn follow_path(&mut self, by_rate: bool, correctors: Option<usize>) {
+        self.inner.follow_path(by_rate, correctors);
+    }
+
     fn time(&self) -> f64 {
         self.inner.time()
     }
@@ -398,6 +403,7 @@ impl PyStepper {
         out.set_item("residual_complementarity", s.residual_complementarity)?;
         out.set_item("checks", s.checks)?;
         out.set_item("linearised", s.linearised)?;
+        out.set_item("grid_residual", s.grid_residual)?;
         Ok(out)
     }
 }

@@ -1,9 +1,11 @@
 //! Steps of systems with smooth nonlinear terms: the same scheme, each step by Newton's method.
 
+use super::clock::evaluate;
 use super::stage::System;
 use super::stepper::{Outcome, Stepper};
-use crate::mlcp::Start;
-use crate::newton::{Newton, Smooth};
+use crate::mlcp::{Residual, Start};
+use crate::newton::{Data, Newton, Smooth, Tracking};
+use crate::waveform::{Side, Waveform};
 
 /// A prediction that reaches further than this many steps back is none.
 const FARTHEST: f64 = 4.0;
@@ -19,6 +21,10 @@ pub struct SmoothPart {
     known: bool,
     /// the time that the functions see, where the time of the stepper counts points of a sweep
     pub(super) frozen: Option<f64>,
+    /// the path is followed instead of solving every point
+    pub(super) tracking: Option<Tracking>,
+    u_rate: Vec<f64>,
+    u_old: Vec<f64>,
     /// state and time one step ago
     last: Option<f64>,
     z_last: Vec<f64>,
@@ -37,6 +43,9 @@ impl SmoothPart {
             rates: vec![0.0; count],
             known: false,
             frozen: None,
+            tracking: None,
+            u_rate: vec![0.0; sys.s.ncols],
+            u_old: vec![0.0; sys.s.ncols],
             last: None,
             z_last: vec![0.0; n],
             prediction: vec![0.0; n],
@@ -118,6 +127,10 @@ impl Stepper {
     /// One ordinary step, predicted along the secant of the last one.
     pub(super) fn take_smooth(&mut self, k: usize, length: f64) -> Outcome {
         let begin = self.smooth_time;
+        let tracking = self.smooth.as_ref().and_then(|s| s.tracking);
+        if let (Some(tracking), true) = (tracking, length.is_infinite()) {
+            return self.follow(k, begin, tracking);
+        }
         let matrices = &self.stages[k].matrices;
         matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
         self.keep_for_rates();
@@ -148,6 +161,61 @@ impl Stepper {
         for (rate, new) in smooth.rates.iter_mut().zip(&smooth.f) {
             *rate = if length.is_finite() { (new - *rate) / length } else { 0.0 };
         }
+        Ok(())
+    }
+
+    /// One Euler-Newton step from the time `begin`; a static problem.
+    fn follow(&mut self, k: usize, begin: f64, tracking: Tracking) -> Outcome {
+        self.z_before.copy_from_slice(&self.z);
+        self.l_before.copy_from_slice(&self.l);
+        let Some(smooth) = &mut self.smooth else { return Ok(()) };
+        smooth.newton.set_rate(0.0);
+        let (clock, old_clock) = (smooth.clock(self.time), smooth.clock(begin));
+        let mut predictor = None;
+        let matrices = &self.stages[k].matrices;
+        if tracking.by_rate && self.time > begin {
+            let h = self.time - begin;
+            evaluate(&self.waveforms, begin, Side::Right, &mut smooth.u_old);
+            for (rate, w) in smooth.u_rate.iter_mut().zip(&self.waveforms) {
+                *rate = Waveform::slope(w, begin);
+            }
+            let u = &smooth.u_old;
+            let ahead: Vec<f64> = u.iter().zip(&smooth.u_rate).map(|(u, r)| u + h * r).collect();
+            matrices.right_hand_side(&self.z, &ahead, &ahead, &mut self.rhs);
+            smooth.newton.evaluate(&self.z, &smooth.u_old, old_clock, &mut smooth.scratch);
+            let t_rate = if smooth.frozen.is_some() { 0.0 } else { 1.0 };
+            smooth.newton.add_drift(-h, &smooth.u_rate, t_rate, &mut self.rhs);
+            predictor = Some((self.rhs.clone(), old_clock));
+        }
+        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
+        let (q, roles) = (&self.sys.q[..], &self.roles[..]);
+        let here = Data { rhs: &self.rhs, u: &self.u1, t: clock, q, roles };
+        let (mut rows, mut pairs) = (0.0f64, 0.0f64);
+        for step in 0..=tracking.correctors {
+            let data = match &predictor {
+                Some((rhs, t)) if step == 0 => Data { rhs, u: &smooth.u_old, t: *t, q, roles },
+                _ => here,
+            };
+            let found = smooth.newton.linearised_step(&data, &mut self.z, &mut self.l);
+            self.stats.problems += 1;
+            self.stats.linearised += 1;
+            let Some(found) = found else {
+                let failed = smooth.newton.residual_at(&here, &self.z, &self.l);
+                return Err(self.failed(f64::INFINITY, failed.worst(), false, None));
+            };
+            (rows, pairs) = (rows.max(found.rows), pairs.max(found.complementarity));
+        }
+        let grid = smooth.newton.residual_at(&here, &self.z, &self.l);
+        smooth.newton.values(&mut smooth.f);
+        smooth.known = true;
+        self.stats.grid_residual = self.stats.grid_residual.max(grid.worst());
+        self.smooth_time = self.time;
+        if smooth.newton.active() != self.active {
+            self.active.copy_from_slice(smooth.newton.active());
+            self.epoch += 1;
+            self.stats.mode_changes += 1;
+        }
+        self.note(Residual { rows, complementarity: pairs });
         Ok(())
     }
 

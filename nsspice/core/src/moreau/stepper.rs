@@ -95,6 +95,8 @@ pub struct Statistics {
     pub checks: u64,
     /// problems linearised by Newton's method
     pub linearised: u64,
+    /// worst residual of the laws at the points of a path that is followed, not solved
+    pub grid_residual: f64,
 }
 
 /// What `advance` came back with.
@@ -273,6 +275,15 @@ impl Stepper {
     pub fn freeze_time(&mut self, time: f64) {
         if let Some(smooth) = &mut self.smooth {
             smooth.frozen = Some(time);
+        }
+    }
+
+    /// Follows the path of solutions by Euler-Newton steps at the points of a static system;
+    /// `correctors` as the functions ask for if not given.
+    pub fn follow_path(&mut self, by_rate: bool, correctors: Option<usize>) {
+        if let Some(smooth) = &mut self.smooth {
+            let correctors = correctors.unwrap_or_else(|| smooth.newton.usual_correctors());
+            smooth.tracking = Some(Tracking { by_rate, correctors });
         }
     }
 

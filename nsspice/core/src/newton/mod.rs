@@ -27,6 +27,8 @@ mod linear;
 mod solve;
 #[cfg(test)]
 mod tests;
+mod track;
 
 pub use equations::{Equations, Smooth};
 pub use solve::{Newton, Solved, Unsolved};
+pub use track::{Data, Tracking};

@@ -225,15 +225,8 @@ impl Newton {
         start: Start,
     ) -> Result<Solved, Box<Unsolved>> {
         let n = self.eq.n;
+        self.load(rhs, u, t, q, roles);
         let s = &mut self.state;
-        s.right[..n].copy_from_slice(rhs);
-        for (r, q) in s.right[n..].iter_mut().zip(q) {
-            *r = -q;
-        }
-        s.q.copy_from_slice(q);
-        s.u.copy_from_slice(u);
-        s.t = t;
-        s.roles.copy_from_slice(roles);
         s.iterations = 0;
         s.stage = 1;
         s.nearest = NOWHERE;
@@ -257,6 +250,19 @@ impl Newton {
         z.copy_from_slice(&s.x[..n]);
         l.copy_from_slice(&s.x[n..]);
         Ok(Solved { iterations: s.iterations, residual: found.residual, stage: s.stage })
+    }
+
+    /// Takes the data of a problem.
+    pub(super) fn load(&mut self, rhs: &[f64], u: &[f64], t: f64, q: &[f64], roles: &[Role]) {
+        let (n, s) = (self.eq.n, &mut self.state);
+        s.right[..n].copy_from_slice(rhs);
+        for (r, q) in s.right[n..].iter_mut().zip(q) {
+            *r = -q;
+        }
+        s.q.copy_from_slice(q);
+        s.u.copy_from_slice(u);
+        s.t = t;
+        s.roles.copy_from_slice(roles);
     }
 
     /// From `state.x`, the last solution, by way of the prediction if there is one.
@@ -409,7 +415,7 @@ impl Newton {
     }
 
     /// Evaluates the functions at `state.x` and the balance there.
-    fn evaluate_at_x(&mut self, how: Linearisation, pull: Option<&Pull>) {
+    pub(super) fn evaluate_at_x(&mut self, how: Linearisation, pull: Option<&Pull>) {
         let Newton { eq, tape, assemblies, present, state: s, .. } = self;
         tape.evaluate(&s.x[..eq.n], &s.u, s.t, how);
         let assembly = &assemblies[*present];
@@ -424,13 +430,13 @@ impl Newton {
         }
     }
 
-    fn judge(&self) -> Judgement {
+    pub(super) fn judge(&self) -> Judgement {
         let s = &self.state;
         s.balance.judge(&self.eq, &s.roles, &s.x)
     }
 
     /// Solves the linearised problem; false if that is not possible.
-    fn advance(&mut self, pull: Option<&Pull>) -> bool {
+    pub(super) fn advance(&mut self, pull: Option<&Pull>) -> bool {
         let mu = pull.map_or(0.0, |p| p.mu);
         let Newton { eq, tape, assemblies, present, state: s, .. } = self;
         let assembly = &mut assemblies[*present];

@@ -112,6 +112,12 @@ impl Op {
         )
     }
 
+    /// Whether it has a kink or a jump somewhere.
+    pub fn kinked(self) -> bool {
+        use Op::*;
+        self.flat() || matches!(self, Abs | U2 | Uramp | Min | Max | If | Table | Pwr)
+    }
+
     /// Whether it keeps a linearisation point of its own: it grows so fast, or ends so soon, that a
     /// tangent taken where a Newton step happens to land would mislead the next one.
     pub fn limited(self) -> bool {

@@ -171,6 +171,11 @@ impl Program {
         self.outputs.is_empty()
     }
 
+    /// Whether some instruction has a kink or a jump.
+    pub fn has_kinks(&self) -> bool {
+        self.code.iter().any(|i| i.op.kinked())
+    }
+
     /// Number of unknowns.
     pub fn unknowns(&self) -> usize {
         self.unknowns

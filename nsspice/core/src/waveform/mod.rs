@@ -78,6 +78,15 @@ impl Waveform {
         }
     }
 
+    /// Slope to the right of `t` [1/s].
+    pub fn slope(&self, t: f64) -> f64 {
+        match self {
+            Waveform::Dc(_) => 0.0,
+            Waveform::Piecewise(p) => p.line(t).1,
+            Waveform::Smooth(s) => s.slope(t),
+        }
+    }
+
     /// The first corner later than `t`.
     pub fn next_corner(&self, t: f64) -> Option<Corner> {
         match self {

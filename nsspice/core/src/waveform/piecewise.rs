@@ -226,6 +226,16 @@ mod tests {
     }
 
     #[test]
+    fn slopes_look_to_the_right() {
+        let w = PiecewiseLinear::pwl(&[1.0, 0.0, 2.0, 3.0, 4.0, 3.0], f64::NAN, 2.0).unwrap();
+        let slopes = [0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0].map(|t| w.line(t).1);
+        assert_eq!(slopes, [0.0, 6.0, 6.0, 0.0, 0.0, 0.0, 0.0]);
+        let w = PiecewiseLinear::pulse(&[0.0, 5.0, 1.0, 0.5, 0.5, 1.0, 4.0, f64::INFINITY], 1.0);
+        let slopes = [0.5, 1.25, 2.0, 2.75, 5.25].map(|t| w.line(t).1);
+        assert_eq!(slopes, [0.0, 10.0, 0.0, -10.0, 10.0]);
+    }
+
+    #[test]
     fn a_train_ends_after_its_count() {
         let w = PiecewiseLinear::pulse(&[0.0, 1.0, 0.0, 0.1, 0.1, 0.3, 1.0, 2.0], 1.0);
         assert_eq!(w.value(0.3, Side::Right), 1.0);

@@ -79,6 +79,43 @@ impl Smooth {
         }
     }
 
+    /// Slope to the right of `t`.
+    pub fn slope(&self, t: f64) -> f64 {
+        let cosine = |turns: f64, phase: f64| sine(turns, phase + 0.25 * TAU);
+        match *self {
+            Smooth::Sin { amplitude, frequency, delay, damping, phase, .. } => {
+                let s = t - delay;
+                if s < 0.0 {
+                    return 0.0;
+                }
+                let envelope = if damping == 0.0 { 1.0 } else { (-damping * s).exp() };
+                let turns = frequency * s;
+                let rate = TAU * frequency * cosine(turns, phase) - damping * sine(turns, phase);
+                amplitude * envelope * rate
+            }
+            Smooth::Exp { v1, v2, td1, tau1, td2, tau2 } => {
+                let rate =
+                    |td: f64, tau: f64| if t < td { 0.0 } else { (-(t - td) / tau).exp() / tau };
+                (v2 - v1) * (rate(td1, tau1) - rate(td2, tau2))
+            }
+            Smooth::Sffm { amplitude, carrier, index, signal, .. } => {
+                let phase = index * sine(signal * t, 0.0);
+                let rate = TAU * (carrier + index * signal * cosine(signal * t, 0.0));
+                amplitude * rate * cosine(carrier * t, phase)
+            }
+            Smooth::Am { amplitude, offset, modulation, carrier, delay } => {
+                let s = t - delay;
+                if s < 0.0 {
+                    return 0.0;
+                }
+                let (m, c) = (modulation * s, carrier * s);
+                let product = modulation * cosine(m, 0.0) * sine(c, 0.0)
+                    + carrier * (offset + sine(m, 0.0)) * cosine(c, 0.0);
+                TAU * amplitude * product
+            }
+        }
+    }
+
     /// The kinks at delays.
     pub fn next_corner(&self, t: f64) -> Option<Corner> {
         let kinks = match *self {
@@ -106,6 +143,26 @@ mod tests {
         assert!((w.value(t) - expected).abs() < 1e-14);
         assert_eq!(w.next_corner(0.0), Some(Corner { time: 1e-3, jump: false }));
         assert_eq!(w.next_corner(1e-3), None);
+    }
+
+    #[test]
+    fn slopes_agree_with_difference_quotients() {
+        let list = [
+            ("sin", vec![1.0, 2.0, 50.0, 1e-3, 10.0, 30.0]),
+            ("exp", vec![0.0, 4.0, 1e-3, 5e-3, 8e-3, 2e-3]),
+            ("sffm", vec![1.0, 2.0, 200.0, 3.0, 20.0]),
+            ("am", vec![2.0, 1.5, 20.0, 300.0, 1e-3]),
+        ];
+        for (kind, values) in list {
+            let w = Smooth::new(kind, &values, 1.0).unwrap();
+            for k in 0..40 {
+                let t = 2.5e-4 + 5e-4 * f64::from(k);
+                let step = 1e-7;
+                let quotient = (w.value(t + step) - w.value(t - step)) / (2.0 * step);
+                // third derivatives up to (2 pi 300)^3 2 times step^2 / 6
+                assert!((w.slope(t) - quotient).abs() < 1e-4, "{kind} at {t}");
+            }
+        }
     }
 
     #[test]

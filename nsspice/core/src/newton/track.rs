@@ -1,0 +1,122 @@
+//! Euler-Newton steps along a path of solutions, one or more linearised problems per grid point.
+//!
+//! R. Cibulka, T. Roubal, *Solution stability and path-following for a class of generalized
+//! equations* (2017), methods (21) and (22); T. Roubal, *Non-smooth analysis in engineering and
+//! economics* (2015), methods (3.2) and (3.4).  Predictor and one corrector together have a grid error
+//! of order four.
+
+use super::judge::Judgement;
+use super::solve::Newton;
+use crate::mlcp::{Residual, Role};
+use crate::tape::Linearisation;
+
+/// Correctors where the functions have kinks: there one linearisation may be that of the wrong side.
+const WITH_KINKS: usize = 3;
+
+/// How the path is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tracking {
+    /// the predictor takes the rate of the data at the old point, (3.2); otherwise the data at the
+    /// new point, (3.4)
+    pub by_rate: bool,
+    /// corrector steps
+    pub correctors: usize,
+}
+
+/// The data of one point.
+#[derive(Clone, Copy)]
+pub struct Data<'a> {
+    /// right-hand side of the rows of z
+    pub rhs: &'a [f64],
+    /// sources and time that the functions see
+    pub u: &'a [f64],
+    /// see `u`
+    pub t: f64,
+    /// constant slacks
+    pub q: &'a [f64],
+    /// roles of the pairs
+    pub roles: &'a [Role],
+}
+
+impl Newton {
+    /// The number of correctors that the functions ask for.
+    pub fn usual_correctors(&self) -> usize {
+        if self.tape.program().has_kinks() {
+            WITH_KINKS
+        } else {
+            1
+        }
+    }
+
+    /// One Josephy-Newton step: solves the problem linearised at `z`, exactly.  Returns how well that
+    /// linear problem holds, or None if it has no solution.
+    pub fn linearised_step(
+        &mut self,
+        data: &Data,
+        z: &mut [f64],
+        l: &mut [f64],
+    ) -> Option<Residual> {
+        let n = self.eq.n;
+        self.load(data.rhs, data.u, data.t, data.q, data.roles);
+        let s = &mut self.state;
+        s.x[..n].copy_from_slice(z);
+        s.x[n..].copy_from_slice(l);
+        s.growth = f64::INFINITY;
+        s.begin.copy_from_slice(&s.x);
+        self.activate_from_signs();
+        self.evaluate_at_x(Linearisation::Exact, None);
+        if !self.advance(None) {
+            return None;
+        }
+        let found = self.judge_linear();
+        let s = &self.state;
+        if !found.residual.rows.is_finite() {
+            return None;
+        }
+        z.copy_from_slice(&s.x[..n]);
+        l.copy_from_slice(&s.x[n..]);
+        Some(found.residual)
+    }
+
+    /// Residual of the linearised problem after `advance`.
+    fn judge_linear(&mut self) -> Judgement {
+        let assembly = &self.assemblies[self.present];
+        let pattern = &self.eq.pattern;
+        let s = &mut self.state;
+        for (c, (x, begin)) in s.x.iter().zip(&s.begin).enumerate() {
+            let moved = x - begin;
+            if moved != 0.0 {
+                for at in pattern.colptr[c]..pattern.colptr[c + 1] {
+                    s.balance.defect[pattern.rowidx[at]] -= assembly.values[at] * moved;
+                }
+            }
+        }
+        s.balance.judge(&self.eq, &s.roles, &s.x)
+    }
+
+    /// Residual of the equations themselves at a point.
+    pub fn residual_at(&mut self, data: &Data, z: &[f64], l: &[f64]) -> Residual {
+        let n = self.eq.n;
+        self.load(data.rhs, data.u, data.t, data.q, data.roles);
+        self.state.x[..n].copy_from_slice(z);
+        self.state.x[n..].copy_from_slice(l);
+        self.evaluate_at_x(Linearisation::Exact, None);
+        self.judge().residual
+    }
+
+    /// `out += factor F (df/du u' + df/dt)` from the derivatives of the last evaluation.
+    pub fn add_drift(&self, factor: f64, u_rate: &[f64], t_rate: f64, out: &mut [f64]) {
+        let (n, program) = (self.eq.n, self.tape.program());
+        let slopes = self.tape.slopes();
+        for term in self.eq.terms.iter().filter(|t| t.f != 0.0) {
+            for (variable, slot) in program.derivatives(term.function as usize) {
+                let rate = match variable.checked_sub(n) {
+                    None => continue,
+                    Some(k) if k < u_rate.len() => u_rate[k],
+                    Some(_) => t_rate,
+                };
+                out[term.row as usize] += factor * term.f * slopes[slot] * rate;
+            }
+        }
+    }
+}
