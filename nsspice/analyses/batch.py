@@ -242,6 +242,7 @@ def _executor(
             circuit,
             analysis=Dc.from_card(card),
             overrides=values,
+            method=settings.method,
             progress=progress,
             **common,  # type: ignore[arg-type]
         )

@@ -16,6 +16,7 @@ from .curve import Floats
 from .examiner import Examiner, sampling
 from .failure import named_failure
 from .impulses import jumps_of
+from .following import Following
 from .initial import start
 from .settings import Settings
 from .solution import Event, IslandRun, JumpReport
@@ -63,6 +64,11 @@ class IslandRunner:
     def _stepper(self, functionals: Sequence[Functional]) -> MoreauStepper | ModewiseStepper:
         """Return the solver that the settings and the system call for."""
         system, settings = self.mna.system, self.settings
+        following = Following.of(self.circuit.deck, settings.method)
+        if following is not None:
+            moreau = MoreauStepper(system, functionals)
+            self.method = following.apply(moreau, self.island, system)
+            return moreau
         if self.step is None:
             return MoreauStepper(system, functionals)
         if settings.method == "modewise" and not self.all_points:

@@ -17,6 +17,7 @@ from .certificate import Certificate
 from .curve import Floats
 from .examiner import Examiner, sampling
 from .failure import named_failure
+from .following import Following
 from .initial import guess_of
 from .solution import IslandRun
 
@@ -34,6 +35,7 @@ class Totals:
     certificates: list[Certificate]
     unknowns: int = 0
     pairs: int = 0
+    method: str = "point by point"
 
 
 class PointsOfIsland:
@@ -47,7 +49,9 @@ class PointsOfIsland:
         swept: Mapping[str, Floats],
         temperature: float | None,
         values: Mapping[str, float],
+        following: Following | None = None,
     ) -> None:
+        self.following = following
         self.circuit, self.island, self.names = circuit, island, list(names)
         mine = {device.name: device.letter for device in island.devices}
         self.sources = {n: v for n, v in swept.items() if mine.get(n, "") in ("v", "i")}
@@ -75,6 +79,8 @@ class PointsOfIsland:
             mna, system = self._system(first, last)
             stepper = MoreauStepper(system, [mna.functional(name) for name in self.names])
             stepper.freeze_time(0.0)
+            if self.following is not None:
+                self.totals.method = self.following.apply(stepper, self.island, system)
             self.totals.unknowns, self.totals.pairs = system.n, system.m
             examiner = Examiner(mna, system=system, frozen=0.0)
             size = 2 * system.n + system.m + 2 * len(system.waveforms)
@@ -116,7 +122,11 @@ class PointsOfIsland:
                 "pwl", tuple(points.tolist()), scale=waveforms[column].scale
             )
         n = mna.system.n
-        return mna, replace(mna.system, E=Csc.zeros((n, n)), waveforms=tuple(waveforms))
+        smooth = mna.system.smooth
+        if smooth is not None:
+            smooth = replace(smooth, Q=Csc.zeros(smooth.Q.shape))
+        static = replace(mna.system, E=Csc.zeros((n, n)), waveforms=tuple(waveforms), smooth=smooth)
+        return mna, static
 
     def _failure(self, mna: MnaSystem, problem: UnsolvedStep, first: int) -> NumericalError:
         """Return the error, with the swept values in place of the count of points."""
@@ -151,7 +161,7 @@ def report_of(number: int, island: Island, totals: Totals) -> IslandRun:
         number + 1,
         island.problem_class.name,
         island.reason,
-        "point by point",
+        totals.method,
         totals.unknowns,
         totals.pairs,
         stats=stats,

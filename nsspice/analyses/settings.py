@@ -9,8 +9,8 @@ from ..errors import Diagnostic, Span, UsageError
 from ..netlist.deck import Deck
 from .names import suggestion
 
-#: time-stepping methods of this version
-METHODS = ("auto", "modewise", "moreau")
+#: methods of this version
+METHODS = ("auto", "modewise", "moreau", "euler-newton", "euler-newton-rate")
 #: methods of SPICE programs: they cannot be meant for this one, decks carry them along
 _FOREIGN = ("trap", "trapezoidal", "gear", "euler", "modtrap")
 

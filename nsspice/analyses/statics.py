@@ -13,9 +13,11 @@ from ..netlist.deck import DcCard, Sweep
 from .cards import Dc
 from .certificate import Certificate
 from .curve import Floats
+from .following import Following
 from .points import PointsOfIsland, report_of
 from .recorder import Recorder, select
 from .rows import Progress
+from .settings import Settings
 from .sink import Sink
 from .solution import Solution
 
@@ -71,6 +73,7 @@ def dc(
     extra: Sequence[str] = (),
     temperature: float | None = None,
     overrides: Mapping[str, float] | None = None,
+    method: str | None = None,
     progress: Progress | None = None,
     sink: Sink | None = None,
     analysis: Dc | None = None,
@@ -90,6 +93,9 @@ def dc(
         [degrees Celsius]
     overrides : mapping of str to float, optional
         Values by element name that replace the deck's.
+    method : str, optional
+        ``euler-newton`` or ``euler-newton-rate`` follow the path of solutions from point to point
+        instead of solving each one.
     progress : callable, optional
         Called with the finished share, 0 to 1.
     sink : Sink, optional
@@ -117,8 +123,18 @@ def dc(
         analysis = _analysis(circuit, source, values)
     for sweep in analysis.sweeps:
         check_sweep(circuit, sweep)
+    following = Following.of(circuit.deck, Settings.of(circuit.deck, method).method)
     return _solve(
-        circuit, "dc", analysis.sweeps, signals, extra, temperature, overrides or {}, progress, sink
+        circuit,
+        "dc",
+        analysis.sweeps,
+        signals,
+        extra,
+        temperature,
+        overrides or {},
+        progress,
+        sink,
+        following,
     )
 
 
@@ -169,6 +185,7 @@ def _solve(
     values: Mapping[str, float],
     progress: Progress | None,
     sink: Sink | None,
+    following: Following | None = None,
 ) -> Solution:
     begin = clock.perf_counter()
     columns = select(circuit, signals)
@@ -183,7 +200,9 @@ def _solve(
     interrupted = False
     for k, island in enumerate(circuit.islands):
         width = len(recorder.local[k])
-        job = PointsOfIsland(circuit, island, recorder.local[k], swept, temperature, values)
+        job = PointsOfIsland(
+            circuit, island, recorder.local[k], swept, temperature, values, following
+        )
         done = 0
         try:
             for block in job.blocks(count):

@@ -55,7 +55,8 @@ def tran(
     uic : bool, optional
         Start from the initial values of the elements instead of the DC solution.
     method : str, optional
-        ``auto`` or ``moreau``.
+        ``auto`` or ``moreau``; ``euler-newton`` or ``euler-newton-rate`` for circuits without
+        energy storage.
     theta : float, optional
         Weight of the new state: 1 implicit (default), 0.5 trapezoidal in the smooth part.
     signals : sequence of str, optional

@@ -76,7 +76,7 @@ def solver_options(command: F) -> F:
         click.option(
             "--theta", type=NUMBER, help="Weight of the new state: 1 implicit, 0.5 trapezoidal."
         ),
-        click.option("--method", metavar="NAME", help="auto or moreau."),
+        click.option("--method", metavar="NAME", help="auto, moreau, euler-newton ..."),
     ):
         command = option(command)
     return command

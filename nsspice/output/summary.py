@@ -138,6 +138,8 @@ def _island(island: IslandRun) -> str:
         text += f", {_count(int(stats['jumps']), 'jump')}"
     if island.note:
         text += f" ({island.note})"
+    if stats.get("grid_residual"):
+        text += f", laws hold to {stats['grid_residual']:.1e} at the points"
     return text
 
 

@@ -377,6 +377,19 @@ class MoreauStepper:
         """Let smooth functions see a fixed time [s]: in a sweep, the time counts the points."""
         self._core.freeze_time(time)
 
+    def follow_path(self, by_rate: bool, correctors: int | None = None) -> None:
+        """Follow the path of solutions by Euler-Newton steps at the points of a static system.
+
+        Parameters
+        ----------
+        by_rate : bool
+            The predictor takes the rate of the sources at the old point instead of their value at
+            the new one.
+        correctors : int, optional
+            Newton steps after the predictor: 1, or 3 if a function has kinks.
+        """
+        self._core.follow_path(by_rate, correctors)
+
     @property
     def state(self) -> tuple[Floats, Floats]:
         """Present unknowns (n,) and multipliers (m,)."""

@@ -8,6 +8,7 @@ use super::smooth::SmoothPart;
 use super::stage::{Stage, System};
 use super::witness::Witness;
 use crate::mlcp::{work_len, Role, Start};
+use crate::newton::Tracking;
 use crate::waveform::{Side, Waveform};
 use std::time::{Duration, Instant};
 

@@ -10,8 +10,9 @@ use crate::sparse::Csc;
 use crate::tape::{Linearisation, Tape};
 use std::sync::Arc;
 
-/// Relative residual at which the iteration ends; one iteration earlier it was about the root.
-const DONE: f64 = 1e-11;
+/// Relative residual at which the iteration ends, for static problems and for steps, which have
+/// larger errors of their own; one iteration earlier it was about the root.
+const DONE: [f64; 2] = [1e-14, 1e-11];
 /// The same for a guess, which nothing has improved yet.
 const GUESSED: f64 = 1e-15;
 /// Largest relative residual of an accepted solution: where rounding allows no better.
@@ -347,6 +348,7 @@ impl Newton {
         mut how: Linearisation,
     ) -> Option<Judgement> {
         let mut halvings = 0;
+        let accuracy = DONE[usize::from(self.assemblies[self.present].rate > 0.0)];
         let s = &mut self.state;
         s.best.0 = NOWHERE;
         s.begin.copy_from_slice(&s.x);
@@ -369,7 +371,7 @@ impl Newton {
                 continue;
             }
             halvings = 0;
-            let done = if round == 0 { GUESSED } else { DONE };
+            let done = if round == 0 { GUESSED } else { accuracy };
             if found.residual.worst() <= done {
                 if !self.tape.limited() {
                     return Some(found);
