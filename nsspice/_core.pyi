@@ -99,5 +99,22 @@ def tape_instructions() -> list[str]: ...
 def tape_values(
     spec: _Tape, z: _Floats, u: _Floats, t: _Floats
 ) -> tuple[_Floats, list[tuple[int, int]], _Floats]: ...
+def solve_path(
+    g: _Matrix,
+    a: _Matrix,
+    b: _Matrix,
+    d: _Matrix,
+    q: _Floats,
+    row_kind: _Bytes,
+    smooth: tuple[Any, ...] | None,
+    times: _Floats,
+    right: _Floats,
+    rates: _Floats | None,
+    errors: _Floats | None,
+    follow: bool,
+    by_rate: bool,
+    correctors: int | None,
+    start: tuple[_Floats, _Floats] | None,
+) -> dict[str, Any]: ...
 def format_rows(rows: _Floats) -> bytes: ...
 def waveform_values(spec: _Waveform, times: _Floats, side: int) -> _Floats: ...

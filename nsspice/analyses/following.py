@@ -44,8 +44,8 @@ class Following:
         if option is None:
             return cls(method)
         value = option.value
-        whole = isinstance(value, int | float) and float(value).is_integer()
-        if not whole or not 0 <= float(value) <= 50:
+        number = float(value) if isinstance(value, int | float) else -1.0
+        if not (number.is_integer() and 0.0 <= number <= 50.0):
             raise UsageError(
                 Diagnostic(
                     "NS4005",
@@ -54,7 +54,7 @@ class Following:
                     "give a whole number from 0 to 50",
                 )
             )
-        return cls(method, int(value))
+        return cls(method, int(number))
 
     def apply(self, stepper: MoreauStepper, island: Island, system: DescriptorSystem) -> str:
         """Let a stepper follow the path; return how the island is solved, in words.

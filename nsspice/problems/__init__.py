@@ -3,13 +3,18 @@
 from .csc import Csc, weighted_sum
 from .descriptor import DescriptorSystem, Functional, SmoothTerms, Switch, Waveform
 from .elements import Elements, elements_of
+from .generalized import Cone, GeneralizedEquation, Ramp, Sign
 from .tape import Tape, TapeBuilder
 
 __all__ = [
+    "Cone",
     "Csc",
     "DescriptorSystem",
     "Elements",
     "Functional",
+    "GeneralizedEquation",
+    "Ramp",
+    "Sign",
     "SmoothTerms",
     "Switch",
     "Tape",

@@ -1,4 +1,6 @@
-//! The Python face of the core; all bindings stand in this file.
+//! The Python face of the core; all bindings stand in this file and in its folder.
+
+mod newton;
 
 mod modewise;
 
@@ -8,7 +10,7 @@ use crate::moreau::{
 };
 use crate::newton::Smooth;
 use crate::sparse::Csc;
-use crate::tape::{Linearisation, Program, Tape, NAMES};
+use crate::tape::{Program, Tape};
 use crate::waveform::Waveform;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::exceptions::PyValueError;
@@ -478,47 +480,6 @@ fn solve_mlcp<'py>(
     Ok(out)
 }
 
-/// Names of the tape instructions in the order of their codes.
-#[pyfunction]
-fn tape_instructions() -> Vec<&'static str> {
-    NAMES.to_vec()
-}
-
-/// Values (k, p) and Jacobian entries of a tape at points: z (k, n), u (k, s), t (k,).
-///
-/// The Jacobian comes as lists of (function, variable) and an array (k, entries); variables count
-/// unknowns, then sources, then the time.
-#[pyfunction]
-#[allow(clippy::type_complexity)] // what it returns is listed above
-fn tape_values<'py>(
-    py: Python<'py>,
-    spec: TapeSpec,
-    z: PyReadonlyArray2<f64>,
-    u: PyReadonlyArray2<f64>,
-    t: Floats,
-) -> PyResult<(Bound<'py, PyArray1<f64>>, Vec<(usize, usize)>, Bound<'py, PyArray1<f64>>)> {
-    let (z, u) = (z.as_array(), u.as_array());
-    let mut tape = tape(&spec, z.ncols(), u.ncols())?;
-    let program = tape.program().clone();
-    let list: Vec<(usize, usize, usize)> = (0..program.len())
-        .flat_map(|k| program.derivatives(k).map(move |(v, slot)| (k, v, slot)))
-        .collect();
-    let (mut values, mut slopes) = (Vec::new(), Vec::new());
-    for (k, &t) in t.as_slice()?.iter().enumerate() {
-        if k >= z.nrows() || k >= u.nrows() {
-            return Err(invalid("one row of z and u per time is needed"));
-        }
-        tape.evaluate(&z.row(k).to_vec(), &u.row(k).to_vec(), t, Linearisation::Exact);
-        values.extend((0..program.len()).map(|k| tape.value(k)));
-        slopes.extend(list.iter().map(|&(_, _, slot)| tape.slopes()[slot]));
-    }
-    Ok((
-        PyArray1::from_vec(py, values),
-        list.into_iter().map(|(k, v, _)| (k, v)).collect(),
-        PyArray1::from_vec(py, slopes),
-    ))
-}
-
 /// Rows of numbers as CSV text.
 #[pyfunction]
 fn format_rows<'py>(py: Python<'py>, rows: PyReadonlyArray2<f64>) -> PyResult<Bound<'py, PyBytes>> {
@@ -552,7 +513,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(solve_mlcp, module)?)?;
     module.add_function(wrap_pyfunction!(format_rows, module)?)?;
     module.add_function(wrap_pyfunction!(waveform_values, module)?)?;
-    module.add_function(wrap_pyfunction!(tape_instructions, module)?)?;
-    module.add_function(wrap_pyfunction!(tape_values, module)?)?;
+    module.add_function(wrap_pyfunction!(newton::tape_instructions, module)?)?;
+    module.add_function(wrap_pyfunction!(newton::tape_values, module)?)?;
+    module.add_function(wrap_pyfunction!(newton::solve_path, module)?)?;
     Ok(())
 }

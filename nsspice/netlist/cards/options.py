@@ -12,8 +12,8 @@ from .reading import flat
 #: options that nsspice reads
 OWN = {
     "abstol", "cost", "engine", "gmin", "h", "hmin", "hmax", "itl1", "itl4", "maxsteps", "maxstep",
-    "correctors", "method", "order", "reltol", "seed", "step", "temp", "theta", "tnom", "tol", "vntol", "chgtol",
-    "trtol", "events", "certificate", "points", "allpoints",
+    "method", "order", "reltol", "seed", "step", "temp", "theta", "tnom", "tol", "vntol", "chgtol",
+    "trtol", "correctors", "events", "certificate", "points", "allpoints",
 }  # fmt: skip
 #: options of other simulators that steer their numerics or printing: accepted, without effect here
 FOREIGN = {

@@ -24,11 +24,13 @@ mod equations;
 mod homotopy;
 mod judge;
 mod linear;
+mod path;
 mod solve;
 #[cfg(test)]
 mod tests;
 mod track;
 
 pub use equations::{Equations, Smooth};
+pub use path::{Path, Points, Problem};
 pub use solve::{Newton, Solved, Unsolved};
 pub use track::{Data, Tracking};

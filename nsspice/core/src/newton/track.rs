@@ -48,6 +48,11 @@ impl Newton {
         }
     }
 
+    /// Number of functions.
+    pub fn functions(&self) -> usize {
+        self.tape.program().len()
+    }
+
     /// One Josephy-Newton step: solves the problem linearised at `z`, exactly.  Returns how well that
     /// linear problem holds, or None if it has no solution.
     pub fn linearised_step(
