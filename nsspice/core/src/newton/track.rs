@@ -92,7 +92,9 @@ impl Newton {
             let moved = x - begin;
             if moved != 0.0 {
                 for at in pattern.colptr[c]..pattern.colptr[c + 1] {
-                    s.balance.defect[pattern.rowidx[at]] -= assembly.values[at] * moved;
+                    let (row, change) = (pattern.rowidx[at], assembly.values[at] * moved);
+                    s.balance.defect[row] -= change;
+                    s.balance.terms[row] += change.abs();
                 }
             }
         }
