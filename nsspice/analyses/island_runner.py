@@ -15,8 +15,8 @@ from .certificate import Certificate
 from .curve import Floats
 from .examiner import Examiner, sampling
 from .failure import named_failure
+from .following import PATH_METHODS, Following, of_linearised
 from .impulses import jumps_of
-from .following import Following
 from .initial import start
 from .settings import Settings
 from .solution import Event, IslandRun, JumpReport
@@ -144,13 +144,15 @@ class IslandRunner:
             return Certificate.of([self.stepper.statistics])
         self._hand_over()
         stats, jumps = self.stepper.statistics, self.stepper.jumps
-        return self.examiner.certificate(
+        certificate = self.examiner.certificate(
             int(stats["steps"]),
             int(stats["undetermined"]),
             jumps,
             self.charges,
             len(jumps) == stats["jumps"],
         )
+        followed = self.method in PATH_METHODS
+        return of_linearised(certificate, stats) if followed else certificate
 
     def _hand_over(self) -> None:
         """Take what the solver has left for the checks and the measures."""

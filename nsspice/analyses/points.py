@@ -17,7 +17,7 @@ from .certificate import Certificate
 from .curve import Floats
 from .examiner import Examiner, sampling
 from .failure import named_failure
-from .following import Following
+from .following import PATH_METHODS, Following, of_linearised
 from .initial import guess_of
 from .solution import IslandRun
 
@@ -97,9 +97,10 @@ class PointsOfIsland:
                 self.totals.statistics.append(dict(stepper.statistics))
                 examiner.take(stepper.take_records())
                 stats = stepper.statistics
-                self.totals.certificates.append(
-                    examiner.certificate(int(stats["steps"]), int(stats["undetermined"]))
-                )
+                found = examiner.certificate(int(stats["steps"]), int(stats["undetermined"]))
+                if self.totals.method in PATH_METHODS:
+                    found = of_linearised(found, stats)
+                self.totals.certificates.append(found)
             near = stepper.state
 
     def _system(self, first: int, last: int) -> tuple[MnaSystem, DescriptorSystem]:

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from nsspice.solvers.generalized import solve
-from nsspice.solvers.tracker import track
 from oracle.enumeration import solutions
 from scipy.optimize import brentq, minimize
 
 import nsspice
 from nsspice.problems import Cone, GeneralizedEquation, Ramp, Sign, TapeBuilder
+from nsspice.solvers.generalized import solve
 from nsspice.solvers.moreau import UnsolvedStep
+from nsspice.solvers.tracker import track
 
 DATA = Path(__file__).parents[1] / "data" / "thesis"
 
