@@ -21,6 +21,7 @@ from .parameter import Parameter, Table
 from .resistor import Resistor
 from .stamper import Conditions, Layout, Stamper
 from .switch import CurrentSwitch, SwitchLaw, VoltageSwitch
+from .thyristor import Thyristor
 from .transistor import Terminal, Transistor
 from .vsource import VoltageSource
 
@@ -78,6 +79,7 @@ __all__ = [
     "SwitchLaw",
     "Table",
     "Terminal",
+    "Thyristor",
     "Transistor",
     "Vccs",
     "Vcvs",

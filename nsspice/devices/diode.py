@@ -139,11 +139,22 @@ class Diode(LegDevice):
     def read(cls, element: Element, context: Context) -> Device | None:
         """Return the diode of an element line, or None after reporting why not."""
         from .junction_diode import JunctionDiode
+        from .thyristor import Thyristor
 
         findings = context.findings
         model = element.model
         if model is not None:
-            if not check_model(element, ("d",), findings, required=False):
+            if not check_model(element, ("d", "scr"), findings, required=False):
+                return None
+            if model.type == "scr":
+                return Thyristor.read(element, context)
+            if len(element.nodes) > 2:
+                findings.error(
+                    "NS2002",
+                    f"{element.name} has three nodes, but its model {model.name} is a diode",
+                    element.span,
+                    "only a model of type SCR has a gate",
+                )
                 return None
             if is_smooth(model):
                 return JunctionDiode.read(element, context)

@@ -16,6 +16,9 @@ from ..statement import Item, items
 from .reading import Reader, flat
 from .terminals import GROUND
 
+#: ends of elements whose currents have names of their own: i(q1.b)
+_TERMINALS = {"q": ("c", "b", "e"), "d": ("a", "k", "g")}
+
 
 class Context:
     """Deck, scope and names for the readers of dot lines.
@@ -50,14 +53,13 @@ class Context:
                 self.nodes.update(element.controls)
 
     def is_element(self, name: str) -> bool:
-        """Return whether an element, or a terminal of a transistor, has this full name."""
+        """Return whether an element, or a terminal of one, has this full name."""
         places = self._expander.places
         if name in places or self._expander.is_doubtful(name):
             return True
         owner, _, terminal = name.rpartition(".")
-        return (
-            terminal in ("c", "b", "e") and owner.rpartition(".")[2][:1] == "q" and owner in places
-        )
+        letter = owner.rpartition(".")[2][:1]
+        return owner in places and terminal in _TERMINALS.get(letter, ())
 
     def is_node(self, name: str) -> bool:
         """Return whether a node has this full name."""

@@ -18,9 +18,13 @@ _TRANSISTOR = {
 
 
 def diode(reader: Reader, line: Line, items: list[Item]) -> Template:
-    """Read ``D anode cathode [model] [area] [off] [ic=]``; without a model the diode is ideal."""
+    """Read ``D anode cathode [gate] [model] [area] [off] [ic=]``; without a model it is ideal."""
     terminals = Terminals(reader, line, items)
     terminals.take_nodes(2)
+    words = [item.text for item in items[3:5] if item.kind == "word"]
+    # a gate stands before the model if two names follow
+    if len(words) == 2 and words[1] != "off" and words[1][0] not in "0123456789.+-":
+        terminals.take_nodes(1)
     result = terminals.template()
     item = terminals.peek()
     if item is not None and item.text != "off":
