@@ -29,6 +29,8 @@ FLOOR = 1e-6
 #: Share of ``E z / h`` below which nothing can be resolved: with a tolerance of 1e-8, 45 units of
 #: rounding of the stored quantity.
 ROUNDING = 1e-6
+#: The same right after a jump, where values are limits of short steps.
+AFTER_JUMP = 1e-2
 _DENSE = 80  # up to this size products with full matrices are faster
 
 
@@ -150,8 +152,8 @@ class Auditor:
             self.algebraic[system.smooth.Q.indices] = False
         #: largest current and voltage so far
         self._largest = [0.0, 0.0]
-        #: largest charge and flux
-        self._stored = [0.0, 0.0]
+        #: largest charge and flux, longest step [s]
+        self._stored, self._length = [0.0, 0.0], 0.0
         #: worst relative errors, and where: time and row or pair
         self.laws, self.complementarity = 0.0, 0.0
         self.worst_row, self.worst_pair = -1, -1
@@ -170,21 +172,20 @@ class Auditor:
         length = records.length[:, None]
         static = np.isinf(records.length)
         contents = self.E.sizes(z)
-        with np.errstate(invalid="ignore"):
-            rates = self.E(change) / length
-            resolution = (contents + self.E.sizes(z - change)) / length
+        self._length = max(self._length, float(np.max(records.length[~static], initial=0.0)))
+        rates = self.E(change) / length
+        resolution = (contents + self.E.sizes(z - change)) / length
         f = None
         if self.F is not None and self.Q is not None:
             f = self._functions(z, records.u, records.time, frozen)
             if not self.Q.empty:
-                earlier = records.time - np.where(static, 0.0, records.length)
+                earlier = records.time - np.where(static, 0.0, np.abs(records.length))
                 before = self._functions(
                     z - change, records.u - records.source_change, earlier, frozen
                 )
                 stored = self.Q.sizes(f) + self.Q.sizes(before)
-                with np.errstate(invalid="ignore"):
-                    rates += self.Q(f - before) / length
-                    resolution += stored / length
+                rates += self.Q(f - before) / length
+                resolution += stored / length
                 contents = contents + stored
         for kind, rows in enumerate(self._kinds):
             most = float(np.max(contents[:, rows], initial=0.0))
@@ -194,16 +195,15 @@ class Auditor:
         if self.Hs is not None:
             rates += self.Hs(records.source_change)
         rates[static] = 0.0
-        unknown = np.isnan(records.length)
+        unknown = records.length < 0.0
         if unknown.any():  # the state after a jump: only laws without storage can be checked
             rates[unknown] = np.where(self.algebraic, 0.0, np.nan)
-            resolution[unknown] = 0.0
+            np.abs(resolution, out=resolution)
         return Points(z, records.lam, records.u, rates, resolution, records.roles, f)
 
     def _functions(self, z: Floats, u: Floats, t: Floats, frozen: float | None) -> Floats:
         assert self.system.smooth is not None
         clock = t if frozen is None else np.full_like(t, frozen)
-        clock = np.where(np.isnan(clock), 0.0, clock)
         return function_values(self.system.smooth.tape, z, u, clock)
 
     def check(self, points: Points) -> None:
@@ -224,6 +224,9 @@ class Auditor:
         brought = self.G(unknowns) + self.A(multipliers)
         sizes = np.abs(moved) + self.G.sizes(unknowns) + self.A.sizes(multipliers)
         sizes += self.E.sizes(jump.after[None, :])
+        # what ordinary currents and voltages carry in a step is no impulse
+        for kind, rows in enumerate(self._kinds):
+            sizes[:, rows] += self._length * self._largest[kind]
         for kind, rows in enumerate(self._kinds):
             here = float(np.max(sizes[:, rows], initial=0.0))
             self._stored[kind] = max(self._stored[kind], here)
@@ -234,6 +237,7 @@ class Auditor:
         """Check the rows of z; return their scales, shape (k, n)."""
         rates = points.rates
         known = ~np.isnan(rates)
+        floor = _floor(points)
         rates = np.where(known, rates, 0.0)
         error = rates + self.G(points.z) + self.A(points.lam) - self.S(points.u)
         scale = np.abs(rates) + self.G.sizes(points.z)
@@ -246,7 +250,7 @@ class Auditor:
             # what has decayed keeps the rounding of what it was
             here = float(np.max(scale[:, rows], initial=0.0))
             self._largest[kind] = max(self._largest[kind], here)
-            scale[:, rows] = np.maximum(scale[:, rows], FLOOR * self._largest[kind])
+            scale[:, rows] = np.maximum(scale[:, rows], floor * self._largest[kind])
         allowed = np.maximum(scale, ROUNDING * points.resolution)
         ratio = np.where(known, _ratio(error, allowed), 0.0)
         worst = float(np.max(ratio, initial=0.0))
@@ -263,7 +267,7 @@ class Auditor:
         amperes = np.maximum(np.abs(lam), self._touched(scale))
         for kind, size in enumerate((amperes, volts)):
             self._largest[kind] = max(self._largest[kind], float(np.max(size)))
-            np.maximum(size, FLOOR * self._largest[kind], out=size)
+            np.maximum(size, _floor(points) * self._largest[kind], out=size)
         ratio = np.abs(np.minimum(_ratio(lam, amperes), _ratio(w, volts)))
         if points.roles is not None:
             ratio = np.where(points.roles == 1, np.abs(_ratio(w, volts)), ratio)
@@ -272,6 +276,11 @@ class Auditor:
         if worse(worst, self.complementarity):
             self.complementarity = worst
             self.worst_pair = int(np.argmax(np.max(ratio, axis=0)))
+
+
+def _floor(points: Points) -> Floats:
+    """Return the share of the largest value that a small one is measured by, shape (k, 1)."""
+    return np.where(np.isnan(points.rates).any(axis=1, keepdims=True), AFTER_JUMP, FLOOR)
 
 
 def worse(new: float, old: float) -> bool:

@@ -117,7 +117,7 @@ class Ledger:
     def step(self, records: Records, points: Points) -> None:
         """Take recorded steps, with the points made of them."""
         audit, energy = self.auditor, self.energy
-        finite = np.isfinite(records.length)
+        finite = np.isfinite(records.length) & (records.length > 0.0)
         energy.steps += int(np.count_nonzero(finite))
         if not finite.any():
             return

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..circuit import MnaSystem
+from ..errors import Diagnostic
 from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem
 from ..solvers.moreau import Jump, Records
@@ -14,6 +15,7 @@ from .audit import Auditor
 from .certificate import Certificate
 from .energy import Ledger
 from .impulses import delivered, start_of
+from .uniqueness import Watcher, passive
 
 #: Numbers recorded at most if every step is: some milliseconds of checking.
 _ALL = 40_000
@@ -46,6 +48,8 @@ class Examiner:
         What was solved, if it is not the system of ``mna`` (the points of a sweep).
     frozen : float, optional
         The time that smooth functions see [s], if that of the records counts something else.
+    step : float, optional
+        Solver step [s]; None where nothing is stored.
     """
 
     def __init__(
@@ -55,23 +59,30 @@ class Examiner:
         Hs: Csc | None = None,
         system: DescriptorSystem | None = None,
         frozen: float | None = None,
+        step: float | None = None,
     ) -> None:
         self.mna, self.frozen = mna, frozen
         system = system or mna.system
         self.auditor = Auditor(system, H, Hs)
         self.ledger = None if system.static else Ledger(self.auditor)
         self._begin, self._end = np.inf, -np.inf
+        self._step = step
+        self._active: Watcher | None = None
+        if not passive(system):
+            self._active = Watcher(system, H, step)
 
     def take(self, records: Records) -> None:
         """Check recorded steps."""
         if records.time.size == 0:
             return
+        if self._active is not None:
+            self._active.take(records)
         audit = self.auditor
         points = audit.points(records, self.frozen)
         audit.check(points)
         if self.ledger is not None:
             self.ledger.step(records, points)
-            steps = np.isfinite(records.length)
+            steps = np.isfinite(records.length) & (records.length > 0.0)
             if steps.any():
                 first = int(np.argmax(steps))
                 self._begin = min(self._begin, float(records.time[first] - records.length[first]))
@@ -84,7 +95,6 @@ class Examiner:
         jumps: Sequence[Jump] = (),
         start: tuple[Floats, float] | None = None,
         kept: bool = True,
-        several: tuple[str, ...] = (),
     ) -> Certificate:
         """Return the verdict on a run.
 
@@ -97,8 +107,6 @@ class Examiner:
             Charges (n,) and energy [J] from which the run started.
         kept : bool
             False if there were more jumps than are kept.
-        several : tuple of str
-            Elements of an island whose steps may have several solutions.
         """
         audit, ledger = self.auditor, self.ledger
         balance = 0.0
@@ -121,8 +129,46 @@ class Examiner:
             energy,
             balance,
             self._name(audit.worst_row),
-            several,
+            self.several,
         )
+
+    @property
+    def several(self) -> tuple[str, ...]:
+        """Set-valued elements of an island whose steps may have several solutions."""
+        if self._active is None or not self._active.verdict().several:
+            return ()
+        switched = {switch.pair for switch in self.mna.system.switches}
+        names = (e for k, e in enumerate(self.mna.pair_elements) if k not in switched)
+        return tuple(dict.fromkeys(names))
+
+    def warnings(self) -> list[Diagnostic]:
+        """Return what the user should know about an active island."""
+        if self._active is None:
+            return []
+        found = self._active.verdict()
+        out = []
+        if several := self.several:
+            out.append(
+                Diagnostic(
+                    "NS3050",
+                    f"controlled sources feed back on {_list(several)}: a step may have several "
+                    "solutions, the one nearest to the step before is taken",
+                    hint="choose among them with initial values (IC=, .ic, .nodeset)",
+                    severity="warning",
+                )
+            )
+        if self._step is not None and found.growth * self._step > 1.0:
+            out.append(
+                Diagnostic(
+                    "NS3051",
+                    f"a mode grows with {found.growth:.3g} 1/s, {found.growth * self._step:.3g} "
+                    "times per step: the implicit step goes past it and may tend to an unstable "
+                    "rest",
+                    hint=f"take a step below {0.5 / found.growth:.1e} s",
+                    severity="warning",
+                )
+            )
+        return out
 
     def _name(self, row: int) -> str:
         """Return the law of a row: an element, or the current law of a node."""
@@ -130,3 +176,7 @@ class Examiner:
             return ""
         element = self.mna.row_elements[row]
         return element if element is not None else f"node {self.mna.row_nodes[row]}"
+
+
+def _list(names: Sequence[str]) -> str:
+    return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")

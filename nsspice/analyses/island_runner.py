@@ -96,7 +96,7 @@ class IslandRunner:
         distance = self.step or self.analysis.row_distance
         size = 2 * system.n + system.m + 2 * len(system.waveforms)
         every, window = sampling(self.analysis.stop / distance, size)
-        self.examiner = Examiner(self.mna, stepper.H, stepper.Hs)
+        self.examiner = Examiner(self.mna, stepper.H, stepper.Hs, step=self.step)
         stepper.watch(every, window, self.sides is not None)
 
     def start(self) -> None:
@@ -153,6 +153,10 @@ class IslandRunner:
         )
         followed = self.method in PATH_METHODS
         return of_linearised(certificate, stats) if followed else certificate
+
+    def warnings(self) -> list[Diagnostic]:
+        """Return what the certificate has to say besides its verdict."""
+        return self.examiner.warnings() if isinstance(self.stepper, MoreauStepper) else []
 
     def _hand_over(self) -> None:
         """Take what the solver has left for the checks and the measures."""

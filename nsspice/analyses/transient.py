@@ -211,6 +211,8 @@ def run_tran(
         wall_time=clock.perf_counter() - begin,
         row_count=outlet.rows,
     )
+    for runner in runners:
+        solution.warnings += runner.warnings()
     if any(runner.sides for runner in runners):
         from .all_points import with_sides
 

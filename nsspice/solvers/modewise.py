@@ -177,7 +177,12 @@ class ModewiseStepper:
         UnsolvedStep
             If no state satisfies all laws.
         """
-        self._start(charges, [s.closed != s.inverted for s in self.system.switches])
+        gates = [s.closed != s.inverted for s in self.system.switches]
+        if gates:
+            first = MoreauStepper(self.system, ())
+            first.start_charges(time, charges, step)
+            gates = first.gates
+        self._start(charges, gates)
         jumps = self.jumps
         return jumps[0] if jumps else None
 

@@ -144,7 +144,7 @@ impl Stepper {
         if self.witness.jumped() {
             self.u1.copy_from_slice(&self.u0);
             self.z_recorded.copy_from_slice(&self.z);
-            self.record(f64::NAN); // a state, not a step
+            self.record(-once.length); // a state, not a step
         }
         Ok(())
     }
@@ -272,12 +272,7 @@ impl Stepper {
     }
 
     /// Applies the switch laws until they agree with the state.
-    pub(super) fn settle_switches(&mut self) -> Outcome {
-        let changed = self.react();
-        self.settle_after(changed)
-    }
-
-    /// The same after a first look at the switches, which told whether one has changed.
+    /// A first look at the switches has told whether one has changed.
     pub(super) fn settle_after(&mut self, mut changed: bool) -> Outcome {
         for _ in 0..MAX_REACTIONS {
             if !changed {

@@ -374,8 +374,20 @@ impl Stepper {
         if self.static_system {
             return self.start_dc(time, None);
         }
-        self.impulse(Some(charges), Start::Cold).map_err(|f| *f)?;
-        self.settle_switches().map_err(|f| *f)
+        // the switches belong to the state that the charges lead to: found by starting again with
+        // those that have changed, not by a second jump from where the wrong ones led
+        for _ in 0..MAX_REACTIONS {
+            self.jumps.clear();
+            self.stats.jumps = 0;
+            self.z.fill(0.0);
+            self.l.fill(0.0);
+            self.impulse(Some(charges), Start::Cold).map_err(|f| *f)?;
+            if !self.react() {
+                return Ok(());
+            }
+        }
+        self.stats.chatter += 1;
+        Ok(())
     }
 
     /// Computes rows into `out` until it is full, the plan ends, a step fails or `budget` is spent.

@@ -1,0 +1,207 @@
+"""Circuits that may have several solutions: active ones, with gain in a loop.
+
+For passive networks (B = A', G + G' and D positive semidefinite) each step is a monotone problem:
+its voltages and currents are unique but for what ``undetermined`` counts.  For the others,
+
+- a step has one solution for all data exactly if ``M = D + B K^-1 A`` is a P-matrix: all its
+  principal minors are positive (Cottle, Pang, Stone, *The Linear Complementarity Problem*, 1992,
+  theorem 3.3.7);
+- a mode whose states grow like ``exp(r t)`` with ``r h > 1`` is stepped over: the implicit step
+  lands beyond the pole and tends to the unstable equilibrium instead of leaving it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..problems.csc import Csc, Floats, weighted_sum
+from ..problems.descriptor import DescriptorSystem
+from ..solvers.moreau import Records
+
+_MOST_PAIRS = 10  # 1023 minors
+_MOST_ROWS = 120  # unknowns and pairs together, for dense matrices
+_MOST_MODES = 16
+
+
+def passive(system: DescriptorSystem) -> bool:
+    """Return True if the arrays show that the network is passive.
+
+    Examples
+    --------
+    >>> one, none = Csc.from_triplets((1, 1), [0], [0], [1.0]), Csc.zeros
+    >>> def resistor(g):
+    ...     G = Csc.from_triplets((1, 1), [0], [0], [g])
+    ...     return DescriptorSystem(one, G, none((1, 0)), none((0, 1)), none((0, 0)),
+    ...         np.zeros(0), none((1, 0)), row_kind=np.zeros(1, np.uint8))
+    >>> passive(resistor(1.0)), passive(resistor(-1.0))
+    (True, False)
+    """
+    if system.smooth is not None:
+        return True  # judged by Newton's method, not here
+    a, b = system.A, system.B
+    transposed = Csc.from_triplets(b.shape, a.columns, a.indices, a.data)
+    if not _equal(transposed, b):
+        return False
+    return all(_semidefinite(matrix) for matrix in (system.G, system.D))
+
+
+def _equal(a: Csc, b: Csc) -> bool:
+    return weighted_sum([(a, 1.0), (b, -1.0)]).data.size == 0
+
+
+def _semidefinite(matrix: Csc) -> bool:
+    """Return True if the symmetric part is positive semidefinite, by dominance or eigenvalues."""
+    n = matrix.shape[0]
+    if matrix.data.size == 0:
+        return True
+    rows = np.concatenate([matrix.indices, matrix.columns])
+    cols = np.concatenate([matrix.columns, matrix.indices])
+    both = Csc.from_triplets((n, n), rows, cols, np.concatenate([matrix.data, matrix.data]))
+    on = both.indices == both.columns
+    diagonal = np.zeros(n)
+    diagonal[both.indices[on]] = both.data[on]
+    others = np.bincount(both.indices[~on], np.abs(both.data[~on]), minlength=n)
+    if np.all(diagonal >= others * (1.0 - 1e-12)):
+        return True
+    if n > _MOST_ROWS:
+        return False
+    values = np.linalg.eigvalsh(both.dense())
+    return bool(values[0] >= -1e-12 * max(abs(values[0]), abs(values[-1])))
+
+
+@dataclass(slots=True)
+class Verdict:
+    """What an active island may do.
+
+    Parameters
+    ----------
+    several : bool
+        A step may have several solutions: the P-test failed, or the island is too large for it.
+    growth : float
+        Largest real positive rate of a mode that was met [1/s]; 0 if none grows.
+    """
+
+    several: bool = False
+    growth: float = 0.0
+
+
+class Watcher:
+    """Collects the modes of an active island, and judges it in the end.
+
+    Parameters
+    ----------
+    system : DescriptorSystem
+    H : Csc or None
+        Averaging terms of the scheme.
+    step : float or None
+        Solver step [s], None for a static system.
+    """
+
+    def __init__(self, system: DescriptorSystem, H: Csc | None, step: float | None) -> None:
+        self.system, self.step = system, step
+        terms = [(system.G, 1.0)]
+        if step is not None:
+            terms.append((system.E, 1.0 / step))
+        if H is not None:
+            terms.append((H, 1.0))
+        self._K = weighted_sum(terms)
+        self._modes: set[bytes] = set()
+        self._small = system.n + system.m <= _MOST_ROWS
+
+    def take(self, records: Records) -> None:
+        """Note the modes of recorded steps."""
+        if self.step is None or not self._small or len(self._modes) >= _MOST_MODES:
+            return
+        active = records.lam > 0.0
+        if records.roles is not None:
+            active = np.where(records.roles == 1, True, active & (records.roles == 0))
+        packed: npt.NDArray[np.bool_] = np.unique(active, axis=0)
+        for row in packed[:_MOST_MODES]:
+            self._modes.add(row.tobytes())
+
+    def verdict(self) -> Verdict:
+        """Return what was found."""
+        if not self._small:
+            return Verdict(several=self.system.m > 0)
+        return Verdict(self._may_have_several(), self._growth())
+
+    def _may_have_several(self) -> bool:
+        """Return whether the P-test fails, with all switches open."""
+        system = self.system
+        switched = {switch.pair for switch in system.switches}
+        pairs = [k for k in range(system.m) if k not in switched]
+        if not pairs:
+            return False
+        K, A = self._K.dense(), system.A.dense()[:, pairs]
+        B, D = system.B.dense()[pairs], system.D.dense()[np.ix_(pairs, pairs)]
+        try:
+            M = D + B @ np.linalg.solve(K, A)
+        except np.linalg.LinAlgError:
+            return True
+        M = _one_of_each_couple(M)
+        return M.shape[0] > _MOST_PAIRS or not is_p_matrix(M)
+
+    def _growth(self) -> float:
+        """Return the largest real positive growth rate of the modes met [1/s]."""
+        if self.step is None:
+            return 0.0
+        system, n = self.system, self.system.n
+        A, B, D = system.A.dense(), system.B.dense(), system.D.dense()
+        E = system.E.dense() / self.step
+        worst = 0.0
+        for packed in sorted(self._modes):
+            on = np.flatnonzero(np.frombuffer(packed, dtype=bool))
+            J = np.block([[self._K.dense(), A[:, on]], [B[on], -D[np.ix_(on, on)]]])
+            right = np.vstack([E, np.zeros((on.size, n))])
+            try:
+                factors = np.linalg.eigvals(np.linalg.solve(J, right)[:n])
+            except np.linalg.LinAlgError:
+                continue
+            # the step multiplies by 1/(1 - r h): negative beyond the pole, above 1 before it
+            real = factors[np.abs(factors.imag) <= 1e-9 * np.abs(factors)].real
+            odd = real[(real < -1e-9) | (real > 1.0 + 1e-9)]
+            if odd.size:
+                worst = max(worst, float(np.max((1.0 - 1.0 / odd) / self.step)))
+        return worst
+
+
+def _one_of_each_couple(matrix: Floats) -> Floats:
+    """Return the matrix with one pair left of each two that work against each other.
+
+    The two pairs of a two-way breakdown (or of a clamp) are one monotone curve of one current.
+    """
+    size = np.max(np.abs(matrix), initial=0.0)
+    keep: list[int] = []
+    for j in range(matrix.shape[0]):
+        opposite = any(
+            np.all(np.abs(matrix[:, i] + matrix[:, j]) <= 1e-9 * size)
+            and np.all(np.abs(matrix[i] + matrix[j]) <= 1e-9 * size)
+            for i in keep
+        )
+        if not opposite:
+            keep.append(j)
+    return np.asarray(matrix[np.ix_(keep, keep)])
+
+
+def is_p_matrix(matrix: Floats) -> bool:
+    """Return True if all principal minors are positive.
+
+    Each is judged against the product of the lengths of its rows, so that scales do not matter.
+
+    Examples
+    --------
+    >>> is_p_matrix(np.array([[1.0, 2.0], [-2.0, 1.0]])), is_p_matrix(np.array([[1.0, 2.0],
+    ...     [2.0, 1.0]]))
+    (True, False)
+    """
+    m = matrix.shape[0]
+    for subset in range(1, 1 << m):
+        index = [k for k in range(m) if subset >> k & 1]
+        part = matrix[np.ix_(index, index)]
+        bound = float(np.prod(np.linalg.norm(part, axis=1)))
+        if not np.linalg.det(part) > 1e-13 * bound:
+            return False
+    return True

@@ -1,0 +1,78 @@
+"""Active circuits: several solutions are told, and steps that go past a growing mode."""
+
+from __future__ import annotations
+
+import pytest
+
+import nsspice
+
+LATCH = """two inverting stages with gain 5, clamped to 0..5 V, {0} and {1} at the start
+Vcc p 0 DC 5
+E1 x1 0 2 0 -5
+Vo1 y1 x1 DC 15
+R1 y1 1 1k
+D1 1 p
+D2 0 1
+C1 1 0 1n IC={0}
+E2 x2 0 1 0 -5
+Vo2 y2 x2 DC 15
+R2 y2 2 1k
+D3 2 p
+D4 0 2
+C2 2 0 1n IC={1}
+"""
+
+
+def codes(sol):
+    return {w.code for w in sol.warnings}
+
+
+def test_a_latch_keeps_its_state_and_short_steps_are_unique():
+    for first, second in ((5, 0), (0, 5)):
+        sol = nsspice.tran(
+            nsspice.read(LATCH.format(first, second)), 2e-5, 1e-7, step=1e-7, uic=True
+        )
+        assert sol["v(1)"][-1] == pytest.approx(first, abs=1e-9)
+        # two rest states, yet from any state one way on: h times the growth rate is below 1
+        assert sol.certificate.uniqueness == "unique"
+        assert not codes(sol)
+
+
+def test_a_latch_without_storage_has_several_solutions():
+    deck = "\n".join(line for line in LATCH.splitlines() if line[0] != "C")
+    sol = nsspice.tran(nsspice.read(deck + "\n.nodeset v(1)=6\n"), 1e-6, 1e-7)
+    assert sol["v(1)"][-1] == pytest.approx(5.0)
+    assert sol.certificate.uniqueness == "several"
+    assert codes(sol) == {"NS3050"}
+
+
+def test_a_step_past_the_growing_mode_is_warned_about():
+    """From (2.6, 2.4) the difference grows with (5 - 1)/1us: h = 1 us goes past it, 0.1 us not."""
+    circuit = nsspice.read(LATCH.format(2.6, 2.4))
+    good = nsspice.tran(circuit, 2e-5, 1e-7, step=1e-7, uic=True)
+    assert not codes(good)
+    assert good["v(1)"][-1] == pytest.approx(5.0)
+    bad = nsspice.tran(circuit, 2e-5, 1e-6, step=1e-6, uic=True)
+    assert codes(bad) == {"NS3050", "NS3051"}
+    assert "4e+06 1/s" in next(w.message for w in bad.warnings if w.code == "NS3051")
+
+
+def test_feedback_that_opposes_is_unique():
+    deck = """comparator in negative feedback
+V1 ref 0 SIN(0 1 10)
+E1 e 0 ref x 1000
+R1 e s 1
+D1 s 0 SIGN
+G1 0 x s 0 1m
+C1 x 0 1u IC=0
+.model SIGN D(Vfwd=1 Vrev=1)
+"""
+    sol = nsspice.tran(nsspice.read(deck), 1e-3, 1e-5, uic=True)
+    assert sol.certificate.uniqueness == "unique"
+    assert not codes(sol)
+
+
+def test_passive_circuits_are_not_suspected():
+    deck = "bridge\nV1 a b SIN(0 10 50)\nD1 a p\nD2 b p\nD3 0 a\nD4 0 b\nR1 p 0 1k\n"
+    sol = nsspice.tran(nsspice.read(deck), 0.02, 1e-4)
+    assert sol.certificate.several == ()
