@@ -233,7 +233,13 @@ class Runner:
         """Start from charges E z, or from the DC solution nearest to z."""
         net, t = self.network, self.network.start
         if charges is not None:
-            return self._settle(self._impulse("start", t, charges, z))
+            # the switches belong to the state that the charges lead to
+            for _ in range(REACTIONS):
+                now = self._impulse("start", t, charges, z)
+                if not net.toggle(now.z):
+                    break
+                self.records.pop()
+            return now
         now = self._solve("dc", t, net.dc(self.u), z, None)
         for _ in range(REACTIONS):
             if not net.toggle(now.z):

@@ -22,6 +22,19 @@ AGREEMENT = 1e-12
 STEPS = 150
 
 
+#: decks that the oracle cannot judge to 1e-12, and why; their own checks stand beside them
+BEYOND = {
+    "extreme_picosecond_edges": "the oracle merges corners that are closer than 1e-9 of a step",
+    "extreme_edges_one_rounding_apart": "every signal is zero or rounding",
+    "extreme_ten_million_steps": "at its row distance every sample of the sine is rounding",
+    "extreme_stiff_snubber": "time constants of 3e-14 s cost the oracle's dense solves two digits",
+    "degenerate_floating_bridge": "the potential of the floating part is rounding",
+    "jump_capacitor_bank": "the star point is at zero but for rounding",
+    "report_chopper_with_snubber": "jumps of 1 nF beside 47 uF cost two digits",
+    "slide_three_phase_relay_inverter": "rounding decides which way a relay at its threshold falls",
+}
+
+
 def decks() -> list[Path]:
     """Return all netlists but those that are there to be refused, or that hold smooth laws: those
     are compared with references of their own (see their X.expect.toml).
@@ -30,6 +43,8 @@ def decks() -> list[Path]:
     for path in sorted(ROOT.rglob("*.net")):
         expect = path.with_suffix("").with_suffix(".expect.toml")
         refused = expect.exists() and "refused" in tomllib.loads(expect.read_text())
+        if path.stem in BEYOND:
+            continue
         if not refused and not any(d.smooth for d in nsspice.read(path).devices):
             found.append(path)
     return found
