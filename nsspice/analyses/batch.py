@@ -55,7 +55,7 @@ class Request:
 
     Parameters
     ----------
-    method, theta, step
+    method, theta, step, reltol
         As for :func:`nsspice.tran`.
     stop : float or None
         Replaces the end of ``.tran`` cards [s].
@@ -75,6 +75,7 @@ class Request:
     extra: Sequence[str] = field(default_factory=tuple)
     keep: bool = True
     all_points: bool = False
+    reltol: float | None = None
 
 
 def kind_of(card: Analysis) -> str:
@@ -117,6 +118,7 @@ def run(
     method: str | None = None,
     theta: float | None = None,
     step: float | None = None,
+    reltol: float | None = None,
     signals: Sequence[str] | None = None,
     extra: Sequence[str] = (),
     all_points: bool = False,
@@ -127,7 +129,7 @@ def run(
     Parameters
     ----------
     circuit : Circuit
-    method, theta, step, signals, extra, all_points
+    method, theta, step, reltol, signals, extra, all_points
         As for :func:`nsspice.tran`.
     progress : callable, optional
         Called with the finished share of all analyses, 0 to 1.
@@ -157,7 +159,16 @@ def run(
     >>> [float(s["v(b)"][0]) for s in circuit.run()]
     [0.5, 0.25]
     """
-    request = Request(method, theta, step, None, signals, tuple(extra), all_points=all_points)
+    request = Request(
+        method,
+        theta,
+        step,
+        None,
+        signals,
+        tuple(extra),
+        all_points=all_points,
+        reltol=reltol,
+    )
     jobs = jobs_of(circuit.deck)
     solutions: list[Solution] = []
     for k, job in enumerate(jobs):
@@ -192,7 +203,7 @@ def run_job(
         As for :func:`nsspice.tran`.
     """
     deck = circuit.deck
-    settings = Settings.of(deck, request.method, request.theta, request.step)
+    settings = Settings.of(deck, request.method, request.theta, request.step, request.reltol)
     warnings = [w for w in (foreign_method(deck),) if w is not None]
     parameters = {s.name: v for s, v in job.steps if s.kind == "param"}
     values = {s.name: v for s, v in job.steps if s.kind == "element"}

@@ -105,6 +105,13 @@ class Tran:
         wanted = step or self.max_step or min(rows, (self.stop - self.start) / 50.0)
         return rows / max(1, math.ceil(rows / wanted * (1.0 - 1e-12)))
 
+    def longest_step(self, step: float | None = None) -> float:
+        """Return the longest step of a run with step control [s].
+
+        That is what is asked for, else ``tmax`` if given, else a fiftieth of the shown time.
+        """
+        return step or self.max_step or (self.stop - self.start) / 50.0
+
     @property
     def row_count(self) -> int:
         """Number of output rows."""

@@ -78,9 +78,15 @@ class IslandRunner:
                 raise _refused(self.number, reason) from reason
             self.method = "modewise"
             return stepper
+        if settings.method == "sdirk" and not self.all_points:
+            from ..solvers.sdirk import Accuracy, SdirkStepper
+
+            self.method, self.step = "sdirk", self.analysis.longest_step(settings.step)
+            accuracy = Accuracy(settings.reltol, settings.vntol, settings.abstol, settings.order)
+            return SdirkStepper(system, functionals, accuracy)
         self.method = "moreau"
-        if settings.method == "modewise":
-            self.note = "rows at the solver's own points need steps, which modewise has none of"
+        if settings.method != "auto" and settings.method != "moreau":
+            self.note = f"rows at the solver's own points are those of fixed steps, not of {settings.method}"
         if settings.theta == 1.0:
             return MoreauStepper(system, functionals)
         from ..circuit.theta import theta_terms
@@ -91,7 +97,7 @@ class IslandRunner:
     def _watch(self) -> None:
         """Choose which steps are recorded for the certificate."""
         system, stepper = self.mna.system, self.stepper
-        if not isinstance(stepper, MoreauStepper):
+        if not isinstance(stepper, MoreauStepper) or self.method == "sdirk":
             return
         distance = self.step or self.analysis.row_distance
         size = 2 * system.n + system.m + 2 * len(system.waveforms)
@@ -140,7 +146,7 @@ class IslandRunner:
 
     def certificate(self) -> Certificate:
         """Return the verdict on the run so far."""
-        if not isinstance(self.stepper, MoreauStepper):
+        if not isinstance(self.stepper, MoreauStepper) or self.method == "sdirk":
             return Certificate.of([self.stepper.statistics])
         self._hand_over()
         stats, jumps = self.stepper.statistics, self.stepper.jumps
@@ -160,7 +166,7 @@ class IslandRunner:
 
     def _hand_over(self) -> None:
         """Take what the solver has left for the checks and the measures."""
-        if not isinstance(self.stepper, MoreauStepper):
+        if not isinstance(self.stepper, MoreauStepper) or self.method == "sdirk":
             return
         self.examiner.take(self.stepper.take_records())
         if self.sides is not None and (rows := self.stepper.take_sides()).size:
@@ -207,9 +213,10 @@ class IslandRunner:
             system.n,
             system.m,
             self.settings.theta if moreau else None,
-            self.step if moreau else None,
+            self.step if moreau or self.method == "sdirk" else None,
             dict(self.stepper.statistics),
             self.note,
+            self.settings.reltol if self.method == "sdirk" else None,
         )
 
 

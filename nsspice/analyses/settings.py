@@ -10,7 +10,7 @@ from ..netlist.deck import Deck
 from .names import suggestion
 
 #: methods of this version
-METHODS = ("auto", "modewise", "moreau", "euler-newton", "euler-newton-rate")
+METHODS = ("auto", "modewise", "sdirk", "moreau", "euler-newton", "euler-newton-rate")
 #: methods of SPICE programs: they cannot be meant for this one, decks carry them along
 _FOREIGN = ("trap", "trapezoidal", "gear", "euler", "modtrap")
 
@@ -26,17 +26,28 @@ class Settings:
     theta : float
         Weight of the new state, 1 (implicit) to 0 (explicit).
     step : float or None
-        Solver step [s]; None follows the ``.tran`` card.
+        Solver step [s], the longest one where steps are controlled; None follows the ``.tran`` card.
+    reltol : float
+        Error of one controlled step, relative to the largest value of each unknown so far.
+    vntol, abstol : float
+        Errors of one controlled step that are always allowed [V], [A].
+    order : int
+        Order of the ``sdirk`` method: 2 or 4.
 
     Examples
     --------
-    >>> Settings.of(Deck("t", "t.net"), theta=0.5)
-    Settings(method='auto', theta=0.5, step=None)
+    >>> settings = Settings.of(Deck("t", "t.net"), theta=0.5)
+    >>> settings.method, settings.theta, settings.reltol
+    ('auto', 0.5, 0.0001)
     """
 
     method: str = "auto"
     theta: float = 1.0
     step: float | None = None
+    reltol: float = 1e-4
+    vntol: float = 0.0
+    abstol: float = 0.0
+    order: int = 4
 
     @classmethod
     def of(
@@ -45,6 +56,7 @@ class Settings:
         method: str | None = None,
         theta: float | None = None,
         step: float | None = None,
+        reltol: float | None = None,
     ) -> Settings:
         """Return the settings of a deck with the caller's choices put over them.
 
@@ -69,7 +81,17 @@ class Settings:
             raise _bad("theta", weight, "theta is the weight of the new state: 0 to 1", span)
         if step is not None and not (math.isfinite(step) and step > 0.0):
             raise _bad("step", step, "give a positive step in seconds, such as 1e-6")
-        return cls(chosen, float(weight), step)
+        tolerances = {
+            name: _tolerance(deck, name, given)
+            for name, given in (("reltol", reltol), ("vntol", None), ("abstol", None))
+        }
+        return cls(
+            chosen,
+            float(weight),
+            step,
+            **{name: value for name, value in tolerances.items() if value is not None},
+            order=_order(deck),
+        )
 
 
 def foreign_method(deck: Deck) -> Diagnostic | None:
@@ -92,6 +114,28 @@ def _method(name: str, span: Span | None) -> str:
         return name
     hint = suggestion(name, METHODS) or f"methods: {', '.join(METHODS)}"
     raise UsageError(Diagnostic("NS4004", f"this version has no method {name!r}", span, hint))
+
+
+def _tolerance(deck: Deck, name: str, given: float | None) -> float | None:
+    """Return what the caller or the deck's options say of a tolerance, None if they do not."""
+    value, span = given, None
+    if value is None and (option := deck.options.get(name)) is not None:
+        value, span = _number(option.value, name, option.span), option.span
+    if value is None:
+        return None
+    least = 0.0 if name != "reltol" else 1e-14
+    if not (math.isfinite(value) and value >= least):
+        raise _bad(name, value, f"give a number from {least:g} on, such as 1e-6", span)
+    return value
+
+
+def _order(deck: Deck) -> int:
+    option = deck.options.get("order")
+    if option is None:
+        return 4
+    if option.value in (2, 4):
+        return int(option.value)
+    raise _bad("order", option.value, "the method sdirk has order 2 or 4", option.span)
 
 
 def _number(value: object, name: str, span: Span | None) -> float:

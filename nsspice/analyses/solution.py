@@ -135,14 +135,16 @@ class IslandRun:
     problem_class, reason : str
         What kind of problem it is, and why.
     method : str
-        ``modewise``, ``moreau``, or ``point by point`` where nothing stores energy.
+        ``modewise``, ``sdirk``, ``moreau``, or ``point by point`` where nothing stores energy.
     unknowns, pairs : int
     theta, step : float or None
-        Weight of the new state, solver step [s].
+        Weight of the new state, solver step [s] (the longest one of a method with step control).
     stats : dict
         Counters of the solver: steps, events, modes and others.
     note : str
         Why it was not another method, empty if there is nothing to say.
+    reltol : float or None
+        Relative tolerance of each step, of a method with step control.
     """
 
     number: int
@@ -155,6 +157,7 @@ class IslandRun:
     step: float | None = None
     stats: dict[str, Any] = field(default_factory=dict)
     note: str = ""
+    reltol: float | None = None
 
 
 @dataclass(slots=True)

@@ -29,6 +29,7 @@ def tran(
     uic: bool | None = None,
     method: str | None = None,
     theta: float | None = None,
+    reltol: float | None = None,
     signals: Sequence[str] | None = None,
     extra: Sequence[str] = (),
     temperature: float | None = None,
@@ -49,16 +50,19 @@ def tran(
     row_step : float, optional
         Distance of the output rows [s]; a thousandth of the time by default.
     step : float, optional
-        Solver step [s]; by default as SPICE chooses its largest step.
+        Solver step [s]; by default as SPICE chooses its largest step.  With ``sdirk`` the longest
+        step.
     start : float
         First output row [s].
     uic : bool, optional
         Start from the initial values of the elements instead of the DC solution.
     method : str, optional
-        ``auto`` or ``moreau``; ``euler-newton`` or ``euler-newton-rate`` for circuits without
-        energy storage.
+        ``auto``, ``modewise`` (exact), ``sdirk`` (steps with error control) or ``moreau`` (fixed
+        steps); ``euler-newton`` or ``euler-newton-rate`` for circuits without energy storage.
     theta : float, optional
         Weight of the new state: 1 implicit (default), 0.5 trapezoidal in the smooth part.
+    reltol : float, optional
+        Error of one step of ``sdirk``, relative to the largest value of each unknown so far.
     signals : sequence of str, optional
         What to return; the deck's ``.save`` cards, or the default set.
     extra : sequence of str
@@ -103,7 +107,7 @@ def tran(
         analysis = Tran(stop, row_step, start, None, bool(uic))
     else:
         analysis = _from_deck(circuit, uic)
-    settings = Settings.of(circuit.deck, method, theta, step)
+    settings = Settings.of(circuit.deck, method, theta, step, reltol)
     return run_tran(
         circuit,
         analysis,

@@ -126,6 +126,8 @@ def _island(island: IslandRun) -> str:
     how = island.method
     if island.theta is not None and island.step is not None:
         how += f", theta = {island.theta:g}, h = {number(island.step, 's')}"
+    if island.reltol is not None and island.step is not None:
+        how += f", reltol = {island.reltol:g}, h <= {number(island.step, 's')}"
     stats = island.stats
     counters = [
         _count(int(stats[key]), word)
@@ -178,6 +180,7 @@ def to_dict(solution: Solution) -> dict[str, Any]:
                 "method": i.method,
                 "theta": i.theta,
                 "step": i.step,
+                "reltol": i.reltol,
                 "unknowns": i.unknowns,
                 "pairs": i.pairs,
                 "stats": i.stats,

@@ -5,9 +5,8 @@ mod newton;
 mod modewise;
 
 use crate::mlcp::{Driver, Problem, Role, Start};
-use crate::moreau::{
-    Clock, Failure, Outputs, Part, Plan, Progress, Stepper, Switch, System, Witness,
-};
+use crate::moreau::{Accuracy, Clock, Failure, Outputs, Part, Plan, Progress, Sdirk, Stepper};
+use crate::moreau::{Switch, System, Tableau, Witness};
 use crate::newton::Smooth;
 use crate::sparse::Csc;
 use crate::tape::{Program, Tape};
@@ -97,6 +96,8 @@ type WaveformSpec = (String, Vec<f64>, f64, f64);
 #[pyclass(name = "Stepper", module = "nsspice._core")]
 struct PyStepper {
     inner: Stepper,
+    /// controls the steps of a run by SDIRK
+    sdirk: Option<Box<Sdirk>>,
 }
 
 fn failure_dict<'py>(py: Python<'py>, f: &Failure) -> PyResult<Bound<'py, PyDict>> {
@@ -216,7 +217,8 @@ impl PyStepper {
             }
             terms.push(list);
         }
-        Ok(PyStepper { inner: Stepper::new(sys, waveforms, switches, Outputs::new(&terms, sizes)) })
+        let inner = Stepper::new(sys, waveforms, switches, Outputs::new(&terms, sizes));
+        Ok(PyStepper { inner, sdirk: None })
     }
 
     /// Returns None, or the failure as a dict.
@@ -311,11 +313,37 @@ impl PyStepper {
         out_step: f64,
     ) -> u64 {
         let clock = Clock::grid(start, stop, step, out_start, out_step);
+        self.sdirk = None;
         self.inner.plan(Plan::Grid(clock), step)
+    }
+
+    /// Steps of order 2 or 4 with error control, from the present time; returns the number of rows.
+    #[pyo3(signature = (order, stop, longest, out_start, out_step, reltol, vntol, abstol))]
+    #[allow(clippy::too_many_arguments)] // numbers all of them, named by the caller
+    fn plan_sdirk(
+        &mut self,
+        order: u32,
+        stop: f64,
+        longest: f64,
+        out_start: f64,
+        out_step: f64,
+        reltol: f64,
+        vntol: f64,
+        abstol: f64,
+    ) -> PyResult<u64> {
+        let tableau =
+            Tableau::of_order(order).ok_or_else(|| invalid("the order is 2 or 4"))?;
+        let accuracy = Accuracy { relative: reltol, voltage: vntol, current: abstol };
+        let rows = (out_start, out_step);
+        let made = Sdirk::new(&mut self.inner, tableau, accuracy, stop, longest, rows);
+        let count = made.row_count();
+        self.sdirk = Some(Box::new(made));
+        Ok(count)
     }
 
     fn plan_points(&mut self, times: Floats) -> PyResult<u64> {
         let times = times.as_slice()?.to_vec();
+        self.sdirk = None;
         Ok(self.inner.plan(Plan::Points { times, next: 0 }, f64::INFINITY))
     }
 
@@ -331,9 +359,12 @@ impl PyStepper {
             return Err(invalid("the array needs one column for the time and one per output"));
         }
         let slice = view.as_slice_mut().ok_or_else(|| invalid("the array must be contiguous"))?;
-        let inner = &mut self.inner;
+        let (inner, sdirk) = (&mut self.inner, &mut self.sdirk);
         let budget = Duration::from_secs_f64(budget.clamp(1e-3, 60.0));
-        let (rows, progress) = py.detach(move || inner.advance(slice, budget));
+        let (rows, progress) = py.detach(move || match sdirk {
+            Some(sdirk) => sdirk.advance(inner, slice, budget),
+            None => inner.advance(slice, budget),
+        });
         Ok((
             rows,
             match progress {
@@ -393,7 +424,15 @@ impl PyStepper {
         out.set_item("steps", s.steps)?;
         out.set_item("events", s.events)?;
         out.set_item("mode_changes", s.mode_changes)?;
-        out.set_item("modes", self.inner.mode_count())?;
+        let sdirk = self.sdirk.as_ref();
+        let modes = sdirk.map_or(0, |c| c.mode_count()).max(self.inner.mode_count());
+        out.set_item("modes", modes)?;
+        if let Some(c) = sdirk.map(|c| c.counters) {
+            out.set_item("rejected", c.rejected)?;
+            out.set_item("located", c.located)?;
+            out.set_item("forced", c.forced)?;
+            out.set_item("matrices", c.matrices)?;
+        }
         out.set_item("quick_steps", s.quick_steps)?;
         out.set_item("problems", s.problems)?;
         out.set_item("undetermined", s.undetermined)?;

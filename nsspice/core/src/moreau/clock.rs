@@ -194,7 +194,7 @@ impl Clock {
 }
 
 /// Earliest corner of all sources after `t`; corners within rounding of each other are one.
-fn next_corner(waveforms: &[Waveform], t: f64) -> (f64, bool) {
+pub(super) fn next_corner(waveforms: &[Waveform], t: f64) -> (f64, bool) {
     let corners: Vec<_> = waveforms.iter().filter_map(|w| w.next_corner(t)).collect();
     let first = corners.iter().map(|c| c.time).fold(f64::INFINITY, f64::min);
     let same = first + 16.0 * f64::EPSILON * first.abs();

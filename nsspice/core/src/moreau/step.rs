@@ -15,7 +15,7 @@ const STAGES: usize = 12;
 const CHECK: u64 = 64;
 const NEW_MODE: u32 = 8;
 /// Largest residual of an accepted step.
-const ACCEPT: f64 = 1e-10;
+pub(super) const ACCEPT: f64 = 1e-10;
 
 /// Negative guards beyond this part of the largest guard are the driver's work; below, a look at
 /// each one's own terms comes first, which costs less.

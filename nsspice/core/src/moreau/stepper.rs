@@ -461,7 +461,7 @@ impl Stepper {
     }
 
     /// Notes which pairs have changed since the last time.
-    fn log_events(&mut self) {
+    pub(super) fn log_events(&mut self) {
         self.logged_epoch = self.epoch;
         for (i, (old, &new)) in self.logged.iter_mut().zip(&self.active).enumerate() {
             if *old != new {
@@ -474,7 +474,7 @@ impl Stepper {
         }
     }
 
-    fn write(&mut self, label: f64, row: &mut [f64]) {
+    pub(super) fn write(&mut self, label: f64, row: &mut [f64]) {
         row[0] = label;
         let f = self.smooth.as_ref().map_or([&[][..]; 2], |s| [&s.f, &s.rates]);
         let quantities = Quantities { z: &self.z, l: &self.l, rates: &self.rates, u: &self.u0, f };

@@ -87,6 +87,27 @@ impl Waveform {
         }
     }
 
+    /// Value at `t` as if the corner (at time `corner`, the first one after `from`) were not there:
+    /// the law that holds from `from` on is continued beyond it.
+    pub fn continued(&self, t: f64, from: f64, corner: f64) -> f64 {
+        match self {
+            Waveform::Dc(v) => *v,
+            Waveform::Piecewise(p) => {
+                let (start, end) = (p.value(from, Side::Right), p.value(corner, Side::Left));
+                end + (end - start) * ((t - corner) / (corner - from))
+            }
+            Waveform::Smooth(s) => s.continued(t, from),
+        }
+    }
+
+    /// Longest step that does not overlook a swing of the waveform [s].
+    pub fn pace(&self) -> f64 {
+        match self {
+            Waveform::Smooth(s) => s.pace(),
+            _ => f64::INFINITY, // corners are hit anyway
+        }
+    }
+
     /// The first corner later than `t`.
     pub fn next_corner(&self, t: f64) -> Option<Corner> {
         match self {
@@ -94,5 +115,18 @@ impl Waveform {
             Waveform::Piecewise(p) => p.next_corner(t),
             Waveform::Smooth(s) => s.next_corner(t),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_edge_is_continued_by_its_own_slope() {
+        let pulse = [0.0, 5.0, 1.0, 0.5, 0.5, 2.0, 10.0, f64::INFINITY];
+        let w = Waveform::new("pulse", &pulse, f64::NAN, 1.0).unwrap();
+        assert!((w.continued(1.75, 1.0, 1.5) - 7.5).abs() < 1e-14);
+        assert!((w.continued(4.0, 1.5, 3.5) - 5.0).abs() < 1e-14);
     }
 }

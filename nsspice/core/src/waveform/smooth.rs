@@ -55,25 +55,30 @@ impl Smooth {
 
     /// Value at `t`.
     pub fn value(&self, t: f64) -> f64 {
+        self.continued(t, t)
+    }
+
+    /// Value at `t` of the law that holds from `from` on, past any corner in between.
+    pub fn continued(&self, t: f64, from: f64) -> f64 {
         match *self {
             Smooth::Sin { offset, amplitude, frequency, delay, damping, phase } => {
-                let s = (t - delay).max(0.0);
+                let s = if from >= delay { t - delay } else { 0.0 };
                 let envelope = if damping == 0.0 { 1.0 } else { (-damping * s).exp() };
                 offset + amplitude * envelope * sine(frequency * s, phase)
             }
             Smooth::Exp { v1, v2, td1, tau1, td2, tau2 } => {
-                let rise = if t > td1 { -(-(t - td1) / tau1).exp_m1() } else { 0.0 };
-                let fall = if t > td2 { -(-(t - td2) / tau2).exp_m1() } else { 0.0 };
+                let rise = if from >= td1 { -(-(t - td1) / tau1).exp_m1() } else { 0.0 };
+                let fall = if from >= td2 { -(-(t - td2) / tau2).exp_m1() } else { 0.0 };
                 v1 + (v2 - v1) * (rise - fall)
             }
             Smooth::Sffm { offset, amplitude, carrier, index, signal } => {
                 offset + amplitude * sine(carrier * t, index * sine(signal * t, 0.0))
             }
             Smooth::Am { amplitude, offset, modulation, carrier, delay } => {
-                let s = t - delay;
-                if s <= 0.0 {
+                if from < delay {
                     return 0.0;
                 }
+                let s = t - delay;
                 amplitude * (offset + sine(modulation * s, 0.0)) * sine(carrier * s, 0.0)
             }
         }
@@ -114,6 +119,19 @@ impl Smooth {
                 TAU * amplitude * product
             }
         }
+    }
+
+    /// Longest step that does not overlook a swing [s].
+    pub fn pace(&self) -> f64 {
+        let fastest = match *self {
+            Smooth::Sin { frequency, .. } => frequency.abs(),
+            Smooth::Exp { .. } => 0.0,
+            Smooth::Sffm { carrier, index, signal, .. } => {
+                carrier.abs() + (index * signal).abs() + signal.abs()
+            }
+            Smooth::Am { modulation, carrier, .. } => modulation.abs() + carrier.abs(),
+        };
+        1.0 / (16.0 * fastest) // infinite without a swing
     }
 
     /// The kinks at delays.
@@ -163,6 +181,16 @@ mod tests {
                 assert!((w.slope(t) - quotient).abs() < 1e-4, "{kind} at {t}");
             }
         }
+    }
+
+    #[test]
+    fn a_law_continues_past_its_corner() {
+        let w = Smooth::new("sin", &[1.0, 2.0, 50.0, 1e-3, 0.0, 30.0], 1.0).unwrap();
+        assert_eq!(w.continued(2e-3, 0.0), w.value(0.0));
+        assert_eq!(w.continued(2e-3, 1e-3), w.value(2e-3));
+        assert_eq!(w.pace(), 1.0 / 800.0);
+        let w = Smooth::new("exp", &[0.0, 4.0, 1.0, 0.5, 2.0, 0.25], 1.0).unwrap();
+        assert!((w.continued(3.0, 1.5) - 4.0 * (1.0 - (-4.0f64).exp())).abs() < 1e-15);
     }
 
     #[test]

@@ -1,0 +1,137 @@
+//! What tells that a mode has ended: signs of the pairs, thresholds of the switches.
+
+use super::super::stepper::Stepper;
+use crate::mlcp::Role;
+
+/// A guard counts as negative beyond this part of its scale.
+pub const VIOLATED: f64 = 1e-11;
+
+/// Scales of the guards: the largest voltage and current so far.
+pub struct Scales {
+    /// largest voltage [V] and current [A]
+    pub largest: [f64; 2],
+    /// 0 if the multiplier (slack) of a pair is a voltage, 1 if it is a current
+    multiplier: Vec<u8>,
+    slack: Vec<u8>,
+    control: Vec<u8>,
+    /// largest magnitude of each unknown so far
+    pub unknown: Vec<f64>,
+}
+
+impl Scales {
+    pub fn new(s: &Stepper) -> Scales {
+        let (n, m) = (s.z.len(), s.l.len());
+        let kinds = &s.sys.row_kind;
+        let multiplier = (0..m).map(|i| {
+            let (rows, _) = s.sys.a.col(i);
+            u8::from(rows.is_empty() || rows.iter().any(|&r| kinds[r] == 0))
+        });
+        let mut slack = vec![0u8; m];
+        for (r, c, v) in s.sys.b.iter() {
+            if v != 0.0 && kinds[c] == 1 {
+                slack[r] = 1; // its unknown is a branch current
+            }
+        }
+        let control = |c: &[(usize, f64)]| u8::from(c.iter().any(|e| kinds[e.0] == 1));
+        Scales {
+            largest: [0.0; 2],
+            multiplier: multiplier.collect(),
+            slack,
+            control: s.switches.iter().map(|w| control(&w.control)).collect(),
+            unknown: vec![0.0; n],
+        }
+    }
+
+    /// Takes notice of a state.
+    pub fn note(&mut self, s: &Stepper, z: &[f64], l: &[f64]) {
+        for ((z, size), &kind) in z.iter().zip(&mut self.unknown).zip(&s.sys.row_kind) {
+            *size = size.max(z.abs());
+            let largest = &mut self.largest[usize::from(kind)];
+            *largest = largest.max(z.abs());
+        }
+        for (l, &kind) in l.iter().zip(&self.multiplier) {
+            let largest = &mut self.largest[usize::from(kind)];
+            *largest = largest.max(l.abs());
+        }
+    }
+
+    /// Scale of the guard of a pair.
+    fn of_pair(&self, i: usize, active: bool) -> f64 {
+        let kind = if active { self.multiplier[i] } else { self.slack[i] };
+        self.largest[usize::from(kind)].max(f64::MIN_POSITIVE)
+    }
+
+    /// The smallest guard relative to its scale at a point `[z; guards]`.
+    pub fn margin(&self, s: &Stepper, x: &[f64]) -> f64 {
+        let (z, guards) = x.split_at(s.z.len());
+        let mut least = f64::INFINITY;
+        for &i in &s.diodes {
+            let value = guards[i] / self.of_pair(i, s.active[i]);
+            // not f64::min, which would overlook NaN
+            least = if value >= least { least } else { value };
+        }
+        for k in 0..s.switches.len() {
+            let value = self.switch_margin(s, k, z);
+            least = if value >= least { least } else { value };
+        }
+        least
+    }
+
+    /// Distance of a switch to the threshold that would change it, relative to its scale.
+    fn switch_margin(&self, s: &Stepper, k: usize, z: &[f64]) -> f64 {
+        let switch = &s.switches[k];
+        let value: f64 = switch.control.iter().map(|&(j, c)| c * z[j]).sum();
+        let scale = self.largest[usize::from(self.control[k])].max(f64::MIN_POSITIVE);
+        let distance = if switch.closed { value - switch.off_below } else { switch.on_above - value };
+        distance / scale
+    }
+
+    /// Changes the switches whose thresholds have been reached at `z`; true if there are any.
+    pub fn turn_switches(&self, s: &mut Stepper, z: &[f64]) -> bool {
+        let mut any = false;
+        for k in 0..s.switches.len() {
+            if self.switch_margin(s, k, z) > VIOLATED {
+                continue;
+            }
+            any = true;
+            s.switches[k].closed ^= true;
+            s.stats.switchings += 1;
+            let (pair, role) = (s.switches[k].pair, s.switches[k].role());
+            s.roles[pair] = role;
+            s.active[pair] = role == Role::Closed;
+            s.epoch += 1;
+        }
+        any
+    }
+
+    /// Where, between three samples at `0`, `middle` and `end`, some guard may dip below zero
+    /// although it is positive at the samples: the place of the deepest dip of the parabolas.
+    pub fn dip(&self, s: &Stepper, at: [f64; 3], x: [&[f64]; 3]) -> Option<f64> {
+        let n = s.z.len();
+        let mut deepest: Option<(f64, f64)> = None;
+        let mut look = |g: [f64; 3]| {
+            // Newton's form on the three samples
+            let first = (g[1] - g[0]) / (at[1] - at[0]);
+            let second = ((g[2] - g[1]) / (at[2] - at[1]) - first) / (at[2] - at[0]);
+            if second <= 0.0 {
+                return;
+            }
+            let place = 0.5 * (at[0] + at[1] - first / second);
+            if place <= at[0] || place >= at[2] {
+                return;
+            }
+            let value = g[0] + (place - at[0]) * (first + (place - at[1]) * second);
+            if value < -VIOLATED && deepest.is_none_or(|d| value < d.1) {
+                deepest = Some((place, value));
+            }
+        };
+        for &i in &s.diodes {
+            let scale = self.of_pair(i, s.active[i]);
+            look(x.map(|x| x[n + i] / scale));
+        }
+        for k in 0..s.switches.len() {
+            look(x.map(|x| self.switch_margin(s, k, &x[..n])));
+        }
+        deepest.map(|d| d.0)
+    }
+}

@@ -1,0 +1,168 @@
+//! Matrices of the step lengths in use, and the stage equations of a fixed mode.
+
+use super::super::stage::Stage;
+use super::super::stepper::Stepper;
+
+/// Rungs of the ladder: the shortest step is 2^-44 of the longest.
+pub const RUNGS: usize = 45;
+/// A mode earns its affine map at this many solves.
+const USES_FOR_MAP: u32 = 3;
+/// Memory for matrices and factors of all rungs [numbers], roughly.
+const BUDGET: usize = 40_000_000;
+/// Largest residual of stage equations in a mode that leaves something undetermined.
+const CONSISTENT: f64 = 1e-9;
+
+struct Rung {
+    stage: Stage,
+    epoch: u64,
+    stamp: u64,
+}
+
+/// The step lengths `longest 2^-level` and what belongs to each.
+pub struct Ladder {
+    /// longest step [s]
+    pub longest: f64,
+    gamma: f64,
+    rungs: Vec<Option<Box<Rung>>>,
+    most: usize,
+    stamp: u64,
+    /// stages assembled
+    pub made: u64,
+    /// unknowns that carry storage
+    pub stored: Vec<usize>,
+}
+
+/// How the equations of a mode came out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fit {
+    /// solved
+    Solved,
+    /// the laws of this mode contradict each other here
+    Contradiction,
+}
+
+impl Ladder {
+    pub fn new(s: &Stepper, longest: f64, gamma: f64) -> Ladder {
+        let size = s.z.len() + s.l.len();
+        let e = &s.sys.e;
+        Ladder {
+            longest,
+            gamma,
+            rungs: (0..RUNGS).map(|_| None).collect(),
+            most: (BUDGET / (200 * size + 1)).clamp(4, RUNGS),
+            stamp: 0,
+            made: 0,
+            stored: (0..e.ncols).filter(|&j| e.col(j).1.iter().any(|&v| v != 0.0)).collect(),
+        }
+    }
+
+    /// Step length of a level [s].
+    pub fn length(&self, level: usize) -> f64 {
+        self.longest * 0.5f64.powi(level as i32)
+    }
+
+    /// Length of the implicit step that a stage is [s].
+    pub fn stage_length(&self, level: usize) -> f64 {
+        self.gamma * self.length(level)
+    }
+
+    /// Number of modes met at the busiest level.
+    pub fn mode_count(&self) -> usize {
+        self.rungs.iter().flatten().map(|r| r.stage.mode_count()).max().unwrap_or(0)
+    }
+
+    fn rung(&mut self, s: &Stepper, level: usize) -> &mut Rung {
+        self.stamp += 1;
+        if self.rungs[level].is_none() {
+            let used = |k: &usize| self.rungs[*k].as_ref().map_or(u64::MAX, |r| r.stamp);
+            if self.rungs.iter().flatten().count() >= self.most {
+                if let Some(oldest) = (0..RUNGS).min_by_key(used) {
+                    self.rungs[oldest] = None;
+                }
+            }
+            let stage = Stage::new(&s.sys, self.stage_length(level), true, &s.constants);
+            self.rungs[level] = Some(Box::new(Rung { stage, epoch: s.epoch, stamp: 0 }));
+            self.made += 1;
+        }
+        let stamp = self.stamp;
+        let rung = self.rungs[level].as_mut().unwrap_or_else(|| unreachable!("just made"));
+        rung.stamp = stamp;
+        if rung.epoch != s.epoch {
+            rung.stage.release(); // so that a large factor can be turned into the next in place
+            rung.epoch = s.epoch;
+        }
+        rung
+    }
+
+    /// One implicit step from `from` with sources `u` in the present mode, whatever the signs of its
+    /// guards; `x` takes unknowns and guards.  `near` is the point to stay close to where the mode
+    /// leaves something open.
+    pub fn solve(
+        &mut self,
+        s: &mut Stepper,
+        level: usize,
+        from: &[f64],
+        u: &[f64],
+        near: &[f64],
+        x: &mut [f64],
+    ) -> Fit {
+        let n = s.z.len();
+        let stage = &mut self.rung(s, level).stage;
+        let factor = stage.factor(&s.active, s.epoch);
+        let regular = factor.regular();
+        if regular {
+            let slot = stage.slot(&s.active, s.epoch);
+            slot.uses += 1;
+            if slot.map.is_none() && slot.uses == USES_FOR_MAP {
+                stage.make_map(&s.active, s.epoch, &mut s.work);
+            }
+            let (inputs, slot) = stage.inputs_and_slot(&s.active, s.epoch);
+            if let Some(map) = &slot.map {
+                s.input.clear();
+                s.input.extend(inputs.carried.iter().map(|&j| from[j]));
+                s.input.extend(inputs.ends.iter().map(|&j| u[j]));
+                map.apply(&s.input, x);
+                return Fit::Solved;
+            }
+        }
+        let matrices = &stage.matrices;
+        matrices.right_hand_side(from, u, u, &mut s.rhs);
+        let (rows, pairs) = x.split_at_mut(n);
+        rows.copy_from_slice(&s.rhs);
+        for ((x, &q), &active) in pairs.iter_mut().zip(&matrices.q).zip(&s.active) {
+            *x = if active { -q } else { 0.0 };
+        }
+        if regular {
+            factor.solve(x, &mut s.work);
+            matrices.guards(x, &s.active, true, &mut s.w);
+            return Fit::Solved;
+        }
+        s.stats.undetermined += 1;
+        let rhs = x.to_vec();
+        x.copy_from_slice(near);
+        factor.correct(x, &rhs, &mut s.work);
+        let (z, l) = x.split_at(n);
+        let found = stage.driver.residual(&s.rhs, &s.sys.q, &s.roles, z, l);
+        stage.matrices.guards(x, &s.active, true, &mut s.w);
+        if found.rows <= CONSISTENT {
+            Fit::Solved
+        } else {
+            Fit::Contradiction
+        }
+    }
+
+    /// Residual of the last stage solved at a level: unknowns `z`, multipliers `l`.
+    pub fn residual(
+        &mut self,
+        s: &mut Stepper,
+        level: usize,
+        from: &[f64],
+        u: &[f64],
+        z: &[f64],
+        l: &[f64],
+    ) -> crate::mlcp::Residual {
+        let stage = &mut self.rung(s, level).stage;
+        stage.matrices.right_hand_side(from, u, u, &mut s.rhs);
+        stage.driver.residual(&s.rhs, &s.sys.q, &s.roles, z, l)
+    }
+}

@@ -1,0 +1,111 @@
+//! The first instant of a step at which a guard becomes negative.
+
+use super::super::stepper::Stepper;
+use super::guards::{Scales, VIOLATED};
+use super::ladder::{Fit, Ladder};
+use super::step::Trial;
+use super::tableau::Tableau;
+
+/// Evaluations spent on one root.
+const MOST: usize = 80;
+/// Width of the bracket at which the search ends, as a part of the step.
+const NARROW: f64 = 1e-14;
+
+/// Computes points of one trial step and their margins.
+pub struct Locator<'a> {
+    pub s: &'a mut Stepper,
+    pub ladder: &'a mut Ladder,
+    pub scales: &'a Scales,
+    pub tableau: &'a Tableau,
+    pub trial: &'a mut Trial,
+}
+
+impl Locator<'_> {
+    /// Margin at `theta`; where the laws of the mode contradict each other it counts as negative.
+    pub fn margin(&mut self, theta: f64) -> f64 {
+        match self.trial.evaluate(self.s, self.ladder, self.tableau, theta) {
+            Fit::Solved => self.scales.margin(self.s, &self.trial.point),
+            Fit::Contradiction => f64::NEG_INFINITY,
+        }
+    }
+
+    /// The end of the mode within `(0, end]`, None if it lasts.
+    pub fn first_violation(&mut self, end: f64) -> Option<f64> {
+        let (tableau, scales) = (self.tableau, self.scales);
+        let last = tableau.stages() - 1;
+        let mut order: [usize; 5] = [0, 1, 2, 3, 4];
+        let order = &mut order[..=last];
+        order.sort_by(|&i, &j| tableau.c[i].total_cmp(&tableau.c[j]));
+        for &i in order.iter().filter(|&&i| tableau.c[i] <= end) {
+            // not below, so that NaN is a violation; inner stages are of low order: where the
+            // continuous solution is fine, they prove nothing
+            let negative = !(scales.margin(self.s, &self.trial.stages[i]) >= -VIOLATED);
+            if negative && (i == last || !(self.margin(tableau.c[i]) >= -VIOLATED)) {
+                return Some(self.root(0.0, tableau.c[i]));
+            }
+        }
+        if self.s.diodes.is_empty() && self.s.switches.is_empty() {
+            return None;
+        }
+        let whole = end == 1.0;
+        let middle = if whole { tableau.c[tableau.middle] } else { 0.5 * end };
+        let mut samples = [Vec::new(), Vec::new()];
+        if !whole {
+            for (sample, theta) in samples.iter_mut().zip([middle, end]) {
+                if !(self.margin(theta) >= -VIOLATED) {
+                    return Some(self.root(0.0, theta));
+                }
+                sample.extend_from_slice(&self.trial.point);
+            }
+        }
+        let (at_middle, at_end) = if whole {
+            (&self.trial.stages[tableau.middle][..], &self.trial.stages[last][..])
+        } else {
+            (&samples[0][..], &samples[1][..])
+        };
+        let place =
+            scales.dip(self.s, [0.0, middle, end], [&self.trial.first, at_middle, at_end])?;
+        (!(self.margin(place) >= -VIOLATED)).then(|| self.root(0.0, place))
+    }
+
+    /// The root of the margin in `(low, high]`, where it is negative at `high`: the latest point
+    /// found at which it is not above zero.
+    pub fn root(&mut self, low: f64, high: f64) -> f64 {
+        let (mut a, mut b) = (low, high);
+        // the stage value that raised the alarm may differ from the continuous solution
+        let mut fb = self.margin(b);
+        if fb >= 0.0 {
+            return b;
+        }
+        let mut fa = f64::NAN; // unknown, or zero of a pair that has just changed
+        let mut side = 0;
+        for _ in 0..MOST {
+            if b - a <= NARROW.max(8.0 * f64::EPSILON * self.trial.start / self.trial.length) {
+                break;
+            }
+            let secant = b - fb * (b - a) / (fb - fa);
+            let inside = secant > a && secant < b && fb.is_finite();
+            let c = if inside && fa > 0.0 { secant } else { 0.5 * (a + b) };
+            let fc = self.margin(c);
+            if fc > 0.0 {
+                a = c;
+                fa = fc;
+                if side == 1 {
+                    fb *= 0.5; // Illinois
+                }
+                side = 1;
+            } else {
+                b = c;
+                fb = fc;
+                if side == 2 {
+                    fa *= 0.5;
+                }
+                side = 2;
+                if fc == 0.0 {
+                    break;
+                }
+            }
+        }
+        b
+    }
+}

@@ -1,0 +1,426 @@
+//! The loop: steps, rows, corners and events, resumable.
+
+use super::super::clock::{evaluate, next_corner};
+use super::super::step::ACCEPT;
+use super::super::stepper::{Failure, Progress, Stepper};
+use super::guards::Scales;
+use super::ladder::{Ladder, RUNGS};
+use super::locate::Locator;
+use super::step::Trial;
+use super::{Accuracy, Tableau};
+use crate::mlcp::Start;
+use crate::waveform::Side;
+use std::time::{Duration, Instant};
+
+/// First level of a run with error control.
+const FIRST_LEVEL: usize = 12;
+/// Level of the implicit steps that pass over what cannot be located.
+const FORCED_LEVEL: usize = 20;
+/// Events in a row, without an accepted whole step between them, before a step is forced.
+const IN_A_ROW: u32 = 12;
+/// An event this early in a step (as a part of it) is looked for again with a shorter step.
+const EARLY: f64 = 0.05;
+/// Size below which an unknown is small beside the others of its kind.
+const SMALL: f64 = 1e-3;
+/// Steps between two looks at the clock, and between two checks of the residual.
+const LOOK: u64 = 16;
+
+/// What has been done besides the counters of the stepper.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Counters {
+    /// steps taken again with a shorter length because of their error
+    pub rejected: u64,
+    /// instants at which a mode was found to end
+    pub located: u64,
+    /// single implicit steps over events that could not be located
+    pub forced: u64,
+    /// matrices assembled
+    pub matrices: u64,
+}
+
+/// Instants at which rows are written.
+#[derive(Clone, Copy, Debug)]
+struct Rows {
+    start: f64,
+    step: f64,
+    stop: f64,
+    /// rows at multiples of the step
+    whole: u64,
+    count: u64,
+    next: u64,
+}
+
+impl Rows {
+    fn new(start: f64, step: f64, stop: f64) -> Rows {
+        let whole = ((stop - start) / step * (1.0 + 1e-12)).floor() as u64;
+        let rest = stop - (start + whole as f64 * step) > 1e-9 * step;
+        Rows { start, step, stop, whole, count: whole + 1 + u64::from(rest), next: 0 }
+    }
+
+    fn time(&self) -> f64 {
+        match self.next {
+            k if k >= self.count => f64::INFINITY,
+            k if k <= self.whole => self.start + k as f64 * self.step,
+            _ => self.stop,
+        }
+    }
+}
+
+/// Why a step ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum End {
+    Plain,
+    Corner { jump: bool },
+    Event,
+}
+
+/// An accepted step whose rows are being written.
+#[derive(Clone, Copy, Debug)]
+struct Accepted {
+    theta: f64,
+    time: f64,
+    end: End,
+}
+
+/// The controller of one run; the state is the stepper's.
+pub struct Sdirk {
+    tableau: &'static Tableau,
+    accuracy: Accuracy,
+    rows: Rows,
+    stop: f64,
+    ladder: Ladder,
+    scales: Scales,
+    trial: Trial,
+    accepted: Option<Accepted>,
+    level: usize,
+    in_a_row: u32,
+    forced_level: usize,
+    begun: bool,
+    corner: (f64, bool),
+    /// counters
+    pub counters: Counters,
+}
+
+impl Sdirk {
+    /// Plans a run from the present time of `s` to `stop` with steps of at most `longest`, rows at
+    /// `out_start + k out_step` and at `stop`.
+    pub fn new(
+        s: &mut Stepper,
+        tableau: &'static Tableau,
+        accuracy: Accuracy,
+        stop: f64,
+        longest: f64,
+        (out_start, out_step): (f64, f64),
+    ) -> Sdirk {
+        let pace = s.waveforms.iter().map(|w| w.pace()).fold(f64::INFINITY, f64::min);
+        let fixed = accuracy.relative >= 1.0;
+        let longest = if fixed { longest } else { longest.min(pace) };
+        s.step_length = longest;
+        s.sweeping = false;
+        Sdirk {
+            tableau,
+            accuracy,
+            rows: Rows::new(out_start, out_step, stop),
+            stop,
+            ladder: Ladder::new(s, longest, tableau.gamma),
+            scales: Scales::new(s),
+            trial: Trial::new(s, tableau),
+            accepted: None,
+            level: if fixed { 0 } else { FIRST_LEVEL },
+            in_a_row: 0,
+            forced_level: FORCED_LEVEL,
+            begun: false,
+            corner: (f64::NEG_INFINITY, false),
+            counters: Counters::default(),
+        }
+    }
+
+    /// Number of rows in all.
+    pub fn row_count(&self) -> u64 {
+        self.rows.count
+    }
+
+    /// Modes met at the busiest step length.
+    pub fn mode_count(&self) -> usize {
+        self.ladder.mode_count()
+    }
+
+    /// As `Stepper::advance`.
+    pub fn advance(
+        &mut self,
+        s: &mut Stepper,
+        out: &mut [f64],
+        budget: Duration,
+    ) -> (usize, Progress) {
+        let columns = s.columns();
+        let begin = Instant::now();
+        let capacity = out.len() / columns;
+        let mut rows = 0;
+        let mut count = 0u64;
+        if !self.begun {
+            self.begun = true;
+            s.log_events(); // what the start has found is no event
+            s.events.clear();
+            self.begin_step(s);
+        }
+        while rows < capacity {
+            let row = &mut out[rows * columns..(rows + 1) * columns];
+            if let Some(accepted) = self.accepted {
+                let label = self.rows.time();
+                if label < accepted.time - 1e-12 * self.trial.length {
+                    self.write_inside(s, label, row);
+                    rows += 1;
+                    continue;
+                }
+                self.accepted = None;
+                self.finish(s, accepted);
+                continue;
+            }
+            if self.rows.time() <= s.time + 1e-12 * self.trial.length {
+                s.write(self.rows.time(), row);
+                self.rows.next += 1;
+                rows += 1;
+                continue;
+            }
+            if s.time >= self.stop {
+                return (rows, Progress::Done);
+            }
+            if let Err(failure) = self.step(s) {
+                s.failure = Some(*failure);
+                return (rows, Progress::Failed);
+            }
+            count += 1;
+            if count.is_multiple_of(LOOK) && begin.elapsed() > budget {
+                break;
+            }
+        }
+        let done = rows == capacity && self.accepted.is_none() && self.rows.next >= self.rows.count;
+        (rows, if done { Progress::Done } else { Progress::More })
+    }
+
+    /// Remembers the state from which the next step starts.
+    fn begin_step(&mut self, s: &mut Stepper) {
+        let n = s.z.len();
+        self.scales.note(s, &s.z, &s.l);
+        self.trial.start = s.time;
+        let (z, guards) = self.trial.first.split_at_mut(n);
+        z.copy_from_slice(&s.z);
+        s.w.copy_from_slice(&s.sys.q);
+        s.sys.b.mul_add(-1.0, &s.z, &mut s.w);
+        s.sys.d.mul_add(1.0, &s.l, &mut s.w);
+        for (i, guard) in guards.iter_mut().enumerate() {
+            *guard = if s.active[i] { s.l[i] } else { s.w[i] };
+        }
+        if self.corner.0 <= s.time {
+            self.corner = next_corner(&s.waveforms, s.time);
+        }
+        self.trial.corner = self.corner.0;
+    }
+
+    /// Finds the next accepted step, its length and how it ends.
+    fn step(&mut self, s: &mut Stepper) -> Result<(), Box<Failure>> {
+        let fixed = self.accuracy.relative >= 1.0;
+        let (end, jump) = self.corner;
+        let (target, at_corner) = if end <= self.stop { (end, true) } else { (self.stop, false) };
+        let remaining = target - s.time;
+        loop {
+            if self.in_a_row > IN_A_ROW || self.level >= RUNGS - 1 {
+                return self.force(s);
+            }
+            let mut level = self.level;
+            while level + 1 < RUNGS && self.ladder.length(level + 1) >= remaining * (1.0 - 1e-9) {
+                level += 1;
+            }
+            let (ladder, tableau) = (&mut self.ladder, self.tableau);
+            if let Err(broken) = self.trial.compute(s, ladder, tableau, level) {
+                self.level = level + if broken.at < 0.5 { 2 } else { 1 };
+                continue;
+            }
+            let whole = self.trial.length <= remaining * (1.0 + 1e-9);
+            let to_target = self.trial.length >= remaining * (1.0 - 1e-9);
+            let error = if fixed { 0.0 } else { self.error(s) };
+            if !(error <= 1.0) {
+                self.counters.rejected += 1;
+                self.level = level + if error < 100.0 { 1 } else { 3 };
+                continue;
+            }
+            let limit = if whole { 1.0 } else { remaining / self.trial.length };
+            let (ladder, scales) = (&mut self.ladder, &self.scales);
+            let trial = &mut self.trial;
+            let mut locator = Locator { s, ladder, scales, tableau, trial };
+            let found = locator.first_violation(limit);
+            if let Some(theta) = found {
+                if theta < EARLY && level + 3 < RUNGS {
+                    // too early in the step to be told from its beginning: look closer
+                    self.level = level + 3;
+                    self.in_a_row += 1;
+                    continue;
+                }
+                self.counters.located += 1;
+                self.in_a_row += 1;
+                let time = (s.time + theta * self.trial.length).min(target);
+                self.accepted = Some(Accepted { theta, time, end: End::Event });
+            } else {
+                let (time, end) = match (to_target, at_corner) {
+                    (false, _) => (s.time + self.trial.length, End::Plain),
+                    (true, true) => (target, End::Corner { jump }),
+                    (true, false) => (target, End::Plain),
+                };
+                self.accepted = Some(Accepted { theta: limit, time, end });
+                if whole {
+                    self.in_a_row = 0;
+                    self.forced_level = FORCED_LEVEL;
+                }
+                // room to grow: the next longer step would do, with a margin
+                if !fixed && level <= self.level {
+                    let q = self.tableau.error_order;
+                    let grown = error * 2.0f64.powi(q);
+                    let up = usize::from(grown < 0.5) + usize::from(grown * 2.0f64.powi(q) < 0.2);
+                    self.level = level.saturating_sub(up);
+                }
+            }
+            s.stats.steps += 1;
+            self.counters.matrices = self.ladder.made;
+            self.certify(s);
+            return Ok(());
+        }
+    }
+
+    /// Estimated error of the trial step relative to what is allowed.
+    fn error(&mut self, s: &mut Stepper) -> f64 {
+        self.trial.estimate(s, &mut self.ladder, self.tableau);
+        let end = &self.trial.stages[self.tableau.stages() - 1];
+        let mut largest = self.scales.largest;
+        for (v, &kind) in end.iter().zip(&s.sys.row_kind) {
+            let largest = &mut largest[usize::from(kind)];
+            *largest = largest.max(v.abs());
+        }
+        let allowed = [self.accuracy.voltage, self.accuracy.current];
+        let mut worst = 0.0f64;
+        for &j in &self.ladder.stored {
+            let kind = usize::from(s.sys.row_kind[j]);
+            let size = self.scales.unknown[j].max(end[j].abs()).max(SMALL * largest[kind]);
+            let ratio = self.trial.slope[j].abs()
+                / (self.accuracy.relative * size + allowed[kind] + f64::MIN_POSITIVE);
+            worst = if ratio <= worst { worst } else { ratio }; // NaN is the worst
+        }
+        worst
+    }
+
+    /// Checks the residual of the last stage now and then.
+    fn certify(&mut self, s: &mut Stepper) {
+        if s.stats.steps > 8 && !s.stats.steps.is_multiple_of(4 * LOOK) {
+            return;
+        }
+        let (n, last) = (s.z.len(), self.tableau.stages() - 1);
+        let trial = &mut self.trial;
+        trial.take_end(s, self.tableau);
+        let (z, guards) = trial.point.split_at_mut(n);
+        for ((g, &active), role) in guards.iter_mut().zip(&s.active).zip(&s.roles) {
+            // a step that is going to be cut may end beyond the root of a guard
+            let sign = *role == crate::mlcp::Role::Diode;
+            *g = if !active || (sign && *g < 0.0) { 0.0 } else { *g };
+        }
+        let base = &trial.bases[last];
+        let found = self.ladder.residual(s, trial.level, base, &trial.u, z, guards);
+        if self.accepted.is_some_and(|a| a.theta == 1.0) || found.worst() <= ACCEPT {
+            s.note(found);
+        }
+    }
+
+    /// A row inside the accepted step.
+    fn write_inside(&mut self, s: &mut Stepper, label: f64, row: &mut [f64]) {
+        let n = s.z.len();
+        let theta = (label - self.trial.start) / self.trial.length;
+        self.trial.evaluate(s, &mut self.ladder, self.tableau, theta);
+        let (z, guards) = self.trial.point.split_at_mut(n);
+        for (g, &active) in guards.iter_mut().zip(&s.active) {
+            *g = if active { *g } else { 0.0 };
+        }
+        row[0] = label;
+        s.outputs.write(z, guards, &self.trial.slope, &self.trial.u, &mut row[1..]);
+        self.rows.next += 1;
+    }
+
+    /// Moves the state to the end of the accepted step.
+    fn finish(&mut self, s: &mut Stepper, accepted: Accepted) {
+        let n = s.z.len();
+        if accepted.theta == 1.0 {
+            self.trial.take_end(s, self.tableau);
+        } else {
+            self.trial.evaluate(s, &mut self.ladder, self.tableau, accepted.theta);
+        }
+        let (z, guards) = self.trial.point.split_at(n);
+        s.z.copy_from_slice(z);
+        for ((l, &g), &active) in s.l.iter_mut().zip(guards).zip(&s.active) {
+            *l = if active { g } else { 0.0 };
+        }
+        if s.outputs.needs_rates() {
+            s.rates.copy_from_slice(&self.trial.slope);
+        }
+        s.time = accepted.time;
+        self.scales.note(s, &s.z, &s.l);
+        match accepted.end {
+            End::Plain => s.u0.copy_from_slice(&self.trial.u),
+            End::Corner { .. } | End::Event => {
+                evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
+                if accepted.end == End::Event {
+                    self.scales.turn_switches(s, &self.trial.point[..n]);
+                }
+                self.restart(s);
+            }
+        }
+        self.begin_step(s);
+    }
+
+    /// Finds the mode from here on; charges and fluxes may jump.
+    fn restart(&mut self, s: &mut Stepper) {
+        // a failure is left to the next step, which can be certified
+        let _ = s.impulse_or_leave();
+        let (z, l) = (s.z.clone(), s.l.clone());
+        if s.settle_switches().is_err() {
+            s.z = z;
+            s.l = l;
+        }
+        s.log_events();
+    }
+
+    /// A single implicit step with complementarity, over what cannot be located.
+    fn force(&mut self, s: &mut Stepper) -> Result<(), Box<Failure>> {
+        let target = self.corner.0.min(self.stop);
+        let remaining = target - s.time;
+        let wanted = self.ladder.stage_length(self.forced_level);
+        let length = if wanted >= remaining * (1.0 - 1e-9) { remaining } else { wanted };
+        let at_corner = length == remaining && target == self.corner.0;
+        self.forced_level = self.forced_level.saturating_sub(1).max(6);
+        let time = s.time;
+        s.time = if length == remaining { target } else { time + length };
+        evaluate(&s.waveforms, s.time, Side::Left, &mut s.u1);
+        let k = s.stage_index(length, true);
+        let (from, u) = (s.z.clone(), s.u1.clone());
+        s.stages[k].matrices.right_hand_side(&from, &u, &u, &mut s.rhs);
+        if let Err(failure) = s.solve(k, length, Start::Warm) {
+            s.time = time;
+            return Err(failure);
+        }
+        if s.outputs.needs_rates() {
+            for ((rate, z), old) in s.rates.iter_mut().zip(&s.z).zip(&from) {
+                *rate = (z - old) / length;
+            }
+        }
+        s.stats.steps += 1;
+        self.counters.forced += 1;
+        self.in_a_row = 0;
+        self.level = self.level.min(FORCED_LEVEL);
+        s.u0.copy_from_slice(&s.u1);
+        if at_corner {
+            evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
+            self.restart(s);
+        } else {
+            s.settle_switches()?;
+            s.log_events();
+        }
+        self.begin_step(s);
+        Ok(())
+    }
+}
