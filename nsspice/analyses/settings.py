@@ -38,13 +38,13 @@ class Settings:
     --------
     >>> settings = Settings.of(Deck("t", "t.net"), theta=0.5)
     >>> settings.method, settings.theta, settings.reltol
-    ('auto', 0.5, 0.0001)
+    ('auto', 0.5, 1e-05)
     """
 
     method: str = "auto"
     theta: float = 1.0
     step: float | None = None
-    reltol: float = 1e-4
+    reltol: float = 1e-5
     vntol: float = 0.0
     abstol: float = 0.0
     order: int = 4

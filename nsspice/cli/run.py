@@ -58,6 +58,7 @@ def command(
     method: str | None,
     theta: float | None,
     step: float | None,
+    reltol: float | None,
     params: Sequence[str],
     as_json: bool,
     quiet: bool,
@@ -78,6 +79,7 @@ def command(
         read_signals(signals),
         keep=plot is not None,
         all_points=all_points,
+        reltol=reltol,
     )
     run = _Run(netlist, read_params(params), request, output, plot, as_json, quiet)
     code = run.execute()

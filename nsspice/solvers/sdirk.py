@@ -35,7 +35,7 @@ class Accuracy:
         2 (two stages) or 4 (five stages).
     """
 
-    reltol: float = 1e-4
+    reltol: float = 1e-5
     vntol: float = 0.0
     abstol: float = 0.0
     order: int = 4

@@ -331,8 +331,7 @@ impl PyStepper {
         vntol: f64,
         abstol: f64,
     ) -> PyResult<u64> {
-        let tableau =
-            Tableau::of_order(order).ok_or_else(|| invalid("the order is 2 or 4"))?;
+        let tableau = Tableau::of_order(order).ok_or_else(|| invalid("the order is 2 or 4"))?;
         let accuracy = Accuracy { relative: reltol, voltage: vntol, current: abstol };
         let rows = (out_start, out_step);
         let made = Sdirk::new(&mut self.inner, tableau, accuracy, stop, longest, rows);

@@ -55,13 +55,18 @@ impl Scales {
         }
     }
 
+    /// The largest voltage or current so far.
+    pub fn biggest(&self) -> f64 {
+        self.largest[0].max(self.largest[1])
+    }
+
     /// Scale of the guard of a pair.
     fn of_pair(&self, i: usize, active: bool) -> f64 {
         let kind = if active { self.multiplier[i] } else { self.slack[i] };
         self.largest[usize::from(kind)].max(f64::MIN_POSITIVE)
     }
 
-    /// The smallest guard relative to its scale at a point `[z; guards]`.
+    /// The smallest guard relative to its scale at a point `[z; guards; functions]`.
     pub fn margin(&self, s: &Stepper, x: &[f64]) -> f64 {
         let (z, guards) = x.split_at(s.z.len());
         let mut least = f64::INFINITY;
@@ -82,7 +87,8 @@ impl Scales {
         let switch = &s.switches[k];
         let value: f64 = switch.control.iter().map(|&(j, c)| c * z[j]).sum();
         let scale = self.largest[usize::from(self.control[k])].max(f64::MIN_POSITIVE);
-        let distance = if switch.closed { value - switch.off_below } else { switch.on_above - value };
+        let distance =
+            if switch.closed { value - switch.off_below } else { switch.on_above - value };
         distance / scale
     }
 

@@ -2,6 +2,7 @@
 
 use super::super::stage::Stage;
 use super::super::stepper::Stepper;
+use crate::mlcp::{Role, Start};
 
 /// Rungs of the ladder: the shortest step is 2^-44 of the longest.
 pub const RUNGS: usize = 45;
@@ -9,8 +10,6 @@ pub const RUNGS: usize = 45;
 const USES_FOR_MAP: u32 = 3;
 /// Memory for matrices and factors of all rungs [numbers], roughly.
 const BUDGET: usize = 40_000_000;
-/// Largest residual of stage equations in a mode that leaves something undetermined.
-const CONSISTENT: f64 = 1e-9;
 
 struct Rung {
     stage: Stage,
@@ -26,6 +25,9 @@ pub struct Ladder {
     rungs: Vec<Option<Box<Rung>>>,
     most: usize,
     stamp: u64,
+    roles: Vec<Role>,
+    /// largest voltage by largest current [Ohm], to compare multipliers with slacks
+    pub resistance: f64,
     /// stages assembled
     pub made: u64,
     /// unknowns that carry storage
@@ -45,14 +47,23 @@ impl Ladder {
     pub fn new(s: &Stepper, longest: f64, gamma: f64) -> Ladder {
         let size = s.z.len() + s.l.len();
         let e = &s.sys.e;
+        let mut stored: Vec<usize> =
+            (0..e.ncols).filter(|&j| e.col(j).1.iter().any(|&v| v != 0.0)).collect();
+        if let Some(smooth) = &s.smooth {
+            stored.extend(smooth.newton.stored_unknowns());
+            stored.sort_unstable();
+            stored.dedup();
+        }
         Ladder {
             longest,
             gamma,
             rungs: (0..RUNGS).map(|_| None).collect(),
             most: (BUDGET / (200 * size + 1)).clamp(4, RUNGS),
             stamp: 0,
+            roles: Vec::new(),
+            resistance: 1.0,
             made: 0,
-            stored: (0..e.ncols).filter(|&j| e.col(j).1.iter().any(|&v| v != 0.0)).collect(),
+            stored,
         }
     }
 
@@ -94,18 +105,23 @@ impl Ladder {
         rung
     }
 
-    /// One implicit step from `from` with sources `u` in the present mode, whatever the signs of its
-    /// guards; `x` takes unknowns and guards.  `near` is the point to stay close to where the mode
-    /// leaves something open.
+    /// One implicit step to time `t` from `from` (unknowns, then functions) with sources `u` in the
+    /// present mode, whatever the signs of its guards; `x` takes unknowns, guards and functions.
+    /// `near` is the point to begin with, or to stay close to where the mode leaves something open.
+    #[allow(clippy::too_many_arguments)] // the data of one stage
     pub fn solve(
         &mut self,
         s: &mut Stepper,
         level: usize,
+        t: f64,
         from: &[f64],
         u: &[f64],
         near: &[f64],
         x: &mut [f64],
     ) -> Fit {
+        if s.smooth.is_some() {
+            return self.solve_smooth(s, level, t, from, u, near, x);
+        }
         let n = s.z.len();
         let stage = &mut self.rung(s, level).stage;
         let factor = stage.factor(&s.active, s.epoch);
@@ -138,16 +154,81 @@ impl Ladder {
             return Fit::Solved;
         }
         s.stats.undetermined += 1;
-        let rhs = x.to_vec();
+        self.solve_open(s, level, near, x)
+    }
+
+    /// A mode that leaves something open: the complementarity problem is solved, which moves what is
+    /// open so that all signs hold if that is possible.  Where it finds another mode, the guard of a
+    /// pair that has changed is minus the quantity that has become positive.
+    fn solve_open(&mut self, s: &mut Stepper, level: usize, near: &[f64], x: &mut [f64]) -> Fit {
+        let (n, m) = (s.z.len(), s.l.len());
+        let resistance = self.resistance;
+        let stage = &mut self.rung(s, level).stage;
+        stage.release();
         x.copy_from_slice(near);
-        factor.correct(x, &rhs, &mut s.work);
-        let (z, l) = x.split_at(n);
-        let found = stage.driver.residual(&s.rhs, &s.sys.q, &s.roles, z, l);
-        stage.matrices.guards(x, &s.active, true, &mut s.w);
-        if found.rows <= CONSISTENT {
-            Fit::Solved
-        } else {
-            Fit::Contradiction
+        let (z, l) = x.split_at_mut(n);
+        for (l, _) in l.iter_mut().zip(&s.active).filter(|(_, &active)| !active) {
+            *l = 0.0;
+        }
+        let solved = stage.driver.solve(&s.rhs, &s.sys.q, &s.roles, z, l, Start::Warm);
+        if solved.is_err() {
+            return Fit::Contradiction;
+        }
+        s.w.copy_from_slice(&s.sys.q);
+        s.sys.b.mul_add(-1.0, z, &mut s.w);
+        s.sys.d.mul_add(1.0, l, &mut s.w);
+        for i in 0..m {
+            l[i] = match s.active[i] {
+                true => l[i] - s.w[i].max(0.0) / resistance,
+                false => s.w[i] - l[i].max(0.0) * resistance,
+            };
+        }
+        Fit::Solved
+    }
+
+    /// The same with smooth functions, by Newton's method.
+    #[allow(clippy::too_many_arguments)] // the data of one stage
+    fn solve_smooth(
+        &mut self,
+        s: &mut Stepper,
+        level: usize,
+        t: f64,
+        from: &[f64],
+        u: &[f64],
+        near: &[f64],
+        x: &mut [f64],
+    ) -> Fit {
+        let (n, m) = (s.z.len(), s.l.len());
+        let rate = 1.0 / self.stage_length(level);
+        self.roles.clear();
+        self.roles.extend(s.active.iter().map(|&a| if a { Role::Closed } else { Role::Open }));
+        let roles = std::mem::take(&mut self.roles);
+        self.rung(s, level).stage.matrices.right_hand_side(&from[..n], u, u, &mut s.rhs);
+        x.copy_from_slice(near);
+        let (z, rest) = x.split_at_mut(n);
+        let (l, f) = rest.split_at_mut(m);
+        for (l, _) in l.iter_mut().zip(&s.active).filter(|(_, &active)| !active) {
+            *l = 0.0;
+        }
+        let Some(smooth) = &mut s.smooth else { return Fit::Contradiction };
+        let newton = &mut smooth.newton;
+        newton.add_stored(rate, &from[n..], &mut s.rhs);
+        newton.set_rate(rate);
+        let solved = newton.solve(&s.rhs, u, t, &s.sys.q, &roles, z, l, Start::Warm);
+        self.roles = roles;
+        match solved {
+            Ok(solved) => {
+                newton.values(f);
+                s.stats.linearised += u64::from(solved.iterations);
+                s.note(solved.residual);
+                let matrices = &self.rung(s, level).stage.matrices;
+                matrices.guards(&mut x[..n + m], &s.active, true, &mut s.w);
+                Fit::Solved
+            }
+            Err(unsolved) => {
+                s.stats.linearised += u64::from(unsolved.iterations);
+                Fit::Contradiction
+            }
         }
     }
 

@@ -1,6 +1,7 @@
 //! The loop: steps, rows, corners and events, resumable.
 
 use super::super::clock::{evaluate, next_corner};
+use super::super::record::Quantities;
 use super::super::step::ACCEPT;
 use super::super::stepper::{Failure, Progress, Stepper};
 use super::guards::Scales;
@@ -16,12 +17,16 @@ use std::time::{Duration, Instant};
 const FIRST_LEVEL: usize = 12;
 /// Level of the implicit steps that pass over what cannot be located.
 const FORCED_LEVEL: usize = 20;
+const LONGEST_FORCED: usize = 10;
 /// Events in a row, without an accepted whole step between them, before a step is forced.
 const IN_A_ROW: u32 = 12;
-/// An event this early in a step (as a part of it) is looked for again with a shorter step.
+/// An event this early in a step (as a part of it), where the mode does not end, is looked for again
+/// with a shorter step.
 const EARLY: f64 = 0.05;
 /// Size below which an unknown is small beside the others of its kind.
 const SMALL: f64 = 1e-3;
+/// Values below this part of the largest so far are rounding errors.
+const DECAYED: f64 = 1e-13;
 /// Steps between two looks at the clock, and between two checks of the residual.
 const LOOK: u64 = 16;
 
@@ -94,6 +99,10 @@ pub struct Sdirk {
     accepted: Option<Accepted>,
     level: usize,
     in_a_row: u32,
+    /// the last event did not end the mode
+    futile: bool,
+    /// when the last guard was violated [s]
+    troubled: f64,
     forced_level: usize,
     begun: bool,
     corner: (f64, bool),
@@ -128,6 +137,8 @@ impl Sdirk {
             accepted: None,
             level: if fixed { 0 } else { FIRST_LEVEL },
             in_a_row: 0,
+            futile: false,
+            troubled: f64::NEG_INFINITY,
             forced_level: FORCED_LEVEL,
             begun: false,
             corner: (f64::NEG_INFINITY, false),
@@ -200,10 +211,18 @@ impl Sdirk {
 
     /// Remembers the state from which the next step starts.
     fn begin_step(&mut self, s: &mut Stepper) {
-        let n = s.z.len();
+        let (n, m) = (s.z.len(), s.l.len());
         self.scales.note(s, &s.z, &s.l);
+        let [voltage, current] = self.scales.largest;
+        if voltage > 0.0 && current > 0.0 {
+            self.ladder.resistance = voltage / current;
+        }
         self.trial.start = s.time;
         let (z, guards) = self.trial.first.split_at_mut(n);
+        let (guards, f) = guards.split_at_mut(m);
+        if let Some(smooth) = &mut s.smooth {
+            smooth.newton.evaluate(&s.z, &s.u0, s.time, f);
+        }
         z.copy_from_slice(&s.z);
         s.w.copy_from_slice(&s.sys.q);
         s.sys.b.mul_add(-1.0, &s.z, &mut s.w);
@@ -250,14 +269,14 @@ impl Sdirk {
             let mut locator = Locator { s, ladder, scales, tableau, trial };
             let found = locator.first_violation(limit);
             if let Some(theta) = found {
-                if theta < EARLY && level + 3 < RUNGS {
-                    // too early in the step to be told from its beginning: look closer
+                self.in_a_row += 1;
+                self.troubled = s.time;
+                if self.futile && theta < EARLY {
+                    // the mode did not end here: look closer
                     self.level = level + 3;
-                    self.in_a_row += 1;
                     continue;
                 }
                 self.counters.located += 1;
-                self.in_a_row += 1;
                 let time = (s.time + theta * self.trial.length).min(target);
                 self.accepted = Some(Accepted { theta, time, end: End::Event });
             } else {
@@ -267,8 +286,10 @@ impl Sdirk {
                     (true, false) => (target, End::Plain),
                 };
                 self.accepted = Some(Accepted { theta: limit, time, end });
-                if whole {
+                let clear = self.ladder.length(FORCED_LEVEL);
+                if whole && time > self.troubled + clear {
                     self.in_a_row = 0;
+                    self.futile = false;
                     self.forced_level = FORCED_LEVEL;
                 }
                 // room to grow: the next longer step would do, with a margin
@@ -278,6 +299,9 @@ impl Sdirk {
                     let up = usize::from(grown < 0.5) + usize::from(grown * 2.0f64.powi(q) < 0.2);
                     self.level = level.saturating_sub(up);
                 }
+            }
+            if fixed {
+                self.level = self.level.saturating_sub(1);
             }
             s.stats.steps += 1;
             self.counters.matrices = self.ladder.made;
@@ -299,7 +323,8 @@ impl Sdirk {
         let mut worst = 0.0f64;
         for &j in &self.ladder.stored {
             let kind = usize::from(s.sys.row_kind[j]);
-            let size = self.scales.unknown[j].max(end[j].abs()).max(SMALL * largest[kind]);
+            let small = if self.trial.constrained[j] { 1.0 } else { SMALL };
+            let size = self.scales.unknown[j].max(end[j].abs()).max(small * largest[kind]);
             let ratio = self.trial.slope[j].abs()
                 / (self.accuracy.relative * size + allowed[kind] + f64::MIN_POSITIVE);
             worst = if ratio <= worst { worst } else { ratio }; // NaN is the worst
@@ -309,7 +334,8 @@ impl Sdirk {
 
     /// Checks the residual of the last stage now and then.
     fn certify(&mut self, s: &mut Stepper) {
-        if s.stats.steps > 8 && !s.stats.steps.is_multiple_of(4 * LOOK) {
+        // Newton's method checks every solution
+        if s.smooth.is_some() || s.stats.steps > 8 && !s.stats.steps.is_multiple_of(4 * LOOK) {
             return;
         }
         let (n, last) = (s.z.len(), self.tableau.stages() - 1);
@@ -323,28 +349,35 @@ impl Sdirk {
         }
         let base = &trial.bases[last];
         let found = self.ladder.residual(s, trial.level, base, &trial.u, z, guards);
-        if self.accepted.is_some_and(|a| a.theta == 1.0) || found.worst() <= ACCEPT {
+        // what has decayed to rounding of the past has no digits left to be judged
+        let noise = |v: &[f64]| v.iter().all(|v| v.abs() <= DECAYED * self.scales.biggest());
+        let whole = self.accepted.is_some_and(|a| a.theta == 1.0) && !(noise(z) && noise(guards));
+        if whole || found.worst() <= ACCEPT {
             s.note(found);
         }
     }
 
     /// A row inside the accepted step.
     fn write_inside(&mut self, s: &mut Stepper, label: f64, row: &mut [f64]) {
-        let n = s.z.len();
+        let (n, m) = (s.z.len(), s.l.len());
         let theta = (label - self.trial.start) / self.trial.length;
         self.trial.evaluate(s, &mut self.ladder, self.tableau, theta);
-        let (z, guards) = self.trial.point.split_at_mut(n);
+        let (z, rest) = self.trial.point.split_at_mut(n);
+        let (guards, f) = rest.split_at_mut(m);
         for (g, &active) in guards.iter_mut().zip(&s.active) {
             *g = if active { *g } else { 0.0 };
         }
         row[0] = label;
-        s.outputs.write(z, guards, &self.trial.slope, &self.trial.u, &mut row[1..]);
+        let (rates, slope) = self.trial.slope.split_at(n);
+        let u = &self.trial.u;
+        let quantities = Quantities { z, l: guards, rates, u, f: [f, slope] };
+        s.outputs.write(&quantities, &mut row[1..]);
         self.rows.next += 1;
     }
 
     /// Moves the state to the end of the accepted step.
     fn finish(&mut self, s: &mut Stepper, accepted: Accepted) {
-        let n = s.z.len();
+        let (n, m) = (s.z.len(), s.l.len());
         if accepted.theta == 1.0 {
             self.trial.take_end(s, self.tableau);
         } else {
@@ -356,18 +389,26 @@ impl Sdirk {
             *l = if active { g } else { 0.0 };
         }
         if s.outputs.needs_rates() {
-            s.rates.copy_from_slice(&self.trial.slope);
+            s.rates.copy_from_slice(&self.trial.slope[..n]);
         }
         s.time = accepted.time;
+        s.smooth_time = s.time;
+        s.forget_functions();
+        if let Some(smooth) = &mut s.smooth {
+            smooth.f.copy_from_slice(&self.trial.point[n + m..]);
+            smooth.rates.copy_from_slice(&self.trial.slope[n..]);
+        }
         self.scales.note(s, &s.z, &s.l);
         match accepted.end {
             End::Plain => s.u0.copy_from_slice(&self.trial.u),
             End::Corner { .. } | End::Event => {
                 evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
+                let before = s.active.clone();
                 if accepted.end == End::Event {
                     self.scales.turn_switches(s, &self.trial.point[..n]);
                 }
                 self.restart(s);
+                self.futile = accepted.end == End::Event && before == s.active;
             }
         }
         self.begin_step(s);
@@ -392,13 +433,16 @@ impl Sdirk {
         let wanted = self.ladder.stage_length(self.forced_level);
         let length = if wanted >= remaining * (1.0 - 1e-9) { remaining } else { wanted };
         let at_corner = length == remaining && target == self.corner.0;
-        self.forced_level = self.forced_level.saturating_sub(1).max(6);
+        self.forced_level = self.forced_level.saturating_sub(1).max(LONGEST_FORCED);
         let time = s.time;
-        s.time = if length == remaining { target } else { time + length };
-        evaluate(&s.waveforms, s.time, Side::Left, &mut s.u1);
+        let end = if length == remaining { target } else { time + length };
+        evaluate(&s.waveforms, end, Side::Left, &mut s.u1);
         let k = s.stage_index(length, true);
         let (from, u) = (s.z.clone(), s.u1.clone());
         s.stages[k].matrices.right_hand_side(&from, &u, &u, &mut s.rhs);
+        s.carry_stored(&from, 1.0 / length);
+        s.forget_functions();
+        s.time = end;
         if let Err(failure) = s.solve(k, length, Start::Warm) {
             s.time = time;
             return Err(failure);
@@ -411,6 +455,7 @@ impl Sdirk {
         s.stats.steps += 1;
         self.counters.forced += 1;
         self.in_a_row = 0;
+        self.futile = false;
         self.level = self.level.min(FORCED_LEVEL);
         s.u0.copy_from_slice(&s.u1);
         if at_corner {

@@ -5,8 +5,13 @@ use super::ladder::{Fit, Ladder};
 use super::tableau::Tableau;
 use crate::waveform::{Side, Waveform};
 
+/// A smoothed error below this part of the plain one belongs to a constrained unknown.
+const CONSTRAINED: f64 = 1e-6;
+
 /// A step from `start`: stages, rates, and what is needed to evaluate it anywhere.
 pub struct Trial {
+    n: usize,
+    m: usize,
     /// begin [s]
     pub start: f64,
     /// length [s]
@@ -15,20 +20,26 @@ pub struct Trial {
     pub level: usize,
     /// first corner of a source after the begin [s]
     pub corner: f64,
-    /// unknowns and guards at the begin
+    /// unknowns, guards and functions at the begin
     pub first: Vec<f64>,
-    /// unknowns and guards at the end of each stage
+    /// the same at the end of each stage
     pub stages: Vec<Vec<f64>>,
-    /// where each stage begins
+    /// where each stage begins: unknowns, then functions
     pub bases: Vec<Vec<f64>>,
-    /// rate of each stage, of the unknowns that carry storage
+    /// rate of each stage: of the unknowns that carry storage, then of the functions
     rates: Vec<Vec<f64>>,
+    /// unknowns whose error is that of their rates
+    pub constrained: Vec<bool>,
+    /// diagonal of the storage matrix
+    storage: Vec<f64>,
     /// scratch
     from: Vec<f64>,
+    raw: Vec<f64>,
+    stored: Vec<f64>,
     pub u: Vec<f64>,
-    /// a point of the continuous solution: unknowns and guards
+    /// a point of the continuous solution: unknowns, guards and functions
     pub point: Vec<f64>,
-    /// rates of the unknowns there
+    /// rates of the unknowns and functions there
     pub slope: Vec<f64>,
 }
 
@@ -47,20 +58,31 @@ fn sources(waveforms: &[Waveform], t: f64, start: f64, corner: f64, u: &mut [f64
 impl Trial {
     pub fn new(s: &Stepper, tableau: &Tableau) -> Trial {
         let (n, m) = (s.z.len(), s.l.len());
+        let p = s.smooth.as_ref().map_or(0, |smooth| smooth.f.len());
         let many = |len: usize| vec![vec![0.0; len]; tableau.stages()];
+        let mut storage = vec![0.0; n];
+        for (_, c, v) in s.sys.e.iter().filter(|e| e.0 == e.1) {
+            storage[c] = v;
+        }
         Trial {
+            storage,
+            constrained: vec![false; n],
+            raw: vec![0.0; n + p],
+            stored: vec![0.0; n],
             start: 0.0,
             length: 0.0,
             level: 0,
             corner: f64::INFINITY,
-            first: vec![0.0; n + m],
-            stages: many(n + m),
-            bases: many(n),
-            rates: many(n),
-            from: vec![0.0; n],
+            first: vec![0.0; n + m + p],
+            stages: many(n + m + p),
+            bases: many(n + p),
+            rates: many(n + p),
+            from: vec![0.0; n + p],
             u: vec![0.0; s.u0.len()],
-            point: vec![0.0; n + m],
-            slope: vec![0.0; n],
+            point: vec![0.0; n + m + p],
+            slope: vec![0.0; n + p],
+            n,
+            m,
         }
     }
 
@@ -72,7 +94,7 @@ impl Trial {
         tableau: &Tableau,
         level: usize,
     ) -> Result<(), Broken> {
-        let n = s.z.len();
+        let (n, m) = (self.n, self.m);
         self.level = level;
         self.length = ladder.length(level);
         let h = self.length;
@@ -80,16 +102,21 @@ impl Trial {
         for i in 0..tableau.stages() {
             let t = self.start + tableau.c[i] * h;
             sources(&s.waveforms, t, self.start, self.corner, &mut self.u);
-            let (base, x) = (&mut self.bases[i], &mut self.stages[i]);
-            base.copy_from_slice(&self.first[..n]);
+            let (done, rest) = self.stages.split_at_mut(i);
+            let (base, x) = (&mut self.bases[i], &mut rest[0]);
+            base[..n].copy_from_slice(&self.first[..n]);
+            base[n..].copy_from_slice(&self.first[n + m..]);
             for (&a, k) in tableau.a[i].iter().zip(&self.rates) {
                 add(a * h, k, base);
             }
-            let fit = ladder.solve(s, level, base, &self.u, &self.first, x);
+            // the last stage but one is a good beginning for Newton's method
+            let near = if i == 0 { &self.first } else { &done[i - 1] };
+            let fit = ladder.solve(s, level, t, base, &self.u, near, x);
             if fit == Fit::Contradiction {
                 return Err(Broken { at: tableau.c[i] });
             }
-            for ((k, x), b) in self.rates[i].iter_mut().zip(x.iter()).zip(base.iter()) {
+            let stored = x[..n].iter().chain(&x[n + m..]);
+            for ((k, x), b) in self.rates[i].iter_mut().zip(stored).zip(base.iter()) {
                 *k = (x - b) * rate;
             }
         }
@@ -108,9 +135,24 @@ impl Trial {
             }
         }
         let x = &mut self.point;
-        ladder.solve(s, self.level, &self.from, &self.u, &self.stages[last], x);
-        for ((d, x), end) in self.slope.iter_mut().zip(&*x).zip(&self.stages[last]) {
-            *d = x - end;
+        let t = self.start + self.length;
+        ladder.solve(s, self.level, t, &self.from, &self.u, &self.stages[last], x);
+        let (n, base) = (self.n, &self.bases[last]);
+        for ((f, base), raw) in self.from.iter().zip(base).zip(&mut self.raw) {
+            *raw = f - base;
+        }
+        // as a change of charges and fluxes: directions without storage mean nothing
+        self.stored.fill(0.0);
+        s.sys.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
+        let ends = x[..n].iter().zip(&self.stages[last]);
+        let raws = self.stored.iter().zip(&self.storage);
+        let out = self.slope.iter_mut().zip(&mut self.constrained);
+        for ((d, constrained), ((x, end), (charge, storage))) in out.zip(ends.zip(raws)) {
+            let smoothed = x - end;
+            let raw = if *storage > 0.0 { charge / storage } else { 0.0 };
+            // what a constraint determines shows no error; its rates have one
+            *constrained = smoothed.abs() < CONSTRAINED * raw.abs();
+            *d = if *constrained { raw } else { smoothed };
         }
     }
 
@@ -123,19 +165,21 @@ impl Trial {
         tableau: &Tableau,
         theta: f64,
     ) -> Fit {
-        let n = s.z.len();
+        let (n, m) = (self.n, self.m);
         let h = self.length;
         let stage = tableau.gamma * h;
         let (value, slope) = tableau.weights(theta);
-        self.from.copy_from_slice(&self.first[..n]);
+        self.from[..n].copy_from_slice(&self.first[..n]);
+        self.from[n..].copy_from_slice(&self.first[n + m..]);
         for (j, k) in self.rates.iter().enumerate() {
             add(h * value[j] - stage * slope[j], k, &mut self.from);
         }
         let t = if theta == 1.0 { self.start + h } else { self.start + theta * h };
         sources(&s.waveforms, t, self.start, self.corner, &mut self.u);
         let near = &self.stages[tableau.stages() - 1];
-        let fit = ladder.solve(s, self.level, &self.from, &self.u, near, &mut self.point);
-        for ((d, x), b) in self.slope.iter_mut().zip(&self.point).zip(&self.from) {
+        let fit = ladder.solve(s, self.level, t, &self.from, &self.u, near, &mut self.point);
+        let stored = self.point[..n].iter().chain(&self.point[n + m..]);
+        for ((d, x), b) in self.slope.iter_mut().zip(stored).zip(&self.from) {
             *d = (x - b) / stage;
         }
         fit

@@ -1,0 +1,172 @@
+"""The sdirk method: its order over whole runs, tolerances, events, jumps, corners, Newton stages."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from oracle.orders import observed, sup
+from oracle.thesis_decks import BRIDGE, FRICTION_LOADED, SPRING, ZENER, Example
+
+import nsspice
+
+DCM = """rectifier with a choke, discontinuous current
+V1 a 0 SIN(0 10 50)
+L1 a b 50m IC=0
+D1 b c
+C1 c 0 100u IC=0
+R1 c 0 100
+.tran 0.5m 60m uic
+.options order={order}
+"""
+#: steps of fixed length: a tolerance of 1 or more switches the control off
+FIXED = 2.0
+
+
+def fixed_steps(example: Example, h: float, order: int) -> dict[str, float]:
+    """Return the sup error of every state, rows at a fiftieth of the run."""
+    deck = f"{example.deck}.options order={order}\n"
+    run = nsspice.tran(
+        nsspice.read(deck),
+        stop=example.stop,
+        row_step=example.stop / 50,
+        step=h,
+        uic=True,
+        method="sdirk",
+        reltol=FIXED,
+        signals=list(example.states),
+    )
+    exact = example.exact.at(run.time)
+    return {
+        name: sup(run[name], factor * exact[ours])
+        for name, (ours, factor) in example.states.items()
+    }
+
+
+@pytest.mark.parametrize("order", [2, 4])
+@pytest.mark.parametrize("example", [BRIDGE, SPRING, ZENER], ids=lambda e: e.name)
+def test_order_over_whole_runs_with_events(example, order):
+    # below a few thousandths of the run the fourth order meets rounding
+    steps = [example.stop / n for n in (60, 120, 240)]
+    orders = observed(lambda h: fixed_steps(example, h, order), steps, example.stop)
+    for name, found in orders.items():
+        # events cut steps where they happen to lie, which scatters the errors of order 4 more
+        assert abs(found - order) <= (0.1 if order == 2 else 0.3), f"{name}: {orders}"
+
+
+@pytest.mark.parametrize("order", [2, 4])
+def test_order_on_a_rectifier_against_the_exact_engine(order):
+    circuit = nsspice.read(DCM.format(order=order))
+    names = ["v(c)", "i(l1)"]
+    exact = nsspice.tran(circuit, method="modewise", signals=names)
+
+    def errors(h: float) -> dict[str, float]:
+        run = nsspice.tran(circuit, method="sdirk", step=h, reltol=FIXED, signals=names)
+        return {name: sup(run[name], exact[name]) for name in names}
+
+    orders = observed(errors, (8e-4, 4e-4, 2e-4), 60e-3)
+    for name, found in orders.items():
+        assert abs(found - order) <= (0.1 if order == 2 else 0.3), f"{name}: {orders}"
+
+
+@pytest.mark.parametrize("order", [2, 4])
+@pytest.mark.parametrize("example", [*FRICTION_LOADED, SPRING, ZENER, BRIDGE], ids=lambda e: e.name)
+def test_errors_follow_the_tolerance(example, order):
+    deck = f"{example.deck}.options order={order}\n"
+    circuit = nsspice.read(deck)
+    for reltol in (1e-4, 1e-6, 1e-8):
+        run = nsspice.tran(
+            circuit,
+            stop=example.stop,
+            uic=True,
+            method="sdirk",
+            reltol=reltol,
+            signals=list(example.states),
+        )
+        exact = example.exact.at(run.time)
+        for name, (ours, factor) in example.states.items():
+            true = factor * exact[ours]
+            # local errors add up over some hundred steps; an order that fails shows as 1e4
+            assert sup(run[name], true) <= 100 * reltol * np.abs(true).max(), (name, reltol)
+
+
+def test_a_capacitor_meets_a_source_through_a_diode():
+    circuit = nsspice.read("""jump
+V1 in 0 PULSE(0 10 1u 0 0 1 2)
+D1 in out
+C1 out 0 1u IC=0
+R1 out 0 1k
+""")
+    run = nsspice.tran(circuit, stop=10e-6, row_step=1e-7, uic=True, method="sdirk")
+    assert [p.element for p in run.impulses] == ["v1", "d1"] or len(run.impulses) == 2
+    charges = {p.element: p.value for p in run.impulses}
+    assert charges["d1"] == pytest.approx(10e-6, rel=1e-6)  # C V
+    assert run["v(out)"][:10].max() == 0.0
+    assert np.abs(run["v(out)"][11:] - 10.0).max() <= 1e-9
+
+
+def test_switch_closes_where_its_control_crosses_the_threshold():
+    circuit = nsspice.read("""ramp
+V1 g 0 PWL(0 0 1m 1)
+V2 in 0 1
+S1 in out g 0 SW1
+R1 out 0 1k
+C1 out 0 1u IC=0
+.model SW1 SW(VT=0.3 VH=0 RON=1k)
+""")
+    run = nsspice.tran(circuit, stop=1e-3, row_step=1e-5, uic=True, method="sdirk", reltol=1e-8)
+    (event,) = [e for e in run.events if e.element == "s1"]
+    assert event.time == pytest.approx(3e-4, rel=1e-10)
+    t = np.maximum(run.time - 3e-4, 0.0)
+    exact = 0.5 * (1 - np.exp(-t / 0.5e-3))
+    assert np.abs(run["v(out)"] - exact).max() <= 1e-7
+
+
+def test_corners_are_hit_and_continued_laws_do_not_leak():
+    circuit = nsspice.read("""integrator of a triangle
+I1 0 a PULSE(0 1m 0.1m 0.2m 0.3m 0.05m 1)
+C1 a 0 1u IC=0
+""")
+    run = nsspice.tran(circuit, stop=1e-3, row_step=1e-5, uic=True, method="sdirk", step=3e-4)
+    corners = np.array([0.1e-3, 0.3e-3, 0.35e-3, 0.65e-3, 1.0])
+    values = np.array([0.0, 1e-3, 1e-3, 0.0, 0.0])
+    fine = np.union1d(np.linspace(0, 1e-3, 100001), corners[:-1])
+    current = np.interp(fine, corners, values)
+    charge = np.concatenate([[0], np.cumsum((current[1:] + current[:-1]) / 2 * np.diff(fine))])
+    # a parabola between corners, exact for both orders
+    assert np.abs(run["v(a)"] - np.interp(run.time, fine, charge / 1e-6)).max() <= 1e-9
+
+
+def test_smooth_diode_beside_an_ideal_one_against_small_implicit_steps():
+    circuit = nsspice.read("""smooth and ideal
+V1 in 0 SIN(0 10 1k)
+Rs in a 10
+D1 a out DX
+C1 out 0 10u IC=0
+L1 out z 1m IC=0
+D2 z 0 DI
+R2 z 0 10
+.model DX D(IS=1e-12 CJO=10p TT=10n RS=0.1)
+.model DI D(ideal Vfwd=2)
+.tran 50u 2m uic
+""")
+    names = ["v(out)", "i(l1)"]
+    run = nsspice.tran(circuit, method="sdirk", reltol=1e-7, signals=names)
+    coarse = nsspice.tran(circuit, method="moreau", step=1e-6, signals=names)
+    fine = nsspice.tran(circuit, method="moreau", step=5e-7, signals=names)
+    assert run.stats["located"] >= 2
+    for name in names:
+        # first order: the difference of two steps is the error of the finer, half of it remains
+        error = np.abs(fine[name] - coarse[name]).max()
+        assert np.abs(run[name] - (2 * fine[name] - coarse[name])).max() <= 0.1 * error
+
+
+def test_a_run_can_be_stopped_and_reports_its_tolerance():
+    circuit = nsspice.read(DCM.format(order=4))
+    shares: list[float] = []
+    run = nsspice.tran(circuit, method="sdirk", progress=shares.append)
+    assert shares[-1] == 1.0
+    (island,) = run.islands
+    assert (island.method, island.reltol, island.theta) == ("sdirk", 1e-5, None)
+    assert "sdirk, reltol = 1e-05" in run.summary()
+    assert run.certificate is not None and run.certificate.passed
+    assert run.certificate.checks > 0
