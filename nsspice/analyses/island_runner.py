@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
-from ..circuit import Circuit, Island, MnaSystem
+from ..circuit import Circuit, Island, MnaSystem, ProblemClass
 from ..errors import Diagnostic, UsageError
 from ..problems.descriptor import Functional, Waveform
 from ..solvers.modewise import ModewiseStepper, NotModewise
@@ -78,7 +78,7 @@ class IslandRunner:
                 raise _refused(self.number, reason) from reason
             self.method = "modewise"
             return stepper
-        if settings.method == "sdirk" and not self.all_points:
+        if self._wants_sdirk:
             from ..solvers.sdirk import Accuracy, SdirkStepper
 
             self.method, self.step = "sdirk", self.analysis.longest_step(settings.step)
@@ -86,13 +86,24 @@ class IslandRunner:
             return SdirkStepper(system, functionals, accuracy)
         self.method = "moreau"
         if settings.method != "auto" and settings.method != "moreau":
-            self.note = f"rows at the solver's own points are those of fixed steps, not of {settings.method}"
+            self.note = "rows at the solver's own points are those of fixed steps"
         if settings.theta == 1.0:
             return MoreauStepper(system, functionals)
         from ..circuit.theta import theta_terms
 
         H, Hs = theta_terms(self.mna, settings.theta)
         return MoreauStepper(system, functionals, H=H, Hs=Hs)
+
+    @property
+    def _wants_sdirk(self) -> bool:
+        """True if steps with error control are asked for, or are the best for the island."""
+        settings = self.settings
+        if self.all_points:
+            return False
+        # a step or theta that is asked for means fixed steps
+        free = settings.step is None and settings.theta == 1.0
+        smooth = self.island.problem_class is ProblemClass.DNCP
+        return settings.method == "sdirk" or (settings.method == "auto" and smooth and free)
 
     def _watch(self) -> None:
         """Choose which steps are recorded for the certificate."""

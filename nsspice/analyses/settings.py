@@ -26,7 +26,7 @@ class Settings:
     theta : float
         Weight of the new state, 1 (implicit) to 0 (explicit).
     step : float or None
-        Solver step [s], the longest one where steps are controlled; None follows the ``.tran`` card.
+        Solver step [s], the longest one where steps are controlled; None follows ``.tran``.
     reltol : float
         Error of one controlled step, relative to the largest value of each unknown so far.
     vntol, abstol : float

@@ -66,7 +66,6 @@ def command(
     method: str | None,
     theta: float | None,
     step: float | None,
-    reltol: float | None,
     params: Sequence[str],
     as_json: bool,
     **ngspice: Any,
@@ -82,13 +81,7 @@ def command(
         check = _Decision(tolerance, absolute, norm, (start, stop))
         names = read_signals(signals)
         _against_ngspice(
-            netlist,
-            read_params(params),
-            names,
-            {"method": method, "theta": theta, "step": step, "reltol": reltol},
-            check,
-            as_json,
-            **ngspice,
+            netlist, read_params(params), names, (method, theta, step), check, as_json, **ngspice
         )
         return
     given = [f"--{key.replace('_', '-')}" for key, value in ngspice.items() if value is not None]
@@ -107,7 +100,7 @@ def command(
     if job is None:
         raise UsageError(Diagnostic("NS4006", f"{netlist} has no .tran or .dc analysis"))
     pairs = pairs_of(circuit, table, _maps(maps), read_signals(signals))
-    request = Request(method, theta, step, extra=[name for _, name in pairs], reltol=reltol)
+    request = Request(method, theta, step, extra=[name for _, name in pairs])
     solution = run_job(circuit, job, request)
     if solution.interrupted:
         raise KeyboardInterrupt
@@ -146,7 +139,7 @@ def _against_ngspice(
     netlist: str,
     params: dict[str, float],
     signals: list[str] | None,
-    solver: dict[str, Any],
+    solver: tuple[str | None, float | None, float | None],
     decision: _Decision,
     as_json: bool,
     *,
@@ -171,7 +164,7 @@ def _against_ngspice(
     try:
         found = cross_check(
             circuit,
-            request=Request(**solver, signals=signals),
+            request=Request(*solver, signals=signals),
             options=chosen,
             **decision._asdict(),
             slack=slack,

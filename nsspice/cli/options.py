@@ -63,7 +63,7 @@ def spice_number(text: str) -> tuple[float | None, str]:
 
 
 def solver_options(command: F) -> F:
-    """Add --method, --theta, --step, --reltol and --param to a command."""
+    """Add --method, --theta, --step and --param to a command."""
     for option in (
         click.option(
             "--param",
@@ -71,12 +71,6 @@ def solver_options(command: F) -> F:
             multiple=True,
             metavar="NAME=VALUE",
             help="Replace the value of a .param; may be repeated.",
-        ),
-        click.option(
-            "--reltol",
-            type=NUMBER,
-            metavar="R",
-            help="Error of one step where steps are controlled.",
         ),
         click.option("--step", type=NUMBER, metavar="H", help="Solver step [s]."),
         click.option(

@@ -45,6 +45,9 @@ from .report import print_json, report_warnings, say
     is_flag=True,
     help="Rows at the solver's own points, and on both sides of each jump.",
 )
+@click.option(
+    "--reltol", type=NUMBER, metavar="R", help="Error of one step where steps are controlled."
+)
 @solver_options
 @json_option
 @click.option("-q", "--quiet", is_flag=True, help="No summary and no progress bar.")

@@ -5,8 +5,8 @@ with one matrix.  Where a guard (a multiplier of a conducting pair, a slack of a
 distance of a switch to its threshold) becomes negative, the step is cut there, and the
 complementarity problem of a very short implicit step finds the next mode.
 
-References: R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006 (order 2); E. Hairer, G. Wanner, Solving
-Ordinary Differential Equations II (1996), section IV.6 (order 4).
+References: R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006 (order 2); E. Hairer, G. Wanner,
+Solving Ordinary Differential Equations II (1996), section IV.6 (order 4).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The sdirk method: its order over whole runs, tolerances, events, jumps, corners, Newton stages."""
+"""The sdirk method: its order over whole runs, tolerances, events, jumps, smooth laws."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ C1 out 0 1u IC=0
 R1 out 0 1k
 """)
     run = nsspice.tran(circuit, stop=10e-6, row_step=1e-7, uic=True, method="sdirk")
-    assert [p.element for p in run.impulses] == ["v1", "d1"] or len(run.impulses) == 2
+    assert {p.element for p in run.impulses} == {"v1", "d1"}
     charges = {p.element: p.value for p in run.impulses}
     assert charges["d1"] == pytest.approx(10e-6, rel=1e-6)  # C V
     assert run["v(out)"][:10].max() == 0.0
@@ -168,5 +168,6 @@ def test_a_run_can_be_stopped_and_reports_its_tolerance():
     (island,) = run.islands
     assert (island.method, island.reltol, island.theta) == ("sdirk", 1e-5, None)
     assert "sdirk, reltol = 1e-05" in run.summary()
-    assert run.certificate is not None and run.certificate.passed
+    assert run.certificate is not None
+    assert run.certificate.passed
     assert run.certificate.checks > 0

@@ -67,8 +67,8 @@ impl Smooth {
                 offset + amplitude * envelope * sine(frequency * s, phase)
             }
             Smooth::Exp { v1, v2, td1, tau1, td2, tau2 } => {
-                let rise = if from >= td1 { -(-(t - td1) / tau1).exp_m1() } else { 0.0 };
-                let fall = if from >= td2 { -(-(t - td2) / tau2).exp_m1() } else { 0.0 };
+                let rise = if from >= td1 && t > td1 { -(-(t - td1) / tau1).exp_m1() } else { 0.0 };
+                let fall = if from >= td2 && t > td2 { -(-(t - td2) / tau2).exp_m1() } else { 0.0 };
                 v1 + (v2 - v1) * (rise - fall)
             }
             Smooth::Sffm { offset, amplitude, carrier, index, signal } => {

@@ -161,7 +161,7 @@ impl Ladder {
     /// open so that all signs hold if that is possible.  Where it finds another mode, the guard of a
     /// pair that has changed is minus the quantity that has become positive.
     fn solve_open(&mut self, s: &mut Stepper, level: usize, near: &[f64], x: &mut [f64]) -> Fit {
-        let (n, m) = (s.z.len(), s.l.len());
+        let n = s.z.len();
         let resistance = self.resistance;
         let stage = &mut self.rung(s, level).stage;
         stage.release();
@@ -177,11 +177,8 @@ impl Ladder {
         s.w.copy_from_slice(&s.sys.q);
         s.sys.b.mul_add(-1.0, z, &mut s.w);
         s.sys.d.mul_add(1.0, l, &mut s.w);
-        for i in 0..m {
-            l[i] = match s.active[i] {
-                true => l[i] - s.w[i].max(0.0) / resistance,
-                false => s.w[i] - l[i].max(0.0) * resistance,
-            };
+        for ((l, &w), &active) in l.iter_mut().zip(&s.w).zip(&s.active) {
+            *l = if active { *l - w.max(0.0) / resistance } else { w - l.max(0.0) * resistance };
         }
         Fit::Solved
     }

@@ -11,6 +11,11 @@ const MOST: usize = 80;
 /// Width of the bracket at which the search ends, as a part of the step.
 const NARROW: f64 = 1e-14;
 
+/// NaN is a violation.
+fn violated(margin: f64) -> bool {
+    margin < -VIOLATED || margin.is_nan()
+}
+
 /// Computes points of one trial step and their margins.
 pub struct Locator<'a> {
     pub s: &'a mut Stepper,
@@ -37,10 +42,10 @@ impl Locator<'_> {
         let order = &mut order[..=last];
         order.sort_by(|&i, &j| tableau.c[i].total_cmp(&tableau.c[j]));
         for &i in order.iter().filter(|&&i| tableau.c[i] <= end) {
-            // not below, so that NaN is a violation; inner stages are of low order: where the
+            // inner stages are of low order: where the
             // continuous solution is fine, they prove nothing
-            let negative = !(scales.margin(self.s, &self.trial.stages[i]) >= -VIOLATED);
-            if negative && (i == last || !(self.margin(tableau.c[i]) >= -VIOLATED)) {
+            let negative = violated(scales.margin(self.s, &self.trial.stages[i]));
+            if negative && (i == last || violated(self.margin(tableau.c[i]))) {
                 return Some(self.root(0.0, tableau.c[i]));
             }
         }
@@ -52,7 +57,7 @@ impl Locator<'_> {
         let mut samples = [Vec::new(), Vec::new()];
         if !whole {
             for (sample, theta) in samples.iter_mut().zip([middle, end]) {
-                if !(self.margin(theta) >= -VIOLATED) {
+                if violated(self.margin(theta)) {
                     return Some(self.root(0.0, theta));
                 }
                 sample.extend_from_slice(&self.trial.point);
@@ -65,7 +70,7 @@ impl Locator<'_> {
         };
         let place =
             scales.dip(self.s, [0.0, middle, end], [&self.trial.first, at_middle, at_end])?;
-        (!(self.margin(place) >= -VIOLATED)).then(|| self.root(0.0, place))
+        violated(self.margin(place)).then(|| self.root(0.0, place))
     }
 
     /// The root of the margin in `(low, high]`, where it is negative at `high`: the latest point

@@ -258,7 +258,7 @@ impl Sdirk {
             let whole = self.trial.length <= remaining * (1.0 + 1e-9);
             let to_target = self.trial.length >= remaining * (1.0 - 1e-9);
             let error = if fixed { 0.0 } else { self.error(s) };
-            if !(error <= 1.0) {
+            if error > 1.0 || error.is_nan() {
                 self.counters.rejected += 1;
                 self.level = level + if error < 100.0 { 1 } else { 3 };
                 continue;
