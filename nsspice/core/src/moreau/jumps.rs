@@ -271,8 +271,8 @@ impl Stepper {
         found
     }
 
-    /// Applies the switch laws until they agree with the state.
-    /// A first look at the switches has told whether one has changed.
+    /// Applies the switch laws until they agree with the state; a first look at the switches has told
+    /// whether one has changed.
     pub(super) fn settle_after(&mut self, mut changed: bool) -> Outcome {
         for _ in 0..MAX_REACTIONS {
             if !changed {

@@ -419,7 +419,8 @@ impl Sdirk {
         // a failure is left to the next step, which can be certified
         let _ = s.impulse_or_leave();
         let (z, l) = (s.z.clone(), s.l.clone());
-        if s.settle_switches().is_err() {
+        let changed = s.react();
+        if s.settle_after(changed).is_err() {
             s.z = z;
             s.l = l;
         }
@@ -462,7 +463,8 @@ impl Sdirk {
             evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
             self.restart(s);
         } else {
-            s.settle_switches()?;
+            let changed = s.react();
+            s.settle_after(changed)?;
             s.log_events();
         }
         self.begin_step(s);
