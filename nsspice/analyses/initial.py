@@ -67,7 +67,19 @@ def guess_of(circuit: Circuit, mna: MnaSystem) -> tuple[Floats, Floats] | None:
     z = np.zeros(mna.system.n)
     for node, value in near.items():
         z[mna.layout.nodes[node]] = value
-    return z, np.zeros(mna.system.m)
+    return z, _conducting(mna.system, z)
+
+
+def _conducting(system: DescriptorSystem, z: Floats) -> Floats:
+    """Return a trace of current for the pairs that conduct at given node voltages, shape (m,).
+
+    A voltage at which a diode conducts is where its slack ends: without a current it would count as
+    blocking there.
+    """
+    slack = system.q - system.B.dot(z)
+    touched = system.B.abs().dot(np.abs(z)) > 0.0
+    near = slack <= 1e-3 * np.abs(z).max(initial=0.0)
+    return np.where(touched & near, 1e-6, 0.0)
 
 
 def _voltages(cards: Mapping[str, object], mna: MnaSystem) -> dict[str, float]:

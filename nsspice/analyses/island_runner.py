@@ -18,6 +18,7 @@ from .failure import named_failure
 from .following import PATH_METHODS, Following, of_linearised
 from .impulses import jumps_of
 from .initial import start
+from .regularity import Judge
 from .settings import Settings
 from .solution import Event, IslandRun, JumpReport
 
@@ -55,6 +56,7 @@ class IslandRunner:
         self._planned = 0
         #: rows on both sides of jumps, if they are wanted
         self.sides: list[Floats] | None = [] if sides else None
+        self.judge: Judge | None = None
         self.all_points = all_points
         self.method, self.note = "point by point", ""
         functionals = [self.mna.functional(name) for name in names]
@@ -114,6 +116,7 @@ class IslandRunner:
         size = 2 * system.n + system.m + 2 * len(system.waveforms)
         every, window = sampling(self.analysis.stop / distance, size)
         self.examiner = Examiner(self.mna, stepper.H, stepper.Hs, step=self.step)
+        self.judge = Judge(self.mna, system) if self.step is None and Judge.wanted(system) else None
         stepper.watch(every, window, self.sides is not None)
 
     def start(self) -> None:
@@ -179,7 +182,10 @@ class IslandRunner:
         """Take what the solver has left for the checks and the measures."""
         if not isinstance(self.stepper, MoreauStepper) or self.method == "sdirk":
             return
-        self.examiner.take(self.stepper.take_records())
+        records = self.stepper.take_records()
+        self.examiner.take(records)
+        if self.judge is not None:
+            self.judge.take(records)
         if self.sides is not None and (rows := self.stepper.take_sides()).size:
             self.sides.append(rows)
 
@@ -214,6 +220,7 @@ class IslandRunner:
 
     def report(self) -> IslandRun:
         """Return how the island was solved."""
+        self._hand_over()
         system = self.mna.system
         moreau = self.method == "moreau"
         return IslandRun(
@@ -228,6 +235,7 @@ class IslandRunner:
             dict(self.stepper.statistics),
             self.note,
             self.settings.reltol if self.method == "sdirk" else None,
+            self.judge.verdict() if self.judge is not None else None,
         )
 
 

@@ -19,6 +19,7 @@ from .examiner import Examiner, sampling
 from .failure import named_failure
 from .following import PATH_METHODS, Following, of_linearised
 from .initial import guess_of
+from .regularity import Judge, Verdict
 from .solution import IslandRun
 
 #: A source value that no deck holds, so that the swept source gets a column of its own.
@@ -36,6 +37,7 @@ class Totals:
     unknowns: int = 0
     pairs: int = 0
     method: str = "point by point"
+    verdict: Verdict | None = None
 
 
 class PointsOfIsland:
@@ -83,6 +85,7 @@ class PointsOfIsland:
                 self.totals.method = self.following.apply(stepper, self.island, system)
             self.totals.unknowns, self.totals.pairs = system.n, system.m
             examiner = Examiner(mna, system=system, frozen=0.0)
+            judge = Judge(mna, system) if first == 0 and Judge.wanted(system) else None
             size = 2 * system.n + system.m + 2 * len(system.waveforms)
             stepper.watch(*sampling(last - first, size))
             if mna.unknowns != unknowns:  # a resistor of 0 Ohm has a current for an unknown
@@ -95,12 +98,18 @@ class PointsOfIsland:
                 raise self._failure(mna, problem, first) from problem
             finally:
                 self.totals.statistics.append(dict(stepper.statistics))
-                examiner.take(stepper.take_records())
+                records = stepper.take_records()
+                examiner.take(records)
+                if judge is not None:
+                    judge.take(records)
                 stats = stepper.statistics
                 found = examiner.certificate(int(stats["steps"]), int(stats["undetermined"]))
                 if self.totals.method in PATH_METHODS:
                     found = of_linearised(found, stats)
                 self.totals.certificates.append(found)
+            if judge is not None:
+                alone = count == 1 and not self.sources and not self.others
+                self.totals.verdict = judge.with_search(stepper) if alone else judge.verdict()
             near = stepper.state
 
     def _system(self, first: int, last: int) -> tuple[MnaSystem, DescriptorSystem]:
@@ -166,4 +175,5 @@ def report_of(number: int, island: Island, totals: Totals) -> IslandRun:
         totals.unknowns,
         totals.pairs,
         stats=stats,
+        regularity=totals.verdict,
     )

@@ -15,6 +15,7 @@ from .names import canonical, suggestion
 
 if TYPE_CHECKING:
     from .certificate import Certificate
+    from .regularity import Verdict
 
 Floats = npt.NDArray[np.float64]
 
@@ -145,6 +146,8 @@ class IslandRun:
         Why it was not another method, empty if there is nothing to say.
     reltol : float or None
         Relative tolerance of each step, of a method with step control.
+    regularity : Verdict or None
+        For static islands with set-valued or smooth elements: whether the solution is the only one.
     """
 
     number: int
@@ -158,6 +161,7 @@ class IslandRun:
     stats: dict[str, Any] = field(default_factory=dict)
     note: str = ""
     reltol: float | None = None
+    regularity: Verdict | None = None
 
 
 @dataclass(slots=True)

@@ -16,6 +16,7 @@ from .curve import Floats
 from .following import Following
 from .points import PointsOfIsland, report_of
 from .recorder import Recorder, select
+from .regularity import several_warning
 from .rows import Progress
 from .settings import Settings
 from .sink import Sink
@@ -235,6 +236,11 @@ def _solve(
         outer + columns,
         islands=[report_of(k, circuit.islands[k], part) for k, part in enumerate(totals)],
         certificate=Certificate.total(c for part in totals for c in part.certificates),
+        warnings=[
+            several_warning(part.verdict)
+            for part in totals
+            if part.verdict is not None and part.verdict.solutions
+        ],
         interrupted=interrupted,
         wall_time=clock.perf_counter() - begin,
     )

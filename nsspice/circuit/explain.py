@@ -10,6 +10,7 @@ from ..errors import Diagnostic, RegularityError
 from .circuit import Circuit, Island
 from .dlcp import DlcpForm, dlcp_form
 from .problem_class import ProblemClass
+from .regularity import DcUniqueness, dc_uniqueness
 from .render import label_list, labelled_matrix
 
 #: how each class is solved
@@ -62,6 +63,8 @@ class IslandExplanation:
         Only if asked for.
     without_form : str
         Why there is no DLCP form although it was asked for.
+    uniqueness : DcUniqueness or None
+        Whether the DC problem has at most one solution; None for linear islands.
     """
 
     number: int
@@ -74,6 +77,7 @@ class IslandExplanation:
     effects: tuple[EffectLine, ...]
     form: DlcpForm | None = None
     without_form: str = ""
+    uniqueness: DcUniqueness | None = None
 
     def to_dict(self) -> dict[str, object]:
         """Return a JSON-ready mapping."""
@@ -87,6 +91,15 @@ class IslandExplanation:
             "class_name": self.problem_class.value,
             "reason": self.reason,
             "method": METHOD[self.problem_class],
+            "uniqueness": (
+                {
+                    "unique": self.uniqueness.unique,
+                    "reason": self.uniqueness.reason,
+                    "elements": list(self.uniqueness.elements),
+                }
+                if self.uniqueness
+                else None
+            ),
             "effects": [
                 {"kind": e.kind, "elements": list(e.elements), "effects": list(e.effects)}
                 for e in self.effects
@@ -107,6 +120,8 @@ class IslandExplanation:
         ]
         if self.pairs:
             lines.append(f"  pairs     {label_list(self.pairs, 12)}")
+        if self.uniqueness is not None:
+            lines.append(f"  DC point  {self.uniqueness}")
         lines.append("  effects")
         lines += [f"    {line}" for line in self.effects]
         if self.form is not None:
@@ -187,6 +202,7 @@ def _explain(number: int, island: Island, matrices: bool) -> IslandExplanation:
     """Return what one island is."""
     mna = island.assemble()
     form, without = None, ""
+    nonlinear = bool(mna.pairs) or mna.system.smooth is not None
     if matrices:
         try:
             form = dlcp_form(mna)
@@ -203,6 +219,7 @@ def _explain(number: int, island: Island, matrices: bool) -> IslandExplanation:
         effect_lines(island.devices),
         form,
         without,
+        dc_uniqueness(island.assemble(analysis="dc")) if nonlinear else None,
     )
 
 

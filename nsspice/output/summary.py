@@ -30,7 +30,10 @@ def describe(solution: Solution) -> str:
     solution : Solution
     """
     lines = [_headline(solution)]
-    lines += [f"  {_island(island)}" for island in solution.islands[:_LISTED]]
+    for island in solution.islands[:_LISTED]:
+        lines.append(f"  {_island(island)}")
+        if island.regularity is not None:
+            lines.append(f"    solution {island.regularity}")
     if len(solution.islands) > _LISTED:
         lines.append(f"  ... and {len(solution.islands) - _LISTED} more islands")
     if solution.certificate is not None:
@@ -184,6 +187,7 @@ def to_dict(solution: Solution) -> dict[str, Any]:
                 "unknowns": i.unknowns,
                 "pairs": i.pairs,
                 "stats": i.stats,
+                "regularity": i.regularity.to_dict() if i.regularity else None,
                 "note": i.note,
             }
             for i in solution.islands

@@ -20,6 +20,7 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from .csc import Floats
 from .descriptor import DescriptorSystem
@@ -38,8 +39,9 @@ def is_p_matrix(matrix: Floats) -> bool | None:
 
     Small matrices by Schur complements: a matrix is P exactly if its first entry is positive and
     both the rest and the complement of the entry in it are P (M. J. Tsatsomeros, L. Li, *A
-    recursive test for P-matrices*, BIT 40, 2000).  Large ones by sufficient conditions: a positive definite
-    symmetric part, an H-matrix with positive diagonal, or a diagonal entry that is not positive.
+    recursive test for P-matrices*, BIT 40, 2000).  Large ones by sufficient conditions: a positive
+    definite symmetric part, an H-matrix with positive diagonal, or a diagonal entry that is not
+    positive.
 
     Parameters
     ----------
@@ -125,7 +127,12 @@ class Regularity:
 
 
 def strong_regularity(
-    system: DescriptorSystem, jacobian: Floats, z: Floats, lam: Floats, scale: float = 1e-9
+    system: DescriptorSystem,
+    jacobian: Floats,
+    z: Floats,
+    lam: Floats,
+    roles: npt.NDArray[np.uint8] | None = None,
+    scale: float = 1e-9,
 ) -> Regularity:
     """Judge a solution of a static system.
 
@@ -135,6 +142,8 @@ def strong_regularity(
     jacobian : ndarray, shape (p, n)
         Derivatives of the smooth functions at the solution; p = 0 without any.
     z, lam : ndarray, shapes (n,) and (m,)
+    roles : ndarray of uint8, shape (m,), optional
+        0 complementary pair (default), 1 closed switch, 2 open switch.
     scale : float
         Multipliers and slacks below this part of the largest are zero.
 
@@ -158,6 +167,8 @@ def strong_regularity(
     w = system.q - B @ z + D @ lam
     on = lam > scale * np.abs(lam).max(initial=0.0)
     off = w > scale * max(np.abs(w).max(initial=0.0), np.abs(system.q).max(initial=0.0))
+    if roles is not None:
+        on, off = (roles == 1) | (on & (roles == 0)), (roles == 2) | (off & (roles == 0))
     between = np.flatnonzero(~on & ~off)
     sure = np.flatnonzero(on)
     full = np.block([[K, A], [-B, D]])

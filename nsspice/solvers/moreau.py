@@ -113,6 +113,26 @@ class Records:
     roles: npt.NDArray[np.uint8] | None
 
 
+def function_slopes(tape: Tape, z: Floats, u: Floats, t: Floats) -> Floats:
+    """Return the derivatives of the functions of a tape by the unknowns, shape (k, p, n).
+
+    Parameters
+    ----------
+    tape : Tape
+    z, u, t : ndarray, shapes (k, n), (k, s), (k,)
+        Points: unknowns, sources and times.
+    """
+    _, places, slopes = _core.tape_values(
+        core_tape(tape), np.ascontiguousarray(z), np.ascontiguousarray(u), np.ascontiguousarray(t)
+    )
+    table = np.asarray(slopes).reshape(z.shape[0], -1)
+    out = np.zeros((z.shape[0], tape.outputs.size, z.shape[1]))
+    for entry, (function, variable) in enumerate(places):
+        if variable < z.shape[1]:
+            out[:, function, variable] += table[:, entry]
+    return out
+
+
 def core_smooth(smooth: SmoothTerms | None) -> tuple[Any, ...] | None:
     """Return smooth terms as the compiled core takes them."""
     if smooth is None:

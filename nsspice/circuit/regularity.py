@@ -1,0 +1,99 @@
+"""Whether the DC problem of an island has at most one solution, with the names of its elements."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..problems.csc import Csc
+from ..problems.descriptor import DescriptorSystem
+from ..problems.regularity import uniqueness
+from .mna import MnaSystem
+
+#: controlled sources: they can feed a signal back
+_GAIN = "efgh"
+
+
+@dataclass(frozen=True, slots=True)
+class DcUniqueness:
+    """Whether a static problem has at most one solution.
+
+    Parameters
+    ----------
+    unique : bool
+        Proved, whatever the sources do.
+    reason : str
+        One clause: why, or what stands in the way.
+    elements : tuple of str
+        The elements that stand in the way, if they can be told.
+    """
+
+    unique: bool
+    reason: str
+    elements: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        verdict = "unique" if self.unique else "uniqueness not proved"
+        names = f" ({', '.join(self.elements)})" if self.elements else ""
+        return f"{verdict}: {self.reason}{names}"
+
+
+def static_system(system: DescriptorSystem) -> DescriptorSystem:
+    """Return the system without storage: capacitors open, inductors short."""
+    smooth = system.smooth
+    if smooth is not None:
+        smooth = replace(smooth, Q=Csc.zeros(smooth.Q.shape))
+    return replace(system, E=Csc.zeros(system.E.shape), smooth=smooth)
+
+
+def dc_uniqueness(mna: MnaSystem) -> DcUniqueness:
+    """Judge the static problem of an assembled island.
+
+    Parameters
+    ----------
+    mna : MnaSystem
+
+    Examples
+    --------
+    >>> from nsspice.circuit import build
+    >>> from nsspice.netlist import parse_text
+    >>> deck = parse_text("clamp\\nV1 a 0 5\\nR1 a b 1k\\nD1 b 0\\n")
+    >>> str(dc_uniqueness(build(deck).islands[0].assemble()))
+    'unique: every mode has a regular Jacobian of one orientation'
+    """
+    found = uniqueness(static_system(mna.system))
+    if found.unique:
+        return DcUniqueness(True, found.reason)
+    names = [mna.pair_elements[k] for k in found.pairs]
+    names += [name for k in found.functions for name in function_elements(mna, k)]
+    if not found.functions:
+        # pairs alone are monotone: gain comes from controlled sources
+        gain = [d.name for d in mna.devices if d.letter in _GAIN]
+        names = gain + names if found.pairs else names
+    return DcUniqueness(False, found.reason, _unique(names))
+
+
+def function_elements(mna: MnaSystem, function: int) -> list[str]:
+    """Return the elements whose law a smooth function is, else those around it."""
+    named = [key.split("#")[0] for key, k in mna.layout.functions.items() if k == function]
+    if named or mna.system.smooth is None:
+        return named
+    F = mna.system.smooth.F
+    rows = F.indices[F.columns == function]
+    elements = [mna.row_elements[int(r)] for r in rows]
+    if any(elements):
+        return [e for e in elements if e is not None]
+    nodes = {mna.row_nodes[int(r)] for r in rows}
+    return [d.name for d in mna.devices if d.smooth and nodes & set(d.ends)]
+
+
+def _unique(names: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(names))
+
+
+def largest_sources(mna: MnaSystem) -> float:
+    """Return the largest value that a source of the island has at t = 0, 1 if there is none."""
+    sizes = [abs(w.values[0] * w.scale) for w in mna.system.waveforms if w.values]
+    return float(np.max(sizes, initial=0.0)) or 1.0
