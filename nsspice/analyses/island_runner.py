@@ -176,7 +176,9 @@ class IslandRunner:
 
     def warnings(self) -> list[Diagnostic]:
         """Return what the certificate has to say besides its verdict."""
-        return self.examiner.warnings() if isinstance(self.stepper, MoreauStepper) else []
+        if not isinstance(self.stepper, MoreauStepper) or self.method == "sdirk":
+            return []
+        return self.examiner.warnings()
 
     def _hand_over(self) -> None:
         """Take what the solver has left for the checks and the measures."""
