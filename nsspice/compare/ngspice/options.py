@@ -13,7 +13,7 @@ RUNNERS = ("library", "program")
 #: resistances of an ideal element while it conducts and while it blocks [Ohm], sharpest first
 SHARPNESS = ((1e-6, 1e12), (1e-3, 1e9), (1e-3, 1e7), (1e-2, 1e6))
 #: resistances from every node to ground [Ohm] that may help ngspice
-SHUNTS = (1e12, 1e9)
+SHUNTS = (1e9, 1e7)
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +132,7 @@ class Options:
         return (
             f".options reltol={self.reltol!r} abstol={self.abstol!r} vntol={self.vntol!r} "
             f"gmin={self.gmin!r} chgtol=1e-16 trtol=1 method={self.method} "
-            f"itl1=1000 itl2=1000 itl4=200{shunt}"
+            f"itl1=1000 itl2=1000 itl4=50{shunt}"
         )
 
 

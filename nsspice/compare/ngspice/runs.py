@@ -25,6 +25,7 @@ def run(
     *,
     values: Mapping[str, float] | None = None,
     temperature: float | None = None,
+    once: bool = False,
     **changes: Any,
 ) -> NgspiceRun:
     r"""Run a circuit with ngspice.
@@ -41,6 +42,8 @@ def run(
         Values of elements that replace those of the deck.
     temperature : float, optional
         [degrees Celsius]
+    once : bool
+        Do not try again with softer substitutes or a shunt where ngspice fails.
     **changes
         Fields of ``Options``: ``junction=0.01``, ``reltol=1e-4``, ``max_step=1e-6`` ...
 
@@ -67,7 +70,8 @@ def run(
 
     failures: list[NgspiceError] = []
     todo = translate(circuit, task, signals, chosen, values=values, temperature=temperature)
-    for attempt in chosen.attempts(todo.exact):
+    attempts = chosen.attempts(todo.exact)
+    for attempt in attempts[:1] if once else attempts:
         todo = translate(circuit, task, signals, attempt, values=values, temperature=temperature)
         try:
             return replace(_run(todo), attempts=tuple(failures))

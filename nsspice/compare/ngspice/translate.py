@@ -14,7 +14,7 @@ from ...devices import Conditions
 from ...netlist.deck import Element, Sweep
 from .deck_writer import DeckWriter, Substitute, untranslatable
 from .elements import is_voltage_source, write
-from .options import SHUNTS, Options
+from .options import Options
 
 AnyAnalysis = Op | Dc | Tran
 
@@ -92,7 +92,7 @@ def translate(
     names = [canonical(s) for s in (circuit.default_signals() if signals is None else signals)]
     options = complete(options or Options(), analysis)
     if options.rshunt is None and any(w.code == "NS2051" for w in circuit.warnings):
-        options = replace(options, rshunt=SHUNTS[0])  # a part of the circuit floats
+        options = replace(options, rshunt=1e12)  # a part of the circuit floats
     conditions = _conditions(circuit, analysis, values or {}, temperature)
     stop = analysis.stop if isinstance(analysis, Tran) else 0.0
     writer = DeckWriter(options, conditions, options.edge or 1e-9, stop)

@@ -13,6 +13,7 @@ from ...analyses.curve import Curve
 from ...analyses.names import unit
 from ...analyses.solution import Floats, Solution
 from ...errors import Diagnostic, UsageError
+from .options import Options
 from .result import NgspiceRun
 
 #: signals smaller than this share of the largest of their unit are measured against that one
@@ -32,7 +33,7 @@ class SignalDistance:
         Largest difference without the slack in time.
     span : float
         What the differences are measured against: the range of the signal in ngspice, at least a
-        thousandth of the largest of its unit.
+        thousandth of the largest of its unit and a thousand times ngspice's tolerance.
     """
 
     signal: str
@@ -113,7 +114,7 @@ def distances(
         curve, largest = Curve(x, loose), float(loose.max())
         distance = (largest, curve.mean(), curve.rms(), float(sharp.max()), span)
         found.append(SignalDistance(name, *distance))
-    return [_floored(one, found) for one in found]
+    return [_floored(one, found, run.translation.options) for one in found]
 
 
 def _differences(
@@ -151,10 +152,13 @@ def difference(
     return solution.axis[rows], _differences(solution, run, name, rows, slack)[1]
 
 
-def _floored(one: SignalDistance, everything: Sequence[SignalDistance]) -> SignalDistance:
-    """Return a distance whose range is no smaller than a share of the largest of its unit."""
+def _floored(
+    one: SignalDistance, everything: Sequence[SignalDistance], options: Options
+) -> SignalDistance:
+    """Return a distance whose range is neither tiny beside the others of its unit nor noise."""
     largest = max(d.span for d in everything if unit(d.signal) == unit(one.signal))
-    span = max(one.span, _SMALL * largest)
+    noise = options.vntol if unit(one.signal) == "V" else options.abstol
+    span = max(one.span, _SMALL * largest, noise / _SMALL)
     return replace(one, span=span)
 
 

@@ -1,0 +1,286 @@
+"""Cross-checks of all netlists with ngspice, written as docs/ngspice.md: `make cross-check`.
+
+usage: python tools/ngspice_table.py [--only WORD] [--write docs/ngspice.md]
+"""
+
+from __future__ import annotations
+
+import argparse
+import platform
+import sys
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import nsspice
+from nsspice.analyses import Request, run_job
+from nsspice.analyses.load import read_deck
+from nsspice.analyses.names import unit
+from nsspice.circuit import Circuit, ProblemClass, build
+from nsspice.compare.expectation import read_expectation
+from nsspice.compare.ngspice import (
+    CrossCheck,
+    NgspiceError,
+    NgspiceRun,
+    Options,
+    cross_check,
+    run,
+)
+from nsspice.compare.ngspice.cross_check import first_job
+from nsspice.compare.ngspice.verdict import distances
+from nsspice.errors import NsspiceError
+from nsspice.netlist.deck import Param
+from nsspice.output.si import number
+
+ROOT = Path(__file__).resolve().parents[1]
+#: emission coefficients of sharp junctions
+SHARP = (1.0, 0.1, 0.01, 0.001)
+MARKER = "<!-- written by tools/ngspice_table.py: do not edit below -->\n"
+SMOOTH = (ProblemClass.GE, ProblemClass.DNCP)
+#: steps of the coarser of two runs that are extrapolated
+STEPS = 1_000_000
+METHOD = f"two runs of {STEPS} and {2 * STEPS} implicit steps, extrapolated"
+#: what a smooth deck is held to, as a share of the range of each signal
+SMOOTH_TOLERANCE = 1e-4
+
+
+def netlists(only: str) -> list[Path]:
+    """Return all netlists that are meant to run."""
+    found = []
+    for path in sorted((ROOT / "netlists").rglob("*.net")):
+        if only in path.as_posix() and read_expectation(path).refused is None:
+            found.append(path)
+    return found
+
+
+def name_of(path: Path) -> str:
+    """Return folder and name of a netlist."""
+    return path.relative_to(ROOT / "netlists").with_suffix("").as_posix()
+
+
+def is_smooth(circuit: Circuit) -> bool:
+    """Return whether a circuit has smooth nonlinear laws."""
+    return any(island.problem_class in SMOOTH for island in circuit.islands)
+
+
+def stores(circuit: Circuit) -> bool:
+    """Return whether a circuit stores energy."""
+    stepped = (ProblemClass.DLCP, ProblemClass.DNCP, ProblemClass.LINEAR_DAE)
+    return any(island.problem_class in stepped for island in circuit.islands)
+
+
+def checked(path: Path) -> CrossCheck | NsspiceError:
+    """Return the cross-check of a netlist, or why there is none.
+
+    nsspice runs without an error of its own that would be seen: without storage every row is
+    exact, the mode-wise engine is exact, and where neither holds two runs with short steps are
+    extrapolated, which leaves an error of second order in the step.
+    """
+    circuit = nsspice.read(path)
+    options = Options(timeout=100.0)
+    smooth = is_smooth(circuit) and stores(circuit)
+    request = Request(method="modewise" if stores(circuit) and not smooth else None)
+    try:
+        if not smooth:
+            return cross_check(circuit, request=request, options=options)
+        step = circuit.deck.analyses[0].tstop / STEPS  # type: ignore[union-attr]
+        # a junction takes over within less than a microsecond: ngspice needs as short a step
+        options = replace(options, method="trap", max_step=2.5 * step)
+        check = cross_check(circuit, request=Request(step=step), options=options)
+        finer = run_job(circuit, first_job(circuit), Request(step=step / 2.0))
+    except NsspiceError as error:
+        return error
+    coarse = check.solution
+    better = {key: 2.0 * finer[key] - coarse[key] for key in coarse.columns}
+    solution = replace(coarse, signals=better)
+    rows = distances(solution, check.run, [row.signal for row in check.rows], slack=check.slack)
+    return replace(check, solution=solution, rows=rows)
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+    """Return a table in Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    return ["| " + " | ".join(line) + " |" for line in lines]
+
+
+def worst(check: CrossCheck, symbol: str) -> str:
+    """Return the signal of a unit that differs most, and by how much of its range."""
+    rows = [row for row in check.rows if unit(row.signal) == symbol]
+    if not rows:
+        return ""
+    row = max(rows, key=lambda one: one.share("max"))
+    return f"{row.share('max'):.1e} `{row.signal}`" if row.share("max") else "0"
+
+
+def needed(found: NgspiceRun) -> str:
+    """Return what ngspice was given in place of the laws it does not have, and what else."""
+    options = found.translation.options
+    words = []
+    laws = " ".join(s.used for s in found.translation.substitutes)
+    if "sidiode" in laws or "ron=" in laws:
+        words.append(f"ron {options.ron:g}, roff {options.roff:g}")
+    if any(s.law == "ideal edge" for s in found.translation.substitutes):
+        words.append(f"ramps of {number(options.edge or 0.0, 's', 2)}")
+    if any("B source" in s.used for s in found.translation.substitutes):
+        words.append("B sources")
+    if any("F sources" in s.used for s in found.translation.substitutes):
+        words.append("diodes and F sources")
+    if options.rshunt:
+        words.append(f"rshunt {options.rshunt:g}")
+    return "; ".join(words) or "nothing"
+
+
+def failures(attempts: Iterable[NgspiceError]) -> str:
+    """Return how often ngspice failed before, and how."""
+    reasons: dict[str, int] = {}
+    for error in attempts:
+        reasons[error.reason] = reasons.get(error.reason, 0) + 1
+    return "; ".join(f"{reason} ({count})" for reason, count in reasons.items())
+
+
+def overview(found: dict[Path, CrossCheck | NsspiceError]) -> list[str]:
+    """Return the table of the decks with set-valued or linear elements."""
+    rows = []
+    for path, check in found.items():
+        if isinstance(check, CrossCheck):
+            run_ = check.run
+            rows.append(
+                [
+                    name_of(path),
+                    needed(run_),
+                    failures(run_.attempts),
+                    worst(check, "V"),
+                    worst(check, "A"),
+                ]
+            )
+        else:
+            why = check.diagnostics[0].message.split("\n")[0]
+            rows.append([name_of(path), "", why, "", ""])
+    head = ("netlist", "ngspice needed", "it failed before that", "voltages", "currents")
+    return table(head, rows)
+
+
+def smooth_table(found: dict[Path, CrossCheck | NsspiceError]) -> list[str]:
+    """Return the table of the decks with smooth laws."""
+    rows = []
+    for path, check in found.items():
+        if not isinstance(check, CrossCheck):
+            rows.append([name_of(path), "", check.diagnostics[0].message, "", "", "no"])
+            continue
+        options = check.run.translation.options
+        step = number(options.max_step, "s", 3) if options.max_step else "sweep"
+        within = check.worst.share("max") <= SMOOTH_TOLERANCE
+        rows.append(
+            [
+                name_of(path),
+                step,
+                needed(check.run),
+                worst(check, "V"),
+                worst(check, "A"),
+                "yes" if within else "no",
+            ]
+        )
+    head = ("netlist", "largest step", "ngspice needed", "voltages", "currents", "within 1e-4")
+    return table(head, rows)
+
+
+def sharpened(path: Path, n: float) -> Circuit:
+    """Return a deck whose smooth junctions have another emission coefficient."""
+    deck = read_deck(path)
+    for element in deck.elements:
+        for model in (element.model, *getattr(element, "models", {}).values()):
+            if model is None:
+                continue
+            keys = {"d": ("n",), "npn": ("nf", "nr"), "pnp": ("nf", "nr")}.get(model.type, ())
+            for key in keys:
+                model.params[key] = Param(key, n, model.span)
+    return build(deck)
+
+
+def sharp_table(paths: Sequence[Path]) -> list[str]:
+    """Return the table of sharp junctions: who gets through."""
+    rows = []
+    for path in paths:
+        for n in SHARP:
+            row = [name_of(path), f"{n:g}", _own(path, n)]
+            try:
+                found = run(sharpened(path, n), once=True, timeout=100.0)
+                row.append(f"{found.points} points, {found.rejected} rejected")
+            except NsspiceError as error:
+                reason = getattr(error, "reason", error.diagnostics[0].message)
+                at = getattr(error, "time", None)
+                row.append(reason + (f" at {number(at, 's', 3)}" if at is not None else ""))
+            rows.append(row)
+            print(" ".join(row), file=sys.stderr)
+    return table(("netlist", "N", "nsspice", "ngspice, reltol 1e-6"), rows)
+
+
+def _own(path: Path, n: float) -> str:
+    circuit = sharpened(path, n)
+    try:
+        solution = circuit.run()[0]
+    except NsspiceError as error:
+        return error.diagnostics[0].message.split("\n")[0]
+    steps = solution.stats.get("steps", solution.row_count)
+    return f"done, {steps:g} steps"
+
+
+def tables(only: str) -> str:
+    """Return what stands below the marker of the page."""
+    found: dict[Path, CrossCheck | NsspiceError] = {}
+    smooth: dict[Path, CrossCheck | NsspiceError] = {}
+    for path in netlists(only):
+        check = checked(path)
+        (smooth if is_smooth(nsspice.read(path)) else found)[path] = check
+        shown = f"{check.worst}" if isinstance(check, CrossCheck) else str(check)
+        print(f"{name_of(path)}: {shown}", file=sys.stderr)
+    checks = [c for c in (*found.values(), *smooth.values()) if isinstance(c, CrossCheck)]
+    version = checks[0].run.version if checks else "no ngspice"
+    versions = f"nsspice {nsspice.__version__}, {version}, Python {platform.python_version()}"
+    card = replace(Options(), ron=1.0, roff=1.0).card().removeprefix(".options ")
+    junctions = [path for path in smooth if _has_junctions(path)]
+    lines = [
+        f"\n{versions}. ngspice runs with `{card}` and the largest step that",
+        "`nsspice compare` chooses: the smallest of the deck's own, half the distance of its rows, and",
+        "a 10 000th of the run. nsspice runs with its mode-wise engine, which is exact. Numbers are",
+        "the largest difference of any voltage and of any current as a share of the signal's range.\n",
+        "## Set-valued and linear laws\n",
+        *overview(found),
+        "\n## Smooth laws\n",
+        f"ngspice with `method=trap` and steps of at most {2.5 / STEPS:g} of the run; nsspice point by",
+        f"point where nothing is stored, else {METHOD}.",
+        "The aim is 1e-4 of the range.\n",
+        *smooth_table(smooth),
+        "\n## Sharp junctions\n",
+        "The same decks with the emission coefficients of all junctions set to N, ngspice without",
+        "help: no resistor to ground, no second try.\n",
+        *sharp_table(junctions),
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _has_junctions(path: Path) -> bool:
+    """Return whether a transient deck has smooth junctions whose sharpness can be changed."""
+    deck = read_deck(path)
+    kinds = {m.type for e in deck.elements if (m := e.model) is not None}
+    transient = any(hasattr(card, "tstop") for card in deck.analyses)
+    return transient and bool(kinds & {"d", "npn", "pnp"})
+
+
+def main() -> None:
+    """Write the page, or print it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", default="", help="only netlists whose path holds this word")
+    parser.add_argument("--write", type=Path, help="file to write; standard output if left out")
+    given = parser.parse_args()
+    text = tables(given.only)
+    if given.write is None:
+        print(text)
+        return
+    kept, marker, _ = given.write.read_text(encoding="utf-8").partition(MARKER)
+    given.write.write_text(kept + marker + text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
