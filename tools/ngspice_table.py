@@ -240,15 +240,16 @@ def tables(only: str) -> str:
     card = replace(Options(), ron=1.0, roff=1.0).card().removeprefix(".options ")
     junctions = [path for path in smooth if _has_junctions(path)]
     lines = [
-        f"\n{versions}. ngspice runs with `{card}` and the largest step that",
-        "`nsspice compare` chooses: the smallest of the deck's own, half the distance of its rows, and",
-        "a 10 000th of the run. nsspice runs with its mode-wise engine, which is exact. Numbers are",
-        "the largest difference of any voltage and of any current as a share of the signal's range.\n",
+        f"\n{versions}. ngspice runs with `{card}`",
+        "and the largest step that `nsspice compare` chooses: the smallest of the deck's own, half",
+        "the distance of its rows, and a 10 000th of the run. nsspice runs with its mode-wise",
+        "engine, which is exact. Numbers are the largest difference of any voltage and of any",
+        "current as a share of the signal's range.\n",
         "## Set-valued and linear laws\n",
         *overview(found),
         "\n## Smooth laws\n",
-        f"ngspice with `method=trap` and steps of at most {2.5 / STEPS:g} of the run; nsspice point by",
-        f"point where nothing is stored, else {METHOD}.",
+        f"ngspice with `method=trap` and steps of at most {2.5 / STEPS:g} of the run; nsspice",
+        f"point by point where nothing is stored, else {METHOD}.",
         "The aim is 1e-4 of the range.\n",
         *smooth_table(smooth),
         "\n## Sharp junctions\n",

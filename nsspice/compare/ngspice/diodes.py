@@ -56,9 +56,9 @@ def _junction(
     words = " ".join(f"{key}={value!r}" for key, value in body.law.given)
     model = writer.model(("d", body.law), "junction", f"d({words})")
     line: list[object] = [writer.names.element("d", name), a, b, model]
-    # a bare area factor with a decimal point makes ngspice 39 write beyond its memory
-    area = body.parallel if body.parallel != 1.0 else None
-    given = ("area", area), ("ic", ic), ("temp", body.temp), ("dtemp", body.dtemp or None)
+    # m= and not an area: ngspice 39 leaves IBV as it is, and writes beyond its memory for "2.0"
+    count = body.parallel if body.parallel != 1.0 else None
+    given = ("m", count), ("ic", ic), ("temp", body.temp), ("dtemp", body.dtemp or None)
     for key, value in given:
         if value is not None:
             line.append(f"{key}={value!r}")

@@ -12,6 +12,7 @@ from ...devices import (
     CurrentSource,
     CurrentSwitch,
     Device,
+    Thyristor,
     VoltageSource,
     VoltageSwitch,
 )
@@ -22,6 +23,7 @@ from ...netlist.expression import Expression
 from .deck_writer import DeckWriter, untranslatable
 from .diodes import write_diode, write_leg, write_switch
 from .expression import spice_expression
+from .thyristors import write_thyristor
 from .waveform import source_text
 
 
@@ -35,6 +37,8 @@ def write(writer: DeckWriter, element: Element, device: Device) -> None:
     """
     if isinstance(device, LegDevice):
         write_diode(writer, device)
+    elif isinstance(device, Thyristor):
+        write_thyristor(writer, device)
     elif isinstance(device, VoltageSwitch | CurrentSwitch):
         write_switch(writer, device)
     elif isinstance(device, Coupling):
@@ -149,10 +153,12 @@ def _transistor(writer: DeckWriter, element: Element, device: Device) -> None:
     assert element.model is not None
     words: list[object] = [writer.names.element("q", element.name), *nodes]
     words.append(writer.verbatim(element.model))
-    if isinstance(element.value, int | float):
-        words.append(f"area={float(element.value)!r}")
-    for key, param in element.params.items():
-        if isinstance(param.value, int | float):
+    parallel = getattr(device, "parallel", 1.0)
+    if parallel != 1.0:  # m= and not area=, which leaves the reverse currents of ngspice 39 alone
+        words.append(f"m={parallel!r}")
+    for key in ("temp", "dtemp"):
+        param = element.params.get(key)
+        if param is not None and isinstance(param.value, int | float):
             words.append(f"{key}={float(param.value)!r}")
     writer.add(*words)
 
