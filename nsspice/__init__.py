@@ -38,6 +38,7 @@ __all__ = [
     "UsageError",
     "__version__",
     "check",
+    "cost",
     "dc",
     "op",
     "read",
@@ -48,6 +49,7 @@ __all__ = [
 if TYPE_CHECKING:
     from .analyses import Solution, dc, op, read, run, tran
     from .circuit import Circuit
+    from .compare.cost import cost
     from .compare.expect import check
     from .errors import (
         InfeasibleError,
@@ -65,6 +67,7 @@ _HOME = {
     "Circuit": ".circuit",
     "Solution": ".analyses",
     "check": ".compare.expect",
+    "cost": ".compare.cost",
     "dc": ".analyses",
     "op": ".analyses",
     "read": ".analyses",

@@ -16,6 +16,7 @@ from .report import broken_pipe, report_error, report_interrupt, report_os_error
 _COMMANDS = {
     "run": "simulate a netlist: CSV, plot and summary",
     "explain": "tell how a netlist would be solved, without solving it",
+    "cost": "measure what accuracy costs with every method",
     "test": "check netlists against the numbers in X.expect.toml",
     "compare": "compare a simulation with ngspice or a reference waveform",
 }

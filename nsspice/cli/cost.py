@@ -1,0 +1,78 @@
+"""``nsspice cost``: what accuracy costs with every method."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from .options import NUMBER, json_option, read_params, read_signals
+from .report import print_json, say
+
+
+@click.command("cost", short_help="measure what accuracy costs with every method")
+@click.argument("netlist")
+@click.option(
+    "--target",
+    type=NUMBER,
+    metavar="E",
+    help="Tell the cheapest way to this error (a share of the range of each signal).",
+)
+@click.option(
+    "--methods", multiple=True, metavar="NAMES", help="Only these ladders; may be repeated."
+)
+@click.option("--signals", multiple=True, metavar="NAMES", help="Measure errors in these signals.")
+@click.option(
+    "--limit", type=NUMBER, default=2.0, show_default=True, help="Longest time of one run [s]."
+)
+@click.option(
+    "--plot",
+    is_flag=False,
+    flag_value="auto",
+    metavar="[FILE]",
+    help="Draw error against time into a .png, .svg or .pdf file.",
+)
+@click.option("--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param.")
+@click.option("-q", "--quiet", is_flag=True, help="Do not tell what is being run.")
+@json_option
+def command(
+    netlist: str,
+    target: float | None,
+    methods: Sequence[str],
+    signals: Sequence[str],
+    limit: float,
+    plot: str | None,
+    params: Sequence[str],
+    quiet: bool,
+    as_json: bool,
+) -> None:
+    """Run the transient of NETLIST by every method over a ladder of steps or tolerances.
+
+    Each run is measured against a reference that is far more accurate; the table tells how that was
+    made and how sure it is.  Ladders: modewise, sdirk (order 4), sdirk2, moreau (theta = 1),
+    moreau-half, and ngspice with two kinds of substitutes for ideal diodes where it is installed.
+    """
+    from ..analyses.load import read
+    from ..compare.cost import cost
+    from ..output.plot import check_format
+
+    if plot == "auto":
+        plot = str(Path(Path(netlist).name).with_suffix("")) + ".cost.png"
+    if plot is not None:
+        check_format(plot)
+    circuit = read(Path(netlist), read_params(params))
+    report = cost(
+        circuit,
+        target=target,
+        methods=read_signals(methods),
+        signals=read_signals(signals),
+        limit=limit,
+        notice=None if quiet or as_json else lambda text: say(f"  {text} ..."),
+    )
+    if plot is not None:
+        report.plot(plot)
+    if as_json:
+        print_json({"netlist": netlist, **report.to_dict(target)})
+    else:
+        click.echo(report.describe(target))

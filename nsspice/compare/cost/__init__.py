@@ -1,0 +1,9 @@
+"""What accuracy costs: a deck by every method over a ladder of steps or tolerances."""
+
+from __future__ import annotations
+
+from .measure import cost
+from .reference import Reference, make_reference
+from .report import Advice, CostReport, Measurement
+
+__all__ = ["Advice", "CostReport", "Measurement", "Reference", "cost", "make_reference"]

@@ -1,0 +1,183 @@
+"""Running the ladders."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...analyses.settings import Settings
+from ...circuit import Circuit
+from ...errors import NsspiceError, UsageError
+from .problem import Problem
+from .reference import Reference, make_reference
+from .report import CostReport, Measurement
+
+#: Called with a sentence before each run.
+Notice = Callable[[str], None]
+
+_TOLERANCES = tuple(10.0**-k for k in range(2, 13))
+_DIVISIONS = tuple(4**k for k in range(16))
+_SHORT = 0.1  # [s] shorter runs are repeated, the least time counts
+_REPEATS = 3
+
+#: ladders by name: settings that vary along them
+LADDERS = ("modewise", "sdirk", "sdirk2", "moreau", "moreau-half", "ngspice", "ngspice-junction")
+
+
+def cost(
+    circuit: Circuit,
+    *,
+    target: float | None = None,
+    methods: Sequence[str] | None = None,
+    signals: Sequence[str] | None = None,
+    limit: float = 2.0,
+    reference: Reference | None = None,
+    notice: Notice | None = None,
+) -> CostReport:
+    """Measure what each digit of a transient costs with every method.
+
+    Parameters
+    ----------
+    circuit : Circuit
+        Its first ``.tran`` card is run.
+    target : float, optional
+        The ladders go down to this error at least, if ``limit`` allows.
+    methods : sequence of str, optional
+        Of ``LADDERS``; all that apply by default.  ``sdirk2`` is the method of order two,
+        ``moreau-half`` that with theta = 0.5, ``ngspice-junction`` has diodes of N = 0.01.
+    signals : sequence of str, optional
+        What errors are measured in; voltages of capacitors and currents of inductors by default.
+    limit : float
+        A ladder ends before a run that would take longer than this [s].
+    reference : Reference, optional
+        To measure against another one than the deck's own.
+    notice : callable, optional
+        Called with a sentence before each run.
+
+    Returns
+    -------
+    CostReport
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> circuit = nsspice.read('''RC
+    ... V1 a 0 SIN(0 1 1k)
+    ... R1 a b 1k
+    ... C1 b 0 1u IC=0
+    ... .tran 20u 2m uic
+    ... ''')
+    >>> report = nsspice.cost(circuit, methods=["sdirk", "moreau"], limit=0.02)
+    >>> report.ladders()["moreau"][0].error < 0.1
+    True
+    """
+    say: Notice = notice or (lambda text: None)
+    problem = Problem.of(circuit, signals)
+    if reference is None:
+        say("reference")
+        reference = make_reference(problem)
+    report = CostReport(circuit.deck.title, problem.signals, reference)
+    floor = max(reference.error, 1e-13) if math.isfinite(reference.error) else 1e-12
+    goal = floor if target is None else max(floor, min(target, 1e-9))
+    for name in methods or LADDERS:
+        if name not in LADDERS:
+            raise _unknown(name)
+        try:
+            if name.startswith("ngspice"):
+                _ngspice(report, problem, name, say)
+            else:
+                _ladder(report, problem, name, goal, limit, say)
+        except NsspiceError as error:
+            report.absent.append(f"{name}: {error.diagnostics[0].message}")
+    return report
+
+
+def _unknown(name: str) -> UsageError:
+    from ...analyses.names import suggestion
+    from ...errors import Diagnostic
+
+    hint = suggestion(name, LADDERS) or f"methods: {', '.join(LADDERS)}"
+    return UsageError(Diagnostic("NS4004", f"there is no ladder {name!r}", None, hint))
+
+
+def _settings(problem: Problem, name: str) -> Iterator[tuple[str, float, Settings]]:
+    """Yield the varied parameter, its value, and the settings of one ladder from coarse to fine."""
+    if name == "modewise":
+        yield "", float("nan"), Settings("modewise")
+    elif name.startswith("sdirk"):
+        for tolerance in _TOLERANCES:
+            order = 2 if name == "sdirk2" else 4
+            yield "reltol", tolerance, Settings("sdirk", reltol=tolerance, order=order)
+    else:
+        theta = 0.5 if name == "moreau-half" else 1.0
+        start = problem.analysis.row_distance
+        for division in _DIVISIONS:
+            yield "h", start / division, Settings("moreau", theta, start / division)
+
+
+def _ladder(
+    report: CostReport, problem: Problem, name: str, goal: float, limit: float, say: Notice
+) -> None:
+    last: Measurement | None = None
+    spent = 0.0
+    for parameter, value, settings in _settings(problem, name):
+        # a step four times as fine takes four times as long, a tenth of a tolerance up to 3.2
+        if last is not None and (4.0 * spent > limit or last.error < goal):
+            return
+        say(f"{name} {parameter}={value:.3g}" if parameter else name)
+        try:
+            solution, spent = problem.run(settings)
+        except NsspiceError as failure:
+            if last is None and name == "modewise":
+                raise
+            nan = float("nan")
+            note = failure.diagnostics[0].message
+            report.rows.append(Measurement(name, parameter, value, 0, nan, nan, nan, nan, note))
+            return
+        for _ in range(_REPEATS - 1 if spent < _SHORT else 0):
+            spent = min(spent, problem.run(settings)[1])
+        steps = _steps(solution.stats)
+        error, l1 = report.reference.distance(problem.table(solution))
+        found = Measurement(name, parameter, value, steps, error, l1, spent)
+        if last is not None and error > 0.0 and last.error > 0.0 and steps > last.steps:
+            order = math.log(last.error / error) / math.log(steps / last.steps)
+            found = replace(found, order=order)
+        report.rows.append(found)
+        last = found
+
+
+def _steps(stats: dict[str, Any]) -> int:
+    return int(stats.get("steps", 0) or stats.get("segments", 0))
+
+
+def _ngspice(report: CostReport, problem: Problem, name: str, say: Notice) -> None:
+    from .. import ngspice
+
+    rows = problem.analysis.rows()
+    for reltol in (1e-3, 1e-4, 1e-6):
+        say(f"{name} reltol={reltol:g}")
+        junction = 0.01 if name == "ngspice-junction" else "auto"
+        try:
+            run = ngspice.run(
+                problem.circuit,
+                problem.analysis,
+                problem.signals,
+                junction=junction,
+                reltol=reltol,
+                timeout=60.0,
+            )
+        except ngspice.NgspiceError as failure:
+            nan = float("nan")
+            note = f"fails: {failure.reason}"
+            report.rows.append(Measurement(name, "reltol", reltol, 0, nan, nan, nan, nan, note))
+            continue
+        table = np.column_stack([np.interp(rows, run.time, run[s]) for s in problem.signals])
+        error, l1 = report.reference.distance(table)
+        report.rows.append(Measurement(name, "reltol", reltol, run.points, error, l1, run.seconds))
+        if run.translation.exact and name == "ngspice-junction":
+            report.rows.pop()  # no set-valued diode: the same run once more
+            return

@@ -1,0 +1,101 @@
+"""The run that is measured: circuit, analysis, signals; one run with given settings."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...analyses.cards import Tran
+from ...analyses.recorder import select
+from ...analyses.settings import Settings
+from ...analyses.solution import Floats, Solution
+from ...analyses.transient import run_tran
+from ...circuit import Circuit
+from ...errors import Diagnostic, UsageError
+from ...netlist.deck import TranCard
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """A transient whose cost is asked for.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    analysis : Tran
+    signals : list of str
+        What errors are measured in.
+    """
+
+    circuit: Circuit
+    analysis: Tran
+    signals: list[str]
+
+    @classmethod
+    def of(cls, circuit: Circuit, signals: Sequence[str] | None = None) -> Problem:
+        """Return the first transient of a deck, errors in ``signals`` or in the stored quantities.
+
+        Raises
+        ------
+        UsageError
+            NS4006 if the deck has no ``.tran`` card.
+        """
+        card = next((c for c in circuit.deck.analyses if isinstance(c, TranCard)), None)
+        if card is None:
+            raise UsageError(
+                Diagnostic(
+                    "NS4006",
+                    f"{circuit.deck.file} has no .tran card",
+                    hint="the cost of accuracy is that of a transient: add .tran tstep tstop",
+                )
+            )
+        names = select(circuit, signals) if signals else stored_quantities(circuit)
+        return cls(circuit, Tran.from_card(card), names or circuit.default_signals())
+
+    def run(self, settings: Settings) -> tuple[Solution, float]:
+        """Run once; return the solution and its time inside the process [s].
+
+        Raises
+        ------
+        KeyboardInterrupt
+            If Ctrl-C stopped the run.
+        """
+        begin = time.perf_counter()
+        solution = run_tran(self.circuit, self.analysis, settings, signals=self.signals)
+        spent = time.perf_counter() - begin
+        if solution.interrupted:
+            raise KeyboardInterrupt
+        return solution, spent
+
+    def table(self, solution: Solution) -> Floats:
+        """Return the signals at the rows, shape (rows, signals)."""
+        return np.column_stack([solution[name] for name in self.signals])
+
+
+def stored_quantities(circuit: Circuit) -> list[str]:
+    """Return the voltages of capacitors and the currents of inductors, each once.
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> stored_quantities(nsspice.read('''tank
+    ... I1 0 a 1
+    ... C1 a 0 1u
+    ... C2 a 0 2u
+    ... L1 a 0 1m
+    ... '''))
+    ['v(a)', 'i(l1)']
+    """
+    names: dict[str, None] = {}
+    for device in circuit.devices:
+        if device.letter == "l":
+            names[f"i({device.name})"] = None
+        elif device.letter == "c":
+            a, b = device.ends
+            if a != b:
+                plus, minus = (b, a) if a == "0" else (a, b)
+                names[f"v({plus})" if minus == "0" else f"v({plus},{minus})"] = None
+    return list(names)

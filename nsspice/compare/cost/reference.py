@@ -1,0 +1,136 @@
+"""The reference that runs are measured against, and how sure it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...analyses.settings import Settings
+from ...analyses.solution import Floats
+from ...errors import Diagnostic, NumericalError, UsageError
+from .problem import Problem
+
+#: tolerances of the controlled runs that stand behind a reference; the last is the finest
+_TIGHT = (1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
+#: a finer run is not begun if it would take longer than this [s]
+_PATIENCE = 6.0
+#: below this share of the range nothing is claimed: rounding of the signals
+_ROUNDING = 1e-15
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """Values at the output rows, far more accurate than what is measured against them.
+
+    Parameters
+    ----------
+    values : ndarray, shape (rows, signals)
+    span : ndarray, shape (signals,)
+        Range of each signal; its magnitude if it is constant.
+    error : float
+        Estimate of its own error, as a share of the range of each signal.
+    how : str
+        How it was made, one sentence.
+    """
+
+    values: Floats
+    span: Floats
+    error: float
+    how: str
+
+    def distance(self, table: Floats) -> tuple[float, float]:
+        """Return the largest and the mean distance of a table, as shares of the ranges.
+
+        Both are those of the worst signal.
+        """
+        if table.shape != self.values.shape:
+            return float("nan"), float("nan")
+        d = np.abs(table - self.values) / self.span
+        d = np.where(np.isfinite(d), d, np.inf)
+        return float(np.max(d, initial=0.0)), float(np.max(np.mean(d, axis=0), initial=0.0))
+
+
+def make_reference(problem: Problem) -> Reference:
+    """Return the reference of a problem.
+
+    The exact mode-wise engine where it can treat the circuit, checked by controlled steps of order
+    four; those alone elsewhere, with an error estimated from the last two tolerances.
+
+    Raises
+    ------
+    NumericalError
+        If no method solves the deck.
+    """
+    exact = _modewise(problem)
+    finest, before, tolerance = _controlled(problem, exact)
+    if exact is not None:
+        span = _span(exact)
+        if finest is None:
+            return Reference(
+                exact, span, float("nan"), "by the exact mode-wise engine; nothing to check it with"
+            )
+        error = _apart(exact, finest, span)
+        how = (
+            "by the exact mode-wise engine; its distance from sdirk (order 4, reltol "
+            f"{tolerance:g}), which errs more, bounds its error"
+        )
+        return Reference(exact, span, max(error, _ROUNDING), how)
+    if finest is None or before is None:
+        raise NumericalError(
+            Diagnostic(
+                "NS3002",
+                "no method reached the end of the run with tight tolerances",
+                hint="see what nsspice run says of this deck",
+            )
+        )
+    span = _span(finest)
+    how = (
+        f"by sdirk of order 4 with reltol {tolerance:g}; its error is estimated by the distance "
+        "from the same with a tenfold tolerance"
+    )
+    return Reference(finest, span, max(_apart(finest, before, span), _ROUNDING), how)
+
+
+def _modewise(problem: Problem) -> Floats | None:
+    try:
+        return problem.table(problem.run(Settings("modewise"))[0])
+    except (UsageError, NumericalError):
+        return None
+
+
+def _controlled(
+    problem: Problem, exact: Floats | None
+) -> tuple[Floats | None, Floats | None, float]:
+    """Return the results of the two finest tolerances that patience allows."""
+    finest: Floats | None = None
+    before: Floats | None = None
+    reached, last = float("nan"), float("inf")
+    for tolerance in _TIGHT:
+        try:
+            solution, spent = problem.run(Settings("sdirk", reltol=tolerance))
+        except (NumericalError, UsageError):
+            break
+        table = problem.table(solution)
+        gap = np.inf if finest is None else _apart(table, finest, _span(table))
+        if gap > last:
+            break  # rounding has taken over: the run before was the best
+        last = gap
+        finest, before, reached = table, finest, tolerance
+        # fourth order: a tenth of the tolerance takes 1.8 times the steps, near rounding more
+        if 4.0 * spent > _PATIENCE:
+            break
+        if exact is not None and _apart(exact, finest, _span(exact)) < 1e-13:
+            break
+    return finest, before, reached
+
+
+def _span(table: Floats) -> Floats:
+    low, high = table.min(axis=0), table.max(axis=0)
+    span = np.where(high > low, high - low, np.abs(high))
+    out: Floats = np.where(span > 0.0, span, 1.0)
+    return out
+
+
+def _apart(a: Floats, b: Floats, span: Floats) -> float:
+    return float(np.max(np.abs(a - b) / span, initial=0.0))

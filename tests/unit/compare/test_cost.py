@@ -1,0 +1,123 @@
+"""What accuracy costs: reference, ladders, the cheapest way to a target."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import nsspice
+from nsspice.cli.app import app
+from nsspice.compare.cost import CostReport, Measurement, make_reference
+from nsspice.compare.cost.problem import Problem
+from nsspice.compare.cost.reference import Reference
+
+RC = """RC
+V1 a 0 SIN(0 1 1k)
+R1 a b 1k
+C1 b 0 1u IC=0
+.tran 20u 2m uic
+"""
+SMOOTH = """smooth rectifier
+V1 a 0 SIN(0 5 1k)
+R0 a b 10
+D1 b c DX
+C1 c 0 1u IC=0
+R1 c 0 1k
+.model DX D(IS=1e-12)
+.tran 50u 1m uic
+"""
+
+
+def exact_rc(t):
+    w, tau = 2e3 * math.pi, 1e-3
+    k = 1.0 / (1.0 + (w * tau) ** 2)
+    return k * (np.sin(w * t) - w * tau * np.cos(w * t) + w * tau * np.exp(-t / tau))
+
+
+def test_reference_is_as_sure_as_it_says():
+    problem = Problem.of(nsspice.read(RC))
+    assert problem.signals == ["v(b)"]
+    reference = make_reference(problem)
+    true = exact_rc(problem.analysis.rows())
+    error = np.abs(reference.values[:, 0] - true).max() / np.ptp(true)
+    assert "mode-wise" in reference.how
+    assert error <= max(reference.error, 1e-13)
+    assert reference.error < 1e-10
+
+
+def test_reference_without_the_exact_engine():
+    reference = make_reference(Problem.of(nsspice.read(SMOOTH)))
+    assert "sdirk" in reference.how
+    assert 0.0 < reference.error < 1e-6
+
+
+def test_orders_and_errors_of_the_ladders():
+    report = nsspice.cost(
+        nsspice.read(RC), methods=["modewise", "sdirk", "sdirk2", "moreau"], limit=0.05
+    )
+    ladders = report.ladders()
+    assert ladders["modewise"][0].error < 1e-9
+    assert ladders["moreau"][-1].order == pytest.approx(1.0, abs=0.05)
+    # steps are powers of two, so that single orders of a ladder of tolerances scatter
+    rows = [r for r in ladders["sdirk2"] if r.steps > 200]
+    slope = np.polyfit(np.log([r.steps for r in rows]), np.log([r.error for r in rows]), 1)[0]
+    assert slope == pytest.approx(-2.0, abs=0.25)
+    assert min(r.error for r in ladders["sdirk"]) < 1e-8
+    true = exact_rc(np.arange(101) * 20e-6)
+    run = nsspice.tran(nsspice.read(RC), method="moreau", step=20e-6)
+    error = np.abs(run["v(b)"] - true).max() / np.ptp(true)
+    assert ladders["moreau"][0].error == pytest.approx(error, rel=1e-6)
+
+
+def made(method: str, error: float, seconds: float, order: float = math.nan) -> Measurement:
+    return Measurement(method, "h", 1e-6, 100, error, error / 2, seconds, order)
+
+
+def test_cheapest_way_is_measured_or_extrapolated_by_the_order():
+    reference = Reference(np.zeros((2, 1)), np.ones(1), 1e-12, "by hand")
+    rows = [
+        made("slow", 1e-3, 1.0),
+        made("slow", 1e-4, 10.0, 1.0),
+        made("quick", 1e-3, 0.1),
+        made("quick", 1e-7, 0.5, 4.0),
+        made("hopeless", 1e-1, 1.0),
+    ]
+    report = CostReport("t", ["v(a)"], reference, rows)
+    quick, slow = report.cheapest(1e-6)
+    assert (quick.method, quick.seconds, quick.measured) == ("quick", 0.5, True)
+    # first order: a hundredth of the error takes a hundred times as long
+    assert (slow.method, slow.measured) == ("slow", False)
+    assert slow.seconds == pytest.approx(1000.0)
+    assert "quick" in report.describe(1e-6).splitlines()[-2]
+
+
+def test_nothing_to_measure_is_told():
+    with pytest.raises(nsspice.UsageError, match=r"no .tran card"):
+        nsspice.cost(nsspice.read("t\nV1 a 0 1\nR1 a 0 1\n.op\n"))
+    with pytest.raises(nsspice.UsageError, match="did you mean moreau"):
+        nsspice.cost(nsspice.read(RC), methods=["morau"])
+
+
+def test_a_method_that_cannot_is_listed():
+    report = nsspice.cost(nsspice.read(SMOOTH), methods=["modewise", "moreau"], limit=0.01)
+    assert any(reason.startswith("modewise:") for reason in report.absent)
+    assert "not measured: modewise" in report.describe()
+
+
+def test_command_line(tmp_path):
+    deck, picture = tmp_path / "rc.net", tmp_path / "rc.svg"
+    deck.write_text(RC)
+    args = ["cost", str(deck), "--methods", "modewise sdirk", "--target", "1u", "--limit", "0.02"]
+    result = CliRunner().invoke(app, [*args, "--json", "--plot", str(picture)])
+    assert result.exit_code == 0, result.output
+    data = json.loads(result.stdout)
+    assert data["cheapest"][0]["measured"]
+    assert data["reference"]["error"] < 1e-9
+    assert {run["method"] for run in data["runs"]} == {"modewise", "sdirk"}
+    assert picture.stat().st_size > 1000
+    text = CliRunner().invoke(app, [*args, "-q"]).stdout
+    assert "cheapest way to 1e-06" in text
