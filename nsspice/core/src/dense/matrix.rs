@@ -211,6 +211,16 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
+/// Euclidean norm; scaled where squares would overflow or vanish.
+#[inline]
+pub fn norm(v: &[f64]) -> f64 {
+    let squares = dot(v, v);
+    if (1e-200..1e200).contains(&squares) {
+        return squares.sqrt();
+    }
+    v.iter().fold(0.0f64, |m, x| m.hypot(*x))
+}
+
 /// LU factors of a square matrix with row scaling, for many right-hand sides at once.
 #[derive(Clone, Debug)]
 pub struct Lu {

@@ -17,5 +17,5 @@ pub use echelon::Echelon;
 pub use eigen::{eigen, Eigen};
 pub use least_norm::LeastNorm;
 pub use lu::DenseLu;
-pub use matrix::{add_scaled, dot, equilibrate, Lu, Matrix};
+pub use matrix::{add_scaled, dot, equilibrate, norm, Lu, Matrix};
 pub use symmetric::eigen_symmetric;

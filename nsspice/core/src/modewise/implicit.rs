@@ -115,16 +115,17 @@ impl Implicit {
         self.drivers.last().map_or(&[], |d| d.1.active())
     }
 
-    /// Residual of the equations themselves, `rhs = S u - E z'`.
+    /// Residual of `(E/h + G) z + A l = rhs` and the laws of the pairs.
     pub fn residual(
         &mut self,
         sys: &Assembly,
+        h: f64,
         rhs: &[f64],
         roles: &[Role],
         z: &[f64],
         l: &[f64],
     ) -> Residual {
-        self.driver(sys, f64::INFINITY).residual(rhs, &sys.q, roles, z, l)
+        self.driver(sys, h).residual(rhs, &sys.q, roles, z, l)
     }
 }
 

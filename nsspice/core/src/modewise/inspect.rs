@@ -67,10 +67,14 @@ impl Engine {
         mode.leave_v.apply_add(&d, &mut da);
         let mut rhs = vec![0.0; n];
         self.net.charges.apply(&da, &mut rhs);
-        rhs.iter_mut().for_each(|q| *q = -*q);
+        // as a step sees it: against the charges that it moves, E z / h on both sides
+        let h = self.fixed_step;
+        let mut stored = vec![0.0; n];
+        self.sys.e.mul_add(1.0 / h, &z, &mut stored);
+        rhs.iter_mut().zip(&stored).for_each(|(q, s)| *q = s - *q);
         self.net.s.apply_add(&v, &mut rhs);
         let roles = roles(m, &self.switches, &self.gates);
-        let found = self.implicit.residual(&self.sys, &rhs, &roles, &z, &l);
+        let found = self.implicit.residual(&self.sys, h, &rhs, &roles, &z, &l);
         self.stats.checks += 1;
         self.stats.residual_rows = self.stats.residual_rows.max(found.rows);
         self.stats.residual_complementarity =

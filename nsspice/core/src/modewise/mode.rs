@@ -13,7 +13,7 @@ use super::share::Share;
 use super::spectrum::{Pole, Spectrum};
 use super::staircase::{Algebra, Staircase};
 use super::tracked::Tracked;
-use crate::dense::{Lu, Matrix};
+use crate::dense::{norm, Lu, Matrix};
 
 /// What a guard watches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,6 +95,8 @@ pub struct Mode {
     pub guards: Rows,
     /// what they watch
     pub watch: Vec<Watch>,
+    /// which guards are voltages (slacks, controls), the others being currents
+    pub slack: Vec<bool>,
     /// guards of switches that depend on the inputs alone, with their switches
     pub direct: Vec<(usize, usize)>,
     /// their sizes
@@ -145,12 +147,29 @@ fn unit_rows(a: &Matrix) -> (Matrix, Vec<f64>) {
     let mut out = a.clone();
     let mut sizes = Vec::with_capacity(a.rows);
     for r in 0..a.rows {
-        let size = a.row(r).iter().fold(0.0f64, |m, v| m.hypot(*v));
+        let size = norm(a.row(r));
         let size = if size > 0.0 { size } else { 1.0 };
         out.row_mut(r).iter_mut().for_each(|v| *v /= size);
         sizes.push(size);
     }
     (out, sizes)
+}
+
+/// Number of states up to which the matrix exponential stands in for missing eigenvectors.
+const PLAIN: usize = 24;
+
+/// The inverse, with zeros where it has nothing but rounding: currents that cannot flow must not
+/// look like currents.
+fn inverse_of(a: &Matrix, factor: &Lu) -> Matrix {
+    let mut inverse = factor.solve_refined(a, &Matrix::identity(a.rows));
+    let size = inverse.abs();
+    let bound = size.times(&a.abs()).times(&size);
+    for (v, b) in inverse.data.iter_mut().zip(&bound.data) {
+        if v.abs() <= 1e-14 * b {
+            *v = 0.0;
+        }
+    }
+    inverse
 }
 
 /// Largest acceptable condition of the jump matrices.
@@ -268,7 +287,7 @@ impl Mode {
         if factor.ratio == 0.0 {
             return Err("its algebraic equations are singular".into());
         }
-        let inverse = factor.solve_refined(&block, &Matrix::identity(block.rows));
+        let inverse = inverse_of(&block, &factor);
         let zeros_x = Matrix::zeros(stairs.rows.len(), n);
         let mut right = Tracked::exact(place(&zeros_x, &force.select_rows(&stairs.rows), None));
         right.add(-1.0, &states.under(&kna.select_rows(&stairs.rows)));
@@ -342,7 +361,10 @@ impl Mode {
         consistency.clean(net.n + net.m);
 
         // guards: diodes, then switch thresholds
-        let spectrum = Spectrum::new(&j);
+        let spectrum = Spectrum::new(&j, net.symmetric);
+        if spectrum.is_none() && n > PLAIN {
+            return Err(format!("its {n} states have no basis of eigenvectors"));
+        }
         let (from, to) = match &spectrum {
             Some(s) => (s.from_modal.clone(), s.to_modal.clone()),
             None => (Matrix::identity(n), Matrix::identity(n)),
@@ -373,7 +395,6 @@ impl Mode {
                 };
             }
         }
-        let norm = |row: &[f64]| row.iter().fold(0.0f64, |m, v| m.hypot(*v));
         let sizes = (0..all.value.rows)
             .map(|i| GuardSize {
                 x: norm(&all.value.row(i)[..n]),
@@ -403,6 +424,7 @@ impl Mode {
             leave_v: yc,
             algebraic: to_rows(&algebraic.value),
             guards: to_rows(&all.value),
+            slack: watch.iter().map(|w| !matches!(w, Watch::Pair(i) if on[*i])).collect(),
             watch,
             direct,
             sizes,

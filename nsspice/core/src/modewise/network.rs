@@ -81,6 +81,12 @@ pub struct Network {
     pub s: Matrix,
     /// combinations of kernel vectors on which no resistor acts
     pub loose: Matrix,
+    /// `N' G_skew N` and `A' N` on `loose`
+    pub skew_loose: Matrix,
+    /// see `skew_loose`
+    pub at_loose: Matrix,
+    /// one kind of storage in a reciprocal network: the state matrix is symmetric
+    pub symmetric: bool,
     /// `N' G_skew` and `A'`, by unknown
     pub n_skew: Matrix,
     /// see `n_skew`
@@ -268,6 +274,13 @@ impl Network {
             out
         };
         let loose = Echelon::new(gn.clone(), 0..kernel.cols).kernel();
+        // branches couple to nodes alone: no gyrator
+        let reciprocal = (0..n)
+            .all(|i| (0..n).all(|j| skew[(i, j)] == 0.0 || sys.row_kind[i] != sys.row_kind[j]));
+        let one_kind = inductive.is_empty()
+            || (sys.capacitors.is_empty() && inductive.iter().all(|&i| sys.row_kind[i] == 1));
+        let bn = b.times(&kernel);
+        let n_skew = kernel.transpose_times(&skew);
         let a = at.transpose();
         let s = inputs.columns(&sys.s);
         Ok(Network {
@@ -282,14 +295,17 @@ impl Network {
             ra: big_r.transpose_times(&a),
             na: kernel.transpose_times(&a),
             br: b.times(&big_r),
-            bn: b.times(&kernel),
+            skew_loose: n_skew.times(&kernel).times(&loose),
+            at_loose: bn.times(&loose),
+            symmetric: passive && reciprocal && one_kind,
+            bn,
             d,
             q: sys.q.clone(),
             rs: big_r.transpose_times(&s),
             ns: kernel.transpose_times(&s),
             s,
             loose,
-            n_skew: kernel.transpose_times(&skew),
+            n_skew,
             at,
             big_r,
             charges,

@@ -183,8 +183,15 @@ impl Picker {
                 self.on[i] = !self.on[i];
             }
             let id = registry.id(&self.on, &self.gates);
-            if let Ok(mode) = self.attempt(scene, registry, id, a, scale, path) {
-                return Some(Picked { id, mode });
+            match self.attempt(scene, registry, id, a, scale, path) {
+                Ok(mode) => return Some(Picked { id, mode }),
+                Err(Finding::Guard(..)) if k == 0 => {
+                    let found = self.neighbours(scene, registry, id, gates, a, scale, path);
+                    if found.is_some() {
+                        return found;
+                    }
+                }
+                Err(_) => {}
             }
         }
         None

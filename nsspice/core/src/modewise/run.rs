@@ -98,7 +98,9 @@ pub struct Engine {
     pub(super) present: Option<(Id, Arc<Mode>)>,
     pub(super) a: Vec<f64>,
     x: Vec<f64>,
+    /// the end of the segment
     pub(super) point: Point,
+    row_point: Point,
     values: Bundle,
     rates: Bundle,
     bundled: bool,
@@ -156,6 +158,7 @@ impl Engine {
             a: vec![0.0; r],
             x: Vec::new(),
             point: Point::default(),
+            row_point: Point::default(),
             values: Bundle::default(),
             rates: Bundle::default(),
             bundled: false,
@@ -481,21 +484,14 @@ impl Engine {
                 self.path.bundle(rate, &self.segment, false, &mut self.rates);
             }
         }
-        self.path.at((time - self.time).max(0.0), &mut self.point);
+        self.path.at((time - self.time).max(0.0), &mut self.row_point);
         row[0] = time;
         for (j, value) in row[1..].iter_mut().enumerate() {
-            *value = self.values.value(j, &self.point);
+            *value = self.values.value(j, &self.row_point);
             if self.rated {
-                *value += self.rates.slope(j, &self.point);
+                *value += self.rates.slope(j, &self.row_point);
             }
         }
-        // the end of the segment is needed again
-        let length = self.length();
-        self.path.at(length, &mut self.point);
-    }
-
-    fn length(&self) -> f64 {
-        self.end - self.time
     }
 
     /// Notes which pairs have changed since the last time.

@@ -35,8 +35,8 @@ pub struct Spectrum {
 }
 
 impl Spectrum {
-    /// Decomposes `x' = J x`; `None` if J is (nearly) defective.
-    pub fn new(j: &Matrix) -> Option<Spectrum> {
+    /// Decomposes `x' = J x`; `None` if J is (nearly) defective. `symmetric`: J is, but for rounding.
+    pub fn new(j: &Matrix, symmetric: bool) -> Option<Spectrum> {
         let n = j.rows;
         let size = j.max_abs();
         let mut skewness = 0.0f64;
@@ -45,7 +45,7 @@ impl Spectrum {
                 skewness = skewness.max((j[(r, c)] - j[(c, r)]).abs());
             }
         }
-        if skewness <= 1e-14 * size {
+        if symmetric || skewness <= 1e-14 * size {
             let symmetric = Matrix::from_fn(n, n, |r, c| 0.5 * (j[(r, c)] + j[(c, r)]));
             let (values, vectors) = eigen_symmetric(&symmetric)?;
             let poles = values.iter().enumerate();

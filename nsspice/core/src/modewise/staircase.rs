@@ -6,7 +6,7 @@
 //! ideal diodes in parallel).  In passive networks all of this is a property of the graph.
 
 use super::network::Network;
-use crate::dense::{equilibrate, Echelon, Matrix};
+use crate::dense::{equilibrate, norm, Echelon, Matrix};
 
 /// Relative size below which numerical ranks see zero; only networks with controlled sources.
 const RANK: f64 = 1e-11;
@@ -88,8 +88,7 @@ fn by_graph(net: &Network, active: &[usize]) -> Staircase {
         (0..active.len()).filter(|&j| net.d[(active[j], active[j])] == 0.0).collect();
     let free = net.loose.cols;
     let width = free + ideal.len();
-    let skew_loose = net.n_skew.times(&net.kernel).times(&net.loose);
-    let at_loose = net.bn.times(&net.loose); // A' N = B N
+    let (skew_loose, at_loose) = (&net.skew_loose, &net.at_loose);
     let joint = Matrix::from_fn(size, width, |i, j| match (i < k, j < free) {
         (true, true) => skew_loose[(i, j)],
         (true, false) => net.na[(i, active[ideal[j - free]])],
@@ -194,7 +193,7 @@ fn pivoted(a: &Matrix) -> (Vec<usize>, Matrix) {
 fn normalised_rows(a: &Matrix) -> Matrix {
     let mut out = a.clone();
     for r in 0..a.rows {
-        let size = a.row(r).iter().fold(0.0f64, |m, v| m.hypot(*v));
+        let size = norm(a.row(r));
         if size > 0.0 {
             out.row_mut(r).iter_mut().for_each(|v| *v /= size);
         }
@@ -238,7 +237,7 @@ fn by_numbers(algebra: &Algebra) -> Result<Staircase, String> {
         // the kernel was found for unit rows
         let mut c = combos.clone();
         for r in 0..c.rows {
-            let size = of.row(r).iter().fold(0.0f64, |m, v| m.hypot(*v));
+            let size = norm(of.row(r));
             if size > 0.0 {
                 c.row_mut(r).iter_mut().for_each(|v| *v /= size);
             }

@@ -5,7 +5,7 @@ use super::inputs::Segment;
 use super::mode::{Mode, Watch};
 use super::terms::Point;
 use super::trajectory::Trajectory;
-use crate::dense::dot;
+use crate::dense::{dot, norm};
 
 /// Largest values so far, against which rounding is judged.
 #[derive(Clone, Debug, Default)]
@@ -70,6 +70,8 @@ pub struct Verifier {
     pub clear: Vec<f64>,
     /// guards that vanish at the start
     pub zeros: Vec<usize>,
+    /// guards of which nothing is known yet
+    open: Vec<usize>,
     /// switches whose control lies beyond the threshold
     pub thrown: Vec<usize>,
     /// guards that are negative at the start
@@ -152,15 +154,7 @@ impl Verifier {
         if worst.1 > 0.0 {
             return Finding::Guard(worst.0, worst.1);
         }
-        for k in 0..self.zeros.len() {
-            let j = self.zeros[k];
-            if let Err(much) = self.rises(j, path, mode.fastest, horizon) {
-                if let Watch::Pair(_) = mode.watch[j] {
-                    return Finding::Guard(j, much);
-                }
-            }
-        }
-        Finding::Good
+        self.rise(mode, path, horizon)
     }
 
     /// The worst impulse of the wrong sign, in units of its tolerance.
@@ -178,8 +172,7 @@ impl Verifier {
             if value < 0.0 {
                 let bound = impulses.bounds.row(i);
                 let (head, tail) = bound.split_at(a.len());
-                let size =
-                    head.iter().fold(0.0f64, |m, b| m.hypot(*b)) * scale.a + dot(tail, &scale.v);
+                let size = norm(head) * scale.a + dot(tail, &scale.v);
                 worst = worst.max(-value / (1e-11 * scale.widened.max(1.0) * size));
             }
         }
@@ -188,6 +181,7 @@ impl Verifier {
 
     fn measure_noise(&mut self, mode: &Mode, scale: &Scale, path: &Trajectory, horizon: f64) {
         self.noise.clear();
+        let mut floor = [0.0f64; 2]; // of multipliers and of slacks
         let count = path.terms.len();
         for (j, size) in mode.sizes.iter().enumerate() {
             let inputs: f64 =
@@ -198,51 +192,68 @@ impl Verifier {
             let terms = &self.guards.size[j * count..(j + 1) * count];
             let sum: f64 =
                 terms.iter().zip(&path.terms).map(|(c, p)| c * p.term.reach(horizon)).sum();
-            let noise = 1e-13 * (size.x * scale.a + inputs + rates)
-                + 2e-15 * size.bound * scale.a
-                + 4e-15 * sum;
+            let whole = size.x * scale.a + inputs + rates;
+            let kind = usize::from(mode.slack[j]);
+            floor[kind] = floor[kind].max(1e-15 * whole);
+            let noise = 1e-13 * whole + 2e-15 * size.bound * scale.a + 4e-15 * sum;
             self.noise.push((noise * scale.widened.max(1.0)).max(f64::MIN_POSITIVE));
+        }
+        for (noise, &slack) in self.noise.iter_mut().zip(&mode.slack) {
+            *noise = noise.max(floor[usize::from(slack)]);
         }
     }
 
-    /// A guard that vanishes at the start has to rise first: notes up to when it is known to.
-    fn rises(
-        &mut self,
-        j: usize,
-        path: &Trajectory,
-        fastest: f64,
-        horizon: f64,
-    ) -> Result<(), f64> {
-        let noise = self.noise[j];
-        let slope = self.guards.slope(j, &self.start);
+    /// Guards that vanish at the start have to rise first: notes up to when they are known to.
+    fn rise(&mut self, mode: &Mode, path: &Trajectory, horizon: f64) -> Finding {
+        self.open.clear();
+        if self.zeros.is_empty() {
+            return Finding::Good;
+        }
         path.bounds(&self.start, &self.start, &mut self.second, &mut self.fourth);
-        let curvature = self.guards.bound(j, &self.second);
-        if slope != 0.0 {
+        for k in 0..self.zeros.len() {
+            let j = self.zeros[k];
+            let slope = self.guards.slope(j, &self.start);
             // until then the slope decides
-            let until = (slope.abs() / curvature).min(horizon);
+            let until = (slope.abs() / self.guards.bound(j, &self.second)).min(horizon);
             let change = 0.5 * slope.abs() * until;
-            if change > 4.0 * noise {
-                if slope > 0.0 {
-                    return Ok(());
+            if slope != 0.0 && change > 4.0 * self.noise[j] {
+                if slope < 0.0 && matches!(mode.watch[j], Watch::Pair(_)) {
+                    return Finding::Guard(j, change / self.noise[j]);
                 }
-                return Err(change / noise);
+            } else {
+                self.open.push(j);
             }
         }
+        if self.open.is_empty() {
+            return Finding::Good;
+        }
         // the first value outside the noise decides
-        let steps = ((fastest * horizon).max(1.0).log2() + 10.0).ceil().clamp(1.0, 80.0) as i32;
+        let steps =
+            ((mode.fastest * horizon).max(1.0).log2() + 10.0).ceil().clamp(1.0, 80.0) as i32;
         for k in (0..=steps).rev() {
             let t = horizon * f64::from(-k).exp2();
             path.at(t, &mut self.probe);
-            let g = self.guards.value(j, &self.probe);
-            if g > noise {
-                self.clear[j] = t;
-                return Ok(());
+            let mut at = 0;
+            while at < self.open.len() {
+                let j = self.open[at];
+                let (g, noise) = (self.guards.value(j, &self.probe), self.noise[j]);
+                if g.abs() <= noise {
+                    at += 1;
+                    continue;
+                }
+                if g < 0.0 && matches!(mode.watch[j], Watch::Pair(_)) {
+                    return Finding::Guard(j, -g / noise);
+                }
+                self.clear[j] = if g > 0.0 { t } else { 0.0 };
+                self.open.swap_remove(at);
             }
-            if g < -noise {
-                return Err(-g / noise);
+            if self.open.is_empty() {
+                return Finding::Good;
             }
         }
-        self.clear[j] = horizon;
-        Ok(())
+        for &j in &self.open {
+            self.clear[j] = horizon;
+        }
+        Finding::Good
     }
 }
