@@ -22,6 +22,9 @@ from .regularity import Judge
 from .settings import Settings
 from .solution import Event, IslandRun, JumpReport
 
+#: Unknowns and pairs of an island up to which ``auto`` goes mode by mode.
+AUTO_LIMIT = 200
+_FEW = 8  # implicit steps that are not worth a word
 BUDGET = 0.05  # [s] longest stretch inside the core: Ctrl-C waits no longer
 _WAIT = 1 << 17  # numbers recorded before they are checked: many at once cost less
 _POINTS = 1 << 16  # points of a static island planned at once
@@ -73,13 +76,10 @@ class IslandRunner:
             return moreau
         if self.step is None:
             return MoreauStepper(system, functionals)
-        if settings.method == "modewise" and not self.all_points:
-            try:
-                stepper = ModewiseStepper(system, functionals)
-            except NotModewise as reason:
-                raise _refused(self.number, reason) from reason
-            self.method = "modewise"
-            return stepper
+        if settings.method == "modewise" or (settings.method == "auto" and not settings.stepped):
+            stepper = self._modewise(functionals)
+            if stepper is not None:
+                return stepper
         if self._wants_sdirk:
             from ..solvers.sdirk import Accuracy, SdirkStepper
 
@@ -87,7 +87,7 @@ class IslandRunner:
             accuracy = Accuracy(settings.reltol, settings.vntol, settings.abstol, settings.order)
             return SdirkStepper(system, functionals, accuracy)
         self.method = "moreau"
-        if settings.method != "auto" and settings.method != "moreau":
+        if settings.method not in ("auto", "moreau", "modewise"):
             self.note = "rows at the solver's own points are those of fixed steps"
         if settings.theta == 1.0:
             return MoreauStepper(system, functionals)
@@ -107,9 +107,34 @@ class IslandRunner:
         smooth = self.island.problem_class is ProblemClass.DNCP
         return settings.method == "sdirk" or (settings.method == "auto" and smooth and free)
 
+    def _modewise(self, functionals: Sequence[Functional]) -> ModewiseStepper | None:
+        """Return the exact engine if it can treat the system; the note tells why not."""
+        system, chosen = self.mna.system, self.settings.method == "modewise"
+        if self.all_points:
+            self.note = "rows at the solver's own points need steps, which modewise has none of"
+            return None
+        if not chosen and system.smooth is not None:
+            return None  # the problem class says it
+        size = system.n + system.m
+        if not chosen and size > AUTO_LIMIT:
+            self.note = f"{size} unknowns and pairs: method=modewise is exact, but may take longer"
+            return None
+        try:
+            stepper = ModewiseStepper(system, functionals)
+        except NotModewise as reason:
+            if chosen:
+                raise _refused(self.number, reason) from reason
+            self.note = f"not modewise: {reason}"
+            return None
+        self.method = "modewise"
+        return stepper
+
     def _watch(self) -> None:
         """Choose which steps are recorded for the certificate."""
         system, stepper = self.mna.system, self.stepper
+        if isinstance(stepper, ModewiseStepper):
+            stepper.watch(self.sides is not None)
+            return
         if not isinstance(stepper, MoreauStepper) or self.method == "sdirk":
             return
         distance = self.step or self.analysis.row_distance
@@ -160,9 +185,9 @@ class IslandRunner:
 
     def certificate(self) -> Certificate:
         """Return the verdict on the run so far."""
+        self._hand_over()
         if not isinstance(self.stepper, MoreauStepper) or self.method == "sdirk":
             return Certificate.of([self.stepper.statistics])
-        self._hand_over()
         stats, jumps = self.stepper.statistics, self.stepper.jumps
         certificate = self.examiner.certificate(
             int(stats["steps"]),
@@ -182,12 +207,13 @@ class IslandRunner:
 
     def _hand_over(self) -> None:
         """Take what the solver has left for the checks and the measures."""
-        if not isinstance(self.stepper, MoreauStepper) or self.method == "sdirk":
+        if self.method == "sdirk":
             return
-        records = self.stepper.take_records()
-        self.examiner.take(records)
-        if self.judge is not None:
-            self.judge.take(records)
+        if isinstance(self.stepper, MoreauStepper):
+            records = self.stepper.take_records()
+            self.examiner.take(records)
+            if self.judge is not None:
+                self.judge.take(records)
         if self.sides is not None and (rows := self.stepper.take_sides()).size:
             self.sides.append(rows)
 
@@ -225,6 +251,11 @@ class IslandRunner:
         self._hand_over()
         system = self.mna.system
         moreau = self.method == "moreau"
+        stats = dict(self.stepper.statistics)
+        if self.method == "modewise" and stats["fixed_steps"] > _FEW:
+            why = self.stepper.trouble if isinstance(self.stepper, ModewiseStepper) else None
+            reason = f"a mode could not be reduced: {why}" if why else "events piled up"
+            self.note = f"implicit steps where {reason}"
         return IslandRun(
             self.number + 1,
             self.island.problem_class.name,
@@ -234,7 +265,7 @@ class IslandRunner:
             system.m,
             self.settings.theta if moreau else None,
             self.step if moreau or self.method == "sdirk" else None,
-            dict(self.stepper.statistics),
+            stats,
             self.note,
             self.settings.reltol if self.method == "sdirk" else None,
             self.judge.verdict() if self.judge is not None else None,

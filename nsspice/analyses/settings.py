@@ -33,12 +33,14 @@ class Settings:
         Errors of one controlled step that are always allowed [V], [A].
     order : int
         Order of the ``sdirk`` method: 2 or 4.
+    stepped : bool
+        True if a step or theta was asked for: ``auto`` then means a stepping method.
 
     Examples
     --------
     >>> settings = Settings.of(Deck("t", "t.net"), theta=0.5)
-    >>> settings.method, settings.theta, settings.reltol
-    ('auto', 0.5, 1e-05)
+    >>> settings.method, settings.theta, settings.reltol, settings.stepped
+    ('auto', 0.5, 1e-05, True)
     """
 
     method: str = "auto"
@@ -48,6 +50,7 @@ class Settings:
     vntol: float = 0.0
     abstol: float = 0.0
     order: int = 4
+    stepped: bool = False
 
     @classmethod
     def of(
@@ -75,6 +78,7 @@ class Settings:
         weight, span = theta, None
         if weight is None and (given := deck.options.get("theta")) is not None:
             weight, span = _number(given.value, "theta", given.span), given.span
+        stepped = weight is not None or step is not None
         if weight is None:
             weight = 1.0
         if not 0.0 <= weight <= 1.0:
@@ -91,6 +95,7 @@ class Settings:
             step,
             **{name: value for name, value in tolerances.items() if value is not None},
             order=_order(deck),
+            stepped=stepped,
         )
 
 

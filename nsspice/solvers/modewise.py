@@ -234,6 +234,14 @@ class ModewiseStepper:
         )
         return UnsolvedStep(failure["time"], failure["residual"], certificate)
 
+    def watch(self, sides: bool) -> None:
+        """Keep rows on both sides of jumps, for :meth:`take_sides`."""
+        self._core.keep_sides(sides)
+
+    def take_sides(self) -> Floats:
+        """Return the rows before and after each jump so far, shape (2 k, columns), once."""
+        return self._core.take_sides().reshape(-1, self._columns)
+
     @property
     def state(self) -> tuple[Floats, Floats]:
         """Unknowns (n,) and multipliers (m,) at the end of the present segment."""

@@ -111,6 +111,8 @@ pub struct Engine {
     pub(super) v: Vec<f64>,
     crowd: Vec<f64>,
     checked: Vec<bool>,
+    pub(super) sides: Option<Vec<f64>>,
+    left: Vec<f64>,
     pub(super) logged: Vec<bool>,
     pub(super) log_open: bool,
     /// counters
@@ -169,6 +171,8 @@ impl Engine {
             v: vec![0.0; count],
             crowd: Vec::new(),
             checked: Vec::new(),
+            sides: None,
+            left: Vec::new(),
             logged: vec![false; m],
             log_open: false,
             stats: Statistics::default(),
@@ -386,6 +390,13 @@ impl Engine {
     /// Leaves the segment: state at its end, and on.
     fn finish(&mut self) -> Result<(), Failure> {
         let Some((_, mode)) = self.present.clone() else { return Ok(()) };
+        let sides = self.sides.is_some() && self.may_jump(&mode);
+        if sides {
+            let mut left = std::mem::take(&mut self.left);
+            left.resize(self.columns(), 0.0);
+            self.write(self.end, &mut left);
+            self.left = left;
+        }
         self.path.state(&self.point, &mut self.x);
         self.path.inputs(&self.segment, &self.point, &mut self.v);
         mode.leave_x.apply(&self.x, &mut self.a);
@@ -423,6 +434,9 @@ impl Engine {
         } else {
             keep
         };
+        if sides && result.is_ok() {
+            self.note_sides();
+        }
         result
     }
 
@@ -469,6 +483,38 @@ impl Engine {
             }
         }
         (rows, Progress::More)
+    }
+
+    /// Can values jump at the end of the segment?
+    fn may_jump(&self, mode: &Mode) -> bool {
+        self.ending == Ending::Horizon
+            || self.crossing.iter().any(|&j| matches!(mode.watch[j], Watch::Switch(_)))
+    }
+
+    /// Keeps the rows before and after the present instant if something jumps there.
+    fn note_sides(&mut self) {
+        if !matches!(self.phase, Phase::Moving) {
+            return;
+        }
+        let mut right = vec![0.0; self.left.len()];
+        self.write(self.time, &mut right);
+        right[0] = self.left[0];
+        let differs =
+            self.left.iter().zip(&right).any(|(a, b)| (a - b).abs() > 1e-9 * a.abs().max(b.abs()));
+        if let (true, Some(sides)) = (differs, &mut self.sides) {
+            sides.extend_from_slice(&self.left);
+            sides.extend_from_slice(&right);
+        }
+    }
+
+    /// Whether rows on both sides of jumps are kept.
+    pub fn keep_sides(&mut self, keep: bool) {
+        self.sides = keep.then(Vec::new);
+    }
+
+    /// The rows on both sides of jumps since the last call.
+    pub fn take_sides(&mut self) -> Vec<f64> {
+        self.sides.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
     /// Evaluates the outputs inside the segment.

@@ -148,6 +148,16 @@ impl PyModewise {
         self.inner.time()
     }
 
+    /// Whether rows on both sides of jumps are kept.
+    fn keep_sides(&mut self, keep: bool) {
+        self.inner.keep_sides(keep);
+    }
+
+    /// The rows on both sides of jumps since the last call, one after the other.
+    fn take_sides<'py>(&mut self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_vec(py, self.inner.take_sides())
+    }
+
     /// Why a mode could not be reduced, None if all could.
     fn trouble(&self) -> Option<String> {
         self.inner.trouble().map(str::to_owned)
