@@ -248,6 +248,11 @@ class ModewiseStepper:
         return self._core.state()
 
     @property
+    def active(self) -> list[bool]:
+        """Which pairs conduct in the present segment, one entry per pair."""
+        return self._core.active()
+
+    @property
     def time(self) -> float:
         """Start of the present segment [s]."""
         return self._core.time()

@@ -76,7 +76,7 @@ def test_static_islands_are_solved_at_the_rows_only():
         ".tran 1m 20m\n"
     )
     sol = nsspice.tran(circuit)
-    assert [i.method for i in sol.islands] == ["point by point", "moreau"]
+    assert [i.method for i in sol.islands] == ["point by point", "modewise"]
     assert sol.islands[0].stats["steps"] <= 22
     assert sol["v(b)"] == pytest.approx(np.maximum(np.sin(100 * np.pi * sol.time), 0.0), abs=1e-12)
     assert sol["v(b,d)"] == pytest.approx(sol["v(b)"] - 1.0, abs=1e-12)

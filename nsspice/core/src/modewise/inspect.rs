@@ -137,6 +137,11 @@ impl Engine {
         self.jumps.push(Jump { time: self.time, before, after, multipliers, unknowns, sources });
     }
 
+    /// Active pairs of the present mode.
+    pub fn active(&self) -> Vec<bool> {
+        self.logged.clone()
+    }
+
     /// Source values at a time.
     pub(super) fn sources(&self, time: f64) -> Vec<f64> {
         let mut u = vec![0.0; self.inputs.waveforms().len()];

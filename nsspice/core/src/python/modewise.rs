@@ -148,6 +148,11 @@ impl PyModewise {
         self.inner.time()
     }
 
+    /// Active pairs of the present mode.
+    fn active(&self) -> Vec<bool> {
+        self.inner.active()
+    }
+
     /// Whether rows on both sides of jumps are kept.
     fn keep_sides(&mut self, keep: bool) {
         self.inner.keep_sides(keep);
