@@ -256,6 +256,8 @@ class IslandRunner:
             why = self.stepper.trouble if isinstance(self.stepper, ModewiseStepper) else None
             reason = f"a mode could not be reduced: {why}" if why else "events piled up"
             self.note = f"implicit steps where {reason}"
+            if stats["storm"]:
+                self.note = "events follow too fast to be followed one by one: implicit steps"
         return IslandRun(
             self.number + 1,
             self.island.problem_class.name,

@@ -4,8 +4,8 @@ The engine says which pairs are active between two rows; with them the original 
 
     E z' + G z + A_a lam = S u(t),    q_a - B_a z + D_aa lam = 0
 
-are integrated by the three-stage Radau IIA method (order 5, Hairer & Wanner 1996, IV.5), twice, with
-its own error estimate.  Nothing of the engine's reduction is used: no energy coordinates, no
+are integrated by the three-stage Radau IIA method (order 5, Hairer & Wanner 1996, IV.5), twice,
+with its own error estimate.  Nothing of the engine's reduction is used: no energy coordinates, no
 eigenvalues, no closed form.  A mode that holds at both ends, whose multipliers and slacks stay
 nonnegative, and whose stored charges and fluxes agree, is the solution: it is unique for passive
 networks.
@@ -83,7 +83,7 @@ class Check:
         for _ in range(self.rows + 1):
             row = self.stepper.advance(1, 10.0)[0][0].copy()
             stats = self.stepper.statistics
-            t, z = row[0], row[1 : self.n + 1]
+            z = row[1 : self.n + 1]
             charge = np.abs(self.E @ z)
             for kind in (0, 1):
                 self.scale[kind] = max(self.scale[kind], charge[self.kind == kind].max(initial=0))

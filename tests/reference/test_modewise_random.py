@@ -23,6 +23,12 @@ def islands(text: str):
             yield mna
 
 
+def step_through(stepper: MoreauStepper, charges, step: float) -> None:
+    stepper.start_charges(0.0, charges, step)
+    while not stepper.advance(10)[1]:
+        pass
+
+
 @pytest.mark.parametrize("kind", [c for c in CLASSES if c != "large"])
 def test_agrees_with_the_unreduced_equations(kind):
     proved = solved = refused = 0
@@ -38,9 +44,7 @@ def test_agrees_with_the_unreduced_equations(kind):
                 stepper = MoreauStepper(mna.system, ())
                 stepper.plan(0.0, stop, stop / 100, 0.0, stop)
                 with pytest.raises(UnsolvedStep):
-                    stepper.start_charges(0.0, mna.initial_charges(), stop / 100)
-                    while not stepper.advance(10)[1]:
-                        pass
+                    step_through(stepper, mna.initial_charges(), stop / 100)
                 continue
             solved += 1
             good = [i for i in intervals if i.estimate < PROVED]

@@ -22,7 +22,10 @@ fn snapped(h: f64, longest: f64) -> f64 {
 impl Engine {
     /// Goes on by implicit steps.
     pub(super) fn carry_on(&mut self) -> Result<(), Failure> {
-        let h = snapped(FIRST * self.stop, self.fixed_step);
+        // soon after the last time: what piles up goes on, and longer steps are in place
+        let again = self.time - self.resumed.0 <= 64.0 * self.resumed.1;
+        let first = if again { 2.0 * self.resumed.1 } else { FIRST * self.stop };
+        let h = if self.storm { self.fixed_step } else { snapped(first, self.fixed_step) };
         self.phase = Phase::Stepping(h);
         if self.log_open {
             return Ok(());
@@ -104,7 +107,7 @@ impl Engine {
         self.net.energy(&charges, &mut self.a);
         self.scale.see_state(&self.a);
         self.time = reached;
-        let on: Vec<bool> = self.implicit.active().to_vec();
+        let mut on: Vec<bool> = self.implicit.active().to_vec();
         let written = first_row || (target - self.time).abs() <= near;
         if written && !row.is_empty() {
             let rates: Vec<f64> = self.z.iter().zip(&before).map(|(a, b)| (a - b) / step).collect();
@@ -113,6 +116,9 @@ impl Engine {
             self.outputs.write(&self.z, &self.l, &rates, &u, &mut row[1..]);
         }
         self.react();
+        for (law, &gate) in self.switches.iter().zip(&self.gates) {
+            on[law.pair] = gate != law.inverted;
+        }
         let id = self.registry.id(&on, &self.gates.clone());
         self.log(id);
         self.resume(id, h);
@@ -157,7 +163,10 @@ impl Engine {
                     &mut self.scale,
                     &mut self.path,
                 );
-                if found == super::verify::Finding::Good && self.picker.verifier.thrown.is_empty() {
+                let good =
+                    found == super::verify::Finding::Good && self.picker.verifier.thrown.is_empty();
+                if good && !self.storm {
+                    self.resumed = (self.time, h);
                     self.present = Some((id, mode));
                     self.walk_from_here(horizon);
                     return;

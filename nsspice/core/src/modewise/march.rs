@@ -5,7 +5,7 @@
 //! halves the interval. No crossing is missed, up to rounding.
 
 use super::bundle::Bundle;
-use super::terms::Point;
+use super::terms::{Point, Term};
 use super::trajectory::Trajectory;
 
 /// How a segment ends.
@@ -16,6 +16,9 @@ pub enum Ending {
     /// some guards fail; see `crossing`
     Crossing,
 }
+
+/// Intervals walked without a look at the clock.
+const PATIENCE: u64 = 20_000;
 
 /// Work space of the march.
 #[derive(Default)]
@@ -71,12 +74,16 @@ impl March {
             self.g0[j] = guards.value(j, &self.from);
             self.d0[j] = guards.slope(j, &self.from);
         }
+        let limit = self.intervals + PATIENCE;
         let mut t = 0.0;
         let mut h = self.first_step(path, guards, horizon);
         loop {
             let end = if t + 1.01 * h >= horizon { horizon } else { t + h };
             let length = end - t;
             self.intervals += 1;
+            if self.intervals >= limit && t > 0.0 {
+                return (t, Ending::Horizon); // not all of it, but the caller gets a look
+            }
             path.at(end, &mut self.to);
             path.bounds(&self.from, &self.to, &mut self.second, &mut self.fourth);
             let forced = length <= 4.0 * resolution;
@@ -88,7 +95,7 @@ impl March {
                 if end <= clear[j] {
                     continue;
                 }
-                match self.judge(guards, j, length, noise[j]) {
+                match self.judge(path, guards, j, length, noise[j]) {
                     Verdict::Holds => {}
                     Verdict::Falls => self.falling.push(j),
                     Verdict::Unclear if forced => {
@@ -136,7 +143,7 @@ impl March {
         h
     }
 
-    fn judge(&self, guards: &Bundle, j: usize, h: f64, noise: f64) -> Verdict {
+    fn judge(&self, path: &Trajectory, guards: &Bundle, j: usize, h: f64, noise: f64) -> Verdict {
         let (g0, g1, d0, d1) = (self.g0[j], self.g1[j], self.d0[j], self.d1[j]);
         let m4 = guards.bound(j, &self.fourth);
         let (b1, b2) = (g0 + h * d0 / 3.0, g1 - h * d1 / 3.0);
@@ -153,7 +160,45 @@ impl March {
                 return Verdict::Falls;
             }
         }
+        if self.holds_without_fast(path, guards, j, h, noise) {
+            return Verdict::Holds;
+        }
         Verdict::Unclear
+    }
+
+    /// Fast terms of small size cannot do harm: they are bounded by their amplitude, and the
+    /// polynomial is made for the rest.
+    fn holds_without_fast(
+        &self,
+        path: &Trajectory,
+        guards: &Bundle,
+        j: usize,
+        h: f64,
+        noise: f64,
+    ) -> bool {
+        let factor = &guards.factor[j * path.slots..(j + 1) * path.slots];
+        let size = &guards.size[j * path.terms.len()..(j + 1) * path.terms.len()];
+        let (mut g0, mut g1, mut d0, mut d1) = (self.g0[j], self.g1[j], self.d0[j], self.d1[j]);
+        let (mut m4, mut loss) = (0.0, 0.0);
+        for (k, placed) in path.terms.iter().enumerate() {
+            let Term::Exp { rate } = placed.term else {
+                m4 += size[k] * self.fourth[k];
+                continue;
+            };
+            if rate.re.hypot(rate.im) * h < 2.0 {
+                m4 += size[k] * self.fourth[k];
+                continue;
+            }
+            loss += size[k] * self.from.envelope[k].max(self.to.envelope[k]);
+            for (s, f) in factor.iter().enumerate().skip(placed.slot).take(placed.width) {
+                g0 -= f * self.from.value[s];
+                g1 -= f * self.to.value[s];
+                d0 -= f * self.from.slope[s];
+                d1 -= f * self.to.slope[s];
+            }
+        }
+        let least = g0.min(g1).min(g0 + h * d0 / 3.0).min(g1 - h * d1 / 3.0);
+        loss > 0.0 && least - loss - m4 * h * h * h * h / 384.0 >= -noise
     }
 
     /// The earliest root of the falling guards; those within the resolution of time go with it.

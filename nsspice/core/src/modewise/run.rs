@@ -25,6 +25,9 @@ const MAX_REACTIONS: usize = 64;
 /// So many events within so small a part of the run are an accumulation.
 const CROWD: usize = 40;
 const CROWDED: f64 = 1e-12;
+/// So much work (a segment, or ten intervals) within so small a part of the run means that it would
+/// take minutes or hours: the rest is stepped.
+const STORM: (u64, f64) = (50_000, 2e-3);
 /// Segments between two residual checks of known modes.
 const CHECK: u64 = 64;
 /// Two instants closer than this, relatively, are one.
@@ -110,6 +113,12 @@ pub struct Engine {
     pub(super) l: Vec<f64>,
     pub(super) v: Vec<f64>,
     crowd: Vec<f64>,
+    /// number of events and time at the last look for a storm
+    gust: (u64, f64),
+    /// events follow one another too fast to be followed
+    pub(super) storm: bool,
+    /// when the exact engine took over again, and the implicit step before
+    pub(super) resumed: (f64, f64),
     checked: Vec<bool>,
     pub(super) sides: Option<Vec<f64>>,
     left: Vec<f64>,
@@ -170,6 +179,9 @@ impl Engine {
             l: vec![0.0; m],
             v: vec![0.0; count],
             crowd: Vec::new(),
+            gust: (0, 0.0),
+            storm: false,
+            resumed: (f64::NEG_INFINITY, 0.0),
             checked: Vec::new(),
             sides: None,
             left: Vec::new(),
@@ -404,6 +416,9 @@ impl Engine {
         self.scale.see_state(&self.a);
         self.time = self.end;
         let crossing = std::mem::take(&mut self.crossing);
+        if self.too_fast() {
+            return self.carry_on();
+        }
         match self.ending {
             Ending::Horizon => self.stats.corners += 1,
             Ending::Crossing => {
@@ -414,8 +429,11 @@ impl Engine {
                     }
                 }
                 self.crowd.push(self.time);
-                if self.crowd.len() > CROWD {
-                    let first = self.crowd[self.crowd.len() - CROWD];
+                // where events have piled up already, few are enough
+                let again = self.time - self.resumed.0 <= 64.0 * self.resumed.1;
+                let limit = if again { 3 } else { CROWD };
+                if self.crowd.len() > limit {
+                    let first = self.crowd[self.crowd.len() - limit];
                     if self.time - first < CROWDED * self.stop {
                         self.crowd.clear();
                         self.crossing = crossing;
@@ -438,6 +456,22 @@ impl Engine {
             self.note_sides();
         }
         result
+    }
+
+    /// Looks now and then whether the run would take for ever; true if it is given up.
+    fn too_fast(&mut self) -> bool {
+        let work = self.stats.segments + self.march.intervals / 10;
+        if work - self.gust.0 < STORM.0 {
+            return false;
+        }
+        self.storm = self.time - self.gust.1 < STORM.1 * self.stop;
+        self.gust = (work, self.time);
+        self.storm
+    }
+
+    /// Events follow one another too fast: the rest of the run is stepped.
+    pub fn storm(&self) -> bool {
+        self.storm
     }
 
     /// Computes rows into `out` until it is full, the plan ends, a step fails or `budget` is spent.

@@ -181,6 +181,7 @@ impl PyModewise {
         let s = &self.inner.stats;
         let out = PyDict::new(py);
         out.set_item("fixed_steps", s.fixed_steps)?;
+        out.set_item("storm", u8::from(self.inner.storm()))?;
         out.set_item("segments", s.segments)?;
         out.set_item("events", s.events)?;
         out.set_item("corners", s.corners)?;
