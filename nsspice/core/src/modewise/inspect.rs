@@ -1,6 +1,7 @@
 //! Looking at a run from outside: unknowns, residuals, jumps.
 
-use super::mode::Mode;
+use super::march::Ending;
+use super::mode::{Mode, Watch};
 use super::pick::roles;
 use super::registry::Id;
 use super::run::{Engine, Phase};
@@ -8,6 +9,8 @@ use crate::moreau::Jump;
 use crate::waveform::Side;
 use std::sync::Arc;
 
+/// Events kept in full; later ones are only counted.
+const MAX_EVENTS: usize = 1 << 16;
 /// Jumps kept in full; later ones are only counted.
 const MAX_JUMPS: usize = 4096;
 /// Changes below this part of the largest stored energy norm are no jump.
@@ -147,5 +150,53 @@ impl Engine {
         let mut u = vec![0.0; self.inputs.waveforms().len()];
         self.inputs.values(time, Side::Right, &mut u);
         u
+    }
+
+    /// Can values jump at the end of the segment?
+    pub(super) fn may_jump(&self, mode: &Mode) -> bool {
+        self.ending == Ending::Horizon
+            || self.crossing.iter().any(|&j| matches!(mode.watch[j], Watch::Switch(_)))
+    }
+
+    /// Keeps the rows before and after the present instant if something jumps there.
+    pub(super) fn note_sides(&mut self) {
+        if !matches!(self.phase, Phase::Moving) {
+            return;
+        }
+        let mut right = vec![0.0; self.left.len()];
+        self.write(self.time, &mut right);
+        right[0] = self.left[0];
+        let differs =
+            self.left.iter().zip(&right).any(|(a, b)| (a - b).abs() > 1e-9 * a.abs().max(b.abs()));
+        if let (true, Some(sides)) = (differs, &mut self.sides) {
+            sides.extend_from_slice(&self.left);
+            sides.extend_from_slice(&right);
+        }
+    }
+
+    /// Whether rows on both sides of jumps are kept.
+    pub fn keep_sides(&mut self, keep: bool) {
+        self.sides = keep.then(Vec::new);
+    }
+
+    /// The rows on both sides of jumps since the last call.
+    pub fn take_sides(&mut self) -> Vec<f64> {
+        self.sides.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// Notes which pairs have changed since the last time.
+    pub(super) fn log(&mut self, id: Id) {
+        if !self.log_open {
+            return;
+        }
+        for (i, (old, &new)) in self.logged.iter_mut().zip(self.registry.on(id)).enumerate() {
+            if *old != new {
+                *old = new;
+                self.stats.events += 1;
+                if self.events.len() < MAX_EVENTS {
+                    self.events.push((self.time, i, new));
+                }
+            }
+        }
     }
 }

@@ -16,8 +16,6 @@ use crate::moreau::{Failure, Jump, Progress};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Events kept in full; later ones are only counted.
-const MAX_EVENTS: usize = 1 << 16;
 /// Segments between two looks at the clock.
 const LOOK: u64 = 32;
 /// Switch reactions at one instant before it is called chatter.
@@ -108,7 +106,7 @@ pub struct Engine {
     rates: Bundle,
     bundled: bool,
     rated: bool,
-    crossing: Vec<usize>,
+    pub(super) crossing: Vec<usize>,
     pub(super) z: Vec<f64>,
     pub(super) l: Vec<f64>,
     pub(super) v: Vec<f64>,
@@ -121,7 +119,7 @@ pub struct Engine {
     pub(super) resumed: (f64, f64),
     checked: Vec<bool>,
     pub(super) sides: Option<Vec<f64>>,
-    left: Vec<f64>,
+    pub(super) left: Vec<f64>,
     pub(super) logged: Vec<bool>,
     pub(super) log_open: bool,
     /// counters
@@ -519,40 +517,8 @@ impl Engine {
         (rows, Progress::More)
     }
 
-    /// Can values jump at the end of the segment?
-    fn may_jump(&self, mode: &Mode) -> bool {
-        self.ending == Ending::Horizon
-            || self.crossing.iter().any(|&j| matches!(mode.watch[j], Watch::Switch(_)))
-    }
-
-    /// Keeps the rows before and after the present instant if something jumps there.
-    fn note_sides(&mut self) {
-        if !matches!(self.phase, Phase::Moving) {
-            return;
-        }
-        let mut right = vec![0.0; self.left.len()];
-        self.write(self.time, &mut right);
-        right[0] = self.left[0];
-        let differs =
-            self.left.iter().zip(&right).any(|(a, b)| (a - b).abs() > 1e-9 * a.abs().max(b.abs()));
-        if let (true, Some(sides)) = (differs, &mut self.sides) {
-            sides.extend_from_slice(&self.left);
-            sides.extend_from_slice(&right);
-        }
-    }
-
-    /// Whether rows on both sides of jumps are kept.
-    pub fn keep_sides(&mut self, keep: bool) {
-        self.sides = keep.then(Vec::new);
-    }
-
-    /// The rows on both sides of jumps since the last call.
-    pub fn take_sides(&mut self) -> Vec<f64> {
-        self.sides.as_mut().map(std::mem::take).unwrap_or_default()
-    }
-
     /// Evaluates the outputs inside the segment.
-    fn write(&mut self, time: f64, row: &mut [f64]) {
+    pub(super) fn write(&mut self, time: f64, row: &mut [f64]) {
         let Some((id, mode)) = &self.present else { return };
         if !self.bundled {
             self.bundled = true;
@@ -570,22 +536,6 @@ impl Engine {
             *value = self.values.value(j, &self.row_point);
             if self.rated {
                 *value += self.rates.slope(j, &self.row_point);
-            }
-        }
-    }
-
-    /// Notes which pairs have changed since the last time.
-    pub(super) fn log(&mut self, id: Id) {
-        if !self.log_open {
-            return;
-        }
-        for (i, (old, &new)) in self.logged.iter_mut().zip(self.registry.on(id)).enumerate() {
-            if *old != new {
-                *old = new;
-                self.stats.events += 1;
-                if self.events.len() < MAX_EVENTS {
-                    self.events.push((self.time, i, new));
-                }
             }
         }
     }
