@@ -15,6 +15,7 @@ from .names import canonical, suggestion
 
 if TYPE_CHECKING:
     from .certificate import Certificate
+    from .estimate import ErrorEstimate
     from .regularity import Verdict
 
 Floats = npt.NDArray[np.float64]
@@ -199,6 +200,8 @@ class Solution:
         Rows computed; larger than ``axis.size`` only if rows were streamed and not kept.
     files : list of str
         Files that the command line wrote.
+    error : ErrorEstimate or None
+        How far it lies from the exact solution, if that was asked for.
     fine : FinePoints or None
         Rows with both sides of jumps, if there were jumps between or at the rows.
 
@@ -228,6 +231,7 @@ class Solution:
     wall_time: float = 0.0
     row_count: int = -1
     files: list[str] = field(default_factory=list)
+    error: ErrorEstimate | None = None
     fine: FinePoints | None = None
 
     def __post_init__(self) -> None:

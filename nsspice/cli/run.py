@@ -48,6 +48,15 @@ from .report import print_json, report_warnings, say
 @click.option(
     "--reltol", type=NUMBER, metavar="R", help="Error of one step where steps are controlled."
 )
+@click.option(
+    "--tol",
+    type=NUMBER,
+    metavar="E",
+    help="Choose method and step for this error of the output, a share of each signal's range.",
+)
+@click.option(
+    "--refine", is_flag=True, help="Estimate the error of fixed steps by halving them twice."
+)
 @solver_options
 @json_option
 @click.option("-q", "--quiet", is_flag=True, help="No summary and no progress bar.")
@@ -62,6 +71,8 @@ def command(
     theta: float | None,
     step: float | None,
     reltol: float | None,
+    tol: float | None,
+    refine: bool,
     params: Sequence[str],
     as_json: bool,
     quiet: bool,
@@ -85,6 +96,7 @@ def command(
         reltol=reltol,
     )
     run = _Run(netlist, read_params(params), request, output, plot, as_json, quiet)
+    run.estimate(tol, refine)
     code = run.execute()
     if code:
         raise SystemExit(code)
@@ -176,6 +188,22 @@ class _Run:
         for target in targets:
             check_target(target, inputs)
 
+    def estimate(self, tol: float | None, refine: bool) -> None:
+        """Ask for a tolerance of the output, or for an estimate of its error."""
+        if tol is not None and not 0.0 < tol < 1.0:
+            raise UsageError(
+                Diagnostic(
+                    "NS4005",
+                    f"--tol cannot be {tol:g}",
+                    hint="give a share of the range of the signals, such as 1e-6",
+                )
+            )
+        if tol is not None and refine:
+            raise UsageError(
+                Diagnostic("NS4005", "--tol and --refine exclude each other", hint="drop one")
+            )
+        self.tol, self.refine = tol, refine
+
     def execute(self) -> int:
         """Run all jobs; return the exit code."""
         with ProgressBar(self.netlist.name, not (self.quiet or self.as_json)) as bar:
@@ -205,7 +233,9 @@ class _Run:
 
             request = replace(request, keep=True)
         try:
-            solution = run_job(self.circuit, self.jobs[k], request, progress=progress, sink=sink)
+            plain = self.tol is None and not self.refine
+            execute: Any = run_job if plain else self._estimated
+            solution = execute(self.circuit, self.jobs[k], request, progress=progress, sink=sink)
         except NumericalError as error:
             partial: Any = error.partial
             if partial is not None and partial.row_count:
@@ -215,6 +245,12 @@ class _Run:
             raise
         self._finish(k, solution)
         return solution
+
+    def _estimated(self, *args: Any, **options: Any) -> Any:
+        """Run a job and estimate its error."""
+        from ..analyses.estimate import run_estimated
+
+        return run_estimated(*args, tol=self.tol, **options)
 
     def _sink(self, k: int) -> Any:
         from ..output.csv import CsvSink

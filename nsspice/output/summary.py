@@ -38,6 +38,8 @@ def describe(solution: Solution) -> str:
         lines.append(f"  ... and {len(solution.islands) - _LISTED} more islands")
     if solution.certificate is not None:
         lines += _certificate(solution.certificate)
+    if solution.error is not None:
+        lines.append(f"  {solution.error.describe()}")
     for jump in solution.jumps[:_LISTED]:
         lines += _jump(jump)
     if len(solution.jumps) > _LISTED:
@@ -217,6 +219,7 @@ def to_dict(solution: Solution) -> dict[str, Any]:
             }
             for j in solution.jumps
         ],
+        "error": solution.error.to_dict() if solution.error else None,
         "measures": solution.measures,
         "warnings": [w.to_dict() for w in solution.warnings],
     }

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...analyses.cards import Tran
+from ...analyses.estimate import stored_quantities
 from ...analyses.recorder import select
 from ...analyses.settings import Settings
 from ...analyses.solution import Floats, Solution
@@ -73,29 +74,3 @@ class Problem:
     def table(self, solution: Solution) -> Floats:
         """Return the signals at the rows, shape (rows, signals)."""
         return np.column_stack([solution[name] for name in self.signals])
-
-
-def stored_quantities(circuit: Circuit) -> list[str]:
-    """Return the voltages of capacitors and the currents of inductors, each once.
-
-    Examples
-    --------
-    >>> import nsspice
-    >>> stored_quantities(nsspice.read('''tank
-    ... I1 0 a 1
-    ... C1 a 0 1u
-    ... C2 a 0 2u
-    ... L1 a 0 1m
-    ... '''))
-    ['v(a)', 'i(l1)']
-    """
-    names: dict[str, None] = {}
-    for device in circuit.devices:
-        if device.letter == "l":
-            names[f"i({device.name})"] = None
-        elif device.letter == "c":
-            a, b = device.ends
-            if a != b:
-                plus, minus = (b, a) if a == "0" else (a, b)
-                names[f"v({plus})" if minus == "0" else f"v({plus},{minus})"] = None
-    return list(names)
