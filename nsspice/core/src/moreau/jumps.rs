@@ -80,6 +80,12 @@ fn limit(once: &[f64], twice: Option<&Vec<f64>>) -> Vec<f64> {
     }
 }
 
+/// Value at length 0 from those at length 1, 2 and 4.
+fn sharper(once: &[f64], twice: &[f64], fourfold: &[f64]) -> Vec<f64> {
+    let points = once.iter().zip(twice).zip(fourfold);
+    points.map(|((a, b), c)| (8.0 * a - 6.0 * b + c) / 3.0).collect()
+}
+
 impl Stepper {
     /// A jump at the present time; where the impulsive problem has no solution the next ordinary
     /// step has to resolve it.
@@ -127,8 +133,20 @@ impl Stepper {
             self.forget_functions();
             return Ok(());
         };
-        self.z = limit(&once.z, twice.as_ref().map(|t| &t.z));
-        self.l = limit(&once.l, twice.as_ref().map(|t| &t.l));
+        let fourfold = match &twice {
+            // junctions make time constants that nothing foretells: one order more
+            Some(_) if self.smooth.is_some() => self.fourfold(&after, 2.0 * settle),
+            _ => None,
+        };
+        let last = twice.as_ref().zip(fourfold.as_ref());
+        self.z = match last {
+            Some((twice, fourfold)) => sharper(&once.z, &twice.z, &fourfold.z),
+            None => limit(&once.z, twice.as_ref().map(|t| &t.z)),
+        };
+        self.l = match last {
+            Some((twice, fourfold)) => sharper(&once.l, &twice.l, &fourfold.l),
+            None => limit(&once.l, twice.as_ref().map(|t| &t.l)),
+        };
         if self.outputs.needs_rates() {
             for (rate, (new, old)) in self.rates.iter_mut().zip(once.z.iter().zip(&after)) {
                 *rate = (new - old) / once.length;
@@ -168,6 +186,14 @@ impl Stepper {
         }
         let once = Short { z: self.z.clone(), l: self.l.clone(), length };
         Ok((once, (self.epoch == epoch).then_some(twice)))
+    }
+
+    /// A step of length `2 length`, None if it ends in another mode.
+    fn fourfold(&mut self, before: &[f64], length: f64) -> Option<Short> {
+        let epoch = self.epoch;
+        self.short_step(None, before, 2.0 * length, Start::Warm).ok()?;
+        let found = Short { z: self.z.clone(), l: self.l.clone(), length: 2.0 * length };
+        (self.epoch == epoch).then_some(found)
     }
 
     /// Solves a short step, if need be from an ordinary one down by steps of ever smaller length,
