@@ -17,6 +17,10 @@ const POINT: usize = 25;
 const BLUNT: [f64; 4] = [4.0, 30.0, 300.0, 3000.0];
 /// Smallest relative progress along the path of sharpness.
 const LEAST_STEP: f64 = 1e-3;
+/// Rates of the steps of relaxation, relative to that of the step: first, last, largest, and the
+/// factors after a step that was found and one that was not.
+const RELAX: [f64; 5] = [1e3, 1e-2, 1e9, 0.5, 10.0];
+const RELAX_STEPS: usize = 300;
 /// Weights of the proximal term: first, last, and the largest it may grow to.
 const PULL: [f64; 3] = [1e-2, 1e-13, 1e6];
 const PROXIMAL_STEPS: usize = 400;
@@ -36,7 +40,59 @@ pub(super) fn first(newton: &mut Newton) -> Option<Judgement> {
 /// A solution from a point near which Newton's method failed.
 pub(super) fn follow(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
     newton.state.stage = 3;
-    sharpen(newton, begin).or_else(|| hold_back(newton, begin))
+    relax(newton, begin).or_else(|| sharpen(newton, begin)).or_else(|| hold_back(newton, begin))
+}
+
+/// The way on which the circuit itself would go: charges and fluxes move in short steps of an
+/// artificial time towards the solution of the step.  Where a state ends (a trigger at its
+/// threshold) this leads to the next stable one, which no path along the solutions reaches.
+fn relax(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
+    let rate = newton.assemblies[newton.present].rate;
+    if rate <= 0.0 {
+        return None;
+    }
+    let right = newton.state.right.clone();
+    let nearest = newton.state.nearest;
+    let found = relax_from(newton, begin, rate, &right);
+    newton.set_rate(rate);
+    newton.state.right.copy_from_slice(&right);
+    if found.is_none() {
+        newton.state.nearest = nearest;
+    }
+    found
+}
+
+fn relax_from(newton: &mut Newton, begin: &[f64], rate: f64, right: &[f64]) -> Option<Judgement> {
+    let mut centre = begin.to_vec();
+    let mut points = newton.tape.points().to_vec();
+    let mut more = RELAX[0] * rate;
+    for _ in 0..RELAX_STEPS {
+        newton.set_rate(rate + more);
+        newton.hold_stored(right, &centre, more);
+        newton.state.x.copy_from_slice(&centre);
+        newton.tape.set_points(&points);
+        if newton.run(POINT, None).is_none() {
+            more *= RELAX[4];
+            if more > RELAX[2] * rate {
+                return None;
+            }
+            continue;
+        }
+        centre.copy_from_slice(&newton.state.x);
+        points.copy_from_slice(newton.tape.points());
+        more *= RELAX[3];
+        if more <= rate {
+            newton.set_rate(rate);
+            newton.state.right.copy_from_slice(right);
+            if let Some(found) = newton.run(POINT, None) {
+                return Some(found);
+            }
+            if more < RELAX[1] * rate {
+                return None;
+            }
+        }
+    }
+    None
 }
 
 /// Sharpness: from gentle junctions to those of the problem.

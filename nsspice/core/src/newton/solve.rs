@@ -315,6 +315,21 @@ impl Newton {
         }
     }
 
+    /// Sets the right-hand side to `right + rate (E z + Q f(z))` for the point `x = [z; l]`.
+    pub(super) fn hold_stored(&mut self, right: &[f64], x: &[f64], rate: f64) {
+        let Newton { eq, tape, state: s, .. } = self;
+        s.right.copy_from_slice(right);
+        for (c, &value) in x[..eq.n].iter().enumerate() {
+            for at in eq.pattern.colptr[c]..eq.pattern.colptr[c + 1] {
+                s.right[eq.pattern.rowidx[at]] += rate * eq.storage[at] * value;
+            }
+        }
+        tape.evaluate(&x[..eq.n], &s.u, s.t, Linearisation::Exact);
+        for t in eq.terms.iter().filter(|t| t.q != 0.0) {
+            s.right[t.row as usize] += rate * t.q * tape.value(t.function as usize);
+        }
+    }
+
     /// Whether some function is stored: its rate counts.
     pub fn stores(&self) -> bool {
         self.eq.terms.iter().any(|t| t.q != 0.0)
