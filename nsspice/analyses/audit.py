@@ -215,14 +215,15 @@ class Auditor:
         if self.system.m:
             self._check_pairs(points, scale)
 
-    def jump_error(self, moved: Floats, jump: Jump) -> float:
+    def jump_error(self, moved: Floats, jump: Jump, stored: Floats) -> float:
         """Return the relative error of the balance of charge and flux over a jump.
 
-        What moved into each row, shape (n,), plus what impulses brought there vanishes.
+        What moved into each row, shape (n,), plus what impulses brought there vanishes; ``stored``
+        is the size of what was there.
         """
         unknowns, multipliers = jump.unknowns[None, :], jump.multipliers[None, :]
         brought = self.G(unknowns) + self.A(multipliers)
-        sizes = np.abs(moved) + self.G.sizes(unknowns) + self.A.sizes(multipliers)
+        sizes = stored[None, :] + np.abs(moved) + self.G.sizes(unknowns) + self.A.sizes(multipliers)
         sizes += self.E.sizes(jump.after[None, :])
         # what ordinary currents and voltages carry in a step is no impulse
         for kind, rows in enumerate(self._kinds):

@@ -14,7 +14,7 @@ from ..solvers.moreau import Jump, Records
 from .audit import Auditor
 from .certificate import Certificate
 from .energy import Ledger
-from .impulses import delivered, start_of
+from .impulses import delivered, start_of, stored_functions
 from .uniqueness import Watcher, passive
 
 #: Numbers recorded at most if every step is: some milliseconds of checking.
@@ -114,7 +114,10 @@ class Examiner:
         for number, jump in enumerate(jumps):
             charges, before = start_of(self.mna, jump, start if number == 0 else None)
             after = self.mna.system.E.dot(jump.after)
-            balance = max(balance, audit.jump_error(after - charges, jump))
+            reached_functions = stored_functions(self.mna, jump, jump.after)
+            moved = after + reached_functions - charges
+            sizes = np.abs(charges) + np.abs(reached_functions)
+            balance = max(balance, audit.jump_error(moved, jump, sizes))
             if ledger is not None:
                 reached = 0.5 * float(jump.after @ after)
                 inside = self._begin < jump.time < self._end

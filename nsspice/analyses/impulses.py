@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from ..circuit import MnaSystem
-from ..solvers.moreau import Jump
+from ..solvers.moreau import Jump, function_values
 from .curve import Floats
 from .solution import Impulse, JumpReport, Moved
 
@@ -77,7 +77,18 @@ def start_of(
     if start is not None and not np.any(jump.before):
         return start
     charges = mna.system.E.dot(jump.before)
-    return charges, 0.5 * float(jump.before @ charges)
+    energy = 0.5 * float(jump.before @ charges)
+    return charges + stored_functions(mna, jump, jump.before), energy
+
+
+def stored_functions(mna: MnaSystem, jump: Jump, z: Floats) -> Floats:
+    """Return the charges and fluxes (n,) of smooth laws on one side of a jump."""
+    smooth = mna.system.smooth
+    if smooth is None or not smooth.Q.data.size:
+        return np.zeros(mna.system.n)
+    time = np.array([jump.time])
+    values = function_values(smooth.tape, z[None, :], jump.sources[None, :], time)
+    return smooth.Q.dot(values[0])
 
 
 def delivered(mna: MnaSystem, jump: Jump) -> float:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from scipy.optimize import root as root_of
 
 from .smooth_decks import VT, Table, junction
 
@@ -214,3 +215,37 @@ def astable(times: np.ndarray, n: float = 1.0) -> Table:
     )
     assert found.success
     return {name: found.y[k] for k, name in enumerate(("v(c1)", "v(c2)", "v(b1)", "v(b2)"))}
+
+
+def schmitt_trigger(inputs: np.ndarray, triggered: bool, n: float = 1.0) -> Table:
+    """Static states by Powell's method, from guesses with one or the other transistor on."""
+    q = Npn(n=n)
+
+    def laws(x: np.ndarray, vin: float) -> list[float]:
+        c1, out, b2, e = x
+        (i1, j1), (i2, j2) = q.currents(vin - e, vin - c1), q.currents(b2 - e, b2 - out)
+        return [
+            1e3 * ((c1 - 10.0) / 4.7e3 + (c1 - b2) / 10e3 + i1),
+            1e3 * ((out - 10.0) / 2.2e3 + i2),
+            1e3 * ((b2 - c1) / 10e3 + b2 / 10e3 + j2),
+            1e3 * (e / 470.0 - i1 - j1 - i2 - j2),
+        ]
+
+    table = []
+    for vin in inputs:
+        for height in np.linspace(0.5, 0.8, 31):  # of the conducting base over the emitters
+            if triggered:
+                e = vin - height
+                c1 = max(e + 0.05, 10.0 - 10.0 * e)
+                start = [c1, 10.0, c1 / 2, e]
+            else:
+                e = 1.84  # 10 V divided by 2.2 kOhm and 470 Ohm, and the base current
+                start = [2 * (e + height) + 0.3, e + 0.08, e + height, e]
+            found = root_of(laws, start, args=(float(vin),), method="hybr", tol=1e-13)
+            # between the thresholds there is a third state, which is not stable
+            there = found.x[1] > 9.0 if triggered else found.x[1] < 3.0
+            if np.abs(found.fun).max() < 1e-9 and there:
+                table.append(found.x)
+                break
+    assert len(table) == len(inputs)
+    return dict(zip(("v(c1)", "v(out)", "v(b2)", "v(e)"), np.array(table).T, strict=True))
