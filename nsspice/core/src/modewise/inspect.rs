@@ -140,6 +140,18 @@ impl Engine {
         self.jumps.push(Jump { time: self.time, before, after, multipliers, unknowns, sources });
     }
 
+    /// Takes note of the size of the state at the present point.
+    pub(super) fn see(&mut self, mode: &Mode) {
+        let mut a = std::mem::take(&mut self.spare);
+        a.resize(self.net.states, 0.0);
+        self.path.state(&self.point, &mut self.x);
+        self.path.inputs(&self.segment, &self.point, &mut self.v);
+        mode.leave_x.apply(&self.x, &mut a);
+        mode.leave_v.apply_add(&self.v, &mut a);
+        self.scale.see_state(&a);
+        self.spare = a;
+    }
+
     /// Active pairs of the present mode.
     pub fn active(&self) -> Vec<bool> {
         self.logged.clone()

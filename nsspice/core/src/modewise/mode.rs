@@ -10,7 +10,7 @@
 use super::guard_rows::{control_rows, guard_rows, impulse_rows};
 use super::network::Network;
 use super::share::Share;
-use super::spectrum::{Pole, Spectrum};
+use super::spectrum::{Pole, Spectrum, PLAIN};
 use super::staircase::{Algebra, Staircase};
 use super::tracked::Tracked;
 use crate::dense::{norm, Lu, Matrix};
@@ -154,9 +154,6 @@ fn unit_rows(a: &Matrix) -> (Matrix, Vec<f64>) {
     }
     (out, sizes)
 }
-
-/// Number of states up to which the matrix exponential stands in for missing eigenvectors.
-const PLAIN: usize = 24;
 
 /// The inverse, with zeros where it has nothing but rounding: currents that cannot flow must not
 /// look like currents.

@@ -98,7 +98,8 @@ pub struct Engine {
     pub(super) corner: f64,
     pub(super) present: Option<(Id, Arc<Mode>)>,
     pub(super) a: Vec<f64>,
-    x: Vec<f64>,
+    pub(super) x: Vec<f64>,
+    pub(super) spare: Vec<f64>,
     /// the end of the segment
     pub(super) point: Point,
     row_point: Point,
@@ -166,6 +167,7 @@ impl Engine {
             present: None,
             a: vec![0.0; r],
             x: Vec::new(),
+            spare: Vec::new(),
             point: Point::default(),
             row_point: Point::default(),
             values: Bundle::default(),
@@ -382,8 +384,15 @@ impl Engine {
         self.stats.undetermined += u64::from(mode.open > 0);
         self.bundled = false;
         self.phase = Phase::Moving;
-        self.path.at(length, &mut self.point);
         self.x.resize(mode.n, 0.0);
+        if ending == Ending::Crossing || self.stats.segments < 32 {
+            // both ends may be zero: how large the state is shows in between
+            for part in [0.25, 0.6] {
+                self.path.at(part * length, &mut self.point);
+                self.see(&mode);
+            }
+        }
+        self.path.at(length, &mut self.point);
         self.log(id);
         if id >= self.checked.len() {
             self.checked.resize(id + 1, false);

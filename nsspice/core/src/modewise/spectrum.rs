@@ -3,7 +3,12 @@
 use crate::dense::{eigen, eigen_symmetric, Lu, Matrix};
 
 /// Condition of the eigenvectors above which the closed form loses too many digits.
-const CONDITION: f64 = 1e8;
+const CONDITION: f64 = 1e6;
+/// The same where nothing else is at hand.
+const LAST_CONDITION: f64 = 1e10;
+
+/// Number of states up to which the matrix exponential stands in for missing eigenvectors.
+pub const PLAIN: usize = 24;
 
 /// One eigenvalue, or a complex pair.
 #[derive(Clone, Copy, Debug)]
@@ -77,6 +82,7 @@ impl Spectrum {
             (0..n).map(|r| m.row(r).iter().map(|v| v.abs()).sum()).fold(0.0f64, f64::max)
         };
         let condition = norm(&from_modal) * norm(&to_modal);
-        (condition < CONDITION).then_some(Spectrum { poles, from_modal, to_modal })
+        let limit = if n <= PLAIN { CONDITION } else { LAST_CONDITION };
+        (condition < limit).then_some(Spectrum { poles, from_modal, to_modal })
     }
 }
