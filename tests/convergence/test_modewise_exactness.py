@@ -112,9 +112,7 @@ def test_exponential_and_damped_sources():
 
 def test_controlled_sources():
     """F and H: C v' = -g v with g = 1/R + beta/Rs, and a voltage proportional to a current."""
-    text = (
-        "fh\nC1 a 0 1 IC=1\nR1 a 0 2\nRs a s 4\nVs s 0 0\nF1 a 0 Vs 3\nH1 h 0 Vs 5\nRh h 0 1\n"
-    )
+    text = "fh\nC1 a 0 1 IC=1\nR1 a 0 2\nRs a s 4\nVs s 0 0\nF1 a 0 Vs 3\nH1 h 0 Vs 5\nRh h 0 1\n"
     sol = run(text, 2.0)
     exact = np.exp(-(0.5 + 0.25 + 0.75) * sol.time)
     assert np.abs(sol["v(a)"] - exact).max() < 1e-13
@@ -177,9 +175,7 @@ def test_accumulating_events_come_to_an_end():
 
 def test_start_from_the_dc_solution_and_late_rows():
     text = "dc\nV1 a 0 SIN(1 1 50)\nR1 a b 1k\nC1 b 0 1u\n"
-    sol = nsspice.tran(
-        nsspice.read(text), stop=20e-3, row_step=1e-3, start=5e-3, method="modewise"
-    )
+    sol = nsspice.tran(nsspice.read(text), stop=20e-3, row_step=1e-3, start=5e-3, method="modewise")
     assert sol.time[0] == 5e-3
     w, tau = 2 * math.pi * 50, 1e-3
     t = sol.time
@@ -202,7 +198,7 @@ def test_scale_does_not_matter():
 
 def test_what_it_cannot_do_is_said():
     text = "fm\nV1 a 0 SFFM(0 1 1k 5 100)\nR1 a b 1\nC1 b 0 1u\n.tran 10u 1m\n"
-    with pytest.raises(UsageError, match="NS4020.*sffm"):
+    with pytest.raises(UsageError, match=r"NS4020.*sffm"):
         nsspice.tran(nsspice.read(text), method="modewise")
     (island,) = nsspice.tran(nsspice.read(text)).islands
     assert island.method == "moreau"

@@ -185,7 +185,7 @@ impl March {
                 m4 += size[k] * self.fourth[k];
                 continue;
             };
-            if rate.re.hypot(rate.im) * h < 2.0 {
+            if (rate.re * rate.re + rate.im * rate.im) * h * h < 4.0 {
                 m4 += size[k] * self.fourth[k];
                 continue;
             }

@@ -313,7 +313,7 @@ impl Trajectory {
                     out.size.push(if placed.width == 1 {
                         c[s].abs()
                     } else {
-                        c[s].hypot(c[s + 1])
+                        (c[s] * c[s] + c[s + 1] * c[s + 1]).sqrt()
                     });
                 }
             }
