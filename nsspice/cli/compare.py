@@ -164,7 +164,7 @@ def _against_ngspice(
     try:
         found = cross_check(
             circuit,
-            request=Request(*solver, signals=signals),
+            request=Request(*solver, signals=signals, reltol=options.get("reltol")),
             options=chosen,
             **decision._asdict(),
             slack=slack,

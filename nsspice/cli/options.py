@@ -114,7 +114,7 @@ def ngspice_options(command: F) -> F:
         ),
         click.option("--slack", type=NUMBER, help="By how much instants may differ [s]."),
         click.option("--max-step", type=NUMBER, help="Largest time step of ngspice [s]."),
-        click.option("--reltol", type=NUMBER, help="Relative tolerance of ngspice."),
+        click.option("--reltol", type=NUMBER, help="Relative tolerance of both programs."),
         click.option("--roff", type=NUMBER, help="Resistance of ideal elements that block [Ohm]."),
         click.option("--ron", type=NUMBER, help="Resistance of ideal elements that conduct [Ohm]."),
         click.option(

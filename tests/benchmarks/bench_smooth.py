@@ -1,0 +1,94 @@
+"""Cost of smooth laws, side by side with ngspice on the same netlists.
+
+Both sides are timed inside their processes, without reading the deck: nsspice around the call of
+the analysis, ngspice around its ``run``.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+from side_by_side import Discard, alternate, report
+
+import nsspice
+from nsspice.circuit import Circuit
+from nsspice.compare import ngspice
+
+NETLISTS = Path(__file__).parents[2] / "netlists"
+#: what people run: tolerances as ngspice has them by default
+DEFAULTS = {"reltol": 1e-3, "vntol": 1e-6, "abstol": 1e-12, "gmin": 1e-12, "method": "trap"}
+
+
+class Timed:
+    """One program on one deck: seconds of a run and of an accepted point."""
+
+    def __init__(self) -> None:
+        self.points = 0
+        self.seconds: list[float] = []
+
+    @property
+    def per_point(self) -> float:
+        return min(self.seconds) / self.points
+
+
+class Own(Timed):
+    """nsspice."""
+
+    def __init__(self, circuit: Circuit, **options: object) -> None:
+        super().__init__()
+        self.circuit, self.options = circuit, options
+
+    def __call__(self) -> float:
+        begin = time.perf_counter()
+        found = nsspice.tran(self.circuit, sink=Discard(), keep=False, **self.options)
+        self.seconds.append(time.perf_counter() - begin)
+        self.points = max(run.stats["steps"] for run in found.islands)
+        return self.seconds[-1]
+
+
+class Other(Timed):
+    """ngspice."""
+
+    def __init__(self, circuit: Circuit, **options: object) -> None:
+        super().__init__()
+        self.circuit, self.options = circuit, options
+
+    def __call__(self) -> float:
+        found = ngspice.run(self.circuit, **self.options)
+        self.seconds.append(found.seconds)
+        self.points = found.points
+        return found.seconds
+
+
+def race(own: Own, other: Other, rounds: int, title: str) -> None:
+    """Run both in turn and print what they took."""
+    alternate({"nsspice": own, "ngspice": other}, rounds=rounds)
+    rows = []
+    for name, side in (("nsspice", own), ("ngspice", other)):
+        text = f"{1e3 * min(side.seconds):.1f} ms, {side.points} points"
+        rows.append((name, f"{text}, {1e6 * side.per_point:.2f} us each"))
+    each = own.per_point / other.per_point
+    whole = min(own.seconds) / min(other.seconds)
+    report(title, [*rows, ("nsspice / ngspice", f"{each:.2f} a point, {whole:.2f} the run")])
+
+
+@pytest.mark.parametrize("method", ["auto", "moreau"])
+def test_shockley_bridge_takes_a_quarter_of_the_time_per_point(method: str) -> None:
+    circuit = nsspice.read(NETLISTS / "smooth/bridge.net")
+    step = circuit.deck.analyses[0].tmax
+    own = Own(circuit, method=method)
+    # without a resistor from every node to ground ngspice fails with "timestep too small"
+    other = Other(circuit, **DEFAULTS, max_step=step, rshunt=1e7)
+    race(own, other, 7, f"Shockley bridge, {method}, largest step {step:g} s")
+    assert own.per_point <= 0.25 * other.per_point
+
+
+@pytest.mark.parametrize("method", ["auto", "moreau"])
+def test_four_bit_adder_is_no_slower(method: str) -> None:
+    circuit = nsspice.read(NETLISTS / "bipolar/adder_4bit.net")
+    step = circuit.deck.analyses[0].tmax
+    own, other = Own(circuit, method=method), Other(circuit, **DEFAULTS, max_step=step)
+    race(own, other, 2, f"adder, 180 transistors, 108 diodes, {method}, largest step {step:g} s")
+    assert min(own.seconds) <= min(other.seconds)
