@@ -29,8 +29,9 @@ FLOOR = 1e-6
 #: Share of ``E z / h`` below which nothing can be resolved: with a tolerance of 1e-8, 45 units of
 #: rounding of the stored quantity.
 ROUNDING = 1e-6
-#: The same right after a jump, where values are limits of short steps.
-AFTER_JUMP = 1e-2
+#: The same right after a jump: values there are limits of short steps, known to 1e-5 (this times
+#: the tolerance of 1e-8) of the largest.
+AFTER_JUMP = 1e3
 _DENSE = 80  # up to this size products with full matrices are faster
 
 
@@ -268,7 +269,10 @@ class Auditor:
         amperes = np.maximum(np.abs(lam), self._touched(scale))
         for kind, size in enumerate((amperes, volts)):
             self._largest[kind] = max(self._largest[kind], float(np.max(size)))
-            np.maximum(size, _floor(points) * self._largest[kind], out=size)
+            # rows may hold more than pairs do, be it only the rounding of what they store
+            here = np.max(scale[:, self._kinds[kind]], axis=1, keepdims=True, initial=0.0)
+            floor = np.maximum(_floor(points) * self._largest[kind], FLOOR * here)
+            np.maximum(size, floor, out=size)
         ratio = np.abs(np.minimum(_ratio(lam, amperes), _ratio(w, volts)))
         if points.roles is not None:
             ratio = np.where(points.roles == 1, np.abs(_ratio(w, volts)), ratio)

@@ -7,8 +7,13 @@ use crate::mlcp::Start;
 /// Length of an impulsive step relative to the nominal step and to the fastest time constant: short
 /// enough that nothing but the jump happens in it, long enough that `E/h` does not drown `G`.
 const JUMP: f64 = 1e-8;
-/// Length of the steps that show the values right after a jump.
-const AFTER_JUMP: f64 = 1e-6;
+/// Lengths of the steps that show the values right after a jump, longest first: the extrapolation of
+/// three of them errs by the cube of this, rounding by its inverse.  Shorter ones serve where these
+/// do not end in one mode.
+const AFTER_JUMP: [f64; 3] = [2e-4, 1e-6, 1e-8];
+/// A stored unknown that differs by more than this from what the jump left is not determined by what
+/// is stored: the potential of a floating capacitor.
+const LOOSE: f64 = 1e-6;
 /// Ratio of lengths on the way down to a short step that is too hard at once.
 const DESCENT: f64 = 1e-2;
 /// Changes below this part of the largest charge (or flux) so far are no jump.
@@ -80,12 +85,6 @@ fn limit(once: &[f64], twice: Option<&Vec<f64>>) -> Vec<f64> {
     }
 }
 
-/// Value at length 0 from those at length 1, 2 and 4.
-fn sharper(once: &[f64], twice: &[f64], fourfold: &[f64]) -> Vec<f64> {
-    let points = once.iter().zip(twice).zip(fourfold);
-    points.map(|((a, b), c)| (8.0 * a - 6.0 * b + c) / 3.0).collect()
-}
-
 impl Stepper {
     /// A jump at the present time; where the impulsive problem has no solution the next ordinary
     /// step has to resolve it.
@@ -127,34 +126,27 @@ impl Stepper {
             }
         }
         self.z.copy_from_slice(&after);
-        let settle = AFTER_JUMP * shortest;
-        let Ok((once, twice)) = self.two_steps(None, &after, settle, Start::Warm) else {
+        let Some((once, settled)) = self.settle(&after, shortest) else {
             self.z.copy_from_slice(&after);
             self.forget_functions();
             return Ok(());
         };
-        let fourfold = match &twice {
-            // junctions make time constants that nothing foretells: one order more
-            Some(_) if self.smooth.is_some() => self.fourfold(&after, 2.0 * settle),
-            _ => None,
-        };
-        let last = twice.as_ref().zip(fourfold.as_ref());
-        self.z = match last {
-            Some((twice, fourfold)) => sharper(&once.z, &twice.z, &fourfold.z),
-            None => limit(&once.z, twice.as_ref().map(|t| &t.z)),
-        };
-        self.l = match last {
-            Some((twice, fourfold)) => sharper(&once.l, &twice.l, &fourfold.l),
-            None => limit(&once.l, twice.as_ref().map(|t| &t.l)),
-        };
+        (self.z, self.l) = settled;
         if self.outputs.needs_rates() {
             for (rate, (new, old)) in self.rates.iter_mut().zip(once.z.iter().zip(&after)) {
                 *rate = (new - old) / once.length;
             }
         }
         let k = self.stage_index(once.length, true);
+        let mut largest = [0.0f64; 2];
+        for (v, &kind) in self.z.iter().zip(&self.sys.row_kind) {
+            largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
+        }
         for &j in &self.stages[k].inputs.carried {
-            self.z[j] = after[j];
+            let scale = largest[usize::from(self.sys.row_kind[j])];
+            if (self.z[j] - after[j]).abs() <= LOOSE * scale {
+                self.z[j] = after[j];
+            }
         }
         if let Some(smooth) = &mut self.smooth {
             smooth.after_jump(&after, &once.z, &mut self.z, &self.u0, self.time, once.length);
@@ -165,6 +157,43 @@ impl Stepper {
             self.record(-once.length); // a state, not a step
         }
         Ok(())
+    }
+
+    /// The shortest of three steps from the charges of `after`, and the values at length 0.
+    fn settle(&mut self, after: &[f64], shortest: f64) -> Option<(Short, (Vec<f64>, Vec<f64>))> {
+        let mut last = None;
+        // junctions make time constants that nothing foretells
+        for &part in &AFTER_JUMP[usize::from(self.smooth.is_some())..] {
+            let length = part * shortest;
+            let mut steps = Vec::with_capacity(3);
+            let mut one_mode = true;
+            for k in [3.0, 2.0, 1.0] {
+                let epoch = self.epoch;
+                if self.short_step(None, after, k * length, Start::Warm).is_err() {
+                    break;
+                }
+                one_mode &= steps.is_empty() || epoch == self.epoch;
+                steps.push(Short { z: self.z.clone(), l: self.l.clone(), length: k * length });
+            }
+            let Ok([thrice, twice, once]) = <[Short; 3]>::try_from(steps) else { continue };
+            if one_mode {
+                let to_zero = |a: &[f64], b: &[f64], c: &[f64]| -> Vec<f64> {
+                    let points = a.iter().zip(b).zip(c);
+                    points.map(|((a, b), c)| 3.0 * a - 3.0 * b + c).collect()
+                };
+                let z = to_zero(&once.z, &twice.z, &thrice.z);
+                let l = to_zero(&once.l, &twice.l, &thrice.l);
+                return Some((once, (z, l)));
+            }
+            last = Some(once);
+        }
+        let once = last.or_else(|| {
+            let (once, _) =
+                self.two_steps(None, after, AFTER_JUMP[0] * shortest, Start::Warm).ok()?;
+            Some(once)
+        })?;
+        let values = (once.z.clone(), once.l.clone());
+        Some((once, values))
     }
 
     /// Steps of length `2 length` and `length` from the same charges; the longer one is left out
@@ -186,14 +215,6 @@ impl Stepper {
         }
         let once = Short { z: self.z.clone(), l: self.l.clone(), length };
         Ok((once, (self.epoch == epoch).then_some(twice)))
-    }
-
-    /// A step of length `2 length`, None if it ends in another mode.
-    fn fourfold(&mut self, before: &[f64], length: f64) -> Option<Short> {
-        let epoch = self.epoch;
-        self.short_step(None, before, 2.0 * length, Start::Warm).ok()?;
-        let found = Short { z: self.z.clone(), l: self.l.clone(), length: 2.0 * length };
-        (self.epoch == epoch).then_some(found)
     }
 
     /// Solves a short step, if need be from an ordinary one down by steps of ever smaller length,
