@@ -269,9 +269,10 @@ class Auditor:
         amperes = np.maximum(np.abs(lam), self._touched(scale))
         for kind, size in enumerate((amperes, volts)):
             self._largest[kind] = max(self._largest[kind], float(np.max(size)))
-            # rows may hold more than pairs do, be it only the rounding of what they store
+            # a pair's voltage is a difference of several; rows may hold more than pairs do, be it
+            # only the rounding of what they store
             here = np.max(scale[:, self._kinds[kind]], axis=1, keepdims=True, initial=0.0)
-            floor = np.maximum(_floor(points) * self._largest[kind], FLOOR * here)
+            floor = np.maximum(10.0 * _floor(points) * self._largest[kind], FLOOR * here)
             np.maximum(size, floor, out=size)
         ratio = np.abs(np.minimum(_ratio(lam, amperes), _ratio(w, volts)))
         if points.roles is not None:
