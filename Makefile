@@ -86,6 +86,7 @@ cross-check: $(VENV)/.dev ngspice
 	$(BIN)/python tools/ngspice_table.py --write docs/ngspice.md
 
 soak: $(VENV)/.dev
+	$(BIN)/python tools/soak.py
 	$(BIN)/python -m pytest -m soak
 
 docs: $(VENV)/.dev

@@ -1,0 +1,109 @@
+"""Writes docs/stability.md and its pictures from what ``hard_cases.py measure`` found."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import nsspice
+from nsspice.compare.expectation import read_expectation
+
+GROUPS = {
+    "jump": "Jumps and impulses",
+    "slide": "Zeno points, sliding and chattering",
+    "several": "Several solutions",
+    "degenerate": "Degenerate, but solvable",
+    "refused": "Infeasible, refused by name",
+    "extreme": "Extremes",
+    "report": "Reported by users of other programs",
+}
+INTRO = """# Stability: the hard cases
+
+What stops other simulators is an ordinary run here, or is refused with the names of the
+elements in conflict. Each case is a netlist in `netlists/pathological` with its known answer
+and where it is known from (`X.expect.toml`); `nsspice test netlists/pathological` runs them
+all. The column *ngspice* was measured with ngspice-39 on the same circuit, ideal laws replaced
+by sharp smooth ones as in `nsspice compare`, {patience} s for each attempt. "Right" means that
+every known answer that ngspice has (it knows no impulses) is met within 2 % of the range of the
+signals. Siconos and Pulsim have not been measured.
+
+| | cases |
+|---|---|
+{tally}
+
+`python tools/hard_cases.py` measures again and writes this page.
+"""
+OUTRO = """
+## Never silently wrong
+
+Every run carries a [certificate](stepping.md#the-certificate) that code apart from the solver
+computes; a run that fails it exits with 3. It has found real faults: a potential of 5e10 V in the row right
+after a jump that left a part floating was accepted by the solver, and by all tests, before the
+certificate looked at it.
+
+## Random netlists
+
+{soak}
+"""
+
+
+def write(found: dict[str, Any], root: Path) -> None:
+    """Write the page and the pictures."""
+    images = root / "docs" / "images" / "hard"
+    images.mkdir(parents=True, exist_ok=True)
+    verdicts = [entry["ngspice"]["verdict"] for entry in found.values()]
+    held = sum(entry["nsspice"]["passed"] for entry in found.values())
+    tally = [
+        ("nsspice: known answer met, or refused by name", held),
+        ("ngspice: right", verdicts.count("right") + verdicts.count("runs")),
+        ("ngspice: stops with an error or runs out of time", verdicts.count("fails")),
+        ("ngspice: a wrong answer without complaint", verdicts.count("wrong")),
+        ("ngspice: an answer for a circuit that has none", verdicts.count("silent")),
+    ]
+    lines = [INTRO.format(patience=12, tally="\n".join(f"| {a} | {b} |" for a, b in tally))]
+    for prefix, heading in GROUPS.items():
+        lines += [f"\n## {heading}\n", "| case | nsspice | ngspice | |", "|---|---|---|---|"]
+        for name, entry in found.items():
+            if name.startswith(prefix + "_"):
+                title = entry["title"].partition(": ")[2] or entry["title"]
+                picture = draw(root / "netlists" / "pathological" / f"{name}.net", images)
+                shown = f"![{name}](images/hard/{picture})" if picture else ""
+                text = entry["ngspice"]["text"].replace("|", "/")
+                lines.append(
+                    f"| {title} (`{name}`) | {entry['nsspice']['text']} | {text} | {shown} |"
+                )
+    soak = root / "docs" / "soak.txt"
+    lines.append(OUTRO.format(soak=soak.read_text().strip() if soak.exists() else "`make soak`."))
+    (root / "docs" / "stability.md").write_text("\n".join(lines).rstrip() + "\n")
+
+
+def draw(netlist: Path, folder: Path) -> str | None:
+    """Draw the signals that the checks read; return the name of the picture."""
+    expectation = read_expectation(netlist)
+    if expectation.refused is not None:
+        return None
+    checked = [c for c in expectation.checks if hasattr(c, "signal")]
+    (solution, *_) = nsspice.read(netlist).run(extra=checks_of(checked))
+    if solution.analysis == "op":
+        return None
+    names = list(dict.fromkeys(checks_of(checked)))[:3] or solution.columns[:2]
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(figsize=(2.9, 1.5), dpi=72)
+    rows = solution.with_jumps()
+    for name in names:
+        axes.plot(rows.axis, rows[name], linewidth=1, label=name)
+    axes.tick_params(labelsize=6)
+    axes.legend(fontsize=6, frameon=False)
+    figure.tight_layout(pad=0.3)
+    figure.savefig(folder / f"{netlist.stem}.png")
+    pyplot.close(figure)
+    return f"{netlist.stem}.png"
+
+
+def checks_of(checks: list[Any]) -> list[str]:
+    """Return the signals of checks, in order."""
+    return [name for check in checks for name in check.signals()]
