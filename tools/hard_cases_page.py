@@ -37,9 +37,9 @@ OUTRO = """
 ## Never silently wrong
 
 Every run carries a [certificate](stepping.md#the-certificate) that code apart from the solver
-computes; a run that fails it exits with 3. It has found real faults: a potential of 5e10 V in the row right
-after a jump that left a part floating was accepted by the solver, and by all tests, before the
-certificate looked at it.
+computes; a run that fails it exits with 3. It has found real faults: a potential of 5e10 V in the
+row right after a jump that left a part floating was accepted by the solver, and by all tests,
+before the certificate looked at it.
 
 ## Random netlists
 
