@@ -10,6 +10,9 @@ use crate::waveform::{Side, Waveform};
 /// A prediction that reaches further than this many steps back is none.
 const FARTHEST: f64 = 4.0;
 
+/// Largest part of a predicted change that may be due to its curvature.
+const BENT: f64 = 0.2;
+
 /// Newton's method and the functions at the present state.
 pub struct SmoothPart {
     pub(super) newton: Newton,
@@ -28,6 +31,11 @@ pub struct SmoothPart {
     /// state and time one step ago
     last: Option<f64>,
     z_last: Vec<f64>,
+    /// and two steps ago, while the motion is smooth
+    before: Option<f64>,
+    z_before: Vec<f64>,
+    /// the last solve was quick: the path has no corner here
+    calm: bool,
     prediction: Vec<f64>,
     scratch: Vec<f64>,
 }
@@ -48,6 +56,9 @@ impl SmoothPart {
             u_old: vec![0.0; sys.s.ncols],
             last: None,
             z_last: vec![0.0; n],
+            before: None,
+            z_before: vec![0.0; n],
+            calm: false,
             prediction: vec![0.0; n],
             scratch: vec![0.0; count],
         }
@@ -56,6 +67,34 @@ impl SmoothPart {
     /// The time that the functions see.
     fn clock(&self, time: f64) -> f64 {
         self.frozen.unwrap_or(time)
+    }
+
+    /// Predicts the state at `time` from the present one at `begin` and the two before it, and
+    /// moves on by one step.
+    fn extrapolate(&mut self, z: &[f64], begin: f64, time: f64) {
+        let reach = self.last.map_or(0.0, |last| (time - begin) / (begin - last));
+        if let (Some(last), true) = (self.last, reach > 0.0 && reach <= FARTHEST) {
+            let bend = match self.before {
+                Some(before) if self.calm && last > before && begin - last > 0.9 * (last - before) => {
+                    // second divided difference times (t - t0) (t - t1)
+                    let area = (time - begin) * (time - last) / (begin - before);
+                    [area / (begin - last), area / (last - before)]
+                }
+                _ => [0.0; 2],
+            };
+            let points = z.iter().zip(&self.z_last).zip(&self.z_before);
+            for (p, ((z, last), before)) in self.prediction.iter_mut().zip(points) {
+                let change = reach * (z - last);
+                let bent = bend[0] * (z - last) - bend[1] * (last - before);
+                // what bends as much as it moves is noise
+                *p = z + change + if bent.abs() <= BENT * change.abs() { bent } else { 0.0 };
+            }
+            self.newton.predict(&self.prediction);
+        }
+        std::mem::swap(&mut self.z_before, &mut self.z_last);
+        self.before = self.last;
+        self.z_last.copy_from_slice(z);
+        self.last = (time > begin).then_some(begin);
     }
 
     /// The present state has been changed from outside.
@@ -145,16 +184,7 @@ impl Stepper {
             smooth.newton.add_stored(1.0 / length, &smooth.f, &mut self.rhs);
         }
         smooth.rates.copy_from_slice(&smooth.f);
-        let ratio = smooth.last.map_or(0.0, |last| (self.time - begin) / (begin - last));
-        if ratio > 0.0 && ratio <= FARTHEST {
-            let points = self.z.iter().zip(&smooth.z_last);
-            for (p, (z, last)) in smooth.prediction.iter_mut().zip(points) {
-                *p = z + ratio * (z - last);
-            }
-            smooth.newton.predict(&smooth.prediction);
-        }
-        smooth.z_last.copy_from_slice(&self.z);
-        smooth.last = (self.time > begin).then_some(begin);
+        smooth.extrapolate(&self.z, begin, self.time);
         self.solve_counted(length)?;
         self.finish_rates(length);
         let Some(smooth) = &mut self.smooth else { return Ok(()) };
@@ -245,6 +275,7 @@ impl Stepper {
             Ok(solved) => {
                 smooth.newton.values(&mut smooth.f);
                 smooth.known = true;
+                smooth.calm = solved.iterations <= 2;
                 self.smooth_time = self.time;
                 if smooth.newton.active() != self.active {
                     self.active.copy_from_slice(smooth.newton.active());

@@ -96,6 +96,9 @@ pub(super) struct State {
     /// the best of all iterations for the problem itself
     pub nearest: Judgement,
     pub trial: Vec<f64>,
+    /// point, linearisation points and mode of a warm start
+    kept: Vec<f64>,
+    kept_active: Vec<bool>,
 }
 
 /// A proximal term `mu D (x - centre)`, D the squared inverse scaling.
@@ -186,6 +189,8 @@ impl Newton {
                 best: (NOWHERE, zeros.clone()),
                 nearest: NOWHERE,
                 trial: zeros,
+                kept: Vec::new(),
+                kept_active: vec![false; m],
             },
             eq,
         }
@@ -269,24 +274,33 @@ impl Newton {
     /// From `state.x`, the last solution, by way of the prediction if there is one.
     fn warm(&mut self) -> Option<Judgement> {
         self.activate_from_signs();
-        let begin = self.state.x.clone();
-        let points = self.tape.points().to_vec();
+        let s = &mut self.state;
+        s.kept.clear();
+        s.kept.extend_from_slice(&s.x);
+        s.kept.extend_from_slice(self.tape.points());
+        s.kept_active.copy_from_slice(&s.active);
         if self.predicted {
-            let mode = self.state.active.clone();
-            let n = self.eq.n;
-            self.state.x[..n].copy_from_slice(&self.prediction);
+            s.x[..self.eq.n].copy_from_slice(&self.prediction);
             if let Some(found) = self.iterate(ITERATIONS, None, Linearisation::Careful) {
                 return Some(found);
             }
-            self.state.x.copy_from_slice(&begin);
-            self.state.active.copy_from_slice(&mode);
-            self.tape.set_points(&points);
+            self.restore();
         }
         if let Some(found) = self.iterate(ITERATIONS, None, Linearisation::Careful) {
             return Some(found);
         }
-        self.tape.set_points(&points);
+        self.restore();
+        let begin = self.state.x.clone();
         homotopy::follow(self, &begin)
+    }
+
+    /// Goes back to where a warm start began.
+    fn restore(&mut self) {
+        let s = &mut self.state;
+        let (x, points) = s.kept.split_at(s.x.len());
+        s.x.copy_from_slice(x);
+        self.tape.set_points(points);
+        s.active.copy_from_slice(&s.kept_active);
     }
 
     /// Where the next solve begins: near the unknowns `z`, in the mode of its guess.
