@@ -75,7 +75,9 @@ impl SmoothPart {
         let reach = self.last.map_or(0.0, |last| (time - begin) / (begin - last));
         if let (Some(last), true) = (self.last, reach > 0.0 && reach <= FARTHEST) {
             let bend = match self.before {
-                Some(before) if self.calm && last > before && begin - last > 0.9 * (last - before) => {
+                Some(before)
+                    if self.calm && last > before && begin - last > 0.9 * (last - before) =>
+                {
                     // second divided difference times (t - t0) (t - t1)
                     let area = (time - begin) * (time - last) / (begin - before);
                     [area / (begin - last), area / (last - before)]

@@ -26,13 +26,12 @@ const ITERATIONS: usize = 40;
 /// Weights that keep unknowns near where they are if the linearised equations leave them open; the
 /// square of the first is below rounding, so that two iterations take its effect away.
 const HOLD: [f64; 4] = [0.0, 1e-9, 1e-6, 1e-3];
-/// Largest unknown in the scaled system, in units of the data and of the start, and by how much it
-/// may grow with each iteration, at first and later.  Chains of amplifiers multiply their gains: a
-/// linearised answer of 1e30 V would drown the volts of the stages before, and leave no trace of
-/// which way each of them is driven.
+/// Largest unknown in the scaled system, in units of the data and of the start.  Chains of amplifiers
+/// multiply their gains: a linearised answer of 1e30 V would drown the volts of the stages before,
+/// and leave no trace of which way each of them is driven.
 const REACH: f64 = 2.0;
-const GROWTH: [f64; 2] = [1.2, 2.0];
-const PATIENCE: usize = 40;
+/// An unknown that is stopped there so many times in a row may go twice as far.
+const INSIST: u8 = 3;
 /// Rounds of the active-set iteration before the driver takes over.
 const ROUNDS: usize = 12;
 
@@ -89,8 +88,12 @@ pub(super) struct State {
     pub stage: u8,
     /// where the iteration began
     pub begin: Vec<f64>,
-    /// largest unknown in units of the data
-    pub growth: f64,
+    /// how far each unknown may go beyond the reach of all, and how often it was stopped there
+    pub leave: Vec<(f64, u8)>,
+    /// largest voltage that functions give at the start
+    pub offered: f64,
+    /// whether unknowns are stopped at all
+    pub bounded: bool,
     /// best point of this iteration, where nothing was limited
     pub best: (Judgement, Vec<f64>),
     /// the best of all iterations for the problem itself
@@ -108,16 +111,40 @@ pub(super) struct Pull<'a> {
 }
 
 impl State {
-    /// How large an unknown may become in this step, in the scaled system.
-    fn reach(&self, assembly: &Assembly) -> f64 {
-        let mut largest = 0.0f64;
-        for ((x, s), r) in self.begin.iter().zip(&assembly.scale).zip(&self.right) {
-            largest = largest.max((x / s).abs()).max((r * s).abs());
+    /// How large unknowns may become in this step: node voltages by the voltages that sources and
+    /// the start give, the others (and these, where nothing gives a voltage) in the scaled system.
+    fn reach(&self, eq: &Equations, assembly: &Assembly) -> (f64, f64) {
+        let (mut voltage, mut scaled) = (0.0f64, 0.0f64);
+        for (i, ((x, s), r)) in self.begin.iter().zip(&assembly.scale).zip(&self.right).enumerate()
+        {
+            scaled = scaled.max((x / s).abs()).max((r * s).abs());
+            let given = if i >= eq.n || eq.kind(i) == 1 { *r } else { *x };
+            voltage = voltage.max(given.abs());
         }
-        if largest > 0.0 {
-            self.growth * largest
-        } else {
-            f64::INFINITY
+        let bound = |size: f64| if size > 0.0 { REACH * size } else { f64::INFINITY };
+        (bound(voltage.max(self.offered)), bound(scaled))
+    }
+
+    /// Sets `trial` to `x + step`, no unknown beyond its reach.
+    fn move_within_reach(&mut self, eq: &Equations, assembly: &Assembly) {
+        let unbounded = (f64::INFINITY, f64::INFINITY);
+        let (voltage, scaled) = if self.bounded { self.reach(eq, assembly) } else { unbounded };
+        for i in 0..self.x.len() {
+            let leave = &mut self.leave[i];
+            let node = i < eq.n && eq.kind(i) == 0 && voltage.is_finite();
+            let far = leave.0 * if node { voltage } else { scaled * assembly.scale[i] };
+            let t = self.x[i] + self.step[i];
+            self.trial[i] = t;
+            if t.abs() <= far {
+                leave.1 = 0;
+                continue;
+            }
+            self.trial[i] = far.copysign(t);
+            self.step[i] = self.trial[i] - self.x[i];
+            leave.1 += 1;
+            if leave.1 > INSIST {
+                *leave = (2.0 * leave.0, 0);
+            }
         }
     }
 
@@ -185,7 +212,9 @@ impl Newton {
                 iterations: 0,
                 stage: 1,
                 begin: zeros.clone(),
-                growth: REACH,
+                leave: vec![(1.0, 0); size],
+                offered: 0.0,
+                bounded: true,
                 best: (NOWHERE, zeros.clone()),
                 nearest: NOWHERE,
                 trial: zeros,
@@ -381,11 +410,17 @@ impl Newton {
         let s = &mut self.state;
         s.best.0 = NOWHERE;
         s.begin.copy_from_slice(&s.x);
-        s.growth = REACH;
+        s.leave.fill((1.0, 0));
+        s.bounded = true;
+        s.offered = 0.0;
         for round in 0..=limit {
             self.evaluate_at_x(how, pull);
             how = Linearisation::Careful;
             let found = self.judge();
+            if std::env::var("NSDBG").is_ok() {
+                let mx = self.state.x.iter().fold(0.0f64, |a, b| a.max(b.abs()));
+                eprintln!("DBG it {round} res {:.2e} {:.2e} row {} lim {} mu {:?} stage {} blunt {} max {mx:.1e}", found.residual.rows, found.residual.complementarity, found.worst_row, self.tape.limited(), pull.map(|p| p.mu), self.state.stage, self.tape.is_blunt());
+            }
             if !found.residual.rows.is_finite() {
                 // outside the domain of some function: part of the way back
                 if round == 0 || halvings > 30 {
@@ -400,6 +435,11 @@ impl Newton {
                 continue;
             }
             halvings = 0;
+            if round == 0 {
+                let voltage = (0..self.eq.n).filter(|&i| self.eq.kind(i) == 1);
+                let terms = &self.state.balance.terms;
+                self.state.offered = voltage.fold(0.0, |v, i| v.max(terms[i]));
+            }
             let done = if round == 0 { GUESSED } else { accuracy };
             if found.residual.worst() <= done {
                 if !self.tape.limited() {
@@ -424,7 +464,6 @@ impl Newton {
                     break; // rounding: no better than before
                 }
             }
-            self.state.growth *= if round < PATIENCE { GROWTH[0] } else { GROWTH[1] };
             if round == limit || !self.advance(pull) {
                 break;
             }
@@ -480,13 +519,7 @@ impl Newton {
             if !s.solve_mode(eq, assembly, mu) {
                 break;
             }
-            let reach = s.reach(assembly);
-            for (((t, x), d), scale) in
-                s.trial.iter_mut().zip(&s.x).zip(&mut s.step).zip(&assembly.scale)
-            {
-                *t = (x + *d).clamp(-reach * scale, reach * scale);
-                *d = *t - x;
-            }
+            s.move_within_reach(eq, assembly);
             for (i, _) in s.active.iter().enumerate().filter(|(_, &a)| !a) {
                 s.trial[n + i] = 0.0;
             }

@@ -66,7 +66,7 @@ impl Newton {
         let s = &mut self.state;
         s.x[..n].copy_from_slice(z);
         s.x[n..].copy_from_slice(l);
-        s.growth = f64::INFINITY;
+        s.bounded = false;
         s.begin.copy_from_slice(&s.x);
         self.activate_from_signs();
         self.evaluate_at_x(Linearisation::Exact, None);
