@@ -7,11 +7,9 @@ use crate::sparse::Csc;
 
 /// Moves `x` to a solution of the linearised problem near it; `defect` belongs to `x`.  Returns the
 /// highest stage of the driver, or None if there is no solution.
-#[allow(clippy::too_many_arguments)] // the data of the problem
 pub(super) fn step(
     eq: &Equations,
     assembly: &Assembly,
-    mu: f64,
     defect: &[f64],
     roles: &[Role],
     q: &[f64],
@@ -25,12 +23,9 @@ pub(super) fn step(
     let mut right = defect[..n].to_vec();
     for (c, &value) in x.iter().enumerate() {
         for at in full.colptr[c]..full.colptr[c + 1] {
-            let (r, mut v) = (full.rowidx[at], assembly.values[at]);
+            let (r, v) = (full.rowidx[at], assembly.values[at]);
             if r >= n {
                 continue;
-            }
-            if r == c && mu != 0.0 {
-                v += mu / (assembly.scale[r] * assembly.scale[r]);
             }
             right[r] += v * value;
             if c < n {

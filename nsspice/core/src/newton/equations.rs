@@ -4,6 +4,9 @@ use crate::sparse::{Csc, Ordering};
 use crate::tape::Tape;
 use std::sync::Arc;
 
+/// Where no resistor tells what a usual conductance is [S].
+const CONDUCTANCE: f64 = 1e-3;
+
 /// Smooth functions and where they enter.
 #[derive(Clone)]
 pub struct Smooth {
@@ -52,6 +55,8 @@ pub struct Equations {
     pub(super) ordering: Arc<Ordering>,
     /// index of each diagonal entry
     pub(super) diagonal: Vec<u32>,
+    /// a usual conductance in current rows, a usual resistance in voltage rows
+    pub(super) reference: Vec<f64>,
     /// current rows in which a multiplier appears
     pub(super) touched: Vec<usize>,
     pub(super) a: Csc,
@@ -121,6 +126,13 @@ impl Equations {
                 q: t.q,
             })
             .collect();
+        let diagonals = g.iter().filter(|&(r, c, v)| r == c && v > 0.0 && row_kind[r] == 0);
+        let logs: Vec<f64> = diagonals.map(|(_, _, v)| v.ln()).collect();
+        let usual = if logs.is_empty() {
+            CONDUCTANCE
+        } else {
+            (logs.iter().sum::<f64>() / logs.len() as f64).exp()
+        };
         let mut touched: Vec<_> = a.iter().map(|(r, _, _)| r).collect();
         touched.retain(|&r| row_kind[r] == 0);
         touched.sort_unstable();
@@ -133,6 +145,7 @@ impl Equations {
         Equations {
             n,
             m,
+            reference: row_kind.iter().map(|&k| if k == 0 { usual } else { 1.0 / usual }).collect(),
             diagonal: (0..size).map(|i| place(i, i)).collect(),
             ordering: Arc::new(Ordering::new(&full, m)),
             pattern,

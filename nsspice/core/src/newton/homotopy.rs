@@ -22,7 +22,7 @@ const LEAST_STEP: f64 = 1e-3;
 const RELAX: [f64; 5] = [1e3, 1e-2, 1e9, 0.5, 10.0];
 const RELAX_STEPS: usize = 300;
 /// Weights of the proximal term: first, last, and the largest it may grow to.
-const PULL: [f64; 3] = [1e-2, 1e-13, 1e6];
+const PULL: [f64; 3] = [1.0, 1e-13, 1e6];
 const PROXIMAL_STEPS: usize = 400;
 
 /// A first solution, from nothing.
@@ -40,7 +40,7 @@ pub(super) fn first(newton: &mut Newton) -> Option<Judgement> {
 /// A solution from a point near which Newton's method failed.
 pub(super) fn follow(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
     newton.state.stage = 3;
-    relax(newton, begin).or_else(|| sharpen(newton, begin)).or_else(|| hold_back(newton, begin))
+    relax(newton, begin).or_else(|| hold_back(newton, begin)).or_else(|| sharpen(newton, begin))
 }
 
 /// The way on which the circuit itself would go: charges and fluxes move in short steps of an

@@ -104,7 +104,8 @@ pub(super) struct State {
     kept_active: Vec<bool>,
 }
 
-/// A proximal term `mu D (x - centre)`, D the squared inverse scaling.
+/// A proximal term `mu D (z - centre)`: as if a resistor led from each node to its voltage in
+/// `centre`, and one lay in series with each branch.
 pub(super) struct Pull<'a> {
     pub mu: f64,
     pub centre: &'a [f64],
@@ -150,14 +151,14 @@ impl State {
 
     /// Computes `step`, the solution of the equations of the present mode linearised at `x`; false
     /// if there is none.
-    fn solve_mode(&mut self, eq: &Equations, assembly: &mut Assembly, mu: f64) -> bool {
+    fn solve_mode(&mut self, eq: &Equations, assembly: &mut Assembly) -> bool {
         let n = eq.n;
         for hold in HOLD {
             // what the linearised equations leave open stays where it is
             if hold > 0.0 {
                 self.stage = self.stage.max(2);
             }
-            if !assembly.factorise(eq, &self.active, mu.max(hold)) {
+            if !assembly.factorise(eq, &self.active, hold) {
                 continue;
             }
             self.step.copy_from_slice(&self.balance.defect);
@@ -417,10 +418,6 @@ impl Newton {
             self.evaluate_at_x(how, pull);
             how = Linearisation::Careful;
             let found = self.judge();
-            if std::env::var("NSDBG").is_ok() {
-                let mx = self.state.x.iter().fold(0.0f64, |a, b| a.max(b.abs()));
-                eprintln!("DBG it {round} res {:.2e} {:.2e} row {} lim {} mu {:?} stage {} blunt {} max {mx:.1e}", found.residual.rows, found.residual.complementarity, found.worst_row, self.tape.limited(), pull.map(|p| p.mu), self.state.stage, self.tape.is_blunt());
-            }
             if !found.residual.rows.is_finite() {
                 // outside the domain of some function: part of the way back
                 if round == 0 || halvings > 30 {
@@ -492,8 +489,7 @@ impl Newton {
         s.balance.compute(eq, assembly, tape, &s.right, &s.x);
         if let Some(pull) = pull {
             for i in 0..eq.n {
-                let scale = assembly.scale[i];
-                let force = pull.mu / (scale * scale) * (s.x[i] - pull.centre[i]);
+                let force = pull.mu * eq.reference[i] * (s.x[i] - pull.centre[i]);
                 s.balance.defect[i] -= force;
                 s.balance.terms[i] += force.abs();
             }
@@ -507,16 +503,20 @@ impl Newton {
 
     /// Solves the linearised problem; false if that is not possible.
     pub(super) fn advance(&mut self, pull: Option<&Pull>) -> bool {
-        let mu = pull.map_or(0.0, |p| p.mu);
         let Newton { eq, tape, assemblies, present, state: s, .. } = self;
         let assembly = &mut assemblies[*present];
         let n = eq.n;
         assembly.linearise(eq, tape.slopes());
+        if let Some(pull) = pull {
+            for (&at, d) in eq.diagonal.iter().zip(&eq.reference) {
+                assembly.values[at as usize] += pull.mu * d;
+            }
+        }
         s.iterations += 1;
         s.seen.clear();
         let limit = if eq.m == 0 { 1 } else { ROUNDS.max((eq.m / 8).min(200)) };
         for _ in 0..limit {
-            if !s.solve_mode(eq, assembly, mu) {
+            if !s.solve_mode(eq, assembly) {
                 break;
             }
             s.move_within_reach(eq, assembly);
@@ -535,7 +535,7 @@ impl Newton {
         }
         s.trial.copy_from_slice(&s.x);
         let State { balance, roles, q, trial, active, .. } = s;
-        let solved = driver::step(eq, assembly, mu, &balance.defect, roles, q, trial, active);
+        let solved = driver::step(eq, assembly, &balance.defect, roles, q, trial, active);
         let Some(_) = solved else { return false };
         s.stage = s.stage.max(2);
         for ((d, t), x) in s.step.iter_mut().zip(&s.trial).zip(&mut s.x) {
