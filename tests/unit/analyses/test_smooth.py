@@ -26,8 +26,8 @@ def test_argsinh_resistor_behind_a_practical_diode_is_solved_point_by_point():
     tran, dc = nsspice.read(ARGSINH).run()
     for solution, p in ((tran, 4.0 * np.sin(tran.time)), (dc, np.linspace(-4.0, 4.0, 33))):
         exact = np.where(p > 1, np.sinh(p - 1), np.where(p < -1, np.sinh(p + 1), 0.0))
-        # rounding of 4 V at the slope cosh(3) = 10 of the law
-        assert np.abs(-solution["i(v1)"] - exact).max() < 2e-14
+        # residuals up to 1e-14 of 4 V, at the slope cosh(3) = 10 of the law
+        assert np.abs(-solution["i(v1)"] - exact).max() < 4e-13
         assert solution.certificate.passed
     assert tran.islands[0].problem_class == "GE"
 
