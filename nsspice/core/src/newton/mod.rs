@@ -26,6 +26,7 @@ mod judge;
 mod linear;
 mod path;
 mod solve;
+mod state;
 #[cfg(test)]
 mod tests;
 mod track;

@@ -1,0 +1,166 @@
+//! The arrays of one solve: modes, their equations at a point, and how far a step may go.
+
+use super::equations::Equations;
+use super::judge::{Balance, Judgement};
+use super::linear::Assembly;
+use crate::mlcp::Role;
+
+/// Signs ignore violations below this part of the terms they are the sum of.
+const SIGN: f64 = 1e-13;
+/// Weights that keep unknowns near where they are if the linearised equations leave them open; the
+/// square of the first is below rounding, so that two iterations take its effect away.
+const HOLD: [f64; 4] = [0.0, 1e-9, 1e-6, 1e-3];
+/// Largest unknown in the scaled system, in units of the data and of the start.  Chains of amplifiers
+/// multiply their gains: a linearised answer of 1e30 V would drown the volts of the stages before,
+/// and leave no trace of which way each of them is driven.
+const REACH: f64 = 2.0;
+/// An unknown that is stopped there so many times in a row may go twice as far.
+const INSIST: u8 = 3;
+/// The arrays of one solve.
+pub(super) struct State {
+    /// `[z; l]`
+    pub x: Vec<f64>,
+    /// `[rhs; -q]`
+    pub right: Vec<f64>,
+    pub q: Vec<f64>,
+    pub u: Vec<f64>,
+    pub t: f64,
+    pub roles: Vec<Role>,
+    pub active: Vec<bool>,
+    pub balance: Balance,
+    pub step: Vec<f64>,
+    pub work: Vec<f64>,
+    pub seen: Vec<u64>,
+    pub iterations: u32,
+    pub stage: u8,
+    /// where the iteration began
+    pub begin: Vec<f64>,
+    /// how far each unknown may go beyond the reach of all, and how often it was stopped there
+    pub leave: Vec<(f64, u8)>,
+    /// largest voltage that functions give at the start
+    pub offered: f64,
+    /// whether unknowns are stopped at all
+    pub bounded: bool,
+    /// best point of this iteration, where nothing was limited
+    pub best: (Judgement, Vec<f64>),
+    /// the best of all iterations for the problem itself
+    pub nearest: Judgement,
+    pub trial: Vec<f64>,
+    /// point, linearisation points and mode of a warm start
+    pub kept: Vec<f64>,
+    pub kept_active: Vec<bool>,
+}
+
+impl State {
+    /// How large unknowns may become in this step: node voltages by the voltages that sources and
+    /// the start give, the others (and these, where nothing gives a voltage) in the scaled system.
+    fn reach(&self, eq: &Equations, assembly: &Assembly) -> (f64, f64) {
+        let (mut voltage, mut scaled) = (0.0f64, 0.0f64);
+        for (i, ((x, s), r)) in self.begin.iter().zip(&assembly.scale).zip(&self.right).enumerate()
+        {
+            scaled = scaled.max((x / s).abs()).max((r * s).abs());
+            let given = if i >= eq.n || eq.kind(i) == 1 { *r } else { *x };
+            voltage = voltage.max(given.abs());
+        }
+        let bound = |size: f64| if size > 0.0 { REACH * size } else { f64::INFINITY };
+        (bound(voltage.max(self.offered)), bound(scaled))
+    }
+
+    /// Sets `trial` to `x + step`, no unknown beyond its reach.
+    pub fn move_within_reach(&mut self, eq: &Equations, assembly: &Assembly) {
+        let unbounded = (f64::INFINITY, f64::INFINITY);
+        let (voltage, scaled) = if self.bounded { self.reach(eq, assembly) } else { unbounded };
+        for i in 0..self.x.len() {
+            let leave = &mut self.leave[i];
+            let node = i < eq.n && eq.kind(i) == 0 && voltage.is_finite();
+            let far = leave.0 * if node { voltage } else { scaled * assembly.scale[i] };
+            let t = self.x[i] + self.step[i];
+            self.trial[i] = t;
+            if t.abs() <= far {
+                leave.1 = 0;
+                continue;
+            }
+            self.trial[i] = far.copysign(t);
+            self.step[i] = self.trial[i] - self.x[i];
+            leave.1 += 1;
+            if leave.1 > INSIST {
+                *leave = (2.0 * leave.0, 0);
+            }
+        }
+    }
+
+    /// Computes `step`, the solution of the equations of the present mode linearised at `x`; false
+    /// if there is none.
+    pub fn solve_mode(&mut self, eq: &Equations, assembly: &mut Assembly) -> bool {
+        let n = eq.n;
+        for hold in HOLD {
+            // what the linearised equations leave open stays where it is
+            if hold > 0.0 {
+                self.stage = self.stage.max(2);
+            }
+            if !assembly.factorise(eq, &self.active, hold) {
+                continue;
+            }
+            self.step.copy_from_slice(&self.balance.defect);
+            for (i, _) in self.active.iter().enumerate().filter(|(_, &a)| !a) {
+                self.step[n + i] = -self.x[n + i];
+            }
+            assembly.solve(n, &self.active, &mut self.step, &mut self.work);
+            if self.step.iter().all(|v| v.is_finite()) {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// Slack of pair `i` at `x` and the size of its terms.
+pub(super) fn slack(
+    eq: &Equations,
+    assembly: &Assembly,
+    q: &[f64],
+    x: &[f64],
+    i: usize,
+) -> (f64, f64) {
+    let (mut w, mut size) = (q[i], q[i].abs());
+    for &(c, at) in eq.ordering.row(eq.n + i) {
+        let term = assembly.linear.values[at as usize] * x[c as usize];
+        w += term;
+        size += term.abs();
+    }
+    (w, size)
+}
+
+/// Turns over the pairs whose sign is wrong at `trial`; true if there are any.
+pub(super) fn flip(eq: &Equations, assembly: &Assembly, s: &mut State) -> bool {
+    let n = eq.n;
+    let mut changed = false;
+    for i in (0..eq.m).filter(|&i| s.roles[i] == Role::Diode) {
+        let wrong = if s.active[i] {
+            let l = s.trial[n + i];
+            l < 0.0 && l < -SIGN * multiplier_terms(eq, assembly, &s.balance.terms, i)
+        } else {
+            let (w, size) = slack(eq, assembly, &s.q, &s.trial, i);
+            w < -SIGN * size
+        };
+        if wrong {
+            s.active[i] = !s.active[i];
+            changed = true;
+        }
+    }
+    changed
+}
+
+/// Size of the terms that multiplier `i` balances.
+fn multiplier_terms(eq: &Equations, assembly: &Assembly, terms: &[f64], i: usize) -> f64 {
+    let (rows, values) = assembly.linear.col(eq.n + i);
+    let ratios = rows.iter().zip(values).filter(|(&r, &v)| r < eq.n && v != 0.0);
+    ratios.fold(0.0f64, |size, (&r, &v)| size.max(terms[r] / v.abs()))
+}
+
+/// A number for an active set, to notice that it returns.
+pub(super) fn fingerprint(active: &[bool]) -> u64 {
+    active.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &a| {
+        (hash ^ u64::from(a)).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(7)
+    })
+}
