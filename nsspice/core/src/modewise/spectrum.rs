@@ -1,6 +1,6 @@
 //! The eigenvalues and eigenvectors of a mode, as real arrays.
 
-use crate::dense::{eigen, eigen_symmetric, Lu, Matrix};
+use crate::dense::{complex, eigen, eigen_symmetric, Complex, Eigen, Lu, Matrix};
 
 /// Condition of the eigenvectors above which the closed form loses too many digits.
 const CONDITION: f64 = 1e6;
@@ -9,6 +9,59 @@ const LAST_CONDITION: f64 = 1e10;
 
 /// Number of states up to which the matrix exponential stands in for missing eigenvectors.
 pub const PLAIN: usize = 24;
+
+/// Spread of the eigenvalues above which the slow ones are taken from the inverse.
+const SPREAD: f64 = 1e6;
+
+/// Eigenvalues of J are exact to rounding of the largest one, those of its inverse to rounding of
+/// the smallest: the fast half from the one, the slow half from the other.
+fn slow_half(j: &Matrix, fast: &Eigen) -> Option<Eigen> {
+    let n = j.rows;
+    let sizes = |values: &[Complex]| values.iter().map(|v| v.abs()).collect::<Vec<f64>>();
+    let mut order = sizes(&fast.values);
+    order.sort_by(f64::total_cmp);
+    let (least, most) = (order[0], order[n - 1]);
+    if most <= SPREAD * least {
+        return None;
+    }
+    let factor = Lu::new(j);
+    if factor.ratio == 0.0 {
+        return None;
+    }
+    let slow = eigen(&factor.solve_refined(j, &Matrix::identity(n)))?;
+    // the widest gap in the middle decides what is fast
+    let middle = (least.max(1e-16 * most) * most).sqrt();
+    let gap = order
+        .windows(2)
+        .filter(|w| w[1] > 1e-2 * middle && w[0] < 1e2 * middle)
+        .max_by(|a, b| (a[1] / a[0]).total_cmp(&(b[1] / b[0])))?;
+    let split = (gap[0] * gap[1]).sqrt();
+    let mut values = Vec::with_capacity(n);
+    let mut columns = Vec::with_capacity(n);
+    for (from, inverse) in [(fast, false), (&slow, true)] {
+        let mut k = 0;
+        while k < n {
+            let pair = from.values[k].im != 0.0;
+            let mut value = from.values[k];
+            if inverse {
+                // 1/mu has a negative imaginary part: its conjugate goes with the conjugate vector
+                value = (complex(1.0, 0.0) / value).conj();
+            }
+            if (value.abs() < split) == inverse {
+                values.push(value);
+                columns.push(from.vectors.col(k));
+                if pair {
+                    values.push(value.conj());
+                    let sign = if inverse { -1.0 } else { 1.0 };
+                    columns.push(from.vectors.col(k + 1).iter().map(|v| sign * v).collect());
+                }
+            }
+            k += if pair { 2 } else { 1 };
+        }
+    }
+    (values.len() == n)
+        .then(|| Eigen { values, vectors: Matrix::from_fn(n, n, |r, c| columns[c][r]) })
+}
 
 /// One eigenvalue, or a complex pair.
 #[derive(Clone, Copy, Debug)]
@@ -58,6 +111,7 @@ impl Spectrum {
             return Some(Spectrum { poles, to_modal: vectors.transpose(), from_modal: vectors });
         }
         let found = eigen(j)?;
+        let found = slow_half(j, &found).unwrap_or(found);
         let mut from_modal = found.vectors;
         let mut poles = Vec::with_capacity(n);
         let mut at = 0;
