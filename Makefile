@@ -2,7 +2,7 @@
 #
 #   make run     virtual environment, build, simulate a real netlist, leave CSV and plot
 #   make test    everything a change must pass: Rust and Python tests, formats, types, lints
-#   make fmt lint type bench cross-check docs soak clean
+#   make fmt lint type bench work-precision cross-check docs soak clean
 
 PYTHON ?= python3
 VENV   ?= .venv
@@ -14,7 +14,7 @@ CRATE  := nsspice/core/Cargo.toml
 export PYO3_PYTHON := $(abspath $(BIN)/python)
 RUST_SOURCES := $(shell find nsspice/core/src -name '*.rs' 2>/dev/null) nsspice/core/Cargo.lock
 
-.PHONY: run test setup check-rust rust-tools ngspice fmt lint type unit rust-test bench cross-check docs soak wheel clean
+.PHONY: run test setup check-rust rust-tools ngspice fmt lint type unit rust-test bench work-precision cross-check docs soak wheel clean
 
 run: $(VENV)/.core
 	$(BIN)/nsspice run $(DECK) --plot
@@ -82,6 +82,9 @@ bench: $(VENV)/.dev
 	$(BIN)/python -m pytest tests/benchmarks -o addopts= -o python_files='bench_*.py' -s
 
 # all netlists against ngspice; writes the tables of docs/ngspice.md
+work-precision: $(VENV)/.dev ngspice
+	$(BIN)/python tools/work_precision.py --write docs/work-precision.md
+
 cross-check: $(VENV)/.dev ngspice
 	$(BIN)/python tools/ngspice_table.py --write docs/ngspice.md
 

@@ -23,6 +23,7 @@ _TOLERANCES = tuple(10.0**-k for k in range(2, 13))
 _DIVISIONS = tuple(4**k for k in range(16))
 _SHORT = 0.1  # [s] shorter runs are repeated, the least time counts
 _REPEATS = 3
+_NGSPICE = 6.0  # [s] patience with one run of ngspice at least
 
 #: ladders by name: settings that vary along them
 LADDERS = ("modewise", "sdirk", "sdirk2", "moreau", "moreau-half", "ngspice", "ngspice-junction")
@@ -88,7 +89,7 @@ def cost(
             raise _unknown(name)
         try:
             if name.startswith("ngspice"):
-                _ngspice(report, problem, name, say)
+                _ngspice(report, problem, name, limit, say)
             else:
                 _ladder(report, problem, name, goal, limit, say)
         except NsspiceError as error:
@@ -154,10 +155,11 @@ def _steps(stats: dict[str, Any]) -> int:
     return int(stats.get("steps", 0) or stats.get("segments", 0))
 
 
-def _ngspice(report: CostReport, problem: Problem, name: str, say: Notice) -> None:
+def _ngspice(report: CostReport, problem: Problem, name: str, limit: float, say: Notice) -> None:
     from .. import ngspice
 
     rows = problem.analysis.rows()
+    tried: list[str] = []
     for reltol in (1e-3, 1e-4, 1e-6):
         say(f"{name} reltol={reltol:g}")
         junction = 0.01 if name == "ngspice-junction" else "auto"
@@ -168,12 +170,15 @@ def _ngspice(report: CostReport, problem: Problem, name: str, say: Notice) -> No
                 problem.signals,
                 junction=junction,
                 reltol=reltol,
-                timeout=60.0,
+                timeout=max(_NGSPICE, 10.0 * limit),
             )
         except ngspice.NgspiceError as failure:
             nan = float("nan")
             note = f"fails: {failure.reason}"
+            tried.append(failure.reason)
             report.rows.append(Measurement(name, "reltol", reltol, 0, nan, nan, nan, nan, note))
+            if "time-out" in tried:
+                return  # a tighter tolerance takes no less time
             continue
         table = np.column_stack([np.interp(rows, run.time, run[s]) for s in problem.signals])
         error, l1 = report.reference.distance(table)

@@ -1,0 +1,232 @@
+"""Work-precision of every method on some decks, as docs/work-precision.md: `make work-precision`.
+
+usage: python tools/work_precision.py [--only WORD] [--limit SECONDS] [--write PAGE]
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import math
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import nsspice
+from nsspice.compare.cost import CostReport, cost
+from nsspice.output.si import number
+
+ROOT = Path(__file__).resolve().parents[1]
+MARKER = "<!-- written by tools/work_precision.py: do not edit below -->\n"
+TARGET = 1e-6
+
+NETLISTS = (
+    "thesis/ex424_bridge_oscillator",
+    "converters/buck",
+    "converters/boost",
+    "converters/flyback",
+    "converters/lc_bridge_charger",
+    "rectifiers/half_wave_inductive",
+    "rectifiers/full_bridge_capacitor",
+    "rectifiers/cockcroft_walton_4",
+)
+#: decks that stand for a kind of circuit and belong to no other test
+OWN = {
+    "dcm_rectifier": """Rectifier with a choke, discontinuous current
+V1 a 0 SIN(0 10 50)
+L1 a b 50m IC=0
+D1 b c
+C1 c 0 100u IC=0
+R1 c 0 100
+.tran 0.1m 60m uic
+""",
+    "three_phase_bridge": """Three-phase bridge with line inductance, capacitor and load
+Va a 0 SIN(0 325 50)
+Vb b 0 SIN(0 325 50 0 0 -120)
+Vc c 0 SIN(0 325 50 0 0 120)
+La a x 1m IC=0
+Lb b y 1m IC=0
+Lc c z 1m IC=0
+D1 x p
+D2 y p
+D3 z p
+D4 n x
+D5 n y
+D6 n z
+C1 p n 500u IC=0
+R1 p n 50
+Rn n 0 1meg
+.tran 50u 40m uic
+""",
+    "smooth_rectifier": """Smooth junction with charges: peak rectifier
+V1 in 0 SIN(0 10 1k)
+Rs in a 10
+D1 a out DX
+C1 out 0 10u IC=0
+R1 out 0 1k
+.model DX D(IS=1e-12 CJO=10p TT=10n RS=0.1)
+.tran 10u 5m uic
+""",
+    "smooth_and_ideal": """Smooth rectifier with an ideal clamp behind a choke
+V1 in 0 SIN(0 10 1k)
+Rs in a 10
+D1 a out DX
+C1 out 0 10u IC=0
+L1 out z 1m IC=0
+D2 z 0 DI
+R2 z 0 10
+.model DX D(IS=1e-12 CJO=10p RS=0.1)
+.model DI D(ideal Vfwd=2)
+.tran 10u 5m uic
+""",
+}
+
+
+def decks(only: str) -> dict[str, str]:
+    """Return the text of each deck by name."""
+    found = {Path(n).name: (ROOT / "netlists" / f"{n}.net").read_text() for n in NETLISTS}
+    found.update(OWN)
+    return {name: text for name, text in found.items() if only in name}
+
+
+def process_seconds(text: str) -> float:
+    """Return the time of a whole process, from the command to the CSV file: the least of three."""
+    best = math.inf
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "deck.net"
+        path.write_text(text)
+        command = [sys.executable, "-m", "nsspice", "run", str(path), "--quiet"]
+        env = {**os.environ, "PYTHONPATH": str(ROOT)}
+        for _ in range(3):
+            begin = time.perf_counter()
+            subprocess.run(command, cwd=folder, env=env, capture_output=True, check=True)
+            best = min(best, time.perf_counter() - begin)
+    return best
+
+
+def ratios(report: CostReport) -> tuple[float, float, float, float]:
+    """Return ngspice's best error, its time, and the ratios of times at that error and at 1e-6.
+
+    At 1e-6 ngspice's time is extrapolated as if its error fell with the square of its steps, which
+    flatters it: its substitutes for ideal diodes keep an error that no step takes away.
+    """
+    nan = float("nan")
+    ladders = report.ladders()
+    theirs = [r for name, rows in ladders.items() if name.startswith("ngspice") for r in rows]
+    if not theirs:
+        return nan, nan, nan, nan
+    best = min(theirs, key=lambda r: (r.error, r.seconds))
+
+    def ours(error: float) -> float:
+        rows = [r for n, rows in ladders.items() if not n.startswith("ngspice") for r in rows]
+        return min((r.seconds for r in rows if r.error <= error), default=nan)
+
+    good = [r.seconds for r in theirs if r.error <= TARGET]
+    theirs_at_target = min(good) if good else best.seconds * math.sqrt(best.error / TARGET)
+    return (
+        best.error,
+        best.seconds,
+        best.seconds / ours(best.error),
+        theirs_at_target / ours(TARGET),
+    )
+
+
+def machine() -> str:
+    """Return date, processor and versions."""
+    cpu = platform.processor() or platform.machine()
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        cpu = next(
+            line.partition(":")[2].strip() for line in lines if line.startswith("model name")
+        )
+    except (OSError, StopIteration):
+        pass
+    try:
+        out = subprocess.run(["ngspice", "--version"], capture_output=True, text=True, check=False)
+        other = next(w for w in out.stdout.split() if w.startswith("ngspice"))
+    except (OSError, StopIteration):
+        other = "ngspice is not installed"
+    today = datetime.date.today().isoformat()
+    return (
+        f"{today}, {os.cpu_count()} x {cpu}, Python {platform.python_version()}, "
+        f"nsspice {nsspice.__version__}, {other}"
+    )
+
+
+def section(name: str, report: CostReport, whole: float) -> str:
+    """Return the part of the page for one deck."""
+    lines = [
+        f"## {name}",
+        "",
+        f"![error against time](images/work-precision/{name}.svg)",
+        "",
+        f"Whole process with the default method: {number(whole, 's', 3)}.",
+        "",
+        "```text",
+        report.describe(TARGET),
+        "```",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def row(name: str, report: CostReport, whole: float) -> str:
+    """Return the line of one deck in the table at the top."""
+    error, seconds, at_best, at_target = ratios(report)
+
+    def cell(value: float, form: str) -> str:
+        return format(value, form) if math.isfinite(value) else "-"
+
+    found = report.cheapest(TARGET)
+    own = next((a for a in found if not a.method.startswith("ngspice") and a.measured), None)
+    mine = f"{own.method} {own.setting}, {number(own.seconds, 's', 3)}" if own else "-"
+    slow = number(seconds, "s", 3) if math.isfinite(seconds) else "-"
+    return (
+        f"| [{name}](#{name}) | {mine} | {number(whole, 's', 3)} | {cell(error, '.1e')} | {slow} "
+        f"| {cell(at_best, '.0f')} | {cell(at_target, '.0f')} |"
+    )
+
+
+def write(page: Path, table: list[str], sections: list[str]) -> None:
+    """Write the part of the page below the marker."""
+    head = page.read_text().partition(MARKER)[0]
+    body = [
+        f"\nMeasured on {machine()}.\n",
+        "| deck | cheapest way of nsspice to 1e-6 | whole process, default | ngspice: best error "
+        "| its time | ratio at that error | ratio at 1e-6 |",
+        "|---|---|---|---|---|---|---|",
+        *table,
+        "",
+        *sections,
+    ]
+    page.write_text(head + MARKER + "\n".join(body))
+
+
+def main() -> None:
+    """Measure, print, and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", default="", help="decks whose name contains this word")
+    parser.add_argument("--limit", type=float, default=1.0, help="longest time of one run [s]")
+    parser.add_argument("--write", type=Path, help="the page whose part below the marker to write")
+    options = parser.parse_args()
+    pictures = ROOT / "docs" / "images" / "work-precision"
+    table, sections = [], []
+    for name, text in decks(options.only).items():
+        report = cost(nsspice.read(text), limit=options.limit)
+        whole = process_seconds(text)
+        print(report.describe(TARGET), flush=True)
+        table.append(row(name, report, whole))
+        print(table[-1] + "\n", flush=True)
+        sections.append(section(name, report, whole))
+        if options.write is not None:
+            pictures.mkdir(parents=True, exist_ok=True)
+            report.plot(pictures / f"{name}.svg")
+            write(options.write, table, sections)  # what is there counts if it is stopped
+
+
+if __name__ == "__main__":
+    main()
