@@ -131,7 +131,7 @@ impl Stepper {
             self.forget_functions();
             return Ok(());
         };
-        (self.z, self.l) = settled;
+        (self.z, self.l) = (settled.z, settled.l);
         if self.outputs.needs_rates() {
             for (rate, (new, old)) in self.rates.iter_mut().zip(once.z.iter().zip(&after)) {
                 *rate = (new - old) / once.length;
@@ -160,7 +160,7 @@ impl Stepper {
     }
 
     /// The shortest of three steps from the charges of `after`, and the values at length 0.
-    fn settle(&mut self, after: &[f64], shortest: f64) -> Option<(Short, (Vec<f64>, Vec<f64>))> {
+    fn settle(&mut self, after: &[f64], shortest: f64) -> Option<(Short, Short)> {
         let mut last = None;
         // junctions make time constants that nothing foretells
         for &part in &AFTER_JUMP[usize::from(self.smooth.is_some())..] {
@@ -183,7 +183,7 @@ impl Stepper {
                 };
                 let z = to_zero(&once.z, &twice.z, &thrice.z);
                 let l = to_zero(&once.l, &twice.l, &thrice.l);
-                return Some((once, (z, l)));
+                return Some((once, Short { z, l, length: 0.0 }));
             }
             last = Some(once);
         }
@@ -192,8 +192,8 @@ impl Stepper {
                 self.two_steps(None, after, AFTER_JUMP[0] * shortest, Start::Warm).ok()?;
             Some(once)
         })?;
-        let values = (once.z.clone(), once.l.clone());
-        Some((once, values))
+        let settled = Short { z: once.z.clone(), l: once.l.clone(), length: once.length };
+        Some((once, settled))
     }
 
     /// Steps of length `2 length` and `length` from the same charges; the longer one is left out
