@@ -171,3 +171,11 @@ def test_a_run_can_be_stopped_and_reports_its_tolerance():
     assert run.certificate is not None
     assert run.certificate.passed
     assert run.certificate.checks > 0
+
+
+def test_last_row_stands_at_the_end_whatever_its_rounding():
+    # 600 * 0.1 ms is more than 60 ms by one rounding error
+    circuit = nsspice.read(DCM.format(order=2).replace(".tran 0.5m", ".tran 0.1m"))
+    run = nsspice.tran(circuit, method="sdirk", reltol=1e-7)
+    assert run.time.size == 601
+    assert run.time[-1] == pytest.approx(60e-3, rel=1e-15)

@@ -65,7 +65,8 @@ impl Rows {
     fn time(&self) -> f64 {
         match self.next {
             k if k >= self.count => f64::INFINITY,
-            k if k <= self.whole => self.start + k as f64 * self.step,
+            // a multiple of the step may lie beyond the end by rounding
+            k if k <= self.whole => (self.start + k as f64 * self.step).min(self.stop),
             _ => self.stop,
         }
     }
