@@ -24,7 +24,7 @@ GOOD = """every card of the dialect
 .options reltol=1e-4 temp=30 method=moreau
 .model dm D(Vfwd=0.7 Ron={half/100}) ; comment
 .model sm SW(vt=1 vh=0.1 ron=0)
-.model qm NPN(alphaN=0.99 DE={i*2})
+.model qm NPN(alphaN=0.99 DE=dm)
 .subckt cell a b params: r=1k
 R1 a m {r*2}
 C1 m b 1u ic=0
