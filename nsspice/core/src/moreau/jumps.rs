@@ -139,8 +139,11 @@ impl Stepper {
         }
         let k = self.stage_index(once.length, true);
         let mut largest = [0.0f64; 2];
-        for (v, &kind) in self.z.iter().zip(&self.sys.row_kind) {
-            largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
+        // the short steps count too: where all currents vanish, rounding of theirs is all that is left
+        for z in [&self.z, &once.z] {
+            for (v, &kind) in z.iter().zip(&self.sys.row_kind) {
+                largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
+            }
         }
         for &j in &self.stages[k].inputs.carried {
             let scale = largest[usize::from(self.sys.row_kind[j])];
