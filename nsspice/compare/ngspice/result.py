@@ -185,4 +185,5 @@ def _failure(
         "code model missing": "install the program ngspice, or use --junction 0.01",
     }
     hint = hints.get(reason, "look at the deck with --deck FILE")
-    return NgspiceError(Diagnostic("NS5010", text, hint=hint), reason, translation, reached)
+    instant = reached if isinstance(translation.analysis, Tran) else None
+    return NgspiceError(Diagnostic("NS5010", text, hint=hint), reason, translation, instant)
