@@ -179,3 +179,18 @@ def test_last_row_stands_at_the_end_whatever_its_rounding():
     run = nsspice.tran(circuit, method="sdirk", reltol=1e-7)
     assert run.time.size == 601
     assert run.time[-1] == pytest.approx(60e-3, rel=1e-15)
+
+
+def test_a_floating_bridge_on_a_megohm_takes_no_tiny_steps():
+    # the common mode of p and n hangs on 1 MOhm beside 500 uF: maps of its modes lose digits
+    phases = "".join(
+        f"V{k} {k} 0 SIN(0 325 50 0 0 {120 * j})\nL{k} {k} x{k} 1m IC=0\n"
+        f"DP{k} x{k} p\nDN{k} n x{k}\n"
+        for j, k in enumerate("abc")
+    )
+    deck = f"bridge\n{phases}C1 p n 500u IC=0\nR1 p n 50\nR2 n 0 1meg\n.tran 0.1m 20m uic\n"
+    circuit = nsspice.read(deck)
+    run = nsspice.tran(circuit, method="sdirk", reltol=1e-7, signals=["v(p,n)"])
+    exact = nsspice.tran(circuit, method="modewise", signals=["v(p,n)"])
+    assert run.stats["steps"] < 5000
+    assert sup(run["v(p,n)"], exact["v(p,n)"]) <= 1e-4 * 560

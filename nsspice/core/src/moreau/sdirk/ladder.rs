@@ -8,6 +8,8 @@ use crate::mlcp::{Role, Start};
 pub const RUNGS: usize = 45;
 /// A mode earns its affine map at this many solves.
 const USES_FOR_MAP: u32 = 3;
+/// A map that differs more than this from refined solutions is not used.
+const DIGITS: f64 = 1e-12;
 /// Memory for matrices and factors of all rungs [numbers], roughly.
 const BUDGET: usize = 40_000_000;
 
@@ -129,11 +131,12 @@ impl Ladder {
         if regular {
             let slot = stage.slot(&s.active, s.epoch);
             slot.uses += 1;
-            if slot.map.is_none() && slot.uses == USES_FOR_MAP {
+            let fresh = slot.map.is_none() && slot.uses == USES_FOR_MAP;
+            if fresh {
                 stage.make_map(&s.active, s.epoch, &mut s.work);
             }
             let (inputs, slot) = stage.inputs_and_slot(&s.active, s.epoch);
-            if let Some(map) = &slot.map {
+            if let (Some(map), true, false) = (&slot.map, slot.trusted, fresh) {
                 s.input.clear();
                 s.input.extend(inputs.carried.iter().map(|&j| from[j]));
                 s.input.extend(inputs.ends.iter().map(|&j| u[j]));
@@ -149,8 +152,32 @@ impl Ladder {
             *x = if active { -q } else { 0.0 };
         }
         if regular {
+            let rhs = x.to_vec();
             factor.solve(x, &mut s.work);
-            matrices.guards(x, &s.active, true, &mut s.w);
+            let slot = stage.slot(&s.active, s.epoch);
+            let fresh = slot.uses == USES_FOR_MAP;
+            if !slot.trusted || fresh {
+                factor.correct(x, &rhs, &mut s.work);
+            }
+            stage.matrices.guards(x, &s.active, true, &mut s.w);
+            let (inputs, slot) = stage.inputs_and_slot(&s.active, s.epoch);
+            if let (Some(map), true) = (&slot.map, fresh) {
+                // modes in which a large part and a small one meet lose digits in the map
+                s.input.clear();
+                s.input.extend(inputs.carried.iter().map(|&j| from[j]));
+                s.input.extend(inputs.ends.iter().map(|&j| u[j]));
+                let mut mapped = x.to_vec();
+                map.apply(&s.input, &mut mapped);
+                let kinds = &s.sys.row_kind;
+                let size = |kind: u8| {
+                    let of_kind = x[..n].iter().zip(kinds).filter(|(_, &k)| k == kind);
+                    of_kind.fold(0.0f64, |a, (v, _)| a.max(v.abs()))
+                };
+                let sizes = [size(0), size(1)];
+                let far = (0..n)
+                    .any(|j| (x[j] - mapped[j]).abs() > DIGITS * sizes[usize::from(kinds[j])]);
+                slot.trusted = !far;
+            }
             return Fit::Solved;
         }
         s.stats.undetermined += 1;

@@ -32,10 +32,13 @@ pub struct Trial {
     pub constrained: Vec<bool>,
     /// diagonal of the storage matrix
     storage: Vec<f64>,
+    /// unknowns that smooth stored functions see by themselves, not in differences alone
+    own: Vec<bool>,
     /// scratch
     from: Vec<f64>,
     raw: Vec<f64>,
     stored: Vec<f64>,
+    smoothed: Vec<f64>,
     pub u: Vec<f64>,
     /// a point of the continuous solution: unknowns, guards and functions
     pub point: Vec<f64>,
@@ -64,11 +67,17 @@ impl Trial {
         for (_, c, v) in s.sys.e.iter().filter(|e| e.0 == e.1) {
             storage[c] = v;
         }
+        let mut own = vec![false; n];
+        for j in s.smooth.iter().flat_map(|smooth| smooth.newton.stored_unknowns()) {
+            own[j] = true;
+        }
         Trial {
+            own,
             storage,
             constrained: vec![false; n],
             raw: vec![0.0; n + p],
             stored: vec![0.0; n],
+            smoothed: vec![0.0; n],
             start: 0.0,
             length: 0.0,
             level: 0,
@@ -141,18 +150,26 @@ impl Trial {
         for ((f, base), raw) in self.from.iter().zip(base).zip(&mut self.raw) {
             *raw = f - base;
         }
-        // as a change of charges and fluxes: directions without storage mean nothing
+        // as changes of charges and fluxes: directions without storage mean nothing
         self.stored.fill(0.0);
         s.sys.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
-        let ends = x[..n].iter().zip(&self.stages[last]);
-        let raws = self.stored.iter().zip(&self.storage);
+        for ((d, x), end) in self.slope.iter_mut().zip(&x[..n]).zip(&self.stages[last]) {
+            *d = x - end;
+        }
+        self.smoothed.fill(0.0);
+        s.sys.e.mul_add(1.0, &self.slope[..n], &mut self.smoothed);
+        let charges = self.smoothed.iter().zip(&self.stored).zip(&self.storage);
         let out = self.slope.iter_mut().zip(&mut self.constrained);
-        for ((d, constrained), ((x, end), (charge, storage))) in out.zip(ends.zip(raws)) {
-            let smoothed = x - end;
-            let raw = if *storage > 0.0 { charge / storage } else { 0.0 };
-            // what a constraint determines shows no error; its rates have one
-            *constrained = smoothed.abs() < CONSTRAINED * raw.abs();
-            *d = if *constrained { raw } else { smoothed };
+        for (j, ((d, constrained), ((smoothed, raw), &storage))) in out.zip(charges).enumerate() {
+            if storage > 0.0 {
+                // what a constraint determines shows no error; its rates have one
+                *constrained = smoothed.abs() < CONSTRAINED * raw.abs();
+                *d = match (*constrained, self.own[j]) {
+                    (true, _) => raw / storage,
+                    (false, true) => *d,
+                    (false, false) => smoothed / storage,
+                };
+            }
         }
     }
 
