@@ -208,7 +208,7 @@ def refuse_smooth(element: Element, what: str, findings: Findings, hint: str = "
 
 
 def check_flags(device: type[Device], element: Element, findings: Findings) -> None:
-    """Report bare words that the element line may not have."""
+    """Report bare words that the element line may not have, or that do nothing."""
     for word, span in element.flags.items():
         if word not in device.FLAGS:
             known = ", ".join(device.FLAGS)
@@ -217,6 +217,12 @@ def check_flags(device: type[Device], element: Element, findings: Findings) -> N
                 f"{element.name} has the unknown word {word}",
                 span,
                 f"known: {known}" if known else "remove it",
+            )
+        elif word == "off":
+            findings.warning(
+                "NS2052",
+                f"off of {element.name} is a starting hint that this program does not need",
+                span,
             )
 
 

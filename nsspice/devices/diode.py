@@ -159,12 +159,6 @@ class Diode(LegDevice):
             if is_smooth(model):
                 return JunctionDiode.read(element, context)
         check_flags(cls, element, findings)
-        if "off" in element.flags:
-            findings.warning(
-                "NS2052",
-                f"off of {element.name} is a starting hint that this program does not need",
-                element.flags["off"],
-            )
         params = {key: p for key, p in element.params.items() if key != "v"}
         given = cls.INSTANCE.read(params, element.name, findings) if params else {}
         parallel = size_of(element, given, findings)

@@ -41,12 +41,6 @@ class JunctionDiode(LegDevice):
         model = element.model
         assert model is not None
         check_flags(cls, element, findings)
-        if "off" in element.flags:
-            findings.warning(
-                "NS2052",
-                f"off of {element.name} is a starting hint that this program does not need",
-                element.flags["off"],
-            )
         wrong = [key for key in _SET_VALUED if key in element.params]
         if wrong:
             findings.error(

@@ -103,12 +103,6 @@ class Thyristor(Device):
         model = element.model
         assert model is not None
         check_flags(cls, element, findings)
-        if "off" in element.flags:
-            findings.warning(
-                "NS2052",
-                f"off of {element.name} is a starting hint that this program does not need",
-                element.flags["off"],
-            )
         params = {key: p for key, p in element.params.items() if key != "v"}
         given = cls.INSTANCE.read(params, element.name, findings)
         parallel = size_of(element, given, findings)

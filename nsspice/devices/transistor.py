@@ -58,12 +58,6 @@ class Transistor(Device):
         model = element.model
         assert model is not None
         check_flags(cls, element, findings)
-        if "off" in element.flags:
-            findings.warning(
-                "NS2052",
-                f"off of {element.name} is a starting hint that this program does not need",
-                element.flags["off"],
-            )
         if len(element.nodes) > 3:
             findings.warning(
                 "NS2052",

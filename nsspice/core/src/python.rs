@@ -49,6 +49,36 @@ fn csc(m: &Matrix) -> PyResult<Csc> {
     Ok(Csc { nrows, ncols, colptr, rowidx, values })
 }
 
+fn made(waveforms: &[WaveformSpec]) -> PyResult<Vec<Waveform>> {
+    let make =
+        |(kind, values, repeat, scale): &WaveformSpec| Waveform::new(kind, values, *repeat, *scale);
+    waveforms.iter().map(make).collect::<Result<_, _>>().map_err(invalid)
+}
+
+/// Lets `advance` fill rows of `out` without the interpreter's lock; returns the number of rows and
+/// 0 more, 1 done, 2 failed.
+fn fill(
+    py: Python<'_>,
+    mut out: PyReadwriteArray2<f64>,
+    columns: usize,
+    budget: f64,
+    advance: impl FnOnce(&mut [f64], Duration) -> (usize, Progress) + Send,
+) -> PyResult<(usize, u8)> {
+    let mut view = out.as_array_mut();
+    if view.ncols() != columns {
+        return Err(invalid("the array needs one column for the time and one per output"));
+    }
+    let slice = view.as_slice_mut().ok_or_else(|| invalid("the array must be contiguous"))?;
+    let budget = Duration::from_secs_f64(budget.clamp(1e-3, 60.0));
+    let (rows, progress) = py.detach(move || advance(slice, budget));
+    let state = match progress {
+        Progress::More => 0,
+        Progress::Done => 1,
+        Progress::Failed => 2,
+    };
+    Ok((rows, state))
+}
+
 fn role(code: u8) -> PyResult<Role> {
     Ok(match code {
         0 => Role::Diode,
@@ -178,11 +208,7 @@ impl PyStepper {
         if !fits {
             return Err(invalid("the matrices of the system do not fit together"));
         }
-        let waveforms = waveforms
-            .iter()
-            .map(|(kind, values, repeat, scale)| Waveform::new(kind, values, *repeat, *scale))
-            .collect::<Result<Vec<_>, _>>()
-            .map_err(invalid)?;
+        let waveforms = made(&waveforms)?;
         let switches: Vec<Switch> = switches
             .into_iter()
             .map(|(pair, control, on_above, off_below, closed, inverted)| Switch {
@@ -350,28 +376,14 @@ impl PyStepper {
     fn advance(
         &mut self,
         py: Python<'_>,
-        mut out: PyReadwriteArray2<f64>,
+        out: PyReadwriteArray2<f64>,
         budget: f64,
     ) -> PyResult<(usize, u8)> {
-        let mut view = out.as_array_mut();
-        if view.ncols() != self.inner.columns() {
-            return Err(invalid("the array needs one column for the time and one per output"));
-        }
-        let slice = view.as_slice_mut().ok_or_else(|| invalid("the array must be contiguous"))?;
         let (inner, sdirk) = (&mut self.inner, &mut self.sdirk);
-        let budget = Duration::from_secs_f64(budget.clamp(1e-3, 60.0));
-        let (rows, progress) = py.detach(move || match sdirk {
+        fill(py, out, inner.columns(), budget, move |slice, budget| match sdirk {
             Some(sdirk) => sdirk.advance(inner, slice, budget),
             None => inner.advance(slice, budget),
-        });
-        Ok((
-            rows,
-            match progress {
-                Progress::More => 0,
-                Progress::Done => 1,
-                Progress::Failed => 2,
-            },
-        ))
+        })
     }
 
     fn failure<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {

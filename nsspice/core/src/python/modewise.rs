@@ -1,13 +1,10 @@
 //! The mode-wise engine as a Python class.
 
-use super::{csc, failure_dict, invalid, Floats, Matrix, SwitchSpec, WaveformSpec};
+use super::{csc, failure_dict, fill, invalid, made, Floats, Matrix, SwitchSpec, WaveformSpec};
 use crate::modewise::{Assembly, Edge, Engine, Inputs, SwitchLaw};
-use crate::moreau::Progress;
-use crate::waveform::Waveform;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadwriteArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::time::Duration;
 
 #[pyclass(name = "Modewise", module = "nsspice._core")]
 pub(super) struct PyModewise {
@@ -66,11 +63,6 @@ impl PyModewise {
         if !fits {
             return Err(invalid("the arrays of the system do not fit together"));
         }
-        let waveforms = waveforms
-            .iter()
-            .map(|(kind, values, repeat, scale)| Waveform::new(kind, values, *repeat, *scale))
-            .collect::<Result<Vec<_>, _>>()
-            .map_err(invalid)?;
         let switches = switches
             .into_iter()
             .map(|(pair, control, on_above, off_below, _, inverted)| SwitchLaw {
@@ -81,7 +73,7 @@ impl PyModewise {
                 inverted,
             })
             .collect();
-        let inputs = Inputs::new(waveforms).map_err(invalid)?;
+        let inputs = Inputs::new(made(&waveforms)?).map_err(invalid)?;
         let inner = Engine::new(sys, inputs, switches, outputs).map_err(invalid)?;
         Ok(PyModewise { inner })
     }
@@ -111,25 +103,11 @@ impl PyModewise {
     fn advance(
         &mut self,
         py: Python<'_>,
-        mut out: PyReadwriteArray2<f64>,
+        out: PyReadwriteArray2<f64>,
         budget: f64,
     ) -> PyResult<(usize, u8)> {
-        let mut view = out.as_array_mut();
-        if view.ncols() != self.inner.columns() {
-            return Err(invalid("the array needs one column for the time and one per output"));
-        }
-        let slice = view.as_slice_mut().ok_or_else(|| invalid("the array must be contiguous"))?;
         let inner = &mut self.inner;
-        let budget = Duration::from_secs_f64(budget.clamp(1e-3, 60.0));
-        let (rows, progress) = py.detach(move || inner.advance(slice, budget));
-        Ok((
-            rows,
-            match progress {
-                Progress::More => 0,
-                Progress::Done => 1,
-                Progress::Failed => 2,
-            },
-        ))
+        fill(py, out, inner.columns(), budget, move |slice, budget| inner.advance(slice, budget))
     }
 
     fn failure<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
