@@ -5,10 +5,11 @@ from __future__ import annotations
 from .batch import Job, Request, jobs_of, run, run_job
 from .cards import Dc, Op, Tran
 from .certificate import Certificate
+from .events import Event
 from .load import read, read_deck
 from .measure import evaluate_measures
 from .settings import METHODS, Settings
-from .solution import Event, Impulse, IslandRun, Solution
+from .solution import Impulse, IslandRun, Solution
 from .statics import dc, op
 from .transient import tran
 

@@ -13,6 +13,7 @@ from ..solvers.moreau import MoreauStepper, UnsolvedStep
 from .cards import Tran
 from .certificate import Certificate
 from .curve import Floats
+from .events import Events
 from .examiner import Examiner, sampling
 from .failure import named_failure
 from .following import PATH_METHODS, Following, of_linearised
@@ -20,7 +21,7 @@ from .impulses import jumps_of
 from .initial import start
 from .regularity import Judge
 from .settings import Settings
-from .solution import Event, IslandRun, JumpReport
+from .solution import IslandRun, JumpReport
 
 #: Unknowns and pairs of an island up to which ``auto`` goes mode by mode.
 AUTO_LIMIT = 200
@@ -217,13 +218,9 @@ class IslandRunner:
         if self.sides is not None and (rows := self.stepper.take_sides()).size:
             self.sides.append(rows)
 
-    def events(self) -> list[Event]:
+    def events(self) -> Events:
         """Return the changes of set-valued elements so far."""
-        pairs = self.mna.pairs
-        return [
-            Event(time, pairs[pair], "on" if on else "off")
-            for time, pair, on in self.stepper.events
-        ]
+        return Events(*self.stepper.events, self.mna.pairs)
 
     def advance(self, rows: int) -> Floats:
         """Return the next rows, fewer than asked for if that takes too long."""

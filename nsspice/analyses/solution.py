@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import Diagnostic
+from .events import Event
 from .names import canonical, suggestion
 
 if TYPE_CHECKING:
@@ -19,25 +20,6 @@ if TYPE_CHECKING:
     from .regularity import Verdict
 
 Floats = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Event:
-    """A change of state of one or more set-valued elements.
-
-    Parameters
-    ----------
-    time : float
-        [s]
-    element : str
-        Name of the element, with the branch for elements of several pairs: ``z1.fwd``.
-    change : str
-        ``"on"`` (begins to conduct) or ``"off"``.
-    """
-
-    time: float
-    element: str
-    change: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,8 +167,10 @@ class Solution:
         The signals that files and plots show; ``signals`` may hold more, for measures.
     parameters : dict of str to float
         Values of the ``.step`` parameters of this run.
-    events, impulses, jumps : list
-        Changes of set-valued elements, impulses, jumps of charge or flux with their energies.
+    events : sequence of Event
+        Changes of set-valued elements in the order of time.
+    impulses, jumps : list
+        Impulses, and jumps of charge or flux with their energies.
     islands : list of IslandRun
     certificate : Certificate or None
     measures : dict of str to float
@@ -220,7 +204,7 @@ class Solution:
     signals: dict[str, Floats]
     columns: list[str] = field(default_factory=list)
     parameters: dict[str, float] = field(default_factory=dict)
-    events: list[Event] = field(default_factory=list)
+    events: Sequence[Event] = field(default_factory=list)
     impulses: list[Impulse] = field(default_factory=list)
     jumps: list[JumpReport] = field(default_factory=list)
     islands: list[IslandRun] = field(default_factory=list)

@@ -10,6 +10,7 @@ from ..errors import Diagnostic, NumericalError, UsageError
 from ..netlist.deck import TranCard
 from .cards import Tran
 from .certificate import Certificate
+from .events import Events
 from .interrupts import Interrupts
 from .island_runner import IslandRunner
 from .recorder import Recorder, select
@@ -206,7 +207,7 @@ def run_tran(
         outlet.table[:, 0],
         {name: outlet.table[:, 1 + k] for k, name in enumerate(names)},
         columns,
-        events=sorted((e for runner in runners for e in runner.events()), key=lambda e: e.time),
+        events=Events.merged(runner.events() for runner in runners),
         impulses=[impulse for jump in jumps for impulse in jump.impulses],
         jumps=jumps,
         islands=[runner.report() for runner in runners],

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ..analyses.solution import Event, Impulse, IslandRun, Solution
+from ..analyses.events import Event
+from ..analyses.solution import Impulse, IslandRun, Solution
 from .csv import CsvSink, write_csv
 from .raw import write_raw
 from .summary import describe, to_dict

@@ -431,8 +431,8 @@ class MoreauStepper:
         return [Jump(**j) for j in self._core.jumps()]
 
     @property
-    def events(self) -> list[tuple[float, int, bool]]:
-        """Changes of pairs so far: time [s], pair, True if it conducts from then on.
+    def events(self) -> tuple[Floats, npt.NDArray[np.uintp], npt.NDArray[np.bool_]]:
+        """Changes of pairs so far: times [s], pairs, True where they conduct from then on.
 
         The first 65536 are kept, the others counted in ``statistics``.
         """

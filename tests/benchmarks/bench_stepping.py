@@ -17,7 +17,7 @@ JUNCTION = "D(IS=1e-14 N=0.05)"
 
 
 def step_of_multiplier(diodes: int) -> float:
-    return nsspice_step(lambda t: multiplier(diodes, stop=t), 1e-3)
+    return nsspice_step(lambda t: multiplier(diodes, stop=t), 2e-3)
 
 
 def test_bridge_oscillator_is_thirty_times_faster_than_ngspice() -> None:

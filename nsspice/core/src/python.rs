@@ -79,6 +79,18 @@ fn fill(
     Ok((rows, state))
 }
 
+/// times [s], pairs, conducts from then on
+type EventArrays<'py> =
+    (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<usize>>, Bound<'py, PyArray1<bool>>);
+
+fn event_arrays<'py>(py: Python<'py>, events: &[(f64, usize, bool)]) -> EventArrays<'py> {
+    (
+        PyArray1::from_iter(py, events.iter().map(|e| e.0)),
+        PyArray1::from_iter(py, events.iter().map(|e| e.1)),
+        PyArray1::from_iter(py, events.iter().map(|e| e.2)),
+    )
+}
+
 fn role(code: u8) -> PyResult<Role> {
     Ok(match code {
         0 => Role::Diode,
@@ -425,8 +437,8 @@ impl PyStepper {
     }
 
     /// Changes of pairs as (time, pair, conducts from then on).
-    fn events(&self) -> Vec<(f64, usize, bool)> {
-        self.inner.events.clone()
+    fn events<'py>(&self, py: Python<'py>) -> EventArrays<'py> {
+        event_arrays(py, &self.inner.events)
     }
 
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {

@@ -151,8 +151,7 @@ impl Stepper {
     /// A mode that misses it once (stiff circuits lose digits in it) is left to the driver, which
     /// refines.
     fn approve(&mut self, k: usize) -> bool {
-        let slot = self.stages[k].slot(&self.active, self.epoch);
-        if slot.uses > NEW_MODE && !self.stats.steps.is_multiple_of(CHECK) {
+        if !self.recent && !self.stats.steps.is_multiple_of(CHECK) {
             return true;
         }
         let stage = &mut self.stages[k];
@@ -190,20 +189,12 @@ impl Stepper {
     fn quick(&mut self, k: usize) -> Quick {
         let n = self.z.len();
         let stage = &mut self.stages[k];
-        let factor = stage.factor(&self.active, self.epoch);
-        if !factor.regular() {
-            self.stats.undetermined += 1;
-            return Quick::Fails; // consistency has to be checked: the driver's work
-        }
-        let slot = stage.slot(&self.active, self.epoch);
+        let (inputs, slot) = stage.inputs_and_slot(&self.active, self.epoch);
         if !slot.trusted {
             return Quick::Fails;
         }
         slot.uses += 1;
-        if slot.map.is_none() && slot.uses == USES_FOR_MAP {
-            stage.make_map(&self.active, self.epoch, &mut self.work);
-        }
-        let (inputs, slot) = stage.inputs_and_slot(&self.active, self.epoch);
+        self.recent = slot.uses <= NEW_MODE;
         if let Some(map) = &slot.map {
             self.input.clear();
             self.input.extend(inputs.carried.iter().map(|&j| self.z[j]));
@@ -211,6 +202,12 @@ impl Stepper {
             self.input.extend(inputs.starts.iter().map(|&j| self.u0[j]));
             map.apply(&self.input, &mut self.x);
         } else {
+            let due = slot.uses == USES_FOR_MAP;
+            let factor = stage.factor(&self.active, self.epoch);
+            if !factor.regular() {
+                self.stats.undetermined += 1;
+                return Quick::Fails; // consistency has to be checked: the driver's work
+            }
             let matrices = &stage.matrices;
             let (rhs, pairs) = self.x.split_at_mut(n);
             matrices.right_hand_side(&self.z, &self.u0, &self.u1, rhs);
@@ -219,6 +216,9 @@ impl Stepper {
             }
             factor.solve(&mut self.x, &mut self.work);
             matrices.guards(&mut self.x, &self.active, true, &mut self.w);
+            if due {
+                stage.make_map(&self.active, self.epoch, &mut self.work);
+            }
         }
         // NaN fails the comparison and goes to the driver, which names the trouble
         let guards = &self.x[n..];

@@ -163,6 +163,8 @@ pub struct Stepper {
     /// how negative a guard may be by rounding; for which mode and step length, up to which step
     pub(super) noise: Vec<f64>,
     pub(super) noise_known: (u64, f64, u64),
+    /// the mode just tried is still new: its residuals are checked in every step
+    pub(super) recent: bool,
     pub(super) work: Vec<f64>,
     /// largest charge and flux at a possible jump so far
     pub(super) largest: [f64; 2],
@@ -239,6 +241,7 @@ impl Stepper {
             w: vec![0.0; m],
             noise: vec![0.0; m],
             noise_known: (0, f64::NAN, 0),
+            recent: true,
             work: vec![0.0; work_len(n + m)],
             largest: [0.0; 2],
             z_before: vec![0.0; n],

@@ -1,6 +1,9 @@
 //! The mode-wise engine as a Python class.
 
-use super::{csc, failure_dict, fill, invalid, made, Floats, Matrix, SwitchSpec, WaveformSpec};
+use super::{
+    csc, event_arrays, failure_dict, fill, invalid, made, EventArrays, Floats, Matrix, SwitchSpec,
+    WaveformSpec,
+};
 use crate::modewise::{Assembly, Edge, Engine, Inputs, SwitchLaw};
 use numpy::{PyArray1, PyReadonlyArray1, PyReadwriteArray2};
 use pyo3::prelude::*;
@@ -151,8 +154,8 @@ impl PyModewise {
     }
 
     /// Changes of pairs as (time, pair, conducts from then on).
-    fn events(&self) -> Vec<(f64, usize, bool)> {
-        self.inner.events.clone()
+    fn events<'py>(&self, py: Python<'py>) -> EventArrays<'py> {
+        event_arrays(py, &self.inner.events)
     }
 
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {

@@ -44,12 +44,14 @@ impl Packed {
     ) -> Packed {
         let factors: Vec<_> = lu.row.iter().map(|&r| row(r as usize)).collect();
         let counts = |e: &&Entry| e.value != 0.0 && factors[e.column as usize].is_some();
-        let all = || lu.lower.entries.iter().chain(lu.upper.entries.iter().rev()).filter(counts);
+        let mut all = Vec::with_capacity(lu.lower.entries.len() + lu.upper.entries.len());
+        by_level(lu.size(), lu.lower.entries.iter().filter(counts), &mut all);
+        by_level(lu.size(), lu.upper.entries.iter().rev().filter(counts), &mut all);
         let entries = if lu.size() <= WINDOW {
-            let places = all().map(|e| [e.row as u16, e.column as u16]).collect();
-            Entries::Narrow(places, all().map(|e| e.value).collect())
+            let places = all.iter().map(|e| [e.row as u16, e.column as u16]).collect();
+            Entries::Narrow(places, all.iter().map(|e| e.value).collect())
         } else {
-            Entries::Wide(all().copied().collect())
+            Entries::Wide(all)
         };
         let places = lu.ordering.order.iter().zip(&lu.inverse);
         Packed {
@@ -89,5 +91,33 @@ impl Packed {
         for (y, p) in work.iter().zip(&self.scatter) {
             x[p.index as usize] = y * p.factor;
         }
+    }
+}
+
+/// Appends the entries of a triangular factor, given in the order of elimination, so that those
+/// whose columns are ready after the same number of eliminations follow each other: the processor
+/// works on several at a time, while neighbours in a chain of eliminations wait for each other.
+fn by_level<'a>(
+    size: usize,
+    entries: impl Iterator<Item = &'a Entry> + Clone,
+    out: &mut Vec<Entry>,
+) {
+    let mut level = vec![0u32; size];
+    let mut count = vec![0usize];
+    for e in entries.clone() {
+        let next = level[e.column as usize] + 1;
+        level[e.row as usize] = level[e.row as usize].max(next);
+        count.resize(count.len().max(next as usize + 1), 0);
+        count[next as usize] += 1;
+    }
+    for k in 1..count.len() {
+        count[k] += count[k - 1];
+    }
+    let begin = out.len();
+    out.resize(begin + count[count.len() - 1], Entry::default());
+    for e in entries {
+        let place = &mut count[level[e.column as usize] as usize];
+        out[begin + *place] = *e;
+        *place += 1;
     }
 }
