@@ -88,8 +88,6 @@ class IslandRunner:
             accuracy = Accuracy(settings.reltol, settings.vntol, settings.abstol, settings.order)
             return SdirkStepper(system, functionals, accuracy)
         self.method = "moreau"
-        if settings.method not in ("auto", "moreau", "modewise"):
-            self.note = "rows at the solver's own points are those of fixed steps"
         if settings.theta == 1.0:
             return MoreauStepper(system, functionals)
         from ..circuit.theta import theta_terms
@@ -101,8 +99,6 @@ class IslandRunner:
     def _wants_sdirk(self) -> bool:
         """True if steps with error control are asked for, or are the best for the island."""
         settings = self.settings
-        if self.all_points:
-            return False
         # a step or theta that is asked for means fixed steps
         free = settings.step is None and settings.theta == 1.0
         smooth = self.island.problem_class is ProblemClass.DNCP
@@ -111,9 +107,6 @@ class IslandRunner:
     def _modewise(self, functionals: Sequence[Functional]) -> ModewiseStepper | None:
         """Return the exact engine if it can treat the system; the note tells why not."""
         system, chosen = self.mna.system, self.settings.method == "modewise"
-        if self.all_points:
-            self.note = "rows at the solver's own points need steps, which modewise has none of"
-            return None
         if not chosen and system.smooth is not None:
             return None  # the problem class says it
         size = system.n + system.m
@@ -136,7 +129,8 @@ class IslandRunner:
         if isinstance(stepper, ModewiseStepper):
             stepper.watch(self.sides is not None)
             return
-        if not isinstance(stepper, MoreauStepper) or self.method == "sdirk":
+        if self.method == "sdirk":
+            stepper.watch(0, 0, self.sides is not None)
             return
         distance = self.step or self.analysis.row_distance
         size = 2 * system.n + system.m + 2 * len(system.waveforms)
@@ -155,7 +149,7 @@ class IslandRunner:
         else:
             step = self.step or analysis.solver_step(self.settings.step)
             self.stepper.plan(0.0, analysis.stop, step, analysis.start, rows)
-        if self.all_points and isinstance(self.stepper, MoreauStepper):
+        if self.all_points:
             self.stepper.show_all_points(analysis.start)
         try:
             self.charges = start(self.circuit, self.mna, self.stepper, analysis, self.step)
@@ -208,9 +202,7 @@ class IslandRunner:
 
     def _hand_over(self) -> None:
         """Take what the solver has left for the checks and the measures."""
-        if self.method == "sdirk":
-            return
-        if isinstance(self.stepper, MoreauStepper):
+        if isinstance(self.stepper, MoreauStepper) and self.method != "sdirk":
             records = self.stepper.take_records()
             self.examiner.take(records)
             if self.judge is not None:

@@ -79,8 +79,8 @@ def tran(
     keep : bool
         False leaves the rows to the sink alone; the solution then holds the first and last row.
     all_points : bool
-        Rows at the solver's own points instead of the grid, and on both sides of each jump: the
-        time of a jump stands twice, before and after.
+        Rows at the solver's own points (with fixed steps instead of the grid), and on both sides
+        of each jump: the time of a jump stands twice, before and after.
 
     Returns
     -------

@@ -239,6 +239,13 @@ class ModewiseStepper:
         """Keep rows on both sides of jumps, for :meth:`take_sides`."""
         self._core.keep_sides(sides)
 
+    def show_all_points(self, start: float) -> None:
+        """Add rows at all switchings and corners of sources from ``start`` [s] on.
+
+        Where something jumps there are two: before and after.
+        """
+        self._core.show_all_points(start)
+
     def take_sides(self) -> Floats:
         """Return the rows before and after each jump so far, shape (2 k, columns), once."""
         return self._core.take_sides().reshape(-1, self._columns)

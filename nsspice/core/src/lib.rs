@@ -13,3 +13,4 @@ pub mod waveform;
 
 mod format;
 mod python;
+mod sides;

@@ -58,6 +58,82 @@ def test_a_window_from_a_jump_on_holds_only_the_side_after_it():
     assert sol.measures["m"] == 0.5
 
 
+#: 1 F between a switched source of 1 V and 1 Ohm: at 1 s the current jumps from 0 to 1 A and decays
+CHARGE = """a switch charges a capacitor
+V1 a 0 1
+V2 g 0 PULSE(0 1 1 0 0 10 20)
+S1 a b g 0 SW
+R1 b c 1
+C1 c 0 1 IC=0
+.model SW SW(VT=0.5)
+"""
+
+
+@pytest.mark.parametrize("method", ["modewise", "sdirk", "moreau"])
+def test_every_engine_shows_both_sides_of_a_switching(method):
+    sol = nsspice.tran(
+        nsspice.read(CHARGE + ".save i(r1) v(c)\n"),
+        2.0,
+        0.3,
+        uic=True,
+        method=method,
+        all_points=True,
+        reltol=1e-8,
+    )
+    assert sol.islands[0].method == method
+    t = sol.time
+    (k,) = np.flatnonzero(np.diff(t) == 0.0)
+    assert t[k] == pytest.approx(1.0, rel=1e-12)
+    assert sol["i(r1)"][k] == pytest.approx(0.0, abs=1e-12)
+    # right after the switching the current is 1 A; a stepper finds it from short steps
+    assert sol["i(r1)"][k + 1] == pytest.approx(1.0, rel=1e-9 if method == "modewise" else 1e-5)
+    assert np.all(np.diff(t) >= 0.0)
+    if method != "moreau":
+        grid = np.append(np.arange(7) * 0.3, 2.0)
+        assert all(np.min(np.abs(t - row)) < 1e-12 for row in grid)
+        exact = np.where(t > 1.0, 1.0 - np.exp(1.0 - np.maximum(t, 1.0)), 0.0)
+        # of one step the error is below 1e-8 of the largest voltage; there are some dozen steps
+        tolerance = 1e-12 if method == "modewise" else 1e-6
+        np.testing.assert_allclose(sol["v(c)"], exact, atol=tolerance)
+
+
+@pytest.mark.parametrize("method", ["modewise", "sdirk"])
+def test_a_switching_at_a_row_stands_twice_not_thrice(method):
+    sol = nsspice.tran(nsspice.read(CHARGE), 2.0, 0.5, uic=True, method=method, all_points=True)
+    assert np.count_nonzero(np.abs(sol.time - 1.0) < 1e-9) == 2
+
+
+@pytest.mark.parametrize("method", ["modewise", "sdirk", "moreau"])
+def test_a_measure_sees_the_first_current_of_a_switching_between_rows(method):
+    card = ".options method={}\n.tran 0.3 2 uic\n.measure tran top MAX i(r1)\n"
+    (sol,) = nsspice.read(CHARGE + card.format(method)).run()
+    assert sol.islands[0].method == method
+    assert sol["i(r1)"].max() < 0.9
+    # the fixed steps of moreau end 0.03 s from each other at most: the first is that late
+    assert sol.measures["top"] == pytest.approx(1.0, rel=0.04 if method == "moreau" else 1e-5)
+
+
+def test_a_diode_that_starts_to_conduct_makes_its_current_jump():
+    """1 uF across a diode and a ramp of 1 kV/s from -1 V: from 1 ms on 1 uF 1 kV/s = 1 mA flow."""
+    deck = "peak\nV1 a 0 PWL(0 -1 4m 3)\nD1 a b\nC1 b 0 1u IC=0\n.model D D(ideal)\n"
+    sol = nsspice.tran(nsspice.read(deck), 3e-3, 0.7e-3, uic=True, all_points=True)
+    (k,) = np.flatnonzero(np.diff(sol.time) == 0.0)
+    assert sol.time[k] == pytest.approx(1e-3, rel=1e-9)
+    assert sol["i(d1)"][k] == pytest.approx(0.0, abs=1e-12)
+    assert sol["i(d1)"][k + 1] == pytest.approx(1e-3, rel=1e-12)
+
+
+def test_rounding_at_a_zero_crossing_is_no_jump():
+    """A resonance with ideal diodes in series: at each crossing all voltages are rounding."""
+    deck = (
+        "bridge\nC0 n1 0 1u IC=10\nL1 n1 0 10m IC=0\nD1 n1 p\nD2 0 p\nD3 n 0\nD4 n n1\n"
+        "R1 p n 1k\n.tran 1m 10m uic\n"
+    )
+    (sol,) = nsspice.read(deck).run()
+    assert sol.islands[0].stats["events"] > 10
+    assert sol.with_jumps().axis.size == sol.time.size
+
+
 def test_islands_keep_their_own_jumps():
     sol = nsspice.tran(nsspice.read(STEP), 2e-3, 2e-4, uic=True)
     rows = sol.with_jumps()

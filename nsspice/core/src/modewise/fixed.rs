@@ -8,6 +8,16 @@ use super::run::{Engine, Phase};
 use crate::mlcp::Start;
 use crate::moreau::Failure;
 
+/// What an implicit step has left in the row it was given.
+pub(super) enum Stepped {
+    /// nothing
+    Silent,
+    /// the values at its end, a row of their own
+    Point,
+    /// the row that was to come
+    Row,
+}
+
 /// First step, relative to the run.
 const FIRST: f64 = 1e-9;
 /// Steps are multiples of a power of 2 of the longest one, so that their matrices can be kept.
@@ -35,14 +45,14 @@ impl Engine {
         self.implicit_step(h, f64::INFINITY, &mut none).map(|_| ())
     }
 
-    /// One implicit step of at most the length `h`; true if it ended on the row at `target`, which is
-    /// then written.
+    /// One implicit step of at most the length `h`; `row` is written if it ends at `target`, or if
+    /// every point is a row.
     pub(super) fn implicit_step(
         &mut self,
         h: f64,
         target: f64,
         row: &mut [f64],
-    ) -> Result<bool, Failure> {
+    ) -> Result<Stepped, Failure> {
         let near = 1e-9 * h;
         let first_row = target <= self.time + near;
         self.inputs.begin(self.time, &mut self.segment);
@@ -108,11 +118,13 @@ impl Engine {
         self.scale.see_state(&self.a);
         self.time = reached;
         let mut on: Vec<bool> = self.implicit.active().to_vec();
-        let written = first_row || (target - self.time).abs() <= near;
+        let at_target = first_row || (target - self.time).abs() <= near;
+        let written = at_target || self.ends.all_from <= self.time;
+        let label = if at_target { target } else { self.time };
         if written && !row.is_empty() {
             let rates: Vec<f64> = self.z.iter().zip(&before).map(|(a, b)| (a - b) / step).collect();
-            let u = self.sources(target);
-            row[0] = target;
+            let u = self.sources(label);
+            row[0] = label;
             self.outputs.write(&self.z, &self.l, &rates, &u, &mut row[1..]);
         }
         self.react();
@@ -122,7 +134,11 @@ impl Engine {
         let id = self.registry.id(&on, &self.gates.clone());
         self.log(id);
         self.resume(id, h);
-        Ok(written)
+        Ok(match (at_target, written) {
+            (true, _) => Stepped::Row,
+            (false, true) => Stepped::Point,
+            _ => Stepped::Silent,
+        })
     }
 
     /// Applies the switch laws to the present unknowns.

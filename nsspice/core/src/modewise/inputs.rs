@@ -64,6 +64,32 @@ pub struct Segment {
     pub rate: Vec<f64>,
 }
 
+impl Segment {
+    /// Rates of `[1; inputs]` where their values are `v`.
+    pub fn rates(&self, v: &[f64], out: &mut Vec<f64>) {
+        out.clone_from(&self.slope);
+        self.turn(v, out);
+    }
+
+    /// Second derivatives of `[1; inputs]` where their rates are `d`.
+    pub fn curvatures(&self, d: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+        out.resize(d.len(), 0.0);
+        self.turn(d, out);
+    }
+
+    fn turn(&self, v: &[f64], out: &mut [f64]) {
+        for tone in &self.tones {
+            let change = tone.rate * complex(v[tone.index + 1], v[tone.index]);
+            out[tone.index] = change.im;
+            out[tone.index + 1] = change.re;
+        }
+        for decay in &self.decays {
+            out[decay.index] = decay.rate * v[decay.index];
+        }
+    }
+}
+
 /// The inputs of a system.
 pub struct Inputs {
     waveforms: Vec<Waveform>,

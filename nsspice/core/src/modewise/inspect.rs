@@ -1,7 +1,6 @@
 //! Looking at a run from outside: unknowns, residuals, jumps.
 
-use super::march::Ending;
-use super::mode::{Mode, Watch};
+use super::mode::Mode;
 use super::pick::roles;
 use super::registry::Id;
 use super::run::{Engine, Phase};
@@ -32,9 +31,7 @@ impl Engine {
         mode.leave_x.apply(x, &mut a);
         mode.leave_v.apply_add(v, &mut a);
         let mut b = vec![0.0; k + mode.active.len()];
-        mode.algebraic.x.apply(x, &mut b);
-        mode.algebraic.v.apply_add(v, &mut b);
-        mode.algebraic.d.apply_add(d, &mut b);
+        mode.algebraic.apply([x, v, d], &mut b);
         self.net.big_r.apply(&a, z);
         self.net.kernel.apply_add(&b[..k], z);
         l.fill(0.0);
@@ -50,16 +47,8 @@ impl Engine {
         self.path.state(&self.point, &mut x);
         let mut v = vec![0.0; self.v.len()];
         self.path.inputs(&self.segment, &self.point, &mut v);
-        let mut d = self.segment.slope.clone();
-        for tone in &self.segment.tones {
-            let now = crate::dense::complex(v[tone.index + 1], v[tone.index]);
-            let change = tone.rate * now;
-            d[tone.index] = change.im;
-            d[tone.index + 1] = change.re;
-        }
-        for decay in &self.segment.decays {
-            d[decay.index] = decay.rate * v[decay.index];
-        }
+        let mut d = Vec::new();
+        self.segment.rates(&v, &mut d);
         let (mut z, mut l) = (vec![0.0; n], vec![0.0; m]);
         self.unknowns(mode, &x, &v, &d, &mut z, &mut l);
         // E z' = E R a'
@@ -162,38 +151,6 @@ impl Engine {
         let mut u = vec![0.0; self.inputs.waveforms().len()];
         self.inputs.values(time, Side::Right, &mut u);
         u
-    }
-
-    /// Can values jump at the end of the segment?
-    pub(super) fn may_jump(&self, mode: &Mode) -> bool {
-        self.ending == Ending::Horizon
-            || self.crossing.iter().any(|&j| matches!(mode.watch[j], Watch::Switch(_)))
-    }
-
-    /// Keeps the rows before and after the present instant if something jumps there.
-    pub(super) fn note_sides(&mut self) {
-        if !matches!(self.phase, Phase::Moving) {
-            return;
-        }
-        let mut right = vec![0.0; self.left.len()];
-        self.write(self.time, &mut right);
-        right[0] = self.left[0];
-        let differs =
-            self.left.iter().zip(&right).any(|(a, b)| (a - b).abs() > 1e-9 * a.abs().max(b.abs()));
-        if let (true, Some(sides)) = (differs, &mut self.sides) {
-            sides.extend_from_slice(&self.left);
-            sides.extend_from_slice(&right);
-        }
-    }
-
-    /// Whether rows on both sides of jumps are kept.
-    pub fn keep_sides(&mut self, keep: bool) {
-        self.sides = keep.then(Vec::new);
-    }
-
-    /// The rows on both sides of jumps since the last call.
-    pub fn take_sides(&mut self) -> Vec<f64> {
-        self.sides.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
     /// Notes which pairs have changed since the last time.

@@ -22,6 +22,7 @@ mod plain;
 pub mod registry;
 mod run;
 mod share;
+mod sides;
 pub mod spectrum;
 pub mod staircase;
 pub mod terms;

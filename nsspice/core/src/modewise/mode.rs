@@ -50,6 +50,32 @@ pub struct Rows {
     pub d: Matrix,
 }
 
+impl Rows {
+    /// Values at a state, with inputs and their rates.
+    pub fn apply(&self, [x, v, d]: [&[f64]; 3], out: &mut [f64]) {
+        self.x.apply(x, out);
+        self.v.apply_add(v, out);
+        self.d.apply_add(d, out);
+    }
+
+    /// Adds values at a state, with inputs and their rates.
+    pub fn apply_add(&self, [x, v, d]: [&[f64]; 3], out: &mut [f64]) {
+        self.x.apply_add(x, out);
+        self.v.apply_add(v, out);
+        self.d.apply_add(d, out);
+    }
+
+    /// Raises sizes to those that each value could have at a state of this size, and of the inputs.
+    pub fn sizes(&self, [x, v, d]: [&[f64]; 3], sizes: &mut [f64]) {
+        let state = norm(x);
+        for (j, size) in sizes.iter_mut().enumerate() {
+            let inputs = self.v.row(j).iter().zip(v).chain(self.d.row(j).iter().zip(d));
+            let most = inputs.fold(state * norm(self.x.row(j)), |m, (c, v)| m.max((c * v).abs()));
+            *size = size.max(most);
+        }
+    }
+}
+
 /// A guard's size, for its rounding noise.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct GuardSize {

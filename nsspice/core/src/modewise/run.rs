@@ -1,6 +1,7 @@
 //! The run: segment after segment, rows evaluated where they stand.
 
 use super::bundle::Bundle;
+use super::fixed::Stepped;
 use super::implicit::Implicit;
 use super::inputs::{Inputs, Segment};
 use super::march::{Ending, March};
@@ -9,6 +10,7 @@ use super::network::{Assembly, Network};
 use super::outputs::{Outputs, RowClock, Spec};
 use super::pick::{cause_of, roles, settle, Picker, Scene};
 use super::registry::{Id, Registry};
+use super::sides::Ends;
 use super::terms::Point;
 use super::trajectory::Trajectory;
 use super::verify::Scale;
@@ -29,7 +31,7 @@ const STORM: (u64, f64) = (50_000, 2e-3);
 /// Segments between two residual checks of known modes.
 const CHECK: u64 = 64;
 /// Two instants closer than this, relatively, are one.
-const SAME: f64 = 64.0 * f64::EPSILON;
+pub(super) const SAME: f64 = 64.0 * f64::EPSILON;
 
 /// Counters of a run.
 #[derive(Clone, Copy, Debug, Default)]
@@ -119,8 +121,7 @@ pub struct Engine {
     /// when the exact engine took over again, and the implicit step before
     pub(super) resumed: (f64, f64),
     checked: Vec<bool>,
-    pub(super) sides: Option<Vec<f64>>,
-    pub(super) left: Vec<f64>,
+    pub(super) ends: Ends,
     pub(super) logged: Vec<bool>,
     pub(super) log_open: bool,
     /// counters
@@ -183,8 +184,7 @@ impl Engine {
             storm: false,
             resumed: (f64::NEG_INFINITY, 0.0),
             checked: Vec::new(),
-            sides: None,
-            left: Vec::new(),
+            ends: Ends::default(),
             logged: vec![false; m],
             log_open: false,
             stats: Statistics::default(),
@@ -409,13 +409,7 @@ impl Engine {
     /// Leaves the segment: state at its end, and on.
     fn finish(&mut self) -> Result<(), Failure> {
         let Some((_, mode)) = self.present.clone() else { return Ok(()) };
-        let sides = self.sides.is_some() && self.may_jump(&mode);
-        if sides {
-            let mut left = std::mem::take(&mut self.left);
-            left.resize(self.columns(), 0.0);
-            self.write(self.end, &mut left);
-            self.left = left;
-        }
+        self.note_left();
         self.path.state(&self.point, &mut self.x);
         self.path.inputs(&self.segment, &self.point, &mut self.v);
         mode.leave_x.apply(&self.x, &mut self.a);
@@ -459,8 +453,8 @@ impl Engine {
         } else {
             keep
         };
-        if sides && result.is_ok() {
-            self.note_sides();
+        if result.is_ok() {
+            self.note_right();
         }
         result
     }
@@ -488,10 +482,14 @@ impl Engine {
         let begin = Instant::now();
         let (mut rows, mut count) = (0, 0u64);
         while rows < capacity {
+            let row = &mut out[rows * columns..(rows + 1) * columns];
+            if self.ends.rows.next(row) {
+                rows += 1;
+                continue;
+            }
             let Some(target) = self.rows.peek() else {
                 return (rows, Progress::Done);
             };
-            let row = &mut out[rows * columns..(rows + 1) * columns];
             let result = match self.phase {
                 Phase::Moving => {
                     let last = self.end >= self.stop && self.end < self.corner;
@@ -504,12 +502,16 @@ impl Engine {
                     self.finish()
                 }
                 Phase::Stepping(h) => match self.implicit_step(h, target, row) {
-                    Ok(true) => {
+                    Ok(Stepped::Row) => {
                         self.rows.advance();
                         rows += 1;
                         Ok(())
                     }
-                    Ok(false) => Ok(()),
+                    Ok(Stepped::Point) => {
+                        rows += 1;
+                        Ok(())
+                    }
+                    Ok(Stepped::Silent) => Ok(()),
                     Err(failure) => Err(failure),
                 },
                 Phase::Fresh => return (rows, Progress::Done),

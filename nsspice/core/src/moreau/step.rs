@@ -80,7 +80,7 @@ impl Stepper {
     }
 
     /// The row before a possible jump, with the sources before it.
-    fn write_left(&mut self, label: f64) {
+    pub(super) fn write_left(&mut self, label: f64) {
         self.left[0] = label;
         let f = self.smooth.as_ref().map_or([&[][..]; 2], |s| [&s.f, &s.rates]);
         let quantities = Quantities { z: &self.z, l: &self.l, rates: &self.rates, u: &self.u1, f };

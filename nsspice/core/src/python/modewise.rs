@@ -139,6 +139,11 @@ impl PyModewise {
         self.inner.keep_sides(keep);
     }
 
+    /// Makes the end of every segment from a time on a row, and two where something jumps.
+    fn show_all_points(&mut self, from_time: f64) {
+        self.inner.show_all_points(from_time);
+    }
+
     /// The rows on both sides of jumps since the last call, one after the other.
     fn take_sides<'py>(&mut self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_vec(py, self.inner.take_sides())

@@ -17,6 +17,7 @@
 mod guards;
 mod ladder;
 mod locate;
+mod points;
 mod run;
 mod step;
 mod tableau;

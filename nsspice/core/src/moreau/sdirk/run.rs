@@ -7,6 +7,7 @@ use super::super::stepper::{Failure, Progress, Stepper};
 use super::guards::Scales;
 use super::ladder::{Ladder, RUNGS};
 use super::locate::Locator;
+use super::points::PointRows;
 use super::step::Trial;
 use super::{Accuracy, Tableau};
 use crate::mlcp::Start;
@@ -107,6 +108,7 @@ pub struct Sdirk {
     forced_level: usize,
     begun: bool,
     corner: (f64, bool),
+    points: PointRows,
     /// counters
     pub counters: Counters,
 }
@@ -143,6 +145,7 @@ impl Sdirk {
             forced_level: FORCED_LEVEL,
             begun: false,
             corner: (f64::NEG_INFINITY, false),
+            points: PointRows::default(),
             counters: Counters::default(),
         }
     }
@@ -177,6 +180,10 @@ impl Sdirk {
         }
         while rows < capacity {
             let row = &mut out[rows * columns..(rows + 1) * columns];
+            if self.points.next(row) {
+                rows += 1;
+                continue;
+            }
             if let Some(accepted) = self.accepted {
                 let label = self.rows.time();
                 if label < accepted.time - 1e-12 * self.trial.length {
@@ -186,6 +193,7 @@ impl Sdirk {
                 }
                 self.accepted = None;
                 self.finish(s, accepted);
+                self.show_point(s);
                 continue;
             }
             if self.rows.time() <= s.time + 1e-12 * self.trial.length {
@@ -201,12 +209,16 @@ impl Sdirk {
                 s.failure = Some(*failure);
                 return (rows, Progress::Failed);
             }
+            if self.accepted.is_none() {
+                self.show_point(s); // a forced step is taken at once
+            }
             count += 1;
             if count.is_multiple_of(LOOK) && begin.elapsed() > budget {
                 break;
             }
         }
-        let done = rows == capacity && self.accepted.is_none() && self.rows.next >= self.rows.count;
+        let written = self.accepted.is_none() && self.rows.next >= self.rows.count;
+        let done = rows == capacity && written && self.points.is_empty();
         (rows, if done { Progress::Done } else { Progress::More })
     }
 
@@ -235,6 +247,13 @@ impl Sdirk {
             self.corner = next_corner(&s.waveforms, s.time);
         }
         self.trial.corner = self.corner.0;
+    }
+
+    /// Rows at the end of a step that has been finished, where they are wanted.
+    fn show_point(&mut self, s: &mut Stepper) {
+        let next = self.rows.time();
+        let row = ((next - s.time).abs() <= 1e-9 * self.trial.length).then_some(next);
+        self.points.note_right(s, row);
     }
 
     /// Finds the next accepted step, its length and how it ends.
@@ -373,6 +392,9 @@ impl Sdirk {
         let u = &self.trial.u;
         let quantities = Quantities { z, l: guards, rates, u, f: [f, slope] };
         s.outputs.write(&quantities, &mut row[1..]);
+        if s.witness.keep_sides {
+            self.points.see(row);
+        }
         self.rows.next += 1;
     }
 
@@ -403,6 +425,8 @@ impl Sdirk {
         match accepted.end {
             End::Plain => s.u0.copy_from_slice(&self.trial.u),
             End::Corner { .. } | End::Event => {
+                s.u1.copy_from_slice(&self.trial.u);
+                self.points.note_left(s);
                 evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
                 let before = s.active.clone();
                 if accepted.end == End::Event {
@@ -459,6 +483,7 @@ impl Sdirk {
         self.in_a_row = 0;
         self.futile = false;
         self.level = self.level.min(FORCED_LEVEL);
+        self.points.note_left(s);
         s.u0.copy_from_slice(&s.u1);
         if at_corner {
             evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
