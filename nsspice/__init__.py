@@ -20,7 +20,9 @@ True
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from .lazy import lazily
 
 __version__ = "0.1.0"
 
@@ -64,6 +66,15 @@ if TYPE_CHECKING:
     )
 
 _HOME = {
+    "InfeasibleError": ".errors",
+    "NetlistError": ".errors",
+    "NsspiceError": ".errors",
+    "NumericalError": ".errors",
+    "OutputError": ".errors",
+    "RegularityError": ".errors",
+    "StepError": ".errors",
+    "TopologyError": ".errors",
+    "UsageError": ".errors",
     "Circuit": ".circuit",
     "Solution": ".analyses",
     "check": ".compare.expect",
@@ -76,15 +87,7 @@ _HOME = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    """Import a public name from its home the first time it is asked for."""
-    if name not in __all__:
-        raise AttributeError(f"module 'nsspice' has no attribute {name!r}")
-    from importlib import import_module
-
-    value = getattr(import_module(_HOME.get(name, ".errors"), __name__), name)
-    globals()[name] = value
-    return value
+__getattr__ = lazily(__name__, _HOME)
 
 
 def __dir__() -> list[str]:

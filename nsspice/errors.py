@@ -8,8 +8,9 @@ netlist is involved, the place in it.  Code ranges: 1xxx netlist text, 2xxx elem
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,3 +211,32 @@ class ComparisonError(NsspiceError):
     """A comparison could not be made because the other side failed; the command exits with 1."""
 
     exit_code = 1
+
+
+def suggest(word: str, known: Iterable[str], prefix: str = "", cutoff: float = 0.6) -> str:
+    """Return ``did you mean ...?`` for the known word nearest to a misspelt one, or ``""``.
+
+    Parameters
+    ----------
+    word : str
+        What the user wrote.
+    known : iterable of str
+        The words that would have been right; at most the first 5000 are compared.
+    prefix : str
+        Put before the suggestion, such as the dot of a card.
+    cutoff : float
+        Likeness from which a word counts as near, 0 to 1.
+
+    Examples
+    --------
+    >>> suggest("vouut", ["vout", "vin"])
+    'did you mean vout?'
+    >>> suggest("xyz", ["vout", "vin"])
+    ''
+    """
+    from difflib import get_close_matches
+
+    # difflib compares one by one: bounded, so that messages stay fast
+    choices = [name for name in islice(known, 5000) if name != word]
+    near = get_close_matches(word[:100], choices, n=1, cutoff=cutoff)
+    return f"did you mean {prefix}{near[0]}?" if near else ""

@@ -7,11 +7,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..errors import Diagnostic
+from ..errors import Diagnostic, suggest
 from ..netlist.deck import Cond, Measure
 from ..netlist.expression import Expression
 from .curve import Curve, Floats
-from .names import suggestion
 from .solution import Solution
 
 T = TypeVar("T")
@@ -128,7 +127,7 @@ def _param(solution: Solution, expression: Expression, earlier: Mapping[str, flo
     names = expression.variables()
     for name in names:
         if name not in earlier:
-            hint = suggestion(name, earlier)
+            hint = suggest(name, earlier)
             raise NotFound(f"no earlier measure is called {name!r}{hint and '; ' + hint}")
     return float(np.asarray(expression.evaluate({name: earlier[name] for name in names})))
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 
 _CALL = re.compile(r"^([vip])\((.*)\)$")
 
@@ -58,17 +57,3 @@ def unit(name: str) -> str:
         return "°C"
     match = _CALL.match(name)
     return {"v": "V", "i": "A", "p": "W"}[match[1]] if match else ""
-
-
-def suggestion(name: str, known: Iterable[str]) -> str:
-    """Return ``did you mean ...?`` with the nearest known name, or an empty string.
-
-    Examples
-    --------
-    >>> suggestion("v(uot)", ["v(in)", "v(out)"])
-    'did you mean v(out)?'
-    """
-    import difflib
-
-    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
-    return f"did you mean {close[0]}?" if close else ""

@@ -14,7 +14,7 @@ from ..circuit.regularity import DcUniqueness, dc_uniqueness, largest_sources
 from ..errors import Diagnostic
 from ..problems.csc import Floats
 from ..problems.descriptor import DescriptorSystem
-from ..problems.regularity import Regularity, strong_regularity
+from ..problems.regularity import Regularity, index_sets, strong_regularity
 from ..solvers.moreau import MoreauStepper, Records, UnsolvedStep, function_slopes
 
 _ROWS = 150  # unknowns and pairs up to which single points are judged
@@ -91,8 +91,8 @@ class Judge:
     system: DescriptorSystem
     _worst: Regularity | None = None
     _points: int = 0
-    _undecided: int = 0
     _found: DcUniqueness | None = field(default=None)
+    _judged: set[bytes] = field(default_factory=set)  # modes, where they alone decide
 
     @staticmethod
     def wanted(system: DescriptorSystem) -> bool:
@@ -106,17 +106,22 @@ class Judge:
         count = records.time.size
         if system.n + system.m > _ROWS or left <= 0 or count == 0:
             return
-        chosen = np.unique(np.linspace(0, count - 1, min(left, count)).round().astype(int))
+        left = min(left, count)
+        chosen = np.arange(left) * (count - 1) // max(left - 1, 1)
         z, u = records.z[chosen], records.u[chosen]
         jacobians = np.zeros((chosen.size, 0, system.n))
         if system.smooth is not None:
             jacobians = function_slopes(system.smooth.tape, z, u, np.zeros(chosen.size))
         for k, jacobian in zip(chosen, jacobians, strict=True):
             roles = None if records.roles is None else records.roles[k]
-            found = strong_regularity(system, jacobian, records.z[k], records.lam[k], roles)
             self._points += 1
-            if found.strong is None:
-                self._undecided += 1
+            if system.smooth is None:
+                sets = index_sets(system, records.z[k], records.lam[k], roles)
+                mode = b"".join(pairs.tobytes() for pairs in sets)
+                if mode in self._judged:
+                    continue
+                self._judged.add(mode)
+            found = strong_regularity(system, jacobian, records.z[k], records.lam[k], roles)
             if self._worst is None or (not found.strong, found.modulus) > (
                 not self._worst.strong,
                 self._worst.modulus,

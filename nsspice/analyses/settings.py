@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ..errors import Diagnostic, Span, UsageError
+from ..errors import Diagnostic, Span, UsageError, suggest
 from ..netlist.deck import Deck
-from .names import suggestion
 
 #: methods of this version
 METHODS = ("auto", "modewise", "sdirk", "moreau", "euler-newton", "euler-newton-rate")
@@ -117,7 +116,7 @@ def _method(name: str, span: Span | None) -> str:
     name = name.strip().lower()
     if name in METHODS:
         return name
-    hint = suggestion(name, METHODS) or f"methods: {', '.join(METHODS)}"
+    hint = suggest(name, METHODS) or f"methods: {', '.join(METHODS)}"
     raise UsageError(Diagnostic("NS4004", f"this version has no method {name!r}", span, hint))
 
 

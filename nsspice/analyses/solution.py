@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import Diagnostic
+from ..errors import Diagnostic, suggest
 from .events import Event
-from .names import canonical, suggestion
+from .names import canonical
 
 if TYPE_CHECKING:
     from .certificate import Certificate
@@ -250,7 +250,7 @@ class Solution:
             plus, minus = key[2:-1].split(",")
             if all(n == "0" or f"v({n})" in self.signals for n in (plus, minus)):
                 return self._voltage(plus) - self._voltage(minus)
-        hint = suggestion(key, self.signals)
+        hint = suggest(key, self.signals)
         raise KeyError(f"no signal {name!r} in this solution{hint and '; ' + hint}")
 
     def __contains__(self, name: object) -> bool:

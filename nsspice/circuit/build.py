@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..devices import LAWS, Conditions, Context, Device, Findings
+from ..devices import Conditions, Context, Device, Findings, law_of
 from ..errors import NetlistError
 from ..netlist.deck import Deck, TranCard
 from . import islands as _islands
@@ -56,7 +56,7 @@ def read_devices(deck: Deck, findings: Findings) -> list[Device]:
             )
             continue
         seen[element.name] = element.span.line
-        device = LAWS[element.letter].read(element, context)
+        device = law_of(element.letter).read(element, context)
         if device is not None:
             devices.append(device)
     if not deck.elements:

@@ -15,8 +15,8 @@ from ..devices import (
     Findings,
     Inductor,
     Terminal,
-    did_you_mean,
 )
+from ..errors import suggest
 from .signals import owner
 from .union_find import UnionFind
 
@@ -67,7 +67,7 @@ def _control(
                 "NS2006",
                 f"{device.name} is controlled by the current of {name}, which does not exist",
                 span,
-                did_you_mean(name, candidates) or "name a voltage source, 0 V if need be",
+                suggest(name, candidates) or "name a voltage source, 0 V if need be",
             )
         return None
     if isinstance(control, Coupling) or (
@@ -111,7 +111,7 @@ def _inductor(
             "NS2010",
             f"{device.name} couples {name}, which {what}",
             span,
-            did_you_mean(name, known) or "a K line names two inductors",
+            suggest(name, known) or "a K line names two inductors",
         )
     return None
 

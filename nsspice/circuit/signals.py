@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from ..devices import Device, did_you_mean
-from ..errors import Diagnostic, NetlistError, Span
+from ..devices import Device
+from ..errors import Diagnostic, NetlistError, Span, suggest
 
 
 class ParsedSignal(NamedTuple):
@@ -57,7 +57,7 @@ def owner(name: str, devices: Mapping[str, Device]) -> tuple[Device, str] | None
 
 def unknown_signal(name: str, known: Sequence[str], span: Span | None = None) -> NetlistError:
     """Return the error for a signal that does not exist, with the nearest name as a hint."""
-    hint = did_you_mean(name.strip().lower(), known)
+    hint = suggest(name.strip().lower(), known)
     if not hint:
         hint = "signals are v(node), v(node,node) and i(element)"
     return NetlistError(Diagnostic("NS2012", f"there is no signal {name}", span, hint))

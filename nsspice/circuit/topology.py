@@ -12,9 +12,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..devices import Conditions, CurrentSource, Device, Findings, VoltageSource, did_you_mean
+from ..devices import Conditions, CurrentSource, Device, Findings, VoltageSource
 from ..devices.waveform import initial_value
-from ..errors import Diagnostic, TopologyError
+from ..errors import Diagnostic, TopologyError, suggest
 from ..netlist.deck import DcCard, Deck, OpCard, TranCard
 from ..problems.descriptor import Waveform
 from .cutsets import check_cutsets
@@ -133,7 +133,7 @@ def _check_sensed(devices: Sequence[Device]) -> list[Diagnostic]:
                         f"{device.name} senses the voltage of node {node}, to which no element is "
                         "connected",
                         device.control_span(node),
-                        did_you_mean(node, sorted(driven)) or f"connect something to {node}",
+                        suggest(node, sorted(driven)) or f"connect something to {node}",
                     )
                 )
     return errors
@@ -155,7 +155,7 @@ def _warn_dangling(devices: Sequence[Device], findings: Findings) -> None:
         spans = device.node_spans
         span = spans[place] if place < len(spans) else device.span
         # comparing names costs time in proportion to their number: not for thousands of nodes
-        hint = did_you_mean(node, names, 0.75) if k < 20 and len(names) < 5000 else ""
+        hint = suggest(node, names, cutoff=0.75) if k < 20 and len(names) < 5000 else ""
         findings.warning(
             "NS2050",
             f"only {device.name} is connected to node {node}: it carries no current",

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from .. import __version__
-from ..errors import NsspiceError
+from ..errors import NsspiceError, suggest
 from .report import broken_pipe, report_error, report_interrupt, report_os_error
 
 _COMMANDS = {
@@ -45,9 +45,7 @@ class _Lazy(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return the command that the arguments name, or fail with the nearest name."""
         if args and args[0] not in _COMMANDS and not args[0].startswith("-"):
-            from ..analyses.names import suggestion
-
-            hint = suggestion(args[0], _COMMANDS)
+            hint = suggest(args[0], _COMMANDS)
             if not hint and args[0].lower().endswith((".net", ".cir", ".sp", ".asc")):
                 hint = f"did you mean nsspice run {args[0]}?"
             hint = hint or f"commands: {', '.join(_COMMANDS)}"

@@ -11,9 +11,9 @@ import numpy as np
 
 from ..analyses.curve import Curve
 from ..analyses.measure import NotFound, curve_of, statistic
-from ..analyses.names import canonical, suggestion
+from ..analyses.names import canonical
 from ..analyses.solution import Solution
-from ..errors import NsspiceError
+from ..errors import NsspiceError, suggest
 from ..netlist.expression import Expression
 from .norms import distance
 from .reference import read_table
@@ -163,7 +163,7 @@ class MeasureCheck(Check):
     def apply(self, solution: Solution, netlist: Path) -> Outcome:
         """Compare the result."""
         if self.measure not in solution.measures:
-            hint = suggestion(self.measure, solution.measures)
+            hint = suggest(self.measure, solution.measures)
             raise NotFound(f"there is no such measure{hint and '; ' + hint}")
         return self.near(solution.measures[self.measure], self.value)
 
@@ -262,7 +262,7 @@ def check_from(item: Mapping[str, Any]) -> Check:
     keys = (*_KEYS[kind], *_COMMON)
     for key in item:
         if key not in keys:
-            hint = suggestion(key, keys) or f"keys: {', '.join(keys)}"
+            hint = suggest(key, keys) or f"keys: {', '.join(keys)}"
             raise ValueError(f"unknown key {key!r}; {hint}")
     get = _Getter(item)
     tolerance = get.number("tolerance")

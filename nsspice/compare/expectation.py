@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..analyses.names import suggestion
-from ..errors import Diagnostic, NetlistError, UsageError
+from ..errors import Diagnostic, NetlistError, UsageError, suggest
 from .checks import Check, check_from
 
 _ENDING = ".expect.toml"
@@ -147,7 +146,7 @@ def _known(file: Path, where: str, table: Any, keys: tuple[str, ...]) -> None:
             raise _bad(
                 file,
                 f"{where} has the unknown key {key!r}",
-                suggestion(key, keys) or f"keys: {', '.join(keys)}",
+                suggest(key, keys) or f"keys: {', '.join(keys)}",
             )
 
 

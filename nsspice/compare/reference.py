@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..analyses.curve import Curve, Floats
-from ..analyses.names import suggestion
-from ..errors import Diagnostic, OutputError, UsageError
+from ..errors import Diagnostic, OutputError, UsageError, suggest
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +42,7 @@ class Table:
                 Diagnostic(
                     "NS4011",
                     f"{self.path} has no column {name!r}",
-                    hint=suggestion(name, self.names) or f"its columns are: {known}",
+                    hint=suggest(name, self.names) or f"its columns are: {known}",
                 )
             )
         return self.data[:, self.names.index(name)]

@@ -1,51 +1,115 @@
-"""The laws: one file per element, each with its parameters, effects, characteristic and stamp."""
+"""The laws: one file per element, each with its parameters, effects, characteristic and stamp.
+
+An element's file is loaded when the first element of its kind is read.
+"""
 
 from __future__ import annotations
 
-from .behavioural import Behavioural, BehaviouralResistor, Reading
-from .bipolar import Bipolar
-from .capacitor import Capacitor
-from .characteristic import Characteristic, Decomposition, PairLaw, diode_curve
-from .controlled import Cccs, Ccvs, CurrentControlled, Vccs, Vcvs
-from .coupling import Coupling
-from .device import Context, Device, Edge
-from .diode import Diode, DiodeLaw
-from .ebers_moll import EbersMoll
-from .effect import Effect
-from .findings import Findings, did_you_mean
-from .inductor import Inductor
-from .isource import CurrentSource
-from .junction import JunctionLaw
-from .junction_diode import JunctionDiode
-from .parameter import Parameter, Table
-from .resistor import Resistor
-from .stamper import Conditions, Layout, Stamper
-from .switch import CurrentSwitch, SwitchLaw, VoltageSwitch
-from .thyristor import Thyristor
-from .transistor import Terminal, Transistor
-from .vsource import VoltageSource
+from typing import TYPE_CHECKING
 
-#: the law of each element letter
-LAWS: dict[str, type[Device]] = {
-    "r": Resistor,
-    "c": Capacitor,
-    "l": Inductor,
-    "k": Coupling,
-    "v": VoltageSource,
-    "i": CurrentSource,
-    "e": Vcvs,
-    "f": Cccs,
-    "g": Vccs,
-    "h": Ccvs,
-    "b": Behavioural,
-    "d": Diode,
-    "q": Transistor,
-    "s": VoltageSwitch,
-    "w": CurrentSwitch,
+from ..lazy import lazily
+
+if TYPE_CHECKING:
+    from .behavioural import Behavioural, BehaviouralResistor, Reading
+    from .bipolar import Bipolar
+    from .capacitor import Capacitor
+    from .characteristic import Characteristic, Decomposition, PairLaw, diode_curve
+    from .controlled import Cccs, Ccvs, CurrentControlled, Vccs, Vcvs
+    from .coupling import Coupling
+    from .device import Context, Device, Edge
+    from .diode import Diode, DiodeLaw
+    from .ebers_moll import EbersMoll
+    from .effect import Effect
+    from .findings import Findings
+    from .inductor import Inductor
+    from .isource import CurrentSource
+    from .junction import JunctionLaw
+    from .junction_diode import JunctionDiode
+    from .parameter import Parameter, Table
+    from .resistor import Resistor
+    from .stamper import Conditions, Layout, Stamper
+    from .switch import CurrentSwitch, SwitchLaw, VoltageSwitch
+    from .thyristor import Thyristor
+    from .transistor import Terminal, Transistor
+    from .vsource import VoltageSource
+
+_HOME = {
+    "Behavioural": ".behavioural",
+    "BehaviouralResistor": ".behavioural",
+    "Bipolar": ".bipolar",
+    "Capacitor": ".capacitor",
+    "Cccs": ".controlled",
+    "Ccvs": ".controlled",
+    "Characteristic": ".characteristic",
+    "Conditions": ".stamper",
+    "Context": ".device",
+    "Coupling": ".coupling",
+    "CurrentControlled": ".controlled",
+    "CurrentSource": ".isource",
+    "CurrentSwitch": ".switch",
+    "Decomposition": ".characteristic",
+    "Device": ".device",
+    "Diode": ".diode",
+    "DiodeLaw": ".diode",
+    "EbersMoll": ".ebers_moll",
+    "Edge": ".device",
+    "Effect": ".effect",
+    "Findings": ".findings",
+    "Inductor": ".inductor",
+    "JunctionDiode": ".junction_diode",
+    "JunctionLaw": ".junction",
+    "Layout": ".stamper",
+    "PairLaw": ".characteristic",
+    "Parameter": ".parameter",
+    "Reading": ".behavioural",
+    "Resistor": ".resistor",
+    "Stamper": ".stamper",
+    "SwitchLaw": ".switch",
+    "Table": ".parameter",
+    "Terminal": ".transistor",
+    "Thyristor": ".thyristor",
+    "Transistor": ".transistor",
+    "Vccs": ".controlled",
+    "Vcvs": ".controlled",
+    "VoltageSource": ".vsource",
+    "VoltageSwitch": ".switch",
+    "diode_curve": ".characteristic",
 }
 
+__getattr__ = lazily(__name__, _HOME)
+
+_LAWS = {
+    "r": "Resistor",
+    "c": "Capacitor",
+    "l": "Inductor",
+    "k": "Coupling",
+    "v": "VoltageSource",
+    "i": "CurrentSource",
+    "e": "Vcvs",
+    "f": "Cccs",
+    "g": "Vccs",
+    "h": "Ccvs",
+    "b": "Behavioural",
+    "d": "Diode",
+    "q": "Transistor",
+    "s": "VoltageSwitch",
+    "w": "CurrentSwitch",
+}
+
+
+def law_of(letter: str) -> type[Device]:
+    """Return the law of the elements whose names begin with a letter.
+
+    Examples
+    --------
+    >>> law_of("r").__name__
+    'Resistor'
+    """
+    law: type[Device] = __getattr__(_LAWS[letter])
+    return law
+
+
 __all__ = [
-    "LAWS",
     "Behavioural",
     "BehaviouralResistor",
     "Bipolar",
@@ -85,6 +149,6 @@ __all__ = [
     "Vcvs",
     "VoltageSource",
     "VoltageSwitch",
-    "did_you_mean",
     "diode_curve",
+    "law_of",
 ]

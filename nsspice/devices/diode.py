@@ -138,15 +138,14 @@ class Diode(LegDevice):
     @classmethod
     def read(cls, element: Element, context: Context) -> Device | None:
         """Return the diode of an element line, or None after reporting why not."""
-        from .junction_diode import JunctionDiode
-        from .thyristor import Thyristor
-
         findings = context.findings
         model = element.model
         if model is not None:
             if not check_model(element, ("d", "scr"), findings, required=False):
                 return None
             if model.type == "scr":
+                from .thyristor import Thyristor
+
                 return Thyristor.read(element, context)
             if len(element.nodes) > 2:
                 findings.error(
@@ -157,6 +156,8 @@ class Diode(LegDevice):
                 )
                 return None
             if is_smooth(model):
+                from .junction_diode import JunctionDiode
+
                 return JunctionDiode.read(element, context)
         check_flags(cls, element, findings)
         params = {key: p for key, p in element.params.items() if key != "v"}

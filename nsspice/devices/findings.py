@@ -2,24 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable
-
 from ..errors import Diagnostic, Span
-
-
-def did_you_mean(word: str, candidates: Iterable[str], cutoff: float = 0.6) -> str:
-    """Return ``did you mean x?`` for the nearest candidate, or an empty string.
-
-    Examples
-    --------
-    >>> did_you_mean("vfdw", ["vfwd", "vrev", "ron"])
-    'did you mean vfwd?'
-    >>> did_you_mean("zzz", ["vfwd", "vrev"])
-    ''
-    """
-    near = difflib.get_close_matches(word, [c for c in candidates if c != word], 1, cutoff)
-    return f"did you mean {near[0]}?" if near else ""
 
 
 class Findings:

@@ -15,12 +15,12 @@ from ..netlist.expression import Expression
 from ..problems.descriptor import Functional
 from .characteristic import Decomposition
 from .effect import Effect
-from .junction import JunctionLaw
 from .signals import register_of, shown
 from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
     from .device import Device, EdgeKind
+    from .junction import JunctionLaw
 
 #: voltage of a node by name, for initial charges
 Voltage = Callable[[str], float]

@@ -12,7 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from .findings import Findings, did_you_mean
+from ..errors import suggest
+from .findings import Findings
 
 if TYPE_CHECKING:
     from ..netlist.deck import Param
@@ -97,7 +98,7 @@ class Table:
         for key, param in params.items():
             entry = self._by_name.get(key)
             if entry is None:
-                hint = did_you_mean(key, self._by_name) or f"known: {', '.join(self.names())}"
+                hint = suggest(key, self._by_name) or f"known: {', '.join(self.names())}"
                 findings.error("NS2003", f"{owner} has no parameter {key}", param.span, hint)
                 continue
             value = param.value

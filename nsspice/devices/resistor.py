@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ..netlist.expression import Expression
 from ..problems.descriptor import Functional
-from .behavioural import BehaviouralResistor
 from .device import NO_VALUES, Context, Device, Edge
 from .effect import Effect
 from .parameter import Parameter, Table, inert, refused
@@ -47,6 +46,8 @@ class Resistor(Passive):
     def read(cls, element: Element, context: Context) -> Device | None:
         """Return the resistor of an element line, or None after reporting why not."""
         if element.quantity or isinstance(element.value, Expression):
+            from .behavioural import BehaviouralResistor
+
             return BehaviouralResistor.read(element, context)
         found = read_passive(cls, element, context, "r", "resistance")
         if found is None:

@@ -6,10 +6,10 @@ import re
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from ..errors import Span
+from ..errors import Span, suggest
 from .evaluate import fold
 from .expression_parser import resolve
-from .findings import Unreadable, suggest
+from .findings import Unreadable
 from .functions import CONSTANTS
 from .node import Node, TooLarge, num, var
 from .template import Formula

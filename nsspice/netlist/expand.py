@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from ..errors import Span
+from ..errors import Span, suggest
 from .body import Body, BodyReader, Choice, Subcircuit
 from .deck import Element, Source
 from .expression import Expression
-from .findings import Findings, Unreadable, suggest
+from .findings import Findings, Unreadable
 from .lines import Line
 from .scope import Scope
 from .template import InstanceTemplate, SourceTemplate, Template

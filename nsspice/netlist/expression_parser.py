@@ -10,9 +10,9 @@ import math
 import re
 from collections.abc import Callable
 
-from ..errors import Span
+from ..errors import Span, suggest
 from .evaluate import rebuild
-from .findings import Unreadable, suggest
+from .findings import Unreadable
 from .functions import ALIASES, ARITY, CONSTANTS, UNSUPPORTED, arity_problem
 from .node import (
     MAX_DEPTH,

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..errors import Span
-from .findings import Findings, suggest
+from ..errors import Span, suggest
+from .findings import Findings
 from .lines import Line, logical_lines, physical_lines
 from .source import read_text
 

@@ -6,7 +6,6 @@ goes on, and ``parse_text`` raises one error with everything at the end.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 
 from ..errors import Diagnostic, NetlistError, Span
@@ -91,33 +90,3 @@ def _shortened(text: str) -> str:
     if len(text) <= _LONGEST:
         return text
     return f"{text[: _LONGEST // 2]} ... {text[-_LONGEST // 2 :]}"
-
-
-def suggest(word: str, known: Iterable[str], prefix: str = "") -> str:
-    """Return ``did you mean ...?`` for the known word nearest to a misspelt one, or ``""``.
-
-    Parameters
-    ----------
-    word : str
-        What the user wrote.
-    known : iterable of str
-        The words that would have been right; at most the first 5000 are compared.
-    prefix : str
-        Put before the suggestion, such as the dot of a card.
-
-    Examples
-    --------
-    >>> suggest("vouut", ["vout", "vin"])
-    'did you mean vout?'
-    >>> suggest("xyz", ["vout", "vin"])
-    ''
-    """
-    from difflib import get_close_matches
-
-    choices = []
-    for name in known:
-        choices.append(name)
-        if len(choices) == 5000:  # difflib compares one by one: bounded, so that messages stay fast
-            break
-    near = get_close_matches(word[:100], choices, n=1, cutoff=0.6)
-    return f"did you mean {prefix}{near[0]}?" if near else ""

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..errors import Diagnostic, NetlistError, Span
+from ..errors import Diagnostic, NetlistError, Span, suggest
 from . import expression_parser, statement
 from .body import BodyReader
 from .cards.control import CardReader
@@ -16,7 +16,7 @@ from .cards.reading import Reader
 from .deck import DcCard, Deck
 from .expand import Expander
 from .files import FileReader
-from .findings import Findings, Unreadable, suggest
+from .findings import Findings, Unreadable
 from .lines import physical_lines
 from .scope import Scope
 from .source import read_text

@@ -9,14 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ..errors import Span
+from ..errors import Span, suggest
 from .binding import bind, names
 from .body import Body, Subcircuit
 from .deck import Model, Param
 from .evaluate import scalar
 from .expression import Expression
 from .expression_parser import voltage
-from .findings import Unreadable, suggest
+from .findings import Unreadable
 from .node import Node, var
 from .template import Formula, FunctionTemplate, ModelTemplate, ParamText, Value
 

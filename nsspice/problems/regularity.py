@@ -126,6 +126,36 @@ class Regularity:
     between: tuple[int, ...] = ()
 
 
+def index_sets(
+    system: DescriptorSystem,
+    z: Floats,
+    lam: Floats,
+    roles: npt.NDArray[np.uint8] | None = None,
+    scale: float = 1e-9,
+) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    """Return which pairs conduct and which block at a solution; the others do neither.
+
+    Parameters as of :func:`strong_regularity`; both results have shape (m,).  They alone decide on
+    the regularity of a system without smooth functions.
+
+    Examples
+    --------
+    >>> from nsspice.problems import GeneralizedEquation, Sign, TapeBuilder
+    >>> tape = TapeBuilder()
+    >>> _ = tape.output(tape.unknown(0))
+    >>> system = GeneralizedEquation(tape.finish(), ((0, Sign(-1.0, 1.0)),)).system()
+    >>> on, off = index_sets(system, np.array([0.0, 1.0]), np.zeros(2))
+    >>> on.tolist(), off.tolist()
+    ([False, False], [False, True])
+    """
+    w = system.q - system.B.dot(z) + system.D.dot(lam)
+    on = lam > scale * np.abs(lam).max(initial=0.0)
+    off = w > scale * max(np.abs(w).max(initial=0.0), np.abs(system.q).max(initial=0.0))
+    if roles is not None:
+        on, off = (roles == 1) | (on & (roles == 0)), (roles == 2) | (off & (roles == 0))
+    return on, off
+
+
 def strong_regularity(
     system: DescriptorSystem,
     jacobian: Floats,
@@ -164,11 +194,7 @@ def strong_regularity(
     if system.smooth is not None:
         K = K + system.smooth.F.dense() @ jacobian
     A, B, D = system.A.dense(), system.B.dense(), system.D.dense()
-    w = system.q - B @ z + D @ lam
-    on = lam > scale * np.abs(lam).max(initial=0.0)
-    off = w > scale * max(np.abs(w).max(initial=0.0), np.abs(system.q).max(initial=0.0))
-    if roles is not None:
-        on, off = (roles == 1) | (on & (roles == 0)), (roles == 2) | (off & (roles == 0))
+    on, off = index_sets(system, z, lam, roles, scale)
     between = np.flatnonzero(~on & ~off)
     sure = np.flatnonzero(on)
     full = np.block([[K, A], [-B, D]])

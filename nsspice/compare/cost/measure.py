@@ -11,7 +11,7 @@ import numpy as np
 
 from ...analyses.settings import Settings
 from ...circuit import Circuit
-from ...errors import NsspiceError, UsageError
+from ...errors import NsspiceError, UsageError, suggest
 from .problem import Problem
 from .reference import Reference, make_reference
 from .report import CostReport, Measurement
@@ -98,10 +98,9 @@ def cost(
 
 
 def _unknown(name: str) -> UsageError:
-    from ...analyses.names import suggestion
     from ...errors import Diagnostic
 
-    hint = suggestion(name, LADDERS) or f"methods: {', '.join(LADDERS)}"
+    hint = suggest(name, LADDERS) or f"methods: {', '.join(LADDERS)}"
     return UsageError(Diagnostic("NS4004", f"there is no ladder {name!r}", None, hint))
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from ...errors import Span
+from ...errors import Span, suggest
 from ..deck import DcCard, OpCard, Sweep, TranCard
-from ..findings import Unreadable, suggest
+from ..findings import Unreadable
 from ..lines import Line
 from ..statement import Item
 from .context import Context

@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from ...errors import Span
+from ...errors import Span, suggest
 from ..deck import Deck
 from ..expand import Expander
 from ..expression import Expression
-from ..findings import Unreadable, suggest
+from ..findings import Unreadable
 from ..lines import Line
 from ..scope import Scope
 from ..statement import Item, items

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ...errors import suggest
 from ..deck import Deck
 from ..expand import Expander
-from ..findings import Unreadable, suggest
+from ..findings import Unreadable
 from ..lines import Line
 from ..node import TooLarge
 from ..scope import Scope

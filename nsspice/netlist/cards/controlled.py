@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from itertools import combinations_with_replacement
 
-from ...errors import Span
+from ...errors import Span, suggest
 from ..expression_parser import voltage
-from ..findings import Unreadable, suggest
+from ..findings import Unreadable
 from ..lines import Line
 from ..node import Node, add, call, mul, num, var
 from ..statement import Item

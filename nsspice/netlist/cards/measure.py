@@ -6,10 +6,10 @@ import re
 from dataclasses import dataclass, field
 from typing import Literal
 
-from ...errors import Span
+from ...errors import Span, suggest
 from ..deck import Cond, Measure
 from ..expression import Expression
-from ..findings import Unreadable, suggest
+from ..findings import Unreadable
 from ..lines import Line
 from .context import Context, after_card
 

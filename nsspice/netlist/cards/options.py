@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from ...errors import suggest
 from ..deck import Param
-from ..findings import Unreadable, suggest
+from ..findings import Unreadable
 from ..lines import Line
 from ..statement import Item
 from .context import Context, after_card

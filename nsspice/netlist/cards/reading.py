@@ -10,9 +10,9 @@ import math
 import re
 from collections.abc import Iterable, Iterator
 
-from ...errors import Span
+from ...errors import Span, suggest
 from .. import expression_parser
-from ..findings import Findings, Unreadable, suggest
+from ..findings import Findings, Unreadable
 from ..lines import Line
 from ..node import Node
 from ..numbers import Number, read_number

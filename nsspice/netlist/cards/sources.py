@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from ..findings import Unreadable, suggest
+from ...errors import suggest
+from ..findings import Unreadable
 from ..lines import Line
 from ..statement import Item
 from ..template import SourceTemplate, Template, Value

@@ -1,0 +1,38 @@
+"""Public names of a package that are imported from their homes when they are first used (PEP 562).
+
+What a deck does not call for is not loaded either: a small one would spend most of its time there.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
+
+
+def lazily(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
+    """Return the ``__getattr__`` of a package.
+
+    Parameters
+    ----------
+    package : str
+        Its full name.
+    homes : mapping of str to str
+        Module of each name, relative to the package: ``{"Resistor": ".resistor"}``.
+
+    Examples
+    --------
+    >>> lazily("nsspice.problems", {"Csc": ".csc"})("Csc").__name__
+    'Csc'
+    """
+
+    def load(name: str) -> Any:
+        home = homes.get(name)
+        if home is None:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        value = getattr(import_module(home, package), name)
+        setattr(sys.modules[package], name, value)
+        return value
+
+    return load
