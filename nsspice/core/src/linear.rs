@@ -9,6 +9,9 @@ use std::sync::Arc;
 /// one; the sparse solve takes about 0.6 of the time of the dense one at any size.
 pub const DENSE_LIMIT: usize = 32;
 
+/// A column of which less than this part survives elimination depends on those before it.
+pub const SURVIVES: f64 = 1e-13;
+
 /// The matrix cannot be factorised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Singular {
@@ -32,6 +35,16 @@ impl Factor {
             Factor::Dense(DenseLu::new(a))
         } else {
             Factor::Sparse(Box::new(SparseLu::new(a, ordering)))
+        }
+    }
+
+    /// From now on a column that depends on those before it (up to rounding) gets the pivot `hold`,
+    /// relative to the size of its entries: what such a matrix leaves open hardly moves, all other
+    /// equations hold exactly.  Zero: such a matrix is singular.
+    pub fn set_hold(&mut self, hold: f64) {
+        match self {
+            Factor::Dense(f) => f.set_hold(hold),
+            Factor::Sparse(f) => f.set_hold(hold),
         }
     }
 

@@ -1,6 +1,6 @@
 //! LU factorisation of a small dense matrix with partial pivoting.
 
-use crate::linear::Singular;
+use crate::linear::{Singular, SURVIVES};
 use crate::sparse::Csc;
 
 /// `P A = L U`, stored over `A` column by column; refactoring reuses the storage.
@@ -15,6 +15,11 @@ pub struct DenseLu {
     swap: Vec<usize>,
     pivot_ratio: f64,
     singular: Option<usize>,
+    hold: f64,
+    /// largest entries of the columns, where they are to be held
+    sizes: Vec<f64>,
+    /// columns that were exchanged because they depend on those before, in this order
+    put_off: Vec<(usize, usize)>,
 }
 
 impl DenseLu {
@@ -23,6 +28,11 @@ impl DenseLu {
         let mut out = DenseLu::default();
         out.factor(a);
         out
+    }
+
+    /// See `Factor::set_hold`.
+    pub fn set_hold(&mut self, hold: f64) {
+        self.hold = hold;
     }
 
     /// Factorises a square matrix into the storage of this one.
@@ -50,16 +60,26 @@ impl DenseLu {
         let n = self.n;
         let (mut least, mut greatest) = (f64::INFINITY, 0.0f64);
         self.singular = None;
+        self.put_off.clear();
+        if self.hold > 0.0 {
+            let size = |c: &[f64]| c.iter().fold(0.0f64, |a, v| a.max(v.abs()));
+            self.sizes.clear();
+            self.sizes.extend(self.lu.chunks_exact(n).map(size));
+        }
+        let mut last = n;
         for k in 0..n {
-            let (left, right) = self.lu.split_at_mut((k + 1) * n);
-            let column = &mut left[k * n..];
-            let (mut p, mut best) = (k, column[k].abs());
-            for (i, v) in column.iter().enumerate().skip(k + 1) {
-                // a NaN never compares greater: it must be let through to be reported
-                if v.abs() > best || v.is_nan() {
-                    (p, best) = (i, v.abs());
+            let (p, best) = loop {
+                if k == last {
+                    self.hold_rest(k);
                 }
-            }
+                let (p, best) = self.pivot(k);
+                let open = self.hold > 0.0 && k < last && best <= SURVIVES * self.sizes[k];
+                if !open {
+                    break (p, best);
+                }
+                last -= 1;
+                self.exchange_columns(k, last);
+            };
             self.swap[k] = p;
             least = least.min(best);
             greatest = greatest.max(best);
@@ -68,6 +88,8 @@ impl DenseLu {
                 self.singular = Some(k);
                 break;
             }
+            let (left, right) = self.lu.split_at_mut((k + 1) * n);
+            let column = &mut left[k * n..];
             column.swap(k, p);
             let pivot = column[k];
             self.inverse[k] = 1.0 / pivot;
@@ -89,6 +111,38 @@ impl DenseLu {
             None if n == 0 => 1.0,
             None => least / greatest,
         };
+    }
+
+    /// The largest candidate for the pivot of column `k` and its size.
+    fn pivot(&self, k: usize) -> (usize, f64) {
+        let column = &self.lu[k * self.n..(k + 1) * self.n];
+        let (mut p, mut best) = (k, column[k].abs());
+        for (i, v) in column.iter().enumerate().skip(k + 1) {
+            // a NaN never compares greater: it must be let through to be reported
+            if v.abs() > best || v.is_nan() {
+                (p, best) = (i, v.abs());
+            }
+        }
+        (p, best)
+    }
+
+    fn exchange_columns(&mut self, k: usize, other: usize) {
+        if k != other {
+            let (left, right) = self.lu.split_at_mut(other * self.n);
+            left[k * self.n..(k + 1) * self.n].swap_with_slice(&mut right[..self.n]);
+            self.sizes.swap(k, other);
+        }
+        self.put_off.push((k, other));
+    }
+
+    /// Columns from `k` on depend on those before: they are left with the rows that do, too.
+    fn hold_rest(&mut self, k: usize) {
+        let n = self.n;
+        for c in k..n {
+            self.lu[c * n + k..(c + 1) * n].fill(0.0);
+            let size = if self.sizes[c] > 0.0 { self.sizes[c] } else { 1.0 };
+            self.lu[c * n + c] = self.hold * size;
+        }
     }
 
     /// Number of rows and columns.
@@ -133,6 +187,9 @@ impl DenseLu {
                 }
             }
         }
+        for &(k, other) in self.put_off.iter().rev() {
+            x.swap(k, other);
+        }
         Ok(())
     }
 
@@ -141,6 +198,9 @@ impl DenseLu {
         self.singular().map_or(Ok(()), Err)?;
         let n = self.n;
         let x = &mut x[..n];
+        for &(k, other) in &self.put_off {
+            x.swap(k, other);
+        }
         for k in 0..n {
             let column = &self.lu[k * n..(k + 1) * n];
             let sum: f64 = x[..k].iter().zip(column).map(|(v, u)| v * u).sum();

@@ -57,6 +57,8 @@ pub struct Equations {
     pub(super) diagonal: Vec<u32>,
     /// a usual conductance in current rows, a usual resistance in voltage rows
     pub(super) reference: Vec<f64>,
+    /// scaling by which usual conductances and resistances become about one
+    pub(super) unit: Vec<f64>,
     /// current rows in which a multiplier appears
     pub(super) touched: Vec<usize>,
     pub(super) a: Csc,
@@ -146,6 +148,11 @@ impl Equations {
             n,
             m,
             reference: row_kind.iter().map(|&k| if k == 0 { usual } else { 1.0 / usual }).collect(),
+            unit: (0..size)
+                .map(
+                    |i| if i < n && row_kind[i] == 0 { usual.sqrt().recip() } else { usual.sqrt() },
+                )
+                .collect(),
             diagonal: (0..size).map(|i| place(i, i)).collect(),
             ordering: Arc::new(Ordering::new(&full, m)),
             pattern,

@@ -1,12 +1,14 @@
 //! The linearised problem: Jacobian of a mode, factored anew when values or mode change.
 
 use super::equations::Equations;
-use crate::linear::Factor;
+use crate::linear::{Factor, SURVIVES};
 use crate::mlcp::equilibrate;
 use crate::sparse::Csc;
 
-/// A mode is singular if less than this part of a pivot survives.
-const SINGULAR: f64 = 1e-13;
+/// Conductances below this part of the usual one do not count in the scaling.
+const NOTHING: f64 = 1e-18;
+/// Largest scaled entry with which open columns are told from small ones.
+const BADLY_SCALED: f64 = 1e6;
 
 /// All that depends on the rate: linear part, scaling, factors.
 pub(super) struct Assembly {
@@ -23,6 +25,8 @@ pub(super) struct Assembly {
     /// physical unknown = scale * scaled unknown; also multiplies the rows
     pub scale: Vec<f64>,
     scaled: bool,
+    /// the last Jacobian left something open, which was held
+    open: bool,
     /// product of the two scales of each entry
     weight: Vec<f64>,
     jacobian: Csc,
@@ -47,6 +51,7 @@ impl Assembly {
             values: linear.values.clone(),
             scale: vec![1.0; eq.size()],
             scaled: false,
+            open: false,
             weight: vec![1.0; linear.values.len()],
             jacobian: linear.clone(),
             linear,
@@ -65,43 +70,64 @@ impl Assembly {
     }
 
     /// Scales the present Jacobian so that its entries come near one.
-    pub fn rescale(&mut self, eq: &Equations) {
-        self.jacobian.values.copy_from_slice(&self.values);
-        self.scale = equilibrate(&self.jacobian);
-        self.scaled = true;
-        self.factor = None;
-        let _ = eq;
-        for c in 0..self.jacobian.ncols {
-            for at in self.jacobian.colptr[c]..self.jacobian.colptr[c + 1] {
-                self.weight[at] = self.scale[self.jacobian.rowidx[at]] * self.scale[c];
+    fn rescale(&mut self, eq: &Equations) {
+        let Assembly { jacobian, values, scale, weight, .. } = self;
+        for c in 0..jacobian.ncols {
+            let range = jacobian.colptr[c]..jacobian.colptr[c + 1];
+            let entries = jacobian.rowidx[range.clone()].iter().zip(&values[range.clone()]);
+            for (out, (&r, &v)) in jacobian.values[range].iter_mut().zip(entries) {
+                // what a blocking junction leaves is no measure of a circuit
+                let counts = v.abs() * eq.unit[r] * eq.unit[c] >= NOTHING;
+                *out = if counts { v } else { 0.0 };
             }
         }
+        *scale = equilibrate(jacobian);
+        for c in 0..jacobian.ncols {
+            for at in jacobian.colptr[c]..jacobian.colptr[c + 1] {
+                weight[at] = scale[jacobian.rowidx[at]] * scale[c];
+            }
+        }
+        self.scaled = true;
+        self.factor = None;
     }
 
-    /// Factors the present Jacobian in a mode, `mu` added to the scaled equations; false if it is
-    /// singular.
-    pub fn factorise(&mut self, eq: &Equations, active: &[bool], mu: f64) -> bool {
+    /// Factors the present Jacobian in a mode; what it leaves open is held with the pivot `hold`.
+    /// False if it is singular.
+    pub fn factorise(&mut self, eq: &Equations, active: &[bool], hold: f64) -> bool {
         if !self.scaled {
             self.rescale(eq);
         }
-        if self.try_factorise(eq, active, mu) {
+        if hold > 0.0 {
+            return self.try_factorise(eq, active, hold);
+        }
+        if self.open {
+            return false; // probably still: the factors that hold it will tell
+        }
+        if self.try_factorise(eq, active, 0.0) {
             return true;
         }
         // values far from those that the scaling was made for look singular
         self.rescale(eq);
-        self.try_factorise(eq, active, mu)
+        self.try_factorise(eq, active, 0.0)
     }
 
-    fn try_factorise(&mut self, eq: &Equations, active: &[bool], mu: f64) -> bool {
-        let (n, jacobian) = (eq.n, &mut self.jacobian.values);
-        for ((j, v), w) in jacobian.iter_mut().zip(&self.values).zip(&self.weight) {
+    /// Computes the scaled Jacobian and its largest entry.
+    fn fill(&mut self) -> f64 {
+        let mut largest = 0.0f64;
+        let values = self.values.iter().zip(&self.weight);
+        for (j, (v, w)) in self.jacobian.values.iter_mut().zip(values) {
             *j = v * w;
+            largest = largest.max(j.abs());
         }
-        if mu != 0.0 {
-            for &at in &eq.diagonal[..n] {
-                jacobian[at as usize] += mu;
-            }
+        largest
+    }
+
+    fn try_factorise(&mut self, eq: &Equations, active: &[bool], hold: f64) -> bool {
+        if self.fill() > BADLY_SCALED && hold > 0.0 {
+            self.rescale(eq);
+            self.fill();
         }
+        let (n, jacobian) = (eq.n, &mut self.jacobian.values);
         for (i, _) in active.iter().enumerate().filter(|(_, &a)| !a) {
             for &(_, at) in eq.ordering.row(n + i) {
                 jacobian[at as usize] = 0.0;
@@ -110,14 +136,27 @@ impl Assembly {
         }
         match &mut self.factor {
             Some(factor) => {
+                factor.set_hold(hold);
                 factor.refactor(&self.jacobian);
-                if factor.pivot_ratio() <= SINGULAR {
+                if factor.pivot_ratio() <= SURVIVES {
                     factor.factor(&self.jacobian); // the old order of pivots may be to blame
                 }
             }
-            None => self.factor = Some(Factor::new(&self.jacobian, &eq.ordering)),
+            None => {
+                let factor = self.factor.insert(Factor::new(&self.jacobian, &eq.ordering));
+                if hold > 0.0 {
+                    factor.set_hold(hold);
+                    factor.factor(&self.jacobian);
+                }
+            }
         }
-        self.factor.as_ref().is_some_and(|f| f.pivot_ratio() > SINGULAR)
+        let ratio = self.factor.as_ref().map_or(0.0, Factor::pivot_ratio);
+        self.open = ratio <= hold;
+        if hold > 0.0 {
+            ratio > 0.0
+        } else {
+            ratio > SURVIVES
+        }
     }
 
     /// `x := J^-1 x` in physical units, in the mode factored last.

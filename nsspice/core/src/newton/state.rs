@@ -7,8 +7,8 @@ use crate::mlcp::Role;
 
 /// Signs ignore violations below this part of the terms they are the sum of.
 const SIGN: f64 = 1e-13;
-/// Weights that keep unknowns near where they are if the linearised equations leave them open; the
-/// square of the first is below rounding, so that two iterations take its effect away.
+/// Pivots that keep unknowns near where they are if the linearised equations leave them open: the
+/// rounding of the equations moves them no further than by its quotient with the first.
 const HOLD: [f64; 4] = [0.0, 1e-9, 1e-6, 1e-3];
 /// Largest unknown in the scaled system, in units of the data and of the start.  Chains of amplifiers
 /// multiply their gains: a linearised answer of 1e30 V would drown the volts of the stages before,

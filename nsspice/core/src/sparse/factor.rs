@@ -7,6 +7,7 @@
 
 use super::lu::Entry;
 use super::{Csc, SparseLu};
+use crate::linear::SURVIVES;
 
 /// The diagonal entry is the pivot if it reaches this part of the largest candidate in a row that
 /// no mode change touches ...
@@ -128,14 +129,25 @@ impl SparseLu {
             }
         }
         self.upper.close();
-        let Some(p) = self.choose(c, &search.rows).filter(|_| finite) else {
+        let chosen = self.choose(c, &search.rows).or_else(|| self.spare(c, &search.rows));
+        let Some(mut p) = chosen.filter(|_| finite) else {
             return false;
         };
-        let pivot = self.x[p];
+        // the row that goes with a column that depends on others is its own, if it is still there
+        let open = SURVIVES * scale.max(largest);
+        if self.hold > 0.0 && self.x[p].abs() <= open && self.place[c] == FREE {
+            p = c;
+        }
+        let mut pivot = self.x[p];
         if p != c {
             scale = self.terms(a, k, p);
         }
-        self.survival[k] = pivot.abs() / scale.max(largest).max(pivot.abs());
+        let scale = scale.max(largest).max(pivot.abs());
+        self.survival[k] = pivot.abs() / scale;
+        if self.hold > 0.0 && pivot.abs() <= SURVIVES * scale {
+            pivot = (self.hold * if scale > 0.0 { scale } else { 1.0 }).copysign(pivot);
+            self.survival[k] = self.hold;
+        }
         self.row[k] = p as u32;
         self.place[p] = k as u32;
         self.inverse[k] = 1.0 / pivot;
@@ -203,6 +215,13 @@ impl SparseLu {
             switching
         };
         best.1.filter(|_| best.0.is_finite() && (1.0 / best.0).is_finite())
+    }
+
+    /// The pivot row of a column that vanishes, where such are held.
+    fn spare(&self, c: usize, rows: &[u32]) -> Option<usize> {
+        let zero = |&r: &usize| self.place[r] == FREE && !(1.0 / self.x[r]).is_finite();
+        let mut candidates = std::iter::once(c).chain(rows.iter().map(|&r| r as usize));
+        candidates.find(zero).filter(|_| self.hold > 0.0)
     }
 
     /// The sum of the magnitudes of the terms of the entry of column `k` in row `p`.

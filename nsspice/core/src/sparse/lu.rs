@@ -63,6 +63,7 @@ pub struct SparseLu {
     pub(super) place: Vec<u32>,
     pub(super) singular: Option<usize>,
     pub(super) pivot_ratio: f64,
+    pub(super) hold: f64,
     /// dense column, all zero between calls
     pub(super) x: Vec<f64>,
     /// one bit per position to recompute, all zero between calls
@@ -84,11 +85,17 @@ impl SparseLu {
             place: vec![0; n],
             singular: None,
             pivot_ratio: 0.0,
+            hold: 0.0,
             x: vec![0.0; n],
             dirty: vec![0; n.div_ceil(64)],
         };
         out.factor(a);
         out
+    }
+
+    /// See `Factor::set_hold`.
+    pub fn set_hold(&mut self, hold: f64) {
+        self.hold = hold;
     }
 
     /// Number of rows and columns.

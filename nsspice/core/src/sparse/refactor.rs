@@ -1,6 +1,7 @@
 //! Partial refactorisation after a few rows have changed.
 
 use super::{Csc, SparseLu};
+use crate::linear::SURVIVES;
 
 /// An old pivot stays unless an entry below it is larger by more than this factor: somewhat beyond
 /// the threshold at which pivots are chosen, so that they do not flutter between two modes.
@@ -98,7 +99,13 @@ impl SparseLu {
                 scale += (x[k] - before).abs();
             }
         }
-        let pivot = std::mem::take(&mut x[k]);
+        let mut pivot = std::mem::take(&mut x[k]);
+        let scale = scale.max(largest).max(pivot.abs());
+        let mut survival = pivot.abs() / scale;
+        if self.hold > 0.0 && survival <= SURVIVES {
+            pivot = (self.hold * scale).copysign(pivot);
+            survival = self.hold;
+        }
         let inverse = 1.0 / pivot;
         for e in &mut self.upper.entries[upper] {
             e.value *= inverse;
@@ -112,7 +119,7 @@ impl SparseLu {
             e.value = l;
         }
         self.inverse[k] = inverse;
-        self.survival[k] = pivot.abs() / scale.max(largest).max(pivot.abs());
+        self.survival[k] = survival;
         (usable && pivot.is_finite() && inverse.is_finite()).then_some(changed)
     }
 }

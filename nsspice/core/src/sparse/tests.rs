@@ -270,3 +270,65 @@ fn packed_copies_solve_the_scaled_equations() {
         assert!(error <= 1e-14 * largest(&expected), "{n}: {error}");
     }
 }
+
+/// A chain of elements with one conductance each and no way to ground from some of its parts, so
+/// that their common voltages are open: as many as there are parts.
+fn floating_parts(rng: &mut Rng, parts: usize) -> Csc {
+    let mut list = Vec::new();
+    let mut n = 0;
+    for _ in 0..parts {
+        let size = 2 + rng.below(5);
+        for k in n..n + size - 1 {
+            let g = rng.magnitude(2.0);
+            list.extend([(k, k, g), (k + 1, k + 1, g), (k, k + 1, -g), (k + 1, k, -g)]);
+        }
+        n += size;
+        // a source from the last node to ground, by its branch current: not open
+        list.extend([(n, n + 1, 1.0), (n + 1, n, 1.0), (n, n, 1e-40)]);
+        n += 2;
+    }
+    list.extend((0..n).map(|i| (i, i, 0.0)));
+    Csc::from_triplets(n, n, &list)
+}
+
+#[test]
+fn what_a_matrix_leaves_open_is_held_and_all_else_solved() {
+    let mut rng = Rng(5);
+    for trial in 0..200 {
+        let a = floating_parts(&mut rng, 1 + trial % 7);
+        let n = a.nrows;
+        let mut truth = rng.vector(n);
+        truth.iter_mut().for_each(|v| *v += 1.0);
+        let mut b = vec![0.0; n];
+        a.mul_add(1.0, &truth, &mut b);
+        let mut sparse = factor(&a, 0);
+        let mut dense = DenseLu::new(&a);
+        assert!(dense.pivot_ratio() < 1e-13 && sparse.pivot_ratio() < 1e-13);
+        sparse.set_hold(1e-9);
+        sparse.factor(&a);
+        let mut again = sparse.clone();
+        again.refactor(&a);
+        dense.set_hold(1e-9);
+        dense.factor(&a);
+        let mut work = vec![0.0; n];
+        for which in 0..3 {
+            let mut x = b.clone();
+            match which {
+                0 => sparse.solve(&mut x, &mut work).unwrap(),
+                1 => again.solve(&mut x, &mut work).unwrap(),
+                _ => dense.solve(&mut x).unwrap(),
+            }
+            assert!(defect(&a, &x, &b) < 1e-12, "{trial} {which}");
+            // what is open moves by rounding over the pivot at most
+            assert!(largest(&x) < 1e3 * largest(&truth), "{trial} {which}");
+        }
+        let transposed = a.transpose();
+        transposed.mul_add(1.0, &truth, {
+            b.fill(0.0);
+            &mut b
+        });
+        let mut x = b.clone();
+        dense.solve_transpose(&mut x).unwrap();
+        assert!(defect(&transposed, &x, &b) < 1e-12, "{trial}");
+    }
+}
