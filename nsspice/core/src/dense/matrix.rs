@@ -91,6 +91,36 @@ impl Matrix {
         out
     }
 
+    /// The product `self * other` of full matrices, in tiles that stay in registers.
+    pub fn product(&self, other: &Matrix) -> Matrix {
+        assert_eq!(self.cols, other.rows, "matrices do not fit");
+        let (inner, cols) = (self.cols, other.cols);
+        let mut out = Matrix::zeros(self.rows, cols);
+        let mut panel = vec![[0.0f64; TILE_COLS]; inner];
+        let mut left = 0;
+        while left < cols {
+            let width = TILE_COLS.min(cols - left);
+            for (k, p) in panel.iter_mut().enumerate() {
+                p[..width].copy_from_slice(&other.row(k)[left..left + width]);
+            }
+            let mut top = 0;
+            while top < self.rows {
+                let height = TILE_ROWS.min(self.rows - top);
+                // rows beyond the last are computed twice rather than treated apart
+                let rows: [&[f64]; TILE_ROWS] =
+                    std::array::from_fn(|i| self.row(top + i.min(height - 1)));
+                let tile = tile(rows, &panel);
+                for (i, values) in tile.iter().enumerate().take(height) {
+                    let start = (top + i) * cols + left;
+                    out.data[start..start + width].copy_from_slice(&values[..width]);
+                }
+                top += TILE_ROWS;
+            }
+            left += TILE_COLS;
+        }
+        out
+    }
+
     /// The product `self' * other`.
     pub fn transpose_times(&self, other: &Matrix) -> Matrix {
         assert_eq!(self.rows, other.rows, "matrices do not fit");
@@ -182,6 +212,26 @@ impl Matrix {
     pub fn finite(&self) -> bool {
         self.data.iter().all(|v| v.is_finite())
     }
+}
+
+/// Size of the tiles of a product: their sums fit the registers.
+const TILE_ROWS: usize = 4;
+const TILE_COLS: usize = 4;
+
+/// Four rows times a panel of four columns.
+#[inline]
+fn tile(rows: [&[f64]; TILE_ROWS], panel: &[[f64; TILE_COLS]]) -> [[f64; TILE_COLS]; TILE_ROWS] {
+    let mut sums = [[0.0f64; TILE_COLS]; TILE_ROWS];
+    let [r0, r1, r2, r3] = rows.map(|r| &r[..panel.len()]);
+    for ((((p, a), b), c), d) in panel.iter().zip(r0).zip(r1).zip(r2).zip(r3) {
+        for j in 0..TILE_COLS {
+            sums[0][j] += a * p[j];
+            sums[1][j] += b * p[j];
+            sums[2][j] += c * p[j];
+            sums[3][j] += d * p[j];
+        }
+    }
+    sums
 }
 
 /// `a += f * b`

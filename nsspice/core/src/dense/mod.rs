@@ -8,6 +8,7 @@ mod least_norm;
 mod lu;
 mod matrix;
 mod orthogonal;
+mod rank_one;
 mod symmetric;
 #[cfg(test)]
 mod tests;
@@ -18,4 +19,5 @@ pub use eigen::{eigen, Eigen};
 pub use least_norm::LeastNorm;
 pub use lu::DenseLu;
 pub use matrix::{add_scaled, dot, equilibrate, norm, Lu, Matrix};
+pub use rank_one::RankOne;
 pub use symmetric::eigen_symmetric;

@@ -8,6 +8,7 @@
 //! constraints take away leaves as impulses.
 
 use super::guard_rows::{control_rows, guard_rows, impulse_rows};
+use super::neighbour::Ports;
 use super::network::Network;
 use super::share::Share;
 use super::spectrum::{Pole, Spectrum, PLAIN};
@@ -139,6 +140,8 @@ pub struct Mode {
     pub fastest: f64,
     /// state equations, for modes without eigenvectors: J, Jv in state coordinates
     pub plain: Option<(Matrix, Matrix)>,
+    /// what modes that differ in one pair need, where they can be had cheaply
+    pub ports: Option<Ports>,
 }
 
 /// Orthogonal factor of a tall matrix, and its triangle: `A = Q[:, ..k] R`.
@@ -433,6 +436,9 @@ impl Mode {
             })
             .collect();
         let poles = spectrum.as_ref().map_or(Vec::new(), |s| s.poles.clone());
+        let regular = ties == 0 && open == 0 && switches.is_empty() && watch.len() == net.m;
+        let ports = (regular && net.symmetric && poles.len() == n)
+            .then(|| Ports::new(net, on, &active, &inverse));
         let fastest = match &spectrum {
             Some(_) => poles.iter().map(Pole::size).fold(0.0, f64::max),
             None => (0..n).map(|i| norm(j.row(i))).fold(0.0, f64::max),
@@ -457,6 +463,7 @@ impl Mode {
             open,
             fastest,
             plain: spectrum.is_none().then_some((j, jv)),
+            ports,
             poles,
         })
     }
@@ -470,6 +477,7 @@ impl Mode {
         if let Some(i) = &self.impulses {
             count += i.algebraic.data.len() + 2 * i.guards.data.len();
         }
+        count += self.ports.as_ref().map_or(0, Ports::len);
         8 * count + 64 * self.watch.len() + 1024
     }
 }

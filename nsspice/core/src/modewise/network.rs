@@ -87,6 +87,8 @@ pub struct Network {
     pub at_loose: Matrix,
     /// one kind of storage in a reciprocal network: the state matrix is symmetric
     pub symmetric: bool,
+    /// that kind is inductors
+    pub inductive: bool,
     /// `N' G_skew` and `A'`, by unknown
     pub n_skew: Matrix,
     /// see `n_skew`
@@ -298,6 +300,7 @@ impl Network {
             skew_loose: n_skew.times(&kernel).times(&loose),
             at_loose: bn.times(&loose),
             symmetric: passive && reciprocal && one_kind,
+            inductive: !inductive.is_empty(),
             bn,
             d,
             q: sys.q.clone(),

@@ -10,6 +10,9 @@ const BUDGET: usize = 400 << 20;
 /// Followers remembered per mode.
 const FOLLOWERS: usize = 64;
 
+/// Pairs by which a mode may differ from the one that it is derived from.
+const FLIPS: usize = 4;
+
 /// A mode by number.
 pub type Id = usize;
 
@@ -40,6 +43,9 @@ pub struct Registry {
     clock: u64,
     bytes: usize,
     key: Vec<u64>,
+    /// the two modes asked for last
+    recent: Id,
+    earlier: Id,
     /// reductions made
     pub built: u64,
     /// modes that proved right at least once
@@ -94,10 +100,22 @@ impl Registry {
         let clock = self.clock;
         let entry = &mut self.entries[id];
         entry.used = clock;
+        let before = std::mem::replace(&mut self.recent, id);
+        if before != id {
+            self.earlier = before;
+        }
         if let Some(made) = &entry.made {
             return made.clone();
         }
-        let made = Mode::new(net, switches, &entry.on, &entry.gates).map(Arc::new);
+        let made = match self.near(id, net) {
+            Some(made) => Ok(made),
+            None => {
+                let entry = &self.entries[id];
+                Mode::new(net, switches, &entry.on, &entry.gates)
+            }
+        };
+        let made = made.map(Arc::new);
+        let entry = &mut self.entries[id];
         entry.bytes = made.as_ref().map_or(256, |m| m.bytes());
         entry.made = Some(made.clone());
         self.built += 1;
@@ -106,6 +124,30 @@ impl Registry {
             self.forget(id);
         }
         made
+    }
+
+    /// The mode by way of one of the last two, if that differs in few pairs.
+    fn near(&self, id: Id, net: &Network) -> Option<Mode> {
+        let target = &self.entries[id];
+        let mut best: Option<(Vec<usize>, &Mode)> = None;
+        for from in [self.earlier] {
+            let Some(Entry { on, gates, made: Some(Ok(mode)), .. }) = self.entries.get(from) else {
+                continue;
+            };
+            if mode.ports.is_none() || *gates != target.gates {
+                continue;
+            }
+            let differ: Vec<usize> = (0..on.len()).filter(|&i| on[i] != target.on[i]).collect();
+            if differ.len() <= FLIPS && best.as_ref().is_none_or(|b| differ.len() < b.0.len()) {
+                best = Some((differ, mode));
+            }
+        }
+        let (differ, from) = best?;
+        let mut mode = from.neighbour(net, *differ.first()?)?;
+        for &p in &differ[1..] {
+            mode = mode.neighbour(net, p)?;
+        }
+        Some(mode)
     }
 
     /// Drops the longer unused half.

@@ -1,0 +1,283 @@
+//! Eigenvalues and eigenvectors of a diagonal matrix plus a matrix of rank one.
+//!
+//! The eigenvalues are the roots of the secular equation `1 + sigma sum z_i^2 / (d_i - x) = 0`, one
+//! between each two poles. They are found relative to the nearest pole, so that differences keep all
+//! their digits, and the vectors belong to a `z` that has exactly these roots, so that they are
+//! orthogonal (M. Gu, S. C. Eisenstat, SIAM J. Matrix Anal. Appl. 15 (1994) 1266). Components that do
+//! not take part are left alone; the work is of the square of the others' number.
+
+use super::matrix::{norm, Matrix};
+
+/// Steps before a root is given up; five are usual.
+const MAX_STEPS: usize = 120;
+
+/// The decomposition `D + sigma z z' = U diag(values) U'`.
+pub struct RankOne {
+    /// eigenvalues
+    pub values: Vec<f64>,
+    /// plane rotations that come first: two columns, cosine, sine
+    rotations: Vec<(usize, usize, f64, f64)>,
+    /// columns that take part, by growing eigenvalue
+    kept: Vec<usize>,
+    /// their transformation
+    basis: Matrix,
+}
+
+/// `sum z_i^2 / (d_i - x)` and its derivative.
+fn sums(z: &[f64], d: &[f64], x: f64) -> (f64, f64) {
+    let (mut value, mut slope) = ([0.0f64; 4], [0.0f64; 4]);
+    let (z4, d4) = (z.chunks_exact(4), d.chunks_exact(4));
+    let (mut a, mut b) = (0.0, 0.0);
+    for (z, d) in z4.remainder().iter().zip(d4.remainder()) {
+        let t = z / (d - x);
+        a += z * t;
+        b += t * t;
+    }
+    for (z, d) in z4.zip(d4) {
+        for k in 0..4 {
+            let t = z[k] / (d[k] - x);
+            value[k] += z[k] * t;
+            slope[k] += t * t;
+        }
+    }
+    (value.iter().sum::<f64>() + a, slope.iter().sum::<f64>() + b)
+}
+
+/// The step from which `c + r / (p - step) + s / (q - step)` vanishes, `p <= 0 <= q` being the
+/// distances of the poles.
+fn two_poles(c: f64, r: f64, s: f64, p: f64, q: f64) -> f64 {
+    let a = c * (p + q) + r + s;
+    let b = c * p * q + r * q + s * p;
+    let root = (a * a - 4.0 * b * c).max(0.0).sqrt();
+    if a <= 0.0 {
+        (a - root) / (2.0 * c)
+    } else {
+        2.0 * b / (a + root)
+    }
+}
+
+/// Root number `i` of `1 + rho sum z^2 / (d - x)`, `|z| = 1`, as a pole and a distance from it.
+/// `shifted` is work space.
+fn root(i: usize, d: &[f64], z: &[f64], rho: f64, shifted: &mut [f64]) -> Option<(usize, f64)> {
+    let k = d.len();
+    let last = i + 1 == k;
+    let width = if last { rho } else { d[i + 1] - d[i] };
+    shifted.iter_mut().zip(d).for_each(|(s, v)| *s = v - d[i]);
+    // the nearer pole becomes the origin
+    let middle = 0.5 * width;
+    let (sum, _) = sums(z, shifted, middle);
+    let at_middle = 1.0 + rho * sum;
+    let origin = if last || at_middle > 0.0 { i } else { i + 1 };
+    let (mut low, mut high) = if origin == i { (0.0, width) } else { (-width, 0.0) };
+    let guess = if last {
+        middle
+    } else {
+        let (p, q) = (-middle, middle);
+        let (r, s) = (rho * z[i] * z[i], rho * z[i + 1] * z[i + 1]);
+        let rest = at_middle - r / p - s / q;
+        middle + two_poles(rest, r, s, p, q)
+    };
+    let mut x = if origin == i { guess } else { guess - width };
+    if origin != i {
+        shifted.iter_mut().zip(d).for_each(|(s, v)| *s = v - d[origin]);
+    }
+    match (origin == i, at_middle > 0.0) {
+        (true, true) => high = middle,
+        (true, false) => low = middle,
+        (false, _) => low = -middle,
+    }
+    if !(x > low && x < high) {
+        x = 0.5 * (low + high);
+    }
+    for _ in 0..MAX_STEPS {
+        let (below, below_slope) = sums(&z[..=i], &shifted[..=i], x);
+        let (above, above_slope) = sums(&z[i + 1..], &shifted[i + 1..], x);
+        let f = 1.0 + rho * (below + above);
+        let rounding = 4.0 * f64::EPSILON * (1.0 + rho * (above - below));
+        if f.abs() <= rounding {
+            return Some((origin, x));
+        }
+        if f > 0.0 {
+            high = x;
+        } else {
+            low = x;
+        }
+        let p = shifted[i] - x;
+        let step = if last {
+            // one pole
+            let c = 1.0 + rho * (below - below_slope * p);
+            p + rho * below_slope * p * p / c
+        } else {
+            let q = shifted[i + 1] - x;
+            let (r, s) = (rho * below_slope * p * p, rho * above_slope * q * q);
+            two_poles(f - rho * (below_slope * p + above_slope * q), r, s, p, q)
+        };
+        let mut next = x + step;
+        if !(next > low && next < high) {
+            next = 0.5 * (low + high);
+        }
+        let change = (next - x).abs();
+        if change <= f64::EPSILON * x.abs() {
+            return Some((origin, x));
+        }
+        x = next;
+    }
+    None
+}
+
+impl RankOne {
+    /// Decomposes; `None` if some entry is not finite.
+    pub fn new(d: &[f64], sigma: f64, z: &[f64]) -> Option<RankOne> {
+        let n = d.len();
+        let sign = if sigma < 0.0 { -1.0 } else { 1.0 };
+        let size = norm(z);
+        let mut values: Vec<f64> = d.iter().map(|v| sign * v).collect();
+        let scale = values.iter().fold(sigma.abs() * size * size, |m, v| m.max(v.abs()));
+        if !scale.is_finite() {
+            return None;
+        }
+        let sigma = sigma.abs();
+        let none = 8.0 * f64::EPSILON * scale;
+        let mut order: Vec<usize> = (0..n).filter(|&i| sigma * z[i].abs() * size > none).collect();
+        order.sort_by(|&i, &j| values[i].total_cmp(&values[j]));
+        let mut w = z.to_vec();
+        let mut rotations = Vec::new();
+        let mut kept: Vec<usize> = Vec::with_capacity(order.len());
+        for j in order {
+            if let Some(&i) = kept.last() {
+                // two poles that cannot be told apart: one combination takes part, the other not
+                let tau = w[i].hypot(w[j]);
+                let (c, s) = (w[j] / tau, -w[i] / tau);
+                let apart = values[j] - values[i];
+                let close = 8.0 * f64::EPSILON * values[j].abs().max(values[i].abs());
+                if (apart * c * s).abs() <= close {
+                    let (x, y) = (values[i], values[j]);
+                    values[i] = x * c * c + y * s * s;
+                    values[j] = x * s * s + y * c * c;
+                    (w[i], w[j]) = (0.0, tau);
+                    rotations.push((i, j, c, s));
+                    kept.pop();
+                }
+            }
+            kept.push(j);
+        }
+        let k = kept.len();
+        let poles: Vec<f64> = kept.iter().map(|&i| values[i]).collect();
+        let mut weights: Vec<f64> = kept.iter().map(|&i| w[i]).collect();
+        let length = norm(&weights);
+        weights.iter_mut().for_each(|v| *v /= length);
+        let rho = sigma * length * length;
+        // rows: distances of all poles from one root
+        let mut apart = Matrix::zeros(k, k);
+        let mut shifted = vec![0.0; k];
+        for j in 0..k {
+            let (origin, x) = root(j, &poles, &weights, rho, &mut shifted)?;
+            values[kept[j]] = poles[origin] + x;
+            for (a, v) in apart.row_mut(j).iter_mut().zip(&poles) {
+                *a = (v - poles[origin]) - x;
+            }
+        }
+        // weights that have exactly these roots
+        let mut exact = vec![1.0f64; k];
+        for j in 0..k {
+            let (row, pole) = (apart.row(j), poles[j]);
+            for (i, e) in exact.iter_mut().enumerate() {
+                *e *= if i == j { -row[i] } else { row[i] / (poles[i] - pole) };
+            }
+        }
+        for (e, v) in exact.iter_mut().zip(&weights) {
+            *e = e.abs().sqrt().copysign(*v);
+        }
+        let mut basis = Matrix::zeros(k, k);
+        for j in 0..k {
+            let row = apart.row_mut(j);
+            row.iter_mut().zip(&exact).for_each(|(a, e)| *a = e / *a);
+            let f = 1.0 / norm(row);
+            for (i, v) in row.iter().enumerate() {
+                basis.data[i * k + j] = f * v;
+            }
+        }
+        values.iter_mut().for_each(|v| *v *= sign);
+        (basis.finite()).then_some(RankOne { values, rotations, kept, basis })
+    }
+
+    /// `rows := rows U`
+    pub fn turn(&self, rows: &mut Matrix) {
+        let (k, n) = (self.kept.len(), rows.cols);
+        for row in rows.data.chunks_exact_mut(n.max(1)) {
+            for &(i, j, c, s) in &self.rotations {
+                let (x, y) = (row[i], row[j]);
+                row[i] = c * x + s * y;
+                row[j] = c * y - s * x;
+            }
+        }
+        if k == 0 {
+            return;
+        }
+        let part = rows.select_cols(&self.kept).product(&self.basis);
+        for (row, part) in rows.data.chunks_exact_mut(n).zip(part.data.chunks_exact(k)) {
+            for (&c, v) in self.kept.iter().zip(part) {
+                row[c] = *v;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `D + sigma z z'` times the vectors, orthogonality, and the trace.
+    fn check(d: &[f64], sigma: f64, z: &[f64]) {
+        let n = d.len();
+        let found = RankOne::new(d, sigma, z).unwrap();
+        let mut u = Matrix::identity(n);
+        found.turn(&mut u);
+        let a = Matrix::from_fn(n, n, |i, j| sigma * z[i] * z[j] + if i == j { d[i] } else { 0.0 });
+        let size = a.max_abs();
+        let (au, uu) = (a.times(&u), u.transpose_times(&u));
+        for i in 0..n {
+            for j in 0..n {
+                let unit = if i == j { 1.0 } else { 0.0 };
+                assert!((uu[(i, j)] - unit).abs() < 1e-14 * n as f64, "not orthogonal");
+                let rest = au[(i, j)] - u[(i, j)] * found.values[j];
+                assert!(rest.abs() < 1e-14 * n as f64 * size, "{rest} of {size}");
+            }
+        }
+    }
+
+    #[test]
+    fn random_and_graded_and_multiple_poles() {
+        let mut seed = 7u64;
+        let mut next = || {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 33) as f64 / f64::from(1u32 << 31) - 0.5
+        };
+        for n in [1, 2, 3, 5, 8, 33, 90] {
+            for sigma in [1.0, -1.0, 1e-6, -1e6] {
+                let d: Vec<f64> = (0..n).map(|_| next()).collect();
+                let z: Vec<f64> = (0..n).map(|_| next()).collect();
+                check(&d, sigma, &z);
+                let graded: Vec<f64> = (0..n).map(|i| -(10f64.powi(-i % 14))).collect();
+                check(&graded, sigma, &z);
+                let double: Vec<f64> = (0..n).map(|i| (i / 3) as f64 * 0.1).collect();
+                check(&double, sigma, &z);
+                let sparse: Vec<f64> =
+                    z.iter().enumerate().map(|(i, v)| if i % 2 == 0 { *v } else { 0.0 }).collect();
+                check(&d, sigma, &sparse);
+            }
+        }
+        check(&[1.0, 2.0], 1.0, &[0.0, 0.0]);
+    }
+
+    #[test]
+    fn small_eigenvalues_of_a_stiff_sum_keep_their_digits() {
+        // closed form: d1 + d2 + s = sum, d1 d2 + s (d1 z2^2 + d2 z1^2) = product
+        let (d, z, s) = ([-1e-3, -2e-3], [0.6f64, 0.8f64], -1e9);
+        let found = RankOne::new(&d, s, &z).unwrap();
+        let product = d[0] * d[1] + s * (d[0] * z[1] * z[1] + d[1] * z[0] * z[0]);
+        let slow = found.values.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v));
+        let fast = found.values.iter().fold(f64::INFINITY, |m, v| m.min(*v));
+        assert!((slow - product / fast).abs() < 1e-15 * slow.abs() * 4.0, "{slow}");
+    }
+}
