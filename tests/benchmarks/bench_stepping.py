@@ -17,7 +17,7 @@ JUNCTION = "D(IS=1e-14 N=0.05)"
 
 
 def step_of_multiplier(diodes: int) -> float:
-    return nsspice_step(lambda t: multiplier(diodes, stop=t), 2e-3)
+    return nsspice_step(lambda t: multiplier(diodes, stop=t), 4e-3)
 
 
 def test_bridge_oscillator_is_thirty_times_faster_than_ngspice() -> None:
@@ -45,7 +45,7 @@ def test_multiplier_is_eleven_times_faster_than_ngspice() -> None:
     )
     ratio = cost["ngspice"] / cost["nsspice"]
     rows = [(name, f"{1e6 * value:.1f} us per step") for name, value in cost.items()]
-    report("multiplier, 2000 diodes, h = 1 us, 2 ms", [*rows, ("ratio", f"{ratio:.1f}")])
+    report("multiplier, 2000 diodes, h = 1 us, 4 ms", [*rows, ("ratio", f"{ratio:.1f}")])
     assert ratio >= 912 / 80
 
 
@@ -57,7 +57,7 @@ def test_cost_of_a_multiplier_grows_almost_linearly() -> None:
     rows = [
         (f"{k} diodes", f"{1e6 * v:.2f} us per step") for k, v in zip(sizes, values, strict=True)
     ]
-    report("multipliers, h = 1 us, 2 ms, all signals", rows)
+    report("multipliers, h = 1 us, 4 ms, all signals", rows)
     overall = math.log(values[-1] / values[0]) / math.log(sizes[-1] / sizes[0])
     print(f"  exponents {', '.join(f'{e:.2f}' for e in exponents)}; overall {overall:.2f}")
     assert overall <= 1.15

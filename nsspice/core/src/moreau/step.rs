@@ -13,7 +13,7 @@ const USES_FOR_MAP: u32 = 3;
 const STAGES: usize = 12;
 /// Steps between two checks of the residual of quick steps, and how many are checked at first.
 const CHECK: u64 = 64;
-const NEW_MODE: u32 = 8;
+const NEW_MODE: u32 = 4;
 /// Largest residual of an accepted step.
 pub(super) const ACCEPT: f64 = 1e-10;
 
