@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from ..lazy import lazily
 
 if TYPE_CHECKING:
+    from ..netlist.findings import Findings
     from .behavioural import Behavioural, BehaviouralResistor, Reading
     from .bipolar import Bipolar
     from .capacitor import Capacitor
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from .diode import Diode, DiodeLaw
     from .ebers_moll import EbersMoll
     from .effect import Effect
-    from .findings import Findings
     from .inductor import Inductor
     from .isource import CurrentSource
     from .junction import JunctionLaw
@@ -54,7 +54,7 @@ _HOME = {
     "EbersMoll": ".ebers_moll",
     "Edge": ".device",
     "Effect": ".effect",
-    "Findings": ".findings",
+    "Findings": "..netlist.findings",
     "Inductor": ".inductor",
     "JunctionDiode": ".junction_diode",
     "JunctionLaw": ".junction",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from .findings import Findings
+from ..netlist.findings import Findings
 from .parameter import Parameter, Table, inert, refused
 from .transistor import RATINGS
 

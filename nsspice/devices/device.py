@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
 from ..errors import Span
+from ..netlist.findings import Findings
 from ..problems.descriptor import Functional
 from .effect import Effect
-from .findings import Findings
 from .parameter import Table
 from .signals import currents, voltages
 from .stamper import Conditions, Layout, Stamper

@@ -14,10 +14,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from ..netlist.findings import Findings
 from .characteristic import Characteristic, Decomposition, diode_curve
 from .device import Context, Device, check_flags, check_model
 from .effect import Effect
-from .findings import Findings
 from .leg import CurveBody, Leg
 from .leg_device import GEOMETRY, SIZE, LegDevice, series_drop, size_of
 from .parameter import Parameter, Table, inert, refused

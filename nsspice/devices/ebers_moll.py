@@ -31,7 +31,7 @@ from .transistor import ELEMENT, RATINGS, Transistor
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element, Model
-    from .findings import Findings
+    from ..netlist.findings import Findings
 
 _GAINS = (
     Parameter("alphan", "share of the emitter's diode current in the collector"),

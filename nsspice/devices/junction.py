@@ -18,9 +18,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from ..netlist.findings import Findings
 from ..problems.tape import TapeBuilder
 from .effect import Effect
-from .findings import Findings
 from .parameter import Parameter, Table, inert, refused
 from .stamper import Conditions
 from .thermal import CELSIUS, depletion, kelvin, saturation, thermal_voltage

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
 from ..netlist.expression import Expression
+from ..netlist.findings import Findings
 from ..netlist.node import num
 from ..problems.descriptor import Functional
 from .device import NO_VALUES, Device, Edge, number
-from .findings import Findings
 from .leg import Leg
 from .parameter import Parameter, inert
 from .stamper import Layout, Stamper

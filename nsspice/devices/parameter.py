@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from ..errors import suggest
-from .findings import Findings
+from ..netlist.findings import Findings
 
 if TYPE_CHECKING:
     from ..netlist.deck import Param

@@ -17,10 +17,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from ..netlist.findings import Findings
 from ..problems.descriptor import Functional, Switch
 from .device import NO_VALUES, Context, Device, Edge, check_flags, check_model
 from .effect import Effect
-from .findings import Findings
 from .parameter import Parameter, Table, refused
 from .stamper import Layout, Stamper
 

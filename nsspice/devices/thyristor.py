@@ -32,7 +32,7 @@ from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element, Model
-    from .findings import Findings
+    from ..netlist.findings import Findings
 
 _CARD = Table(
     Parameter("vbo", "breakover voltage without gate current", "V"),

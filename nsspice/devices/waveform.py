@@ -11,8 +11,8 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from ..netlist.findings import Findings
 from ..problems.descriptor import Waveform
-from .findings import Findings
 from .stamper import Conditions
 
 if TYPE_CHECKING:

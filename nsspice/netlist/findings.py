@@ -1,4 +1,4 @@
-"""The list of errors and warnings that grows while a deck is read.
+"""The list of errors and warnings that grows while a deck is read and its elements are built.
 
 Nothing in the front end stops at the first mistake: every reader records what it finds here and
 goes on, and ``parse_text`` raises one error with everything at the end.
@@ -22,7 +22,7 @@ class Findings:
     Examples
     --------
     >>> findings = Findings()
-    >>> findings.error("NS1001", "unknown card .trn", None, suggest("trn", ["tran", "op"], "."))
+    >>> findings.error("NS1001", "unknown card .trn", None, "did you mean .tran?")
     >>> [d.hint for d in findings.errors]
     ['did you mean .tran?']
     """
@@ -33,11 +33,11 @@ class Findings:
         self._seen: set[tuple[str, str, str, int, int]] = set()
         self._dropped = 0
 
-    def error(self, code: str, message: str, span: Span | None, hint: str = "") -> None:
+    def error(self, code: str, message: str, span: Span | None = None, hint: str = "") -> None:
         """Record an error, unless the same one stands there already (a subcircuit used twice)."""
         self._add(self.errors, Diagnostic(code, message, span, hint))
 
-    def warning(self, code: str, message: str, span: Span | None, hint: str = "") -> None:
+    def warning(self, code: str, message: str, span: Span | None = None, hint: str = "") -> None:
         """Record a warning, unless the same one stands there already."""
         self._add(self.warnings, Diagnostic(code, message, span, hint, "warning"))
 
