@@ -26,7 +26,7 @@ pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
         let regular = s.solve_mode_in(1);
         let mut changes = s.identify(scale);
         if changes == 0 {
-            let found = s.judge();
+            let found = s.judge_strictly();
             if !regular || found.is_some_and(|f| f.worst() <= FINE) {
                 return found;
             }
@@ -36,7 +36,7 @@ pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
             s.solve_mode_in(1);
             changes = s.identify(scale);
             if changes == 0 {
-                return s.judge();
+                return s.judge_strictly();
             }
         }
         let print = fingerprint(&s.next);

@@ -45,6 +45,9 @@ pub struct Solved {
     /// the solution is so large against its data that the problem may be infeasible up to
     /// rounding: ask for a certificate before accepting it
     pub needs_certificate: bool,
+    /// no point without flaws was found: some pair violates its law by more than rounding, which
+    /// the residual does not see beside larger currents or voltages of the network
+    pub flawed: bool,
 }
 
 /// No stage found a solution: the problem is infeasible (a certificate tells) or too hard.
@@ -99,13 +102,14 @@ impl Driver {
             }
         }
         s.iterations = 0;
+        s.flawed = None;
         s.best_residual = Residual::INFINITE;
         s.best.copy_from_slice(&s.start);
         let finite = s.f.iter().chain(&s.start).all(|v| v.is_finite());
         let outcome = if finite { stages(s) } else { None };
         self.statistics.mode_solves += u64::from(s.iterations);
         self.statistics.factored = s.cache.factored;
-        let Some((stage, residual)) = outcome else {
+        let Some((stage, residual, flawed)) = outcome else {
             self.statistics.unsolved += 1;
             return Err(Box::new(Unsolved {
                 residual: s.best_residual,
@@ -127,6 +131,7 @@ impl Driver {
             residual,
             needs_certificate: largest(&s.x) > SUSPECT * reference
                 || s.growth() > if stage == 1 && !s.doubtful { SUSPECT } else { SUSPECT_PATH },
+            flawed,
         })
     }
 
@@ -192,19 +197,23 @@ fn load(s: &mut Scratch, rhs: &[f64], q: &[f64], roles: &[Role]) {
     s.roles.copy_from_slice(roles);
 }
 
-fn stages(s: &mut Scratch) -> Option<(u8, Residual)> {
+/// The stage that found a solution, its residual, and whether it has flaws.
+fn stages(s: &mut Scratch) -> Option<(u8, Residual, bool)> {
     if let Some(found) = active_set::solve(s) {
-        return Some((1, found));
+        return Some((1, found, false));
     }
     if let Some(found) = proximal::solve(s) {
-        return Some((2, found));
+        return Some((2, found, false));
     }
     if let Some(found) = interior::solve(s) {
-        return Some((3, found));
+        return Some((3, found, false));
+    }
+    if let Some(found) = s.take_kept() {
+        return Some((3, found, true));
     }
     if !s.model.monotone() {
         if let Some(found) = exhaustive::solve(s) {
-            return Some((5, found));
+            return Some((5, found, false));
         }
     }
     None

@@ -16,7 +16,7 @@ pub(crate) fn polish(s: &mut Scratch, point: &[f64]) -> Option<Residual> {
     for _ in 0..=IDENTIFICATIONS {
         s.x.copy_from_slice(point);
         s.solve_mode();
-        if let Some(found) = s.judge() {
+        if let Some(found) = s.judge_strictly() {
             return Some(found);
         }
         if s.identify(Scale::Own) == 0 {

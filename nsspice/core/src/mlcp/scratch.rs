@@ -19,6 +19,11 @@ const NOTHING: f64 = 1e-13;
 /// Sign tests ignore violations below this part of the terms they are the sum of.
 const SIGN: f64 = 1e-13;
 
+/// Slacks (multipliers) that should vanish are flaws from this part of the largest voltage (multiplier)
+/// of the pairs on, unless they are rounding of what meets in the rows.
+const FLAW: f64 = 1e-9;
+const FINEST: f64 = 1e-14;
+
 /// Against which size rounding errors are judged in sign tests.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Scale {
@@ -56,6 +61,8 @@ pub(crate) struct Scratch {
     pub iterations: u32,
     /// the last mode solved was nearly singular, and its solution is not the nearest one
     pub doubtful: bool,
+    /// a point that the residual accepts although its pairs have flaws, and its active set
+    pub flawed: Option<(Residual, Vec<f64>, Vec<bool>)>,
     /// best point so far and its residual
     pub best: Vec<f64>,
     pub best_residual: Residual,
@@ -80,6 +87,7 @@ impl Scratch {
             seen: Vec::with_capacity(64),
             iterations: 0,
             doubtful: false,
+            flawed: None,
             best: zeros,
             best_residual: Residual::INFINITE,
             model,
@@ -239,6 +247,51 @@ impl Scratch {
         }
         let limit = ACCEPT.min((ACCEPT_DATA / self.growth()).max(ROUNDING));
         (found.worst() <= limit).then_some(found)
+    }
+
+    /// As `judge`, but a point with flaws is only kept.
+    ///
+    /// The residual measures slacks by all voltages of the network.  In very short steps those of
+    /// the inductors are so large that volts hide behind them; here slacks are measured by the
+    /// voltages of nodes and pairs alone, and multipliers by each other, but for rounding.
+    pub fn judge_strictly(&mut self) -> Option<Residual> {
+        let found = self.judge()?;
+        if self.flawless() {
+            return Some(found);
+        }
+        if self.flawed.as_ref().is_none_or(|(last, ..)| found.worst() < last.worst()) {
+            self.flawed = Some((found, self.x.clone(), self.active.clone()));
+        }
+        None
+    }
+
+    /// Whether the pairs of the point judged last obey their laws (see `judge_strictly`).
+    fn flawless(&self) -> bool {
+        let Scratch { model, roles, x, terms, defect, .. } = self;
+        let n = model.n;
+        let largest = |v: &[f64]| v.iter().fold(0.0f64, |a, b| a.max(b.abs()));
+        let mut rows = [0.0f64; 2];
+        for (i, &size) in terms[..n].iter().enumerate() {
+            rows[model.kind(i)] = rows[model.kind(i)].max(size);
+        }
+        let current = (FLAW * largest(&x[n..])).max(FINEST * rows[0]);
+        let voltage = (FLAW * largest(&terms[n..])).max(FINEST * rows[1]);
+        roles.iter().enumerate().all(|(i, role)| {
+            let (l, w) = (x[n + i], -defect[n + i]);
+            let (no_l, no_w) = (l.abs() <= current, w.abs() <= voltage);
+            match role {
+                Role::Diode => (no_l && w >= -voltage) || (no_w && l >= -current),
+                Role::Closed => no_w,
+                Role::Open => no_l,
+            }
+        })
+    }
+
+    /// Returns to the point that was kept.
+    pub fn take_kept(&mut self) -> Option<Residual> {
+        let (found, x, active) = self.flawed.take()?;
+        (self.x, self.active) = (x, active);
+        Some(found)
     }
 
     /// Size of `x` relative to the data (to the start, if there are none), in the scaled system.

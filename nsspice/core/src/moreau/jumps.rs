@@ -14,12 +14,18 @@ const AFTER_JUMP: [f64; 3] = [2e-4, 1e-6, 1e-8];
 /// A stored unknown that differs by more than this from what the jump left is not determined by what
 /// is stored: the potential of a floating capacitor.
 const LOOSE: f64 = 1e-6;
+/// Steps right after a jump are short enough if their ends deviate from a line by no more than this
+/// part: the extrapolation then errs by less than 1e-8.
+const BEND: f64 = 1e-6;
 /// Ratio of lengths on the way down to a short step that is too hard at once.
 const DESCENT: f64 = 1e-2;
 /// Changes below this part of the largest charge (or flux) so far are no jump.
 const NO_JUMP: f64 = 1e-9;
 /// Rounding of voltages and currents, relative to the largest.
 const ROUNDING: f64 = 1e-13;
+/// An impulsive step that its own end contradicts is continued from there by longer ones, in which
+/// less can hide.
+const CONTINUED: [f64; 3] = [1e-6, 1e-4, 1e-2];
 /// Jumps kept in full; later ones are only counted.
 const MAX_JUMPS: usize = 4096;
 
@@ -77,6 +83,19 @@ struct Short {
     length: f64,
 }
 
+/// What an impulsive step has done.
+struct Leap {
+    /// unknowns at the end of the shortest step, and at length 0
+    first: Vec<f64>,
+    after: Vec<f64>,
+    /// of unknowns and multipliers [A s or V s]
+    impulses: [Vec<f64>; 2],
+    /// multipliers before
+    multipliers: Vec<f64>,
+    /// a step and the limit of steps from `after` that need no impulse
+    settled: Option<(Short, Short)>,
+}
+
 /// Value at length 0 from those at length 1 and 2.
 fn limit(once: &[f64], twice: Option<&Vec<f64>>) -> Vec<f64> {
     match twice {
@@ -106,27 +125,40 @@ impl Stepper {
     pub(super) fn impulse(&mut self, charges: Option<&[f64]>, start: Start) -> Outcome {
         let shortest = self.step_length.min(self.fastest);
         let before = self.z.clone();
-        let (once, twice) = self.two_steps(charges, &before, JUMP * shortest, start)?;
-        let after = limit(&once.z, twice.as_ref().map(|t| &t.z));
-        let impulses = |of: fn(&Short) -> &Vec<f64>| {
-            let scaled = |s: &Short| of(s).iter().map(|v| v * s.length).collect::<Vec<_>>();
-            limit(&scaled(&once), twice.as_ref().map(scaled).as_ref())
-        };
-        if self.jumped(charges, &before, &once.z, &after) {
+        let mut leap = self.leap(charges, JUMP, shortest, start)?;
+        // the residual of so short a step is relative to multipliers of size 1/length, and may hide
+        // a voltage; seen from where it led, it is in plain sight
+        for part in CONTINUED {
+            let Some((once, settled)) = &leap.settled else { break };
+            let (once, settled) = (once.z.clone(), settled.z.clone());
+            if !self.jumped(None, &leap.after, &once, &settled, LOOSE) {
+                break;
+            }
+            (self.z, self.l) = (leap.after.clone(), leap.multipliers.clone());
+            let Ok(next) = self.leap(None, part, shortest, Start::Warm) else { break };
+            let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + b).collect();
+            leap = Leap {
+                first: next.after.clone(),
+                impulses: [0, 1].map(|k| sum(&leap.impulses[k], &next.impulses[k])),
+                ..next
+            };
+        }
+        let Leap { first, after, impulses, settled, .. } = leap;
+        if self.jumped(charges, &before, &first, &after, NO_JUMP) {
             self.stats.jumps += 1;
             if self.jumps.len() < MAX_JUMPS {
+                let [unknowns, multipliers] = impulses;
                 self.jumps.push(Jump {
                     time: self.time,
                     before,
                     after: after.clone(),
-                    multipliers: impulses(|s| &s.l),
-                    unknowns: impulses(|s| &s.z),
+                    multipliers,
+                    unknowns,
                     sources: self.u0.clone(),
                 });
             }
         }
-        self.z.copy_from_slice(&after);
-        let Some((once, settled)) = self.settle(&after, shortest) else {
+        let Some((once, settled)) = settled else {
             self.z.copy_from_slice(&after);
             self.forget_functions();
             return Ok(());
@@ -137,7 +169,6 @@ impl Stepper {
                 *rate = (new - old) / once.length;
             }
         }
-        let k = self.stage_index(once.length, true);
         let mut largest = [0.0f64; 2];
         // the short steps count too: where all currents vanish, rounding of theirs is all that is left
         for z in [&self.z, &once.z] {
@@ -145,12 +176,8 @@ impl Stepper {
                 largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
             }
         }
-        for &j in &self.stages[k].inputs.carried {
-            let scale = largest[usize::from(self.sys.row_kind[j])];
-            if (self.z[j] - after[j]).abs() <= LOOSE * scale {
-                self.z[j] = after[j];
-            }
-        }
+        let slack = |j: usize| LOOSE * largest[usize::from(self.sys.row_kind[j])];
+        self.storage.restore(&after, &mut self.z, slack);
         if let Some(smooth) = &mut self.smooth {
             smooth.after_jump(&after, &once.z, &mut self.z, &self.u0, self.time, once.length);
         }
@@ -162,9 +189,43 @@ impl Stepper {
         Ok(())
     }
 
+    /// Moves charges and fluxes by a very short step (this part of `shortest`), then shows what currents and voltages they
+    /// lead to.
+    fn leap(
+        &mut self,
+        charges: Option<&[f64]>,
+        part: f64,
+        shortest: f64,
+        start: Start,
+    ) -> Result<Leap, Box<Failure>> {
+        let (before, multipliers) = (self.z.clone(), self.l.clone());
+        let (once, twice) = self.two_steps(charges, &before, part * shortest, start)?;
+        let after = limit(&once.z, twice.as_ref().map(|t| &t.z));
+        let impulses = [(|s| &s.z) as fn(&Short) -> &Vec<f64>, |s| &s.l].map(|of| {
+            let scaled = |s: &Short| of(s).iter().map(|v| v * s.length).collect::<Vec<_>>();
+            limit(&scaled(&once), twice.as_ref().map(scaled).as_ref())
+        });
+        // what the laws leave open keeps the value it had: densities of impulses are no values
+        self.l.copy_from_slice(&multipliers);
+        self.z.copy_from_slice(&before);
+        for j in self.storage.unknowns() {
+            self.z[j] = after[j];
+        }
+        let settled = self.settle(&after, shortest)?;
+        Ok(Leap { first: once.z, after, impulses, multipliers, settled })
+    }
+
     /// The shortest of three steps from the charges of `after`, and the values at length 0.
-    fn settle(&mut self, after: &[f64], shortest: f64) -> Option<(Short, Short)> {
+    ///
+    /// The steps have to end in one mode, nearly on a line, and to leave the charges alone; if none
+    /// do, those that come nearest to a line serve.
+    fn settle(
+        &mut self,
+        after: &[f64],
+        shortest: f64,
+    ) -> Result<Option<(Short, Short)>, Box<Failure>> {
         let mut last = None;
+        let mut best: Option<(f64, Short, Short)> = None;
         // junctions make time constants that nothing foretells
         for &part in &AFTER_JUMP[usize::from(self.smooth.is_some())..] {
             let length = part * shortest;
@@ -173,30 +234,60 @@ impl Stepper {
             for k in [3.0, 2.0, 1.0] {
                 let epoch = self.epoch;
                 if self.short_step(None, after, k * length, Start::Warm).is_err() {
+                    // what an ordinary step cannot reach either is a conflict of sources with
+                    // diodes, which shorter steps would but hide behind their multipliers
+                    if steps.is_empty() && best.is_none() && last.is_none() {
+                        self.short_step(None, after, self.step_length, Start::Warm)?;
+                    }
                     break;
                 }
                 one_mode &= steps.is_empty() || epoch == self.epoch;
                 steps.push(Short { z: self.z.clone(), l: self.l.clone(), length: k * length });
             }
             let Ok([thrice, twice, once]) = <[Short; 3]>::try_from(steps) else { continue };
-            if one_mode {
-                let to_zero = |a: &[f64], b: &[f64], c: &[f64]| -> Vec<f64> {
-                    let points = a.iter().zip(b).zip(c);
-                    points.map(|((a, b), c)| 3.0 * a - 3.0 * b + c).collect()
-                };
-                let z = to_zero(&once.z, &twice.z, &thrice.z);
-                let l = to_zero(&once.l, &twice.l, &thrice.l);
-                return Some((once, Short { z, l, length: 0.0 }));
+            if !one_mode {
+                last = Some(once);
+                continue;
             }
-            last = Some(once);
+            let bend = self.bend([&once.z, &twice.z, &thrice.z]);
+            let to_zero = |a: &[f64], b: &[f64], c: &[f64]| -> Vec<f64> {
+                let points = a.iter().zip(b).zip(c);
+                points.map(|((a, b), c)| 3.0 * a - 3.0 * b + c).collect()
+            };
+            let z = to_zero(&once.z, &twice.z, &thrice.z);
+            let l = to_zero(&once.l, &twice.l, &thrice.l);
+            let fine = bend <= BEND && !self.jumped(None, after, &once.z, &z, LOOSE);
+            if fine || best.as_ref().is_none_or(|(last, ..)| bend < *last) {
+                best = Some((bend, once, Short { z, l, length: 0.0 }));
+            }
+            if fine {
+                break;
+            }
         }
-        let once = last.or_else(|| {
-            let (once, _) =
-                self.two_steps(None, after, AFTER_JUMP[0] * shortest, Start::Warm).ok()?;
-            Some(once)
-        })?;
-        let settled = Short { z: once.z.clone(), l: once.l.clone(), length: once.length };
-        Some((once, settled))
+        if let Some((_, once, settled)) = best {
+            return Ok(Some((once, settled)));
+        }
+        let length = AFTER_JUMP[0] * shortest;
+        let once = match last {
+            Some(once) => Some(once),
+            None => self.two_steps(None, after, length, Start::Warm).ok().map(|(once, _)| once),
+        };
+        Ok(once.map(|once| {
+            let settled = Short { z: once.z.clone(), l: once.l.clone(), length: once.length };
+            (once, settled)
+        }))
+    }
+
+    /// Second difference of three equidistant points, relative to the largest value of its kind.
+    fn bend(&self, [a, b, c]: [&[f64]; 3]) -> f64 {
+        let (mut bend, mut largest) = ([0.0f64; 2], [0.0f64; 2]);
+        for (j, &kind) in self.sys.row_kind.iter().enumerate() {
+            let kind = usize::from(kind);
+            bend[kind] = bend[kind].max((a[j] - 2.0 * b[j] + c[j]).abs());
+            largest[kind] = largest[kind].max(a[j].abs()).max(c[j].abs());
+        }
+        let share = |kind: usize| if bend[kind] > 0.0 { bend[kind] / largest[kind] } else { 0.0 };
+        share(0).max(share(1))
     }
 
     /// Steps of length `2 length` and `length` from the same charges; the longer one is left out
@@ -274,14 +365,16 @@ impl Stepper {
         self.solve(k, delta, start)
     }
 
-    /// Did stored charges or fluxes jump?  A change that extrapolation to length 0 takes away was
-    /// not a jump but the ordinary motion during the short step.
+    /// Did stored charges or fluxes jump by more than `share` of the largest?  A change that
+    /// extrapolation to length 0 takes away was not a jump but the ordinary motion during the short
+    /// step.
     fn jumped(
         &mut self,
         charges: Option<&[f64]>,
         before: &[f64],
         first: &[f64],
         after: &[f64],
+        share: f64,
     ) -> bool {
         let n = before.len();
         let (sys, u, time) = (&self.sys, &self.u0, self.time);
@@ -314,7 +407,7 @@ impl Stepper {
             *largest = largest.max(size);
             found |= rows().any(|i| {
                 let change = (new[i] - old[i]).abs();
-                change > (NO_JUMP * *largest).max(ROUNDING * noise[i])
+                change > (share * *largest).max(ROUNDING * noise[i])
                     && change > 0.1 * (once[i] - old[i]).abs()
             });
         }

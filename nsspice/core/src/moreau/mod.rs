@@ -19,6 +19,7 @@ mod smooth;
 mod stage;
 mod step;
 mod stepper;
+mod storage;
 mod witness;
 
 pub use clock::{Clock, Target};

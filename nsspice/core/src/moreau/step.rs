@@ -256,6 +256,8 @@ impl Stepper {
             start,
         );
         let (residual, suspect) = match solved {
+            // the way to a very short step is by longer ones, where nothing hides
+            Ok(solved) if solved.flawed && stage.impulsive => (solved.residual.worst(), false),
             Ok(solved) => {
                 self.stats.worst_stage = self.stats.worst_stage.max(solved.stage);
                 let found = stage.driver.active();

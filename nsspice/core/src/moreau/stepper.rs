@@ -6,6 +6,7 @@ use super::jumps::{fastest_time, Jump};
 use super::record::{Outputs, Quantities};
 use super::smooth::SmoothPart;
 use super::stage::{Stage, System};
+use super::storage::Storage;
 use super::witness::Witness;
 use crate::mlcp::{work_len, Role, Start};
 use crate::newton::Tracking;
@@ -141,6 +142,7 @@ pub struct Stepper {
     pub(super) retry: Option<Target>,
     pub(super) step_length: f64,
     /// fastest time constant [s]
+    pub(super) storage: Storage,
     pub(super) fastest: f64,
     pub(super) time: f64,
     /// time of the state where smooth functions were evaluated last [s]
@@ -224,6 +226,7 @@ impl Stepper {
             retry: None,
             step_length: f64::INFINITY,
             fastest: fastest_time(&sys),
+            storage: Storage::new(&sys),
             time: 0.0,
             smooth_time: 0.0,
             first_row: false,
