@@ -67,6 +67,17 @@ impl Factor {
         }
     }
 
+    /// Factorises a matrix that differs from the last one in the given columns only, as `refactor`.
+    pub fn refactor_columns(&mut self, a: &Csc, columns: &[usize]) {
+        match self {
+            Factor::Dense(_) if columns.is_empty() => {}
+            Factor::Dense(f) => f.factor(a),
+            Factor::Sparse(f) => {
+                f.refactor_columns(a, columns);
+            }
+        }
+    }
+
     /// Factorises a matrix that differs from the last one in the given rows only; the sparse
     /// factorisation computes only what depends on them.
     pub fn refactor_rows(&mut self, a: &Csc, rows: &[usize]) {

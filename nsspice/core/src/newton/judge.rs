@@ -1,6 +1,6 @@
 //! How far a point is from solving the equations, free of units and of scale.
 
-use super::equations::Equations;
+use super::equations::{Entry, Equations};
 use super::linear::Assembly;
 use crate::mlcp::{Residual, Role};
 use crate::tape::Tape;
@@ -17,8 +17,6 @@ pub(super) struct Balance {
     pub defect: Vec<f64>,
     /// sum of the sizes of the terms
     pub terms: Vec<f64>,
-    /// the same for the terms that the derivatives of the functions make of the unknowns
-    pub steep: Vec<f64>,
 }
 
 /// A verdict.
@@ -30,10 +28,10 @@ pub(super) struct Judgement {
 
 impl Balance {
     pub fn new(size: usize) -> Balance {
-        Balance { defect: vec![0.0; size], terms: vec![0.0; size], steep: vec![0.0; size] }
+        Balance { defect: vec![0.0; size], terms: vec![0.0; size] }
     }
 
-    /// Computes all three at `x = [z; l]` from the last evaluation of the tape.
+    /// Computes both at `x = [z; l]` from the last evaluation of the tape.
     pub fn compute(
         &mut self,
         eq: &Equations,
@@ -42,7 +40,7 @@ impl Balance {
         right: &[f64],
         x: &[f64],
     ) {
-        let Balance { defect, terms, steep } = self;
+        let Balance { defect, terms } = self;
         defect.copy_from_slice(right);
         for (t, v) in terms.iter_mut().zip(right) {
             *t = v.abs();
@@ -66,16 +64,27 @@ impl Balance {
                 terms[t.row as usize] += term.abs();
             }
         }
-        steep.fill(0.0);
+    }
+
+    /// Size of what the functions make of the unknowns in a row: in steep functions, how far its
+    /// defect may be rounding.
+    fn steepness(eq: &Equations, assembly: &Assembly, tape: &Tape, x: &[f64], row: usize) -> f64 {
+        let range = eq.row_entries[row]..eq.row_entries[row + 1];
         let slopes = tape.slopes();
-        for (e, &c) in eq.entries.iter().zip(&assembly.entries) {
-            let term = c * slopes[e.slot as usize] * x[e.column as usize];
-            steep[e.row as usize] += term.abs();
-        }
+        let entries = eq.entries[range.clone()].iter().zip(&assembly.entries[range]);
+        let term = |e: &Entry, c: f64| (c * slopes[e.slot as usize] * x[e.column as usize]).abs();
+        entries.map(|(e, &c)| term(e, c)).sum()
     }
 
     /// Relative violations of rows and pairs.
-    pub fn judge(&self, eq: &Equations, roles: &[Role], x: &[f64]) -> Judgement {
+    pub fn judge(
+        &self,
+        eq: &Equations,
+        assembly: &Assembly,
+        tape: &Tape,
+        roles: &[Role],
+        x: &[f64],
+    ) -> Judgement {
         let (n, terms, defect) = (eq.n, &self.terms, &self.defect);
         let mut largest = [0.0f64; 2];
         let mut node = 0.0f64;
@@ -89,11 +98,16 @@ impl Balance {
         let floor = [FLOOR * largest[0], FLOOR * largest[1].max(node)];
         let (mut rows, mut worst_row) = (0.0f64, 0);
         for i in 0..n {
-            let excess = defect[i].abs() - ROUNDING * self.steep[i];
-            if excess <= 0.0 {
+            let size = terms[i].max(floor[eq.kind(i)]);
+            if defect[i].abs() <= rows * size {
                 continue; // NaN goes on
             }
-            let ratio = excess / terms[i].max(floor[eq.kind(i)]);
+            let steep = Self::steepness(eq, assembly, tape, x, i);
+            let excess = defect[i].abs() - ROUNDING * steep;
+            if excess <= 0.0 {
+                continue;
+            }
+            let ratio = excess / size;
             let ratio = if ratio.is_finite() { ratio } else { f64::INFINITY }; // NaN is no number
             if ratio > rows {
                 (rows, worst_row) = (ratio, i);

@@ -31,6 +31,10 @@ pub(super) struct Assembly {
     weight: Vec<f64>,
     jacobian: Csc,
     factor: Option<Factor>,
+    /// columns in which the scaled Jacobian has changed
+    dirty: Vec<usize>,
+    /// what its factors hold
+    hold: f64,
 }
 
 impl Assembly {
@@ -56,7 +60,19 @@ impl Assembly {
             jacobian: linear.clone(),
             linear,
             factor: None,
+            dirty: Vec::new(),
+            hold: 0.0,
         }
+    }
+
+    /// Whether the Jacobian factored last left something open.
+    pub fn open(&self) -> bool {
+        self.open
+    }
+
+    /// Whether some Jacobian has been factored and not scaled anew since.
+    pub fn factored(&self) -> bool {
+        self.factor.is_some()
     }
 
     /// Adds the derivatives of the functions to the linear part.
@@ -111,13 +127,24 @@ impl Assembly {
         self.try_factorise(eq, active, 0.0)
     }
 
-    /// Computes the scaled Jacobian and its largest entry.
+    /// Computes the scaled Jacobian, the columns that have changed and the largest entry.
     fn fill(&mut self) -> f64 {
         let mut largest = 0.0f64;
-        let values = self.values.iter().zip(&self.weight);
-        for (j, (v, w)) in self.jacobian.values.iter_mut().zip(values) {
-            *j = v * w;
-            largest = largest.max(j.abs());
+        let Assembly { jacobian, values, weight, dirty, .. } = self;
+        dirty.clear();
+        for c in 0..jacobian.ncols {
+            let range = jacobian.colptr[c]..jacobian.colptr[c + 1];
+            let new = values[range.clone()].iter().zip(&weight[range.clone()]);
+            let mut changed = false;
+            for (j, (v, w)) in jacobian.values[range].iter_mut().zip(new) {
+                let value = v * w;
+                changed |= *j != value;
+                *j = value;
+                largest = largest.max(value.abs());
+            }
+            if changed {
+                dirty.push(c);
+            }
         }
         largest
     }
@@ -127,7 +154,8 @@ impl Assembly {
             self.rescale(eq);
             self.fill();
         }
-        let (n, jacobian) = (eq.n, &mut self.jacobian.values);
+        let (n, jacobian_size) = (eq.n, self.jacobian.ncols);
+        let jacobian = &mut self.jacobian.values;
         for (i, _) in active.iter().enumerate().filter(|(_, &a)| !a) {
             for &(_, at) in eq.ordering.row(n + i) {
                 jacobian[at as usize] = 0.0;
@@ -137,7 +165,11 @@ impl Assembly {
         match &mut self.factor {
             Some(factor) => {
                 factor.set_hold(hold);
-                factor.refactor(&self.jacobian);
+                if n == jacobian_size && hold == self.hold {
+                    factor.refactor_columns(&self.jacobian, &self.dirty);
+                } else {
+                    factor.refactor(&self.jacobian);
+                }
                 if factor.pivot_ratio() <= SURVIVES {
                     factor.factor(&self.jacobian); // the old order of pivots may be to blame
                 }
@@ -150,6 +182,7 @@ impl Assembly {
                 }
             }
         }
+        self.hold = hold;
         let ratio = self.factor.as_ref().map_or(0.0, Factor::pivot_ratio);
         self.open = ratio <= hold;
         if hold > 0.0 {

@@ -14,8 +14,10 @@ use std::sync::Arc;
 /// Relative residual at which the iteration ends: steps, too, go to the end, since the certificate
 /// measures currents that nearly cancel; one iteration earlier it was about the root.
 const DONE: f64 = 1e-14;
-/// The same for a guess, which nothing has improved yet.
-const GUESSED: f64 = 1e-15;
+/// Part of it for a guess, which nothing has improved yet.
+const GUESSED: f64 = 0.1;
+/// The largest that may be asked for: well below what is accepted.
+const COARSEST: f64 = 1e-11;
 /// Largest relative residual of an accepted solution: where rounding allows no better.
 const ACCEPT: f64 = 1e-10;
 /// Rates whose matrices are kept.
@@ -54,6 +56,8 @@ pub struct Newton {
     pub(super) assemblies: Vec<Assembly>,
     pub(super) present: usize,
     stamp: u64,
+    /// relative residual at which the iteration ends
+    accuracy: f64,
     predicted: bool,
     prediction: Vec<f64>,
     pub(super) state: State,
@@ -88,6 +92,7 @@ impl Newton {
             assemblies: vec![Assembly::new(&eq, 0.0)],
             present: 0,
             stamp: 0,
+            accuracy: DONE,
             predicted: false,
             prediction: vec![0.0; eq.n],
             state: State {
@@ -134,6 +139,34 @@ impl Newton {
             }
         };
         self.assemblies[self.present].stamp = self.stamp;
+    }
+
+    /// Lets the iteration end at a relative residual; it stays between what rounding allows and a
+    /// tenth of what is accepted.
+    pub fn set_accuracy(&mut self, accuracy: f64) {
+        self.accuracy = accuracy.clamp(DONE, COARSEST);
+        self.tape.set_accuracy(self.accuracy);
+    }
+
+    /// The solution of the equations linearised at the solution found last (or just before it) for a
+    /// right-hand side of the rows of z alone; all unknowns where they are if there is none.
+    pub fn respond(&mut self, rhs: &[f64], out: &mut [f64]) {
+        let n = self.eq.n;
+        let Newton { eq, tape, assemblies, present, state: s, .. } = self;
+        let assembly = &mut assemblies[*present];
+        s.balance.defect[..n].copy_from_slice(rhs);
+        s.balance.defect[n..].fill(0.0);
+        if eq.m > 0 || !assembly.factored() {
+            assembly.linearise(eq, tape.slopes());
+            s.x[n..].fill(0.0);
+            if !s.solve_mode(eq, assembly) {
+                s.step.fill(0.0);
+            }
+        } else {
+            s.step.copy_from_slice(&s.balance.defect);
+            assembly.solve(n, &s.active, &mut s.step, &mut s.work);
+        }
+        out.copy_from_slice(&s.step[..n]);
     }
 
     /// Solves the equations at the present rate for the sources `u` at the time `t`.
@@ -226,9 +259,12 @@ impl Newton {
     }
 
     /// Where the next solve begins: near the unknowns `z`, in the mode of its guess.
+    ///
+    /// Where the equations leave something open nothing holds back what extrapolation makes of noise:
+    /// then the next solve begins at its guess.
     pub fn predict(&mut self, z: &[f64]) {
         self.prediction.copy_from_slice(z);
-        self.predicted = true;
+        self.predicted = !self.assemblies[self.present].open();
     }
 
     /// Values of the functions at the solution found last, as they stand in its equations.
@@ -299,7 +335,7 @@ impl Newton {
         mut how: Linearisation,
     ) -> Option<Judgement> {
         let mut halvings = 0;
-        let accuracy = DONE;
+        let accuracy = self.accuracy;
         let s = &mut self.state;
         s.best.0 = NOWHERE;
         s.begin.copy_from_slice(&s.x);
@@ -329,7 +365,7 @@ impl Newton {
                 let terms = &self.state.balance.terms;
                 self.state.offered = voltage.fold(0.0, |v, i| v.max(terms[i]));
             }
-            let done = if round == 0 { GUESSED } else { accuracy };
+            let done = if round == 0 { GUESSED * accuracy } else { accuracy };
             if found.residual.worst() <= done {
                 if !self.tape.limited() {
                     return Some(found);
@@ -390,7 +426,7 @@ impl Newton {
 
     pub(super) fn judge(&self) -> Judgement {
         let s = &self.state;
-        s.balance.judge(&self.eq, &s.roles, &s.x)
+        s.balance.judge(&self.eq, &self.assemblies[self.present], &self.tape, &s.roles, &s.x)
     }
 
     /// Solves the linearised problem; false if that is not possible.

@@ -98,7 +98,7 @@ impl Newton {
                 }
             }
         }
-        s.balance.judge(&self.eq, &s.roles, &s.x)
+        s.balance.judge(&self.eq, assembly, &self.tape, &s.roles, &s.x)
     }
 
     /// Residual of the equations themselves at a point.

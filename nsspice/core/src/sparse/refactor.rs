@@ -32,6 +32,15 @@ impl SparseLu {
         self.sweep(a)
     }
 
+    /// As `refactor_rows` with columns.
+    pub fn refactor_columns(&mut self, a: &Csc, columns: &[usize]) -> Extent {
+        for &c in columns {
+            let k = self.ordering.position[c] as usize;
+            self.dirty[k / 64] |= 1 << (k % 64);
+        }
+        self.sweep(a)
+    }
+
     /// Factorises a matrix with the pattern that was ordered, with the old pivots if they serve.
     pub fn refactor(&mut self, a: &Csc) -> Extent {
         for k in 0..self.size() {

@@ -3,6 +3,7 @@
 use super::curves;
 use super::limit;
 use super::ops::Op;
+use super::parts::Part;
 use super::program::{Instruction, Program};
 use std::sync::Arc;
 
@@ -29,10 +30,41 @@ pub struct Tape {
     /// factor of the voltage unit of all junctions, one but on the way to a first solution
     blunt: f64,
     limited: bool,
+    /// last value and slope of each costly instruction
+    kept: Vec<Kept>,
+    parts: Vec<Part>,
+    /// part of its unit within which a function is its tangent
+    tangent: f64,
+}
+
+/// A costly function near an argument.
+#[derive(Clone, Copy, Debug)]
+struct Kept {
+    at: f64,
+    value: f64,
+    slope: f64,
+}
+
+impl Kept {
+    const NOTHING: Kept = Kept { at: f64::NAN, value: 0.0, slope: 0.0 };
+
+    /// Value and slope at `x`, from the tangent within `reach`.
+    #[inline]
+    fn get(&mut self, x: f64, reach: f64, compute: impl FnOnce(f64) -> (f64, f64)) -> (f64, f64) {
+        let step = x - self.at;
+        if step.abs() <= reach {
+            return (self.value + self.slope * step, self.slope);
+        }
+        let (value, slope) = compute(x);
+        *self = Kept { at: x, value, slope };
+        (value, slope)
+    }
 }
 
 /// A linearisation point this close to the argument (in units of the exponential) is the argument.
 const SAME: f64 = 1e-9;
+/// Within this part of its unit a function is its tangent, up to half the square of it.
+const TANGENT: f64 = 1e-8;
 /// Slopes are not let beyond this: products with zeros of the chain rule must stay zero.
 const STEEPEST: f64 = 1e150;
 
@@ -50,10 +82,40 @@ impl Tape {
             knees: vec![0.0; program.limited],
             blunt: 1.0,
             limited: false,
+            kept: vec![Kept::NOTHING; program.kept],
+            parts: Part::all(&program),
+            tangent: TANGENT,
             program,
         };
         tape.set_blunt(1.0);
+        tape.set_linear_slopes();
         tape
+    }
+
+    /// Slots of the linear instructions, once for all.
+    fn set_linear_slopes(&mut self) {
+        let program = self.program.clone();
+        for i in program.code.iter().filter(|i| i.linear) {
+            let [a, b, _] = i.args.map(|a| a as usize);
+            let constant = |r: usize| match program.code[r].op {
+                Op::Constant => program.constants[program.code[r].args[0] as usize],
+                _ => 0.0,
+            };
+            let partial = match i.op {
+                Op::Neg => [-1.0, 0.0, 0.0],
+                Op::Add => [1.0, 1.0, 0.0],
+                Op::Sub => [1.0, -1.0, 0.0],
+                Op::Mul => [constant(b), constant(a), 0.0],
+                Op::Div => [1.0 / constant(b), 0.0, 0.0],
+                _ => continue,
+            };
+            self.chain(&program, i, partial);
+        }
+    }
+
+    /// Lets functions be their tangents where that errs by less than `accuracy` of their size.
+    pub fn set_accuracy(&mut self, accuracy: f64) {
+        self.tangent = 0.5 * accuracy.sqrt();
     }
 
     /// The program.
@@ -65,6 +127,10 @@ impl Tape {
     /// becomes a gentle one.
     pub fn set_blunt(&mut self, factor: f64) {
         self.blunt = factor;
+        self.kept.fill(Kept::NOTHING);
+        for part in &mut self.parts {
+            part.measure(&self.program, factor);
+        }
         for i in &self.program.code {
             if i.op == Op::Junction {
                 let c = &self.program.constants[i.args[1] as usize..];
@@ -91,6 +157,7 @@ impl Tape {
     /// Goes back to other linearisation points.
     pub fn set_points(&mut self, points: &[f64]) {
         self.points.copy_from_slice(points);
+        self.parts.iter_mut().for_each(|p| p.known = false);
     }
 
     /// Sets the linearisation point of every junction to its knee, where it begins to conduct.
@@ -98,6 +165,7 @@ impl Tape {
         for i in self.program.code.iter().filter(|i| i.op == Op::Junction) {
             self.points[i.limit as usize] = self.knees[i.limit as usize];
         }
+        self.parts.iter_mut().for_each(|p| p.known = false);
     }
 
     /// True if some instruction was not linearised at its argument in the last evaluation.
@@ -119,28 +187,66 @@ impl Tape {
     pub fn evaluate(&mut self, z: &[f64], u: &[f64], t: f64, how: Linearisation) {
         self.limited = false;
         let program = self.program.clone();
-        for (k, i) in program.code.iter().enumerate() {
-            let r = &self.registers;
-            let [a, b, c] = i.args.map(|a| a as usize);
-            let value = match i.op {
+        for &k in &program.leaves {
+            let i = &program.code[k as usize];
+            let a = i.args[0] as usize;
+            self.registers[k as usize] = match i.op {
                 Op::Constant => program.constants[a],
                 Op::Unknown => z[a],
                 Op::Source => u[a],
-                Op::Time => t,
-                _ => {
-                    let (value, partial) = match i.op.arity() {
-                        1 if i.op.limited() => self.limited_step(&program, i, r[a], how),
-                        1 => one_d(unary(&program, i, r[a])),
-                        2 => two_d(binary(i.op, r[a], r[b])),
-                        _ if r[a] != 0.0 => (r[b], [0.0, 1.0, 0.0]),
-                        _ if r[a] == 0.0 => (r[c], [0.0, 0.0, 1.0]),
-                        _ => (f64::NAN, [0.0; 3]),
-                    };
-                    self.chain(&program, i, partial);
-                    value
-                }
+                _ => t,
             };
-            self.registers[k] = value;
+        }
+        let mut parts = std::mem::take(&mut self.parts);
+        let mut limited = false;
+        for part in &mut parts {
+            if how == Linearisation::Careful && part.rests(&self.registers, self.tangent) {
+                part.follow(&program, &mut self.registers, &self.slopes);
+                continue;
+            }
+            self.limited = false;
+            for &k in &part.code {
+                let value = self.instruction(&program, &program.code[k as usize], how);
+                self.registers[k as usize] = value;
+            }
+            part.keep(&self.registers, how != Linearisation::Held && !self.limited);
+            limited |= self.limited;
+        }
+        self.limited = limited;
+        self.parts = parts;
+    }
+
+    /// Value of one instruction, and its slots.
+    #[inline]
+    fn instruction(&mut self, program: &Program, i: &Instruction, how: Linearisation) -> f64 {
+        let r = &self.registers;
+        let [a, b, c] = i.args.map(|a| a as usize);
+        let (value, partial) = match i.op.arity() {
+            1 if i.op.limited() => self.limited_step(program, i, r[a], how),
+            1 if i.op == Op::Depletion => {
+                let c = &program.constants[b..];
+                let (x, reach) = (r[a], self.reach(how) * c[1] * (1.0 - c[3]));
+                let kept = &mut self.kept[i.keep as usize];
+                one_d(kept.get(x, reach, |x| curves::depletion(c, x)))
+            }
+            1 => one_d(unary(program, i, r[a])),
+            2 => two_d(binary(i.op, r[a], r[b])),
+            _ if r[a] != 0.0 => (r[b], [0.0, 1.0, 0.0]),
+            _ if r[a] == 0.0 => (r[c], [0.0, 0.0, 1.0]),
+            _ => (f64::NAN, [0.0; 3]),
+        };
+        if !i.linear {
+            self.chain(program, i, partial);
+        }
+        value
+    }
+
+    /// Part of its unit within which a function is its tangent; exact values are exact.
+    fn reach(&self, how: Linearisation) -> f64 {
+        if how == Linearisation::Careful {
+            self.tangent
+        } else {
+            0.0
         }
     }
 
@@ -151,6 +257,19 @@ impl Tape {
             return;
         }
         let [a, b, c] = partial.map(|p| if p.is_infinite() { STEEPEST.copysign(p) } else { p });
+        if i.op.arity() == 1 {
+            for slot in range {
+                self.slopes[slot] = times(a, self.slopes[program.feeds[slot][0] as usize]);
+            }
+            return;
+        }
+        if i.op.arity() == 2 {
+            for slot in range {
+                let [fa, fb, _] = program.feeds[slot].map(|f| self.slopes[f as usize]);
+                self.slopes[slot] = times(a, fa) + times(b, fb);
+            }
+            return;
+        }
         for slot in range {
             let [fa, fb, fc] = program.feeds[slot].map(|f| self.slopes[f as usize]);
             self.slopes[slot] = times(a, fa) + times(b, fb) + times(c, fc);
@@ -186,7 +305,11 @@ impl Tape {
         }
         self.points[at] = point;
         let (value, slope) = match i.op {
-            Op::Junction => curves::junction(constants[0], unit, point),
+            Op::Junction => {
+                let reach = self.reach(how) * unit;
+                let kept = &mut self.kept[i.keep as usize];
+                kept.get(point, reach, |x| curves::junction(constants[0], unit, x))
+            }
             Op::Exp => {
                 let e = point.exp();
                 (e, e)
@@ -275,7 +398,6 @@ fn unary(program: &Program, i: &Instruction, x: f64) -> (f64, f64) {
         Uramp => (if x < 0.0 { 0.0 } else { x }, truth(x >= 0.0)),
         Buf => (truth(x > 0.5), 0.0),
         Square => (x * x, 2.0 * x),
-        Depletion => curves::depletion(constants(i), x),
         Table => curves::table(constants(i), x),
         Staircase => (curves::staircase(constants(i), x), 0.0),
         _ => unreachable!("{:?} has a linearisation point", i.op),

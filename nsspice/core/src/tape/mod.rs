@@ -9,6 +9,7 @@ mod curves;
 mod evaluate;
 mod limit;
 mod ops;
+mod parts;
 mod program;
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,7 @@
 //! A checked tape with the sparsity of its derivatives.
 
 use super::ops::Op;
+use super::parts::is_leaf;
 
 /// One instruction: code, arguments, and where its derivatives stand.
 #[derive(Clone, Copy, Debug)]
@@ -12,6 +13,10 @@ pub(super) struct Instruction {
     pub slots: (u32, u32),
     /// which limited instruction it is
     pub limit: u32,
+    /// where its last value is kept
+    pub keep: u32,
+    /// a linear function of the variables: its slots never change
+    pub linear: bool,
 }
 
 /// The slot that always holds the derivative 0.
@@ -31,6 +36,10 @@ pub struct Program {
     pub(super) feeds: Vec<[u32; 3]>,
     /// number of instructions with a linearisation point of their own
     pub(super) limited: usize,
+    /// number of instructions whose last value is kept
+    pub(super) kept: usize,
+    /// instructions that depend on nothing else
+    pub(super) leaves: Vec<u32>,
     unknowns: usize,
     sources: usize,
 }
@@ -55,6 +64,8 @@ impl Program {
             variables: vec![u32::MAX],
             feeds: vec![[ZERO; 3]],
             limited: 0,
+            kept: 0,
+            leaves: Vec::new(),
             unknowns,
             sources,
         };
@@ -111,11 +122,29 @@ impl Program {
                 self.merge(&list);
             }
         }
-        let limit = self.limited as u32;
+        let (limit, keep) = (self.limited as u32, self.kept as u32);
         self.limited += usize::from(op.limited());
+        self.kept += usize::from(op.limited() || op == Op::Depletion);
+        let linear = self.is_linear(op, &own);
+        if is_leaf(op) {
+            self.leaves.push(k as u32);
+        }
         let slots = (start, self.variables.len() as u32);
-        self.code.push(Instruction { op, args: own, slots, limit });
+        self.code.push(Instruction { op, args: own, slots, limit, keep, linear });
         Ok(())
+    }
+
+    fn is_linear(&self, op: Op, args: &[u32; 3]) -> bool {
+        let linear = |k: usize| self.code[args[k] as usize].linear;
+        let constant = |k: usize| self.code[args[k] as usize].op == Op::Constant;
+        match op {
+            Op::Constant | Op::Unknown | Op::Source | Op::Time => true,
+            Op::Neg => linear(0),
+            Op::Add | Op::Sub => linear(0) && linear(1),
+            Op::Mul => linear(0) && linear(1) && (constant(0) || constant(1)),
+            Op::Div => linear(0) && constant(1),
+            _ => false,
+        }
     }
 
     /// The constants of an instruction that carries some are complete and make sense.
@@ -189,6 +218,16 @@ impl Program {
     /// The variable that is the time.
     pub fn time_variable(&self) -> usize {
         self.unknowns + self.sources
+    }
+
+    /// The variable in a register that holds one.
+    pub(super) fn variable_of(&self, register: u32) -> usize {
+        let i = &self.code[register as usize];
+        match i.op {
+            Op::Unknown => i.args[0] as usize,
+            Op::Source => self.unknowns + i.args[0] as usize,
+            _ => self.time_variable(),
+        }
     }
 
     /// The variables that function `k` depends on, ascending, each with the slot of its derivative.

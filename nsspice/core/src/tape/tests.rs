@@ -106,3 +106,41 @@ fn wrong_tapes_are_refused() {
     assert!(Program::new(&[200], &[[0; 3]], &[], &[], 1, 1).is_err());
     assert!(Program::new(&[0], &[[0; 3]], &[1.0], &[1], 1, 1).is_err());
 }
+
+#[test]
+fn parts_at_rest_follow_their_tangent_and_the_others_are_computed() {
+    // junctions at z0 - z1 and at z2, each with a factor: two parts
+    let list: Vec<(&str, [i32; 3])> = vec![
+        ("unknown", [0, 0, 0]),
+        ("unknown", [1, 0, 0]),
+        ("sub", [0, 1, 0]),
+        ("junction", [2, 1, 0]),
+        ("constant", [0, 0, 0]),
+        ("mul", [3, 4, 0]),
+        ("unknown", [2, 0, 0]),
+        ("junction", [6, 1, 0]),
+        ("div", [7, 4, 0]),
+    ];
+    let ops: Vec<u8> = list.iter().map(|i| code(i.0)).collect();
+    let args: Vec<[i32; 3]> = list.iter().map(|i| i.1).collect();
+    let constants = [3.0, 1e-14, 0.025];
+    let program = Program::new(&ops, &args, &constants, &[5, 8], 3, 1).unwrap();
+    let law = |v: f64| 1e-14 * (v / 0.025).exp_m1();
+    for accuracy in [1e-14, 1e-11] {
+        let mut t = Tape::new(Arc::new(program.clone()));
+        t.set_accuracy(accuracy);
+        let (mut z, steps) = ([0.7, 0.1, 0.5], [1e-12, 1e-9, 1e-7, 1e-5, 1e-3]);
+        t.evaluate(&z, &[0.0], 0.0, Linearisation::Exact);
+        for step in steps {
+            z[0] += step;
+            t.evaluate(&z, &[0.0], 0.0, Linearisation::Careful);
+            let exact = [3.0 * law(z[0] - z[1]), law(z[2]) / 3.0];
+            for (k, value) in exact.into_iter().enumerate() {
+                let bound = (accuracy + 1e-14) * value;
+                assert!((t.value(k) - value).abs() <= bound, "{step} {k}");
+            }
+            let slope = 3.0 * (law(z[0] - z[1]) + 1e-14) / 0.025;
+            assert!((gradient(&t)[0].1 - slope).abs() <= 2.0 * accuracy.sqrt() * slope);
+        }
+    }
+}

@@ -256,6 +256,19 @@ impl Ladder {
         }
     }
 
+    /// The change of the unknowns that a change `raw` of what is stored (unknowns, then functions)
+    /// would make in the smooth stage solved last, to first order.
+    pub fn respond(&mut self, s: &mut Stepper, level: usize, raw: &[f64], out: &mut [f64]) {
+        let n = s.z.len();
+        let rate = 1.0 / self.stage_length(level);
+        let Some(smooth) = &mut s.smooth else { return };
+        s.rhs.fill(0.0);
+        s.sys.e.mul_add(rate, &raw[..n], &mut s.rhs);
+        smooth.newton.add_stored(rate, &raw[n..], &mut s.rhs);
+        smooth.newton.set_rate(rate);
+        smooth.newton.respond(&s.rhs, &mut out[..n]);
+    }
+
     /// Residual of the last stage solved at a level: unknowns `z`, multipliers `l`.
     pub fn residual(
         &mut self,

@@ -18,6 +18,7 @@ mod guards;
 mod ladder;
 mod locate;
 mod points;
+mod predict;
 mod run;
 mod step;
 mod tableau;

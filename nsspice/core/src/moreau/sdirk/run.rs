@@ -14,6 +14,8 @@ use crate::mlcp::Start;
 use crate::waveform::Side;
 use std::time::{Duration, Instant};
 
+/// Residual at which the iteration of a stage may end, as a part of the tolerance.
+const STAGE_ACCURACY: f64 = 1e-6;
 /// First level of a run with error control.
 const FIRST_LEVEL: usize = 12;
 /// Level of the implicit steps that pass over what cannot be located.
@@ -127,6 +129,9 @@ impl Sdirk {
         let pace = s.waveforms.iter().map(|w| w.pace()).fold(f64::INFINITY, f64::min);
         let fixed = accuracy.relative >= 1.0;
         let longest = if fixed { longest } else { longest.min(pace) };
+        if let (Some(smooth), false) = (&mut s.smooth, fixed) {
+            smooth.newton.set_accuracy(STAGE_ACCURACY * accuracy.relative);
+        }
         s.step_length = longest;
         s.sweeping = false;
         Sdirk {
@@ -176,7 +181,7 @@ impl Sdirk {
             self.begun = true;
             s.log_events(); // what the start has found is no event
             s.events.clear();
-            self.begin_step(s);
+            self.begin_step(s, false);
         }
         while rows < capacity {
             let row = &mut out[rows * columns..(rows + 1) * columns];
@@ -222,8 +227,8 @@ impl Sdirk {
         (rows, if done { Progress::Done } else { Progress::More })
     }
 
-    /// Remembers the state from which the next step starts.
-    fn begin_step(&mut self, s: &mut Stepper) {
+    /// Remembers the state from which the next step starts; its functions may be `known`.
+    fn begin_step(&mut self, s: &mut Stepper, known: bool) {
         let (n, m) = (s.z.len(), s.l.len());
         self.scales.note(s, &s.z, &s.l);
         let [voltage, current] = self.scales.largest;
@@ -233,8 +238,10 @@ impl Sdirk {
         self.trial.start = s.time;
         let (z, guards) = self.trial.first.split_at_mut(n);
         let (guards, f) = guards.split_at_mut(m);
-        if let Some(smooth) = &mut s.smooth {
-            smooth.newton.evaluate(&s.z, &s.u0, s.time, f);
+        match &mut s.smooth {
+            Some(smooth) if known => f.copy_from_slice(&smooth.f),
+            Some(smooth) => smooth.newton.evaluate(&s.z, &s.u0, s.time, f),
+            None => {}
         }
         z.copy_from_slice(&s.z);
         s.w.copy_from_slice(&s.sys.q);
@@ -422,8 +429,12 @@ impl Sdirk {
             smooth.rates.copy_from_slice(&self.trial.slope[n..]);
         }
         self.scales.note(s, &s.z, &s.l);
+        let mut f_known = false;
         match accepted.end {
-            End::Plain => s.u0.copy_from_slice(&self.trial.u),
+            End::Plain => {
+                s.u0.copy_from_slice(&self.trial.u);
+                f_known = true;
+            }
             End::Corner { .. } | End::Event => {
                 s.u1.copy_from_slice(&self.trial.u);
                 self.points.note_left(s);
@@ -436,7 +447,10 @@ impl Sdirk {
                 self.futile = accepted.end == End::Event && before == s.active;
             }
         }
-        self.begin_step(s);
+        if s.smooth.is_some() {
+            self.trial.leave(self.tableau, accepted.theta, accepted.end == End::Plain);
+        }
+        self.begin_step(s, f_known);
     }
 
     /// Finds the mode from here on; charges and fluxes may jump.
@@ -479,6 +493,7 @@ impl Sdirk {
             }
         }
         s.stats.steps += 1;
+        self.trial.leave(self.tableau, 1.0, false);
         self.counters.forced += 1;
         self.in_a_row = 0;
         self.futile = false;
@@ -493,7 +508,7 @@ impl Sdirk {
             s.settle_after(changed)?;
             s.log_events();
         }
-        self.begin_step(s);
+        self.begin_step(s, false);
         Ok(())
     }
 }

@@ -2,6 +2,7 @@
 
 use super::super::stepper::Stepper;
 use super::ladder::{Fit, Ladder};
+use super::predict::Past;
 use super::tableau::Tableau;
 use crate::waveform::{Side, Waveform};
 
@@ -34,6 +35,9 @@ pub struct Trial {
     storage: Vec<f64>,
     /// unknowns that smooth stored functions see by themselves, not in differences alone
     own: Vec<bool>,
+    /// where Newton's method begins
+    past: Past,
+    guess: Vec<f64>,
     /// scratch
     from: Vec<f64>,
     raw: Vec<f64>,
@@ -86,6 +90,8 @@ impl Trial {
             stages: many(n + m + p),
             bases: many(n + p),
             rates: many(n + p),
+            past: Past::new(tableau.stages(), n + m + p),
+            guess: vec![0.0; n],
             from: vec![0.0; n + p],
             u: vec![0.0; s.u0.len()],
             point: vec![0.0; n + m + p],
@@ -120,6 +126,12 @@ impl Trial {
             }
             // the last stage but one is a good beginning for Newton's method
             let near = if i == 0 { &self.first } else { &done[i - 1] };
+            if let Some(smooth) = &mut s.smooth {
+                let past = &self.past;
+                if past.predict(tableau, i, h, &self.first, done, &mut self.guess) {
+                    smooth.newton.predict(&self.guess);
+                }
+            }
             let fit = ladder.solve(s, level, t, base, &self.u, near, x);
             if fit == Fit::Contradiction {
                 return Err(Broken { at: tableau.c[i] });
@@ -143,19 +155,22 @@ impl Trial {
                 add(e * self.length, k, &mut self.from);
             }
         }
-        let x = &mut self.point;
-        let t = self.start + self.length;
-        ladder.solve(s, self.level, t, &self.from, &self.u, &self.stages[last], x);
         let (n, base) = (self.n, &self.bases[last]);
         for ((f, base), raw) in self.from.iter().zip(base).zip(&mut self.raw) {
             *raw = f - base;
         }
+        if s.smooth.is_some() {
+            ladder.respond(s, self.level, &self.raw, &mut self.slope);
+        } else {
+            let (x, t) = (&mut self.point, self.start + self.length);
+            ladder.solve(s, self.level, t, &self.from, &self.u, &self.stages[last], x);
+            for ((d, x), end) in self.slope.iter_mut().zip(&x[..n]).zip(&self.stages[last]) {
+                *d = x - end;
+            }
+        }
         // as changes of charges and fluxes: directions without storage mean nothing
         self.stored.fill(0.0);
         s.sys.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
-        for ((d, x), end) in self.slope.iter_mut().zip(&x[..n]).zip(&self.stages[last]) {
-            *d = x - end;
-        }
         self.smoothed.fill(0.0);
         s.sys.e.mul_add(1.0, &self.slope[..n], &mut self.smoothed);
         let charges = self.smoothed.iter().zip(&self.stored).zip(&self.storage);
@@ -191,6 +206,14 @@ impl Trial {
         for (j, k) in self.rates.iter().enumerate() {
             add(h * value[j] - stage * slope[j], k, &mut self.from);
         }
+        if let Some(smooth) = &mut s.smooth {
+            // all unknowns lie near the polynomial through the stages
+            self.guess.copy_from_slice(&self.first[..n]);
+            for (k, v) in self.rates.iter().zip(&value) {
+                add(h * v, &k[..n], &mut self.guess);
+            }
+            smooth.newton.predict(&self.guess);
+        }
         let t = if theta == 1.0 { self.start + h } else { self.start + theta * h };
         sources(&s.waveforms, t, self.start, self.corner, &mut self.u);
         let near = &self.stages[tableau.stages() - 1];
@@ -200,6 +223,15 @@ impl Trial {
             *d = (x - b) / stage;
         }
         fit
+    }
+
+    /// The step has been accepted up to `theta`; what follows is its `smooth` continuation, or not.
+    pub fn leave(&mut self, tableau: &Tableau, theta: f64, smooth: bool) {
+        if smooth {
+            self.past.keep(tableau, self.length, theta, &self.first, &mut self.stages);
+        } else {
+            self.past.forget();
+        }
     }
 
     /// The end of the step as a point.

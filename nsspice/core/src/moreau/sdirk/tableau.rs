@@ -2,6 +2,18 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
+/// A point near which the solution is known when a stage is to be solved.
+#[derive(Clone, Copy, Debug)]
+pub enum Node {
+    /// the end of a stage of the step before, or, behind them, its begin
+    Past(usize),
+    /// the begin of the step
+    Begin,
+    /// the end of a stage
+    Stage(usize),
+}
+use Node::{Begin, Past, Stage};
+
 /// A stiffly accurate, L-stable method with a continuous solution.
 ///
 /// Stage i solves an implicit step of length `gamma h` that ends at `t + c_i h` and starts from
@@ -23,6 +35,8 @@ pub struct Tableau {
     pub dense: &'static [&'static [f64]],
     /// the stage nearest to the middle of the step
     pub middle: usize,
+    /// from which points each stage is predicted
+    pub predictors: &'static [&'static [Node]],
 }
 
 const GAMMA2: f64 = 1.0 - FRAC_1_SQRT_2;
@@ -41,6 +55,7 @@ pub static SECOND: Tableau = Tableau {
     error_order: 2,
     dense: &[&[1.0 + RATIO2, -FRAC_1_SQRT_2], &[-RATIO2, FRAC_1_SQRT_2]],
     middle: 0,
+    predictors: &[&[Past(2), Past(0), Begin], &[Past(0), Begin, Stage(0)]],
 };
 
 /// Five stages, order four, continuous solution of order three (Hairer & Wanner, *Solving Ordinary
@@ -66,6 +81,13 @@ pub static FOURTH: Tableau = Tableau {
         &[-11.0 / 9.0, 557.0 / 108.0, -359.0 / 54.0, 80.0 / 27.0],
     ],
     middle: 3,
+    predictors: &[
+        &[Past(3), Past(1), Begin],
+        &[Past(1), Begin, Stage(0)],
+        &[Begin, Stage(0), Stage(1)],
+        &[Stage(0), Stage(2), Stage(1)],
+        &[Begin, Stage(0), Stage(3), Stage(1)],
+    ],
 };
 
 impl Tableau {

@@ -1,0 +1,118 @@
+//! Where the solution of a stage probably lies: polynomials through points found before.
+
+use super::tableau::{Node, Tableau};
+
+/// Points of a past step do not tell what happens so many times its length later.
+const FARTHEST: f64 = 4.0;
+
+/// The points of the last accepted step.
+pub struct Past {
+    /// ends of its stages, then its begin
+    points: Vec<Vec<f64>>,
+    /// when they were, counted from the present begin in lengths of the past step; negative
+    places: Vec<f64>,
+    /// length of that step [s]; zero: there is none, or something has changed since
+    length: f64,
+}
+
+impl Past {
+    pub fn new(points: usize, size: usize) -> Past {
+        Past {
+            points: vec![vec![0.0; size]; points + 1],
+            places: vec![0.0; points + 1],
+            length: 0.0,
+        }
+    }
+
+    /// What lies behind tells nothing of what comes.
+    pub fn forget(&mut self) {
+        self.length = 0.0;
+    }
+
+    /// Keeps the points of a step that was accepted up to `theta`; the stages are exchanged for
+    /// older ones.
+    pub fn keep(
+        &mut self,
+        tableau: &Tableau,
+        length: f64,
+        theta: f64,
+        first: &[f64],
+        stages: &mut [Vec<f64>],
+    ) {
+        self.length = length;
+        let last = stages.len();
+        for (i, stage) in stages.iter_mut().enumerate() {
+            std::mem::swap(&mut self.points[i], stage);
+            self.places[i] = tableau.c[i] - theta;
+        }
+        self.points[last].copy_from_slice(first);
+        self.places[last] = -theta;
+    }
+
+    /// The unknowns at the end of stage `i` of a step of length `h`, from the stages before it and
+    /// the past; false if there is nothing to tell from.
+    pub fn predict(
+        &self,
+        tableau: &Tableau,
+        i: usize,
+        h: f64,
+        first: &[f64],
+        done: &[Vec<f64>],
+        out: &mut [f64],
+    ) -> bool {
+        let usable = self.length > 0.0 && h <= FARTHEST * self.length;
+        let mut known: [(f64, &[f64]); 4] = [(0.0, first); 4];
+        let mut count = 0;
+        for node in tableau.predictors[i] {
+            known[count] = match *node {
+                Node::Past(k) if usable => (self.places[k] * self.length / h, &self.points[k]),
+                Node::Past(_) => continue,
+                Node::Begin => (0.0, first),
+                Node::Stage(k) => (tableau.c[k], &done[k]),
+            };
+            count += 1;
+        }
+        if count < 2 {
+            return false;
+        }
+        let (known, at) = (&known[..count], tableau.c[i]);
+        out.fill(0.0);
+        for (j, (place, point)) in known.iter().enumerate() {
+            let others = known.iter().enumerate().filter(|(k, _)| *k != j);
+            let weight: f64 = others.map(|(_, (p, _))| (at - p) / (place - p)).product();
+            for (o, v) in out.iter_mut().zip(*point) {
+                *o += weight * v;
+            }
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Cubics are predicted exactly where four points are known, parabolas where three are.
+    #[test]
+    fn polynomials_are_continued() {
+        for order in [2, 4] {
+            let tableau = Tableau::of_order(order).unwrap();
+            let (old, h) = (0.7, 0.3);
+            for degree in 0..3 {
+                let law = |t: f64| vec![(1.0 + 2.0 * t).powi(degree)];
+                let mut past = Past::new(tableau.stages(), 1);
+                let theta = 0.9;
+                let mut stages: Vec<_> = tableau.c.iter().map(|c| law((c - theta) * old)).collect();
+                past.keep(tableau, old, theta, &law(-theta * old), &mut stages);
+                let done: Vec<_> = tableau.c.iter().map(|c| law(c * h)).collect();
+                for i in 0..tableau.stages() {
+                    let mut out = [0.0];
+                    assert!(past.predict(tableau, i, h, &law(0.0), &done[..i], &mut out));
+                    assert!((out[0] - done[i][0]).abs() < 1e-13, "{order} {i} {degree}");
+                }
+                past.forget();
+                assert!(!past.predict(tableau, 0, h, &law(0.0), &[], &mut [0.0]));
+            }
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! Parts of a program that share no instruction: the elements of a circuit.
+//!
+//! Most elements of a large circuit rest while some move.  A part whose variables are where they were
+//! at its last evaluation, up to a small part of the distance over which it bends, is its tangent.
+
+use super::ops::Op;
+use super::program::{Instruction, Program};
+
+/// A part and what it was at its last evaluation.
+#[derive(Clone, Debug)]
+pub(super) struct Part {
+    /// its instructions, in their order
+    pub code: Vec<u32>,
+    /// registers of the variables it depends on, and where they were
+    pub variables: Vec<u32>,
+    pub at: Vec<f64>,
+    /// registers that others read, and their values
+    pub outputs: Vec<u32>,
+    pub values: Vec<f64>,
+    /// distance over which it bends; zero: unknown
+    pub unit: f64,
+    /// `at`, `values` and the slots belong together
+    pub known: bool,
+}
+
+/// Instructions that depend on nothing else.
+pub(super) fn is_leaf(op: Op) -> bool {
+    matches!(op, Op::Constant | Op::Unknown | Op::Source | Op::Time)
+}
+
+impl Part {
+    /// The parts of a program.
+    pub fn all(program: &Program) -> Vec<Part> {
+        let code = &program.code;
+        let mut parent: Vec<usize> = (0..code.len()).collect();
+        fn root(parent: &mut [usize], mut k: usize) -> usize {
+            while parent[k] != k {
+                parent[k] = parent[parent[k]];
+                k = parent[k];
+            }
+            k
+        }
+        for (k, i) in code.iter().enumerate().filter(|(_, i)| !is_leaf(i.op)) {
+            for &a in &i.args[..i.op.arity()] {
+                if !is_leaf(code[a as usize].op) {
+                    let (a, b) = (root(&mut parent, a as usize), root(&mut parent, k));
+                    parent[a.max(b)] = a.min(b);
+                }
+            }
+        }
+        let mut output = vec![false; code.len()];
+        program.outputs.iter().for_each(|&k| output[k as usize] = true);
+        let mut index = vec![usize::MAX; code.len()];
+        let mut parts: Vec<Part> = Vec::new();
+        for (k, i) in code.iter().enumerate().filter(|(_, i)| !is_leaf(i.op)) {
+            let r = root(&mut parent, k);
+            if index[r] == usize::MAX {
+                index[r] = parts.len();
+                parts.push(Part {
+                    code: Vec::new(),
+                    variables: Vec::new(),
+                    at: Vec::new(),
+                    outputs: Vec::new(),
+                    values: Vec::new(),
+                    unit: 0.0,
+                    known: false,
+                });
+            }
+            let part = &mut parts[index[r]];
+            part.code.push(k as u32);
+            let leaves = i.args[..i.op.arity()].iter();
+            part.variables.extend(leaves.filter(|&&a| {
+                let op = code[a as usize].op;
+                is_leaf(op) && op != Op::Constant
+            }));
+            if output[k] {
+                part.outputs.push(k as u32);
+            }
+        }
+        for part in &mut parts {
+            part.variables.sort_unstable();
+            part.variables.dedup();
+            part.at = vec![0.0; part.variables.len()];
+            part.values = vec![0.0; part.outputs.len()];
+            part.measure(program, 1.0);
+        }
+        parts
+    }
+
+    /// Sets the distance over which the part bends, the unit of junctions multiplied by `blunt`.
+    pub fn measure(&mut self, program: &Program, blunt: f64) {
+        self.known = false;
+        let units =
+            self.code.iter().map(|&k| bends_over(program, &program.code[k as usize], blunt));
+        let unit = units.fold(f64::INFINITY, f64::min);
+        // linear parts cost less than the question
+        self.unit = if unit.is_finite() { unit } else { 0.0 };
+    }
+
+    /// Whether the part is its tangent, to be moved by less than `reach` of its unit.
+    pub fn rests(&self, registers: &[f64], reach: f64) -> bool {
+        let far = reach * self.unit;
+        let near = |(&v, at): (&u32, &f64)| (registers[v as usize] - at).abs() <= far;
+        self.known && self.variables.iter().zip(&self.at).all(near)
+    }
+
+    /// Writes the outputs by the tangent.
+    pub fn follow(&self, program: &Program, registers: &mut [f64], slopes: &[f64]) {
+        for (&out, &value) in self.outputs.iter().zip(&self.values) {
+            let (start, end) = program.code[out as usize].slots;
+            let mut sum = value;
+            let slots = start as usize..end as usize;
+            for (&variable, slope) in program.variables[slots.clone()].iter().zip(&slopes[slots]) {
+                let variable = variable as usize;
+                let k = self.variables.iter().position(|&v| program.variable_of(v) == variable);
+                if let Some(k) = k {
+                    sum += slope * (registers[self.variables[k] as usize] - self.at[k]);
+                }
+            }
+            registers[out as usize] = sum;
+        }
+    }
+
+    /// Keeps the point of an evaluation.
+    pub fn keep(&mut self, registers: &[f64], exact: bool) {
+        self.known = exact && self.unit > 0.0;
+        if self.known {
+            for (at, &v) in self.at.iter_mut().zip(&self.variables) {
+                *at = registers[v as usize];
+            }
+            for (value, &k) in self.values.iter_mut().zip(&self.outputs) {
+                *value = registers[k as usize];
+            }
+        }
+    }
+}
+
+/// The change of its argument over which an instruction departs from its tangent by about its size;
+/// infinite for linear ones, zero where nothing is known.
+fn bends_over(program: &Program, i: &Instruction, blunt: f64) -> f64 {
+    let constant = |k: usize| program.code[i.args[k] as usize].op == Op::Constant;
+    match i.op {
+        Op::Junction => blunt * program.constants[i.args[1] as usize + 1],
+        Op::Depletion => {
+            let c = &program.constants[i.args[1] as usize..];
+            c[1] * (1.0 - c[3])
+        }
+        Op::Neg | Op::Add | Op::Sub => f64::INFINITY,
+        Op::Mul if constant(0) || constant(1) => f64::INFINITY,
+        Op::Div if constant(1) => f64::INFINITY,
+        _ => 0.0,
+    }
+}
