@@ -24,7 +24,7 @@ from .settings import Settings
 from .solution import IslandRun, JumpReport
 
 #: Unknowns and pairs of an island up to which ``auto`` goes mode by mode.
-AUTO_LIMIT = 200
+AUTO_LIMIT = 300
 _FEW = 8  # implicit steps that are not worth a word
 BUDGET = 0.05  # [s] longest stretch inside the core: Ctrl-C waits no longer
 _WAIT = 1 << 17  # numbers recorded before they are checked: many at once cost less

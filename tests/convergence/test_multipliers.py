@@ -36,6 +36,18 @@ def test_the_last_node_of_two_multipliers(stages, last):
     assert sol[f"v(b{stages})"][-1] == pytest.approx(last, rel=3e-9)
 
 
+@pytest.mark.soak
+def test_sixty_four_stages():
+    """A run of the method with error control, its tolerance halved until it settles, agrees."""
+    text = deck(64)
+    sol = run(text, 2e-3, 1)
+    other = nsspice.tran(
+        nsspice.read(text), stop=2e-3, row_step=2e-3, uic=True, method="sdirk", reltol=1e-7
+    )
+    assert sol.stats["modes"] > 4000
+    assert sol["v(b64)"][-1] == pytest.approx(other["v(b64)"][-1], rel=1e-6)
+
+
 @pytest.mark.parametrize("stages", [3, 9])
 def test_modes_from_their_neighbours_are_those_from_the_network(stages):
     """An idle switch makes the engine reduce each mode by itself."""

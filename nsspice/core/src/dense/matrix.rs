@@ -94,30 +94,8 @@ impl Matrix {
     /// The product `self * other` of full matrices, in tiles that stay in registers.
     pub fn product(&self, other: &Matrix) -> Matrix {
         assert_eq!(self.cols, other.rows, "matrices do not fit");
-        let (inner, cols) = (self.cols, other.cols);
-        let mut out = Matrix::zeros(self.rows, cols);
-        let mut panel = vec![[0.0f64; TILE_COLS]; inner];
-        let mut left = 0;
-        while left < cols {
-            let width = TILE_COLS.min(cols - left);
-            for (k, p) in panel.iter_mut().enumerate() {
-                p[..width].copy_from_slice(&other.row(k)[left..left + width]);
-            }
-            let mut top = 0;
-            while top < self.rows {
-                let height = TILE_ROWS.min(self.rows - top);
-                // rows beyond the last are computed twice rather than treated apart
-                let rows: [&[f64]; TILE_ROWS] =
-                    std::array::from_fn(|i| self.row(top + i.min(height - 1)));
-                let tile = tile(rows, &panel);
-                for (i, values) in tile.iter().enumerate().take(height) {
-                    let start = (top + i) * cols + left;
-                    out.data[start..start + width].copy_from_slice(&values[..width]);
-                }
-                top += TILE_ROWS;
-            }
-            left += TILE_COLS;
-        }
+        let mut out = Matrix::zeros(self.rows, other.cols);
+        super::wide::product(&self.data, &other.data, self.cols, other.cols, &mut out.data);
         out
     }
 
@@ -166,12 +144,26 @@ impl Matrix {
 
     /// The rows with the given numbers, in this order.
     pub fn select_rows(&self, rows: &[usize]) -> Matrix {
-        Matrix::from_fn(rows.len(), self.cols, |r, c| self[(rows[r], c)])
+        let mut data = Vec::with_capacity(rows.len() * self.cols);
+        rows.iter().for_each(|&r| data.extend_from_slice(self.row(r)));
+        Matrix { rows: rows.len(), cols: self.cols, data }
     }
 
     /// The columns with the given numbers, in this order.
     pub fn select_cols(&self, cols: &[usize]) -> Matrix {
-        Matrix::from_fn(self.rows, cols.len(), |r, c| self[(r, cols[c])])
+        let mut data = Vec::with_capacity(self.rows * cols.len());
+        for r in 0..self.rows {
+            let row = self.row(r);
+            data.extend(cols.iter().map(|&c| row[c]));
+        }
+        Matrix { rows: self.rows, cols: cols.len(), data }
+    }
+
+    /// The columns from `first` on, `count` of them.
+    pub fn columns(&self, first: usize, count: usize) -> Matrix {
+        let mut data = Vec::with_capacity(self.rows * count);
+        (0..self.rows).for_each(|r| data.extend_from_slice(&self.row(r)[first..first + count]));
+        Matrix { rows: self.rows, cols: count, data }
     }
 
     /// The matrix of absolute values.
@@ -186,20 +178,18 @@ impl Matrix {
     /// Side by side.
     pub fn beside(&self, other: &Matrix) -> Matrix {
         assert_eq!(self.rows, other.rows, "matrices do not fit");
-        Matrix::from_fn(self.rows, self.cols + other.cols, |r, c| {
-            if c < self.cols {
-                self[(r, c)]
-            } else {
-                other[(r, c - self.cols)]
-            }
-        })
+        let mut data = Vec::with_capacity(self.rows * (self.cols + other.cols));
+        for r in 0..self.rows {
+            data.extend_from_slice(self.row(r));
+            data.extend_from_slice(other.row(r));
+        }
+        Matrix { rows: self.rows, cols: self.cols + other.cols, data }
     }
 
     /// One above the other.
     pub fn above(&self, other: &Matrix) -> Matrix {
         assert_eq!(self.cols, other.cols, "matrices do not fit");
-        let mut data = self.data.clone();
-        data.extend_from_slice(&other.data);
+        let data = [&self.data[..], &other.data[..]].concat();
         Matrix { rows: self.rows + other.rows, cols: self.cols, data }
     }
 
@@ -212,26 +202,6 @@ impl Matrix {
     pub fn finite(&self) -> bool {
         self.data.iter().all(|v| v.is_finite())
     }
-}
-
-/// Size of the tiles of a product: their sums fit the registers.
-const TILE_ROWS: usize = 4;
-const TILE_COLS: usize = 4;
-
-/// Four rows times a panel of four columns.
-#[inline]
-fn tile(rows: [&[f64]; TILE_ROWS], panel: &[[f64; TILE_COLS]]) -> [[f64; TILE_COLS]; TILE_ROWS] {
-    let mut sums = [[0.0f64; TILE_COLS]; TILE_ROWS];
-    let [r0, r1, r2, r3] = rows.map(|r| &r[..panel.len()]);
-    for ((((p, a), b), c), d) in panel.iter().zip(r0).zip(r1).zip(r2).zip(r3) {
-        for j in 0..TILE_COLS {
-            sums[0][j] += a * p[j];
-            sums[1][j] += b * p[j];
-            sums[2][j] += c * p[j];
-            sums[3][j] += d * p[j];
-        }
-    }
-    sums
 }
 
 /// `a += f * b`

@@ -12,6 +12,7 @@ mod rank_one;
 mod symmetric;
 #[cfg(test)]
 mod tests;
+mod wide;
 
 pub use complex::{complex, Complex};
 pub use echelon::Echelon;

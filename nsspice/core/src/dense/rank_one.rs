@@ -23,6 +23,7 @@ pub struct RankOne {
     basis: Matrix,
 }
 
+#[inline(always)]
 /// `sum z_i^2 / (d_i - x)` and its derivative.
 fn sums(z: &[f64], d: &[f64], x: f64) -> (f64, f64) {
     let (mut value, mut slope) = ([0.0f64; 4], [0.0f64; 4]);
@@ -45,6 +46,7 @@ fn sums(z: &[f64], d: &[f64], x: f64) -> (f64, f64) {
 
 /// The step from which `c + r / (p - step) + s / (q - step)` vanishes, `p <= 0 <= q` being the
 /// distances of the poles.
+#[inline(always)]
 fn two_poles(c: f64, r: f64, s: f64, p: f64, q: f64) -> f64 {
     let a = c * (p + q) + r + s;
     let b = c * p * q + r * q + s * p;
@@ -58,6 +60,7 @@ fn two_poles(c: f64, r: f64, s: f64, p: f64, q: f64) -> f64 {
 
 /// Root number `i` of `1 + rho sum z^2 / (d - x)`, `|z| = 1`, as a pole and a distance from it.
 /// `shifted` is work space.
+#[inline(always)]
 fn root(i: usize, d: &[f64], z: &[f64], rho: f64, shifted: &mut [f64]) -> Option<(usize, f64)> {
     let k = d.len();
     let last = i + 1 == k;
@@ -125,6 +128,48 @@ fn root(i: usize, d: &[f64], z: &[f64], rho: f64, shifted: &mut [f64]) -> Option
     None
 }
 
+/// Roots and vectors of `diag(poles) + rho weights weights'`.
+#[inline(always)]
+pub(super) fn secular(poles: &[f64], weights: &[f64], rho: f64) -> Option<(Vec<f64>, Matrix)> {
+    let k = poles.len();
+    // rows: distances of all poles from one root
+    let mut apart = Matrix::zeros(k, k);
+    let mut shifted = vec![0.0; k];
+    let mut roots = Vec::with_capacity(k);
+    for j in 0..k {
+        let (origin, x) = root(j, poles, weights, rho, &mut shifted)?;
+        roots.push(poles[origin] + x);
+        for (a, v) in apart.row_mut(j).iter_mut().zip(poles) {
+            *a = (v - poles[origin]) - x;
+        }
+    }
+    // weights that have exactly these roots
+    let mut exact = vec![1.0f64; k];
+    for j in 0..k {
+        let (row, pole) = (apart.row(j), poles[j]);
+        for ((e, a), p) in exact[..j].iter_mut().zip(row).zip(poles) {
+            *e *= a / (p - pole);
+        }
+        exact[j] *= -row[j];
+        for ((e, a), p) in exact[j + 1..].iter_mut().zip(&row[j + 1..]).zip(&poles[j + 1..]) {
+            *e *= a / (p - pole);
+        }
+    }
+    for (e, v) in exact.iter_mut().zip(weights) {
+        *e = e.abs().sqrt().copysign(*v);
+    }
+    let mut basis = Matrix::zeros(k, k);
+    for j in 0..k {
+        let row = apart.row_mut(j);
+        row.iter_mut().zip(&exact).for_each(|(a, e)| *a = e / *a);
+        let f = 1.0 / norm(row);
+        for (i, v) in row.iter().enumerate() {
+            basis.data[i * k + j] = f * v;
+        }
+    }
+    Some((roots, basis))
+}
+
 impl RankOne {
     /// Decomposes; `None` if some entry is not finite.
     pub fn new(d: &[f64], sigma: f64, z: &[f64]) -> Option<RankOne> {
@@ -161,41 +206,14 @@ impl RankOne {
             }
             kept.push(j);
         }
-        let k = kept.len();
         let poles: Vec<f64> = kept.iter().map(|&i| values[i]).collect();
         let mut weights: Vec<f64> = kept.iter().map(|&i| w[i]).collect();
         let length = norm(&weights);
         weights.iter_mut().for_each(|v| *v /= length);
         let rho = sigma * length * length;
-        // rows: distances of all poles from one root
-        let mut apart = Matrix::zeros(k, k);
-        let mut shifted = vec![0.0; k];
-        for j in 0..k {
-            let (origin, x) = root(j, &poles, &weights, rho, &mut shifted)?;
-            values[kept[j]] = poles[origin] + x;
-            for (a, v) in apart.row_mut(j).iter_mut().zip(&poles) {
-                *a = (v - poles[origin]) - x;
-            }
-        }
-        // weights that have exactly these roots
-        let mut exact = vec![1.0f64; k];
-        for j in 0..k {
-            let (row, pole) = (apart.row(j), poles[j]);
-            for (i, e) in exact.iter_mut().enumerate() {
-                *e *= if i == j { -row[i] } else { row[i] / (poles[i] - pole) };
-            }
-        }
-        for (e, v) in exact.iter_mut().zip(&weights) {
-            *e = e.abs().sqrt().copysign(*v);
-        }
-        let mut basis = Matrix::zeros(k, k);
-        for j in 0..k {
-            let row = apart.row_mut(j);
-            row.iter_mut().zip(&exact).for_each(|(a, e)| *a = e / *a);
-            let f = 1.0 / norm(row);
-            for (i, v) in row.iter().enumerate() {
-                basis.data[i * k + j] = f * v;
-            }
+        let (roots, basis) = super::wide::secular(&poles, &weights, rho)?;
+        for (&place, root) in kept.iter().zip(roots) {
+            values[place] = root;
         }
         values.iter_mut().for_each(|v| *v *= sign);
         (basis.finite()).then_some(RankOne { values, rotations, kept, basis })

@@ -8,7 +8,6 @@
 //! constraints take away leaves as impulses.
 
 use super::guard_rows::{control_rows, guard_rows, impulse_rows};
-use super::neighbour::Ports;
 use super::network::Network;
 use super::share::Share;
 use super::spectrum::{Pole, Spectrum, PLAIN};
@@ -86,6 +85,7 @@ pub struct GuardSize {
     pub bound: f64,
 }
 
+#[derive(Clone)]
 /// Consequences of a jump: impulses of the algebraic unknowns and of the guards.
 pub struct Impulses {
     /// of `[kernel part; active multipliers]`, over `[a-; v]`
@@ -99,6 +99,7 @@ pub struct Impulses {
 }
 
 /// A mode.
+#[derive(Clone)]
 pub struct Mode {
     /// which pairs are active
     pub active: Vec<usize>,
@@ -140,8 +141,8 @@ pub struct Mode {
     pub fastest: f64,
     /// state equations, for modes without eigenvectors: J, Jv in state coordinates
     pub plain: Option<(Matrix, Matrix)>,
-    /// what modes that differ in one pair need, where they can be had cheaply
-    pub ports: Option<Ports>,
+    /// by how many modes it was derived from the network, where others can be derived from it
+    pub generation: Option<usize>,
 }
 
 /// Orthogonal factor of a tall matrix, and its triangle: `A = Q[:, ..k] R`.
@@ -437,8 +438,7 @@ impl Mode {
             .collect();
         let poles = spectrum.as_ref().map_or(Vec::new(), |s| s.poles.clone());
         let regular = ties == 0 && open == 0 && switches.is_empty() && watch.len() == net.m;
-        let ports = (regular && net.symmetric && poles.len() == n)
-            .then(|| Ports::new(net, on, &active, &inverse));
+        let generation = (regular && net.symmetric && poles.len() == n).then_some(0);
         let fastest = match &spectrum {
             Some(_) => poles.iter().map(Pole::size).fold(0.0, f64::max),
             None => (0..n).map(|i| norm(j.row(i))).fold(0.0, f64::max),
@@ -463,7 +463,7 @@ impl Mode {
             open,
             fastest,
             plain: spectrum.is_none().then_some((j, jv)),
-            ports,
+            generation,
             poles,
         })
     }
@@ -477,7 +477,6 @@ impl Mode {
         if let Some(i) = &self.impulses {
             count += i.algebraic.data.len() + 2 * i.guards.data.len();
         }
-        count += self.ports.as_ref().map_or(0, Ports::len);
         8 * count + 64 * self.watch.len() + 1024
     }
 }

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Memory for reduced modes [bytes]; beyond it the longest unused ones are forgotten.
-const BUDGET: usize = 400 << 20;
+const BUDGET: usize = 600 << 20;
 /// Followers remembered per mode.
 const FOLLOWERS: usize = 64;
 
@@ -44,8 +44,9 @@ pub struct Registry {
     bytes: usize,
     key: Vec<u64>,
     /// the two modes asked for last
-    recent: Id,
-    earlier: Id,
+    recent: [Id; 2],
+    /// the mode without active pairs, if others can be derived from it
+    none: Option<Option<Mode>>,
     /// reductions made
     pub built: u64,
     /// modes that proved right at least once
@@ -98,16 +99,14 @@ impl Registry {
     ) -> Result<Arc<Mode>, String> {
         self.clock += 1;
         let clock = self.clock;
-        let entry = &mut self.entries[id];
-        entry.used = clock;
-        let before = std::mem::replace(&mut self.recent, id);
-        if before != id {
-            self.earlier = before;
+        self.entries[id].used = clock;
+        if self.recent[0] != id {
+            self.recent = [id, self.recent[0]];
         }
-        if let Some(made) = &entry.made {
+        if let Some(made) = &self.entries[id].made {
             return made.clone();
         }
-        let made = match self.near(id, net) {
+        let made = match self.derived(id, net, switches) {
             Some(made) => Ok(made),
             None => {
                 let entry = &self.entries[id];
@@ -126,28 +125,36 @@ impl Registry {
         made
     }
 
-    /// The mode by way of one of the last two, if that differs in few pairs.
-    fn near(&self, id: Id, net: &Network) -> Option<Mode> {
+    /// The mode by pivots from one of those used last, or from that in which no pair is active: its
+    /// slow rates are not drowned by the fast ones of conducting pairs, and pivots keep them.
+    fn derived(&mut self, id: Id, net: &Network, switches: &[SwitchLaw]) -> Option<Mode> {
+        if !net.symmetric || !switches.is_empty() {
+            return None;
+        }
         let target = &self.entries[id];
-        let mut best: Option<(Vec<usize>, &Mode)> = None;
-        for from in [self.earlier] {
-            let Some(Entry { on, gates, made: Some(Ok(mode)), .. }) = self.entries.get(from) else {
-                continue;
-            };
-            if mode.ports.is_none() || *gates != target.gates {
-                continue;
+        let differ = |from: &Entry| -> Vec<usize> {
+            (0..net.m).filter(|&i| from.on[i] != target.on[i]).collect()
+        };
+        let near = self.recent.iter().filter_map(|&from| match self.entries.get(from) {
+            Some(entry @ Entry { made: Some(Ok(mode)), .. }) if from != id => {
+                let pairs = differ(entry);
+                (pairs.len() <= FLIPS).then(|| (pairs, mode.clone()))
             }
-            let differ: Vec<usize> = (0..on.len()).filter(|&i| on[i] != target.on[i]).collect();
-            if differ.len() <= FLIPS && best.as_ref().is_none_or(|b| differ.len() < b.0.len()) {
-                best = Some((differ, mode));
+            _ => None,
+        });
+        let mut ways: Vec<(Vec<usize>, Arc<Mode>)> = near.collect();
+        ways.sort_by_key(|way| way.0.len());
+        for (pairs, mode) in &ways {
+            if let Some(found) = walk(mode, pairs, net) {
+                return Some(found);
             }
         }
-        let (differ, from) = best?;
-        let mut mode = from.neighbour(net, *differ.first()?)?;
-        for &p in &differ[1..] {
-            mode = mode.neighbour(net, p)?;
-        }
-        Some(mode)
+        let none = self.none.get_or_insert_with(|| {
+            let off = vec![false; net.m];
+            Mode::new(net, switches, &off, &[]).ok().filter(|mode| mode.generation.is_some())
+        });
+        let pairs: Vec<usize> = (0..net.m).filter(|&i| self.entries[id].on[i]).collect();
+        walk(none.as_ref()?, &pairs, net)
     }
 
     /// Drops the longer unused half.
@@ -205,6 +212,16 @@ impl Registry {
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
+}
+
+/// A mode with some pairs turned over.
+fn walk(from: &Mode, pairs: &[usize], net: &Network) -> Option<Mode> {
+    let Some((&last, others)) = pairs.split_last() else { return Some(from.clone()) };
+    let mut mode = None;
+    for &p in others {
+        mode = Some(mode.as_ref().unwrap_or(from).neighbour(net, p)?);
+    }
+    mode.as_ref().unwrap_or(from).neighbour(net, last)
 }
 
 /// Fingerprint of a set of numbers.

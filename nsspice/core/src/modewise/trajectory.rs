@@ -37,6 +37,8 @@ pub struct Trajectory {
     common: Vec<f64>,
     n: usize,
     start: Vec<f64>,
+    /// each coordinate has one term of its own, a real exponential
+    plainly: bool,
     /// the numerical substitute where there is no closed form
     plain: Option<Plain>,
 }
@@ -46,6 +48,7 @@ impl Trajectory {
         self.terms.clear();
         self.own.clear();
         self.slots = 0;
+        self.plainly = false;
         self.plain = None;
     }
 
@@ -101,6 +104,8 @@ impl Trajectory {
                 self.pair(mode, at, complex(pole.alpha, pole.omega), segment, horizon);
             }
         }
+        self.plainly = self.own.len() == n
+            && self.own.iter().enumerate().all(|(i, own)| own.at == i && !own.wide && !own.pair);
     }
 
     fn real_pole(&mut self, mode: &Mode, at: usize, lambda: f64, seg: &Segment, horizon: f64) {
@@ -255,6 +260,8 @@ impl Trajectory {
         out.count = count;
         out.factor.clear();
         out.factor.resize(count * slots, 0.0);
+        let by_slot: Vec<f64> =
+            (0..shared).flat_map(|s| self.common.iter().skip(s).step_by(shared).copied()).collect();
         for j in 0..count {
             let c = &mut out.factor[j * slots..(j + 1) * slots];
             let (gx, gv, gd) = (rows.x.row(j), rows.v.row(j), rows.d.row(j));
@@ -280,12 +287,15 @@ impl Trajectory {
                 c[shared..].copy_from_slice(gx);
                 continue;
             }
-            for (w, common) in gx.iter().zip(self.common.chunks_exact(shared)) {
-                if *w != 0.0 {
-                    for (c, p) in c[..shared].iter_mut().zip(common) {
-                        *c += w * p;
-                    }
+            for (c, common) in c[..shared].iter_mut().zip(by_slot.chunks_exact(self.n.max(1))) {
+                *c += dot(gx, common);
+            }
+            if self.plainly {
+                // one real term per coordinate, in their order
+                for ((c, w), own) in c[shared..].iter_mut().zip(gx).zip(&self.own) {
+                    *c = w * own.factor.re;
                 }
+                continue;
             }
             for own in &self.own {
                 let w = gx[own.at];
@@ -307,8 +317,9 @@ impl Trajectory {
             if slots == 0 {
                 return;
             }
+            let simple = if self.plainly { self.n } else { 0 };
             for c in out.factor.chunks_exact(slots) {
-                for placed in &self.terms {
+                for placed in &self.terms[..self.terms.len() - simple] {
                     let s = placed.slot;
                     out.size.push(if placed.width == 1 {
                         c[s].abs()
@@ -316,6 +327,7 @@ impl Trajectory {
                         (c[s] * c[s] + c[s + 1] * c[s + 1]).sqrt()
                     });
                 }
+                out.size.extend(c[slots - simple..].iter().map(|v| v.abs()));
             }
         }
     }
