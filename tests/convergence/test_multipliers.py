@@ -38,7 +38,7 @@ def test_the_last_node_of_two_multipliers(stages, last):
 
 @pytest.mark.soak
 def test_sixty_four_stages():
-    """A run of the method with error control, its tolerance halved until it settles, agrees."""
+    """A run of the method with error control, which shares no code, agrees to its tolerance."""
     text = deck(64)
     sol = run(text, 2e-3, 1)
     other = nsspice.tran(
