@@ -192,12 +192,13 @@ def test_transistor_is_followed_with_order_four(with_rate):
     _, _, problem, _ = transistor("asinh", 2.0, 1.0, (1.0, 0.5, 0.1, 0.7, 2.0, 4.0))
     rate = (lambda t: inputs(t + np.pi / 2)) if with_rate else None
     errors = []
-    for h in (0.1, 0.05):
+    # steps above 0.05 are not yet asymptotic: the curves bend within a few hundredths
+    for h in (0.05, 0.025):
         t = h * np.arange(round(10 / h) + 1)
         path = track(problem, t, inputs, rate=rate, start=[0.0, 0.0])
         errors.append(np.abs(path.z - solve(problem, t, inputs).z).max())
     assert errors[1] > 1e-9
-    assert order(errors, 2.0) == pytest.approx(4.0, abs=0.25)
+    assert order(errors, 2.0) == pytest.approx(4.0, abs=0.1)
 
 
 def test_thyristor_needs_correctors_at_its_kinks():

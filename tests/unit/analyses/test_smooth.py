@@ -56,6 +56,20 @@ def test_averaging_is_refused_by_name():
     assert "b1" in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("cards", "node", "expected"),
+    [
+        ("R1 a 0 1k\nI1 0 a 1m\nB1 b 0 V={1/v(a)}\nR2 b 0 1k\n", "v(b)", 1.0),
+        ("V1 a 0 2\nB1 b 0 V={1/v(a)}\nR2 b 0 1k\n", "v(b)", 0.5),
+        # (2 - v) / 1k = (v - 1/v) / 1k
+        ("V1 i 0 2\nR1 i a 1k\nB1 b 0 V={1/v(a)}\nR2 b a 1k\n", "v(a)", (1 + 3**0.5) / 2),
+    ],
+)
+def test_a_pole_where_the_search_begins_is_passed(cards, node, expected):
+    solution = nsspice.read(f"pole at zero\n{cards}.op\n").run()[0]
+    assert solution[node] == pytest.approx(expected, rel=1e-12)
+
+
 def test_a_deck_without_a_solution_names_the_law():
     """No real v has v^2 + 1 = 0."""
     circuit = nsspice.read("no root\nB1 a 0 I={v(a)*v(a) + 1}\nR1 a 0 1e12\n.op\n")

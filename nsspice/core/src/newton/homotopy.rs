@@ -13,6 +13,8 @@ const FIRST: (usize, usize) = (100, 2);
 const MOST: usize = 1000;
 /// Iterations for one point of a path.
 const POINT: usize = 25;
+/// Points that are tried where functions have no value.
+const POLES: usize = 3;
 /// Factors by which all junctions are made gentle at first.
 const BLUNT: [f64; 4] = [4.0, 30.0, 300.0, 3000.0];
 /// Smallest relative progress along the path of sharpness.
@@ -39,8 +41,37 @@ pub(super) fn first(newton: &mut Newton) -> Option<Judgement> {
 
 /// A solution from a point near which Newton's method failed.
 pub(super) fn follow(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
+    if let Some(found) = beside_poles(newton, begin) {
+        return Some(found);
+    }
     newton.state.stage = 3;
     relax(newton, begin).or_else(|| hold_back(newton, begin)).or_else(|| sharpen(newton, begin))
+}
+
+/// From a point at which some functions have no value (a pole, the edge of a domain): where the
+/// circuit would be without them.
+fn beside_poles(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
+    newton.state.x.copy_from_slice(begin);
+    newton.activate_from_signs();
+    for _ in 0..POLES {
+        newton.evaluate_at_x(Linearisation::Held, None);
+        if !newton.tape.silence() {
+            return None;
+        }
+        newton.balance();
+        newton.assemblies[newton.present].forget_scale();
+        newton.state.bounded = false;
+        if !newton.advance(None) {
+            return None;
+        }
+        newton.state.begin.copy_from_slice(&newton.state.x);
+        if let Some(found) = newton.iterate(POINT, None, Linearisation::Held) {
+            return Some(found);
+        }
+        let moved = newton.state.begin.clone();
+        newton.state.x.copy_from_slice(&moved);
+    }
+    None
 }
 
 /// The way on which the circuit itself would go: charges and fluxes move in short steps of an

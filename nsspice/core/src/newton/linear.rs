@@ -70,6 +70,12 @@ impl Assembly {
         self.open
     }
 
+    /// The Jacobian has been no measure: the next one is scaled anew.
+    pub fn forget_scale(&mut self) {
+        self.scaled = false;
+        self.open = false;
+    }
+
     /// Whether some Jacobian has been factored and not scaled anew since.
     pub fn factored(&self) -> bool {
         self.factor.is_some()

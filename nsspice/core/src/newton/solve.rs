@@ -411,10 +411,9 @@ impl Newton {
 
     /// Evaluates the functions at `state.x` and the balance there.
     pub(super) fn evaluate_at_x(&mut self, how: Linearisation, pull: Option<&Pull>) {
-        let Newton { eq, tape, assemblies, present, state: s, .. } = self;
-        tape.evaluate(&s.x[..eq.n], &s.u, s.t, how);
-        let assembly = &assemblies[*present];
-        s.balance.compute(eq, assembly, tape, &s.right, &s.x);
+        self.tape.evaluate(&self.state.x[..self.eq.n], &self.state.u, self.state.t, how);
+        self.balance();
+        let Newton { eq, state: s, .. } = self;
         if let Some(pull) = pull {
             for i in 0..eq.n {
                 let force = pull.mu * eq.reference[i] * (s.x[i] - pull.centre[i]);
@@ -422,6 +421,12 @@ impl Newton {
                 s.balance.terms[i] += force.abs();
             }
         }
+    }
+
+    /// The balance at `state.x` with the functions as they have been left.
+    pub(super) fn balance(&mut self) {
+        let Newton { eq, tape, assemblies, present, state: s, .. } = self;
+        s.balance.compute(eq, &assemblies[*present], tape, &s.right, &s.x);
     }
 
     pub(super) fn judge(&self) -> Judgement {

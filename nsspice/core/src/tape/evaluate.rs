@@ -201,7 +201,7 @@ impl Tape {
         let mut limited = false;
         for part in &mut parts {
             if how == Linearisation::Careful && part.rests(&self.registers, self.tangent) {
-                part.follow(&program, &mut self.registers, &self.slopes);
+                part.follow(&mut self.registers, &self.slopes);
                 continue;
             }
             self.limited = false;
@@ -248,6 +248,25 @@ impl Tape {
         } else {
             0.0
         }
+    }
+
+    /// Sets functions without a finite value or slope to zero until the next evaluation; true if
+    /// there are any.
+    pub fn silence(&mut self) -> bool {
+        let program = self.program.clone();
+        let mut any = false;
+        for &out in &program.outputs {
+            let (start, end) = program.code[out as usize].slots;
+            let slopes = &mut self.slopes[start as usize..end as usize];
+            let value = &mut self.registers[out as usize];
+            if !(value.is_finite() && slopes.iter().all(|s| s.abs() < STEEPEST)) {
+                *value = 0.0;
+                slopes.fill(0.0);
+                any = true;
+            }
+        }
+        self.parts.iter_mut().for_each(|p| p.known = false);
+        any
     }
 
     /// Slots of one instruction by the chain rule.

@@ -17,6 +17,8 @@ pub(super) struct Part {
     /// registers that others read, and their values
     pub outputs: Vec<u32>,
     pub values: Vec<f64>,
+    /// derivatives of the outputs: register, slot, and which of the variables
+    pub links: Vec<(u32, u32, u32)>,
     /// distance over which it bends; zero: unknown
     pub unit: f64,
     /// `at`, `values` and the slots belong together
@@ -62,6 +64,7 @@ impl Part {
                     at: Vec::new(),
                     outputs: Vec::new(),
                     values: Vec::new(),
+                    links: Vec::new(),
                     unit: 0.0,
                     known: false,
                 });
@@ -82,6 +85,16 @@ impl Part {
             part.variables.dedup();
             part.at = vec![0.0; part.variables.len()];
             part.values = vec![0.0; part.outputs.len()];
+            for &out in &part.outputs {
+                let (start, end) = code[out as usize].slots;
+                for slot in start..end {
+                    let variable = program.variables[slot as usize] as usize;
+                    let place = |&v: &u32| program.variable_of(v) == variable;
+                    part.links.extend(
+                        part.variables.iter().position(place).map(|k| (out, slot, k as u32)),
+                    );
+                }
+            }
             part.measure(program, 1.0);
         }
         parts
@@ -105,19 +118,14 @@ impl Part {
     }
 
     /// Writes the outputs by the tangent.
-    pub fn follow(&self, program: &Program, registers: &mut [f64], slopes: &[f64]) {
+    pub fn follow(&self, registers: &mut [f64], slopes: &[f64]) {
         for (&out, &value) in self.outputs.iter().zip(&self.values) {
-            let (start, end) = program.code[out as usize].slots;
-            let mut sum = value;
-            let slots = start as usize..end as usize;
-            for (&variable, slope) in program.variables[slots.clone()].iter().zip(&slopes[slots]) {
-                let variable = variable as usize;
-                let k = self.variables.iter().position(|&v| program.variable_of(v) == variable);
-                if let Some(k) = k {
-                    sum += slope * (registers[self.variables[k] as usize] - self.at[k]);
-                }
-            }
-            registers[out as usize] = sum;
+            registers[out as usize] = value;
+        }
+        for &(out, slot, k) in &self.links {
+            let k = k as usize;
+            let moved = registers[self.variables[k] as usize] - self.at[k];
+            registers[out as usize] += slopes[slot as usize] * moved;
         }
     }
 
