@@ -123,6 +123,8 @@ def grow_linear(children: st.SearchStrategy[Node]) -> st.SearchStrategy[Node]:
 @settings(max_examples=300, deadline=None)
 @given(st.recursive(LEAVES, grow_smooth), VALUES)
 def test_a_tape_has_the_slopes_of_its_expression(tree: Node, values: dict[str, float]) -> None:
+    # quotients of tiny values cancel to rounding errors of any size, in both
+    assume(all(v == 0.0 or abs(v) > 1e-3 for v in values.values()))
     slopes = run(on_tape(tree).finish(), [values[name] for name in SIGNALS])[1][0]
     for name, slope in zip(SIGNALS, slopes, strict=True):
         expected = Expression(tree).derivative(name).evaluate(values)
