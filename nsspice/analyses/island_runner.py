@@ -28,6 +28,7 @@ AUTO_LIMIT = 300
 _FEW = 8  # implicit steps that are not worth a word
 BUDGET = 0.05  # [s] longest stretch inside the core: Ctrl-C waits no longer
 _WAIT = 1 << 17  # numbers recorded before they are checked: many at once cost less
+_SHORT = 1e-9  # of the run
 _POINTS = 1 << 16  # points of a static island planned at once
 
 
@@ -127,6 +128,8 @@ class IslandRunner:
         """Choose which steps are recorded for the certificate."""
         system, stepper = self.mna.system, self.stepper
         if isinstance(stepper, ModewiseStepper):
+            # whether there are several solutions is a question of short steps here
+            self.examiner = Examiner(self.mna, step=_SHORT * self.analysis.stop)
             stepper.watch(self.sides is not None)
             return
         if self.method == "sdirk":
@@ -181,11 +184,12 @@ class IslandRunner:
     def certificate(self) -> Certificate:
         """Return the verdict on the run so far."""
         self._hand_over()
-        if not isinstance(self.stepper, MoreauStepper) or self.method == "sdirk":
+        if self.method == "sdirk":
             return Certificate.of([self.stepper.statistics])
         stats, jumps = self.stepper.statistics, self.stepper.jumps
+        exact = self.method == "modewise"
         certificate = self.examiner.certificate(
-            int(stats["steps"]),
+            int(stats["segments"] + stats["fixed_steps"] if exact else stats["steps"]),
             int(stats["undetermined"]),
             jumps,
             self.charges,
@@ -196,13 +200,13 @@ class IslandRunner:
 
     def warnings(self) -> list[Diagnostic]:
         """Return what the certificate has to say besides its verdict."""
-        if not isinstance(self.stepper, MoreauStepper) or self.method == "sdirk":
-            return []
-        return self.examiner.warnings()
+        return [] if self.method == "sdirk" else self.examiner.warnings()
 
     def _hand_over(self) -> None:
         """Take what the solver has left for the checks and the measures."""
-        if isinstance(self.stepper, MoreauStepper) and self.method != "sdirk":
+        if isinstance(self.stepper, ModewiseStepper):
+            self.examiner.take_stretches(self.stepper.take_stretches())
+        elif self.method != "sdirk":
             records = self.stepper.take_records()
             self.examiner.take(records)
             if self.judge is not None:
@@ -218,7 +222,7 @@ class IslandRunner:
         """Return the next rows, fewer than asked for if that takes too long."""
         try:
             block, done = self.stepper.advance(rows, BUDGET)
-            if isinstance(self.stepper, MoreauStepper) and self.stepper.waiting > _WAIT:
+            if self.stepper.waiting > _WAIT:
                 self._hand_over()
             if done and self._by_points and self._planned < self.analysis.row_count:
                 self._plan_more()

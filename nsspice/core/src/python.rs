@@ -1,8 +1,8 @@
 //! The Python face of the core; all bindings stand in this file and in its folder.
 
-mod newton;
-
+mod audit;
 mod modewise;
+mod newton;
 
 use crate::mlcp::{Driver, Problem, Role, Start};
 use crate::moreau::{Accuracy, Clock, Failure, Outputs, Part, Plan, Progress, Sdirk, Stepper};
@@ -572,6 +572,7 @@ fn waveform_values<'py>(
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyStepper>()?;
     module.add_class::<modewise::PyModewise>()?;
+    module.add_class::<audit::PyAuditor>()?;
     module.add_function(wrap_pyfunction!(solve_mlcp, module)?)?;
     module.add_function(wrap_pyfunction!(format_rows, module)?)?;
     module.add_function(wrap_pyfunction!(waveform_values, module)?)?;
