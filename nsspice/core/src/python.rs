@@ -4,6 +4,7 @@ mod audit;
 mod modewise;
 mod newton;
 
+use crate::audit::Taken;
 use crate::mlcp::{Driver, Problem, Role, Start};
 use crate::moreau::{Accuracy, Clock, Failure, Outputs, Part, Plan, Progress, Sdirk, Stepper};
 use crate::moreau::{Switch, System, Tableau, Witness};
@@ -314,7 +315,13 @@ impl PyStepper {
 
     /// Numbers that wait to be taken.
     fn waiting(&self) -> usize {
-        self.inner.witness.waiting()
+        self.inner.witness.waiting() + self.sdirk.as_ref().map_or(0, |s| s.waiting())
+    }
+
+    /// The steps with error control recorded since the last call, as a dict of flat arrays.
+    fn take_stretches<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let taken = self.sdirk.as_mut().map_or_else(Taken::default, |s| s.take_stretches());
+        audit::stretch_dict(py, &taken)
     }
 
     /// The recorded steps since the last call, as a dict of flat arrays.

@@ -270,3 +270,75 @@ def test_long_exact_runs_are_sampled():
     found = exact_verdict(runner, stretches)
     assert found.passed
     assert not found.energy.complete
+
+
+#: a junction with charge, and an ideal diode whose current ends by itself
+CLAMP = """junction and ideal diode
+V1 a 0 SIN(0 5 1k)
+R1 a b 100
+D1 b c J
+C1 c 0 1u IC=0
+R2 c 0 1k
+D2 a d
+L1 d e 1m IC=0
+R3 e 0 50
+.model J D(IS=1e-14 N=1 CJO=10p TT=10n)
+"""
+
+
+def stepped(text=CLAMP, stop=2e-3):
+    """Return the runner of a run with error control and its steps, untouched."""
+    circuit = nsspice.read(text)
+    analysis = Tran(stop=stop, row_step=stop / 10, uic=True)
+    settings = Settings("sdirk", 1.0)
+    runner = IslandRunner(circuit, 0, circuit.islands[0], [], analysis, settings, None, None)
+    runner.start()
+    while runner.advance(1000).shape[0]:
+        pass
+    return runner, runner.stepper.take_stretches()
+
+
+def stepped_verdict(runner, stretches) -> Certificate:
+    examiner = Examiner(runner.mna)
+    examiner.take_stretches(stretches)
+    steps = int(runner.stepper.statistics["steps"])
+    return examiner.certificate(steps, 0, runner.stepper.jumps, runner.charges)
+
+
+def test_a_run_with_error_control_passes():
+    runner, stretches = stepped()
+    found = stepped_verdict(runner, stretches)
+    assert found.passed
+    assert found.energy.steps >= 64
+    # some recorded step was cut at an event: its end is no stage
+    assert np.any(stretches.weight[:, -1] > 0.0)
+
+
+@pytest.mark.parametrize("name", ["first", "z", "rate", "lam", "u", "weight"])
+def test_a_single_wrong_number_fails_a_run_with_error_control(name):
+    runner, stretches = stepped()
+    array = getattr(stretches, name).copy()
+    row = int(np.argmax(np.abs(stretches.lam).max(axis=(1, 2))))  # where the ideal diode conducts
+    flat = array[row].reshape(-1)
+    # what begins and what moves is judged for stored unknowns alone
+    stored = name in ("first", "rate")
+    at = runner.mna.unknowns.index("v(c)") if stored else int(np.argmax(np.abs(flat)))
+    flat[at] *= 1.0 + 1e-4
+    assert not stepped_verdict(runner, replace(stretches, **{name: array})).passed
+
+
+@pytest.mark.parametrize("order", [2, 4])
+def test_the_energy_that_the_stages_take_is_known(order):
+    """1 uF through 1 kOhm from 5 V: all of 12.5 uJ goes into the resistor or the scheme."""
+    deck = f"rc\nR1 a 0 1k\nC1 a 0 1u IC=5\n.options order={order}\n"
+    sol = nsspice.tran(
+        nsspice.read(deck), stop=20e-3, step=1e-3, uic=True, method="sdirk", reltol=1
+    )
+    e = sol.certificate.energy
+    assert sol.certificate.passed
+    assert e.complete
+    assert e.stored == pytest.approx(-12.5e-6, rel=1e-9)
+    assert e.dissipated + e.scheme == pytest.approx(12.5e-6, rel=1e-9)
+    # with steps of a whole time constant the error of order 4 is some 1e-3
+    assert e.dissipated == pytest.approx(12.5e-6, rel=0.1 if order == 2 else 5e-3)
+    assert e.scheme != 0.0

@@ -37,7 +37,7 @@ pub struct Entry {
 }
 
 /// Adds up energies.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Ledger {
     /// so far
     pub energy: Energy,
@@ -54,17 +54,36 @@ pub struct Ledger {
     end: f64,
 }
 
+impl Default for Ledger {
+    fn default() -> Ledger {
+        Ledger {
+            energy: Energy::default(),
+            entries: Vec::new(),
+            first: None,
+            last: 0.0,
+            moved: 0.0,
+            jumped: 0.0,
+            scale: 0.0,
+            rounding: 0.0,
+            largest: 0.0,
+            begin: f64::INFINITY,
+            end: f64::NEG_INFINITY,
+        }
+    }
+}
+
 impl Ledger {
     /// Takes a step from `begin` to `end`, of which as many steps of the engine are finished.
     pub(super) fn take(&mut self, entry: Entry, begin: f64, end: f64, steps: u64) {
-        if self.first.is_none() {
+        // records of one kind come before those of another
+        if self.first.is_none() || begin < self.begin {
             self.first = Some(entry.before);
             self.begin = begin;
+        }
+        if end >= self.end {
+            self.last = entry.after;
             self.end = end;
         }
-        self.begin = self.begin.min(begin);
-        self.end = self.end.max(end);
-        self.last = entry.after;
         self.energy.steps += steps;
         self.largest = self.largest.max(entry.size);
         self.entries.push(entry);

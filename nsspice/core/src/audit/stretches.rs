@@ -17,6 +17,9 @@ use super::{ratio, worse};
 
 /// A pair that ends at zero does so up to the rounding of all that has decayed before.
 const MARGIN: f64 = 100.0;
+/// Events of a method with steps are located to 1e-11 of the largest voltage and current: half of
+/// this times the tolerance of 1e-8, in units of what laws are judged by.
+const LOCATED: f64 = 2000.0;
 /// An event is known to this part of its instant.
 const INSTANT: f64 = 16.0 * f64::EPSILON;
 
@@ -85,7 +88,7 @@ impl Auditor {
             self.e.add_both(-1.0, first, &mut error, &mut sizes);
             let mut entry = Entry::default();
             let at = |i: usize, size: usize| (k * s + i) * size..(k * s + i + 1) * size;
-            for i in 0..s {
+            for (i, &weight) in weight.iter().enumerate() {
                 let (z, l, u) = (&all.z[at(i, n)], &all.l[at(i, m)], &all.u[at(i, p)]);
                 let rate = &all.rate[at(i, n)];
                 charge_rate.fill(0.0);
@@ -104,11 +107,11 @@ impl Auditor {
                     }
                     let (by_f, size) = smooth.f.form(z, &f);
                     by_functions += by_f;
-                    entry.size += weight[i].abs() * size;
+                    entry.size += weight.abs() * size;
                 }
                 for ((e, size), r) in error.iter_mut().zip(&mut sizes).zip(&charge_rate) {
-                    *e -= weight[i] * r;
-                    *size += (weight[i] * r).abs();
+                    *e -= weight * r;
+                    *size += (weight * r).abs();
                 }
                 let unsigned = all.signed[k] == 0 && i + 1 < s;
                 let point = Point { z, l, u, f: &f, roles, after_jump: false, unsigned };
@@ -116,11 +119,11 @@ impl Auditor {
                 if self.ledger.is_some() {
                     let ((by_g, g), (by_a, a)) = (self.g.form(z, z), self.a.form(z, l));
                     let (by_s, from_s) = self.s.form(z, u);
-                    entry.dissipated += weight[i] * (by_g + by_a + by_functions);
-                    entry.delivered += weight[i] * by_s;
-                    entry.size += weight[i].abs() * (g + a + from_s);
+                    entry.dissipated += weight * (by_g + by_a + by_functions);
+                    entry.delivered += weight * by_s;
+                    entry.size += weight.abs() * (g + a + from_s);
                     let noise = z.iter().zip(&resolution).map(|(z, r)| (z * r).abs()).sum::<f64>();
-                    entry.size += weight[i].abs() * FLOOR * noise;
+                    entry.size += weight.abs() * FLOOR * noise;
                 }
                 if i + 1 == s {
                     self.e.add_both(1.0, z, &mut error, &mut sizes);
@@ -140,7 +143,8 @@ impl Auditor {
                 self.enter_stretch(all, k, first, last, entry);
             }
         }
-        self.block.margin = MARGIN;
+        let exact = all.signed.iter().all(|&s| s == 1);
+        self.block.margin = if exact { MARGIN } else { LOCATED };
         self.judge();
         if let Some(ledger) = &mut self.ledger {
             ledger.judge();

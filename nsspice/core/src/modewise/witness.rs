@@ -200,7 +200,11 @@ impl Engine {
         taken.begin.push(self.time + begin);
         taken.end.push(self.time + end);
         taken.grain.push((end - begin).min(1.0 / mode.fastest));
-        taken.steps.push(if end == length { 1 + std::mem::take(&mut w.empty) } else { 0 });
+        taken.steps.push(if end == length {
+            1u8.saturating_add(std::mem::take(&mut w.empty))
+        } else {
+            0
+        });
         taken.signed.push(1);
         if !self.switches.is_empty() {
             taken.roles.extend(roles(m, &self.switches, &self.gates).iter().map(|&r| r as u8));
