@@ -42,6 +42,8 @@ pub struct Block {
     unsigned: Vec<bool>,
     /// floor of the pairs in units of that of the laws
     pub margin: f64,
+    /// share of the largest that laws are measured by
+    pub floor: f64,
     /// how far multipliers and slacks may be off because instants are rounded
     slack: Vec<[f64; 2]>,
 }
@@ -151,7 +153,7 @@ impl Auditor {
         }
         let (mut worst, mut place) = (self.laws, None);
         for (k, scale) in block.scale.chunks_exact_mut(self.n).enumerate() {
-            let floor = if block.after_jump[k] { AFTER_JUMP } else { FLOOR };
+            let floor = if block.after_jump[k] { AFTER_JUMP } else { block.floor };
             let rows = k * self.n..(k + 1) * self.n;
             let (error, resolution) = (&block.error[rows.clone()], &block.resolution[rows]);
             for (row, allowed) in scale.iter_mut().enumerate() {

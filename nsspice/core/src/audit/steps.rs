@@ -104,7 +104,7 @@ impl Auditor {
                 self.enter_step(&point, change, du, h, &rates, &resolution, steps.time[k]);
             }
         }
-        self.block.margin = MARGIN;
+        (self.block.margin, self.block.floor) = (MARGIN, FLOOR);
         self.judge();
         if let Some(ledger) = &mut self.ledger {
             ledger.judge();

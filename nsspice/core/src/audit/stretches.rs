@@ -20,6 +20,10 @@ const MARGIN: f64 = 100.0;
 /// Events of a method with steps are located to 1e-11 of the largest voltage and current: half of
 /// this times the tolerance of 1e-8, in units of what laws are judged by.
 const LOCATED: f64 = 2000.0;
+/// Shares of the largest that laws are measured by: closed forms hold to 1e-13 of it (this times
+/// 1e-8), what has been iterated to 1e-11.
+const CLOSED: f64 = 1e-5;
+const ITERATED: f64 = 1e-3;
 /// An event is known to this part of its instant.
 const INSTANT: f64 = 16.0 * f64::EPSILON;
 
@@ -145,6 +149,7 @@ impl Auditor {
         }
         let exact = all.signed.iter().all(|&s| s == 1);
         self.block.margin = if exact { MARGIN } else { LOCATED };
+        self.block.floor = if exact { CLOSED } else { ITERATED };
         self.judge();
         if let Some(ledger) = &mut self.ledger {
             ledger.judge();

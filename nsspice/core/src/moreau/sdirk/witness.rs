@@ -9,9 +9,9 @@ use crate::audit::Taken;
 /// once.
 const PRICE: u64 = 16;
 const STOCK: u64 = 64 * PRICE;
-/// Solutions of stages are known to 1e-12 (their maps to no less), 50 times what the checks take
-/// for rounding: rates are those of so much shorter a time.
-const DIGITS: f64 = 0.02;
+/// The equations of stages are accepted at 1e-10 of what meets in them, charge by length included:
+/// 5000 times what the checks take for rounding.  Rates are those of so much shorter a time.
+const DIGITS: f64 = 2e-4;
 /// A step that ends this close to its beginning, relative to the time, has no length.
 const SAME: f64 = 64.0 * f64::EPSILON;
 /// Records are handed over when they hold this many numbers.
