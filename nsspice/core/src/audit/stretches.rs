@@ -24,6 +24,9 @@ const LOCATED: f64 = 2000.0;
 /// 1e-8), what has been iterated to 1e-11.
 const CLOSED: f64 = 1e-5;
 const ITERATED: f64 = 1e-3;
+/// Charges of elements that rest are tangents: they add up to this times 1e-8, well below the error
+/// that such a run is allowed.
+const TANGENTS: f64 = 100.0;
 /// An event is known to this part of its instant.
 const INSTANT: f64 = 16.0 * f64::EPSILON;
 
@@ -141,7 +144,8 @@ impl Auditor {
             }
             let rounding = INSTANT * all.begin[k].abs().max(all.end[k].abs());
             self.blur(s, (rounding / h).min(1.0));
-            self.motion(&error, &sizes);
+            let known = if all.signed[k] == 1 { 1.0 } else { TANGENTS };
+            self.motion(&error, &sizes, known);
             if self.ledger.is_some() {
                 let last = &all.z[at(s - 1, n)];
                 self.enter_stretch(all, k, first, last, entry);
@@ -157,7 +161,7 @@ impl Auditor {
     }
 
     /// The balance of charge and flux over a stretch.
-    fn motion(&mut self, error: &[f64], sizes: &[f64]) {
+    fn motion(&mut self, error: &[f64], sizes: &[f64], known: f64) {
         for (&size, &kind) in sizes.iter().zip(&self.kinds) {
             let stored = &mut self.stored[usize::from(kind)];
             *stored = stored.max(size);
@@ -165,7 +169,7 @@ impl Auditor {
         let (mut worst, mut place) = (self.laws, None);
         for (row, (e, size)) in error.iter().zip(sizes).enumerate() {
             let floor = FLOOR * self.stored[usize::from(self.kinds[row])];
-            let found = ratio(e.abs(), size.max(floor));
+            let found = ratio(e.abs(), known * size.max(floor));
             if worse(found, worst) {
                 (worst, place) = (found, Some(row));
             }

@@ -9,9 +9,10 @@ use crate::audit::Taken;
 /// once.
 const PRICE: u64 = 16;
 const STOCK: u64 = 64 * PRICE;
-/// The equations of stages are accepted at 1e-10 of what meets in them, charge by length included:
-/// 5000 times what the checks take for rounding.  Rates are those of so much shorter a time.
-const DIGITS: f64 = 2e-4;
+/// The equations of stages are accepted at 1e-10 of what meets in them, charge by length included,
+/// and elements that rest are tangents: ten times that is 50000 times what the checks take for
+/// rounding.  Rates are those of so much shorter a time.
+const DIGITS: f64 = 2e-5;
 /// A step that ends this close to its beginning, relative to the time, has no length.
 const SAME: f64 = 64.0 * f64::EPSILON;
 /// Records are handed over when they hold this many numbers.
