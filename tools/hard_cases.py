@@ -1,14 +1,16 @@
 """Run every deck of netlists/pathological with nsspice and with ngspice, and write what came out.
 
     python tools/hard_cases.py measure     # runs everything, writes docs/hard_cases.json
+    python tools/hard_cases.py peers       # what Siconos and Pulsim do with the cases they can take
     python tools/hard_cases.py page        # writes docs/stability.md and docs/images/hard from it
 
-``measure`` needs ngspice; Siconos and Pulsim are used where they can be imported.
+``measure`` needs ngspice; ``peers`` uses the Pythons named by SICONOS_PYTHON and PULSIM_PYTHON.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -29,6 +31,7 @@ from nsspice.compare.ngspice import run as run_ngspice
 ROOT = Path(__file__).parents[1]
 DECKS = ROOT / "netlists" / "pathological"
 STORE = ROOT / "docs" / "hard_cases.json"
+PEERS = ROOT / "docs" / "peer_cases.json"
 #: seconds that ngspice gets for one deck
 PATIENCE = 12.0
 #: ngspice may miss a check by this part of the expected range and still be called right
@@ -40,10 +43,12 @@ def main() -> None:
     what = sys.argv[1:] or ["measure", "page"]
     if "measure" in what:
         measure()
+    if "peers" in what:
+        measure_peers()
     if "page" in what:
         from hard_cases_page import write
 
-        write(json.loads(STORE.read_text()), ROOT)
+        write(json.loads(STORE.read_text()), json.loads(PEERS.read_text()), ROOT)
 
 
 def measure() -> None:
@@ -56,6 +61,25 @@ def measure() -> None:
         found[netlist.stem] = entry
         STORE.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n")
         print(f"{netlist.stem:45s} {entry['nsspice']['text']:30s} | {entry['ngspice']['text']}")
+
+
+def measure_peers() -> None:
+    """Store what Siconos and Pulsim find."""
+    found: dict[str, Any] = {}
+    for peer, default in (("siconos", "/usr/bin/python3"), ("pulsim", sys.executable)):
+        python = os.environ.get(f"{peer.upper()}_PYTHON", default)
+        with tempfile.TemporaryDirectory() as folder:  # Siconos leaves files where it runs
+            done = subprocess.run(
+                [python, str(ROOT / "tools" / "peer_cases.py"), peer],
+                capture_output=True, text=True, cwd=folder, timeout=300, check=False,
+            )  # fmt: skip
+        lines = [json.loads(s) for s in done.stdout.splitlines() if s.startswith("{")]
+        if not lines:
+            print(f"{peer}: cannot run with {python}: {done.stderr.splitlines()[-1:]}")
+            continue
+        for line in lines:
+            found.setdefault(line.pop("case"), {})[peer] = line
+    PEERS.write_text(json.dumps(found, indent=1) + "\n")
 
 
 def ours(netlist: Path) -> dict[str, Any]:

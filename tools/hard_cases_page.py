@@ -25,13 +25,32 @@ and where it is known from (`X.expect.toml`); `nsspice test netlists/pathologica
 all. The column *ngspice* was measured with ngspice-39 on the same circuit, ideal laws replaced
 by sharp smooth ones as in `nsspice compare`, {patience} s for each attempt. "Right" means that
 every known answer that ngspice has (it knows no impulses) is met within 2 % of the range of the
-signals. Siconos and Pulsim have not been measured.
+signals. For Siconos and Pulsim see [below](#siconos-and-pulsim).
 
 | | cases |
 |---|---|
 {tally}
 
 `python tools/hard_cases.py` measures again and writes this page.
+"""
+PEERS = """
+## Siconos and Pulsim
+
+Siconos 4.4 (Debian's `python3-siconos`) marches complementarity systems that the user has derived
+by hand, Pulsim takes circuits of its own description, diodes as conductances of 1e9 and 1e-12 S.
+Neither reads netlists, so the cases above are represented by five that they can express,
+`python tools/hard_cases.py peers`:
+
+| case | right at the end | Siconos, implicit Euler | Pulsim |
+|---|---|---|---|
+{rows}
+
+What cannot be expressed: to Siconos the user gives matrices, so a start at which states are
+inconsistent, a loop of capacitors, a switch with a threshold or a source with corners is the
+user's own derivation and program, and an infeasible problem has no names to be refused by. The
+elements of Pulsim 2 are R, L, C, sources, switches, diodes and transistors: it has no friction, no
+relay without hysteresis and no report of impulses, and its event engine refuses initial values (it
+says so; its fixed step of 100 ns was used for the two cases that have them).
 """
 OUTRO = """
 ## Never silently wrong
@@ -47,7 +66,7 @@ before the certificate looked at it.
 """
 
 
-def write(found: dict[str, Any], root: Path) -> None:
+def write(found: dict[str, Any], peers: dict[str, Any], root: Path) -> None:
     """Write the page and the pictures."""
     images = root / "docs" / "images" / "hard"
     images.mkdir(parents=True, exist_ok=True)
@@ -72,9 +91,23 @@ def write(found: dict[str, Any], root: Path) -> None:
                 lines.append(
                     f"| {title} (`{name}`) | {entry['nsspice']['text']} | {text} | {shown} |"
                 )
+    rows = [
+        f"| {case} | {told(here, 'right')} | {told(here.get('siconos', {}))} "
+        f"| {told(here.get('pulsim', {}))} |"
+        for case, both in peers.items()
+        for here in [{**both, **next(iter(both.values()))}]
+    ]
+    lines.append(PEERS.format(rows="\n".join(rows)))
     soak = root / "docs" / "soak.txt"
     lines.append(OUTRO.format(soak=soak.read_text().strip() if soak.exists() else "`make soak`."))
     (root / "docs" / "stability.md").write_text("\n".join(lines).rstrip() + "\n")
+
+
+def told(result: dict[str, Any], what: str = "found") -> str:
+    """Return a number, or what hindered it."""
+    if "error" in result and what == "found":
+        return "refuses: " + str(result["error"]).replace("|", "/")[:80]
+    return f"{result[what]:.6g}" if what in result else "cannot be expressed"
 
 
 def draw(netlist: Path, folder: Path) -> str | None:

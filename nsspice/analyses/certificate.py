@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from .energy import Energy, worse
+from .audit import worse
+from .energy import Energy
 
 #: A run whose relative errors stay below this passes.
 TOLERANCE = 1e-8

@@ -231,12 +231,14 @@ class Solution:
 
     @property
     def stats(self) -> dict[str, Any]:
-        """Counters of all islands together."""
+        """Counters of all islands together, of residuals and stages the largest."""
         total: dict[str, Any] = {"rows": self.row_count, "wall_time": self.wall_time}
         for island in self.islands:
             for key, value in island.stats.items():
                 if isinstance(value, (int, float)) and not isinstance(value, bool):
-                    total[key] = total.get(key, 0) + value
+                    largest = key.startswith("residual") or key in ("worst_stage", "grid_residual")
+                    before = total.get(key, 0)
+                    total[key] = max(before, value) if largest else before + value
         return total
 
     def __getitem__(self, name: str) -> Floats:

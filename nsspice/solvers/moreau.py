@@ -271,9 +271,13 @@ class MoreauStepper:
         """
         failure = self._core.start_charges(time, charges, step)
         if failure is not None:
-            raise self._diagnose(failure) or UnsolvedStep(
-                failure["time"], failure["residual"], None, failure["worst_row"]
-            )
+            problem = self._diagnose(failure)
+            if problem is not None:
+                raise problem
+            self._core.accept_large()  # proved to be no conflict
+            failure = self._core.start_charges(time, charges, step)
+        if failure is not None:
+            raise UnsolvedStep(failure["time"], failure["residual"], None, failure["worst_row"])
         jumps = self.jumps
         return jumps[0] if jumps else None
 

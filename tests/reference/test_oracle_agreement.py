@@ -22,16 +22,27 @@ AGREEMENT = 1e-12
 STEPS = 150
 
 
-#: decks that the oracle cannot judge to 1e-12, and why; their own checks stand beside them
+#: row distances [s] and steps where those of the deck show the oracle nothing: at 10 ms every
+#: sample of a 50 Hz sine is rounding, and corners closer than 1e-9 of a step are one to the oracle
+ROWS = {"extreme_ten_million_steps": (0.0123457, 80), "extreme_picosecond_edges": (9e-4, 700)}
+#: decks in which rounding is larger than elsewhere: time constants of 3e-14 s, 1 nF jumping beside
+#: 47 uF, a star point that only rounding moves
+WIDER = {
+    "extreme_stiff_snubber": 1e-11,
+    "report_chopper_with_snubber": 1e-10,
+    "jump_capacitor_bank": 1e-11,
+}
+#: what the oracle cannot judge to 1e-12, and why; their own checks stand beside the decks
 BEYOND = {
-    "extreme_picosecond_edges": "the oracle merges corners that are closer than 1e-9 of a step",
-    "extreme_edges_one_rounding_apart": "every signal is zero or rounding",
-    "extreme_ten_million_steps": "at its row distance every sample of the sine is rounding",
-    "extreme_stiff_snubber": "time constants of 3e-14 s cost the oracle's dense solves two digits",
-    "degenerate_floating_bridge": "the potential of the floating part is rounding",
-    "jump_capacitor_bank": "the star point is at zero but for rounding",
-    "report_chopper_with_snubber": "jumps of 1 nF beside 47 uF cost two digits",
-    "slide_three_phase_relay_inverter": "rounding decides which way a relay at its threshold falls",
+    # sources of +5 and -5 V cancel: behind the diode there is nothing but rounding
+    ("extreme_edges_one_rounding_apart", 0.5),
+    # node n hangs on 1 MOhm that carries the rounding of 20 A
+    ("degenerate_floating_bridge", 1.0),
+    ("degenerate_floating_bridge", 0.5),
+    # the oracle takes the state after a switching from a step of 1e-4 h, in which currents move by
+    # 2e-5 A; at 1.66 ms one is 2.2e-6 A from its threshold, and the oracle sees it cross
+    ("slide_three_phase_relay_inverter", 1.0),
+    ("slide_three_phase_relay_inverter", 0.5),
 }
 
 
@@ -43,8 +54,6 @@ def decks() -> list[Path]:
     for path in sorted(ROOT.rglob("*.net")):
         expect = path.with_suffix("").with_suffix(".expect.toml")
         refused = expect.exists() and "refused" in tomllib.loads(expect.read_text())
-        if path.stem in BEYOND:
-            continue
         if not refused and not any(d.smooth for d in nsspice.read(path).devices):
             found.append(path)
     return found
@@ -66,21 +75,29 @@ def islands(path: Path):
     return circuit, cards[0] if cards else None, [i.assemble(temperature) for i in circuit.islands]
 
 
-@pytest.mark.parametrize("theta", [1.0, 0.5])
-@pytest.mark.parametrize("path", DECKS, ids=IDS)
+@pytest.mark.parametrize(
+    ("path", "theta"),
+    [
+        pytest.param(path, theta, id=f"{path.stem}-{theta}")
+        for path in DECKS
+        for theta in (1.0, 0.5)
+        if (path.stem, theta) not in BEYOND
+    ],
+)
 def test_core_agrees_with_oracle(path, theta):
     circuit, card, systems = islands(path)
     h = (card.tstep or card.tstop / 1000) if card else 1e-3
+    h, steps = ROWS.get(path.stem, (h, STEPS))
     for mna in systems:
         if theta != 1.0 and mna.system.static:
             continue
-        count = STEPS if mna.system.n < 60 else 30
+        count = steps if mna.system.n < 60 else 30
         held = {k: float(p.value) for k, p in circuit.deck.initial.items()}
         charges = mna.initial_charges(held) if card and (card.uic or held) else None
         if card:
             count = min(count, max(1, int(card.tstop / h)))
         result = compare(mna, short_enough(mna, h, theta), count, theta, charges)
-        assert result.distance <= AGREEMENT, result
+        assert result.distance <= WIDER.get(path.stem, AGREEMENT), result
         assert result.compared > 0 or mna.system.n == 0
 
 

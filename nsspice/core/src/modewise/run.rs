@@ -14,7 +14,6 @@ use super::sides::Ends;
 use super::terms::Point;
 use super::trajectory::Trajectory;
 use super::verify::Scale;
-use super::witness::Witness;
 use crate::moreau::{Failure, Jump, Progress};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -123,7 +122,6 @@ pub struct Engine {
     pub(super) resumed: (f64, f64),
     checked: Vec<bool>,
     pub(super) ends: Ends,
-    pub(super) witness: Witness,
     pub(super) logged: Vec<bool>,
     pub(super) log_open: bool,
     /// counters
@@ -187,7 +185,6 @@ impl Engine {
             resumed: (f64::NEG_INFINITY, 0.0),
             checked: Vec::new(),
             ends: Ends::default(),
-            witness: Witness::default(),
             logged: vec![false; m],
             log_open: false,
             stats: Statistics::default(),
@@ -400,9 +397,7 @@ impl Engine {
         if id >= self.checked.len() {
             self.checked.resize(id + 1, false);
         }
-        let fresh = !self.checked[id];
-        self.witness_segment(&mode, length, fresh);
-        if fresh || self.stats.segments.is_multiple_of(CHECK) {
+        if !self.checked[id] || self.stats.segments.is_multiple_of(CHECK) {
             self.checked[id] = true;
             self.path.at(0.618 * length, &mut self.point);
             self.check(&mode);
@@ -526,7 +521,7 @@ impl Engine {
                 return (rows, Progress::Failed);
             }
             count += 1;
-            if self.brimful() || count.is_multiple_of(LOOK) && begin.elapsed() > budget {
+            if count.is_multiple_of(LOOK) && begin.elapsed() > budget {
                 break;
             }
         }

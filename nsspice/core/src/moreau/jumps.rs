@@ -25,7 +25,9 @@ const NO_JUMP: f64 = 1e-9;
 const ROUNDING: f64 = 1e-13;
 /// An impulsive step that its own end contradicts is continued from there by longer ones, in which
 /// less can hide.
-const CONTINUED: [f64; 3] = [1e-6, 1e-4, 1e-2];
+const CONTINUED: [f64; 2] = [1e-6, 1e-4];
+/// The part of the largest charge (flux) so far that has to move for that.
+const CONTRADICTED: f64 = 1e-4;
 /// Jumps kept in full; later ones are only counted.
 const MAX_JUMPS: usize = 4096;
 
@@ -128,20 +130,21 @@ impl Stepper {
         let mut leap = self.leap(charges, JUMP, shortest, start)?;
         // the residual of so short a step is relative to multipliers of size 1/length, and may hide
         // a voltage; seen from where it led, it is in plain sight
-        for part in CONTINUED {
-            let Some((once, settled)) = &leap.settled else { break };
-            let (once, settled) = (once.z.clone(), settled.z.clone());
-            if !self.jumped(None, &leap.after, &once, &settled, LOOSE) {
+        if self.contradicted(&leap) {
+            for part in CONTINUED {
+                (self.z, self.l) = (leap.after.clone(), leap.multipliers.clone());
+                let Ok(next) = self.leap(None, part, shortest, Start::Warm) else { continue };
+                if self.contradicted(&next) {
+                    continue;
+                }
+                let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + b).collect();
+                leap = Leap {
+                    first: next.after.clone(),
+                    impulses: [0, 1].map(|k| sum(&leap.impulses[k], &next.impulses[k])),
+                    ..next
+                };
                 break;
             }
-            (self.z, self.l) = (leap.after.clone(), leap.multipliers.clone());
-            let Ok(next) = self.leap(None, part, shortest, Start::Warm) else { break };
-            let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + b).collect();
-            leap = Leap {
-                first: next.after.clone(),
-                impulses: [0, 1].map(|k| sum(&leap.impulses[k], &next.impulses[k])),
-                ..next
-            };
         }
         let Leap { first, after, impulses, settled, .. } = leap;
         if self.jumped(charges, &before, &first, &after, NO_JUMP) {
@@ -213,6 +216,26 @@ impl Stepper {
         }
         let settled = self.settle(&after, shortest)?;
         Ok(Leap { first: once.z, after, impulses, multipliers, settled })
+    }
+
+    /// Do the steps that follow an impulsive one move charges (fluxes) as only a jump does?
+    fn contradicted(&mut self, leap: &Leap) -> bool {
+        let Some((once, settled)) = &leap.settled else { return false };
+        if !self.jumped(None, &leap.after, &once.z, &settled.z, CONTRADICTED) {
+            return false;
+        }
+        // against the charges that the voltages of the network would store: theirs may be nearly 0
+        let mut largest = [0.0f64; 2];
+        for (v, &kind) in leap.after.iter().zip(&self.sys.row_kind) {
+            largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
+        }
+        let n = leap.after.len();
+        let scale: Vec<f64> = self.sys.row_kind.iter().map(|&k| largest[usize::from(k)]).collect();
+        let moved: Vec<f64> = settled.z.iter().zip(&leap.after).map(|(a, b)| a - b).collect();
+        let (mut sizes, mut change) = (vec![0.0; n], vec![0.0; n]);
+        self.sys.e.abs_mul_add(&scale, &mut sizes);
+        self.sys.e.mul_add(1.0, &moved, &mut change);
+        change.iter().zip(&sizes).any(|(c, s)| c.abs() > CONTRADICTED * s)
     }
 
     /// The shortest of three steps from the charges of `after`, and the values at length 0.

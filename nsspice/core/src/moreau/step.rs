@@ -256,8 +256,13 @@ impl Stepper {
             start,
         );
         let (residual, suspect) = match solved {
-            // the way to a very short step is by longer ones, where nothing hides
-            Ok(solved) if solved.flawed && stage.impulsive => (solved.residual.worst(), false),
+            // the way to a very short step is by longer ones, where nothing hides; flaws that
+            // remain need a proof that they are no conflict
+            Ok(solved)
+                if solved.flawed && stage.impulsive && matches!(self.large, Large::Refused) =>
+            {
+                (solved.residual.worst(), true)
+            }
             Ok(solved) => {
                 self.stats.worst_stage = self.stats.worst_stage.max(solved.stage);
                 let found = stage.driver.active();
