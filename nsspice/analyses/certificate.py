@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from .audit import worse
-from .energy import Energy
+from .energy import Energy, worse
 
 #: A run whose relative errors stay below this passes.
 TOLERANCE = 1e-8

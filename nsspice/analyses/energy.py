@@ -1,29 +1,24 @@
 """Where the energy of a run went: stored, delivered, dissipated, lost in jumps, lost by the scheme.
 
-The implicit step is not neutral: what it takes from the stored energy is known exactly,
+A Runge-Kutta step from z0 with rates k_i at its points z_i = z0 + sum a_ij k_j, ending at
+z0 + sum w_i k_i, changes the stored energy by exactly
 
 .. math::
 
-    \\Delta W = z_1^T E\\, \\Delta z - \\tfrac12 \\Delta z^T E\\, \\Delta z, \\qquad
-    z_1^T(E \\Delta z + h H \\Delta z + h H_s \\Delta u) + h z_1^T G z_1 + h z_1^T A \\lambda
-    = h z_1^T S u,
+    \\Delta W = \\sum_i w_i z_i^T E k_i
+        - \\tfrac12 \\sum_{ij} (w_i a_{ij} + w_j a_{ji} - w_i w_j) k_i^T E k_j,
 
-so that stored + dissipated + (1/2)|dz|^2_E (+ what the averaging of theta < 1 adds) = delivered
-holds for every step up to rounding.  That identity is asserted for every recorded step; where all
+and what the points' laws say of the first sum is delivered minus dissipated power.  The second
+sum is what the scheme takes: half of dz' E dz for the implicit step, zero for a closed form whose
+points are the nodes of a quadrature.  The balance is asserted for every recorded step; where all
 steps were recorded, the sums over the run must also lead from the first to the last stored energy.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
-
-from ..problems.csc import Floats
-from ..solvers.moreau import Records
-from .audit import FLOOR, Auditor, Points, worse
 
 
 @dataclass(slots=True)
@@ -60,6 +55,14 @@ class Energy:
     steps: int = 0
     of: int = 0
 
+    @classmethod
+    def from_checks(cls, result: Mapping[str, Any], steps: int) -> Energy:
+        """Return the balance of a run of so many steps from what the checks have found."""
+        out = cls(**result["energy"], of=steps)
+        if out.complete:
+            out.drift = result["drift"]
+        return out
+
     @property
     def complete(self) -> bool:
         """True if every step was recorded, so that the sums are those of the run."""
@@ -92,109 +95,6 @@ class Energy:
         }
 
 
-class Ledger:
-    """Adds up the energies of one island from its recorded steps.
-
-    Parameters
-    ----------
-    auditor : Auditor
-        Of the island; its products are used.
-    """
-
-    def __init__(self, auditor: Auditor) -> None:
-        self.auditor = auditor
-        self.energy = Energy()
-        self._first: float | None = None
-        self._last = 0.0
-        #: by steps, and by jumps between the first and the last of them
-        self._moved, self._jumped = 0.0, 0.0
-        self._scale, self._rounding, self._largest = 0.0, 0.0, 0.0
-
-    def stored(self, z: Floats) -> Floats:
-        """Return the stored energy [J] of unknowns, shape (k, n)."""
-        return _dot(0.5 * z, self.auditor.E(z))
-
-    def step(self, records: Records, points: Points) -> None:
-        """Take recorded steps, with the points made of them."""
-        audit, energy = self.auditor, self.energy
-        finite = np.isfinite(records.length) & (records.length > 0.0)
-        energy.steps += int(np.count_nonzero(finite))
-        if not finite.any():
-            return
-        z, dz = records.z[finite], records.change[finite]
-        lam, h = records.lam[finite], records.length[finite]
-        edz = audit.E(dz)
-        moved = _dot(z, edz)
-        half = 0.5 * _dot(dz, edz)
-        scheme = half.copy()
-        if audit.H is not None:
-            scheme += h * _dot(z, audit.H(dz))
-        if audit.Hs is not None:
-            scheme += h * _dot(z, audit.Hs(records.source_change[finite]))
-        dissipated = h * (_dot(z, audit.G(z)) + _dot(z, audit.A(lam)))
-        delivered = h * _dot(z, audit.S(records.u[finite]))
-        change = moved - half
-        if audit.F is not None and points.f is not None:
-            # what smooth elements store cannot be told from what they dissipate
-            rates = points.rates[finite] - edz / h[:, None]
-            dissipated += h * (_dot(z, audit.F(points.f[finite])) + _dot(z, rates))
-        error = np.abs(change + scheme + dissipated - delivered)
-        # the same sums with all terms positive: how far rounding can go
-        size = _dot(np.abs(z), audit.E.sizes(dz)) + h * (
-            _dot(np.abs(z), audit.G.sizes(z) + audit.A.sizes(lam))
-            + _dot(np.abs(z), audit.S.sizes(records.u[finite]))
-        )
-        size += h * FLOOR * _dot(np.abs(z), points.resolution[finite])
-        if audit.F is not None and points.f is not None:
-            size += h * _dot(np.abs(z), audit.F.sizes(points.f[finite]))
-        self._largest = max(self._largest, float(np.max(size)))
-        size = np.maximum(size, FLOOR * self._largest)
-        ratio = np.divide(error, size, out=np.zeros_like(error), where=size > 0.0)
-        worst = float(np.max(ratio))
-        if worse(worst, energy.imbalance):
-            energy.imbalance = worst
-        self._moved += float(np.sum(change))
-        energy.stored += float(np.sum(change))
-        energy.scheme += float(np.sum(scheme))
-        energy.dissipated += float(np.sum(dissipated))
-        energy.delivered += float(np.sum(delivered))
-        self._scale += float(np.sum(np.abs(delivered) + np.abs(dissipated)))
-        self._rounding += float(np.sum(size))
-        if self._first is None:
-            self._first = float(self.stored((z[0] - dz[0])[None, :])[0])
-        self._last = float(self.stored(z[-1:])[0])
-
-    def jump(self, before: float, after: float, delivered: float, inside: bool) -> float:
-        """Take a jump; return the energy lost in it [J].
-
-        Parameters
-        ----------
-        before, after : float
-            Stored energies [J].
-        delivered : float
-            By sources during the jump [J].
-        inside : bool
-            False for a jump before the first recorded step.
-        """
-        lost = before + delivered - after
-        self.energy.lost += lost
-        self.energy.stored += after - before
-        self.energy.delivered += delivered
-        self._scale += abs(delivered) + abs(after - before)
-        if inside:
-            self._jumped += after - before
-        return lost
-
-    def close(self, steps: int) -> Energy:
-        """Return the balance of a run of so many steps."""
-        energy = self.energy
-        energy.of = steps
-        if energy.complete and self._first is not None:
-            error = abs(self._last - self._first - self._moved - self._jumped)
-            scale = self._scale + abs(self._first) + abs(self._last) + FLOOR * self._rounding
-            energy.drift = error / scale if scale > 0.0 else 0.0
-        return energy
-
-
-def _dot(a: Floats, b: Floats) -> Floats:
-    return np.asarray(np.einsum("ij,ij->i", a, b))
+def worse(new: float, old: float) -> bool:
+    """Return whether an error is worse than the worst so far; nan is the worst of all."""
+    return old == old and not new <= old

@@ -10,10 +10,11 @@ from ..circuit import MnaSystem
 from ..errors import Diagnostic
 from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem
+from ..solvers.audit import Auditor
 from ..solvers.moreau import Jump, Records
-from .audit import Auditor
+from ..solvers.stretches import Stretches
 from .certificate import Certificate
-from .energy import Ledger
+from .energy import Energy, worse
 from .impulses import delivered, start_of, stored_functions
 from .uniqueness import Watcher, passive
 
@@ -64,8 +65,6 @@ class Examiner:
         self.mna, self.frozen = mna, frozen
         system = system or mna.system
         self.auditor = Auditor(system, H, Hs)
-        self.ledger = None if system.static else Ledger(self.auditor)
-        self._begin, self._end = np.inf, -np.inf
         self._step = step
         self._active: Watcher | None = None
         if not passive(system):
@@ -77,16 +76,12 @@ class Examiner:
             return
         if self._active is not None:
             self._active.take(records)
-        audit = self.auditor
-        points = audit.points(records, self.frozen)
-        audit.check(points)
-        if self.ledger is not None:
-            self.ledger.step(records, points)
-            steps = np.isfinite(records.length) & (records.length > 0.0)
-            if steps.any():
-                first = int(np.argmax(steps))
-                self._begin = min(self._begin, float(records.time[first] - records.length[first]))
-                self._end = float(np.max(records.time[steps]))
+        self.auditor.check(records, self.frozen)
+
+    def take_stretches(self, stretches: Stretches) -> None:
+        """Check recorded stretches of continuous solutions."""
+        if stretches.begin.size:
+            self.auditor.check_stretches(stretches)
 
     def certificate(
         self,
@@ -108,30 +103,30 @@ class Examiner:
         kept : bool
             False if there were more jumps than are kept.
         """
-        audit, ledger = self.auditor, self.ledger
+        audit = self.auditor
         balance = 0.0
-        energy = None
         for number, jump in enumerate(jumps):
             charges, before = start_of(self.mna, jump, start if number == 0 else None)
             after = self.mna.system.E.dot(jump.after)
             reached_functions = stored_functions(self.mna, jump, jump.after)
             moved = after + reached_functions - charges
             sizes = np.abs(charges) + np.abs(reached_functions)
-            balance = max(balance, audit.jump_error(moved, jump, sizes))
-            if ledger is not None:
-                reached = 0.5 * float(jump.after @ after)
-                inside = self._begin < jump.time < self._end
-                ledger.jump(before, reached, delivered(self.mna, jump), inside)
-        if ledger is not None:
-            energy = ledger.close(steps if kept else steps + 1)
+            error = audit.jump_error(moved, jump, sizes)
+            balance = error if worse(error, balance) else balance
+            reached = 0.5 * float(jump.after @ after)
+            audit.jump_energy(jump.time, before, reached, delivered(self.mna, jump))
+        found = audit.result()
+        energy = (
+            Energy.from_checks(found, steps if kept else steps + 1) if "energy" in found else None
+        )
         return Certificate(
-            audit.laws,
-            audit.complementarity,
-            audit.checks,
+            found["laws"],
+            found["complementarity"],
+            found["checks"],
             undetermined,
             energy,
             balance,
-            self._name(audit.worst_row),
+            self._name(found["worst_row"]),
             self.several,
         )
 
@@ -173,9 +168,9 @@ class Examiner:
             )
         return out
 
-    def _name(self, row: int) -> str:
+    def _name(self, row: int | None) -> str:
         """Return the law of a row: an element, or the current law of a node."""
-        if row < 0:
+        if row is None:
             return ""
         element = self.mna.row_elements[row]
         return element if element is not None else f"node {self.mna.row_nodes[row]}"

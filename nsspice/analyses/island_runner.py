@@ -10,6 +10,7 @@ from ..errors import Diagnostic, UsageError
 from ..problems.descriptor import Functional, Waveform
 from ..solvers.modewise import ModewiseStepper, NotModewise
 from ..solvers.moreau import MoreauStepper, UnsolvedStep
+from ..solvers.sdirk import Accuracy, SdirkStepper
 from .cards import Tran
 from .certificate import Certificate
 from .curve import Floats
@@ -28,6 +29,8 @@ AUTO_LIMIT = 300
 _FEW = 8  # implicit steps that are not worth a word
 BUDGET = 0.05  # [s] longest stretch inside the core: Ctrl-C waits no longer
 _WAIT = 1 << 17  # numbers recorded before they are checked: many at once cost less
+_SHORT = 1e-9  # of the run
+_NEVER = 1 << 62
 _POINTS = 1 << 16  # points of a static island planned at once
 
 
@@ -82,8 +85,6 @@ class IslandRunner:
             if stepper is not None:
                 return stepper
         if self._wants_sdirk:
-            from ..solvers.sdirk import Accuracy, SdirkStepper
-
             self.method, self.step = "sdirk", self.analysis.longest_step(settings.step)
             accuracy = Accuracy(settings.reltol, settings.vntol, settings.abstol, settings.order)
             return SdirkStepper(system, functionals, accuracy)
@@ -127,14 +128,15 @@ class IslandRunner:
         """Choose which steps are recorded for the certificate."""
         system, stepper = self.mna.system, self.stepper
         if isinstance(stepper, ModewiseStepper):
+            # whether there are several solutions is a question of short steps here
+            self.examiner = Examiner(self.mna, step=_SHORT * self.analysis.stop)
             stepper.watch(self.sides is not None)
-            return
-        if self.method == "sdirk":
-            stepper.watch(0, 0, self.sides is not None)
             return
         distance = self.step or self.analysis.row_distance
         size = 2 * system.n + system.m + 2 * len(system.waveforms)
         every, window = sampling(self.analysis.stop / distance, size)
+        if self.method == "sdirk":
+            every = _NEVER  # it chooses itself; jumps and single implicit steps are left
         self.examiner = Examiner(self.mna, stepper.H, stepper.Hs, step=self.step)
         self.judge = Judge(self.mna, system) if self.step is None and Judge.wanted(system) else None
         stepper.watch(every, window, self.sides is not None)
@@ -181,11 +183,10 @@ class IslandRunner:
     def certificate(self) -> Certificate:
         """Return the verdict on the run so far."""
         self._hand_over()
-        if not isinstance(self.stepper, MoreauStepper) or self.method == "sdirk":
-            return Certificate.of([self.stepper.statistics])
         stats, jumps = self.stepper.statistics, self.stepper.jumps
+        exact = self.method == "modewise"
         certificate = self.examiner.certificate(
-            int(stats["steps"]),
+            int(stats["segments"] + stats["fixed_steps"] if exact else stats["steps"]),
             int(stats["undetermined"]),
             jumps,
             self.charges,
@@ -196,13 +197,16 @@ class IslandRunner:
 
     def warnings(self) -> list[Diagnostic]:
         """Return what the certificate has to say besides its verdict."""
-        if not isinstance(self.stepper, MoreauStepper) or self.method == "sdirk":
-            return []
         return self.examiner.warnings()
 
     def _hand_over(self) -> None:
         """Take what the solver has left for the checks and the measures."""
-        if isinstance(self.stepper, MoreauStepper) and self.method != "sdirk":
+        if isinstance(self.stepper, ModewiseStepper):
+            self.examiner.take_stretches(self.stepper.take_stretches())
+        else:
+            if isinstance(self.stepper, SdirkStepper):
+                # first: they show how large currents and voltages become
+                self.examiner.take_stretches(self.stepper.take_stretches())
             records = self.stepper.take_records()
             self.examiner.take(records)
             if self.judge is not None:
@@ -218,7 +222,7 @@ class IslandRunner:
         """Return the next rows, fewer than asked for if that takes too long."""
         try:
             block, done = self.stepper.advance(rows, BUDGET)
-            if isinstance(self.stepper, MoreauStepper) and self.stepper.waiting > _WAIT:
+            if self.stepper.waiting > _WAIT:
                 self._hand_over()
             if done and self._by_points and self._planned < self.analysis.row_count:
                 self._plan_more()

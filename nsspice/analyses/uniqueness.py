@@ -42,6 +42,9 @@ def passive(system: DescriptorSystem) -> bool:
     if system.smooth is not None:
         return True  # judged by Newton's method, not here
     a, b = system.A, system.B
+    if system.n + system.m <= _MOST_ROWS:  # full matrices are faster
+        transposes = np.array_equal(a.dense().T, b.dense())
+        return transposes and all(_semidefinite_full(m.dense()) for m in (system.G, system.D))
     transposed = Csc.from_triplets(b.shape, a.columns, a.indices, a.data)
     if not _equal(transposed, b):
         return False
@@ -52,8 +55,19 @@ def _equal(a: Csc, b: Csc) -> bool:
     return weighted_sum([(a, 1.0), (b, -1.0)]).data.size == 0
 
 
-def _semidefinite(matrix: Csc) -> bool:
+def _semidefinite_full(full: Floats) -> bool:
     """Return True if the symmetric part is positive semidefinite, by dominance or eigenvalues."""
+    both = full + full.T
+    diagonal = both.diagonal()
+    others = np.abs(both).sum(axis=0) - np.abs(diagonal)
+    if (diagonal >= others * (1.0 - 1e-12)).all():
+        return True
+    values = np.linalg.eigvalsh(both)
+    return bool(values[0] >= -1e-12 * max(abs(values[0]), abs(values[-1])))
+
+
+def _semidefinite(matrix: Csc) -> bool:
+    """Return the same for a sparse matrix; a large one is judged by dominance alone."""
     n = matrix.shape[0]
     if matrix.data.size == 0:
         return True
@@ -66,10 +80,7 @@ def _semidefinite(matrix: Csc) -> bool:
     others = np.bincount(both.indices[~on], np.abs(both.data[~on]), minlength=n)
     if np.all(diagonal >= others * (1.0 - 1e-12)):
         return True
-    if n > _MOST_ROWS:
-        return False
-    values = np.linalg.eigvalsh(both.dense())
-    return bool(values[0] >= -1e-12 * max(abs(values[0]), abs(values[-1])))
+    return n <= _MOST_ROWS and _semidefinite_full(matrix.dense())
 
 
 @dataclass(slots=True)

@@ -33,6 +33,7 @@ from ..problems.elements import elements_of
 from .certificate import infeasibility
 from .mlcp import core_matrix
 from .moreau import Jump, MoreauStepper, UnsolvedStep
+from .stretches import Stretches
 
 #: Unknowns and pairs together up to which a mode is reduced with dense matrices.
 DENSE_LIMIT = 600
@@ -236,8 +237,24 @@ class ModewiseStepper:
         return UnsolvedStep(failure["time"], failure["residual"], certificate)
 
     def watch(self, sides: bool) -> None:
-        """Keep rows on both sides of jumps, for :meth:`take_sides`."""
+        """Leave points for those who check the run; call it before the start.
+
+        Parameters
+        ----------
+        sides : bool
+            Keep rows on both sides of jumps too, for :meth:`take_sides`.
+        """
+        self._core.watch(True)
         self._core.keep_sides(sides)
+
+    @property
+    def waiting(self) -> int:
+        """Amount of records that wait to be taken [numbers]."""
+        return self._core.waiting()
+
+    def take_stretches(self) -> Stretches:
+        """Return the stretches of segments recorded since the last call."""
+        return Stretches.of(self._core.take_stretches(), self.system)
 
     def show_all_points(self, start: float) -> None:
         """Add rows at all switchings and corners of sources from ``start`` [s] on.

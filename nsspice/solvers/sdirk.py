@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 from ..problems.descriptor import DescriptorSystem, Functional
 from .moreau import MoreauStepper
+from .stretches import Stretches
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +80,10 @@ class SdirkStepper(MoreauStepper):
     ) -> None:
         super().__init__(system, outputs)
         self.accuracy = accuracy or Accuracy()
+
+    def take_stretches(self) -> Stretches:
+        """Return the steps recorded since the last call, with all their stages."""
+        return Stretches.of(self._core.take_stretches(), self.system)
 
     def plan(
         self, start: float, stop: float, step: float, out_start: float, out_step: float

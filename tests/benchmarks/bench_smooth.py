@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from side_by_side import Discard, alternate, report
+from side_by_side import Stopwatch, alternate, report
 
 import nsspice
 from nsspice.circuit import Circuit
@@ -42,7 +42,7 @@ class Own(Timed):
 
     def __call__(self) -> float:
         begin = time.perf_counter()
-        found = nsspice.tran(self.circuit, sink=Discard(), keep=False, **self.options)
+        found = nsspice.tran(self.circuit, sink=Stopwatch(), keep=False, **self.options)
         self.seconds.append(time.perf_counter() - begin)
         self.points = max(run.stats["steps"] for run in found.islands)
         return self.seconds[-1]

@@ -1,6 +1,7 @@
 //! Compiled core of nsspice: complementarity solvers and time stepping.
 #![warn(missing_docs)]
 
+pub mod audit;
 pub mod dense;
 pub mod linear;
 pub mod mlcp;

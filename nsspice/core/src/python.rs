@@ -1,9 +1,10 @@
 //! The Python face of the core; all bindings stand in this file and in its folder.
 
+mod audit;
+mod modewise;
 mod newton;
 
-mod modewise;
-
+use crate::audit::Taken;
 use crate::mlcp::{Driver, Problem, Role, Start};
 use crate::moreau::{Accuracy, Clock, Failure, Outputs, Part, Plan, Progress, Sdirk, Stepper};
 use crate::moreau::{Switch, System, Tableau, Witness};
@@ -314,7 +315,13 @@ impl PyStepper {
 
     /// Numbers that wait to be taken.
     fn waiting(&self) -> usize {
-        self.inner.witness.waiting()
+        self.inner.witness.waiting() + self.sdirk.as_ref().map_or(0, |s| s.waiting())
+    }
+
+    /// The steps with error control recorded since the last call, as a dict of flat arrays.
+    fn take_stretches<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let taken = self.sdirk.as_mut().map_or_else(Taken::default, |s| s.take_stretches());
+        audit::stretch_dict(py, &taken)
     }
 
     /// The recorded steps since the last call, as a dict of flat arrays.
@@ -572,6 +579,7 @@ fn waveform_values<'py>(
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyStepper>()?;
     module.add_class::<modewise::PyModewise>()?;
+    module.add_class::<audit::PyAuditor>()?;
     module.add_function(wrap_pyfunction!(solve_mlcp, module)?)?;
     module.add_function(wrap_pyfunction!(format_rows, module)?)?;
     module.add_function(wrap_pyfunction!(waveform_values, module)?)?;

@@ -135,3 +135,210 @@ def test_parallel_capacitors_lose_energy_at_the_start():
     # what is already one node has no impulse of its own: the charge is that of the node
     assert sol["v(a)"][0] == pytest.approx(1.0, rel=1e-9)
     assert sol.certificate.passed
+
+
+#: ideal switch and diode: switchings by a source, and a diode that ends by itself
+CHOPPER = """chopper, discontinuous
+V1 in 0 10
+S1 in sw g 0 SW
+D1 0 sw
+L1 sw out 100u IC=0
+C1 out 0 10u IC=0
+R1 out 0 50
+V2 g 0 PULSE(0 1 0 0 0 3u 10u)
+.model SW SW(VT=0.5)
+"""
+
+
+def exact(text=CHOPPER, stop=100e-6):
+    """Return the runner of a mode-wise run and its stretches, untouched."""
+    circuit = nsspice.read(text)
+    analysis = Tran(stop=stop, row_step=stop / 10, uic=True)
+    settings = Settings("modewise", 1.0)
+    runner = IslandRunner(circuit, 0, circuit.islands[0], [], analysis, settings, None, None)
+    runner.start()
+    while runner.advance(1000).shape[0]:
+        pass
+    return runner, runner.stepper.take_stretches()
+
+
+def exact_verdict(runner, stretches) -> Certificate:
+    examiner = Examiner(runner.mna)
+    examiner.take_stretches(stretches)
+    steps = runner.stepper.statistics["segments"]
+    return examiner.certificate(steps, 0, runner.stepper.jumps, runner.charges)
+
+
+def test_an_exact_run_passes_with_a_complete_balance():
+    found = exact_verdict(*exact())
+    assert found.passed
+    e = found.energy
+    assert e.complete
+    assert e.drift < 1e-13
+    assert e.scheme == 0.0
+    assert e.delivered == pytest.approx(e.stored + e.dissipated + e.lost, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["first", "z", "rate", "lam", "u", "weight"])
+def test_a_single_wrong_number_fails_an_exact_run(name):
+    runner, stretches = exact()
+    array = getattr(stretches, name).copy()
+    flat = array[array.shape[0] // 2].reshape(-1)
+    # where the stretch begins only what is stored counts
+    at = runner.mna.unknowns.index("v(out)") if name == "first" else int(np.argmax(np.abs(flat)))
+    flat[at] *= 1.0 + 1e-5
+    assert not exact_verdict(runner, replace(stretches, **{name: array})).passed
+
+
+def test_a_rate_that_belongs_to_another_motion_is_seen():
+    """Rates and currents that agree with each other, but not with where the state goes."""
+    runner, stretches = exact()
+    k, j = 5, runner.mna.unknowns.index("v(out)")
+    z = stretches.z.copy()
+    z[k, -1] += 1e-5 * z[k, -1, j] * (np.arange(z.shape[2]) == j)
+    assert not exact_verdict(runner, replace(stretches, z=z)).passed
+
+
+def test_a_conducting_diode_with_reverse_current_is_seen_in_an_exact_run():
+    runner, stretches = exact()
+    pair = runner.mna.pairs.index("d1")
+    lam = stretches.lam.copy()
+    assert stretches.lam[:, :, pair].max() > 0.01
+    lam[3, 2, pair] = -1e-6
+    assert exact_verdict(runner, replace(stretches, lam=lam)).complementarity > 1e-6
+
+
+def test_a_missing_stretch_fails_the_balance_of_an_exact_run():
+    runner, stretches = exact()
+    keep = np.arange(stretches.begin.size) != 7
+    names = [n for n in stretches.__slots__ if getattr(stretches, n).size]
+    shorter = replace(stretches, **{n: getattr(stretches, n)[keep] for n in names})
+    examiner = Examiner(runner.mna)
+    examiner.take_stretches(shorter)
+    found = examiner.certificate(int(shorter.steps.sum()), 0, (), runner.charges)
+    assert found.energy.complete
+    assert found.laws < 1e-8
+    assert not found.passed
+
+
+def test_energies_of_a_charged_capacitor_are_those_of_the_book():
+    """1 uF to 5 V through 1 kOhm in 20 time constants: 25 uJ given, half of it stored."""
+    sol = nsspice.tran(
+        nsspice.read("rc\nV1 a 0 5\nR1 a b 1k\nC1 b 0 1u IC=0\n"), stop=20e-3, uic=True
+    )
+    assert sol.islands[0].method == "modewise"
+    e = sol.certificate.energy
+    assert e.complete
+    # what is left after 20 time constants is 2e-9 of all
+    assert e.delivered == pytest.approx(25e-6, rel=1e-8)
+    assert e.dissipated == pytest.approx(12.5e-6, rel=1e-8)
+    assert e.stored == pytest.approx(12.5e-6, rel=1e-8)
+
+
+def test_energies_of_a_resonance_are_those_of_its_closed_form():
+    """A sine of 1 V at resonance: 1 mH, 1 mF and 1 Ohm in series, from rest."""
+    deck = "rlc\nV1 a 0 SIN(0 1 159.15494309189535)\nR1 a b 1\nL1 b c 1m IC=0\nC1 c 0 1m IC=0\n"
+    sol = nsspice.tran(nsspice.read(deck), stop=25e-3, uic=True)
+    e = sol.certificate.energy
+    assert e.complete
+    t = np.linspace(0.0, 25e-3, 400_001)  # trapezoids of a smooth function: 1e-9
+    w, d = 1e3, 500.0
+    ring = np.sqrt(w * w - d * d)
+    i = np.sin(w * t) - np.exp(-d * t) * w * np.sin(ring * t) / ring
+    assert e.dissipated == pytest.approx(np.trapezoid(i * i, t), rel=1e-7)
+    assert e.delivered == pytest.approx(np.trapezoid(i * np.sin(w * t), t), rel=1e-7)
+
+
+def test_an_exact_jump_enters_the_balance():
+    """Two equal capacitors, one charged to 2 V, joined at 1 ms: 1 uJ of 2 uJ is lost."""
+    text = "two\nV1 g 0 PULSE(0 1 1m 0 0 1 2)\nC1 a 0 1u IC=2\nS1 a b g 0 SW\nC2 b 0 1u IC=0\n"
+    sol = nsspice.tran(
+        nsspice.read(text + "R1 b 0 1G\n.model SW SW(VT=0.5)\n"), stop=2e-3, row_step=1e-4, uic=True
+    )
+    assert sol.islands[0].method == "modewise"
+    assert sol.certificate.passed
+    assert sol.certificate.energy.complete
+    assert sol.certificate.energy.lost == pytest.approx(1e-6, rel=1e-6)  # 1 GOhm takes 1e-9 J
+
+
+def test_long_exact_runs_are_sampled():
+    runner, stretches = exact(stop=20e-3)
+    segments = runner.stepper.statistics["segments"]
+    assert segments > 4000
+    # one in 128, after 32 at the beginning
+    assert 32 <= int(stretches.steps.sum()) < 40 + segments / 128
+    found = exact_verdict(runner, stretches)
+    assert found.passed
+    assert not found.energy.complete
+
+
+#: a junction with charge, and an ideal diode whose current ends by itself
+CLAMP = """junction and ideal diode
+V1 a 0 SIN(0 5 1k)
+R1 a b 100
+D1 b c J
+C1 c 0 1u IC=0
+R2 c 0 1k
+D2 a d
+L1 d e 1m IC=0
+R3 e 0 50
+.model J D(IS=1e-14 N=1 CJO=10p TT=10n)
+"""
+
+
+def stepped(text=CLAMP, stop=2e-3):
+    """Return the runner of a run with error control and its steps, untouched."""
+    circuit = nsspice.read(text)
+    analysis = Tran(stop=stop, row_step=stop / 10, uic=True)
+    settings = Settings("sdirk", 1.0)
+    runner = IslandRunner(circuit, 0, circuit.islands[0], [], analysis, settings, None, None)
+    runner.start()
+    while runner.advance(1000).shape[0]:
+        pass
+    return runner, runner.stepper.take_stretches()
+
+
+def stepped_verdict(runner, stretches) -> Certificate:
+    examiner = Examiner(runner.mna)
+    examiner.take_stretches(stretches)
+    steps = int(runner.stepper.statistics["steps"])
+    return examiner.certificate(steps, 0, runner.stepper.jumps, runner.charges)
+
+
+def test_a_run_with_error_control_passes():
+    runner, stretches = stepped()
+    found = stepped_verdict(runner, stretches)
+    assert found.passed
+    assert found.energy.steps >= 64
+    # some recorded step was cut at an event: its end is no stage
+    assert np.any(stretches.weight[:, -1] > 0.0)
+
+
+@pytest.mark.parametrize("name", ["first", "z", "rate", "lam", "u", "weight"])
+def test_a_single_wrong_number_fails_a_run_with_error_control(name):
+    runner, stretches = stepped()
+    array = getattr(stretches, name).copy()
+    row = int(np.argmax(np.abs(stretches.lam).max(axis=(1, 2))))  # where the ideal diode conducts
+    flat = array[row].reshape(-1)
+    # what begins and what moves is judged for stored unknowns alone
+    stored = name in ("first", "rate")
+    at = runner.mna.unknowns.index("v(c)") if stored else int(np.argmax(np.abs(flat)))
+    flat[at] *= 1.0 + 1e-4
+    assert not stepped_verdict(runner, replace(stretches, **{name: array})).passed
+
+
+@pytest.mark.parametrize("order", [2, 4])
+def test_the_energy_that_the_stages_take_is_known(order):
+    """1 uF through 1 kOhm from 5 V: all of 12.5 uJ goes into the resistor or the scheme."""
+    deck = f"rc\nR1 a 0 1k\nC1 a 0 1u IC=5\n.options order={order}\n"
+    sol = nsspice.tran(
+        nsspice.read(deck), stop=20e-3, step=1e-3, uic=True, method="sdirk", reltol=1
+    )
+    e = sol.certificate.energy
+    assert sol.certificate.passed
+    assert e.complete
+    assert e.stored == pytest.approx(-12.5e-6, rel=1e-9)
+    assert e.dissipated + e.scheme == pytest.approx(12.5e-6, rel=1e-9)
+    # with steps of a whole time constant the error of order 4 is some 1e-3
+    assert e.dissipated == pytest.approx(12.5e-6, rel=0.1 if order == 2 else 5e-3)
+    assert e.scheme != 0.0

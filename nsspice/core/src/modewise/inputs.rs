@@ -182,6 +182,17 @@ impl Inputs {
         out
     }
 
+    /// One waveform where `[1; inputs]` are `v`.
+    pub fn value_of(&self, waveform: usize, v: &[f64]) -> f64 {
+        let (constant, parts) = &self.parts[waveform];
+        parts.iter().fold(*constant, |sum, &(i, f)| sum + f * v[1 + i])
+    }
+
+    /// Rate of one waveform where the rates of `[1; inputs]` are `d`.
+    pub fn rate_of(&self, waveform: usize, d: &[f64]) -> f64 {
+        self.parts[waveform].1.iter().fold(0.0, |sum, &(i, f)| sum + f * d[1 + i])
+    }
+
     /// The waveforms.
     pub fn waveforms(&self) -> &[Waveform] {
         &self.waveforms

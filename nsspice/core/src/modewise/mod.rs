@@ -30,6 +30,7 @@ pub mod terms;
 pub mod tracked;
 pub mod trajectory;
 pub mod verify;
+mod witness;
 
 pub use inputs::Inputs;
 pub use mode::SwitchLaw;

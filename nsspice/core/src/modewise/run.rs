@@ -14,6 +14,7 @@ use super::sides::Ends;
 use super::terms::Point;
 use super::trajectory::Trajectory;
 use super::verify::Scale;
+use super::witness::Witness;
 use crate::moreau::{Failure, Jump, Progress};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -122,6 +123,7 @@ pub struct Engine {
     pub(super) resumed: (f64, f64),
     checked: Vec<bool>,
     pub(super) ends: Ends,
+    pub(super) witness: Witness,
     pub(super) logged: Vec<bool>,
     pub(super) log_open: bool,
     /// counters
@@ -185,6 +187,7 @@ impl Engine {
             resumed: (f64::NEG_INFINITY, 0.0),
             checked: Vec::new(),
             ends: Ends::default(),
+            witness: Witness::default(),
             logged: vec![false; m],
             log_open: false,
             stats: Statistics::default(),
@@ -397,7 +400,9 @@ impl Engine {
         if id >= self.checked.len() {
             self.checked.resize(id + 1, false);
         }
-        if !self.checked[id] || self.stats.segments.is_multiple_of(CHECK) {
+        let fresh = !self.checked[id];
+        self.witness_segment(&mode, length, fresh);
+        if fresh || self.stats.segments.is_multiple_of(CHECK) {
             self.checked[id] = true;
             self.path.at(0.618 * length, &mut self.point);
             self.check(&mode);
@@ -521,7 +526,7 @@ impl Engine {
                 return (rows, Progress::Failed);
             }
             count += 1;
-            if count.is_multiple_of(LOOK) && begin.elapsed() > budget {
+            if self.brimful() || count.is_multiple_of(LOOK) && begin.elapsed() > budget {
                 break;
             }
         }

@@ -1,5 +1,6 @@
 //! The mode-wise engine as a Python class.
 
+use super::audit::stretch_dict;
 use super::{
     csc, event_arrays, failure_dict, fill, invalid, made, EventArrays, Floats, Matrix, SwitchSpec,
     WaveformSpec,
@@ -132,6 +133,21 @@ impl PyModewise {
     /// Active pairs of the present mode.
     fn active(&self) -> Vec<bool> {
         self.inner.active()
+    }
+
+    /// Whether points are left for the certificate.
+    fn watch(&mut self, watches: bool) {
+        self.inner.watch(watches);
+    }
+
+    /// Numbers that wait to be taken.
+    fn waiting(&self) -> usize {
+        self.inner.waiting()
+    }
+
+    /// The stretches recorded since the last call, as a dict of flat arrays.
+    fn take_stretches<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        stretch_dict(py, &self.inner.take_stretches())
     }
 
     /// Whether rows on both sides of jumps are kept.

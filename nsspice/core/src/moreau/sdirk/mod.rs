@@ -22,6 +22,7 @@ mod predict;
 mod run;
 mod step;
 mod tableau;
+mod witness;
 
 pub use run::Sdirk;
 pub use tableau::Tableau;

@@ -9,7 +9,9 @@ use super::ladder::{Ladder, RUNGS};
 use super::locate::Locator;
 use super::points::PointRows;
 use super::step::Trial;
+use super::witness::Witness;
 use super::{Accuracy, Tableau};
+use crate::audit::Taken;
 use crate::mlcp::Start;
 use crate::waveform::Side;
 use std::time::{Duration, Instant};
@@ -111,6 +113,7 @@ pub struct Sdirk {
     begun: bool,
     corner: (f64, bool),
     points: PointRows,
+    witness: Witness,
     /// counters
     pub counters: Counters,
 }
@@ -151,6 +154,7 @@ impl Sdirk {
             begun: false,
             corner: (f64::NEG_INFINITY, false),
             points: PointRows::default(),
+            witness: Witness::default(),
             counters: Counters::default(),
         }
     }
@@ -163,6 +167,16 @@ impl Sdirk {
     /// Modes met at the busiest step length.
     pub fn mode_count(&self) -> usize {
         self.ladder.mode_count()
+    }
+
+    /// The steps recorded since the last call.
+    pub fn take_stretches(&mut self) -> Taken {
+        self.witness.take(self.tableau)
+    }
+
+    /// Numbers that wait to be taken.
+    pub fn waiting(&self) -> usize {
+        self.witness.taken.size()
     }
 
     /// As `Stepper::advance`.
@@ -218,7 +232,8 @@ impl Sdirk {
                 self.show_point(s); // a forced step is taken at once
             }
             count += 1;
-            if count.is_multiple_of(LOOK) && begin.elapsed() > budget {
+            let full = self.witness.full() || s.witness.full();
+            if full || count.is_multiple_of(LOOK) && begin.elapsed() > budget {
                 break;
             }
         }
@@ -236,6 +251,7 @@ impl Sdirk {
             self.ladder.resistance = voltage / current;
         }
         self.trial.start = s.time;
+        self.witness.begin(s);
         let (z, guards) = self.trial.first.split_at_mut(n);
         let (guards, f) = guards.split_at_mut(m);
         match &mut s.smooth {
@@ -413,6 +429,7 @@ impl Sdirk {
         } else {
             self.trial.evaluate(s, &mut self.ladder, self.tableau, accepted.theta);
         }
+        self.witness.step(s, &self.trial, self.tableau, accepted.theta, accepted.time);
         let (z, guards) = self.trial.point.split_at(n);
         s.z.copy_from_slice(z);
         for ((l, &g), &active) in s.l.iter_mut().zip(guards).zip(&s.active) {
@@ -491,6 +508,10 @@ impl Sdirk {
             for ((rate, z), old) in s.rates.iter_mut().zip(&s.z).zip(&from) {
                 *rate = (z - old) / length;
             }
+        }
+        if s.witness.wants(s.epoch) {
+            s.z_recorded.copy_from_slice(&from);
+            s.record(length);
         }
         s.stats.steps += 1;
         self.trial.leave(self.tableau, 1.0, false);

@@ -28,7 +28,7 @@ pub struct Trial {
     /// where each stage begins: unknowns, then functions
     pub bases: Vec<Vec<f64>>,
     /// rate of each stage: of the unknowns that carry storage, then of the functions
-    rates: Vec<Vec<f64>>,
+    pub rates: Vec<Vec<f64>>,
     /// unknowns whose error is that of their rates
     pub constrained: Vec<bool>,
     /// diagonal of the storage matrix
@@ -56,7 +56,7 @@ pub struct Broken {
     pub at: f64,
 }
 
-fn sources(waveforms: &[Waveform], t: f64, start: f64, corner: f64, u: &mut [f64]) {
+pub(super) fn sources(waveforms: &[Waveform], t: f64, start: f64, corner: f64, u: &mut [f64]) {
     for (u, w) in u.iter_mut().zip(waveforms) {
         *u = if t <= corner { w.value(t, Side::Left) } else { w.continued(t, start, corner) };
     }

@@ -1,0 +1,42 @@
+//! The laws of a circuit, checked at points of a run by code that shares nothing with its solvers.
+//!
+//! Any engine hands over numbers: unknowns, multipliers, sources and the rates that its scheme gives.
+//! Checked are, with products formed here from the assembled arrays,
+//!
+//! ```text
+//! rate of E z (and of stored functions) + G z + A lambda + F f = S u,   w = q - B z + D lambda,
+//! 0 <= lambda  perp  w >= 0,   and the balance of the energy
+//! ```
+//!
+//! each relative to the currents and voltages that meet in it.  No factor, map, scaling or residual
+//! of a solver takes part.
+
+mod energy;
+mod laws;
+mod matrix;
+mod points;
+mod steps;
+mod stretches;
+mod taken;
+
+pub use energy::Energy;
+pub use laws::{Arrays, Auditor};
+pub use steps::Steps;
+pub use stretches::Stretches;
+pub use taken::Taken;
+
+/// Whether an error is worse than the worst so far; NaN is the worst of all.
+pub(crate) fn worse(new: f64, old: f64) -> bool {
+    !old.is_nan() && (new.is_nan() || new > old)
+}
+
+/// `error / scale`, 0 where the scale vanishes, NaN where either is no finite number.
+pub(crate) fn ratio(error: f64, scale: f64) -> f64 {
+    if !error.is_finite() || !scale.is_finite() {
+        f64::NAN
+    } else if scale > 0.0 {
+        error / scale
+    } else {
+        0.0
+    }
+}

@@ -1,0 +1,219 @@
+//! A block of points: what meets in each law is known before any of them is judged.
+
+use super::laws::Auditor;
+use super::{ratio, worse};
+
+/// Share of the largest current (voltage) so far that a smaller one is measured by.
+pub const FLOOR: f64 = 1e-6;
+/// Share of `E z / h` below which nothing can be resolved: with a tolerance of 1e-8, 45 units of
+/// rounding of the stored quantity.
+const ROUNDING: f64 = 1e-6;
+/// The same right after a jump: values there are limits of short steps, known to 1e-5 (this times
+/// the tolerance of 1e-8) of the largest.
+const AFTER_JUMP: f64 = 1e3;
+
+/// What is known of one point.
+pub struct Point<'a> {
+    pub z: &'a [f64],
+    pub l: &'a [f64],
+    pub u: &'a [f64],
+    /// values of the smooth functions
+    pub f: &'a [f64],
+    /// 0 complementary pair, 1 closed (w = 0), 2 open (lambda = 0); empty if all are complementary
+    pub roles: &'a [u8],
+    /// a state right after a jump: laws with storage say nothing
+    pub after_jump: bool,
+    /// signs of the pairs are not promised here
+    pub unsigned: bool,
+}
+
+/// Points to be judged together.
+#[derive(Default)]
+pub struct Block {
+    count: usize,
+    error: Vec<f64>,
+    scale: Vec<f64>,
+    resolution: Vec<f64>,
+    l: Vec<f64>,
+    w: Vec<f64>,
+    volts: Vec<f64>,
+    roles: Vec<u8>,
+    after_jump: Vec<bool>,
+    unsigned: Vec<bool>,
+    /// floor of the pairs in units of that of the laws
+    pub margin: f64,
+    /// share of the largest that laws are measured by
+    pub floor: f64,
+    /// how far multipliers and slacks may be off because instants are rounded
+    slack: Vec<[f64; 2]>,
+}
+
+/// `value` less what may be rounding.
+fn beyond(value: f64, slack: f64) -> f64 {
+    if value.abs() <= slack {
+        0.0
+    } else {
+        value - slack.copysign(value)
+    }
+}
+
+impl Auditor {
+    /// Takes a point; `rates` are those of stored charge and flux, `resolution` the size of the terms
+    /// whose difference they are.
+    pub(super) fn point(&mut self, point: &Point, rates: &[f64], resolution: &[f64]) {
+        let (n, m) = (self.n, self.m);
+        let block = &mut self.block;
+        let (rows, pairs) = (block.count * n, block.count * m);
+        block.count += 1;
+        block.error.extend_from_slice(rates);
+        block.scale.extend(rates.iter().map(|r| r.abs()));
+        block.resolution.extend_from_slice(resolution);
+        let (error, scale) = (&mut block.error[rows..], &mut block.scale[rows..]);
+        self.g.add_both(1.0, point.z, error, scale);
+        self.a.add_both(1.0, point.l, error, scale);
+        self.s.add_both(-1.0, point.u, error, scale);
+        if let Some(smooth) = &self.smooth {
+            smooth.f.add_both(1.0, point.f, error, scale);
+        }
+        if point.after_jump {
+            let stored = error.iter_mut().zip(&self.algebraic).filter(|e| !e.1);
+            stored.for_each(|(error, _)| *error = 0.0);
+        }
+        block.l.extend_from_slice(point.l);
+        block.w.extend_from_slice(&self.q);
+        block.volts.extend(self.q.iter().map(|q| q.abs()));
+        let (w, volts) = (&mut block.w[pairs..], &mut block.volts[pairs..]);
+        self.b.add_both(-1.0, point.z, w, volts);
+        self.d.add_both(1.0, point.l, w, volts);
+        if point.roles.is_empty() {
+            block.roles.resize(pairs + m, 0);
+        } else {
+            block.roles.extend_from_slice(point.roles);
+        }
+        block.after_jump.push(point.after_jump);
+        block.unsigned.push(point.unsigned);
+        block.slack.resize(pairs + m, [0.0; 2]);
+    }
+
+    /// The last points of the block, a stretch, belong to instants that are known up to this part
+    /// of its length: multipliers and slacks may be off by that part of their changes.
+    pub(super) fn blur(&mut self, points: usize, part: f64) {
+        let (m, block) = (self.m, &mut self.block);
+        let first = block.count - points;
+        for i in 0..m {
+            let mut slack = [0.0; 2];
+            for (slack, list) in slack.iter_mut().zip([&block.l, &block.w]) {
+                let values = (first..block.count).map(|k| list[k * m + i]);
+                let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
+                    [low.min(v), high.max(v)]
+                });
+                *slack = part * (ends[1] - ends[0]);
+            }
+            for k in first..block.count {
+                block.slack[k * m + i] = slack;
+            }
+        }
+    }
+
+    /// Judges the points taken since the last call.
+    pub(super) fn judge(&mut self) {
+        let mut block = std::mem::take(&mut self.block);
+        self.checks += block.count as u64;
+        if self.n > 0 {
+            self.judge_rows(&mut block);
+        }
+        if self.m > 0 {
+            self.judge_pairs(&block);
+        }
+        block.count = 0;
+        for list in [
+            &mut block.error,
+            &mut block.scale,
+            &mut block.resolution,
+            &mut block.l,
+            &mut block.w,
+            &mut block.volts,
+        ] {
+            list.clear();
+        }
+        block.roles.clear();
+        block.after_jump.clear();
+        block.unsigned.clear();
+        block.slack.clear();
+        self.block = block;
+    }
+
+    fn judge_rows(&mut self, block: &mut Block) {
+        // what has decayed keeps the rounding of what it was
+        for scale in block.scale.chunks_exact(self.n) {
+            for (&s, &kind) in scale.iter().zip(&self.kinds) {
+                let largest = &mut self.largest[usize::from(kind)];
+                *largest = largest.max(s);
+            }
+        }
+        let (mut worst, mut place) = (self.laws, None);
+        for (k, scale) in block.scale.chunks_exact_mut(self.n).enumerate() {
+            let floor = if block.after_jump[k] { AFTER_JUMP } else { block.floor };
+            let rows = k * self.n..(k + 1) * self.n;
+            let (error, resolution) = (&block.error[rows.clone()], &block.resolution[rows]);
+            for (row, allowed) in scale.iter_mut().enumerate() {
+                let least = floor * self.largest[usize::from(self.kinds[row])];
+                *allowed = allowed.max(least).max(ROUNDING * resolution[row]);
+                let found = ratio(error[row].abs(), *allowed);
+                if worse(found, worst) {
+                    (worst, place) = (found, Some(row));
+                }
+            }
+        }
+        if let Some(row) = place {
+            self.note_law(worst, row);
+        }
+    }
+
+    fn judge_pairs(&mut self, block: &Block) {
+        let (n, m) = (self.n, self.m);
+        let amperes = |k: usize, i: usize| {
+            let scale = &block.scale[k * n..(k + 1) * n];
+            let rows = &self.touched[i];
+            let mean = rows.iter().map(|&r| scale[r]).sum::<f64>() / rows.len().max(1) as f64;
+            block.l[k * m + i].abs().max(mean)
+        };
+        let mut largest = self.largest;
+        for k in 0..block.count {
+            for i in 0..m {
+                largest[0] = largest[0].max(amperes(k, i));
+                largest[1] = largest[1].max(block.volts[k * m + i]);
+            }
+        }
+        let (mut worst, mut place) = (self.complementarity, self.worst_pair);
+        for k in (0..block.count).filter(|&k| !block.unsigned[k]) {
+            // a pair's voltage is a difference of several; rows may hold more than pairs do, be it
+            // only the rounding of what they store
+            let mut here = [0.0f64; 2];
+            for (&scale, &kind) in block.scale[k * n..(k + 1) * n].iter().zip(&self.kinds) {
+                here[usize::from(kind)] = here[usize::from(kind)].max(scale);
+            }
+            let share = block.margin * if block.after_jump[k] { AFTER_JUMP } else { FLOOR };
+            let floor = [0, 1].map(|j| (share * largest[j]).max(FLOOR * here[j]));
+            for i in 0..m {
+                let at = k * m + i;
+                let (l, w) = (block.l[at], block.w[at]);
+                let [slack_l, slack_w] = block.slack[at];
+                let current = ratio(beyond(l, slack_l), amperes(k, i).max(floor[0]));
+                let voltage = ratio(beyond(w, slack_w), block.volts[at].max(floor[1]));
+                let found = match block.roles[at] {
+                    1 => voltage.abs(),
+                    2 => current.abs(),
+                    _ if current.is_nan() || voltage.is_nan() => f64::NAN,
+                    _ => current.min(voltage).abs(),
+                };
+                if worse(found, worst) {
+                    (worst, place) = (found, Some(i));
+                }
+            }
+        }
+        self.largest = largest;
+        self.complementarity = worst;
+        self.worst_pair = place;
+    }
+}

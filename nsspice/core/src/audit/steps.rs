@@ -1,0 +1,159 @@
+//! Steps of the implicit scheme, whose balance of energy is known exactly:
+//!
+//! ```text
+//! dW = z1' E dz - dz' E dz / 2,
+//! z1' (E dz + h H dz + h Hs du) + h z1' G z1 + h z1' A lambda = h z1' S u
+//! ```
+//!
+//! so that stored + dissipated + `dz' E dz / 2` (+ what averaging adds) = delivered.
+
+use super::energy::Entry;
+use super::laws::Auditor;
+use super::points::{Point, FLOOR};
+
+/// The voltage of a pair is a difference of voltages that solving a large network leaves with
+/// rounding errors of 1e-12 of the largest: this times the share of rows.
+const MARGIN: f64 = 100.0;
+
+/// Recorded steps, one array per quantity.
+pub struct Steps<'a> {
+    /// end of each [s]
+    pub time: &'a [f64],
+    /// length [s]; infinite for static solutions, negative for states right after a jump
+    pub length: &'a [f64],
+    /// unknowns at the end
+    pub z: &'a [f64],
+    /// their change
+    pub change: &'a [f64],
+    /// multipliers at the end
+    pub l: &'a [f64],
+    /// sources at the end
+    pub u: &'a [f64],
+    /// their change
+    pub source_change: &'a [f64],
+    /// roles of the pairs; empty without switches
+    pub roles: &'a [u8],
+    /// the time that smooth functions see, if that of the records counts something else
+    pub frozen: Option<f64>,
+}
+
+impl Auditor {
+    /// Checks recorded steps.
+    pub fn take_steps(&mut self, steps: &Steps) {
+        let (n, m, p) = (self.n, self.m, self.p);
+        let (mut rates, mut resolution) = (vec![0.0; n], vec![0.0; n]);
+        let (mut old_z, mut old_u) = (vec![0.0; n], vec![0.0; p]);
+        let (mut f, mut f_old, mut f_change) = (Vec::new(), Vec::new(), Vec::new());
+        let mut contents = vec![0.0; n];
+        for k in 0..steps.time.len() {
+            let of = |list: &'_ [f64], size: usize| -> std::ops::Range<usize> {
+                debug_assert!(list.len() >= (k + 1) * size);
+                k * size..(k + 1) * size
+            };
+            let (z, change) = (&steps.z[of(steps.z, n)], &steps.change[of(steps.z, n)]);
+            let (u, du) = (&steps.u[of(steps.u, p)], &steps.source_change[of(steps.u, p)]);
+            let l = &steps.l[of(steps.l, m)];
+            let roles = if steps.roles.is_empty() { &[][..] } else { &steps.roles[k * m..][..m] };
+            let h = steps.length[k];
+            let size = h.abs();
+            let moving = h.is_finite() && h > 0.0;
+            if h.is_finite() {
+                self.length = self.length.max(h);
+            }
+            for (old, (z, change)) in old_z.iter_mut().zip(z.iter().zip(change)) {
+                *old = z - change;
+            }
+            for list in [&mut rates, &mut resolution, &mut contents] {
+                list.fill(0.0);
+            }
+            self.e.add(1.0 / size, change, &mut rates);
+            self.e.add_sizes(1.0, z, &mut contents);
+            self.e.add_sizes(1.0 / size, z, &mut resolution);
+            self.e.add_sizes(1.0 / size, &old_z, &mut resolution);
+            if let Some(smooth) = &mut self.smooth {
+                let clock = |t: f64| steps.frozen.unwrap_or(t);
+                smooth.values(z, u, clock(steps.time[k]), &mut f);
+                if !smooth.q.is_empty() {
+                    for (old, (u, du)) in old_u.iter_mut().zip(u.iter().zip(du)) {
+                        *old = u - du;
+                    }
+                    let earlier = steps.time[k] - if h.is_finite() { size } else { 0.0 };
+                    smooth.values(&old_z, &old_u, clock(earlier), &mut f_old);
+                    f_change.clear();
+                    f_change.extend(f.iter().zip(&f_old).map(|(a, b)| a - b));
+                    smooth.q.add(1.0 / size, &f_change, &mut rates);
+                    for values in [&f, &f_old] {
+                        smooth.q.add_sizes(1.0, values, &mut contents);
+                        smooth.q.add_sizes(1.0 / size, values, &mut resolution);
+                    }
+                }
+            }
+            for (&c, &kind) in contents.iter().zip(&self.kinds) {
+                let stored = &mut self.stored[usize::from(kind)];
+                *stored = stored.max(c);
+            }
+            if let Some((by_unknowns, by_sources)) = &self.averaging {
+                by_unknowns.add(1.0, change, &mut rates);
+                by_sources.add(1.0, du, &mut rates);
+            }
+            if h.is_infinite() || h < 0.0 {
+                rates.fill(0.0);
+            }
+            let point = Point { z, l, u, f: &f, roles, after_jump: h < 0.0, unsigned: false };
+            self.point(&point, &rates, &resolution);
+            if moving {
+                self.enter_step(&point, change, du, h, &rates, &resolution, steps.time[k]);
+            }
+        }
+        (self.block.margin, self.block.floor) = (MARGIN, FLOOR);
+        self.judge();
+        if let Some(ledger) = &mut self.ledger {
+            ledger.judge();
+        }
+    }
+
+    #[allow(clippy::too_many_arguments)] // a step and what has been computed of it
+    fn enter_step(
+        &mut self,
+        at: &Point,
+        change: &[f64],
+        du: &[f64],
+        h: f64,
+        rates: &[f64],
+        resolution: &[f64],
+        time: f64,
+    ) {
+        let Some(ledger) = &mut self.ledger else { return };
+        let z = at.z;
+        let (moved, moved_size) = self.e.form(z, change);
+        let half = 0.5 * self.e.form(change, change).0;
+        let ((by_g, g), (by_a, a)) = (self.g.form(z, z), self.a.form(z, at.l));
+        let (by_s, s) = self.s.form(z, at.u);
+        let mut entry = Entry {
+            change: moved - half,
+            scheme: half,
+            dissipated: h * (by_g + by_a),
+            delivered: h * by_s,
+            size: moved_size + h * (g + a + s),
+            after: 0.5 * self.e.form(z, z).0,
+            ..Entry::default()
+        };
+        let old: Vec<f64> = z.iter().zip(change).map(|(z, d)| z - d).collect();
+        entry.before = 0.5 * self.e.form(&old, &old).0;
+        if let Some((by_unknowns, by_sources)) = &self.averaging {
+            entry.scheme += h * (by_unknowns.form(z, change).0 + by_sources.form(z, du).0);
+        }
+        entry.size += z.iter().zip(resolution).map(|(z, r)| h * FLOOR * (z * r).abs()).sum::<f64>();
+        if let Some(smooth) = &self.smooth {
+            // what smooth elements store cannot be told from what they dissipate
+            let (by_f, f) = smooth.f.form(z, at.f);
+            let all: f64 = z.iter().zip(rates).map(|(z, r)| z * r).sum();
+            entry.dissipated += h * (by_f + all) - moved;
+            if let Some((by_unknowns, by_sources)) = &self.averaging {
+                entry.dissipated -= h * (by_unknowns.form(z, change).0 + by_sources.form(z, du).0);
+            }
+            entry.size += h * f;
+        }
+        ledger.take(entry, time - h, time, 1);
+    }
+}

@@ -1,0 +1,217 @@
+//! Stretches of a continuous solution: its points at the nodes of a quadrature, or the stages of a
+//! Runge-Kutta step.
+//!
+//! With `z1 = z0 + sum w_i k_i`, `z_i = z0 + sum a_ij k_j` the stored energy changes by exactly
+//!
+//! ```text
+//! sum w_i z_i' E k_i - (1/2) sum (w_i a_ij + w_j a_ji - w_i w_j) k_i' E k_j ;
+//! ```
+//!
+//! the last sum is what the scheme takes.  It vanishes for a closed form, whose integrals the
+//! quadrature meets up to rounding.
+
+use super::energy::Entry;
+use super::laws::Auditor;
+use super::points::{Point, FLOOR};
+use super::{ratio, worse};
+
+/// A pair that ends at zero does so up to the rounding of all that has decayed before.
+const MARGIN: f64 = 100.0;
+/// Events of a method with steps are located to 1e-11 of the largest voltage and current: half of
+/// this times the tolerance of 1e-8, in units of what laws are judged by.
+const LOCATED: f64 = 2000.0;
+/// Shares of the largest that laws are measured by: closed forms hold to 1e-13 of it (this times
+/// 1e-8), what has been iterated to 1e-11.
+const CLOSED: f64 = 1e-5;
+const ITERATED: f64 = 1e-3;
+/// Charges of elements that rest are tangents: they add up to this times 1e-8, well below the error
+/// that such a run is allowed.
+const TANGENTS: f64 = 100.0;
+/// An event is known to this part of its instant.
+const INSTANT: f64 = 16.0 * f64::EPSILON;
+
+/// Recorded stretches of `nodes` points each, one array per quantity.
+pub struct Stretches<'a> {
+    /// points in each
+    pub nodes: usize,
+    /// beginning and end [s]
+    pub begin: &'a [f64],
+    /// see `begin`
+    pub end: &'a [f64],
+    /// shortest time that rates stand for [s]
+    pub grain: &'a [f64],
+    /// steps of the engine that end with it
+    pub steps: &'a [u8],
+    /// signs of the pairs hold at all nodes (1), or at the last one alone (0)
+    pub signed: &'a [u8],
+    /// unknowns at the beginning, (k, n)
+    pub first: &'a [f64],
+    /// sources at the beginning, (k, p)
+    pub first_u: &'a [f64],
+    /// instants, (k, nodes)
+    pub time: &'a [f64],
+    /// weights of the nodes [s], (k, nodes)
+    pub weight: &'a [f64],
+    /// weights of the rates at the nodes [s], (k, nodes, nodes); empty for a closed form
+    pub inner: &'a [f64],
+    /// unknowns, (k, nodes, n); the last node is the end
+    pub z: &'a [f64],
+    /// rates of those that are stored, (k, nodes, n)
+    pub rate: &'a [f64],
+    /// multipliers, (k, nodes, m)
+    pub l: &'a [f64],
+    /// sources, (k, nodes, p)
+    pub u: &'a [f64],
+    /// rates of the smooth functions, (k, nodes, functions); empty without any
+    pub function_rate: &'a [f64],
+    /// roles of the pairs, (k, m); empty without switches
+    pub roles: &'a [u8],
+}
+
+impl Auditor {
+    /// Checks recorded stretches.
+    pub fn take_stretches(&mut self, all: &Stretches) {
+        let (n, m, p, s) = (self.n, self.m, self.p, all.nodes);
+        let count = all.begin.len();
+        let functions = self.smooth.as_ref().map_or(0, |f| f.tape.program().len());
+        let (mut charge_rate, mut resolution) = (vec![0.0; n], vec![0.0; n]);
+        let (mut f, mut f_first) = (Vec::new(), Vec::new());
+        // a sum of terms that cancel is rounded as they are: rates are known to the rounding of the
+        // largest content, over the shortest time
+        let mut content = vec![0.0; n];
+        for z in all.z.chunks_exact(n.max(1)) {
+            content.fill(0.0);
+            self.e.add_sizes(1.0, z, &mut content);
+            self.contents.iter_mut().zip(&content).for_each(|(most, c)| *most = most.max(*c));
+        }
+        for k in 0..count {
+            let h = all.end[k] - all.begin[k];
+            self.length = self.length.max(h);
+            let roles = if all.roles.is_empty() { &[][..] } else { &all.roles[k * m..][..m] };
+            let first = &all.first[k * n..][..n];
+            let weight = &all.weight[k * s..][..s];
+            // charge and flux: what is there in the end, minus what was there, minus what came
+            let (mut error, mut sizes) = (vec![0.0; n], vec![0.0; n]);
+            self.e.add_both(-1.0, first, &mut error, &mut sizes);
+            let mut entry = Entry::default();
+            let at = |i: usize, size: usize| (k * s + i) * size..(k * s + i + 1) * size;
+            for (i, &weight) in weight.iter().enumerate() {
+                let (z, l, u) = (&all.z[at(i, n)], &all.l[at(i, m)], &all.u[at(i, p)]);
+                let rate = &all.rate[at(i, n)];
+                charge_rate.fill(0.0);
+                self.e.add(1.0, rate, &mut charge_rate);
+                for (r, content) in resolution.iter_mut().zip(&self.contents) {
+                    *r = 2.0 * content / all.grain[k];
+                }
+                let mut by_functions = 0.0;
+                if let Some(smooth) = &mut self.smooth {
+                    smooth.values(z, u, all.time[k * s + i], &mut f);
+                    if !smooth.q.is_empty() {
+                        let df = &all.function_rate[at(i, functions)];
+                        smooth.q.add(1.0, df, &mut charge_rate);
+                        smooth.q.add_sizes(2.0 / all.grain[k], &f, &mut resolution);
+                        by_functions += smooth.q.form(z, df).0;
+                    }
+                    let (by_f, size) = smooth.f.form(z, &f);
+                    by_functions += by_f;
+                    entry.size += weight.abs() * size;
+                }
+                for ((e, size), r) in error.iter_mut().zip(&mut sizes).zip(&charge_rate) {
+                    *e -= weight * r;
+                    *size += (weight * r).abs();
+                }
+                let unsigned = all.signed[k] == 0 && i + 1 < s;
+                let point = Point { z, l, u, f: &f, roles, after_jump: false, unsigned };
+                self.point(&point, &charge_rate, &resolution);
+                if self.ledger.is_some() {
+                    let ((by_g, g), (by_a, a)) = (self.g.form(z, z), self.a.form(z, l));
+                    let (by_s, from_s) = self.s.form(z, u);
+                    entry.dissipated += weight * (by_g + by_a + by_functions);
+                    entry.delivered += weight * by_s;
+                    entry.size += weight.abs() * (g + a + from_s);
+                    let noise = z.iter().zip(&resolution).map(|(z, r)| (z * r).abs()).sum::<f64>();
+                    entry.size += weight.abs() * FLOOR * noise;
+                }
+                if i + 1 == s {
+                    self.e.add_both(1.0, z, &mut error, &mut sizes);
+                    if let Some(smooth) = self.smooth.as_mut().filter(|f| !f.q.is_empty()) {
+                        smooth.q.add_both(1.0, &f, &mut error, &mut sizes);
+                        let u = &all.first_u[k * p..][..p];
+                        smooth.values(first, u, all.begin[k], &mut f_first);
+                        smooth.q.add_both(-1.0, &f_first, &mut error, &mut sizes);
+                    }
+                }
+            }
+            let rounding = INSTANT * all.begin[k].abs().max(all.end[k].abs());
+            self.blur(s, (rounding / h).min(1.0));
+            let known = if all.signed[k] == 1 { 1.0 } else { TANGENTS };
+            self.motion(&error, &sizes, known);
+            if self.ledger.is_some() {
+                let last = &all.z[at(s - 1, n)];
+                self.enter_stretch(all, k, first, last, entry);
+            }
+        }
+        let exact = all.signed.iter().all(|&s| s == 1);
+        self.block.margin = if exact { MARGIN } else { LOCATED };
+        self.block.floor = if exact { CLOSED } else { ITERATED };
+        self.judge();
+        if let Some(ledger) = &mut self.ledger {
+            ledger.judge();
+        }
+    }
+
+    /// The balance of charge and flux over a stretch.
+    fn motion(&mut self, error: &[f64], sizes: &[f64], known: f64) {
+        for (&size, &kind) in sizes.iter().zip(&self.kinds) {
+            let stored = &mut self.stored[usize::from(kind)];
+            *stored = stored.max(size);
+        }
+        let (mut worst, mut place) = (self.laws, None);
+        for (row, (e, size)) in error.iter().zip(sizes).enumerate() {
+            let floor = FLOOR * self.stored[usize::from(self.kinds[row])];
+            let found = ratio(e.abs(), known * size.max(floor));
+            if worse(found, worst) {
+                (worst, place) = (found, Some(row));
+            }
+        }
+        if let Some(row) = place {
+            self.note_law(worst, row);
+        }
+    }
+
+    fn enter_stretch(
+        &mut self,
+        all: &Stretches,
+        k: usize,
+        first: &[f64],
+        last: &[f64],
+        mut entry: Entry,
+    ) {
+        let Some(ledger) = &mut self.ledger else { return };
+        let (n, s) = (self.n, all.nodes);
+        let sum: Vec<f64> = first.iter().zip(last).map(|(a, b)| 0.5 * (a + b)).collect();
+        let change: Vec<f64> = first.iter().zip(last).map(|(a, b)| b - a).collect();
+        let (moved, size) = self.e.form(&sum, &change);
+        entry.change = moved;
+        entry.size += size;
+        (entry.before, entry.after) =
+            (0.5 * self.e.form(first, first).0, 0.5 * self.e.form(last, last).0);
+        // the difference of two nearly equal states is known to their rounding
+        entry.size += FLOOR * (entry.before + entry.after);
+        if !all.inner.is_empty() {
+            let (w, inner) = (&all.weight[k * s..][..s], &all.inner[k * s * s..][..s * s]);
+            let rate = |i: usize| &all.rate[(k * s + i) * n..][..n];
+            for i in 0..s {
+                for j in 0..s {
+                    let c = w[i] * inner[i * s + j] + w[j] * inner[j * s + i] - w[i] * w[j];
+                    if c != 0.0 {
+                        let (form, size) = self.e.form(rate(i), rate(j));
+                        entry.scheme += 0.5 * c * form;
+                        entry.size += 0.5 * (c * size).abs();
+                    }
+                }
+            }
+        }
+        ledger.take(entry, all.begin[k], all.end[k], u64::from(all.steps[k]));
+    }
+}

@@ -1,0 +1,229 @@
+//! What a run leaves for those who check it: points of sampled segments, as they are.
+//!
+//! A segment is cut into stretches so short that a quadrature at the nodes of Gauss and Lobatto
+//! integrates what moves in it up to rounding; terms that have decayed no longer shorten them.
+//! Nothing is judged here.
+
+use super::mode::Mode;
+use super::pick::roles;
+use super::run::Engine;
+use super::terms::{Point, Term};
+use crate::audit::Taken;
+use crate::waveform::Side;
+
+/// Nodes on [-1, 1] and their weights: six, exact for polynomials up to degree nine.
+const NODES: [f64; 6] = [
+    -1.0,
+    -0.765_055_323_929_464_7,
+    -0.285_231_516_480_645_1,
+    0.285_231_516_480_645_1,
+    0.765_055_323_929_464_7,
+    1.0,
+];
+const WEIGHTS: [f64; 6] = [
+    1.0 / 15.0,
+    0.378_474_956_297_846_9,
+    0.554_858_377_035_486_4,
+    0.554_858_377_035_486_4,
+    0.378_474_956_297_846_9,
+    1.0 / 15.0,
+];
+/// Longest stretch in units of the time constant of a term: products of two such terms, as in
+/// powers, are then integrated with an error of 5e-13 (2 x 0.8)^10 = 5e-11 of their size.
+const REACH: f64 = 0.8;
+/// What has decayed below the first part is measured by larger things, below the second it is
+/// rounding.
+const SMALL: f64 = 1e-6;
+const GONE: f64 = 1e-16;
+/// Most stretches of one segment; the rest of it is left out.
+const MOST: usize = 40;
+/// Two instants closer than this, relatively, cannot be told apart.
+const SAME: f64 = 64.0 * f64::EPSILON;
+/// Price of a stretch in segments, so that records cost a twentieth of a run, and how many can be
+/// had at once.
+const PRICE: u64 = 128;
+const STOCK: u64 = 32 * PRICE;
+/// Modes whose first segment begins with a stretch that is recorded whatever it costs: reducing
+/// each cost more.
+const FIRST_MODES: usize = 1024;
+/// Records are handed over when they hold this many numbers.
+const FULL: usize = 1 << 18;
+
+/// Chooses the segments to record and keeps their points.
+pub(super) struct Witness {
+    pub watches: bool,
+    tokens: u64,
+    modes: usize,
+    /// segments without length since the last record
+    empty: u8,
+    pub taken: Taken,
+    point: Point,
+    x: Vec<f64>,
+    v: Vec<f64>,
+    d: Vec<f64>,
+    a: Vec<f64>,
+}
+
+impl Default for Witness {
+    fn default() -> Witness {
+        Witness {
+            watches: false,
+            tokens: STOCK,
+            modes: 0,
+            empty: 0,
+            taken: Taken { nodes: NODES.len(), ..Taken::default() },
+            point: Point::default(),
+            x: Vec::new(),
+            v: Vec::new(),
+            d: Vec::new(),
+            a: Vec::new(),
+        }
+    }
+}
+
+impl Engine {
+    /// Whether points are left for those who check the run.
+    pub fn watch(&mut self, watches: bool) {
+        self.witness.watches = watches;
+    }
+
+    /// Numbers that wait to be taken.
+    pub fn waiting(&self) -> usize {
+        self.witness.taken.size()
+    }
+
+    /// True when they should be taken.
+    pub(super) fn brimful(&self) -> bool {
+        self.waiting() >= FULL
+    }
+
+    /// The points recorded since the last call.
+    pub fn take_stretches(&mut self) -> Taken {
+        let nodes = NODES.len();
+        std::mem::replace(&mut self.witness.taken, Taken { nodes, ..Taken::default() })
+    }
+
+    /// A segment of this length has begun; `fresh` if its mode has not been met before.
+    pub(super) fn witness_segment(&mut self, mode: &Mode, length: f64, fresh: bool) {
+        let w = &mut self.witness;
+        if !w.watches {
+            return;
+        }
+        if length <= 0.0 {
+            w.empty = w.empty.saturating_add(1);
+            return;
+        }
+        w.tokens = (w.tokens + 1).min(STOCK);
+        let first = fresh && w.modes < FIRST_MODES;
+        w.modes += usize::from(fresh);
+        if !first && w.tokens < PRICE {
+            return;
+        }
+        let most = usize::from(first).max(((w.tokens / PRICE) as usize).min(MOST));
+        let (mut begin, mut count) = (0.0, 0);
+        while count < most {
+            let width = self.reach(begin, length);
+            let end = if begin + 1.01 * width >= length { length } else { begin + width };
+            count += 1;
+            self.record_stretch(mode, begin, end, length);
+            begin = end;
+            if begin >= length {
+                break;
+            }
+        }
+        let w = &mut self.witness;
+        w.tokens = w.tokens.saturating_sub(count as u64 * PRICE);
+    }
+
+    /// How long the stretch that begins at `t` may be.
+    fn reach(&self, t: f64, length: f64) -> f64 {
+        let mut width = length - t;
+        for placed in &self.path.terms {
+            let (rate, forced) = match placed.term {
+                Term::One | Term::Time => continue,
+                Term::Exp { rate } | Term::Ramp { own: rate } => (rate, rate),
+                Term::Near { own, apart, .. } => (own, own + apart),
+            };
+            for rate in [rate, forced] {
+                let left = (rate.re * t).exp();
+                let size = rate.abs();
+                if size > 0.0 && left > GONE {
+                    // the error grows with the tenth power of the length
+                    let room = (SMALL / left).max(1.0).powf(0.1);
+                    width = width.min(REACH / size * room);
+                }
+            }
+        }
+        width
+    }
+
+    fn record_stretch(&mut self, mode: &Mode, begin: f64, end: f64, length: f64) {
+        let (n, m) = (self.net.n, self.net.m);
+        let mut w = std::mem::take(&mut self.witness);
+        let (half, middle) = (0.5 * (end - begin), 0.5 * (end + begin));
+        w.x.resize(mode.n, 0.0);
+        w.v.resize(self.v.len(), 0.0);
+        w.a.resize(self.net.states, 0.0);
+        let sources = self.inputs.waveforms().len();
+        for (k, (node, weight)) in NODES.iter().zip(WEIGHTS).enumerate() {
+            let t = match k {
+                0 => begin,
+                5 => end,
+                _ => middle + half * node,
+            };
+            self.path.at(t, &mut w.point);
+            self.path.state(&w.point, &mut w.x);
+            self.path.inputs(&self.segment, &w.point, &mut w.v);
+            self.segment.rates(&w.v, &mut w.d);
+            let taken = &mut w.taken;
+            let (z, l, u) = (taken.z.len(), taken.l.len(), taken.u.len());
+            taken.z.resize(z + n, 0.0);
+            taken.l.resize(l + m, 0.0);
+            taken.u.resize(u + sources, 0.0);
+            self.unknowns(mode, &w.x, &w.v, &w.d, &mut taken.z[z..], &mut taken.l[l..]);
+            let instant = if end == length && k == 5 { self.end } else { self.time + t };
+            self.sources_inside(instant, k == 0, &w.v, &w.d, &mut taken.u[u..]);
+            if k == 0 {
+                taken.first.extend_from_slice(&taken.z[z..]);
+                taken.first_u.extend_from_slice(&taken.u[u..]);
+            }
+            self.path.state_rate(&w.point, &mut w.x);
+            mode.leave_x.apply(&w.x, &mut w.a);
+            mode.leave_v.apply_add(&w.d, &mut w.a);
+            let rate = taken.rate.len();
+            taken.rate.resize(rate + n, 0.0);
+            self.net.big_r.apply(&w.a, &mut taken.rate[rate..]);
+            taken.time.push(self.time + t);
+            taken.weight.push(half * weight);
+        }
+        let taken = &mut w.taken;
+        taken.begin.push(self.time + begin);
+        taken.end.push(self.time + end);
+        taken.grain.push((end - begin).min(1.0 / mode.fastest));
+        taken.steps.push(if end == length {
+            1u8.saturating_add(std::mem::take(&mut w.empty))
+        } else {
+            0
+        });
+        taken.signed.push(1);
+        if !self.switches.is_empty() {
+            taken.roles.extend(roles(m, &self.switches, &self.gates).iter().map(|&r| r as u8));
+        }
+        self.witness = w;
+    }
+
+    /// Sources inside a segment: those that the segment is driven by, unless a waveform itself says
+    /// something else than the rounding of the time explains.
+    fn sources_inside(&self, time: f64, start: bool, v: &[f64], d: &[f64], out: &mut [f64]) {
+        let side = if start { Side::Right } else { Side::Left };
+        self.inputs.values(time, side, out);
+        let indistinct = self.end - self.time <= SAME * self.end;
+        for (k, u) in out.iter_mut().enumerate() {
+            let (driven, rate) = (self.inputs.value_of(k, v), self.inputs.rate_of(k, d));
+            let rounding = 8.0 * f64::EPSILON * (time * rate).abs();
+            if indistinct || (*u - driven).abs() <= rounding + 1e-12 * u.abs().max(driven.abs()) {
+                *u = driven;
+            }
+        }
+    }
+}

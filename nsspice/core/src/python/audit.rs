@@ -1,0 +1,246 @@
+//! The checks of the certificate as a Python class.
+
+use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec};
+use crate::audit::{Arrays, Auditor, Steps, Stretches, Taken};
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+type Bytes<'py> = PyReadonlyArray1<'py, u8>;
+
+#[pyclass(name = "Auditor", module = "nsspice._core")]
+pub(super) struct PyAuditor {
+    inner: Auditor,
+    functions: usize,
+}
+
+/// A flat array of an entry of a dict.
+fn part<'py, T>(dict: &Bound<'py, PyDict>, name: &str) -> PyResult<PyReadonlyArray1<'py, T>>
+where
+    T: numpy::Element,
+{
+    let item = dict.get_item(name)?.ok_or_else(|| invalid(format!("{name} is missing")))?;
+    item.extract().map_err(|_| invalid(format!("{name} is no flat array of its type")))
+}
+
+#[pymethods]
+impl PyAuditor {
+    #[new]
+    #[allow(clippy::too_many_arguments)] // one argument per array of the system
+    fn new(
+        e: Matrix,
+        g: Matrix,
+        a: Matrix,
+        b: Matrix,
+        d: Matrix,
+        q: Floats,
+        s: Matrix,
+        row_kind: Bytes,
+        averaging: Option<(Matrix, Matrix)>,
+        smooth: Option<SmoothSpec>,
+    ) -> PyResult<Self> {
+        let (n, m, p) = (g.0, a.1, s.1);
+        let smooth = match &smooth {
+            Some(spec) => Some((tape(&spec.0, n, p)?, csc(&spec.1)?, csc(&spec.2)?)),
+            None => None,
+        };
+        let averaging = match &averaging {
+            Some((h, hs)) => Some((csc(h)?, csc(hs)?)),
+            None => None,
+        };
+        let arrays = Arrays {
+            e: csc(&e)?,
+            g: csc(&g)?,
+            a: csc(&a)?,
+            b: csc(&b)?,
+            d: csc(&d)?,
+            q: q.as_slice()?.to_vec(),
+            s: csc(&s)?,
+            row_kind: row_kind.as_slice()?.to_vec(),
+            averaging,
+            smooth,
+        };
+        let functions = arrays.smooth.as_ref().map_or(0, |t| t.0.program().len());
+        let shape = |c: &crate::sparse::Csc, r: usize, k: usize| c.nrows == r && c.ncols == k;
+        let fits = shape(&arrays.e, n, n)
+            && shape(&arrays.g, n, n)
+            && shape(&arrays.a, n, m)
+            && shape(&arrays.b, m, n)
+            && shape(&arrays.d, m, m)
+            && shape(&arrays.s, n, p)
+            && arrays.q.len() == m
+            && arrays.row_kind.len() == n
+            && arrays.row_kind.iter().all(|&k| k < 2)
+            && arrays.averaging.iter().all(|(h, hs)| shape(h, n, n) && shape(hs, n, p))
+            && arrays.smooth.iter().all(|t| shape(&t.1, n, functions) && shape(&t.2, n, functions));
+        if !fits {
+            return Err(invalid("the arrays of the system do not fit together"));
+        }
+        Ok(PyAuditor { inner: Auditor::new(&arrays), functions })
+    }
+
+    /// Checks recorded steps, given as flat arrays.
+    #[pyo3(signature = (records, frozen=None))]
+    fn take_steps(&mut self, records: &Bound<'_, PyDict>, frozen: Option<f64>) -> PyResult<()> {
+        let floats = |name: &str| part::<f64>(records, name);
+        let (time, length) = (floats("time")?, floats("length")?);
+        let (z, change, l) = (floats("z")?, floats("change")?, floats("lam")?);
+        let (u, du) = (floats("u")?, floats("source_change")?);
+        let roles = part::<u8>(records, "roles")?;
+        let steps = Steps {
+            time: time.as_slice()?,
+            length: length.as_slice()?,
+            z: z.as_slice()?,
+            change: change.as_slice()?,
+            l: l.as_slice()?,
+            u: u.as_slice()?,
+            source_change: du.as_slice()?,
+            roles: roles.as_slice()?,
+            frozen,
+        };
+        let (n, m, p) = self.inner.sizes();
+        let k = steps.time.len();
+        let fits = steps.length.len() == k
+            && [steps.z.len(), steps.change.len()] == [k * n; 2]
+            && steps.l.len() == k * m
+            && [steps.u.len(), steps.source_change.len()] == [k * p; 2]
+            && (steps.roles.is_empty() || steps.roles.len() == k * m);
+        if !fits {
+            return Err(invalid("the recorded arrays do not fit the system"));
+        }
+        self.inner.take_steps(&steps);
+        Ok(())
+    }
+
+    /// Checks recorded stretches, given as flat arrays.
+    fn take_stretches(&mut self, records: &Bound<'_, PyDict>) -> PyResult<()> {
+        let floats = |name: &str| part::<f64>(records, name);
+        let nodes: usize =
+            records.get_item("nodes")?.ok_or_else(|| invalid("nodes is missing"))?.extract()?;
+        let (begin, end, grain) = (floats("begin")?, floats("end")?, floats("grain")?);
+        let (done, signed) = (part::<u8>(records, "steps")?, part::<u8>(records, "signed")?);
+        let (first, first_u) = (floats("first")?, floats("first_u")?);
+        let (time, weight, inner) = (floats("time")?, floats("weight")?, floats("inner")?);
+        let (z, rate, l, u) = (floats("z")?, floats("rate")?, floats("lam")?, floats("u")?);
+        let function_rate = floats("function_rate")?;
+        let roles = part::<u8>(records, "roles")?;
+        let all = Stretches {
+            nodes,
+            begin: begin.as_slice()?,
+            end: end.as_slice()?,
+            grain: grain.as_slice()?,
+            steps: done.as_slice()?,
+            signed: signed.as_slice()?,
+            first: first.as_slice()?,
+            first_u: first_u.as_slice()?,
+            time: time.as_slice()?,
+            weight: weight.as_slice()?,
+            inner: inner.as_slice()?,
+            z: z.as_slice()?,
+            rate: rate.as_slice()?,
+            l: l.as_slice()?,
+            u: u.as_slice()?,
+            function_rate: function_rate.as_slice()?,
+            roles: roles.as_slice()?,
+        };
+        let (n, m, p) = self.inner.sizes();
+        let (k, points) = (all.begin.len(), all.begin.len() * nodes);
+        let either = |len: usize, full: usize| len == 0 || len == full;
+        let fits = [all.end.len(), all.grain.len(), all.steps.len(), all.signed.len()] == [k; 4]
+            && all.first.len() == k * n
+            && all.first_u.len() == k * p
+            && [all.time.len(), all.weight.len()] == [points; 2]
+            && either(all.inner.len(), points * nodes)
+            && [all.z.len(), all.rate.len()] == [points * n; 2]
+            && all.l.len() == points * m
+            && all.u.len() == points * p
+            && all.function_rate.len() == points * self.functions
+            && either(all.roles.len(), k * m);
+        if !fits {
+            return Err(invalid("the recorded arrays do not fit the system"));
+        }
+        self.inner.take_stretches(&all);
+        Ok(())
+    }
+
+    /// Relative error of the balance of charge and flux over a jump.
+    fn jump_error(
+        &mut self,
+        moved: Floats,
+        stored: Floats,
+        after: Floats,
+        unknowns: Floats,
+        multipliers: Floats,
+    ) -> PyResult<f64> {
+        let (n, m, _) = self.inner.sizes();
+        let lists = [&moved, &stored, &after, &unknowns, &multipliers];
+        let [moved, stored, after, unknowns, multipliers] = lists.map(|a| a.as_slice());
+        let (moved, stored, after) = (moved?, stored?, after?);
+        let (unknowns, multipliers) = (unknowns?, multipliers?);
+        let all_n = [moved.len(), stored.len(), after.len(), unknowns.len()] == [n; 4];
+        if !all_n || multipliers.len() != m {
+            return Err(invalid("the jump does not fit the system"));
+        }
+        Ok(self.inner.jump_error(moved, stored, after, unknowns, multipliers))
+    }
+
+    /// Takes the energies of a jump [J].
+    fn jump(&mut self, time: f64, before: f64, after: f64, delivered: f64) {
+        if let Some(ledger) = &mut self.inner.ledger {
+            ledger.jump(time, before, after, delivered);
+        }
+    }
+
+    /// The worst errors, where, and the energies.
+    fn result<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let out = PyDict::new(py);
+        out.set_item("laws", self.inner.laws)?;
+        out.set_item("complementarity", self.inner.complementarity)?;
+        out.set_item("worst_row", self.inner.worst_row)?;
+        out.set_item("worst_pair", self.inner.worst_pair)?;
+        out.set_item("checks", self.inner.checks)?;
+        if let Some(ledger) = &self.inner.ledger {
+            let e = &ledger.energy;
+            let energy = PyDict::new(py);
+            energy.set_item("stored", e.stored)?;
+            energy.set_item("delivered", e.delivered)?;
+            energy.set_item("dissipated", e.dissipated)?;
+            energy.set_item("lost", e.lost)?;
+            energy.set_item("scheme", e.scheme)?;
+            energy.set_item("imbalance", e.imbalance)?;
+            energy.set_item("steps", e.steps)?;
+            out.set_item("energy", energy)?;
+            out.set_item("drift", ledger.drift())?;
+        }
+        Ok(out)
+    }
+}
+
+/// Recorded stretches as a dict of flat arrays.
+pub(super) fn stretch_dict<'py>(py: Python<'py>, taken: &Taken) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    out.set_item("nodes", taken.nodes)?;
+    for (name, values) in [
+        ("begin", &taken.begin),
+        ("end", &taken.end),
+        ("grain", &taken.grain),
+        ("first", &taken.first),
+        ("first_u", &taken.first_u),
+        ("time", &taken.time),
+        ("weight", &taken.weight),
+        ("inner", &taken.inner),
+        ("z", &taken.z),
+        ("rate", &taken.rate),
+        ("lam", &taken.l),
+        ("u", &taken.u),
+        ("function_rate", &taken.function_rate),
+    ] {
+        out.set_item(name, PyArray1::from_slice(py, values))?;
+    }
+    for (name, values) in
+        [("steps", &taken.steps), ("signed", &taken.signed), ("roles", &taken.roles)]
+    {
+        out.set_item(name, PyArray1::from_slice(py, values))?;
+    }
+    Ok(out)
+}

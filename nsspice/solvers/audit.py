@@ -1,0 +1,112 @@
+"""The laws of a circuit, checked at points of a run by code that shares nothing with its solver.
+
+Any engine hands over points in blocks: unknowns z, multipliers, sources, and the rates of stored
+charge and flux that its scheme gives.  Checked are
+
+.. math::
+
+    \\dot q + G z + A \\lambda = S u, \\qquad w = q_0 - B z + D \\lambda, \\qquad
+    0 \\le \\lambda \\perp w \\ge 0
+
+(Kirchhoff's laws and the element laws row by row, signs and products of the set-valued ones), each
+relative to the currents and voltages that meet in it.  The products are formed from the assembled
+arrays in a module of the core of its own; no factor, map, scaling or residual of a solver takes
+part.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..problems.csc import Csc, Floats
+from ..problems.descriptor import DescriptorSystem
+from .mlcp import core_matrix
+from .moreau import Jump, Records, core_smooth
+from .stretches import Stretches
+
+
+class Auditor:
+    """Checks the points of one island.
+
+    Parameters
+    ----------
+    system : DescriptorSystem
+    H, Hs : Csc, optional
+        Averaging terms of a theta scheme, shapes (n, n) and (n, p); its rates contain them.
+
+    Examples
+    --------
+    A current of 1 A into 2 Ohm gives 2 V; 3 V miss the law of currents by 0.5 of 1.5 + 1 A:
+
+    >>> half, none = Csc.from_triplets((1, 1), [0], [0], [0.5]), Csc.zeros
+    >>> system = DescriptorSystem(none((1, 1)), half, none((1, 0)), none((0, 1)), none((0, 0)),
+    ...     np.zeros(0), Csc.from_triplets((1, 1), [0], [0], [1.0]), row_kind=np.zeros(1, np.uint8))
+    >>> static, zero, one = np.full(1, np.inf), np.zeros((1, 1)), np.ones((1, 1))
+    >>> for volts in 2.0, 3.0:
+    ...     auditor = Auditor(system)
+    ...     z, lam = volts * one, np.zeros((1, 0))
+    ...     auditor.check(Records(static, static, z, zero, lam, one, zero, None))
+    ...     print(auditor.result()["laws"])
+    0.0
+    0.2
+    """
+
+    def __init__(
+        self, system: DescriptorSystem, H: Csc | None = None, Hs: Csc | None = None
+    ) -> None:
+        self.system = system
+        averaging = None
+        if H is not None and Hs is not None and (H.data.size or Hs.data.size):
+            averaging = (core_matrix(H), core_matrix(Hs))
+        self._core = _core.Auditor(
+            core_matrix(system.E),
+            core_matrix(system.G),
+            core_matrix(system.A),
+            core_matrix(system.B),
+            core_matrix(system.D),
+            system.q,
+            core_matrix(system.S),
+            system.row_kind,
+            averaging,
+            core_smooth(system.smooth),
+        )
+
+    def check(self, records: Records, frozen: float | None = None) -> None:
+        """Take recorded steps into the worst errors and the energies.
+
+        Parameters
+        ----------
+        records : Records
+        frozen : float, optional
+            The time that smooth functions see [s], if that of the records counts something else.
+        """
+        flat = {
+            name: np.ascontiguousarray(getattr(records, name)).ravel()
+            for name in ("time", "length", "z", "change", "lam", "u", "source_change")
+        }
+        roles = records.roles
+        flat["roles"] = np.zeros(0, np.uint8) if roles is None else roles.ravel()
+        self._core.take_steps(flat, frozen)
+
+    def check_stretches(self, stretches: Stretches) -> None:
+        """Take recorded stretches of continuous solutions into the worst errors and energies."""
+        self._core.take_stretches(stretches.flat())
+
+    def jump_error(self, moved: Floats, jump: Jump, stored: Floats) -> float:
+        """Return the relative error of the balance of charge and flux over a jump.
+
+        What moved into each row, shape (n,), plus what impulses brought there vanishes; ``stored``
+        is the size of what was there.
+        """
+        return self._core.jump_error(moved, stored, jump.after, jump.unknowns, jump.multipliers)
+
+    def jump_energy(self, time: float, before: float, after: float, delivered: float) -> None:
+        """Take the stored energies [J] before and after a jump, and what the sources gave."""
+        self._core.jump(time, before, after, delivered)
+
+    def result(self) -> dict[str, Any]:
+        """Return worst errors, where they are, and the energies."""
+        return self._core.result()

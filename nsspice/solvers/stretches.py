@@ -1,0 +1,94 @@
+"""Stretches of a continuous solution, as engines leave them for those who check the run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..problems.csc import Floats
+from ..problems.descriptor import DescriptorSystem
+
+
+@dataclass(frozen=True, slots=True)
+class Stretches:
+    """k stretches with s points each: nodes of a quadrature, or stages of a Runge-Kutta step.
+
+    Parameters
+    ----------
+    begin, end : ndarray, shape (k,)
+        [s]
+    grain : ndarray, shape (k,)
+        Shortest time that the rates stand for [s].
+    steps : ndarray of uint8, shape (k,)
+        Steps of the engine that end with each.
+    signed : ndarray of uint8, shape (k,)
+        1 if the signs of the pairs are promised at all points, 0 at the last one alone.
+    first, first_u : ndarray, shapes (k, n), (k, p)
+        Unknowns and sources at the beginning.
+    time, weight : ndarray, shape (k, s)
+        Instants, and weights of the rates in the change of the state [s].
+    inner : ndarray, shape (k, s, s), or empty
+        Weights of the rates in the states of the points [s]; empty for a closed form.
+    z, rate : ndarray, shape (k, s, n)
+        Unknowns, and the rates of those that are stored; the last point is the end.
+    lam : ndarray, shape (k, s, m)
+    u : ndarray, shape (k, s, p)
+    function_rate : ndarray, shape (k, s, functions)
+        Rates of the smooth functions.
+    roles : ndarray of uint8, shape (k, m), or empty
+        0 complementary pair, 1 closed, 2 open; empty if all are complementary.
+    """
+
+    begin: Floats
+    end: Floats
+    grain: Floats
+    steps: npt.NDArray[np.uint8]
+    signed: npt.NDArray[np.uint8]
+    first: Floats
+    first_u: Floats
+    time: Floats
+    weight: Floats
+    inner: Floats
+    z: Floats
+    rate: Floats
+    lam: Floats
+    u: Floats
+    function_rate: Floats
+    roles: npt.NDArray[np.uint8]
+
+    @classmethod
+    def of(cls, flat: dict[str, Any], system: DescriptorSystem) -> Stretches:
+        """Give the flat arrays of the core their shapes."""
+        n, m, p = system.n, system.m, len(system.waveforms)
+        k, s = flat["begin"].size, flat.pop("nodes")
+        functions = 0 if system.smooth is None else system.smooth.F.shape[1]
+        shapes = {
+            "first": (k, n),
+            "first_u": (k, p),
+            "time": (k, s),
+            "weight": (k, s),
+            "z": (k, s, n),
+            "rate": (k, s, n),
+            "lam": (k, s, m),
+            "u": (k, s, p),
+            "function_rate": (k, s, functions),
+        }
+        for name, shape in shapes.items():
+            flat[name] = flat[name].reshape(shape)
+        if flat["inner"].size:
+            flat["inner"] = flat["inner"].reshape(k, s, s)
+        if flat["roles"].size:
+            flat["roles"] = flat["roles"].reshape(k, m)
+        return cls(**flat)
+
+    def flat(self) -> dict[str, Any]:
+        """Return the arrays as the core takes them."""
+        out: dict[str, Any] = {
+            field.name: np.ascontiguousarray(getattr(self, field.name)).ravel()
+            for field in fields(self)
+        }
+        out["nodes"] = self.time.shape[1]
+        return out
