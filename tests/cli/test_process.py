@@ -8,11 +8,24 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import nsspice
+
+
+@contextmanager
+def started(command: list[str], **streams: Any) -> Iterator[subprocess.Popen[Any]]:
+    """Start a process that does not outlive the test, should that fail halfway."""
+    with subprocess.Popen(command, **streams) as running:
+        try:
+            yield running
+        finally:
+            running.kill()
 
 
 def test_version(process):
@@ -60,7 +73,7 @@ def test_version_costs_little():
 
 def test_ctrl_c_keeps_the_rows(decks):
     command = [sys.executable, "-m", "nsspice", "run", "long.net"]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as running:
+    with started(command, stderr=subprocess.PIPE, text=True) as running:
         deadline = time.monotonic() + 30.0
         while not (Path("long.csv").exists() and Path("long.csv").stat().st_size > 100_000):
             assert running.poll() is None
@@ -81,7 +94,7 @@ def test_ctrl_c_keeps_the_rows(decks):
 
 def test_a_killed_run_leaves_complete_rows(decks):
     command = [sys.executable, "-m", "nsspice", "run", "long.net", "-q"]
-    with subprocess.Popen(command, stderr=subprocess.DEVNULL) as running:
+    with started(command, stderr=subprocess.DEVNULL) as running:
         deadline = time.monotonic() + 30.0
         while not (Path("long.csv").exists() and Path("long.csv").stat().st_size > 100_000):
             assert time.monotonic() < deadline
@@ -93,7 +106,7 @@ def test_a_killed_run_leaves_complete_rows(decks):
 
 def test_a_closed_pipe_ends_quietly(decks):
     command = [sys.executable, "-m", "nsspice", "run", "long.net", "-o", "-", "-q"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+    with started(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
         assert running.stdout is not None
         assert running.stdout.readline().startswith(b"time,")
         running.stdout.close()
