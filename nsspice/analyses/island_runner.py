@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
-from ..circuit import Circuit, Island, MnaSystem, ProblemClass
+from ..circuit import Circuit, Island, MnaSystem
 from ..errors import Diagnostic, UsageError
 from ..problems.descriptor import Functional, Waveform
 from ..solvers.modewise import ModewiseStepper, NotModewise
@@ -20,12 +20,11 @@ from .failure import named_failure
 from .following import PATH_METHODS, Following, of_linearised
 from .impulses import jumps_of
 from .initial import start
+from .method import choose
 from .regularity import Judge
 from .settings import Settings
 from .solution import IslandRun, JumpReport
 
-#: Unknowns and pairs of an island up to which ``auto`` goes mode by mode.
-AUTO_LIMIT = 300
 _FEW = 8  # implicit steps that are not worth a word
 BUDGET = 0.05  # [s] longest stretch inside the core: Ctrl-C waits no longer
 _WAIT = 1 << 17  # numbers recorded before they are checked: many at once cost less
@@ -80,49 +79,25 @@ class IslandRunner:
             return moreau
         if self.step is None:
             return MoreauStepper(system, functionals)
-        if settings.method == "modewise" or (settings.method == "auto" and not settings.stepped):
-            stepper = self._modewise(functionals)
-            if stepper is not None:
-                return stepper
-        if self._wants_sdirk:
-            self.method, self.step = "sdirk", self.analysis.longest_step(settings.step)
+        choice = choose(self.island.problem_class, system, settings)
+        self.method, self.note = choice
+        if self.method == "modewise":
+            try:
+                return ModewiseStepper(system, functionals)
+            except NotModewise as reason:
+                if settings.method == "modewise":
+                    raise _refused(self.number, reason) from reason
+                self.method, self.note = "moreau", f"not modewise: {reason}"
+        if self.method == "sdirk":
+            self.step = self.analysis.longest_step(settings.step)
             accuracy = Accuracy(settings.reltol, settings.vntol, settings.abstol, settings.order)
             return SdirkStepper(system, functionals, accuracy)
-        self.method = "moreau"
         if settings.theta == 1.0:
             return MoreauStepper(system, functionals)
         from ..circuit.theta import theta_terms
 
         H, Hs = theta_terms(self.mna, settings.theta)
         return MoreauStepper(system, functionals, H=H, Hs=Hs)
-
-    @property
-    def _wants_sdirk(self) -> bool:
-        """True if steps with error control are asked for, or are the best for the island."""
-        settings = self.settings
-        # a step or theta that is asked for means fixed steps
-        free = settings.step is None and settings.theta == 1.0
-        smooth = self.island.problem_class is ProblemClass.DNCP
-        return settings.method == "sdirk" or (settings.method == "auto" and smooth and free)
-
-    def _modewise(self, functionals: Sequence[Functional]) -> ModewiseStepper | None:
-        """Return the exact engine if it can treat the system; the note tells why not."""
-        system, chosen = self.mna.system, self.settings.method == "modewise"
-        if not chosen and system.smooth is not None:
-            return None  # the problem class says it
-        size = system.n + system.m
-        if not chosen and size > AUTO_LIMIT:
-            self.note = f"{size} unknowns and pairs: method=modewise is exact, but may take longer"
-            return None
-        try:
-            stepper = ModewiseStepper(system, functionals)
-        except NotModewise as reason:
-            if chosen:
-                raise _refused(self.number, reason) from reason
-            self.note = f"not modewise: {reason}"
-            return None
-        self.method = "modewise"
-        return stepper
 
     def _watch(self) -> None:
         """Choose which steps are recorded for the certificate."""

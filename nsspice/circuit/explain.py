@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from ..devices import Device
 from ..errors import Diagnostic, RegularityError
 from .circuit import Circuit, Island
 from .dlcp import DlcpForm, dlcp_form
+from .mna import MnaSystem
 from .problem_class import ProblemClass
 from .regularity import DcUniqueness, dc_uniqueness
 from .render import label_list, labelled_matrix
 
-#: how each class is solved
-METHOD = {
-    ProblemClass.LINEAR_ALGEBRAIC: "one linear system per point",
-    ProblemClass.LCP: "one mixed linear complementarity problem per point, exact",
-    ProblemClass.GE: "Newton's method on the generalized equation, point by point",
-    ProblemClass.LINEAR_DAE: "implicit time steps with one factorisation",
-    ProblemClass.DLCP: "Moreau time stepping, one mixed linear complementarity problem per step",
-    ProblemClass.DNCP: "Moreau time stepping with Newton's method in each step",
-}
+#: tells how an island is solved
+Teller = Callable[[Circuit, Island, MnaSystem], str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +59,8 @@ class IslandExplanation:
         Why there is no DLCP form although it was asked for.
     uniqueness : DcUniqueness or None
         Whether the DC problem has at most one solution; None for linear islands.
+    method : str
+        How it is solved.
     """
 
     number: int
@@ -78,6 +74,7 @@ class IslandExplanation:
     form: DlcpForm | None = None
     without_form: str = ""
     uniqueness: DcUniqueness | None = None
+    method: str = ""
 
     def to_dict(self) -> dict[str, object]:
         """Return a JSON-ready mapping."""
@@ -90,7 +87,7 @@ class IslandExplanation:
             "class": self.problem_class.name,
             "class_name": self.problem_class.value,
             "reason": self.reason,
-            "method": METHOD[self.problem_class],
+            "method": self.method,
             "uniqueness": (
                 {
                     "unique": self.uniqueness.unique,
@@ -113,7 +110,7 @@ class IslandExplanation:
         lines = [
             f"island {self.number}: {self.problem_class.name}, {self.problem_class.value}",
             f"  why       {self.reason}",
-            f"  solved by {METHOD[self.problem_class]}",
+            *([f"  solved by {self.method}"] if self.method else []),
             f"  size      {_count(self.elements, 'element')}, {_count(self.nodes, 'node')}, "
             f"{_count(len(self.unknowns), 'unknown')}, {_count(len(self.pairs), 'pair')}",
             f"  unknowns  {label_list(self.unknowns, 12)}",
@@ -181,7 +178,11 @@ class Explanation:
         return "\n\n".join(blocks) + "\n"
 
 
-def explain(circuit: Circuit, matrices: bool = False) -> Explanation:
+def explain(
+    circuit: Circuit,
+    matrices: bool = False,
+    method: Teller | None = None,
+) -> Explanation:
     """Return what a circuit is, without simulating it.
 
     Parameters
@@ -189,16 +190,23 @@ def explain(circuit: Circuit, matrices: bool = False) -> Explanation:
     circuit : Circuit
     matrices : bool
         Also derive the DLCP matrices of each dynamic or set-valued island.
+    method : callable, optional
+        Tells how an island is solved; left out of the explanation without it.
     """
     return Explanation(
         circuit.deck.title,
         circuit.deck.file,
-        tuple(_explain(k, isle, matrices) for k, isle in enumerate(circuit.islands, 1)),
+        tuple(
+            _explain(circuit, k, island, matrices, method)
+            for k, island in enumerate(circuit.islands, 1)
+        ),
         tuple(circuit.warnings),
     )
 
 
-def _explain(number: int, island: Island, matrices: bool) -> IslandExplanation:
+def _explain(
+    circuit: Circuit, number: int, island: Island, matrices: bool, method: Teller | None
+) -> IslandExplanation:
     """Return what one island is."""
     mna = island.assemble()
     form, without = None, ""
@@ -220,6 +228,7 @@ def _explain(number: int, island: Island, matrices: bool) -> IslandExplanation:
         form,
         without,
         dc_uniqueness(island.assemble(analysis="dc")) if nonlinear else None,
+        method(circuit, island, mna) if method else "",
     )
 
 

@@ -19,9 +19,10 @@ from .report import print_json
 def command(netlist: str, matrices: bool, params: Sequence[str], as_json: bool) -> None:
     """Print islands, unknowns, problem class and active effects of NETLIST, not simulating it."""
     from ..analyses.load import read
+    from ..analyses.method import describe
     from ..circuit.explain import explain
 
-    explanation = explain(read(Path(netlist), read_params(params)), matrices)
+    explanation = explain(read(Path(netlist), read_params(params)), matrices, describe)
     if as_json:
         print_json(explanation.to_dict())
     else:

@@ -42,7 +42,7 @@ const SAME: f64 = 64.0 * f64::EPSILON;
 /// Price of a stretch in segments, so that records cost a twentieth of a run, and how many can be
 /// had at once.
 const PRICE: u64 = 128;
-const STOCK: u64 = 12 * PRICE;
+const STOCK: u64 = 32 * PRICE;
 /// Modes whose first segment begins with a stretch that is recorded whatever it costs: reducing
 /// each cost more.
 const FIRST_MODES: usize = 1024;

@@ -1,0 +1,93 @@
+"""Which method a transient takes for an island: the most accurate that its equations allow."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..circuit import Circuit, Island, MnaSystem, ProblemClass
+from ..problems.descriptor import DescriptorSystem
+from ..solvers.modewise import refusal
+from .following import PATH_METHODS
+from .settings import Settings
+
+#: Unknowns and pairs of an island up to which ``auto`` goes mode by mode.
+AUTO_LIMIT = 300
+
+_STATIC = {
+    ProblemClass.LINEAR_ALGEBRAIC: "one linear system per point",
+    ProblemClass.LCP: "one mixed linear complementarity problem per point, exact",
+    ProblemClass.GE: "Newton's method on the generalized equation, point by point",
+}
+_FIXED = {
+    ProblemClass.LINEAR_DAE: "implicit time steps with one factorisation",
+    ProblemClass.DLCP: "Moreau time stepping, one mixed linear complementarity problem per step",
+    ProblemClass.DNCP: "Moreau time stepping with Newton's method in each step",
+}
+_MODEWISE = "the mode-wise engine: closed forms between switchings, which are found to rounding"
+
+
+class Choice(NamedTuple):
+    """The name of a method, and why a better one is not taken if that needs a word."""
+
+    name: str
+    note: str = ""
+
+
+def choose(kind: ProblemClass, system: DescriptorSystem, settings: Settings) -> Choice:
+    """Return the method for a dynamic island.
+
+    Parameters
+    ----------
+    kind : ProblemClass
+    system : DescriptorSystem
+    settings : Settings
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> island = nsspice.read("RC\\nV1 a 0 1\\nR1 a b 1\\nC1 b 0 1").islands[0]
+    >>> system = island.assemble().system
+    >>> choose(island.problem_class, system, Settings()).name
+    'modewise'
+    >>> choose(island.problem_class, system, Settings(theta=0.5, stepped=True)).name
+    'moreau'
+    """
+    note = ""
+    if settings.method == "modewise":
+        return Choice("modewise")
+    if settings.method == "auto" and not settings.stepped and system.smooth is None:
+        size = system.n + system.m
+        if size > AUTO_LIMIT:
+            note = f"{size} unknowns and pairs: method=modewise is exact, but may take longer"
+        elif reason := refusal(system):
+            note = f"not modewise: {reason}"
+        else:
+            return Choice("modewise")
+    # a step or theta that is asked for means fixed steps
+    free = settings.step is None and settings.theta == 1.0
+    smooth = kind is ProblemClass.DNCP
+    if settings.method == "sdirk" or (settings.method == "auto" and smooth and free):
+        return Choice("sdirk", note)
+    return Choice("moreau", note)
+
+
+def describe(circuit: Circuit, island: Island, mna: MnaSystem) -> str:
+    """Return how an island of a deck is solved, one clause.
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> circuit = nsspice.read("RC\\nV1 a 0 1\\nR1 a b 1\\nC1 b 0 1\\n.options method=moreau")
+    >>> describe(circuit, circuit.islands[0], circuit.islands[0].assemble())
+    'implicit time steps with one factorisation'
+    """
+    kind, settings = island.problem_class, Settings.of(circuit.deck)
+    if kind in _STATIC:
+        followed = settings.method in PATH_METHODS and kind is not ProblemClass.LINEAR_ALGEBRAIC
+        return f"Euler-Newton tracking ({settings.method})" if followed else _STATIC[kind]
+    choice = choose(kind, mna.system, settings)
+    if choice.name == "modewise":
+        return _MODEWISE
+    if choice.name == "sdirk":
+        return f"steps of order {settings.order} with error control (sdirk), events located"
+    return f"{_FIXED[kind]} ({choice.note})" if choice.note else _FIXED[kind]
