@@ -2,19 +2,21 @@
 
 A deck is flat: subcircuits are expanded (``x1.r1``), parameters evaluated, included files read.  It
 knows the grammar of each card and no physics; ``nsspice.circuit`` turns it into devices.
+
+What needs no default factory is a named tuple: to define a data class takes seven times as long, at
+each start of the program.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from ..errors import Diagnostic, Span
 from .expression import Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Param:
+class Param(NamedTuple):
     """A named value with its place: a number, a word, or an expression of circuit signals.
 
     Expressions without signals are evaluated to numbers before the deck is handed on.
@@ -25,8 +27,7 @@ class Param:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Source:
+class Source(NamedTuple):
     """Value of an independent V or I source.
 
     Parameters
@@ -118,15 +119,13 @@ class Element:
     models: dict[str, Model] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class OpCard:
+class OpCard(NamedTuple):
     """``.op``: the DC solution."""
 
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Sweep:
+class Sweep(NamedTuple):
     """One swept quantity: a source, a resistor, ``temp``, or (``.step``) a parameter.
 
     ``values`` holds every point in order; the stop value is included when it lies on the grid up to
@@ -139,16 +138,14 @@ class Sweep:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class DcCard:
+class DcCard(NamedTuple):
     """``.dc``: sweeps, the first one runs fastest."""
 
     sweeps: tuple[Sweep, ...]
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class TranCard:
+class TranCard(NamedTuple):
     """``.tran tstep tstop [tstart [tmax]] [uic]`` (LTspice's ``.tran tstop`` has tstep None)."""
 
     tstep: float | None
@@ -159,8 +156,7 @@ class TranCard:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Signal:
+class Signal(NamedTuple):
     """An output quantity, ``v(a)``, ``v(a,b)``, ``i(r1)``, ``p(r1)``, by its canonical name."""
 
     name: str
@@ -184,8 +180,7 @@ class Cond:
     at: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Measure:
+class Measure(NamedTuple):
     """A ``.measure`` card.
 
     ``operation`` is one of ``trig_targ find_when find_at when max min pp avg rms integ max_at
