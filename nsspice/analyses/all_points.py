@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..solvers.moreau import UnsolvedStep
+from ..solvers.stepper import UnsolvedStep
 from .cards import Tran
 from .curve import Floats
 from .failure import named_failure

@@ -11,7 +11,8 @@ from ..errors import Diagnostic
 from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem
 from ..solvers.audit import Auditor
-from ..solvers.moreau import Jump, Records
+from ..solvers.moreau import Records
+from ..solvers.stepper import Jump
 from ..solvers.stretches import Stretches
 from .certificate import Certificate
 from .energy import Energy, worse

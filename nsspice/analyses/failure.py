@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from ..circuit import Circuit, MnaSystem
 from ..errors import Diagnostic, InfeasibleError, NumericalError, Span, StepError
-from ..solvers.moreau import UnsolvedStep
+from ..solvers.stepper import UnsolvedStep
 
 _NAMED = 6  # elements or nodes spelt out in one sentence
 

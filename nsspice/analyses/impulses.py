@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from ..circuit import MnaSystem
-from ..solvers.moreau import Jump, function_values
+from ..solvers.moreau import function_values
+from ..solvers.stepper import Jump
 from .curve import Floats
 from .solution import Impulse, JumpReport, Moved
 

@@ -9,8 +9,9 @@ from ..circuit import Circuit, Island, MnaSystem
 from ..errors import Diagnostic, UsageError
 from ..problems.descriptor import Functional, Waveform
 from ..solvers.modewise import ModewiseStepper, NotModewise
-from ..solvers.moreau import MoreauStepper, UnsolvedStep
+from ..solvers.moreau import MoreauStepper
 from ..solvers.sdirk import Accuracy, SdirkStepper
+from ..solvers.stepper import UnsolvedStep
 from .cards import Tran
 from .certificate import Certificate
 from .curve import Floats

@@ -12,7 +12,8 @@ from ..circuit import Circuit, Island, MnaSystem
 from ..errors import NumericalError
 from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem, Waveform
-from ..solvers.moreau import MoreauStepper, UnsolvedStep
+from ..solvers.moreau import MoreauStepper
+from ..solvers.stepper import UnsolvedStep
 from .certificate import Certificate
 from .curve import Floats
 from .examiner import Examiner, sampling

@@ -15,7 +15,8 @@ from ..errors import Diagnostic
 from ..problems.csc import Floats
 from ..problems.descriptor import DescriptorSystem
 from ..problems.regularity import Regularity, index_sets, strong_regularity
-from ..solvers.moreau import MoreauStepper, Records, UnsolvedStep, function_slopes
+from ..solvers.moreau import MoreauStepper, Records, function_slopes
+from ..solvers.stepper import UnsolvedStep
 
 _ROWS = 150  # unknowns and pairs up to which single points are judged
 _POINTS = 100  # points judged at most

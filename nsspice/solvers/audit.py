@@ -24,7 +24,8 @@ from .. import _core
 from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem
 from .mlcp import core_matrix
-from .moreau import Jump, Records, core_smooth
+from .moreau import Records, core_smooth
+from .stepper import Jump
 from .stretches import Stretches
 
 

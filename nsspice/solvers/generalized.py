@@ -18,7 +18,8 @@ from .. import _core
 from ..problems.csc import Floats
 from ..problems.generalized import GeneralizedEquation
 from .mlcp import core_matrix
-from .moreau import UnsolvedStep, core_smooth
+from .moreau import core_smooth
+from .stepper import UnsolvedStep
 
 #: p(t) as a function of a time, or its values row by row
 Data = Callable[[float], npt.ArrayLike] | npt.ArrayLike

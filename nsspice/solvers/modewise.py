@@ -24,7 +24,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..problems.csc import Floats, weighted_sum
@@ -32,7 +31,8 @@ from ..problems.descriptor import DescriptorSystem, Functional
 from ..problems.elements import elements_of
 from .certificate import infeasibility
 from .mlcp import core_matrix
-from .moreau import Jump, MoreauStepper, UnsolvedStep
+from .moreau import MoreauStepper
+from .stepper import Jump, Stepper, UnsolvedStep
 from .stretches import Stretches
 
 #: Unknowns and pairs together up to which a mode is reduced with dense matrices.
@@ -66,7 +66,7 @@ def refusal(system: DescriptorSystem) -> str | None:
     return None
 
 
-class ModewiseStepper:
+class ModewiseStepper(Stepper):
     """Integrates one descriptor system exactly, mode by mode.
 
     Used like :class:`~nsspice.solvers.moreau.MoreauStepper`: create, plan, start, then ``advance``
@@ -106,13 +106,10 @@ class ModewiseStepper:
         reason = refusal(system)
         if reason is not None:
             raise NotModewise(reason)
-        self.system = system
-        self._columns = 1 + len(outputs)
-        self._buffer = np.empty((0, self._columns))
-        self.pending = self._buffer
+        self._core: _core.Modewise
         elements = elements_of(system)
         try:
-            self._core = _core.Modewise(
+            core = _core.Modewise(
                 core_matrix(system.E),
                 core_matrix(system.G),
                 core_matrix(system.A),
@@ -132,6 +129,7 @@ class ModewiseStepper:
             )
         except ValueError as error:
             raise NotModewise(str(error)) from error
+        super().__init__(system, core, 1 + len(outputs))
 
     def plan(
         self, start: float, stop: float, step: float, out_start: float, out_step: float
@@ -185,47 +183,12 @@ class ModewiseStepper:
             first.start_charges(time, charges, step)
             gates = first.gates
         self._start(charges, gates)
-        jumps = self.jumps
-        return jumps[0] if jumps else None
+        return self._first_jump()
 
     def _start(self, charges: Floats, gates: list[bool]) -> None:
         failure = self._core.start(np.ascontiguousarray(charges, dtype=np.float64), gates)
         if failure is not None:
             raise self._diagnose(failure)
-
-    def advance(self, max_rows: int, budget: float = 0.1) -> tuple[Floats, bool]:
-        """Compute the next rows.
-
-        Parameters
-        ----------
-        max_rows : int
-            Upper bound of the rows returned.
-        budget : float
-            Time after which to come back with what is there [s].
-
-        Returns
-        -------
-        rows : ndarray, shape (k, 1 + outputs)
-            Time first.  A view of a buffer that the next call overwrites.
-        done : bool
-            True when the plan is finished.
-
-        Raises
-        ------
-        UnsolvedStep
-            If the laws have no solution; ``pending`` then holds the rows computed before it.
-        """
-        if self._buffer.shape[0] < max_rows:
-            self._buffer = np.empty((max_rows, self._columns))
-        rows = self._buffer[:max_rows]
-        self.pending = rows[:0]
-        count, state = self._core.advance(rows, budget)
-        if state == 2:
-            self.pending = rows[:count]
-            failure = self._core.failure()
-            assert failure is not None
-            raise self._diagnose(failure)
-        return rows[:count], state == 1
 
     def _diagnose(self, failure: Mapping[str, Any]) -> UnsolvedStep:
         """Ask for a proof of infeasibility."""
@@ -247,30 +210,9 @@ class ModewiseStepper:
         self._core.watch(True)
         self._core.keep_sides(sides)
 
-    @property
-    def waiting(self) -> int:
-        """Amount of records that wait to be taken [numbers]."""
-        return self._core.waiting()
-
     def take_stretches(self) -> Stretches:
         """Return the stretches of segments recorded since the last call."""
         return Stretches.of(self._core.take_stretches(), self.system)
-
-    def show_all_points(self, start: float) -> None:
-        """Add rows at all switchings and corners of sources from ``start`` [s] on.
-
-        Where something jumps there are two: before and after.
-        """
-        self._core.show_all_points(start)
-
-    def take_sides(self) -> Floats:
-        """Return the rows before and after each jump so far, shape (2 k, columns), once."""
-        return self._core.take_sides().reshape(-1, self._columns)
-
-    @property
-    def state(self) -> tuple[Floats, Floats]:
-        """Unknowns (n,) and multipliers (m,) at the end of the present segment."""
-        return self._core.state()
 
     @property
     def active(self) -> list[bool]:
@@ -278,29 +220,6 @@ class ModewiseStepper:
         return self._core.active()
 
     @property
-    def time(self) -> float:
-        """Start of the present segment [s]."""
-        return self._core.time()
-
-    @property
     def trouble(self) -> str | None:
         """Why some mode could not be reduced, None if all could."""
         return self._core.trouble()
-
-    @property
-    def jumps(self) -> list[Jump]:
-        """Jumps so far, the first few thousand in full."""
-        return [Jump(**j) for j in self._core.jumps()]
-
-    @property
-    def events(self) -> tuple[Floats, npt.NDArray[np.uintp], npt.NDArray[np.bool_]]:
-        """Changes of pairs so far: times [s], pairs, True where they conduct from then on.
-
-        The first 65536 are kept, the others counted in ``statistics``.
-        """
-        return self._core.events()
-
-    @property
-    def statistics(self) -> dict[str, float]:
-        """Counters of the run and the worst residuals of all checks."""
-        return self._core.statistics()

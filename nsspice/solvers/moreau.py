@@ -25,64 +25,9 @@ from .. import _core
 from ..problems.csc import Csc, Floats, weighted_sum
 from ..problems.descriptor import DescriptorSystem, Functional, SmoothTerms
 from ..problems.tape import Tape
-from .certificate import Certificate, infeasibility
+from .certificate import infeasibility
 from .mlcp import core_matrix
-
-
-class UnsolvedStep(Exception):
-    """A step (or static problem) has no solution, or none was found.
-
-    Parameters
-    ----------
-    time : float
-        End of the step [s], or the swept value.
-    residual : float
-        Best residual reached.
-    certificate : Certificate or None
-        Proof that the laws contradict each other; None if none was found.
-    worst_row : int or None
-        The row that the best point of Newton's method violates most.
-    """
-
-    def __init__(
-        self,
-        time: float,
-        residual: float,
-        certificate: Certificate | None,
-        worst_row: int | None = None,
-    ) -> None:
-        self.time = time
-        self.residual = residual
-        self.certificate = certificate
-        self.worst_row = worst_row
-        super().__init__(f"no solution at {time!r} (residual {residual:.2g})")
-
-
-@dataclass(frozen=True, slots=True)
-class Jump:
-    """A jump of stored charges or fluxes, with the impulses that caused it.
-
-    Parameters
-    ----------
-    time : float
-        [s]
-    before, after : ndarray, shape (n,)
-        Unknowns on both sides.
-    multipliers : ndarray, shape (m,)
-        Impulse of each multiplier [A s, or V s].
-    unknowns : ndarray, shape (n,)
-        Impulse of each unknown; meaningful for branch currents [A s] and node voltages [V s] that
-        have no storage of their own.
-    sources : ndarray, shape (p,)
-        Source values after the jump.
-    """
-
-    time: float
-    before: Floats
-    after: Floats
-    multipliers: Floats
-    unknowns: Floats
-    sources: Floats
+from .stepper import Jump, Stepper, UnsolvedStep
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,7 +98,7 @@ def function_values(tape: Tape, z: Floats, u: Floats, t: Floats) -> Floats:
     return np.asarray(values, dtype=np.float64).reshape(z.shape[0], -1)
 
 
-class MoreauStepper:
+class MoreauStepper(Stepper):
     """Steps one descriptor system through time, or through the points of a sweep.
 
     Create it, start it (``start_dc`` or ``start_charges``), plan the instants, then call
@@ -194,13 +139,10 @@ class MoreauStepper:
         Hs: Csc | None = None,
     ) -> None:
         n, p = system.n, len(system.waveforms)
-        self.system = system
         self.H = H if H is not None else Csc.zeros((n, n))
         self.Hs = Hs if Hs is not None else Csc.zeros((n, p))
-        self._columns = 1 + len(outputs)
-        self._buffer = np.empty((0, self._columns))
-        self.pending = self._buffer
-        self._core = _core.Stepper(
+        self._core: _core.Stepper
+        core = _core.Stepper(
             core_matrix(system.E),
             core_matrix(system.G),
             core_matrix(self.H),
@@ -229,6 +171,7 @@ class MoreauStepper:
             ],
             core_smooth(system.smooth),
         )
+        super().__init__(system, core, 1 + len(outputs))
 
     def start_dc(self, time: float = 0.0, guess: tuple[Floats, Floats] | None = None) -> None:
         """Start from the static solution at ``time`` (E dropped), least norm where not unique.
@@ -278,8 +221,7 @@ class MoreauStepper:
             failure = self._core.start_charges(time, charges, step)
         if failure is not None:
             raise UnsolvedStep(failure["time"], failure["residual"], None, failure["worst_row"])
-        jumps = self.jumps
-        return jumps[0] if jumps else None
+        return self._first_jump()
 
     def plan(
         self, start: float, stop: float, step: float, out_start: float, out_step: float
@@ -307,15 +249,6 @@ class MoreauStepper:
         """
         self._core.watch(every, window, sides)
 
-    def show_all_points(self, start: float) -> None:
-        """Make every step from ``start`` [s] on a row, and every jump two: before and after."""
-        self._core.show_all_points(start)
-
-    @property
-    def waiting(self) -> int:
-        """Amount of records and rows that wait to be taken [numbers]."""
-        return self._core.waiting()
-
     def take_records(self) -> Records:
         """Return the steps recorded since the last call."""
         found = self._core.take_records()
@@ -332,55 +265,9 @@ class MoreauStepper:
             found["roles"].reshape(count, m) if self.system.switches else None,
         )
 
-    def take_sides(self) -> Floats:
-        """Return the rows around jumps since the last call: before, after, before, after ..."""
-        return self._core.take_sides().reshape(-1, self._columns)
-
     def plan_points(self, times: Floats) -> int:
         """Plan static solutions at the given points, one row each."""
         return self._core.plan_points(np.ascontiguousarray(times, dtype=np.float64))
-
-    def advance(self, max_rows: int, budget: float = 0.1) -> tuple[Floats, bool]:
-        """Compute the next rows.
-
-        Parameters
-        ----------
-        max_rows : int
-            Upper bound of the rows returned.
-        budget : float
-            Time after which to come back with what is there [s].
-
-        Returns
-        -------
-        rows : ndarray, shape (k, 1 + outputs)
-            Time first.  A view of a buffer that the next call overwrites.
-        done : bool
-            True when the plan is finished.
-
-        Raises
-        ------
-        UnsolvedStep
-            If a step has no solution; ``pending`` then holds the rows computed before it.
-        """
-        if self._buffer.shape[0] < max_rows:
-            # kept, since the first touch of fresh memory costs more than computing what goes there
-            self._buffer = np.empty((max_rows, self._columns))
-        rows = self._buffer[:max_rows]
-        self.pending = rows[:0]
-        filled = 0
-        while True:
-            count, state = self._core.advance(rows[filled:], budget)
-            filled += count
-            if state != 2:
-                return rows[:filled], state == 1
-            self.pending = rows[:filled]
-            failure = self._core.failure()
-            assert failure is not None
-            problem = self._diagnose(failure)
-            if problem is not None:
-                raise problem
-            # a very large but genuine solution: the certificate found no contradiction
-            self._core.accept_large()
 
     def _diagnose(self, failure: Mapping[str, Any]) -> UnsolvedStep | None:
         """Ask for a proof of infeasibility; None if the suspect solution proves genuine."""
@@ -415,37 +302,9 @@ class MoreauStepper:
         self._core.follow_path(by_rate, correctors)
 
     @property
-    def state(self) -> tuple[Floats, Floats]:
-        """Present unknowns (n,) and multipliers (m,)."""
-        return self._core.state()
-
-    @property
     def gates(self) -> list[bool]:
         """State of each switch's control: True above its thresholds."""
         return self._core.gates()
-
-    @property
-    def time(self) -> float:
-        """Present time [s]."""
-        return self._core.time()
-
-    @property
-    def jumps(self) -> list[Jump]:
-        """Jumps so far, the first few thousand in full."""
-        return [Jump(**j) for j in self._core.jumps()]
-
-    @property
-    def events(self) -> tuple[Floats, npt.NDArray[np.uintp], npt.NDArray[np.bool_]]:
-        """Changes of pairs so far: times [s], pairs, True where they conduct from then on.
-
-        The first 65536 are kept, the others counted in ``statistics``.
-        """
-        return self._core.events()
-
-    @property
-    def statistics(self) -> dict[str, float]:
-        """Counters of the run and the worst residuals of all checked steps."""
-        return self._core.statistics()
 
 
 def _freed(

@@ -13,7 +13,7 @@ from scipy.optimize import brentq, minimize
 import nsspice
 from nsspice.problems import Cone, GeneralizedEquation, Ramp, Sign, TapeBuilder
 from nsspice.solvers.generalized import solve
-from nsspice.solvers.moreau import UnsolvedStep
+from nsspice.solvers.stepper import UnsolvedStep
 from nsspice.solvers.tracker import track
 
 DATA = Path(__file__).parents[1] / "data" / "thesis"

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsspice.circuit import MnaSystem
-from nsspice.solvers.moreau import MoreauStepper, UnsolvedStep
+from nsspice.solvers.moreau import MoreauStepper
+from nsspice.solvers.stepper import UnsolvedStep
 
 from .mlcp import Point
 from .residual import Bools, Mlcp

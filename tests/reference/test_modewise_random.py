@@ -8,7 +8,8 @@ from random_circuits import CLASSES, generate
 
 import nsspice
 from nsspice.errors import NsspiceError
-from nsspice.solvers.moreau import MoreauStepper, UnsolvedStep
+from nsspice.solvers.moreau import MoreauStepper
+from nsspice.solvers.stepper import UnsolvedStep
 
 #: seeds that no one has looked at while the engine was made
 FRESH = range(7000, 7028)

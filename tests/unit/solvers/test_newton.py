@@ -10,7 +10,8 @@ from scipy.special import lambertw
 from smooth_networks import VT, Network, dc
 
 from nsspice.problems import Functional, Waveform
-from nsspice.solvers.moreau import MoreauStepper, UnsolvedStep
+from nsspice.solvers.moreau import MoreauStepper
+from nsspice.solvers.stepper import UnsolvedStep
 
 SHARP = [1.0, 0.1, 0.01, 0.001]
 

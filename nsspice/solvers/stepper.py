@@ -1,0 +1,225 @@
+"""What every way through time has in common: rows in blocks, jumps, events, failures."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..problems.csc import Floats
+from ..problems.descriptor import DescriptorSystem
+from .certificate import Certificate
+
+
+class UnsolvedStep(Exception):
+    """A step (or static problem) has no solution, or none was found.
+
+    Parameters
+    ----------
+    time : float
+        End of the step [s], or the swept value.
+    residual : float
+        Best residual reached.
+    certificate : Certificate or None
+        Proof that the laws contradict each other; None if none was found.
+    worst_row : int or None
+        The row that the best point of Newton's method violates most.
+    """
+
+    def __init__(
+        self,
+        time: float,
+        residual: float,
+        certificate: Certificate | None,
+        worst_row: int | None = None,
+    ) -> None:
+        self.time = time
+        self.residual = residual
+        self.certificate = certificate
+        self.worst_row = worst_row
+        super().__init__(f"no solution at {time!r} (residual {residual:.2g})")
+
+
+@dataclass(frozen=True, slots=True)
+class Jump:
+    """A jump of stored charges or fluxes, with the impulses that caused it.
+
+    Parameters
+    ----------
+    time : float
+        [s]
+    before, after : ndarray, shape (n,)
+        Unknowns on both sides.
+    multipliers : ndarray, shape (m,)
+        Impulse of each multiplier [A s, or V s].
+    unknowns : ndarray, shape (n,)
+        Impulse of each unknown; meaningful for branch currents [A s] and node voltages [V s] that
+        have no storage of their own.
+    sources : ndarray, shape (p,)
+        Source values after the jump.
+    """
+
+    time: float
+    before: Floats
+    after: Floats
+    multipliers: Floats
+    unknowns: Floats
+    sources: Floats
+
+
+class Stepper(ABC):
+    """A plan of rows through time, computed block by block by the compiled core.
+
+    Parameters
+    ----------
+    system : DescriptorSystem
+    core
+        The compiled object.
+    columns : int
+        Numbers in a row: the time, then the outputs.
+    """
+
+    def __init__(self, system: DescriptorSystem, core: Any, columns: int) -> None:
+        self.system = system
+        self._core = core
+        self._columns = columns
+        self._buffer = np.empty((0, columns))
+        #: rows computed before the last failure
+        self.pending = self._buffer
+
+    @abstractmethod
+    def start_dc(self, time: float = 0.0, guess: tuple[Floats, Floats] | None = None) -> None:
+        """Start from the static solution at ``time`` (E dropped), least norm where not unique.
+
+        Parameters
+        ----------
+        time : float
+            Time at which sources are taken [s].
+        guess : (ndarray (n,), ndarray (m,)), optional
+            Unknowns and multipliers to stay close to.
+
+        Raises
+        ------
+        UnsolvedStep
+            If the static equations have no solution.
+        """
+
+    @abstractmethod
+    def start_charges(self, time: float, charges: Floats, step: float) -> Jump | None:
+        """Start from stored charges and fluxes E z(0-), shape (n,).
+
+        Returns
+        -------
+        Jump or None
+            What the start had to move, None if the values were consistent.
+
+        Raises
+        ------
+        UnsolvedStep
+            If no state satisfies all laws.
+        """
+
+    @abstractmethod
+    def plan(
+        self, start: float, stop: float, step: float, out_start: float, out_step: float
+    ) -> int:
+        """Plan rows at ``out_start + k out_step`` and ``stop``; return how many there are."""
+
+    @abstractmethod
+    def _diagnose(self, failure: Mapping[str, Any]) -> UnsolvedStep | None:
+        """Ask for a proof of infeasibility; None if the suspect solution proves genuine."""
+
+    def _first_jump(self) -> Jump | None:
+        jumps = self.jumps
+        return jumps[0] if jumps else None
+
+    def advance(self, max_rows: int, budget: float = 0.1) -> tuple[Floats, bool]:
+        """Compute the next rows.
+
+        Parameters
+        ----------
+        max_rows : int
+            Upper bound of the rows returned.
+        budget : float
+            Time after which to come back with what is there [s].
+
+        Returns
+        -------
+        rows : ndarray, shape (k, 1 + outputs)
+            Time first.  A view of a buffer that the next call overwrites.
+        done : bool
+            True when the plan is finished.
+
+        Raises
+        ------
+        UnsolvedStep
+            If the laws have no solution; ``pending`` then holds the rows computed before it.
+        """
+        if self._buffer.shape[0] < max_rows:
+            # kept, since the first touch of fresh memory costs more than computing what goes there
+            self._buffer = np.empty((max_rows, self._columns))
+        rows = self._buffer[:max_rows]
+        self.pending = rows[:0]
+        filled = 0
+        while True:
+            count, state = self._core.advance(rows[filled:], budget)
+            filled += count
+            if state != 2:
+                return rows[:filled], state == 1
+            self.pending = rows[:filled]
+            failure = self._core.failure()
+            assert failure is not None
+            problem = self._diagnose(failure)
+            if problem is not None:
+                raise problem
+            # a very large but genuine solution: the certificate found no contradiction
+            self._core.accept_large()
+
+    def show_all_points(self, start: float) -> None:
+        """Add rows at all points of the engine from ``start`` [s] on, two where something jumps.
+
+        Fixed steps have a point at each of their ends, the others where something switches or a
+        source has a corner.
+        """
+        self._core.show_all_points(start)
+
+    @property
+    def waiting(self) -> int:
+        """Amount of records and rows that wait to be taken [numbers]."""
+        return self._core.waiting()  # type: ignore[no-any-return]
+
+    def take_sides(self) -> Floats:
+        """Return the rows around jumps since the last call: before, after, before, after ..."""
+        return self._core.take_sides().reshape(-1, self._columns)  # type: ignore[no-any-return]
+
+    @property
+    def state(self) -> tuple[Floats, Floats]:
+        """Present unknowns (n,) and multipliers (m,)."""
+        return self._core.state()  # type: ignore[no-any-return]
+
+    @property
+    def time(self) -> float:
+        """Present time [s]."""
+        return self._core.time()  # type: ignore[no-any-return]
+
+    @property
+    def jumps(self) -> list[Jump]:
+        """Jumps so far, the first few thousand in full."""
+        return [Jump(**j) for j in self._core.jumps()]
+
+    @property
+    def events(self) -> tuple[Floats, npt.NDArray[np.uintp], npt.NDArray[np.bool_]]:
+        """Changes of pairs so far: times [s], pairs, True where they conduct from then on.
+
+        The first 65536 are kept, the others counted in ``statistics``.
+        """
+        return self._core.events()  # type: ignore[no-any-return]
+
+    @property
+    def statistics(self) -> dict[str, float]:
+        """Counters of the run and the worst residuals of all checks."""
+        return self._core.statistics()  # type: ignore[no-any-return]
