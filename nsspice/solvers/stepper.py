@@ -92,44 +92,6 @@ class Stepper(ABC):
         self.pending = self._buffer
 
     @abstractmethod
-    def start_dc(self, time: float = 0.0, guess: tuple[Floats, Floats] | None = None) -> None:
-        """Start from the static solution at ``time`` (E dropped), least norm where not unique.
-
-        Parameters
-        ----------
-        time : float
-            Time at which sources are taken [s].
-        guess : (ndarray (n,), ndarray (m,)), optional
-            Unknowns and multipliers to stay close to.
-
-        Raises
-        ------
-        UnsolvedStep
-            If the static equations have no solution.
-        """
-
-    @abstractmethod
-    def start_charges(self, time: float, charges: Floats, step: float) -> Jump | None:
-        """Start from stored charges and fluxes E z(0-), shape (n,).
-
-        Returns
-        -------
-        Jump or None
-            What the start had to move, None if the values were consistent.
-
-        Raises
-        ------
-        UnsolvedStep
-            If no state satisfies all laws.
-        """
-
-    @abstractmethod
-    def plan(
-        self, start: float, stop: float, step: float, out_start: float, out_step: float
-    ) -> int:
-        """Plan rows at ``out_start + k out_step`` and ``stop``; return how many there are."""
-
-    @abstractmethod
     def _diagnose(self, failure: Mapping[str, Any]) -> UnsolvedStep | None:
         """Ask for a proof of infeasibility; None if the suspect solution proves genuine."""
 

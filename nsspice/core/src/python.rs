@@ -1,10 +1,13 @@
 //! The Python face of the core; all bindings stand in this file and in its folder.
 
 mod audit;
+mod linear;
 mod modewise;
 mod newton;
 
 use crate::audit::Taken;
+use linear::{has_shape, misfit, Linear};
+
 use crate::mlcp::{Driver, Problem, Role, Start};
 use crate::moreau::{Accuracy, Clock, Failure, Outputs, Part, Plan, Progress, Sdirk, Stepper};
 use crate::moreau::{Switch, System, Tableau, Witness};
@@ -193,34 +196,18 @@ impl PyStepper {
             None => None,
         };
         let functions = smooth.as_ref().map_or(0, |s| s.tape.program().len());
-        let sys = System {
-            e: csc(&e)?,
-            g: csc(&g)?,
-            h: csc(&h)?,
-            hs: csc(&hs)?,
-            a: csc(&a)?,
-            b: csc(&b)?,
-            d: csc(&d)?,
-            q: q.as_slice()?.to_vec(),
-            s: csc(&s)?,
-            row_kind: row_kind.as_slice()?.to_vec(),
-            smooth,
-        };
-        let (n, m, p) = (sys.g.nrows, sys.a.ncols, sys.s.ncols);
-        let shape = |c: &Csc, r: usize, k: usize| c.nrows == r && c.ncols == k;
-        let fits = [&sys.e, &sys.g, &sys.h].iter().all(|c| shape(c, n, n))
-            && shape(&sys.a, n, m)
-            && shape(&sys.b, m, n)
-            && shape(&sys.d, m, m)
-            && shape(&sys.s, n, p)
-            && shape(&sys.hs, n, p)
-            && sys.smooth.iter().all(|s| shape(&s.f, n, functions) && shape(&s.q, n, functions))
-            && sys.q.len() == m
-            && sys.row_kind.len() == n
+        let linear = Linear::read(&e, &g, &a, &b, &d, &q, &s, &row_kind)?;
+        let (n, m, p) = linear.sizes();
+        let (h, hs) = (csc(&h)?, csc(&hs)?);
+        let fits = has_shape(&h, n, n)
+            && has_shape(&hs, n, p)
+            && smooth.iter().all(|s| [&s.f, &s.q].iter().all(|c| has_shape(c, n, functions)))
             && waveforms.len() == p;
         if !fits {
-            return Err(invalid("the matrices of the system do not fit together"));
+            return Err(misfit());
         }
+        let Linear { e, g, a, b, d, q, s, row_kind } = linear;
+        let sys = System { e, g, h, hs, a, b, d, q, s, row_kind, smooth };
         let waveforms = made(&waveforms)?;
         let switches: Vec<Switch> = switches
             .into_iter()

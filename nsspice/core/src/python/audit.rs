@@ -1,5 +1,6 @@
 //! The checks of the certificate as a Python class.
 
+use super::linear::{has_shape, misfit, Linear};
 use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec};
 use crate::audit::{Arrays, Auditor, Steps, Stretches, Taken};
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -39,7 +40,8 @@ impl PyAuditor {
         averaging: Option<(Matrix, Matrix)>,
         smooth: Option<SmoothSpec>,
     ) -> PyResult<Self> {
-        let (n, m, p) = (g.0, a.1, s.1);
+        let linear = Linear::read(&e, &g, &a, &b, &d, &q, &s, &row_kind)?;
+        let (n, _, p) = linear.sizes();
         let smooth = match &smooth {
             Some(spec) => Some((tape(&spec.0, n, p)?, csc(&spec.1)?, csc(&spec.2)?)),
             None => None,
@@ -48,33 +50,17 @@ impl PyAuditor {
             Some((h, hs)) => Some((csc(h)?, csc(hs)?)),
             None => None,
         };
-        let arrays = Arrays {
-            e: csc(&e)?,
-            g: csc(&g)?,
-            a: csc(&a)?,
-            b: csc(&b)?,
-            d: csc(&d)?,
-            q: q.as_slice()?.to_vec(),
-            s: csc(&s)?,
-            row_kind: row_kind.as_slice()?.to_vec(),
-            averaging,
-            smooth,
-        };
+        let Linear { e, g, a, b, d, q, s, row_kind } = linear;
+        let arrays = Arrays { e, g, a, b, d, q, s, row_kind, averaging, smooth };
         let functions = arrays.smooth.as_ref().map_or(0, |t| t.0.program().len());
-        let shape = |c: &crate::sparse::Csc, r: usize, k: usize| c.nrows == r && c.ncols == k;
-        let fits = shape(&arrays.e, n, n)
-            && shape(&arrays.g, n, n)
-            && shape(&arrays.a, n, m)
-            && shape(&arrays.b, m, n)
-            && shape(&arrays.d, m, m)
-            && shape(&arrays.s, n, p)
-            && arrays.q.len() == m
-            && arrays.row_kind.len() == n
-            && arrays.row_kind.iter().all(|&k| k < 2)
-            && arrays.averaging.iter().all(|(h, hs)| shape(h, n, n) && shape(hs, n, p))
-            && arrays.smooth.iter().all(|t| shape(&t.1, n, functions) && shape(&t.2, n, functions));
+        let fits = arrays.row_kind.iter().all(|&k| k < 2)
+            && arrays.averaging.iter().all(|(h, hs)| has_shape(h, n, n) && has_shape(hs, n, p))
+            && arrays
+                .smooth
+                .iter()
+                .all(|t| [&t.1, &t.2].iter().all(|c| has_shape(c, n, functions)));
         if !fits {
-            return Err(invalid("the arrays of the system do not fit together"));
+            return Err(misfit());
         }
         Ok(PyAuditor { inner: Auditor::new(&arrays), functions })
     }

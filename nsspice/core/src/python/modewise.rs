@@ -1,8 +1,9 @@
 //! The mode-wise engine as a Python class.
 
 use super::audit::stretch_dict;
+use super::linear::{misfit, Linear};
 use super::{
-    csc, event_arrays, failure_dict, fill, invalid, made, EventArrays, Floats, Matrix, SwitchSpec,
+    event_arrays, failure_dict, fill, invalid, made, EventArrays, Floats, Matrix, SwitchSpec,
     WaveformSpec,
 };
 use crate::modewise::{Assembly, Edge, Engine, Inputs, SwitchLaw};
@@ -34,39 +35,21 @@ impl PyModewise {
         capacitors: Vec<Edge>,
         conductors: Vec<Edge>,
     ) -> PyResult<Self> {
-        let sys = Assembly {
-            e: csc(&e)?,
-            g: csc(&g)?,
-            a: csc(&a)?,
-            b: csc(&b)?,
-            d: csc(&d)?,
-            q: q.as_slice()?.to_vec(),
-            s: csc(&s)?,
-            row_kind: row_kind.as_slice()?.to_vec(),
-            capacitors,
-            conductors,
-        };
-        let (n, m, p) = (sys.g.nrows, sys.a.ncols, sys.s.ncols);
-        let shape = |c: &crate::sparse::Csc, r: usize, k: usize| c.nrows == r && c.ncols == k;
+        let linear = Linear::read(&e, &g, &a, &b, &d, &q, &s, &row_kind)?;
+        let (n, m, p) = linear.sizes();
         let inside = |&(i, j, _): &Edge| i < n as isize && j < n as isize;
-        let fits = shape(&sys.e, n, n)
-            && shape(&sys.g, n, n)
-            && shape(&sys.a, n, m)
-            && shape(&sys.b, m, n)
-            && shape(&sys.d, m, m)
-            && shape(&sys.s, n, p)
-            && sys.q.len() == m
-            && sys.row_kind.len() == n
-            && waveforms.len() == p
-            && sys.capacitors.iter().all(inside)
-            && sys.conductors.iter().all(inside)
+        let fits = waveforms.len() == p
+            && capacitors.iter().all(inside)
+            && conductors.iter().all(inside)
             && switches.iter().all(|s| s.0 < m && s.1.iter().all(|c| c.0 < n))
             && outputs.iter().all(|o| {
                 o.iter().zip([n, m, n, p]).all(|(part, size)| part.iter().all(|e| e.0 < size))
             });
         if !fits {
-            return Err(invalid("the arrays of the system do not fit together"));
+            return Err(misfit());
         }
+        let Linear { e, g, a, b, d, q, s, row_kind } = linear;
+        let sys = Assembly { e, g, a, b, d, q, s, row_kind, capacitors, conductors };
         let switches = switches
             .into_iter()
             .map(|(pair, control, on_above, off_below, _, inverted)| SwitchLaw {
