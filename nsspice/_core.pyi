@@ -3,9 +3,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .solvers.moreau import Records
+from .solvers.stretches import Stretches
+
 _Floats = npt.NDArray[np.float64]
 _Bytes = npt.NDArray[np.uint8]
 _Matrix = tuple[Any, ...]
+_Linear = tuple[Any, ...]
 _Waveform = tuple[str, list[float], float, float]
 _Switch = tuple[int, list[tuple[int, float]], float, float, bool, bool]
 _Events = tuple[_Floats, npt.NDArray[np.uintp], npt.NDArray[np.bool_]]
@@ -15,16 +19,8 @@ _Tape = tuple[_Bytes, npt.NDArray[np.int32], _Floats, npt.NDArray[np.int32]]
 class Stepper:
     def __init__(
         self,
-        e: _Matrix,
-        g: _Matrix,
-        h: _Matrix,
-        hs: _Matrix,
-        a: _Matrix,
-        b: _Matrix,
-        d: _Matrix,
-        q: _Floats,
-        s: _Matrix,
-        row_kind: _Bytes,
+        linear: _Linear,
+        averaging: tuple[_Matrix, _Matrix],
         waveforms: list[_Waveform],
         switches: list[_Switch],
         outputs: list[tuple[_Terms, _Terms, _Terms, _Terms, _Terms, _Terms]],
@@ -72,14 +68,7 @@ class Stepper:
 class Modewise:
     def __init__(
         self,
-        e: _Matrix,
-        g: _Matrix,
-        a: _Matrix,
-        b: _Matrix,
-        d: _Matrix,
-        q: _Floats,
-        s: _Matrix,
-        row_kind: _Bytes,
+        linear: _Linear,
         waveforms: list[_Waveform],
         switches: list[_Switch],
         outputs: list[tuple[_Terms, _Terms, _Terms, _Terms]],
@@ -107,19 +96,12 @@ class Modewise:
 class Auditor:
     def __init__(
         self,
-        e: _Matrix,
-        g: _Matrix,
-        a: _Matrix,
-        b: _Matrix,
-        d: _Matrix,
-        q: _Floats,
-        s: _Matrix,
-        row_kind: _Bytes,
+        linear: _Linear,
         averaging: tuple[_Matrix, _Matrix] | None,
         smooth: tuple[_Tape, _Matrix, _Matrix] | None,
     ) -> None: ...
-    def take_steps(self, records: dict[str, Any], frozen: float | None = None) -> None: ...
-    def take_stretches(self, records: dict[str, Any]) -> None: ...
+    def take_steps(self, records: Records, frozen: float | None = None) -> None: ...
+    def take_stretches(self, stretches: Stretches) -> None: ...
     def jump_error(
         self,
         moved: _Floats,

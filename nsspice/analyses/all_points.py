@@ -69,7 +69,7 @@ def advance_points(
 
 
 def with_sides(
-    runners: Sequence[IslandRunner], recorder: Recorder, table: Floats
+    rows_of: Sequence[Sequence[Floats]], widths: Sequence[int], recorder: Recorder, table: Floats
 ) -> FinePoints | None:
     """Return the rows of a solution with both sides of all jumps put in; None without jumps.
 
@@ -78,12 +78,15 @@ def with_sides(
 
     Parameters
     ----------
-    runners : sequence of IslandRunner
+    rows_of : sequence of sequences of ndarray
+        Of each island: blocks of rows around jumps, before, after, before, after ...
+    widths : sequence of int
+        Number of columns that each island records.
     recorder : Recorder
     table : ndarray, shape (k, 1 + number of signals)
         The rows: time, then the signals.
     """
-    sides = {k: np.concatenate(r.sides) for k, r in enumerate(runners) if r.sides}
+    sides = {k: np.concatenate(blocks) for k, blocks in enumerate(rows_of) if blocks}
     if table.shape[0] < 2 or not sides:
         return None
     time = table[:, 0]
@@ -92,7 +95,7 @@ def with_sides(
     before = np.column_stack([instants, *(np.interp(instants, time, y) for y in table.T[1:])])
     after = before.copy()
     homes = recorder.homes()
-    starts = np.cumsum([0, *(runner.width for runner in runners)])
+    starts = np.cumsum([0, *widths])
     for k, rows in sides.items():
         rows = rows[np.isin(rows[:, 0], instants)]
         wide = np.zeros((rows.shape[0], int(starts[-1])))

@@ -17,7 +17,7 @@ from ..solvers.stretches import Stretches
 from .certificate import Certificate
 from .energy import Energy, worse
 from .impulses import delivered, start_of, stored_functions
-from .uniqueness import Watcher, passive
+from .uniqueness import Watcher
 
 #: Numbers recorded at most if every step is: some milliseconds of checking.
 _ALL = 40_000
@@ -68,7 +68,7 @@ class Examiner:
         self.auditor = Auditor(system, H, Hs)
         self._step = step
         self._active: Watcher | None = None
-        if not passive(system):
+        if not system.passive:
             self._active = Watcher(system, H, step)
 
     def take(self, records: Records) -> None:

@@ -177,6 +177,8 @@ class IslandRunner:
 
     def _hand_over(self) -> None:
         """Take what the solver has left for the checks and the measures."""
+        if not self.stepper.waiting:
+            return
         if isinstance(self.stepper, ModewiseStepper):
             self.examiner.take_stretches(self.stepper.take_stretches())
         else:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import accumulate
 
 import numpy as np
 import numpy.typing as npt
@@ -67,11 +68,13 @@ class Recorder:
                 self._sums.append(linear(name))
                 self._order.append(len(self._sums) - 1)
         # islands stand side by side in the recorded block: renumber from order of appearance
-        starts = np.cumsum([0, *map(len, self.local)])
-        position = [int(starts[home]) + index for home, index in numbered]
+        starts = list(accumulate(map(len, self.local), initial=0))
+        position = [starts[home] + index for home, index in numbered]
         self._sums = [[(position[k], f) for k, f in terms] for terms in self._sums]
         in_order = [[(k, 1.0)] for k in range(len(self.names))]
         self.direct = not self._products and self._sums == in_order
+        if self.direct:
+            return
         # most signals are one recorded column: they are picked all at once
         self._first = np.array([terms[0][0] if terms else 0 for terms in self._sums], np.int64)
         self._factor = np.array([terms[0][1] if terms else 0.0 for terms in self._sums])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -186,8 +186,9 @@ class Solution:
         Files that the command line wrote.
     error : ErrorEstimate or None
         How far it lies from the exact solution, if that was asked for.
-    fine : FinePoints or None
-        Rows with both sides of jumps, if there were jumps between or at the rows.
+    fine : callable or None
+        Returns the rows with both sides of jumps put in, None if nothing jumps; what it costs to
+        put them in is spent when somebody asks.
 
     Examples
     --------
@@ -216,7 +217,7 @@ class Solution:
     row_count: int = -1
     files: list[str] = field(default_factory=list)
     error: ErrorEstimate | None = None
-    fine: FinePoints | None = None
+    fine: Callable[[], FinePoints | None] | None = None
 
     def __post_init__(self) -> None:
         if not self.columns:
@@ -267,9 +268,10 @@ class Solution:
 
     def with_jumps(self) -> Solution:
         """Return the solution whose rows hold both sides of each jump, itself if it has none."""
-        if self.fine is None:
+        fine = None if self.fine is None else self.fine()
+        if fine is None:
             return self
-        return replace(self, axis=self.fine.axis, signals=self.fine.signals, fine=None)
+        return replace(self, axis=fine.axis, signals=fine.signals, fine=None)
 
     def values(self) -> Mapping[str, Floats]:
         """Return axis and signals by name, as expressions see them."""

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 
 from ..circuit import Circuit
 from ..errors import Diagnostic, NumericalError, UsageError
 from ..netlist.deck import TranCard
 from .cards import Tran
 from .certificate import Certificate
+from .curve import Floats
 from .events import Events
 from .interrupts import Interrupts
 from .island_runner import IslandRunner
@@ -17,7 +19,7 @@ from .recorder import Recorder, select
 from .rows import Outlet, Progress, advance_all
 from .settings import Settings
 from .sink import GrowingStore, Sink, Store
-from .solution import Solution
+from .solution import FinePoints, Solution
 
 
 def tran(
@@ -219,10 +221,24 @@ def run_tran(
     for runner in runners:
         solution.warnings += runner.warnings()
     if any(runner.sides for runner in runners):
-        from .all_points import with_sides
-
-        solution.fine = with_sides(runners, recorder, outlet.table)
+        solution.fine = _fine(runners, recorder, outlet.table)
     if failure is not None:
         failure.partial = solution
         raise failure
     return solution
+
+
+def _fine(
+    runners: Sequence[IslandRunner], recorder: Recorder, table: Floats
+) -> Callable[[], FinePoints | None]:
+    """Return what puts both sides of all jumps into the rows, the first time that it is called."""
+    sides = [runner.sides or [] for runner in runners]
+    widths = [runner.width for runner in runners]
+
+    @cache
+    def fine() -> FinePoints | None:
+        from .all_points import with_sides
+
+        return with_sides(sides, widths, recorder, table)
+
+    return fine

@@ -43,6 +43,8 @@ class Island:
     problem_class: ProblemClass
     reason: str
     defaults: Conditions = field(default_factory=Conditions)
+    #: the last system, and under which conditions it was assembled: runs are repeated
+    _last: tuple[Conditions, MnaSystem] | None = field(default=None, init=False, repr=False)
 
     def assemble(
         self,
@@ -67,18 +69,17 @@ class Island:
         tstep, tstop : float, optional
             Times for the defaults of PULSE, SIN, EXP [s]; those of the ``.tran`` card by default.
         """
-        return assemble(
-            self.devices,
-            self.nodes,
-            Conditions(
-                self.defaults.temperature if temperature is None else temperature,
-                values,
-                analysis,
-                self.defaults.tstep if tstep is None else tstep,
-                self.defaults.tstop if tstop is None else tstop,
-                self.defaults.nominal,
-            ),
+        conditions = Conditions(
+            self.defaults.temperature if temperature is None else temperature,
+            dict(values),
+            analysis,
+            self.defaults.tstep if tstep is None else tstep,
+            self.defaults.tstop if tstop is None else tstop,
+            self.defaults.nominal,
         )
+        if self._last is None or self._last[0] != conditions:
+            self._last = conditions, assemble(self.devices, self.nodes, conditions)
+        return self._last[1]
 
     @property
     def pair_count(self) -> int:

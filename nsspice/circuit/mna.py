@@ -9,6 +9,7 @@ back to elements, nodes and lines.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -81,8 +82,9 @@ class MnaSystem:
         self.row_elements: list[str | None] = [None] * count + list(stamper.branch_elements)
         self.row_nodes: list[str | None] = nodes + [None] * branches
         self._by_name = {device.name: device for device in devices}
+        self._functionals: dict[str, Functional] = {}
 
-    @property
+    @cached_property
     def capacitors(self) -> list[Store]:
         """Capacitors with their voltage, capacitance [F] and ``ic`` [V]."""
         return [
@@ -96,7 +98,7 @@ class MnaSystem:
             if isinstance(d, Capacitor)
         ]
 
-    @property
+    @cached_property
     def inductors(self) -> list[Store]:
         """Inductors with their current, inductance [H] and ``ic`` [A] (of all ``m`` together)."""
         return [
@@ -124,6 +126,12 @@ class MnaSystem:
         NetlistError
             NS2012 for a signal that this island does not have.
         """
+        found = self._functionals.get(name)
+        if found is None:
+            found = self._functionals[name] = self._functional(name)
+        return found
+
+    def _functional(self, name: str) -> Functional:
         signal = parse_signal(name)
         if signal is not None and signal.kind == "v":
             a, b = (*signal.names, "0")[:2]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 from ..devices import Device
@@ -16,6 +17,7 @@ class ParsedSignal(NamedTuple):
     names: tuple[str, ...]
 
 
+@lru_cache(maxsize=4096)  # each run asks for the same names several times
 def parse_signal(name: str) -> ParsedSignal | None:
     """Return the parts of a signal name, or None if it is not one.
 

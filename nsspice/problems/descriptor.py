@@ -12,12 +12,14 @@ and B = A', so that each implicit step is a monotone mixed linear complementarit
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from .csc import Csc, Floats
 from .elements import Elements
+from .passivity import passive
 from .tape import Tape
 
 
@@ -101,7 +103,7 @@ class SmoothTerms:
     Q: Csc
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class DescriptorSystem:
     """Arrays of one complementarity descriptor system.
 
@@ -154,6 +156,11 @@ class DescriptorSystem:
     def static(self) -> bool:
         """True if nothing stores energy (E = 0, no charge functions)."""
         return self.E.data.size == 0 and (self.smooth is None or self.smooth.Q.data.size == 0)
+
+    @cached_property
+    def passive(self) -> bool:
+        """True if the arrays show that the network is passive: each step is a monotone problem."""
+        return passive(self)
 
 
 @dataclass(frozen=True, slots=True)

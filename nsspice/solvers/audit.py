@@ -18,12 +18,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from .. import _core
 from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem
-from .mlcp import core_matrix
+from .mlcp import core_linear, core_matrix
 from .moreau import Records, core_smooth
 from .stepper import Jump
 from .stretches import Stretches
@@ -42,6 +40,7 @@ class Auditor:
     --------
     A current of 1 A into 2 Ohm gives 2 V; 3 V miss the law of currents by 0.5 of 1.5 + 1 A:
 
+    >>> import numpy as np
     >>> half, none = Csc.from_triplets((1, 1), [0], [0], [0.5]), Csc.zeros
     >>> system = DescriptorSystem(none((1, 1)), half, none((1, 0)), none((0, 1)), none((0, 0)),
     ...     np.zeros(0), Csc.from_triplets((1, 1), [0], [0], [1.0]), row_kind=np.zeros(1, np.uint8))
@@ -62,18 +61,7 @@ class Auditor:
         averaging = None
         if H is not None and Hs is not None and (H.data.size or Hs.data.size):
             averaging = (core_matrix(H), core_matrix(Hs))
-        self._core = _core.Auditor(
-            core_matrix(system.E),
-            core_matrix(system.G),
-            core_matrix(system.A),
-            core_matrix(system.B),
-            core_matrix(system.D),
-            system.q,
-            core_matrix(system.S),
-            system.row_kind,
-            averaging,
-            core_smooth(system.smooth),
-        )
+        self._core = _core.Auditor(core_linear(system), averaging, core_smooth(system.smooth))
 
     def check(self, records: Records, frozen: float | None = None) -> None:
         """Take recorded steps into the worst errors and the energies.
@@ -84,17 +72,11 @@ class Auditor:
         frozen : float, optional
             The time that smooth functions see [s], if that of the records counts something else.
         """
-        flat = {
-            name: np.ascontiguousarray(getattr(records, name)).ravel()
-            for name in ("time", "length", "z", "change", "lam", "u", "source_change")
-        }
-        roles = records.roles
-        flat["roles"] = np.zeros(0, np.uint8) if roles is None else roles.ravel()
-        self._core.take_steps(flat, frozen)
+        self._core.take_steps(records, frozen)
 
     def check_stretches(self, stretches: Stretches) -> None:
         """Take recorded stretches of continuous solutions into the worst errors and energies."""
-        self._core.take_stretches(stretches.flat())
+        self._core.take_stretches(stretches)
 
     def jump_error(self, moved: Floats, jump: Jump, stored: Floats) -> float:
         """Return the relative error of the balance of charge and flux over a jump.

@@ -30,7 +30,7 @@ from ..problems.csc import Floats, weighted_sum
 from ..problems.descriptor import DescriptorSystem, Functional
 from ..problems.elements import elements_of
 from .certificate import infeasibility
-from .mlcp import core_matrix
+from .mlcp import core_linear, core_switches, core_waveforms
 from .moreau import MoreauStepper
 from .stepper import Jump, Stepper, UnsolvedStep
 from .stretches import Stretches
@@ -110,19 +110,9 @@ class ModewiseStepper(Stepper):
         elements = elements_of(system)
         try:
             core = _core.Modewise(
-                core_matrix(system.E),
-                core_matrix(system.G),
-                core_matrix(system.A),
-                core_matrix(system.B),
-                core_matrix(system.D),
-                system.q,
-                core_matrix(system.S),
-                system.row_kind,
-                [(w.kind, list(w.values), w.repeat, w.scale) for w in system.waveforms],
-                [
-                    (s.pair, list(s.control), s.on_above, s.off_below, s.closed, s.inverted)
-                    for s in system.switches
-                ],
+                core_linear(system),
+                core_waveforms(system),
+                core_switches(system),
                 [(list(f.z), list(f.lam), list(f.dz), list(f.u)) for f in outputs],
                 list(elements.capacitors),
                 list(elements.conductors),

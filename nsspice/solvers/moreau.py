@@ -26,7 +26,7 @@ from ..problems.csc import Csc, Floats, weighted_sum
 from ..problems.descriptor import DescriptorSystem, Functional, SmoothTerms
 from ..problems.tape import Tape
 from .certificate import infeasibility
-from .mlcp import core_matrix
+from .mlcp import core_linear, core_matrix, core_switches, core_waveforms
 from .stepper import Jump, Stepper, UnsolvedStep
 
 
@@ -143,28 +143,10 @@ class MoreauStepper(Stepper):
         self.Hs = Hs if Hs is not None else Csc.zeros((n, p))
         self._core: _core.Stepper
         core = _core.Stepper(
-            core_matrix(system.E),
-            core_matrix(system.G),
-            core_matrix(self.H),
-            core_matrix(self.Hs),
-            core_matrix(system.A),
-            core_matrix(system.B),
-            core_matrix(system.D),
-            system.q,
-            core_matrix(system.S),
-            system.row_kind,
-            [(w.kind, list(w.values), w.repeat, w.scale) for w in system.waveforms],
-            [
-                (
-                    s.pair,
-                    list(s.control),
-                    s.on_above,
-                    s.off_below,
-                    s.closed != s.inverted,  # the core keeps the state of the control
-                    s.inverted,
-                )
-                for s in system.switches
-            ],
+            core_linear(system),
+            (core_matrix(self.H), core_matrix(self.Hs)),
+            core_waveforms(system),
+            core_switches(system),
             [
                 (list(f.z), list(f.lam), list(f.dz), list(f.u), list(f.f), list(f.df))
                 for f in outputs

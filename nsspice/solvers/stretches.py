@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -83,12 +83,3 @@ class Stretches:
         if flat["roles"].size:
             flat["roles"] = flat["roles"].reshape(k, m)
         return cls(**flat)
-
-    def flat(self) -> dict[str, Any]:
-        """Return the arrays as the core takes them."""
-        out: dict[str, Any] = {
-            field.name: np.ascontiguousarray(getattr(self, field.name)).ravel()
-            for field in fields(self)
-        }
-        out["nodes"] = self.time.shape[1]
-        return out

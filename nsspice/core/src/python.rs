@@ -6,7 +6,7 @@ mod modewise;
 mod newton;
 
 use crate::audit::Taken;
-use linear::{has_shape, misfit, Linear};
+use linear::{has_shape, misfit, Linear, LinearSpec};
 
 use crate::mlcp::{Driver, Problem, Role, Start};
 use crate::moreau::{Accuracy, Clock, Failure, Outputs, Part, Plan, Progress, Sdirk, Stepper};
@@ -172,33 +172,22 @@ fn jump_dict<'py>(py: Python<'py>, j: &crate::moreau::Jump) -> PyResult<Bound<'p
 #[pymethods]
 impl PyStepper {
     #[new]
-    #[allow(clippy::too_many_arguments)] // one argument per matrix of the system
     fn new(
-        e: Matrix,
-        g: Matrix,
-        h: Matrix,
-        hs: Matrix,
-        a: Matrix,
-        b: Matrix,
-        d: Matrix,
-        q: Floats,
-        s: Matrix,
-        row_kind: PyReadonlyArray1<u8>,
+        linear: LinearSpec,
+        averaging: (Matrix, Matrix),
         waveforms: Vec<WaveformSpec>,
         switches: Vec<SwitchSpec>,
         outputs: Vec<OutputSpec>,
         smooth: Option<SmoothSpec>,
     ) -> PyResult<Self> {
+        let linear = Linear::read(&linear)?;
+        let (n, m, p) = linear.sizes();
         let smooth = match &smooth {
-            Some((spec, f, q)) => {
-                Some(Smooth { tape: tape(spec, g.0, waveforms.len())?, f: csc(f)?, q: csc(q)? })
-            }
+            Some((spec, f, q)) => Some(Smooth { tape: tape(spec, n, p)?, f: csc(f)?, q: csc(q)? }),
             None => None,
         };
         let functions = smooth.as_ref().map_or(0, |s| s.tape.program().len());
-        let linear = Linear::read(&e, &g, &a, &b, &d, &q, &s, &row_kind)?;
-        let (n, m, p) = linear.sizes();
-        let (h, hs) = (csc(&h)?, csc(&hs)?);
+        let (h, hs) = (csc(&averaging.0)?, csc(&averaging.1)?);
         let fits = has_shape(&h, n, n)
             && has_shape(&hs, n, p)
             && smooth.iter().all(|s| [&s.f, &s.q].iter().all(|c| has_shape(c, n, functions)))

@@ -89,7 +89,7 @@ impl Engine {
 
     /// Numbers that wait to be taken.
     pub fn waiting(&self) -> usize {
-        self.witness.taken.size()
+        self.witness.taken.size() + self.ends.kept.as_ref().map_or(0, Vec::len)
     }
 
     /// True when they should be taken.

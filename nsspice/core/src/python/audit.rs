@@ -1,13 +1,11 @@
 //! The checks of the certificate as a Python class.
 
-use super::linear::{has_shape, misfit, Linear};
+use super::linear::{has_shape, misfit, Linear, LinearSpec};
 use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec};
 use crate::audit::{Arrays, Auditor, Steps, Stretches, Taken};
-use numpy::{PyArray1, PyReadonlyArray1};
+use numpy::{PyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-
-type Bytes<'py> = PyReadonlyArray1<'py, u8>;
 
 #[pyclass(name = "Auditor", module = "nsspice._core")]
 pub(super) struct PyAuditor {
@@ -15,32 +13,24 @@ pub(super) struct PyAuditor {
     functions: usize,
 }
 
-/// A flat array of an entry of a dict.
-fn part<'py, T>(dict: &Bound<'py, PyDict>, name: &str) -> PyResult<PyReadonlyArray1<'py, T>>
+/// An array among the attributes of an object.
+fn part<'py, T>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<PyReadonlyArrayDyn<'py, T>>
 where
     T: numpy::Element,
 {
-    let item = dict.get_item(name)?.ok_or_else(|| invalid(format!("{name} is missing")))?;
-    item.extract().map_err(|_| invalid(format!("{name} is no flat array of its type")))
+    let item = object.getattr(name)?;
+    item.extract().map_err(|_| invalid(format!("{name} is no array of its type")))
 }
 
 #[pymethods]
 impl PyAuditor {
     #[new]
-    #[allow(clippy::too_many_arguments)] // one argument per array of the system
     fn new(
-        e: Matrix,
-        g: Matrix,
-        a: Matrix,
-        b: Matrix,
-        d: Matrix,
-        q: Floats,
-        s: Matrix,
-        row_kind: Bytes,
+        linear: LinearSpec,
         averaging: Option<(Matrix, Matrix)>,
         smooth: Option<SmoothSpec>,
     ) -> PyResult<Self> {
-        let linear = Linear::read(&e, &g, &a, &b, &d, &q, &s, &row_kind)?;
+        let linear = Linear::read(&linear)?;
         let (n, _, p) = linear.sizes();
         let smooth = match &smooth {
             Some(spec) => Some((tape(&spec.0, n, p)?, csc(&spec.1)?, csc(&spec.2)?)),
@@ -65,14 +55,17 @@ impl PyAuditor {
         Ok(PyAuditor { inner: Auditor::new(&arrays), functions })
     }
 
-    /// Checks recorded steps, given as flat arrays.
+    /// Checks recorded steps, `nsspice.solvers.moreau.Records`.
     #[pyo3(signature = (records, frozen=None))]
-    fn take_steps(&mut self, records: &Bound<'_, PyDict>, frozen: Option<f64>) -> PyResult<()> {
+    fn take_steps(&mut self, records: &Bound<'_, PyAny>, frozen: Option<f64>) -> PyResult<()> {
         let floats = |name: &str| part::<f64>(records, name);
         let (time, length) = (floats("time")?, floats("length")?);
         let (z, change, l) = (floats("z")?, floats("change")?, floats("lam")?);
         let (u, du) = (floats("u")?, floats("source_change")?);
-        let roles = part::<u8>(records, "roles")?;
+        let roles = match records.getattr("roles")? {
+            none if none.is_none() => None,
+            _ => Some(part::<u8>(records, "roles")?),
+        };
         let steps = Steps {
             time: time.as_slice()?,
             length: length.as_slice()?,
@@ -81,7 +74,7 @@ impl PyAuditor {
             l: l.as_slice()?,
             u: u.as_slice()?,
             source_change: du.as_slice()?,
-            roles: roles.as_slice()?,
+            roles: roles.as_ref().map_or(Ok(&[][..]), |r| r.as_slice())?,
             frozen,
         };
         let (n, m, p) = self.inner.sizes();
@@ -98,11 +91,9 @@ impl PyAuditor {
         Ok(())
     }
 
-    /// Checks recorded stretches, given as flat arrays.
-    fn take_stretches(&mut self, records: &Bound<'_, PyDict>) -> PyResult<()> {
+    /// Checks recorded stretches, `nsspice.solvers.stretches.Stretches`.
+    fn take_stretches(&mut self, records: &Bound<'_, PyAny>) -> PyResult<()> {
         let floats = |name: &str| part::<f64>(records, name);
-        let nodes: usize =
-            records.get_item("nodes")?.ok_or_else(|| invalid("nodes is missing"))?.extract()?;
         let (begin, end, grain) = (floats("begin")?, floats("end")?, floats("grain")?);
         let (done, signed) = (part::<u8>(records, "steps")?, part::<u8>(records, "signed")?);
         let (first, first_u) = (floats("first")?, floats("first_u")?);
@@ -111,7 +102,7 @@ impl PyAuditor {
         let function_rate = floats("function_rate")?;
         let roles = part::<u8>(records, "roles")?;
         let all = Stretches {
-            nodes,
+            nodes: time.shape().get(1).copied().unwrap_or(0),
             begin: begin.as_slice()?,
             end: end.as_slice()?,
             grain: grain.as_slice()?,
@@ -130,7 +121,8 @@ impl PyAuditor {
             roles: roles.as_slice()?,
         };
         let (n, m, p) = self.inner.sizes();
-        let (k, points) = (all.begin.len(), all.begin.len() * nodes);
+        let (k, nodes) = (all.begin.len(), all.nodes);
+        let points = k * nodes;
         let either = |len: usize, full: usize| len == 0 || len == full;
         let fits = [all.end.len(), all.grain.len(), all.steps.len(), all.signed.len()] == [k; 4]
             && all.first.len() == k * n

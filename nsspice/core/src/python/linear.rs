@@ -5,6 +5,18 @@ use crate::sparse::Csc;
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 
+/// E, G, A, B, D, q, S, kinds of rows
+pub(super) type LinearSpec<'py> = (
+    Matrix<'py>,
+    Matrix<'py>,
+    Matrix<'py>,
+    Matrix<'py>,
+    Matrix<'py>,
+    Floats<'py>,
+    Matrix<'py>,
+    PyReadonlyArray1<'py, u8>,
+);
+
 /// The linear part of a complementarity descriptor system.
 pub(super) struct Linear {
     pub e: Csc,
@@ -23,17 +35,7 @@ pub(super) fn has_shape(c: &Csc, rows: usize, columns: usize) -> bool {
 
 impl Linear {
     /// Reads the arrays; an error if their shapes do not fit together.
-    #[allow(clippy::too_many_arguments)] // one argument per matrix of the system
-    pub fn read(
-        e: &Matrix,
-        g: &Matrix,
-        a: &Matrix,
-        b: &Matrix,
-        d: &Matrix,
-        q: &Floats,
-        s: &Matrix,
-        row_kind: &PyReadonlyArray1<u8>,
-    ) -> PyResult<Linear> {
+    pub fn read((e, g, a, b, d, q, s, row_kind): &LinearSpec) -> PyResult<Linear> {
         let linear = Linear {
             e: csc(e)?,
             g: csc(g)?,

@@ -1,13 +1,12 @@
 //! The mode-wise engine as a Python class.
 
 use super::audit::stretch_dict;
-use super::linear::{misfit, Linear};
+use super::linear::{misfit, Linear, LinearSpec};
 use super::{
-    event_arrays, failure_dict, fill, invalid, made, EventArrays, Floats, Matrix, SwitchSpec,
-    WaveformSpec,
+    event_arrays, failure_dict, fill, invalid, made, EventArrays, Floats, SwitchSpec, WaveformSpec,
 };
 use crate::modewise::{Assembly, Edge, Engine, Inputs, SwitchLaw};
-use numpy::{PyArray1, PyReadonlyArray1, PyReadwriteArray2};
+use numpy::{PyArray1, PyReadwriteArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -19,23 +18,15 @@ pub(super) struct PyModewise {
 #[pymethods]
 impl PyModewise {
     #[new]
-    #[allow(clippy::too_many_arguments)] // one argument per matrix of the system
     fn new(
-        e: Matrix,
-        g: Matrix,
-        a: Matrix,
-        b: Matrix,
-        d: Matrix,
-        q: Floats,
-        s: Matrix,
-        row_kind: PyReadonlyArray1<u8>,
+        linear: LinearSpec,
         waveforms: Vec<WaveformSpec>,
         switches: Vec<SwitchSpec>,
         outputs: Vec<[Vec<(usize, f64)>; 4]>,
         capacitors: Vec<Edge>,
         conductors: Vec<Edge>,
     ) -> PyResult<Self> {
-        let linear = Linear::read(&e, &g, &a, &b, &d, &q, &s, &row_kind)?;
+        let linear = Linear::read(&linear)?;
         let (n, m, p) = linear.sizes();
         let inside = |&(i, j, _): &Edge| i < n as isize && j < n as isize;
         let fits = waveforms.len() == p
