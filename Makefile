@@ -80,11 +80,13 @@ fmt: $(VENV)/.dev rust-tools
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m pytest tests/benchmarks -o addopts= -o python_files='bench_*.py' -s
+	$(MAKE) work-precision
 
-# all netlists against ngspice; writes the tables of docs/ngspice.md
+# what accuracy costs here and with ngspice, Pulsim and Siconos; writes docs/work-precision.md
 work-precision: $(VENV)/.dev ngspice
 	$(BIN)/python tools/work_precision.py --write docs/work-precision.md
 
+# all netlists against ngspice; writes the tables of docs/ngspice.md
 cross-check: $(VENV)/.dev ngspice
 	$(BIN)/python tools/ngspice_table.py --write docs/ngspice.md
 

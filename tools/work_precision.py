@@ -1,6 +1,9 @@
 """Work-precision of every method on some decks, as docs/work-precision.md: `make work-precision`.
 
 usage: python tools/work_precision.py [--only WORD] [--limit SECONDS] [--write PAGE]
+
+Pulsim is measured where PULSIM_PYTHON names a Python that has it, Siconos where SICONOS_PYTHON does
+(Debian's python3-siconos is found by itself).
 """
 
 from __future__ import annotations
@@ -16,13 +19,17 @@ import tempfile
 import time
 from pathlib import Path
 
+from peers import measure as measure_peers
+
 import nsspice
 from nsspice.compare.cost import CostReport, cost
+from nsspice.compare.cost.problem import Problem
 from nsspice.output.si import number
 
 ROOT = Path(__file__).resolve().parents[1]
 MARKER = "<!-- written by tools/work_precision.py: do not edit below -->\n"
 TARGET = 1e-6
+PEERS = ("ngspice", "pulsim", "siconos")
 
 NETLISTS = (
     "thesis/ex424_bridge_oscillator",
@@ -122,7 +129,7 @@ def ratios(report: CostReport) -> tuple[float, float, float, float]:
     best = min(theirs, key=lambda r: (r.error, r.seconds))
 
     def ours(error: float) -> float:
-        rows = [r for n, rows in ladders.items() if not n.startswith("ngspice") for r in rows]
+        rows = [r for n, rows in ladders.items() if not n.startswith(PEERS) for r in rows]
         return min((r.seconds for r in rows if r.error <= error), default=nan)
 
     good = [r.seconds for r in theirs if r.error <= TARGET]
@@ -182,12 +189,24 @@ def row(name: str, report: CostReport, whole: float) -> str:
         return format(value, form) if math.isfinite(value) else "-"
 
     found = report.cheapest(TARGET)
-    own = next((a for a in found if not a.method.startswith("ngspice") and a.measured), None)
+    own = next((a for a in found if not a.method.startswith(PEERS) and a.measured), None)
     mine = f"{own.method} {own.setting}, {number(own.seconds, 's', 3)}" if own else "-"
+
+    def peer(prefix: str) -> str:
+        best = next((a for a in found if a.method.startswith(prefix)), None)
+        if best is None:
+            return "-"
+        return (
+            ("" if best.measured else "(")
+            + number(best.seconds, "s", 3)
+            + ("" if best.measured else ")")
+        )
+
     slow = number(seconds, "s", 3) if math.isfinite(seconds) else "-"
     return (
         f"| [{name}](#{name}) | {mine} | {number(whole, 's', 3)} | {cell(error, '.1e')} | {slow} "
-        f"| {cell(at_best, '.0f')} | {cell(at_target, '.0f')} |"
+        f"| {cell(at_best, '.0f')} | {cell(at_target, '.0f')} | {peer('pulsim')} "
+        f"| {peer('siconos')} |"
     )
 
 
@@ -197,8 +216,8 @@ def write(page: Path, table: list[str], sections: list[str]) -> None:
     body = [
         f"\nMeasured on {machine()}.\n",
         "| deck | cheapest way of nsspice to 1e-6 | whole process, default | ngspice: best error "
-        "| its time | ratio at that error | ratio at 1e-6 |",
-        "|---|---|---|---|---|---|---|",
+        "| its time | ratio at that error | ratio at 1e-6 | Pulsim to 1e-6 | Siconos to 1e-6 |",
+        "|---|---|---|---|---|---|---|---|---|",
         *table,
         "",
         *sections,
@@ -216,7 +235,9 @@ def main() -> None:
     pictures = ROOT / "docs" / "images" / "work-precision"
     table, sections = [], []
     for name, text in decks(options.only).items():
-        report = cost(nsspice.read(text), limit=options.limit)
+        circuit = nsspice.read(text)
+        report = cost(circuit, limit=options.limit)
+        measure_peers(report, Problem.of(circuit), options.limit)
         whole = process_seconds(text)
         print(report.describe(TARGET), flush=True)
         table.append(row(name, report, whole))

@@ -41,6 +41,7 @@ def draw(report: CostReport, path: str | Path | None = None) -> Any:
             [row.seconds for row in rows],
             marker=_MARKERS[k % len(_MARKERS)],
             color=_COLOURS[k % len(_COLOURS)],
+            linestyle="--" if k >= len(_COLOURS) else "-",
             markersize=5,
             label=name,
         )
@@ -50,7 +51,7 @@ def draw(report: CostReport, path: str | Path | None = None) -> Any:
     axes.set_ylabel("time inside the process [s]")
     axes.set_title(report.title[:70], fontsize=10)
     axes.grid(True, which="major", color="0.9")
-    axes.legend(fontsize=8)
+    axes.legend(fontsize=7)
     if path is not None:
         try:
             figure.savefig(path, dpi=100)
