@@ -43,6 +43,12 @@ impl Matrix {
         out
     }
 
+    /// Another shape, with whatever entries.
+    pub fn reshape(&mut self, rows: usize, cols: usize) {
+        (self.rows, self.cols) = (rows, cols);
+        self.data.resize(rows * cols, 0.0);
+    }
+
     /// A matrix from a rule for its entries.
     pub fn from_fn(rows: usize, cols: usize, f: impl Fn(usize, usize) -> f64) -> Matrix {
         let mut data = Vec::with_capacity(rows * cols);
@@ -95,7 +101,7 @@ impl Matrix {
     pub fn product(&self, other: &Matrix) -> Matrix {
         assert_eq!(self.cols, other.rows, "matrices do not fit");
         let mut out = Matrix::zeros(self.rows, other.cols);
-        super::wide::product(&self.data, &other.data, self.cols, other.cols, &mut out.data);
+        super::wide::product(self, other, &mut out);
         out
     }
 
@@ -133,6 +139,15 @@ impl Matrix {
         }
         for (o, row) in out.iter_mut().zip(self.data.chunks_exact(self.cols)) {
             *o += dot(row, x);
+        }
+    }
+
+    /// `out = self' * x`
+    #[inline]
+    pub fn apply_transposed(&self, x: &[f64], out: &mut [f64]) {
+        out[..self.cols].fill(0.0);
+        for (r, &f) in x.iter().enumerate().take(self.rows) {
+            add_scaled(out, f, self.row(r));
         }
     }
 

@@ -2,6 +2,7 @@
 //! eigenvectors.
 
 mod complex;
+mod differences;
 mod echelon;
 mod eigen;
 mod least_norm;
@@ -15,6 +16,7 @@ mod tests;
 mod wide;
 
 pub use complex::{complex, Complex};
+pub use differences::Differences;
 pub use echelon::Echelon;
 pub use eigen::{eigen, Eigen};
 pub use least_norm::LeastNorm;
@@ -22,3 +24,4 @@ pub use lu::DenseLu;
 pub use matrix::{add_scaled, dot, equilibrate, norm, Lu, Matrix};
 pub use rank_one::RankOne;
 pub use symmetric::eigen_symmetric;
+pub use wide::{collapse, looks};

@@ -11,16 +11,19 @@ use super::matrix::{norm, Matrix};
 /// Steps before a root is given up; five are usual.
 const MAX_STEPS: usize = 120;
 
-/// The decomposition `D + sigma z z' = U diag(values) U'`.
+/// The decomposition `D + sigma z z' = U diag(values) U'`, with the work space that finding one takes.
+#[derive(Default)]
 pub struct RankOne {
-    /// eigenvalues
+    /// eigenvalues: first of the columns that take part, then of the others
     pub values: Vec<f64>,
     /// plane rotations that come first: two columns, cosine, sine
     rotations: Vec<(usize, usize, f64, f64)>,
-    /// columns that take part, by growing eigenvalue
-    kept: Vec<usize>,
-    /// their transformation
-    basis: Matrix,
+    /// all columns in the order of the eigenvalues
+    order: Vec<usize>,
+    /// row by row the vectors of those that take part
+    vectors: Matrix,
+    work: Matrix,
+    shifted: Vec<f64>,
 }
 
 #[inline(always)]
@@ -128,16 +131,24 @@ fn root(i: usize, d: &[f64], z: &[f64], rho: f64, shifted: &mut [f64]) -> Option
     None
 }
 
-/// Roots and vectors of `diag(poles) + rho weights weights'`.
+/// Roots and, row by row, vectors of `diag(poles) + rho weights weights'`; `shifted` is work space.
 #[inline(always)]
-pub(super) fn secular(poles: &[f64], weights: &[f64], rho: f64) -> Option<(Vec<f64>, Matrix)> {
+pub(super) fn secular(
+    poles: &[f64],
+    weights: &[f64],
+    rho: f64,
+    shifted: &mut Vec<f64>,
+    vectors: &mut Matrix,
+    roots: &mut Vec<f64>,
+) -> Option<()> {
     let k = poles.len();
     // rows: distances of all poles from one root
-    let mut apart = Matrix::zeros(k, k);
-    let mut shifted = vec![0.0; k];
-    let mut roots = Vec::with_capacity(k);
+    let apart = vectors;
+    apart.reshape(k, k);
+    shifted.resize(k, 0.0);
+    roots.clear();
     for j in 0..k {
-        let (origin, x) = root(j, poles, weights, rho, &mut shifted)?;
+        let (origin, x) = root(j, poles, weights, rho, shifted)?;
         roots.push(poles[origin] + x);
         for (a, v) in apart.row_mut(j).iter_mut().zip(poles) {
             *a = (v - poles[origin]) - x;
@@ -158,21 +169,18 @@ pub(super) fn secular(poles: &[f64], weights: &[f64], rho: f64) -> Option<(Vec<f
     for (e, v) in exact.iter_mut().zip(weights) {
         *e = e.abs().sqrt().copysign(*v);
     }
-    let mut basis = Matrix::zeros(k, k);
     for j in 0..k {
         let row = apart.row_mut(j);
         row.iter_mut().zip(&exact).for_each(|(a, e)| *a = e / *a);
         let f = 1.0 / norm(row);
-        for (i, v) in row.iter().enumerate() {
-            basis.data[i * k + j] = f * v;
-        }
+        row.iter_mut().for_each(|v| *v *= f);
     }
-    Some((roots, basis))
+    Some(())
 }
 
 impl RankOne {
     /// Decomposes; `None` if some entry is not finite.
-    pub fn new(d: &[f64], sigma: f64, z: &[f64]) -> Option<RankOne> {
+    pub fn decompose(&mut self, d: &[f64], sigma: f64, z: &[f64]) -> Option<()> {
         let n = d.len();
         let sign = if sigma < 0.0 { -1.0 } else { 1.0 };
         let size = norm(z);
@@ -186,7 +194,8 @@ impl RankOne {
         let mut order: Vec<usize> = (0..n).filter(|&i| sigma * z[i].abs() * size > none).collect();
         order.sort_by(|&i, &j| values[i].total_cmp(&values[j]));
         let mut w = z.to_vec();
-        let mut rotations = Vec::new();
+        let rotations = &mut self.rotations;
+        rotations.clear();
         let mut kept: Vec<usize> = Vec::with_capacity(order.len());
         for j in order {
             if let Some(&i) = kept.last() {
@@ -211,33 +220,42 @@ impl RankOne {
         let length = norm(&weights);
         weights.iter_mut().for_each(|v| *v /= length);
         let rho = sigma * length * length;
-        let (roots, basis) = super::wide::secular(&poles, &weights, rho)?;
-        for (&place, root) in kept.iter().zip(roots) {
-            values[place] = root;
+        let found = &mut self.values;
+        super::wide::secular(&poles, &weights, rho, &mut self.shifted, &mut self.vectors, found)?;
+        let mut takes_part = vec![false; n];
+        kept.iter().for_each(|&i| takes_part[i] = true);
+        self.order = kept;
+        for i in (0..n).filter(|&i| !takes_part[i]) {
+            self.order.push(i);
+            found.push(values[i]);
         }
-        values.iter_mut().for_each(|v| *v *= sign);
-        (basis.finite()).then_some(RankOne { values, rotations, kept, basis })
+        found.iter_mut().for_each(|v| *v *= sign);
+        self.vectors.finite().then_some(())
     }
 
-    /// `rows := rows U`
-    pub fn turn(&self, rows: &mut Matrix) {
-        let (k, n) = (self.kept.len(), rows.cols);
-        for row in rows.data.chunks_exact_mut(n.max(1)) {
-            for &(i, j, c, s) in &self.rotations {
-                let (x, y) = (row[i], row[j]);
-                row[i] = c * x + s * y;
-                row[j] = c * y - s * x;
+    /// `rows U`
+    pub fn turned(&mut self, rows: &Matrix) -> Matrix {
+        let (k, n) = (self.vectors.rows, rows.cols);
+        self.work.reshape(rows.rows, n);
+        let mut out = Matrix::zeros(rows.rows, n);
+        let triples = self.work.data.chunks_exact_mut(n.max(1)).zip(out.data.chunks_exact_mut(n));
+        for ((to, out), from) in triples.zip(rows.data.chunks_exact(n)) {
+            let mut from = from;
+            if !self.rotations.is_empty() {
+                // the rows of the result are free so far
+                out.copy_from_slice(from);
+                for &(i, j, c, s) in &self.rotations {
+                    let (x, y) = (out[i], out[j]);
+                    out[i] = c * x + s * y;
+                    out[j] = c * y - s * x;
+                }
+                from = out;
             }
+            to.iter_mut().zip(&self.order).for_each(|(t, &i)| *t = from[i]);
+            out[k..].copy_from_slice(&to[k..]);
         }
-        if k == 0 {
-            return;
-        }
-        let part = rows.select_cols(&self.kept).product(&self.basis);
-        for (row, part) in rows.data.chunks_exact_mut(n).zip(part.data.chunks_exact(k)) {
-            for (&c, v) in self.kept.iter().zip(part) {
-                row[c] = *v;
-            }
-        }
+        super::wide::product_transposed(&self.work, &self.vectors, &mut out);
+        out
     }
 }
 
@@ -248,9 +266,9 @@ mod tests {
     /// `D + sigma z z'` times the vectors, orthogonality, and the trace.
     fn check(d: &[f64], sigma: f64, z: &[f64]) {
         let n = d.len();
-        let found = RankOne::new(d, sigma, z).unwrap();
-        let mut u = Matrix::identity(n);
-        found.turn(&mut u);
+        let mut found = RankOne::default();
+        found.decompose(d, sigma, z).unwrap();
+        let u = found.turned(&Matrix::identity(n));
         let a = Matrix::from_fn(n, n, |i, j| sigma * z[i] * z[j] + if i == j { d[i] } else { 0.0 });
         let size = a.max_abs();
         let (au, uu) = (a.times(&u), u.transpose_times(&u));
@@ -292,7 +310,8 @@ mod tests {
     fn small_eigenvalues_of_a_stiff_sum_keep_their_digits() {
         // closed form: d1 + d2 + s = sum, d1 d2 + s (d1 z2^2 + d2 z1^2) = product
         let (d, z, s) = ([-1e-3, -2e-3], [0.6f64, 0.8f64], -1e9);
-        let found = RankOne::new(&d, s, &z).unwrap();
+        let mut found = RankOne::default();
+        found.decompose(&d, s, &z).unwrap();
         let product = d[0] * d[1] + s * (d[0] * z[1] * z[1] + d[1] * z[0] * z[0]);
         let slow = found.values.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v));
         let fast = found.values.iter().fold(f64::INFINITY, |m, v| m.min(*v));

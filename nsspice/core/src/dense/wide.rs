@@ -1,7 +1,7 @@
 //! Loops compiled twice: for every processor, and for those with registers of four numbers. Both do
 //! the same operations in the same order, so that results do not depend on the machine.
 
-use super::matrix::Matrix;
+use super::matrix::{dot, Matrix};
 use super::rank_one;
 
 /// Rows of a tile.
@@ -23,26 +23,30 @@ fn tile<const W: usize>(rows: [&[f64]; HIGH], panel: &[[f64; W]]) -> [[f64; W]; 
     sums
 }
 
+/// The first rows and columns of `out` become `a b`, or `a b'` if `TURNED`; `b` may be smaller.
 #[inline(always)]
-fn tiles<const W: usize>(a: &[f64], b: &[f64], inner: usize, cols: usize, out: &mut [f64]) {
-    let rows = out.len() / cols;
+fn tiles<const W: usize, const TURNED: bool>(a: &Matrix, b: &Matrix, out: &mut Matrix) {
+    let (inner, cols) = if TURNED { (b.cols, b.rows) } else { (b.rows, b.cols) };
+    let rows = out.rows;
     let mut panel = vec![[0.0f64; W]; inner];
     for left in (0..cols).step_by(W) {
         let width = W.min(cols - left);
-        for (p, b) in panel.iter_mut().zip(b.chunks_exact(cols)) {
-            p[..width].copy_from_slice(&b[left..left + width]);
+        if TURNED {
+            for j in 0..width {
+                panel.iter_mut().zip(b.row(left + j)).for_each(|(p, v)| p[j] = *v);
+            }
+        } else {
+            for (k, p) in panel.iter_mut().enumerate() {
+                p[..width].copy_from_slice(&b.row(k)[left..left + width]);
+            }
         }
         for top in (0..rows).step_by(HIGH) {
             let height = HIGH.min(rows - top);
             // rows beyond the last are computed twice rather than treated apart
-            let four = std::array::from_fn(|i| {
-                let r = top + i.min(height - 1);
-                &a[r * inner..(r + 1) * inner]
-            });
+            let four = std::array::from_fn(|i| &a.row(top + i.min(height - 1))[..inner]);
             let sums = tile(four, &panel);
             for (i, values) in sums.iter().enumerate().take(height) {
-                let start = (top + i) * cols + left;
-                out[start..start + width].copy_from_slice(&values[..width]);
+                out.row_mut(top + i)[left..left + width].copy_from_slice(&values[..width]);
             }
         }
     }
@@ -50,42 +54,160 @@ fn tiles<const W: usize>(a: &[f64], b: &[f64], inner: usize, cols: usize, out: &
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn tiles_avx2(a: &[f64], b: &[f64], inner: usize, cols: usize, out: &mut [f64]) {
-    tiles::<8>(a, b, inner, cols, out);
+fn tiles_avx2<const TURNED: bool>(a: &Matrix, b: &Matrix, out: &mut Matrix) {
+    tiles::<8, TURNED>(a, b, out);
 }
 
-/// `out = a b` for matrices by rows, `b` having `inner` rows and `cols` columns.
-pub(super) fn product(a: &[f64], b: &[f64], inner: usize, cols: usize, out: &mut [f64]) {
-    if out.is_empty() {
-        return;
-    }
+fn fastest_tiles<const TURNED: bool>(a: &Matrix, b: &Matrix, out: &mut Matrix) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the processor has just been asked
-        return unsafe { tiles_avx2(a, b, inner, cols, out) };
+        return unsafe { tiles_avx2::<TURNED>(a, b, out) };
     }
-    tiles::<4>(a, b, inner, cols, out);
+    tiles::<4, TURNED>(a, b, out);
+}
+
+/// `out = a b`
+pub(super) fn product(a: &Matrix, b: &Matrix, out: &mut Matrix) {
+    fastest_tiles::<false>(a, b, out);
+}
+
+/// The first columns of `out` become `a b'`; `a` may have more columns than `b`.
+pub(super) fn product_transposed(a: &Matrix, b: &Matrix, out: &mut Matrix) {
+    fastest_tiles::<true>(a, b, out);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn secular_avx2(poles: &[f64], weights: &[f64], rho: f64) -> Option<(Vec<f64>, Matrix)> {
-    rank_one::secular(poles, weights, rho)
+fn secular_avx2(
+    poles: &[f64],
+    weights: &[f64],
+    rho: f64,
+    shifted: &mut Vec<f64>,
+    vectors: &mut Matrix,
+    roots: &mut Vec<f64>,
+) -> Option<()> {
+    rank_one::secular(poles, weights, rho, shifted, vectors, roots)
 }
 
-/// Roots and vectors of `diag(poles) + rho weights weights'`.
-pub(super) fn secular(poles: &[f64], weights: &[f64], rho: f64) -> Option<(Vec<f64>, Matrix)> {
+/// Roots and, row by row, vectors of `diag(poles) + rho weights weights'`; `shifted` is work space.
+pub(super) fn secular(
+    poles: &[f64],
+    weights: &[f64],
+    rho: f64,
+    shifted: &mut Vec<f64>,
+    vectors: &mut Matrix,
+    roots: &mut Vec<f64>,
+) -> Option<()> {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the processor has just been asked
-        return unsafe { secular_avx2(poles, weights, rho) };
+        return unsafe { secular_avx2(poles, weights, rho, shifted, vectors, roots) };
     }
-    rank_one::secular(poles, weights, rho)
+    rank_one::secular(poles, weights, rho, shifted, vectors, roots)
+}
+
+/// Scalar products of each row with two vectors, and of its absolute values with a third.
+#[inline(always)]
+fn looks_any(factor: &[f64], with: [&[f64]; 3], out: [&mut [f64]; 3]) {
+    let slots = with[2].len();
+    if slots == 0 {
+        return out.into_iter().for_each(|o| o.fill(0.0));
+    }
+    let [v, s, w] = with.map(|x| &x[..slots]);
+    let (v4, s4, w4) = (v.chunks_exact(4), s.chunks_exact(4), w.chunks_exact(4));
+    let rest = v4.remainder().iter().zip(s4.remainder()).zip(w4.remainder());
+    let [values, slopes, bounds] = out;
+    let places = values.iter_mut().zip(slopes).zip(bounds);
+    for (row, ((value, slope), bound)) in factor.chunks_exact(slots).zip(places) {
+        let mut sums = [[0.0f64; 4]; 3];
+        let row4 = row.chunks_exact(4);
+        let mut ends = [0.0; 3];
+        for (c, ((v, s), w)) in row4.remainder().iter().zip(rest.clone()) {
+            ends[0] += c * v;
+            ends[1] += c * s;
+            ends[2] += c.abs() * w;
+        }
+        for (((c, v), s), w) in row4.zip(v4.clone()).zip(s4.clone()).zip(w4.clone()) {
+            for k in 0..4 {
+                sums[0][k] += c[k] * v[k];
+                sums[1][k] += c[k] * s[k];
+                sums[2][k] += c[k].abs() * w[k];
+            }
+        }
+        *value = sums[0].iter().sum::<f64>() + ends[0];
+        *slope = sums[1].iter().sum::<f64>() + ends[1];
+        *bound = sums[2].iter().sum::<f64>() + ends[2];
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn looks_avx2(factor: &[f64], with: [&[f64]; 3], out: [&mut [f64]; 3]) {
+    looks_any(factor, with, out);
+}
+
+/// For each row of factors its scalar products with two vectors, and that of its absolute values with
+/// a third.
+pub fn looks(factor: &[f64], with: [&[f64]; 3], out: [&mut [f64]; 3]) {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        // SAFETY: the processor has just been asked
+        return unsafe { looks_avx2(factor, with, out) };
+    }
+    looks_any(factor, with, out);
+}
+
+#[inline(always)]
+fn collapse_any(row: &[f64], common: &[f64], own: &[f64], out: &mut [f64]) {
+    let n = row.len();
+    let (shared, rest) = out.split_at_mut(out.len() - n);
+    for (o, common) in shared.iter_mut().zip(common.chunks_exact(n.max(1))) {
+        *o += dot(row, common);
+    }
+    for ((o, w), own) in rest.iter_mut().zip(row).zip(own) {
+        *o = w * own;
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn collapse_avx2(row: &[f64], common: &[f64], own: &[f64], out: &mut [f64]) {
+    collapse_any(row, common, own, out);
+}
+
+/// `out = [out + common row; own * row]`: the factors of shared terms (`common` by rows) and of those
+/// that each coordinate has to itself.
+pub fn collapse(row: &[f64], common: &[f64], own: &[f64], out: &mut [f64]) {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        // SAFETY: the processor has just been asked
+        return unsafe { collapse_avx2(row, common, own, out) };
+    }
+    collapse_any(row, common, own, out);
 }
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::dense::Matrix;
+
+    #[test]
+    fn looks_are_scalar_products() {
+        for (count, slots) in [(1, 1), (3, 4), (5, 7), (2, 33)] {
+            let c = Matrix::from_fn(count, slots, |r, k| ((r * 7 + k * 3) % 11) as f64 - 4.0);
+            let with = Matrix::from_fn(3, slots, |r, k| ((r * 5 + k * 2) % 13) as f64 - 6.0);
+            let mut out = Matrix::zeros(3, count);
+            let (a, rest) = out.data.split_at_mut(count);
+            let (b, d) = rest.split_at_mut(count);
+            looks(&c.data, [with.row(0), with.row(1), with.row(2)], [a, b, d]);
+            for j in 0..count {
+                assert_eq!(out[(0, j)], dot(c.row(j), with.row(0)));
+                assert_eq!(out[(1, j)], dot(c.row(j), with.row(1)));
+                assert_eq!(out[(2, j)], dot(&c.abs().data[j * slots..][..slots], with.row(2)));
+            }
+        }
+    }
 
     #[test]
     fn tiles_agree_with_the_plain_product() {
@@ -93,6 +215,9 @@ mod tests {
             let a = Matrix::from_fn(rows, inner, |r, c| ((r * 7 + c * 3) % 11) as f64 - 4.0);
             let b = Matrix::from_fn(inner, cols, |r, c| ((r * 5 + c * 2) % 13) as f64 - 6.0);
             assert_eq!(a.product(&b), a.times(&b));
+            let mut out = Matrix::zeros(rows, cols + 1);
+            product_transposed(&a.beside(&a), &b.transpose(), &mut out);
+            assert_eq!(out, a.times(&b).beside(&Matrix::zeros(rows, 1)));
         }
         let empty = Matrix::zeros(3, 0).product(&Matrix::zeros(0, 2));
         assert_eq!(empty, Matrix::zeros(3, 2));

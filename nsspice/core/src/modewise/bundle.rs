@@ -1,7 +1,8 @@
 //! Functionals along a trajectory, collapsed to factors of its terms.
 
 use super::terms::Point;
-use crate::dense::dot;
+use crate::dense::{dot, looks};
+use std::ops::Range;
 
 /// Functionals along a trajectory.
 #[derive(Default)]
@@ -10,8 +11,26 @@ pub struct Bundle {
     pub count: usize,
     /// factors by slot
     pub factor: Vec<f64>,
-    /// absolute factors by term
-    pub size: Vec<f64>,
+}
+
+/// What several functionals are at one point.
+#[derive(Default)]
+pub struct Looks {
+    /// values
+    pub value: Vec<f64>,
+    /// derivatives
+    pub slope: Vec<f64>,
+    /// bounds, from the weights that were given
+    pub bound: Vec<f64>,
+}
+
+impl Looks {
+    /// Makes room for so many.
+    pub fn resize(&mut self, count: usize) {
+        for list in [&mut self.value, &mut self.slope, &mut self.bound] {
+            list.resize(count, 0.0);
+        }
+    }
 }
 
 impl Bundle {
@@ -29,9 +48,18 @@ impl Bundle {
         dot(&self.factor[j * slots..(j + 1) * slots], &point.slope)
     }
 
-    /// Bound from the bounds of the terms.
+    /// Bound from the bounds of the slots.
     #[inline]
-    pub fn bound(&self, j: usize, terms: &[f64]) -> f64 {
-        dot(&self.size[j * terms.len()..(j + 1) * terms.len()], terms)
+    pub fn bound(&self, j: usize, weights: &[f64]) -> f64 {
+        let slots = weights.len();
+        self.factor[j * slots..(j + 1) * slots].iter().zip(weights).map(|(c, w)| c.abs() * w).sum()
+    }
+
+    /// Values, derivatives and bounds of several functionals.
+    pub fn look(&self, which: Range<usize>, point: &Point, weights: &[f64], out: &mut Looks) {
+        let slots = weights.len();
+        let factor = &self.factor[which.start * slots..which.end * slots];
+        let out = [&mut out.value, &mut out.slope, &mut out.bound].map(|o| &mut o[which.clone()]);
+        looks(factor, [&point.value, &point.slope, weights], out);
     }
 }

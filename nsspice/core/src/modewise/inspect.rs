@@ -31,7 +31,7 @@ impl Engine {
         mode.leave_x.apply(x, &mut a);
         mode.leave_v.apply_add(v, &mut a);
         let mut b = vec![0.0; k + mode.active.len()];
-        mode.algebraic.apply([x, v, d], &mut b);
+        mode.algebra([x, v, d], &mut b);
         self.net.big_r.apply(&a, z);
         self.net.kernel.apply_add(&b[..k], z);
         l.fill(0.0);
@@ -103,11 +103,11 @@ impl Engine {
         let mut scrap = vec![0.0; m];
         if let Some((_, old)) = self.present.clone() {
             let mut x = vec![0.0; old.n];
-            old.enter.apply(origin, &mut x);
+            old.enter(origin, &mut x);
             self.unknowns(&old, &x, &self.v, &self.segment.rate, &mut before, &mut scrap);
         }
         let mut x = vec![0.0; mode.n];
-        mode.enter.apply(entry, &mut x);
+        mode.enter(entry, &mut x);
         let mut after = vec![0.0; n];
         self.unknowns(mode, &x, &self.segment.now, &self.segment.rate, &mut after, &mut scrap);
         let (mut unknowns, mut multipliers) = (vec![0.0; n], vec![0.0; m]);
@@ -131,9 +131,12 @@ impl Engine {
 
     /// Takes note of the size of the state at the present point.
     pub(super) fn see(&mut self, mode: &Mode) {
+        self.path.state(&self.point, &mut self.x);
+        if mode.orthonormal() {
+            return self.scale.see_state(&self.x);
+        }
         let mut a = std::mem::take(&mut self.spare);
         a.resize(self.net.states, 0.0);
-        self.path.state(&self.point, &mut self.x);
         self.path.inputs(&self.segment, &self.point, &mut self.v);
         mode.leave_x.apply(&self.x, &mut a);
         mode.leave_v.apply_add(&self.v, &mut a);

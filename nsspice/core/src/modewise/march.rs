@@ -4,7 +4,7 @@
 //! derivative, proves that the guard stays positive or that it has exactly one root; everything else
 //! halves the interval. No crossing is missed, up to rounding.
 
-use super::bundle::Bundle;
+use super::bundle::{Bundle, Looks};
 use super::terms::{Point, Term};
 use super::trajectory::Trajectory;
 
@@ -20,6 +20,9 @@ pub enum Ending {
 /// Intervals walked without a look at the clock.
 const PATIENCE: u64 = 20_000;
 
+/// Guards evaluated at a time: often an early one decides already that the interval is too long.
+const GROUP: usize = 16;
+
 /// Work space of the march.
 #[derive(Default)]
 pub struct March {
@@ -28,10 +31,9 @@ pub struct March {
     from: Point,
     to: Point,
     probe: Point,
-    g0: Vec<f64>,
-    d0: Vec<f64>,
-    g1: Vec<f64>,
-    d1: Vec<f64>,
+    /// guards at both ends of the interval, with bounds of their fourth derivatives
+    old: Looks,
+    new: Looks,
     second: Vec<f64>,
     fourth: Vec<f64>,
     falling: Vec<usize>,
@@ -65,18 +67,15 @@ impl March {
         if count == 0 || horizon <= 0.0 {
             return (horizon.max(0.0), Ending::Horizon);
         }
-        for list in [&mut self.g0, &mut self.d0, &mut self.g1, &mut self.d1] {
-            list.resize(count, 0.0);
-        }
+        self.old.resize(count);
+        self.new.resize(count);
         let resolution = 4.5e-16 * (begin.abs() + horizon).max(f64::MIN_POSITIVE);
         path.at(0.0, &mut self.from);
-        for j in 0..count {
-            self.g0[j] = guards.value(j, &self.from);
-            self.d0[j] = guards.slope(j, &self.from);
-        }
+        path.bounds(&self.from, &self.from, &mut self.second, &mut self.fourth);
+        guards.look(0..count, &self.from, &self.fourth, &mut self.old);
         let limit = self.intervals + PATIENCE;
         let mut t = 0.0;
-        let mut h = self.first_step(path, guards, horizon);
+        let mut h = self.first_step(horizon);
         loop {
             let end = if t + 1.01 * h >= horizon { horizon } else { t + h };
             let length = end - t;
@@ -90,8 +89,10 @@ impl March {
             self.falling.clear();
             let mut unclear = false;
             for j in 0..count {
-                self.g1[j] = guards.value(j, &self.to);
-                self.d1[j] = guards.slope(j, &self.to);
+                if j % GROUP == 0 {
+                    let group = j..count.min(j + GROUP);
+                    guards.look(group, &self.to, &self.fourth, &mut self.new);
+                }
                 if end <= clear[j] {
                     continue;
                 }
@@ -99,7 +100,7 @@ impl March {
                     Verdict::Holds => {}
                     Verdict::Falls => self.falling.push(j),
                     Verdict::Unclear if forced => {
-                        if self.g1[j] < -noise[j] {
+                        if self.new.value[j] < -noise[j] {
                             self.falling.push(j);
                         }
                     }
@@ -121,31 +122,34 @@ impl March {
             }
             t = end;
             std::mem::swap(&mut self.from, &mut self.to);
-            std::mem::swap(&mut self.g0, &mut self.g1);
-            std::mem::swap(&mut self.d0, &mut self.d1);
+            std::mem::swap(&mut self.old, &mut self.new);
             h = 2.0 * length;
         }
     }
 
     /// A first interval on which most guards can be judged.
-    fn first_step(&mut self, path: &Trajectory, guards: &Bundle, horizon: f64) -> f64 {
-        path.bounds(&self.from, &self.from, &mut self.second, &mut self.fourth);
+    fn first_step(&self, horizon: f64) -> f64 {
         let mut h = horizon;
-        for j in 0..guards.count {
-            let m4 = guards.bound(j, &self.fourth);
+        let guards = self.old.value.iter().zip(&self.old.slope).zip(&self.old.bound);
+        for ((value, slope), &m4) in guards {
             if m4 == 0.0 {
                 continue;
             }
-            let by_slope = (128.0 * self.d0[j].abs() / m4).cbrt();
-            let by_value = (200.0 * self.g0[j].abs() / m4).sqrt().sqrt();
+            let by_slope = (128.0 * slope.abs() / m4).cbrt();
+            let by_value = (200.0 * value.abs() / m4).sqrt().sqrt();
             h = h.min(by_slope.max(by_value).max(1e-9 * horizon));
         }
         h
     }
 
+    /// Values at both ends of the interval, then slopes.
+    fn ends(&self, j: usize) -> [f64; 4] {
+        [self.old.value[j], self.new.value[j], self.old.slope[j], self.new.slope[j]]
+    }
+
     fn judge(&self, path: &Trajectory, guards: &Bundle, j: usize, h: f64, noise: f64) -> Verdict {
-        let (g0, g1, d0, d1) = (self.g0[j], self.g1[j], self.d0[j], self.d1[j]);
-        let m4 = guards.bound(j, &self.fourth);
+        let [g0, g1, d0, d1] = self.ends(j);
+        let m4 = self.new.bound[j];
         let (b1, b2) = (g0 + h * d0 / 3.0, g1 - h * d1 / 3.0);
         let error = m4 * h * h * h * h / 384.0;
         if g0.min(g1).min(b1).min(b2) - error >= -noise {
@@ -177,20 +181,19 @@ impl March {
         noise: f64,
     ) -> bool {
         let factor = &guards.factor[j * path.slots..(j + 1) * path.slots];
-        let size = &guards.size[j * path.terms.len()..(j + 1) * path.terms.len()];
-        let (mut g0, mut g1, mut d0, mut d1) = (self.g0[j], self.g1[j], self.d0[j], self.d1[j]);
+        let [mut g0, mut g1, mut d0, mut d1] = self.ends(j);
         let (mut m4, mut loss) = (0.0, 0.0);
         for (k, placed) in path.terms.iter().enumerate() {
-            let Term::Exp { rate } = placed.term else {
-                m4 += size[k] * self.fourth[k];
-                continue;
+            let fast = match placed.term {
+                Term::Exp { rate } => (rate.re * rate.re + rate.im * rate.im) * h * h >= 4.0,
+                _ => false,
             };
-            if (rate.re * rate.re + rate.im * rate.im) * h * h < 4.0 {
-                m4 += size[k] * self.fourth[k];
-                continue;
-            }
-            loss += size[k] * self.from.envelope[k].max(self.to.envelope[k]);
             for (s, f) in factor.iter().enumerate().skip(placed.slot).take(placed.width) {
+                if !fast {
+                    m4 += f.abs() * self.fourth[s];
+                    continue;
+                }
+                loss += f.abs() * self.from.envelope[k].max(self.to.envelope[k]);
                 g0 -= f * self.from.value[s];
                 g1 -= f * self.to.value[s];
                 d0 -= f * self.from.slope[s];
@@ -234,7 +237,8 @@ impl March {
         resolution: f64,
     ) -> f64 {
         let h = end - t;
-        let (g0, g1, d0, d1) = (self.g0[j], self.g1[j], h * self.d0[j], h * self.d1[j]);
+        let [g0, g1, d0, d1] = self.ends(j);
+        let (d0, d1) = (h * d0, h * d1);
         if g0 <= 0.0 {
             return t;
         }

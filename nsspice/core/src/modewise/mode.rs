@@ -13,7 +13,7 @@ use super::share::Share;
 use super::spectrum::{Pole, Spectrum, PLAIN};
 use super::staircase::{Algebra, Staircase};
 use super::tracked::Tracked;
-use crate::dense::{norm, Lu, Matrix};
+use crate::dense::{add_scaled, dot, norm, Lu, Matrix};
 
 /// What a guard watches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,6 +65,14 @@ impl Rows {
         self.d.apply_add(d, out);
     }
 
+    /// Adds a multiple of an algebraic unknown to one row.
+    pub fn add_algebraic(&mut self, row: usize, factor: f64, mode: &Mode, unknown: usize) {
+        let (from, r) = mode.algebraic_row(unknown);
+        add_scaled(self.x.row_mut(row), factor, from.x.row(r));
+        add_scaled(self.v.row_mut(row), factor, from.v.row(r));
+        add_scaled(self.d.row_mut(row), factor, from.d.row(r));
+    }
+
     /// Raises sizes to those that each value could have at a state of this size, and of the inputs.
     pub fn sizes(&self, [x, v, d]: [&[f64]; 3], sizes: &mut [f64]) {
         let state = norm(x);
@@ -109,15 +117,16 @@ pub struct Mode {
     pub n: usize,
     /// eigenvalues
     pub poles: Vec<Pole>,
-    /// modal state from energy coordinates
-    pub enter: Matrix,
+    /// modal state from energy coordinates, where it is not the transpose of `leave_x`
+    pub enter: Option<Matrix>,
     /// modal drive from v
     pub drive: Matrix,
     /// energy coordinates from modal state and v
     pub leave_x: Matrix,
     /// see `leave_x`
     pub leave_v: Matrix,
-    /// algebraic unknowns `[kernel part; active multipliers]`
+    /// algebraic unknowns `[kernel part; active multipliers]`; multipliers that are missing here are
+    /// the guards of their pairs
     pub algebraic: Rows,
     /// guards
     pub guards: Rows,
@@ -447,7 +456,7 @@ impl Mode {
             active,
             gates: gates.to_vec(),
             n,
-            enter: to.times(&pi),
+            enter: Some(to.times(&pi)),
             drive: to.times(&jv),
             leave_x: q2.times(&from),
             leave_v: yc,
@@ -468,10 +477,42 @@ impl Mode {
         })
     }
 
+    /// Modal state from energy coordinates.
+    pub fn enter(&self, a: &[f64], x: &mut [f64]) {
+        match &self.enter {
+            Some(enter) => enter.apply(a, x),
+            None => self.leave_x.apply_transposed(a, x),
+        }
+    }
+
+    /// Whether the modal state is as long as the energy coordinates are.
+    pub fn orthonormal(&self) -> bool {
+        self.enter.is_none()
+    }
+
+    /// Where the row of an algebraic unknown stands.
+    #[inline]
+    pub fn algebraic_row(&self, i: usize) -> (&Rows, usize) {
+        let listed = self.algebraic.x.rows;
+        if i < listed {
+            (&self.algebraic, i)
+        } else {
+            (&self.guards, self.active[i - listed])
+        }
+    }
+
+    /// Algebraic unknowns at a state, with inputs and their rates.
+    pub fn algebra(&self, [x, v, d]: [&[f64]; 3], out: &mut [f64]) {
+        for (i, out) in out.iter_mut().enumerate() {
+            let (rows, r) = self.algebraic_row(i);
+            *out = dot(rows.x.row(r), x) + dot(rows.v.row(r), v) + dot(rows.d.row(r), d);
+        }
+    }
+
     /// Memory held [bytes].
     pub fn bytes(&self) -> usize {
         let rows = |r: &Rows| r.x.data.len() + r.v.data.len() + r.d.data.len();
-        let mut count = self.enter.data.len() + self.leave_x.data.len();
+        let mut count = self.leave_x.data.len() + self.enter.as_ref().map_or(0, |e| e.data.len());
         count += self.drive.data.len() + self.leave_v.data.len();
         count += rows(&self.algebraic) + rows(&self.guards);
         if let Some(i) = &self.impulses {

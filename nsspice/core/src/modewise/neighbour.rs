@@ -10,7 +10,7 @@
 use super::mode::{GuardSize, Mode, Rows, Watch};
 use super::network::Network;
 use super::spectrum::Pole;
-use super::tracked::Tracked;
+use super::tracked::{negligible, Tracked};
 use crate::dense::{add_scaled, dot, norm, Lu, Matrix, RankOne};
 
 /// Updates in a row, beyond twice the number of pairs, before a mode is made afresh: the vectors lose
@@ -37,64 +37,103 @@ fn kernel_inverse(net: &Network, active: &[usize]) -> Option<Matrix> {
     (factor.ratio > 0.0).then(|| factor.solve_refined(&algebra, &unit))
 }
 
-/// Rows over `[a | v]` of a mode.
-struct Answers {
-    guards: Tracked,
-    kernel: Tracked,
-    drive: Matrix,
+/// What the kernel unknowns answer to `[a | v]`.
+fn kernel_answers(net: &Network, active: &[usize]) -> Option<Tracked> {
+    let (k, n) = (net.kernel.cols, net.states);
+    let mut right = Tracked::exact(net.ngr.beside(&net.ns));
+    for i in 0..k {
+        right.value.row_mut(i)[..n].iter_mut().for_each(|x| *x = -*x);
+    }
+    for &p in active {
+        for i in 0..k {
+            let f = net.na[(i, p)] / net.d[(p, p)];
+            if f != 0.0 {
+                add_scaled(&mut right.value.row_mut(i)[..n], -f, net.br.row(p));
+                for (b, x) in right.bound.row_mut(i).iter_mut().zip(net.br.row(p)) {
+                    *b += (f * x).abs();
+                }
+                right.value[(i, n)] += f * net.q[p];
+                right.bound[(i, n)] += (f * net.q[p]).abs();
+            }
+        }
+    }
+    Some(right.under(&kernel_inverse(net, active)?))
 }
 
-impl Answers {
-    fn new(net: &Network, active: &[usize]) -> Option<Answers> {
-        let (k, n, nv) = (net.kernel.cols, net.states, net.rs.cols);
-        let beside = |a: &Matrix, v: &Matrix| Tracked::exact(a.beside(v));
-        let mut right = beside(&net.ngr, &net.ns);
-        for i in 0..k {
-            right.value.row_mut(i)[..n].iter_mut().for_each(|x| *x = -*x);
+/// Guards in modal coordinates: slacks, and for active pairs what they would be without the series
+/// resistance, over it. `None` if some guard vanishes identically.
+fn guards(
+    net: &Network,
+    active: &[usize],
+    kernel: &Tracked,
+    kernel_x: &Matrix,
+    leave_x: &Matrix,
+) -> Option<(Rows, Vec<GuardSize>)> {
+    let (k, n, nv) = (net.kernel.cols, net.states, net.rs.cols);
+    let reach: Vec<f64> = (0..k).map(|i| norm(&kernel.bound.row(i)[..n])).collect();
+    let mut rows = Rows {
+        x: net.steps.as_ref()?.product(leave_x),
+        v: Matrix::zeros(net.m, nv),
+        d: Matrix::zeros(net.m, nv),
+    };
+    let mut sizes = Vec::with_capacity(net.m);
+    let mut bound_v = vec![0.0; nv];
+    for i in 0..net.m {
+        let (x, v) = (rows.x.row_mut(i), rows.v.row_mut(i));
+        let mut bound_x = norm(net.br.row(i));
+        v[0] = -net.q[i];
+        bound_v.fill(0.0);
+        bound_v[0] = net.q[i].abs();
+        for (j, &f) in net.bn.row(i).iter().enumerate().filter(|f| *f.1 != 0.0) {
+            add_scaled(x, f, kernel_x.row(j));
+            add_scaled(v, f, &kernel.value.row(j)[n..]);
+            add_scaled(&mut bound_v, f.abs(), &kernel.bound.row(j)[n..]);
+            bound_x += f.abs() * reach[j];
         }
-        for &p in active {
-            for i in 0..k {
-                let f = net.na[(i, p)] / net.d[(p, p)];
-                if f != 0.0 {
-                    add_scaled(&mut right.value.row_mut(i)[..n], -f, net.br.row(p));
-                    for (b, x) in right.bound.row_mut(i).iter_mut().zip(net.br.row(p)) {
-                        *b += (f * x).abs();
-                    }
-                    right.value[(i, n)] += f * net.q[p];
-                    right.bound[(i, n)] += (f * net.q[p]).abs();
-                }
-            }
+        let scale = match active.binary_search(&i) {
+            Ok(_) => 1.0 / net.d[(i, i)],
+            Err(_) => -1.0,
+        };
+        x.iter_mut().for_each(|x| *x *= scale);
+        let tiny = negligible(net.n + net.m);
+        for (v, b) in v.iter_mut().zip(&bound_v) {
+            *v = if v.abs() <= tiny * b { 0.0 } else { scale * *v };
         }
-        let kernel = right.under(&kernel_inverse(net, active)?);
-        // slacks, and for active pairs what they would be without the series resistance
-        let mut guards = kernel.under(&net.bn);
-        for i in 0..net.m {
-            let scale = match active.binary_search(&i) {
-                Ok(_) => 1.0 / net.d[(i, i)],
-                Err(_) => -1.0,
-            };
-            let (value, bound) = (guards.value.row_mut(i), guards.bound.row_mut(i));
-            for ((v, b), x) in value.iter_mut().zip(&mut *bound).zip(net.br.row(i)) {
-                *v += x;
-                *b += x.abs();
-            }
-            value[n] -= net.q[i];
-            bound[n] += net.q[i].abs();
-            value.iter_mut().for_each(|v| *v *= scale);
-            bound.iter_mut().for_each(|b| *b *= scale.abs());
+        // the vectors are orthonormal: the norm is that over the energy coordinates
+        let size = GuardSize { x: norm(x), bound: scale.abs() * bound_x };
+        if size.x <= tiny * size.bound && v.iter().all(|v| *v == 0.0) {
+            return None;
         }
-        guards.clean(net.n + net.m);
-        let mut drive = net.rs.clone();
-        drive.add_scaled(-1.0, &net.rgn.times(&kernel.value.columns(n, nv)));
-        let inflow = guards.value.select_rows(active).columns(n, nv);
-        drive.add_scaled(-1.0, &net.ra.select_cols(active).times(&inflow));
-        Some(Answers { guards, kernel, drive })
+        sizes.push(size);
     }
+    Some((rows, sizes))
+}
+
+/// The drive of the modal coordinates by v.
+fn drive(
+    net: &Network,
+    active: &[usize],
+    kernel: &Tracked,
+    inflow: &Matrix,
+    leave_x: &Matrix,
+) -> Matrix {
+    let (n, nv) = (net.states, net.rs.cols);
+    let mut drive = net.rs.clone();
+    drive.add_scaled(-1.0, &net.rgn.times(&kernel.value.columns(n, nv)));
+    let mut drive = drive.transpose();
+    for &p in active {
+        for (c, &f) in inflow.row(p).iter().enumerate().filter(|f| *f.1 != 0.0) {
+            // R' A = (B R)' in a reciprocal network
+            add_scaled(drive.row_mut(c), -f, net.br.row(p));
+        }
+    }
+    drive.product(leave_x).transpose()
 }
 
 impl Mode {
-    /// This mode with one pair turned over; `None` if it has to be reduced from the network.
-    pub fn neighbour(&self, net: &Network, p: usize) -> Option<Mode> {
+    /// This mode with one pair turned over; `None` if it has to be reduced from the network. `turn` is
+    /// work space.
+    pub fn neighbour(&self, net: &Network, p: usize, turn: &mut RankOne) -> Option<Mode> {
         let generation = self.generation?;
         if generation >= GENERATIONS + 2 * net.m {
             return None;
@@ -110,7 +149,7 @@ impl Mode {
                 false
             }
         };
-        let answers = Answers::new(net, &active)?;
+        let kernel = kernel_answers(net, &active)?;
         // the resistance that the pair sees, from the mode in which it is inactive
         let seen = kernel_inverse(net, if was_on { &active } else { &self.active })?;
         let mut injected = vec![0.0; seen.rows];
@@ -122,32 +161,15 @@ impl Mode {
         let change = if was_on { resistance } else { -1.0 / resistance };
         let change = if net.inductive { -change } else { change };
         let rates: Vec<f64> = self.poles.iter().map(|pole| pole.alpha).collect();
-        let turn = RankOne::new(&rates, change, self.guards.x.row(p))?;
-        let mut leave_x = self.leave_x.clone();
-        turn.turn(&mut leave_x);
-        let enter = leave_x.transpose();
-
-        let n = self.n;
-        let nv = net.rs.cols;
-        let sizes: Vec<GuardSize> = (0..net.m)
-            .map(|i| GuardSize {
-                x: norm(&answers.guards.value.row(i)[..n]),
-                bound: norm(&answers.guards.bound.row(i)[..n]),
-            })
-            .collect();
-        if (0..net.m).any(|i| answers.guards.value.row(i).iter().all(|v| *v == 0.0)) {
-            return None;
-        }
-        let rows = |t: &Matrix| Rows {
-            x: t.columns(0, n).product(&leave_x),
-            v: t.columns(n, nv),
-            d: Matrix::zeros(t.rows, nv),
-        };
-        let (guards, kernel) = (rows(&answers.guards.value), rows(&answers.kernel.value));
+        turn.decompose(&rates, change, self.guards.x.row(p))?;
+        let leave_x = turn.turned(&self.leave_x);
+        let (n, nv) = (self.n, net.rs.cols);
+        let kernel_x = kernel.value.columns(0, n).product(&leave_x);
+        let (guards, sizes) = guards(net, &active, &kernel, &kernel_x, &leave_x)?;
         let algebraic = Rows {
-            x: kernel.x.above(&guards.x.select_rows(&active)),
-            v: kernel.v.above(&guards.v.select_rows(&active)),
-            d: Matrix::zeros(kernel.x.rows + active.len(), nv),
+            v: kernel.value.columns(n, nv),
+            d: Matrix::zeros(kernel_x.rows, nv),
+            x: kernel_x,
         };
         let mut slack = self.slack.clone();
         slack[p] = was_on;
@@ -155,13 +177,13 @@ impl Mode {
             .map(|(at, &alpha)| Pole { at, alpha, omega: 0.0 })
             .collect();
         Some(Mode {
-            active,
             gates: self.gates.clone(),
             n,
             fastest: poles.iter().map(Pole::size).fold(0.0, f64::max),
             poles,
-            drive: answers.drive.transpose().product(&leave_x).transpose(),
-            enter,
+            drive: drive(net, &active, &kernel, &guards.v, &leave_x),
+            active,
+            enter: None,
             leave_x,
             leave_v: self.leave_v.clone(),
             algebraic,

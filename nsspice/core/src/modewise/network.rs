@@ -7,7 +7,7 @@
 //! element values are.
 
 use super::inputs::Inputs;
-use crate::dense::{eigen_symmetric, Echelon, Matrix};
+use crate::dense::{eigen_symmetric, Differences, Echelon, Matrix};
 use crate::sparse::Csc;
 
 /// A two-terminal element between two unknowns, -1 for ground.
@@ -69,6 +69,8 @@ pub struct Network {
     pub br: Matrix,
     /// see `ra`
     pub bn: Matrix,
+    /// `B R` once more where modes follow from one another
+    pub steps: Option<Differences>,
     /// series resistances
     pub d: Matrix,
     /// constant slack
@@ -285,6 +287,8 @@ impl Network {
         let n_skew = kernel.transpose_times(&skew);
         let a = at.transpose();
         let s = inputs.columns(&sys.s);
+        let symmetric = passive && reciprocal && one_kind;
+        let br = b.times(&big_r);
         Ok(Network {
             n,
             m,
@@ -296,10 +300,11 @@ impl Network {
             ngn: both(&kernel, &gn, &gn, &sn),
             ra: big_r.transpose_times(&a),
             na: kernel.transpose_times(&a),
-            br: b.times(&big_r),
+            steps: symmetric.then(|| Differences::new(br.clone())),
+            br,
             skew_loose: n_skew.times(&kernel).times(&loose),
             at_loose: bn.times(&loose),
-            symmetric: passive && reciprocal && one_kind,
+            symmetric,
             inductive: !inductive.is_empty(),
             bn,
             d,

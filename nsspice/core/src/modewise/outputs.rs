@@ -67,9 +67,7 @@ impl Outputs {
             for o in 0..r.rows {
                 for (i, &c) in n.row(o).iter().enumerate() {
                     if c != 0.0 {
-                        add_scaled(out.x.row_mut(o), c, mode.algebraic.x.row(i));
-                        add_scaled(out.v.row_mut(o), c, mode.algebraic.v.row(i));
-                        add_scaled(out.d.row_mut(o), c, mode.algebraic.d.row(i));
+                        out.add_algebraic(o, c, mode, i);
                     }
                 }
             }
@@ -79,9 +77,7 @@ impl Outputs {
         for (o, spec) in self.specs.iter().enumerate() {
             for &(pair, c) in &spec[1] {
                 if let Ok(at) = mode.active.binary_search(&pair) {
-                    add_scaled(value.x.row_mut(o), c, mode.algebraic.x.row(k + at));
-                    add_scaled(value.v.row_mut(o), c, mode.algebraic.v.row(k + at));
-                    add_scaled(value.d.row_mut(o), c, mode.algebraic.d.row(k + at));
+                    value.add_algebraic(o, c, mode, k + at);
                 }
             }
             add_scaled(value.v.row_mut(o), 1.0, &self.sources[o]);

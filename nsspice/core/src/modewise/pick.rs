@@ -344,7 +344,7 @@ impl Picker {
 /// Projects energy coordinates onto the constraints of a mode.
 pub fn settle(mode: &Mode, inputs: &[f64], a: &mut [f64]) {
     let mut x = vec![0.0; mode.n];
-    mode.enter.apply(a, &mut x);
+    mode.enter(a, &mut x);
     mode.leave_x.apply(&x, a);
     mode.leave_v.apply_add(inputs, a);
 }

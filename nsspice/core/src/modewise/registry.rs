@@ -2,11 +2,12 @@
 
 use super::mode::{Mode, Rows, SwitchLaw};
 use super::network::Network;
+use crate::dense::RankOne;
 use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Memory for reduced modes [bytes]; beyond it the longest unused ones are forgotten.
-const BUDGET: usize = 600 << 20;
+const BUDGET: usize = 256 << 20;
 /// Followers remembered per mode.
 const FOLLOWERS: usize = 64;
 
@@ -47,6 +48,7 @@ pub struct Registry {
     recent: [Id; 2],
     /// the mode without active pairs, if others can be derived from it
     none: Option<Option<Mode>>,
+    turn: RankOne,
     /// reductions made
     pub built: u64,
     /// modes that proved right at least once
@@ -145,7 +147,7 @@ impl Registry {
         let mut ways: Vec<(Vec<usize>, Arc<Mode>)> = near.collect();
         ways.sort_by_key(|way| way.0.len());
         for (pairs, mode) in &ways {
-            if let Some(found) = walk(mode, pairs, net) {
+            if let Some(found) = walk(mode, pairs, net, &mut self.turn) {
                 return Some(found);
             }
         }
@@ -154,7 +156,7 @@ impl Registry {
             Mode::new(net, switches, &off, &[]).ok().filter(|mode| mode.generation.is_some())
         });
         let pairs: Vec<usize> = (0..net.m).filter(|&i| self.entries[id].on[i]).collect();
-        walk(none.as_ref()?, &pairs, net)
+        walk(none.as_ref()?, &pairs, net, &mut self.turn)
     }
 
     /// Drops the longer unused half.
@@ -215,13 +217,13 @@ impl Registry {
 }
 
 /// A mode with some pairs turned over.
-fn walk(from: &Mode, pairs: &[usize], net: &Network) -> Option<Mode> {
+fn walk(from: &Mode, pairs: &[usize], net: &Network, turn: &mut RankOne) -> Option<Mode> {
     let Some((&last, others)) = pairs.split_last() else { return Some(from.clone()) };
     let mut mode = None;
     for &p in others {
-        mode = Some(mode.as_ref().unwrap_or(from).neighbour(net, p)?);
+        mode = Some(mode.as_ref().unwrap_or(from).neighbour(net, p, turn)?);
     }
-    mode.as_ref().unwrap_or(from).neighbour(net, last)
+    mode.as_ref().unwrap_or(from).neighbour(net, last, turn)
 }
 
 /// Fingerprint of a set of numbers.

@@ -540,10 +540,10 @@ impl Engine {
             self.bundled = true;
             let outputs = &self.outputs;
             let rows = self.registry.outputs(*id, || outputs.rows(mode));
-            self.path.bundle(&rows.value, &self.segment, false, &mut self.values);
+            self.path.bundle(&rows.value, &self.segment, &mut self.values);
             self.rated = rows.rate.is_some();
             if let Some(rate) = &rows.rate {
-                self.path.bundle(rate, &self.segment, false, &mut self.rates);
+                self.path.bundle(rate, &self.segment, &mut self.rates);
             }
         }
         self.path.at((time - self.time).max(0.0), &mut self.row_point);

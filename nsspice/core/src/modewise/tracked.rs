@@ -3,6 +3,11 @@
 
 use crate::dense::Matrix;
 
+/// Below this part of its bound an entry of equations of this size is rounding.
+pub fn negligible(size: usize) -> f64 {
+    3e-15 * (size as f64).sqrt()
+}
+
 /// A matrix and, entry by entry, the sum of absolute values of the terms behind it.
 #[derive(Clone, Debug)]
 pub struct Tracked {
@@ -41,7 +46,7 @@ impl Tracked {
 
     /// Sets to zero what is rounding.
     pub fn clean(&mut self, size: usize) {
-        let tiny = 3e-15 * (size as f64).sqrt();
+        let tiny = negligible(size);
         for (v, b) in self.value.data.iter_mut().zip(&self.bound.data) {
             if v.abs() <= tiny * b {
                 *v = 0.0;

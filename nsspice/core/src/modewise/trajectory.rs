@@ -5,7 +5,7 @@ use super::inputs::Segment;
 use super::mode::{Mode, Rows};
 use super::plain::Plain;
 use super::terms::{Placed, Point, Term};
-use crate::dense::{complex, dot, Complex};
+use crate::dense::{collapse, complex, dot, Complex};
 
 /// A mode's share of a slow or resonant forcing is kept apart while `|difference| horizon` is below.
 const NEAR: f64 = 1.0;
@@ -37,6 +37,9 @@ pub struct Trajectory {
     common: Vec<f64>,
     n: usize,
     start: Vec<f64>,
+    /// work space: `common` by slot, factors of the coordinates' own terms
+    by_slot: Vec<f64>,
+    amounts: Vec<f64>,
     /// each coordinate has one term of its own, a real exponential
     plainly: bool,
     /// the numerical substitute where there is no closed form
@@ -87,7 +90,7 @@ impl Trajectory {
         self.start.clear();
         self.start.resize(n, 0.0);
         let mut start = std::mem::take(&mut self.start);
-        mode.enter.apply(a, &mut start);
+        mode.enter(a, &mut start);
         self.start = start;
         if let Some((j, jv)) = &mode.plain {
             self.plain = Some(Plain::new(j, jv, &self.start, segment, shared));
@@ -255,13 +258,19 @@ impl Trajectory {
     }
 
     /// Collapses functionals to factors of the terms.
-    pub fn bundle(&self, rows: &Rows, segment: &Segment, with_sizes: bool, out: &mut Bundle) {
+    pub fn bundle(&mut self, rows: &Rows, segment: &Segment, out: &mut Bundle) {
         let (count, slots, shared) = (rows.v.rows, self.slots, self.shared);
         out.count = count;
         out.factor.clear();
         out.factor.resize(count * slots, 0.0);
-        let by_slot: Vec<f64> =
-            (0..shared).flat_map(|s| self.common.iter().skip(s).step_by(shared).copied()).collect();
+        self.by_slot.clear();
+        for s in 0..shared {
+            self.by_slot.extend(self.common.iter().skip(s).step_by(shared));
+        }
+        self.amounts.clear();
+        if self.plainly {
+            self.amounts.extend(self.own.iter().map(|own| own.factor.re));
+        }
         for j in 0..count {
             let c = &mut out.factor[j * slots..(j + 1) * slots];
             let (gx, gv, gd) = (rows.x.row(j), rows.v.row(j), rows.d.row(j));
@@ -287,15 +296,14 @@ impl Trajectory {
                 c[shared..].copy_from_slice(gx);
                 continue;
             }
-            for (c, common) in c[..shared].iter_mut().zip(by_slot.chunks_exact(self.n.max(1))) {
-                *c += dot(gx, common);
-            }
             if self.plainly {
                 // one real term per coordinate, in their order
-                for ((c, w), own) in c[shared..].iter_mut().zip(gx).zip(&self.own) {
-                    *c = w * own.factor.re;
-                }
+                collapse(gx, &self.by_slot, &self.amounts, c);
                 continue;
+            }
+            for (c, common) in c[..shared].iter_mut().zip(self.by_slot.chunks_exact(self.n.max(1)))
+            {
+                *c += dot(gx, common);
             }
             for own in &self.own {
                 let w = gx[own.at];
@@ -310,24 +318,6 @@ impl Trajectory {
                         c[own.slot + 1] = -w * hi;
                     }
                 }
-            }
-        }
-        if with_sizes {
-            out.size.clear();
-            if slots == 0 {
-                return;
-            }
-            let simple = if self.plainly { self.n } else { 0 };
-            for c in out.factor.chunks_exact(slots) {
-                for placed in &self.terms[..self.terms.len() - simple] {
-                    let s = placed.slot;
-                    out.size.push(if placed.width == 1 {
-                        c[s].abs()
-                    } else {
-                        (c[s] * c[s] + c[s + 1] * c[s + 1]).sqrt()
-                    });
-                }
-                out.size.extend(c[slots - simple..].iter().map(|v| v.abs()));
             }
         }
     }
@@ -418,15 +408,25 @@ impl Trajectory {
         }
     }
 
-    /// Bounds of second and fourth derivatives of each term between two points.
+    /// Bounds of second and fourth derivatives of each slot between two points.
     pub fn bounds(&self, from: &Point, to: &Point, second: &mut Vec<f64>, fourth: &mut Vec<f64>) {
         second.clear();
         fourth.clear();
         for ((placed, a), b) in self.terms.iter().zip(&from.envelope).zip(&to.envelope) {
             let size = a.max(*b);
             let (two, four) = placed.term.bounds(to.t);
-            second.push(two * size);
-            fourth.push(four * size);
+            for _ in 0..placed.width {
+                second.push(two * size);
+                fourth.push(four * size);
+            }
+        }
+    }
+
+    /// Largest values of each slot within a time, but for exponential growth.
+    pub fn reaches(&self, time: f64, out: &mut Vec<f64>) {
+        out.clear();
+        for placed in &self.terms {
+            (0..placed.width).for_each(|_| out.push(placed.term.reach(time)));
         }
     }
 }

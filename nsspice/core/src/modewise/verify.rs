@@ -1,6 +1,6 @@
 //! Is a mode the right one from here on?  Consistency, impulses, values, and what follows at once.
 
-use super::bundle::Bundle;
+use super::bundle::{Bundle, Looks};
 use super::inputs::Segment;
 use super::mode::{Mode, Watch};
 use super::terms::Point;
@@ -76,6 +76,9 @@ pub struct Verifier {
     pub thrown: Vec<usize>,
     /// guards that are negative at the start
     pub negative: Vec<usize>,
+    /// values and slopes of the guards at the start, and how large their terms become
+    looks: Looks,
+    reaches: Vec<f64>,
     start: Point,
     probe: Point,
     second: Vec<f64>,
@@ -124,15 +127,18 @@ impl Verifier {
             return Finding::Impulse(worst);
         }
         path.begin(mode, a, segment, horizon);
-        path.bundle(&mode.guards, segment, true, &mut self.guards);
+        path.bundle(&mode.guards, segment, &mut self.guards);
         path.at(0.0, &mut self.start);
-        self.measure_noise(mode, scale, path, horizon);
         let count = self.guards.count;
+        path.reaches(horizon, &mut self.reaches);
+        self.looks.resize(count);
+        self.guards.look(0..count, &self.start, &self.reaches, &mut self.looks);
+        self.measure_noise(mode, scale);
         self.clear.clear();
         self.clear.resize(count, 0.0);
         let mut worst = (0usize, 0.0f64);
         for j in 0..count {
-            let (g, noise) = (self.guards.value(j, &self.start), self.noise[j]);
+            let (g, noise) = (self.looks.value[j], self.noise[j]);
             if g > noise {
                 continue;
             }
@@ -179,19 +185,16 @@ impl Verifier {
         worst
     }
 
-    fn measure_noise(&mut self, mode: &Mode, scale: &Scale, path: &Trajectory, horizon: f64) {
+    fn measure_noise(&mut self, mode: &Mode, scale: &Scale) {
         self.noise.clear();
         let mut floor = [0.0f64; 2]; // of multipliers and of slacks
-        let count = path.terms.len();
         for (j, size) in mode.sizes.iter().enumerate() {
             let inputs: f64 =
                 mode.guards.v.row(j).iter().zip(&scale.v).map(|(g, v)| g.abs() * v).sum();
             let rates: f64 =
                 mode.guards.d.row(j).iter().zip(&scale.rate).map(|(g, v)| g.abs() * v).sum();
             // what the sum of terms may lose by itself
-            let terms = &self.guards.size[j * count..(j + 1) * count];
-            let sum: f64 =
-                terms.iter().zip(&path.terms).map(|(c, p)| c * p.term.reach(horizon)).sum();
+            let sum = self.looks.bound[j];
             let whole = size.x * scale.a + inputs + rates;
             let kind = usize::from(mode.slack[j]);
             floor[kind] = floor[kind].max(1e-15 * whole);
@@ -212,7 +215,7 @@ impl Verifier {
         path.bounds(&self.start, &self.start, &mut self.second, &mut self.fourth);
         for k in 0..self.zeros.len() {
             let j = self.zeros[k];
-            let slope = self.guards.slope(j, &self.start);
+            let slope = self.looks.slope[j];
             // until then the slope decides
             let until = (slope.abs() / self.guards.bound(j, &self.second)).min(horizon);
             let change = 0.5 * slope.abs() * until;
