@@ -41,8 +41,6 @@ def jumps_of(
         Charges and fluxes (n,) from which the run started, and their energy [J]; a first jump
         begins there.
     """
-    if not jumps:
-        return []
     system = mna.system
     is_current = np.array([name.startswith("i(") for name in mna.unknowns], dtype=bool)
     ordinary = np.max(np.abs([state[0], *(jump.before for jump in jumps)]), axis=0, initial=0.0)

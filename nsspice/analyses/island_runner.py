@@ -149,12 +149,13 @@ class IslandRunner:
 
     def jumps(self) -> list[JumpReport]:
         """Return the jumps so far, with the impulses of elements."""
-        if self.step is None:
+        jumps = self.stepper.jumps
+        if self.step is None or not jumps:
             return []
         state = self.stepper.state
         # an exact jump takes no time; a stepper's is spread over a part of a step
         step = 0.0 if self.method == "modewise" else self.step
-        return jumps_of(self.mna, self.stepper.jumps, step, state, self.charges)
+        return jumps_of(self.mna, jumps, step, state, self.charges)
 
     def certificate(self) -> Certificate:
         """Return the verdict on the run so far."""

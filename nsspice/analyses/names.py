@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 
 _CALL = re.compile(r"^([vip])\((.*)\)$")
 
 
+@lru_cache(maxsize=4096)  # runs of one circuit ask for the same names
 def canonical(name: str) -> str:
     """Return a signal name in lower case, without blanks, ground written ``0``.
 

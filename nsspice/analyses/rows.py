@@ -21,6 +21,7 @@ Progress = Callable[[float], None]
 
 _CHUNK_TIME = 0.04  # [s] aim for one block of rows, its way into the file included
 _CHUNK_NUMBERS = 1 << 17  # most numbers in one block: it should stay in the cache
+_FIRST_ROWS = 1024  # of a run, before it is known what they cost: a common table is one block
 
 
 class Outlet:
@@ -78,7 +79,7 @@ def advance_all(
     """
     width = 1 + outlet.recorder.recorded
     most = max(1, _CHUNK_NUMBERS // width)
-    size = min(most, 256)
+    size = min(most, _FIRST_ROWS)
     # one buffer for all blocks: the first touch of fresh memory costs more than filling it
     buffer = np.empty((min(most, rows) if len(runners) > 1 else 0, width))
     while outlet.rows < rows:

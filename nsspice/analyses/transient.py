@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
 
 from ..circuit import Circuit
 from ..errors import Diagnostic, NumericalError, UsageError
@@ -235,10 +234,13 @@ def _fine(
     sides = [runner.sides or [] for runner in runners]
     widths = [runner.width for runner in runners]
 
-    @cache
-    def fine() -> FinePoints | None:
-        from .all_points import with_sides
+    found: list[FinePoints | None] = []
 
-        return with_sides(sides, widths, recorder, table)
+    def fine() -> FinePoints | None:
+        if not found:
+            from .all_points import with_sides
+
+            found.append(with_sides(sides, widths, recorder, table))
+        return found[0]
 
     return fine

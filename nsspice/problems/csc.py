@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +17,7 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Csc:
     """A sparse matrix in compressed-column form.
 
@@ -79,7 +80,7 @@ class Csc:
         rows, cols = np.nonzero(matrix)
         return cls.from_triplets((matrix.shape[0], matrix.shape[1]), rows, cols, matrix[rows, cols])
 
-    @property
+    @cached_property
     def columns(self) -> Ints:
         """Column number of every stored entry, shape (nnz,)."""
         return np.repeat(np.arange(self.shape[1], dtype=np.int64), np.diff(self.indptr))

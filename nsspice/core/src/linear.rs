@@ -19,6 +19,16 @@ pub struct Singular {
     pub column: usize,
 }
 
+/// The elimination order of a matrix, the last `pairs` rows of which change with the mode; any will
+/// do for dense factors, which choose their own pivots.
+pub fn ordering(matrix: &Csc, pairs: usize) -> Ordering {
+    if matrix.nrows <= DENSE_LIMIT {
+        Ordering::natural(matrix, pairs)
+    } else {
+        Ordering::new(matrix, pairs)
+    }
+}
+
 /// LU factors of a square matrix.
 #[derive(Clone, Debug)]
 pub enum Factor {

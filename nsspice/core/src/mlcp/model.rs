@@ -2,7 +2,7 @@
 
 use super::equilibrate::equilibrate;
 use super::problem::Problem;
-use crate::linear::DENSE_LIMIT;
+use crate::linear::{ordering, DENSE_LIMIT};
 use crate::sparse::{Csc, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -40,7 +40,7 @@ impl Model {
             h.iter().map(|(r, c, v)| (r, c, scale[r] * v * scale[c])).collect();
         entries.extend((0..n + m).map(|i| (i, i, 0.0)));
         let scaled = Csc::from_triplets(n + m, n + m, &entries);
-        let ordering = Arc::new(Ordering::new(&scaled, m));
+        let ordering = Arc::new(ordering(&scaled, m));
         let mut touched: Vec<_> = problem.a.iter().map(|(r, _, _)| r).collect();
         touched.retain(|&r| problem.row_kind[r] == 0);
         touched.sort_unstable();

@@ -96,6 +96,8 @@ pub struct Inputs {
     kinds: Vec<Kind>,
     /// per waveform: constant part and (input, factor)
     parts: Vec<(f64, Vec<(usize, f64)>)>,
+    /// work space: the next corner of each waveform that has one
+    corners: Vec<f64>,
 }
 
 impl Inputs {
@@ -143,7 +145,7 @@ impl Inputs {
                 }
             });
         }
-        Ok(Inputs { waveforms, kinds, parts })
+        Ok(Inputs { waveforms, kinds, parts, corners: Vec::new() })
     }
 
     /// Number of inputs.
@@ -258,19 +260,12 @@ impl Inputs {
     }
 
     /// The earliest corner after `t`; corners within rounding of each other are one.
-    pub fn next_corner(&self, t: f64) -> f64 {
-        let first = self
-            .waveforms
-            .iter()
-            .filter_map(|w| w.next_corner(t))
-            .fold(f64::INFINITY, |m, c| m.min(c.time));
+    pub fn next_corner(&mut self, t: f64) -> f64 {
+        self.corners.clear();
+        self.corners.extend(self.waveforms.iter().filter_map(|w| w.next_corner_time(t)));
+        let first = self.corners.iter().copied().fold(f64::INFINITY, f64::min);
         let same = first + 16.0 * f64::EPSILON * first.abs();
-        self.waveforms
-            .iter()
-            .filter_map(|w| w.next_corner(t))
-            .map(|c| c.time)
-            .filter(|&c| c <= same)
-            .fold(first, f64::max)
+        self.corners.iter().copied().filter(|&c| c <= same).fold(first, f64::max)
     }
 
     /// Values of all waveforms at `t`.

@@ -121,6 +121,11 @@ impl RowClock {
         self.count
     }
 
+    /// Distance of the rows [s].
+    pub fn step(&self) -> f64 {
+        self.step
+    }
+
     /// The next row's time, `None` after the last.
     #[inline]
     pub fn peek(&self) -> Option<f64> {

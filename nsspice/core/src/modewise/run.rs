@@ -1,6 +1,5 @@
 //! The run: segment after segment, rows evaluated where they stand.
 
-use super::bundle::Bundle;
 use super::fixed::Stepped;
 use super::implicit::Implicit;
 use super::inputs::{Inputs, Segment};
@@ -10,6 +9,7 @@ use super::network::{Assembly, Network};
 use super::outputs::{Outputs, RowClock, Spec};
 use super::pick::{cause_of, roles, settle, Picker, Scene};
 use super::registry::{Id, Registry};
+use super::rows::Inside;
 use super::sides::Ends;
 use super::terms::Point;
 use super::trajectory::Trajectory;
@@ -105,11 +105,7 @@ pub struct Engine {
     pub(super) spare: Vec<f64>,
     /// the end of the segment
     pub(super) point: Point,
-    row_point: Point,
-    values: Bundle,
-    rates: Bundle,
-    bundled: bool,
-    rated: bool,
+    pub(super) inside: Inside,
     pub(super) crossing: Vec<usize>,
     pub(super) z: Vec<f64>,
     pub(super) l: Vec<f64>,
@@ -172,11 +168,7 @@ impl Engine {
             x: Vec::new(),
             spare: Vec::new(),
             point: Point::default(),
-            row_point: Point::default(),
-            values: Bundle::default(),
-            rates: Bundle::default(),
-            bundled: false,
-            rated: false,
+            inside: Inside::default(),
             crossing: Vec::new(),
             z: vec![0.0; n],
             l: vec![0.0; m],
@@ -385,7 +377,7 @@ impl Engine {
         self.crossing.extend_from_slice(&self.march.crossing);
         self.stats.segments += 1;
         self.stats.undetermined += u64::from(mode.open > 0);
-        self.bundled = false;
+        self.inside.ready = false;
         self.phase = Phase::Moving;
         self.x.resize(mode.n, 0.0);
         if ending == Ending::Crossing || self.stats.segments < 32 {
@@ -414,9 +406,9 @@ impl Engine {
     /// Leaves the segment: state at its end, and on.
     fn finish(&mut self) -> Result<(), Failure> {
         let Some((_, mode)) = self.present.clone() else { return Ok(()) };
-        self.note_left();
         self.path.state(&self.point, &mut self.x);
         self.path.inputs(&self.segment, &self.point, &mut self.v);
+        self.note_left();
         mode.leave_x.apply(&self.x, &mut self.a);
         mode.leave_v.apply_add(&self.v, &mut self.a);
         self.scale.see_state(&self.a);
@@ -497,11 +489,9 @@ impl Engine {
             };
             let result = match self.phase {
                 Phase::Moving => {
-                    let last = self.end >= self.stop && self.end < self.corner;
-                    if target < self.end - SAME * self.end || (last && target <= self.end) {
-                        self.write(target, row);
-                        self.rows.advance();
-                        rows += 1;
+                    let written = self.write_rows(&mut out[rows * columns..]);
+                    rows += written;
+                    if written > 0 {
                         continue;
                     }
                     self.finish()
@@ -531,29 +521,6 @@ impl Engine {
             }
         }
         (rows, Progress::More)
-    }
-
-    /// Evaluates the outputs inside the segment.
-    pub(super) fn write(&mut self, time: f64, row: &mut [f64]) {
-        let Some((id, mode)) = &self.present else { return };
-        if !self.bundled {
-            self.bundled = true;
-            let outputs = &self.outputs;
-            let rows = self.registry.outputs(*id, || outputs.rows(mode));
-            self.path.bundle(&rows.value, &self.segment, &mut self.values);
-            self.rated = rows.rate.is_some();
-            if let Some(rate) = &rows.rate {
-                self.path.bundle(rate, &self.segment, &mut self.rates);
-            }
-        }
-        self.path.at((time - self.time).max(0.0), &mut self.row_point);
-        row[0] = time;
-        for (j, value) in row[1..].iter_mut().enumerate() {
-            *value = self.values.value(j, &self.row_point);
-            if self.rated {
-                *value += self.rates.slope(j, &self.row_point);
-            }
-        }
     }
 
     /// Present time [s].

@@ -11,6 +11,7 @@ pub(super) struct Ends {
     /// from here on the ends of all segments are rows of the table [s]
     pub all_from: f64,
     pub rows: Sides,
+    row: Vec<f64>,
     point: Point,
     x: Vec<f64>,
     v: Vec<f64>,
@@ -23,6 +24,7 @@ impl Default for Ends {
             kept: None,
             all_from: f64::INFINITY,
             rows: Sides::default(),
+            row: Vec::new(),
             point: Point::default(),
             x: Vec::new(),
             v: Vec::new(),
@@ -47,27 +49,26 @@ impl Engine {
         self.ends.kept.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
-    /// Evaluates the outputs at one instant of the segment: as `write`, without work for further rows.
-    fn sample(&mut self, time: f64, row: &mut [f64]) {
-        let Some((id, mode)) = self.present.clone() else { return };
-        let outputs = &self.outputs;
-        let rows = self.registry.outputs(id, || outputs.rows(&mode));
-        let ends = &mut self.ends;
-        self.path.at((time - self.time).max(0.0), &mut ends.point);
-        ends.x.resize(mode.n, 0.0);
-        ends.v.resize(self.v.len(), 0.0);
-        self.path.state(&ends.point, &mut ends.x);
-        self.path.inputs(&self.segment, &ends.point, &mut ends.v);
-        self.segment.rates(&ends.v, &mut ends.d);
-        row[0] = time;
-        rows.value.apply([&ends.x, &ends.v, &ends.d], &mut row[1..]);
+    /// Evaluates the outputs at the end of the segment (`left`), whose state and inputs are known, or
+    /// at its start.
+    fn sample(&mut self, left: bool, row: &mut [f64]) {
+        let Engine { present, registry, outputs, ends, path, segment, .. } = self;
+        let Some((id, mode)) = present else { return };
+        let rows = registry.outputs(*id, || outputs.rows(mode));
+        let (x, v) = if left { (&self.x[..], &self.v[..]) } else { (path.start(), &segment.now[..]) };
+        segment.rates(v, &mut ends.d);
+        rows.value.apply([x, v, &ends.d], &mut row[1..]);
         // a sum of terms that cancel has the rounding of the terms
         let sizes = &mut ends.rows.sizes;
         sizes.resize(row.len(), 0.0);
-        rows.value.sizes([&ends.x, &ends.v, &ends.d], &mut sizes[1..]);
+        rows.value.sizes([x, v, &ends.d], &mut sizes[1..]);
         if let Some(rate) = &rows.rate {
-            self.path.state_rate(&ends.point, &mut ends.x);
-            self.segment.curvatures(&ends.d, &mut ends.v);
+            if !left {
+                path.at(0.0, &mut ends.point);
+            }
+            ends.x.resize(mode.n, 0.0);
+            path.state_rate(if left { &self.point } else { &ends.point }, &mut ends.x);
+            segment.curvatures(&ends.d, &mut ends.v);
             rate.apply_add([&ends.x, &ends.d, &ends.v], &mut row[1..]);
         }
     }
@@ -77,13 +78,13 @@ impl Engine {
         if self.ends.kept.is_none() && self.end < self.ends.all_from {
             return;
         }
-        let columns = self.columns();
         if self.ends.rows.open() {
             return;
         }
-        let mut row = vec![0.0; columns];
-        self.sample(self.end, &mut row);
+        let mut row = self.blank_row(self.end);
+        self.sample(true, &mut row);
         self.ends.rows.left(&row);
+        self.ends.row = row;
     }
 
     /// After the next segment has begun: the row at its start.
@@ -93,9 +94,9 @@ impl Engine {
         if !self.ends.rows.open() || (moving && self.end <= instant) {
             return;
         }
-        let mut right = vec![0.0; self.columns()];
+        let mut right = self.blank_row(instant);
         if moving {
-            self.sample(instant, &mut right);
+            self.sample(false, &mut right);
         }
         let row = self.rows.peek().filter(|t| (t - instant).abs() <= SAME * instant);
         let ends = &mut self.ends;
@@ -105,5 +106,15 @@ impl Engine {
             None => return,
         };
         ends.rows.right(moving.then_some(&right[..]), instant, row, home);
+        ends.row = right;
+    }
+
+    /// A row of zeros at an instant, in work space to be given back.
+    fn blank_row(&mut self, time: f64) -> Vec<f64> {
+        let mut row = std::mem::take(&mut self.ends.row);
+        row.clear();
+        row.resize(self.columns(), 0.0);
+        row[0] = time;
+        row
     }
 }

@@ -358,6 +358,16 @@ impl Trajectory {
         out.envelope[k] = size;
     }
 
+    /// Modal coordinates at the start.
+    pub fn start(&self) -> &[f64] {
+        &self.start
+    }
+
+    /// True if the motion is known in closed form.
+    pub fn closed(&self) -> bool {
+        self.plain.is_none()
+    }
+
     /// Modal coordinates at a point.
     pub fn state(&self, point: &Point, out: &mut [f64]) {
         self.combine(&point.value, out);

@@ -1,5 +1,6 @@
 //! The system as arrays: one pattern for the Jacobians of all modes, points and step lengths.
 
+use crate::linear::ordering;
 use crate::sparse::{Csc, Ordering};
 use crate::tape::Tape;
 use std::sync::Arc;
@@ -160,7 +161,7 @@ impl Equations {
                 )
                 .collect(),
             diagonal: (0..size).map(|i| place(i, i)).collect(),
-            ordering: Arc::new(Ordering::new(&full, m)),
+            ordering: Arc::new(ordering(&full, m)),
             pattern,
             storage,
             entries,

@@ -31,23 +31,24 @@ impl Ordering {
     /// Orders a square matrix, the last `pairs` rows of which change with the mode.  The values
     /// serve only to tell a diagonal entry that is always zero.
     pub fn new(matrix: &Csc, pairs: usize) -> Self {
-        assert_eq!(matrix.nrows, matrix.ncols, "only square matrices are ordered");
-        assert!(pairs <= matrix.nrows, "more pairs than rows");
-        let n = matrix.nrows;
-        let (row_start, row_entries) = by_rows(matrix);
-        let mut out = Ordering {
-            order: Vec::new(),
-            position: vec![0; n],
-            first_switching: n - pairs,
-            row_start,
-            row_entries,
-        };
+        let mut out = Ordering::natural(matrix, pairs);
         let graph = Graph::contracted(matrix, &out);
         out.order = place(matrix, &out, &graph, &dissect(&graph, pairs > 0));
         for (k, &c) in out.order.iter().enumerate() {
             out.position[c as usize] = k as u32;
         }
         out
+    }
+
+    /// The columns as they stand.
+    pub fn natural(matrix: &Csc, pairs: usize) -> Self {
+        assert_eq!(matrix.nrows, matrix.ncols, "only square matrices are ordered");
+        assert!(pairs <= matrix.nrows, "more pairs than rows");
+        let n = matrix.nrows;
+        let (row_start, row_entries) = by_rows(matrix);
+        let order: Vec<u32> = (0..n as u32).collect();
+        let position = order.clone();
+        Ordering { order, position, first_switching: n - pairs, row_start, row_entries }
     }
 
     /// Number of rows and columns.

@@ -116,6 +116,15 @@ impl Waveform {
             Waveform::Smooth(s) => s.next_corner(t),
         }
     }
+
+    /// The time of the first corner later than `t` [s].
+    pub fn next_corner_time(&self, t: f64) -> Option<f64> {
+        match self {
+            Waveform::Dc(_) => None,
+            Waveform::Piecewise(p) => p.next_vertex(t),
+            Waveform::Smooth(s) => s.next_corner(t).map(|c| c.time),
+        }
+    }
 }
 
 #[cfg(test)]

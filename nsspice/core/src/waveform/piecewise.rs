@@ -148,13 +148,18 @@ impl PiecewiseLinear {
 
     /// The first vertex later than `t` (by more than rounding).
     pub fn next_corner(&self, t: f64) -> Option<Corner> {
+        self.next_vertex(t).map(|time| self.corner(time))
+    }
+
+    /// Its time [s].
+    pub fn next_vertex(&self, t: f64) -> Option<f64> {
         let after = t + slack(t);
         let Some(Repeat { start, period, count }) = self.repeat else {
             let k = self.times.partition_point(|&s| s <= after);
-            return (k < self.times.len()).then(|| self.corner(self.times[k]));
+            return self.times.get(k).copied();
         };
         if let Some(&first) = self.times.iter().find(|&&s| s > after && s < start) {
-            return Some(self.corner(first));
+            return Some(first);
         }
         let mut lap = ((t - start) / period).floor().max(0.0);
         for _ in 0..2 {
@@ -166,7 +171,7 @@ impl PiecewiseLinear {
             for s in std::iter::once(start).chain(candidates).chain(std::iter::once(start + period))
             {
                 if s + base > after && (lap < count || s <= start) {
-                    return Some(self.corner(s + base));
+                    return Some(s + base);
                 }
             }
             lap += 1.0;
