@@ -53,9 +53,9 @@ impl Complex {
             return complex(self.re.exp_m1(), 0.0);
         }
         let less = self.re.exp_m1();
-        let (sin, cos) = self.im.sin_cos();
-        let half = (0.5 * self.im).sin();
-        complex(less * cos - 2.0 * half * half, (less + 1.0) * sin)
+        let (sin, cos) = (0.5 * self.im).sin_cos();
+        let rest = 2.0 * sin * sin; // 1 - cos of the whole angle
+        complex(less * (1.0 - rest) - rest, (less + 1.0) * (2.0 * sin * cos))
     }
 }
 

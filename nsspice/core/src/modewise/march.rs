@@ -51,11 +51,12 @@ enum Verdict {
 
 impl March {
     /// Walks from 0 to `horizon`; returns the time reached. `clear[j]`: guard j is known to hold up
-    /// to that time. `begin` is the absolute time of the start, for the resolution of time.
+    /// to that time; `start` is the start of the path. `begin` is the absolute time of the start, for the resolution of time.
     #[allow(clippy::too_many_arguments)] // one per ingredient
     pub fn walk(
         &mut self,
         path: &Trajectory,
+        start: &Point,
         guards: &Bundle,
         noise: &[f64],
         clear: &[f64],
@@ -63,6 +64,7 @@ impl March {
         begin: f64,
     ) -> (f64, Ending) {
         self.crossing.clear();
+        self.to.t = f64::NAN;
         let count = guards.count;
         if count == 0 || horizon <= 0.0 {
             return (horizon.max(0.0), Ending::Horizon);
@@ -70,7 +72,7 @@ impl March {
         self.old.resize(count);
         self.new.resize(count);
         let resolution = 4.5e-16 * (begin.abs() + horizon).max(f64::MIN_POSITIVE);
-        path.at(0.0, &mut self.from);
+        self.from.clone_from(start);
         path.bounds(&self.from, &self.from, &mut self.second, &mut self.fourth);
         guards.look(0..count, &self.from, &self.fourth, &mut self.old);
         let limit = self.intervals + PATIENCE;
@@ -125,6 +127,11 @@ impl March {
             std::mem::swap(&mut self.old, &mut self.new);
             h = 2.0 * length;
         }
+    }
+
+    /// The terms at the time reached, if they have been evaluated there.
+    pub fn reached(&mut self, time: f64) -> Option<&mut Point> {
+        (self.to.t == time).then_some(&mut self.to)
     }
 
     /// A first interval on which most guards can be judged.

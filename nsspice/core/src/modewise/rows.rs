@@ -63,6 +63,9 @@ impl Engine {
             } else {
                 (run, anchor) = (0, target);
                 path.at(t, &mut inside.anchor);
+                if evenly {
+                    inside.strides.anchor(path, &inside.anchor);
+                }
                 inside.write(&inside.anchor, &mut row[1..]);
             }
             run += 1;

@@ -360,6 +360,7 @@ impl Engine {
         let verifier = &self.picker.verifier;
         let (length, ending) = self.march.walk(
             &self.path,
+            &verifier.start,
             &verifier.guards,
             &verifier.noise,
             &verifier.clear,
@@ -387,7 +388,10 @@ impl Engine {
                 self.see(&mode);
             }
         }
-        self.path.at(length, &mut self.point);
+        match self.march.reached(length) {
+            Some(reached) => std::mem::swap(reached, &mut self.point),
+            None => self.path.at(length, &mut self.point),
+        }
         self.log(id);
         if id >= self.checked.len() {
             self.checked.resize(id + 1, false);

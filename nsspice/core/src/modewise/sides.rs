@@ -55,7 +55,8 @@ impl Engine {
         let Engine { present, registry, outputs, ends, path, segment, .. } = self;
         let Some((id, mode)) = present else { return };
         let rows = registry.outputs(*id, || outputs.rows(mode));
-        let (x, v) = if left { (&self.x[..], &self.v[..]) } else { (path.start(), &segment.now[..]) };
+        let (x, v) =
+            if left { (&self.x[..], &self.v[..]) } else { (path.start(), &segment.now[..]) };
         segment.rates(v, &mut ends.d);
         rows.value.apply([x, v, &ends.d], &mut row[1..]);
         // a sum of terms that cancel has the rounding of the terms

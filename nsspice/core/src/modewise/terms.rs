@@ -59,6 +59,14 @@ impl Term {
     #[inline]
     pub fn at(&self, t: f64) -> (Complex, Complex, f64) {
         let real = |x| complex(x, 0.0);
+        if t == 0.0 {
+            return match *self {
+                Term::One => (real(1.0), real(0.0), 1.0),
+                Term::Exp { rate } => (real(1.0), rate, 1.0),
+                Term::Time | Term::Near { .. } => (real(0.0), real(1.0), 1.0),
+                Term::Ramp { .. } => (real(0.0), real(0.0), 1.0),
+            };
+        }
         match *self {
             Term::One => (real(1.0), real(0.0), 1.0),
             Term::Time => (real(t), real(1.0), 1.0),
@@ -72,6 +80,15 @@ impl Term {
                 (f, rate * f, size)
             }
             Term::Near { own, apart, .. } => {
+                let size = match own.re.max(own.re + apart.re) * t {
+                    0.0 => 1.0,
+                    most => most.exp(),
+                };
+                if apart == -own && own != real(0.0) {
+                    // a constant drives it
+                    let less = own.scale(t).exp_m1();
+                    return (less / own, less + real(1.0), size);
+                }
                 let e = own.scale(t).exp();
                 let z = apart.scale(t);
                 let less = z.exp_m1();
@@ -81,7 +98,6 @@ impl Term {
                     e * (less / apart)
                 };
                 let forced = e * (less + real(1.0));
-                let size = (own.re * t).exp().max(((own.re + apart.re) * t).exp());
                 (f, forced + own * f, size)
             }
             Term::Ramp { own } => {

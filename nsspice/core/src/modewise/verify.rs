@@ -79,7 +79,8 @@ pub struct Verifier {
     /// values and slopes of the guards at the start, and how large their terms become
     looks: Looks,
     reaches: Vec<f64>,
-    start: Point,
+    /// start of the trajectory
+    pub start: Point,
     probe: Point,
     second: Vec<f64>,
     fourth: Vec<f64>,
