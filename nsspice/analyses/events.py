@@ -59,13 +59,10 @@ class Events(Sequence[Event]):
         on: npt.NDArray[np.bool_],
         names: Sequence[str],
     ) -> None:
-        order = np.argsort(times, kind="stable")
-        self.times, self.numbers, self.on, self.names = (
-            times[order],
-            numbers[order],
-            on[order],
-            names,
-        )
+        if np.any(times[1:] < times[:-1]):
+            order = np.argsort(times, kind="stable")
+            times, numbers, on = times[order], numbers[order], on[order]
+        self.times, self.numbers, self.on, self.names = times, numbers, on, names
 
     @classmethod
     def merged(cls, parts: Iterable[Events]) -> Events:

@@ -110,9 +110,11 @@ class Circuit:
     node_island: dict[str, int]
     element_island: dict[str, int]
     _by_name: dict[str, Device] = field(init=False, repr=False)
+    _parts: dict[str, list[tuple[int, str, float]]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         self._by_name = {device.name: device for device in self.devices}
+        self._parts = {}
 
     def run(self, **options: Any) -> list[Solution]:
         r"""Run all analyses of the deck, for every value of its ``.step`` cards.
@@ -171,6 +173,12 @@ class Circuit:
         signal : str
             ``v(a)``, ``v(a,b)`` or ``i(element)``.
         """
+        found = self._parts.get(signal)
+        if found is None:
+            found = self._parts[signal] = self._find(signal)
+        return found
+
+    def _find(self, signal: str) -> list[tuple[int, str, float]]:
         parsed = parse_signal(signal)
         if parsed is not None and parsed.kind == "v":
             a, b = (*parsed.names, "0")[:2]

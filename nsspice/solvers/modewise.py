@@ -167,8 +167,8 @@ class ModewiseStepper(Stepper):
         UnsolvedStep
             If no state satisfies all laws.
         """
-        gates = [s.closed != s.inverted for s in self.system.switches]
-        if gates:
+        gates = self._core.gates_by_sources()
+        if gates is None:
             first = MoreauStepper(self.system, ())
             first.start_charges(time, charges, step)
             gates = first.gates

@@ -136,6 +136,18 @@ fn tape(spec: &TapeSpec, unknowns: usize, sources: usize) -> PyResult<Tape> {
 /// pair, control, on_above, off_below, closed, inverted
 type SwitchSpec = (usize, Vec<(usize, f64)>, f64, f64, bool, bool);
 
+fn switches_of(specs: Vec<SwitchSpec>) -> Vec<Switch> {
+    let one = |(pair, control, on_above, off_below, closed, inverted)| Switch {
+        pair,
+        control,
+        on_above,
+        off_below,
+        closed,
+        inverted,
+    };
+    specs.into_iter().map(one).collect()
+}
+
 /// kind, values, repeat, scale
 type WaveformSpec = (String, Vec<f64>, f64, f64);
 
@@ -198,17 +210,7 @@ impl PyStepper {
         let Linear { e, g, a, b, d, q, s, row_kind } = linear;
         let sys = System { e, g, h, hs, a, b, d, q, s, row_kind, smooth };
         let waveforms = made(&waveforms)?;
-        let switches: Vec<Switch> = switches
-            .into_iter()
-            .map(|(pair, control, on_above, off_below, closed, inverted)| Switch {
-                pair,
-                control,
-                on_above,
-                off_below,
-                closed,
-                inverted,
-            })
-            .collect();
+        let switches = switches_of(switches);
         if switches.iter().any(|s| s.pair >= m || s.control.iter().any(|c| c.0 >= n)) {
             return Err(invalid("a switch refers to a pair or unknown that does not exist"));
         }

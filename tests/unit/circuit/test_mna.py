@@ -115,3 +115,16 @@ def test_large_circuits_are_assembled_in_linear_time():
     mna = build(deck).islands[0].assemble()
     assert time.perf_counter() - start < 20.0
     assert (mna.system.n, mna.system.m) == (2002, 2000)
+
+
+def test_a_system_is_assembled_anew_under_other_conditions_alone():
+    island = build(parse_text(BRIDGE)).islands[0]
+    values = {"r1": 2.0}
+    first = island.assemble(values=values)
+    assert island.assemble(values=dict(values)) is first
+    values["r1"] = 4.0
+    second = island.assemble(values=values)
+    assert (first.system.G.dense()[1, 1], second.system.G.dense()[1, 1]) == (0.5, 0.25)
+    assert island.assemble(50.0, values) is not second
+    assert island.assemble(values=values, analysis="dc") is not second
+    assert island.assemble(values=values, tstop=1.0).layout.conditions.tstop == 1.0

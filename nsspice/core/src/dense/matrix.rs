@@ -250,7 +250,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 #[inline]
 pub fn norm(v: &[f64]) -> f64 {
     let squares = dot(v, v);
-    if (1e-200..1e200).contains(&squares) {
+    if (1e-200..1e200).contains(&squares) || v.iter().all(|x| *x == 0.0) {
         return squares.sqrt();
     }
     v.iter().fold(0.0f64, |m, x| m.hypot(*x))

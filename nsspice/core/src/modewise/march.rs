@@ -72,7 +72,7 @@ impl March {
         self.old.resize(count);
         self.new.resize(count);
         let resolution = 4.5e-16 * (begin.abs() + horizon).max(f64::MIN_POSITIVE);
-        self.from.clone_from(start);
+        self.from.copy_from(start);
         path.bounds(&self.from, &self.from, &mut self.second, &mut self.fourth);
         guards.look(0..count, &self.from, &self.fourth, &mut self.old);
         let limit = self.intervals + PATIENCE;

@@ -8,6 +8,7 @@
 //! ([`pick`], [`verify`]). Where nothing can be proved, implicit steps go on ([`fixed`]).
 
 pub mod bundle;
+mod controls;
 mod fixed;
 mod guard_rows;
 pub mod implicit;

@@ -1,5 +1,6 @@
 //! The run: segment after segment, rows evaluated where they stand.
 
+use super::controls::by_sources;
 use super::fixed::Stepped;
 use super::implicit::Implicit;
 use super::inputs::{Inputs, Segment};
@@ -15,7 +16,7 @@ use super::terms::Point;
 use super::trajectory::Trajectory;
 use super::verify::Scale;
 use super::witness::Witness;
-use crate::moreau::{Failure, Jump, Progress};
+use crate::moreau::{Failure, Jump, Progress, Switch};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -229,6 +230,11 @@ impl Engine {
         self.logged.copy_from_slice(self.registry.on(id));
         self.log_open = true;
         Ok(())
+    }
+
+    /// The states of the switches' controls at the start, if the sources alone decide about them.
+    pub fn gates_by_sources(&self, switches: &[Switch]) -> Option<Vec<bool>> {
+        by_sources(&self.sys, switches, &self.sources(0.0))
     }
 
     pub(super) fn present_id(&self) -> Id {

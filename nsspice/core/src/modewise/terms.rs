@@ -54,6 +54,16 @@ pub struct Point {
     pub envelope: Vec<f64>,
 }
 
+impl Point {
+    /// Takes another point, in the space that is there.
+    pub fn copy_from(&mut self, other: &Point) {
+        self.t = other.t;
+        self.value.clone_from(&other.value);
+        self.slope.clone_from(&other.slope);
+        self.envelope.clone_from(&other.envelope);
+    }
+}
+
 impl Term {
     /// Value, derivative and size of the exponentials.
     #[inline]

@@ -121,6 +121,7 @@ impl Engine {
         }
         let most = usize::from(first).max(((w.tokens / PRICE) as usize).min(MOST));
         let (mut begin, mut count) = (0.0, 0);
+        self.make_room(if length <= self.reach(0.0, length) { 1 } else { most });
         while count < most {
             let width = self.reach(begin, length);
             let end = if begin + 1.01 * width >= length { length } else { begin + width };
@@ -133,6 +134,21 @@ impl Engine {
         }
         let w = &mut self.witness;
         w.tokens = w.tokens.saturating_sub(count as u64 * PRICE);
+    }
+
+    /// Makes room for so many stretches.
+    fn make_room(&mut self, stretches: usize) {
+        let (n, points) = (self.net.n, stretches * NODES.len());
+        let taken = &mut self.witness.taken;
+        for list in [&mut taken.z, &mut taken.rate] {
+            list.reserve(points * n);
+        }
+        taken.l.reserve(points * self.net.m);
+        taken.u.reserve(points * self.inputs.waveforms().len());
+        taken.first.reserve(stretches * n);
+        for list in [&mut taken.time, &mut taken.weight] {
+            list.reserve(points);
+        }
     }
 
     /// How long the stretch that begins at `t` may be.

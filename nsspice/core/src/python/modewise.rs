@@ -3,9 +3,11 @@
 use super::audit::stretch_dict;
 use super::linear::{misfit, Linear, LinearSpec};
 use super::{
-    event_arrays, failure_dict, fill, invalid, made, EventArrays, Floats, SwitchSpec, WaveformSpec,
+    event_arrays, failure_dict, fill, invalid, made, switches_of, EventArrays, Floats, SwitchSpec,
+    WaveformSpec,
 };
 use crate::modewise::{Assembly, Edge, Engine, Inputs, SwitchLaw};
+use crate::moreau::Switch;
 use numpy::{PyArray1, PyReadwriteArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -13,6 +15,8 @@ use pyo3::types::PyDict;
 #[pyclass(name = "Modewise", module = "nsspice._core")]
 pub(super) struct PyModewise {
     inner: Engine,
+    /// as they stand before the start
+    switches: Vec<Switch>,
 }
 
 #[pymethods]
@@ -41,24 +45,30 @@ impl PyModewise {
         }
         let Linear { e, g, a, b, d, q, s, row_kind } = linear;
         let sys = Assembly { e, g, a, b, d, q, s, row_kind, capacitors, conductors };
-        let switches = switches
-            .into_iter()
-            .map(|(pair, control, on_above, off_below, _, inverted)| SwitchLaw {
-                pair,
-                control,
-                on_above,
-                off_below,
-                inverted,
+        let switches = switches_of(switches);
+        let laws = switches
+            .iter()
+            .map(|s| SwitchLaw {
+                pair: s.pair,
+                control: s.control.clone(),
+                on_above: s.on_above,
+                off_below: s.off_below,
+                inverted: s.inverted,
             })
             .collect();
         let inputs = Inputs::new(made(&waveforms)?).map_err(invalid)?;
-        let inner = Engine::new(sys, inputs, switches, outputs).map_err(invalid)?;
-        Ok(PyModewise { inner })
+        let inner = Engine::new(sys, inputs, laws, outputs).map_err(invalid)?;
+        Ok(PyModewise { inner, switches })
     }
 
     /// Rows from `out_start` to `stop`; implicit steps, where needed, of at most `fixed_step`.
     fn plan(&mut self, stop: f64, out_start: f64, out_step: f64, fixed_step: f64) -> u64 {
         self.inner.plan(stop, out_start, out_step, fixed_step)
+    }
+
+    /// States of the switches' controls at the start, None if more than sources decides about them.
+    fn gates_by_sources(&self) -> Option<Vec<bool>> {
+        self.inner.gates_by_sources(&self.switches)
     }
 
     /// Starts at 0 from charges and fluxes; returns None, or the failure as a dict.
