@@ -306,7 +306,7 @@ def stepped_verdict(runner, stretches) -> Certificate:
 
 
 def test_a_run_with_error_control_passes():
-    runner, stretches = stepped()
+    runner, stretches = stepped(stop=3e-3)
     found = stepped_verdict(runner, stretches)
     assert found.passed
     assert found.energy.steps >= 64

@@ -32,6 +32,8 @@ const EARLY: f64 = 0.05;
 const SMALL: f64 = 1e-3;
 /// Values below this part of the largest so far are rounding errors.
 const DECAYED: f64 = 1e-13;
+/// Instants that differ by so small a part of a step are one.
+const SAME_PLACE: f64 = 1e-6;
 /// Steps between two looks at the clock, and between two checks of the residual.
 const LOOK: u64 = 16;
 
@@ -65,6 +67,16 @@ impl Rows {
         let whole = ((stop - start) / step * (1.0 + 1e-12)).floor() as u64;
         let rest = stop - (start + whole as f64 * step) > 1e-9 * step;
         Rows { start, step, stop, whole, count: whole + 1 + u64::from(rest), next: 0 }
+    }
+
+    /// The row at `time`, if one is there up to rounding of steps of this `length`; else `time`.
+    fn meet(&self, time: f64, length: f64) -> f64 {
+        let row = self.start + ((time - self.start) / self.step).round() * self.step;
+        if (row - time).abs() <= 1e-9 * length && row <= self.stop {
+            row
+        } else {
+            time
+        }
     }
 
     fn time(&self) -> f64 {
@@ -324,7 +336,10 @@ impl Sdirk {
                 self.accepted = Some(Accepted { theta, time, end: End::Event });
             } else {
                 let (time, end) = match (to_target, at_corner) {
-                    (false, _) => (s.time + self.trial.length, End::Plain),
+                    (false, _) => {
+                        let length = self.trial.length;
+                        (self.rows.meet(s.time + length, length), End::Plain)
+                    }
                     (true, true) => (target, End::Corner { jump }),
                     (true, false) => (target, End::Plain),
                 };
@@ -340,7 +355,7 @@ impl Sdirk {
                     let q = self.tableau.error_order;
                     let grown = error * 2.0f64.powi(q);
                     let up = usize::from(grown < 0.5) + usize::from(grown * 2.0f64.powi(q) < 0.2);
-                    self.level = level.saturating_sub(up);
+                    self.level = self.grown(level, up, time);
                 }
             }
             if fixed {
@@ -351,6 +366,22 @@ impl Sdirk {
             self.certify(s);
             return Ok(());
         }
+    }
+
+    /// The level of the next step, `up` levels above that of a step that ended at `time`, or as many
+    /// as let the ends of longer steps fall on rows, which then cost nothing.
+    fn grown(&self, level: usize, up: usize, time: f64) -> usize {
+        let falls = |level: usize| {
+            let steps = (time - self.rows.start) / self.ladder.length(level);
+            (steps - steps.round()).abs() <= SAME_PLACE
+        };
+        let steps = self.rows.step / self.ladder.longest;
+        let meets = steps.round() >= 1.0 && (steps - steps.round()).abs() <= SAME_PLACE;
+        let top = level.saturating_sub(up);
+        if !(meets && falls(level)) {
+            return top;
+        }
+        (top..level).find(|&l| falls(l)).unwrap_or(level)
     }
 
     /// Estimated error of the trial step relative to what is allowed.
