@@ -39,13 +39,13 @@ impl DenseLu {
     pub fn factor(&mut self, a: &Csc) {
         assert_eq!(a.nrows, a.ncols, "only square matrices have an LU factorisation here");
         let n = a.nrows;
-        self.n = n;
-        self.lu.clear();
-        self.lu.resize(n * n, 0.0);
-        self.swap.clear();
-        self.swap.resize(n, 0);
-        self.inverse.clear();
-        self.inverse.resize(n, 0.0);
+        if self.n != n || self.lu.is_empty() {
+            self.n = n;
+            self.lu.resize(n * n, 0.0);
+            self.swap.resize(n, 0);
+            self.inverse.resize(n, 0.0);
+        }
+        self.lu.fill(0.0);
         for c in 0..n {
             let (rows, values) = a.col(c);
             for (&r, &v) in rows.iter().zip(values) {

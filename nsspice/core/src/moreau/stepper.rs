@@ -15,6 +15,9 @@ use std::time::{Duration, Instant};
 
 /// Events kept in full; later ones are only counted.
 const MAX_EVENTS: usize = 1 << 16;
+/// Relative residual at which the iteration of a step ends: a hundredth of what is accepted, far
+/// below the error of a method of first order.
+const STEP_ACCURACY: f64 = 1e-12;
 /// Steps between two looks at the clock.
 const LOOK: u64 = 64;
 /// Switch reactions at one instant before it is called chatter.
@@ -325,6 +328,10 @@ impl Stepper {
         self.step_length = step_length;
         self.plan = plan;
         self.sweeping = matches!(self.plan, Plan::Points { .. });
+        if let (Some(smooth), false, false) = (&mut self.smooth, self.sweeping, self.static_system)
+        {
+            smooth.newton.set_accuracy(STEP_ACCURACY);
+        }
         match &self.plan {
             Plan::Grid(clock) => {
                 self.first_row = clock.first_row_now();

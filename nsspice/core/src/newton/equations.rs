@@ -51,8 +51,6 @@ pub struct Equations {
     /// E in the same pattern
     pub(super) storage: Vec<f64>,
     pub(super) entries: Vec<Entry>,
-    /// where the entries of each row of z begin
-    pub(super) row_entries: Vec<usize>,
     pub(super) terms: Vec<Term>,
     pub(super) row_kind: Vec<u8>,
     pub(super) ordering: Arc<Ordering>,
@@ -120,7 +118,7 @@ impl Equations {
         for (r, c, v) in e.iter() {
             storage[place(r, c) as usize] += v;
         }
-        let entries = positions
+        let entries: Vec<Entry> = positions
             .iter()
             .map(|&(t, j, slot)| Entry {
                 row: t.row,
@@ -131,10 +129,6 @@ impl Equations {
                 q: t.q,
             })
             .collect();
-        let mut entries: Vec<Entry> = entries;
-        entries.sort_by_key(|e| e.row);
-        let row_entries =
-            (0..=n).map(|r| entries.partition_point(|e| (e.row as usize) < r)).collect();
         let diagonals = g.iter().filter(|&(r, c, v)| r == c && v > 0.0 && row_kind[r] == 0);
         let logs: Vec<f64> = diagonals.map(|(_, _, v)| v.ln()).collect();
         let usual = if logs.is_empty() {
@@ -165,7 +159,6 @@ impl Equations {
             pattern,
             storage,
             entries,
-            row_entries,
             terms,
             row_kind: row_kind.to_vec(),
             touched,

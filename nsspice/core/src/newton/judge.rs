@@ -1,6 +1,6 @@
 //! How far a point is from solving the equations, free of units and of scale.
 
-use super::equations::{Entry, Equations};
+use super::equations::Equations;
 use super::linear::Assembly;
 use crate::mlcp::{Residual, Role};
 use crate::tape::Tape;
@@ -10,6 +10,9 @@ const FLOOR: f64 = 1e-6;
 /// What rounding of the unknowns by a few units may do to a row, through steep functions, is no
 /// defect.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// A defect of this part of its terms is rounding of one of them.
+const NOTHING: f64 = 0.5 * f64::EPSILON;
 
 /// Defects of a point, and against what they are judged.
 pub(super) struct Balance {
@@ -32,48 +35,29 @@ impl Balance {
     }
 
     /// Computes both at `x = [z; l]` from the last evaluation of the tape.
-    pub fn compute(
-        &mut self,
-        eq: &Equations,
-        assembly: &Assembly,
-        tape: &Tape,
-        right: &[f64],
-        x: &[f64],
-    ) {
-        let Balance { defect, terms } = self;
-        defect.copy_from_slice(right);
-        for (t, v) in terms.iter_mut().zip(right) {
-            *t = v.abs();
-        }
-        let linear = &assembly.linear;
-        for (c, &xc) in x.iter().enumerate() {
-            if xc == 0.0 {
-                continue;
+    pub fn compute(&mut self, assembly: &Assembly, tape: &Tape, right: &[f64], x: &[f64]) {
+        for (r, (defect, size)) in self.defect.iter_mut().zip(&mut self.terms).enumerate() {
+            let (mut d, mut sum) = (right[r], right[r].abs());
+            for &(c, v) in assembly.rows.row(r) {
+                let term = v * x[c as usize];
+                d -= term;
+                sum += term.abs();
             }
-            let range = linear.colptr[c]..linear.colptr[c + 1];
-            for (&r, &v) in linear.rowidx[range.clone()].iter().zip(&linear.values[range]) {
-                let term = v * xc;
-                defect[r] -= term;
-                terms[r] += term.abs();
+            for &(k, c) in assembly.terms.row(r) {
+                let term = c * tape.value(k as usize);
+                d -= term;
+                sum += term.abs();
             }
-        }
-        for (t, &c) in eq.terms.iter().zip(&assembly.terms) {
-            if c != 0.0 {
-                let term = c * tape.value(t.function as usize);
-                defect[t.row as usize] -= term;
-                terms[t.row as usize] += term.abs();
-            }
+            (*defect, *size) = (d, sum);
         }
     }
 
     /// Size of what the functions make of the unknowns in a row: in steep functions, how far its
     /// defect may be rounding.
-    fn steepness(eq: &Equations, assembly: &Assembly, tape: &Tape, x: &[f64], row: usize) -> f64 {
-        let range = eq.row_entries[row]..eq.row_entries[row + 1];
+    fn steepness(assembly: &Assembly, tape: &Tape, x: &[f64], row: usize) -> f64 {
         let slopes = tape.slopes();
-        let entries = eq.entries[range.clone()].iter().zip(&assembly.entries[range]);
-        let term = |e: &Entry, c: f64| (c * slopes[e.slot as usize] * x[e.column as usize]).abs();
-        entries.map(|(e, &c)| term(e, c)).sum()
+        let entries = assembly.entries.row(row).iter();
+        entries.map(|e| (e.factor * slopes[e.slot as usize] * x[e.column as usize]).abs()).sum()
     }
 
     /// Relative violations of rows and pairs.
@@ -99,10 +83,10 @@ impl Balance {
         let (mut rows, mut worst_row) = (0.0f64, 0);
         for i in 0..n {
             let size = terms[i].max(floor[eq.kind(i)]);
-            if defect[i].abs() <= rows * size {
+            if defect[i].abs() <= rows.max(NOTHING) * size && size < f64::INFINITY {
                 continue; // NaN goes on
             }
-            let steep = Self::steepness(eq, assembly, tape, x, i);
+            let steep = Self::steepness(assembly, tape, x, i);
             let excess = defect[i].abs() - ROUNDING * steep;
             if excess <= 0.0 {
                 continue;

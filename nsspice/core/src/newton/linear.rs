@@ -10,6 +10,38 @@ const NOTHING: f64 = 1e-18;
 /// Largest scaled entry with which open columns are told from small ones.
 const BADLY_SCALED: f64 = 1e6;
 
+/// Lists, one after the other.
+pub(super) struct Rows<T> {
+    start: Vec<u32>,
+    pub list: Vec<T>,
+}
+
+impl<T> Rows<T> {
+    /// Gathers items by their rows, in the order in which they come.
+    fn new(count: usize, items: impl Iterator<Item = (usize, T)>) -> Rows<T> {
+        let mut items: Vec<(usize, T)> = items.collect();
+        items.sort_by_key(|i| i.0);
+        let start = (0..=count).map(|r| items.partition_point(|i| i.0 < r) as u32).collect();
+        Rows { start, list: items.into_iter().map(|i| i.1).collect() }
+    }
+
+    #[inline]
+    pub fn row(&self, r: usize) -> &[T] {
+        &self.list[self.start[r] as usize..self.start[r + 1] as usize]
+    }
+}
+
+/// A derivative `df/dz_j` in one entry of the Jacobian.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Derivative {
+    /// index into the values of the pattern
+    pub at: u32,
+    /// variable, and slot of the derivative
+    pub column: u32,
+    pub slot: u32,
+    pub factor: f64,
+}
+
 /// All that depends on the rate: linear part, scaling, factors.
 pub(super) struct Assembly {
     pub rate: f64,
@@ -17,16 +49,23 @@ pub(super) struct Assembly {
     pub stamp: u64,
     /// `[[rate E + G, A], [-B, D]]`
     pub linear: Csc,
-    /// coefficient of each entry of `Equations::entries`, and of each of `Equations::terms`
-    pub entries: Vec<f64>,
-    pub terms: Vec<f64>,
+    /// the same by rows, without its zeros: column and value
+    pub rows: Rows<(u32, f64)>,
+    /// functions in each row, with their coefficients
+    pub terms: Rows<(u32, f64)>,
+    /// derivatives in each row
+    pub entries: Rows<Derivative>,
     /// the Jacobian with all pairs active, unscaled
     pub values: Vec<f64>,
     /// physical unknown = scale * scaled unknown; also multiplies the rows
     pub scale: Vec<f64>,
     scaled: bool,
+    /// how often it has been scaled
+    pub scalings: u32,
     /// the last Jacobian left something open, which was held
     open: bool,
+    /// the last solution took one step: the next ones may, too, with the same factors
+    pub steady: bool,
     /// product of the two scales of each entry
     weight: Vec<f64>,
     jacobian: Csc,
@@ -50,12 +89,34 @@ impl Assembly {
         Assembly {
             rate,
             stamp: 0,
-            entries: eq.entries.iter().map(|e| coefficient(e.f, e.q)).collect(),
-            terms: eq.terms.iter().map(|t| coefficient(t.f, t.q)).collect(),
+            rows: Rows::new(
+                eq.size(),
+                linear.iter().filter(|e| e.2 != 0.0).map(|(r, c, v)| (r, (c as u32, v))),
+            ),
+            terms: Rows::new(
+                eq.size(),
+                eq.terms
+                    .iter()
+                    .map(|t| (t.row as usize, (t.function, coefficient(t.f, t.q))))
+                    .filter(|t| t.1 .1 != 0.0),
+            ),
+            entries: Rows::new(
+                eq.n,
+                eq.entries
+                    .iter()
+                    .map(|e| {
+                        let (at, column, slot) = (e.at, e.column, e.slot);
+                        let factor = coefficient(e.f, e.q);
+                        (e.row as usize, Derivative { at, column, slot, factor })
+                    })
+                    .filter(|e| e.1.factor != 0.0),
+            ),
             values: linear.values.clone(),
             scale: vec![1.0; eq.size()],
             scaled: false,
+            scalings: 0,
             open: false,
+            steady: false,
             weight: vec![1.0; linear.values.len()],
             jacobian: linear.clone(),
             linear,
@@ -82,12 +143,10 @@ impl Assembly {
     }
 
     /// Adds the derivatives of the functions to the linear part.
-    pub fn linearise(&mut self, eq: &Equations, slopes: &[f64]) {
+    pub fn linearise(&mut self, slopes: &[f64]) {
         self.values.copy_from_slice(&self.linear.values);
-        for (entry, &c) in eq.entries.iter().zip(&self.entries) {
-            if c != 0.0 {
-                self.values[entry.at as usize] += c * slopes[entry.slot as usize];
-            }
+        for e in &self.entries.list {
+            self.values[e.at as usize] += e.factor * slopes[e.slot as usize];
         }
     }
 
@@ -110,6 +169,8 @@ impl Assembly {
             }
         }
         self.scaled = true;
+        self.steady = false;
+        self.scalings += 1;
         self.factor = None;
     }
 

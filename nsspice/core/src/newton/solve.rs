@@ -11,13 +11,14 @@ use crate::sparse::Csc;
 use crate::tape::{Linearisation, Tape};
 use std::sync::Arc;
 
-/// Relative residual at which the iteration ends: steps, too, go to the end, since the certificate
-/// measures currents that nearly cancel; one iteration earlier it was about the root.
+/// Relative residual at which the iteration ends.
 const DONE: f64 = 1e-14;
 /// Part of it for a guess, which nothing has improved yet.
 const GUESSED: f64 = 0.1;
 /// The largest that may be asked for: well below what is accepted.
 const COARSEST: f64 = 1e-11;
+/// An expected residual is relied upon if it is this part of what ends the iteration.
+const SURE: f64 = 0.1;
 /// Largest relative residual of an accepted solution: where rounding allows no better.
 const ACCEPT: f64 = 1e-10;
 /// Rates whose matrices are kept.
@@ -112,6 +113,7 @@ impl Newton {
                 begin: zeros.clone(),
                 leave: vec![(1.0, 0); size],
                 offered: 0.0,
+                reach: (0, (0.0, 0.0)),
                 bounded: true,
                 best: (NOWHERE, zeros.clone()),
                 nearest: NOWHERE,
@@ -157,7 +159,7 @@ impl Newton {
         s.balance.defect[..n].copy_from_slice(rhs);
         s.balance.defect[n..].fill(0.0);
         if eq.m > 0 || !assembly.factored() {
-            assembly.linearise(eq, tape.slopes());
+            assembly.linearise(tape.slopes());
             s.x[n..].fill(0.0);
             if !s.solve_mode(eq, assembly) {
                 s.step.fill(0.0);
@@ -335,12 +337,14 @@ impl Newton {
         mut how: Linearisation,
     ) -> Option<Judgement> {
         let mut halvings = 0;
+        let mut before = f64::INFINITY;
         let accuracy = self.accuracy;
         let s = &mut self.state;
         s.best.0 = NOWHERE;
         s.begin.copy_from_slice(&s.x);
         s.leave.fill((1.0, 0));
         s.bounded = true;
+        s.reach.0 = 0; // no scaling has this number
         s.offered = 0.0;
         for round in 0..=limit {
             self.evaluate_at_x(how, pull);
@@ -368,6 +372,9 @@ impl Newton {
             let done = if round == 0 { GUESSED * accuracy } else { accuracy };
             if found.residual.worst() <= done {
                 if !self.tape.limited() {
+                    if round > 0 {
+                        self.assemblies[self.present].steady = round == 1 && pull.is_none();
+                    }
                     return Some(found);
                 }
                 // what was limited may not matter: see what the functions themselves say
@@ -389,10 +396,28 @@ impl Newton {
                     break; // rounding: no better than before
                 }
             }
-            if round == limit || !self.advance(pull) {
+            if round == limit {
+                break;
+            }
+            // Newton's method squares the residual; with the Jacobian of the last step it falls by
+            // the last quotient once more, or twice that: where that is enough it is kept
+            let worst = found.residual.worst();
+            let near = if round == 0 {
+                self.assemblies[self.present].steady
+            } else {
+                2.0 * worst / before * worst <= SURE * accuracy
+            };
+            before = worst;
+            let moved = if near && pull.is_none() && self.eq.m == 0 && !self.tape.limited() {
+                self.advance_again()
+            } else {
+                self.advance(pull)
+            };
+            if !moved {
                 break;
             }
         }
+        self.assemblies[self.present].steady = false;
         let s = &mut self.state;
         if pull.is_none()
             && !self.tape.is_blunt()
@@ -425,8 +450,8 @@ impl Newton {
 
     /// The balance at `state.x` with the functions as they have been left.
     pub(super) fn balance(&mut self) {
-        let Newton { eq, tape, assemblies, present, state: s, .. } = self;
-        s.balance.compute(eq, &assemblies[*present], tape, &s.right, &s.x);
+        let Newton { tape, assemblies, present, state: s, .. } = self;
+        s.balance.compute(&assemblies[*present], tape, &s.right, &s.x);
     }
 
     pub(super) fn judge(&self) -> Judgement {
@@ -434,12 +459,22 @@ impl Newton {
         s.balance.judge(&self.eq, &self.assemblies[self.present], &self.tape, &s.roles, &s.x)
     }
 
+    /// As `advance` in a system without pairs, with the Jacobian factored last.
+    fn advance_again(&mut self) -> bool {
+        let Newton { eq, assemblies, present, state: s, .. } = self;
+        s.iterations += 1;
+        s.step.copy_from_slice(&s.balance.defect);
+        assemblies[*present].solve(eq.n, &s.active, &mut s.step, &mut s.work);
+        s.x.iter_mut().zip(&s.step).for_each(|(x, d)| *x += d);
+        true
+    }
+
     /// Solves the linearised problem; false if that is not possible.
     pub(super) fn advance(&mut self, pull: Option<&Pull>) -> bool {
         let Newton { eq, tape, assemblies, present, state: s, .. } = self;
         let assembly = &mut assemblies[*present];
         let n = eq.n;
-        assembly.linearise(eq, tape.slopes());
+        assembly.linearise(tape.slopes());
         if let Some(pull) = pull {
             for (&at, d) in eq.diagonal.iter().zip(&eq.reference) {
                 assembly.values[at as usize] += pull.mu * d;

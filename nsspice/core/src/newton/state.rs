@@ -39,6 +39,8 @@ pub(super) struct State {
     pub leave: Vec<(f64, u8)>,
     /// largest voltage that functions give at the start
     pub offered: f64,
+    /// the reach of all, voltages and others, and for which scaling it was computed
+    pub reach: (u32, (f64, f64)),
     /// whether unknowns are stopped at all
     pub bounded: bool,
     /// best point of this iteration, where nothing was limited
@@ -68,8 +70,11 @@ impl State {
 
     /// Sets `trial` to `x + step`, no unknown beyond its reach.
     pub fn move_within_reach(&mut self, eq: &Equations, assembly: &Assembly) {
+        if self.bounded && self.reach.0 != assembly.scalings {
+            self.reach = (assembly.scalings, self.reach(eq, assembly));
+        }
         let unbounded = (f64::INFINITY, f64::INFINITY);
-        let (voltage, scaled) = if self.bounded { self.reach(eq, assembly) } else { unbounded };
+        let (voltage, scaled) = if self.bounded { self.reach.1 } else { unbounded };
         for i in 0..self.x.len() {
             let leave = &mut self.leave[i];
             let node = i < eq.n && eq.kind(i) == 0 && voltage.is_finite();

@@ -13,11 +13,15 @@ pub(super) fn junction(saturation: f64, unit: f64, v: f64) -> (f64, f64) {
     (saturation * grown, saturation / unit * power)
 }
 
+/// Arguments from which on `ln(1 + x)` and `exp(x) - 1` keep their digits as they stand, but for two
+/// bits.
+const FAR: f64 = 0.25;
+
 /// Charge of a depletion layer and its capacitance (SPICE's formula, continued linearly in the
 /// capacitance beyond `FC VJ`).
 ///
-/// With `t = 1 - v/VJ`: `Q = CJ0 VJ (1 - t^(1-M)) / (1-M)`, computed by `expm1` and `log1p` so that
-/// it keeps its digits near v = 0 and near M = 1.
+/// With `t = 1 - v/VJ`: `Q = CJ0 VJ (1 - t^(1-M)) / (1-M)`, computed by `expm1` and `log1p` where
+/// digits would be lost otherwise: near v = 0 and near M = 1.
 pub(super) fn depletion(constants: &[f64], v: f64) -> (f64, f64) {
     let (c, vj, m, fc) = (constants[0], constants[1], constants[2], constants[3]);
     let edge = fc * vj;
@@ -31,8 +35,19 @@ pub(super) fn depletion(constants: &[f64], v: f64) -> (f64, f64) {
         }
     };
     if v < edge {
-        let log = (-v / vj).ln_1p();
-        return (c * vj * gathered(log), c * (-m * log).exp());
+        let x = -v / vj;
+        if x.abs() < FAR {
+            let log = x.ln_1p();
+            return (c * vj * gathered(log), c * (-m * log).exp());
+        }
+        // half the cost: one logarithm and one exponential
+        let t = 1.0 + x;
+        let log = t.ln();
+        let power = (-m * log).exp();
+        let exponent = (1.0 - m) * log;
+        let gathered =
+            if exponent.abs() < FAR { gathered(log) } else { (1.0 - t * power) / (1.0 - m) };
+        return (c * vj * gathered, c * power);
     }
     let log = (-fc).ln_1p();
     let beyond = v - edge;

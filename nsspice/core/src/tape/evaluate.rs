@@ -22,6 +22,13 @@ pub enum Linearisation {
 #[derive(Clone, Debug)]
 pub struct Tape {
     program: Arc<Program>,
+    machine: Machine,
+    parts: Vec<Part>,
+}
+
+/// What changes from one evaluation to the next.
+#[derive(Clone, Debug)]
+struct Machine {
     registers: Vec<f64>,
     slopes: Vec<f64>,
     /// linearisation points
@@ -32,7 +39,6 @@ pub struct Tape {
     limited: bool,
     /// last value and slope of each costly instruction
     kept: Vec<Kept>,
-    parts: Vec<Part>,
     /// part of its unit within which a function is its tangent
     tangent: f64,
 }
@@ -75,7 +81,7 @@ impl Tape {
         for i in program.code.iter().filter(|i| is_variable(i.op)) {
             slopes[i.slots.0 as usize] = 1.0;
         }
-        let mut tape = Tape {
+        let machine = Machine {
             registers: vec![0.0; program.code.len()],
             slopes,
             points: vec![0.0; program.limited],
@@ -83,10 +89,9 @@ impl Tape {
             blunt: 1.0,
             limited: false,
             kept: vec![Kept::NOTHING; program.kept],
-            parts: Part::all(&program),
             tangent: TANGENT,
-            program,
         };
+        let mut tape = Tape { machine, parts: Part::all(&program), program };
         tape.set_blunt(1.0);
         tape.set_linear_slopes();
         tape
@@ -94,7 +99,7 @@ impl Tape {
 
     /// Slots of the linear instructions, once for all.
     fn set_linear_slopes(&mut self) {
-        let program = self.program.clone();
+        let Tape { program, machine, .. } = self;
         for i in program.code.iter().filter(|i| i.linear) {
             let [a, b, _] = i.args.map(|a| a as usize);
             let constant = |r: usize| match program.code[r].op {
@@ -109,13 +114,13 @@ impl Tape {
                 Op::Div => [1.0 / constant(b), 0.0, 0.0],
                 _ => continue,
             };
-            self.chain(&program, i, partial);
+            machine.chain(program, i, partial);
         }
     }
 
     /// Lets functions be their tangents where that errs by less than `accuracy` of their size.
     pub fn set_accuracy(&mut self, accuracy: f64) {
-        self.tangent = 0.5 * accuracy.sqrt();
+        self.machine.tangent = 0.5 * accuracy.sqrt();
     }
 
     /// The program.
@@ -126,22 +131,22 @@ impl Tape {
     /// Multiplies the voltage unit `nVt` of every junction: with a large factor a sharp junction
     /// becomes a gentle one.
     pub fn set_blunt(&mut self, factor: f64) {
-        self.blunt = factor;
-        self.kept.fill(Kept::NOTHING);
+        self.machine.blunt = factor;
+        self.machine.kept.fill(Kept::NOTHING);
         for part in &mut self.parts {
             part.measure(&self.program, factor);
         }
         for i in &self.program.code {
             if i.op == Op::Junction {
                 let c = &self.program.constants[i.args[1] as usize..];
-                self.knees[i.limit as usize] = limit::knee(c[0], factor * c[1]);
+                self.machine.knees[i.limit as usize] = limit::knee(c[0], factor * c[1]);
             }
         }
     }
 
     /// Whether `set_blunt` has changed the functions.
     pub fn is_blunt(&self) -> bool {
-        self.blunt != 1.0
+        self.machine.blunt != 1.0
     }
 
     /// Whether there are junctions that `set_blunt` acts on.
@@ -151,76 +156,103 @@ impl Tape {
 
     /// The linearisation points.
     pub fn points(&self) -> &[f64] {
-        &self.points
+        &self.machine.points
     }
 
     /// Goes back to other linearisation points.
     pub fn set_points(&mut self, points: &[f64]) {
-        self.points.copy_from_slice(points);
+        self.machine.points.copy_from_slice(points);
         self.parts.iter_mut().for_each(|p| p.known = false);
     }
 
     /// Sets the linearisation point of every junction to its knee, where it begins to conduct.
     pub fn point_at_knees(&mut self) {
         for i in self.program.code.iter().filter(|i| i.op == Op::Junction) {
-            self.points[i.limit as usize] = self.knees[i.limit as usize];
+            self.machine.points[i.limit as usize] = self.machine.knees[i.limit as usize];
         }
         self.parts.iter_mut().for_each(|p| p.known = false);
     }
 
     /// True if some instruction was not linearised at its argument in the last evaluation.
     pub fn limited(&self) -> bool {
-        self.limited
+        self.machine.limited
     }
 
     /// Value of function `k`.
     pub fn value(&self, k: usize) -> f64 {
-        self.registers[self.program.outputs[k] as usize]
+        self.machine.registers[self.program.outputs[k] as usize]
     }
 
     /// Derivatives by slot, see `Program::derivatives`.
     pub fn slopes(&self) -> &[f64] {
-        &self.slopes
+        &self.machine.slopes
     }
 
     /// Computes values and derivatives.
     pub fn evaluate(&mut self, z: &[f64], u: &[f64], t: f64, how: Linearisation) {
-        self.limited = false;
-        let program = self.program.clone();
+        let Tape { program, machine, parts } = self;
         for &k in &program.leaves {
             let i = &program.code[k as usize];
             let a = i.args[0] as usize;
-            self.registers[k as usize] = match i.op {
+            machine.registers[k as usize] = match i.op {
                 Op::Constant => program.constants[a],
                 Op::Unknown => z[a],
                 Op::Source => u[a],
                 _ => t,
             };
         }
-        let mut parts = std::mem::take(&mut self.parts);
         let mut limited = false;
-        for part in &mut parts {
-            if how == Linearisation::Careful && part.rests(&self.registers, self.tangent) {
-                part.follow(&mut self.registers, &self.slopes);
+        for part in parts {
+            if how == Linearisation::Careful && part.rests(&machine.registers, machine.tangent) {
+                part.follow(&mut machine.registers, &machine.slopes);
                 continue;
             }
-            self.limited = false;
-            for &k in &part.code {
-                let value = self.instruction(&program, &program.code[k as usize], how);
-                self.registers[k as usize] = value;
+            machine.limited = false;
+            for (k, instruction) in &part.code {
+                let value = machine.instruction(program, instruction, how);
+                machine.registers[*k as usize] = value;
             }
-            part.keep(&self.registers, how != Linearisation::Held && !self.limited);
-            limited |= self.limited;
+            part.keep(&machine.registers, how != Linearisation::Held && !machine.limited);
+            limited |= machine.limited;
         }
-        self.limited = limited;
-        self.parts = parts;
+        machine.limited = limited;
     }
 
+    /// Sets functions without a finite value or slope to zero until the next evaluation; true if
+    /// there are any.
+    pub fn silence(&mut self) -> bool {
+        let Tape { program, machine, parts } = self;
+        let mut any = false;
+        for &out in &program.outputs {
+            let (start, end) = program.code[out as usize].slots;
+            let slopes = &mut machine.slopes[start as usize..end as usize];
+            let value = &mut machine.registers[out as usize];
+            if !(value.is_finite() && slopes.iter().all(|s| s.abs() < STEEPEST)) {
+                *value = 0.0;
+                slopes.fill(0.0);
+                any = true;
+            }
+        }
+        parts.iter_mut().for_each(|p| p.known = false);
+        any
+    }
+}
+
+impl Machine {
     /// Value of one instruction, and its slots.
     #[inline]
     fn instruction(&mut self, program: &Program, i: &Instruction, how: Linearisation) -> f64 {
         let r = &self.registers;
         let [a, b, c] = i.args.map(|a| a as usize);
+        if i.linear {
+            return match i.op {
+                Op::Neg => -r[a],
+                Op::Add => r[a] + r[b],
+                Op::Sub => r[a] - r[b],
+                Op::Mul => r[a] * r[b],
+                _ => r[a] / r[b],
+            };
+        }
         let (value, partial) = match i.op.arity() {
             1 if i.op.limited() => self.limited_step(program, i, r[a], how),
             1 if i.op == Op::Depletion => {
@@ -235,9 +267,7 @@ impl Tape {
             _ if r[a] == 0.0 => (r[c], [0.0, 0.0, 1.0]),
             _ => (f64::NAN, [0.0; 3]),
         };
-        if !i.linear {
-            self.chain(program, i, partial);
-        }
+        self.chain(program, i, partial);
         value
     }
 
@@ -248,25 +278,6 @@ impl Tape {
         } else {
             0.0
         }
-    }
-
-    /// Sets functions without a finite value or slope to zero until the next evaluation; true if
-    /// there are any.
-    pub fn silence(&mut self) -> bool {
-        let program = self.program.clone();
-        let mut any = false;
-        for &out in &program.outputs {
-            let (start, end) = program.code[out as usize].slots;
-            let slopes = &mut self.slopes[start as usize..end as usize];
-            let value = &mut self.registers[out as usize];
-            if !(value.is_finite() && slopes.iter().all(|s| s.abs() < STEEPEST)) {
-                *value = 0.0;
-                slopes.fill(0.0);
-                any = true;
-            }
-        }
-        self.parts.iter_mut().for_each(|p| p.known = false);
-        any
     }
 
     /// Slots of one instruction by the chain rule.

@@ -9,8 +9,8 @@ use super::program::{Instruction, Program};
 /// A part and what it was at its last evaluation.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
-    /// its instructions, in their order
-    pub code: Vec<u32>,
+    /// its instructions, in their order, each with its register
+    pub code: Vec<(u32, Instruction)>,
     /// registers of the variables it depends on, and where they were
     pub variables: Vec<u32>,
     pub at: Vec<f64>,
@@ -70,7 +70,7 @@ impl Part {
                 });
             }
             let part = &mut parts[index[r]];
-            part.code.push(k as u32);
+            part.code.push((k as u32, *i));
             let leaves = i.args[..i.op.arity()].iter();
             part.variables.extend(leaves.filter(|&&a| {
                 let op = code[a as usize].op;
@@ -103,8 +103,7 @@ impl Part {
     /// Sets the distance over which the part bends, the unit of junctions multiplied by `blunt`.
     pub fn measure(&mut self, program: &Program, blunt: f64) {
         self.known = false;
-        let units =
-            self.code.iter().map(|&k| bends_over(program, &program.code[k as usize], blunt));
+        let units = self.code.iter().map(|(_, i)| bends_over(program, i, blunt));
         let unit = units.fold(f64::INFINITY, f64::min);
         // linear parts cost less than the question
         self.unit = if unit.is_finite() { unit } else { 0.0 };
