@@ -85,13 +85,10 @@ def test_a_mode_of_many_decades(ladder, count, decades):
     assert worst(*ladder(count, decades)) < 1e-9
 
 
-@pytest.mark.parametrize(("decades", "bound"), [(6, 1e-9), (9, 1e-7), (12, 1e-5)])
-def test_a_double_rate_beside_a_fast_one(decades, bound):
-    """Without a basis of eigenvectors only the exponential of the whole matrix is left.
-
-    Its squarings let the rounding of the fastest rate, 1e-16 of it, reach the slow ones.
-    """
-    assert worst(*rlc(2, decades)) < bound
+@pytest.mark.parametrize("decades", [6, 9, 12])
+def test_a_double_rate_beside_a_fast_one(decades):
+    """The slow stage is damped critically: without a basis of eigenvectors it forms a block."""
+    assert worst(*rlc(2, decades)) < 1e-13
 
 
 def worst(text: str, equations: Rows, outputs: list[int]) -> float:

@@ -49,7 +49,7 @@ pub fn eigen(a: &Matrix) -> Option<Eigen> {
 }
 
 /// Scales rows and columns by powers of 2 to similar norms: `D^-1 A D`; returns D.
-fn balance(a: &mut Matrix) -> Vec<f64> {
+pub fn balance(a: &mut Matrix) -> Vec<f64> {
     let n = a.rows;
     let mut scale = vec![1.0; n];
     for _ in 0..20 {

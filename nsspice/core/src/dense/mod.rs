@@ -18,7 +18,7 @@ mod wide;
 pub use complex::{complex, Complex};
 pub use differences::Differences;
 pub use echelon::Echelon;
-pub use eigen::{eigen, Eigen};
+pub use eigen::{balance, eigen, Eigen};
 pub use least_norm::LeastNorm;
 pub use lu::DenseLu;
 pub use matrix::{add_scaled, dot, equilibrate, norm, Lu, Matrix};

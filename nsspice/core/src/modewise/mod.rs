@@ -7,7 +7,9 @@
 //! are watched by bounds ([`march`]), and the mode that follows is proved before it is entered
 //! ([`pick`], [`verify`]). Where nothing can be proved, implicit steps go on ([`fixed`]).
 
+mod block;
 pub mod bundle;
+mod cluster;
 mod controls;
 mod fixed;
 mod guard_rows;
@@ -20,7 +22,6 @@ pub mod neighbour;
 mod network;
 pub mod outputs;
 pub mod pick;
-mod plain;
 pub mod registry;
 mod rows;
 mod run;

@@ -7,10 +7,11 @@
 //! `Q` is orthonormal, so that in passive networks a jump is the projection `x = Q' a`; what the
 //! constraints take away leaves as impulses.
 
+use super::block::row_norm;
 use super::guard_rows::{control_rows, guard_rows, impulse_rows};
 use super::network::Network;
 use super::share::Share;
-use super::spectrum::{Pole, Spectrum, PLAIN};
+use super::spectrum::{Pole, Spectrum};
 use super::staircase::{Algebra, Staircase};
 use super::tracked::Tracked;
 use crate::dense::{add_scaled, dot, norm, Lu, Matrix};
@@ -148,14 +149,14 @@ pub struct Mode {
     pub open: usize,
     /// largest eigenvalue [1/s]
     pub fastest: f64,
-    /// state equations, for modes without eigenvectors: J, Jv in state coordinates
-    pub plain: Option<(Matrix, Matrix)>,
+    /// modal coordinates without eigenvectors: first of them, their matrix
+    pub blocks: Vec<(usize, Matrix)>,
     /// by how many modes it was derived from the network, where others can be derived from it
     pub generation: Option<usize>,
 }
 
 /// Orthogonal factor of a tall matrix, and its triangle: `A = Q[:, ..k] R`.
-fn full_qr(a: &Matrix) -> (Matrix, Matrix) {
+pub(super) fn full_qr(a: &Matrix) -> (Matrix, Matrix) {
     let (rows, cols) = (a.rows, a.cols);
     let mut w = a.clone();
     let mut q = Matrix::identity(rows);
@@ -397,14 +398,10 @@ impl Mode {
         consistency.clean(net.n + net.m);
 
         // guards: diodes, then switch thresholds
-        let spectrum = Spectrum::new(&j, net.symmetric);
-        if spectrum.is_none() && n > PLAIN {
+        let Some(spectrum) = Spectrum::new(&j, net.symmetric) else {
             return Err(format!("its {n} states have no basis of eigenvectors"));
-        }
-        let (from, to) = match &spectrum {
-            Some(s) => (s.from_modal.clone(), s.to_modal.clone()),
-            None => (Matrix::identity(n), Matrix::identity(n)),
         };
+        let Spectrum { poles, blocks, from_modal: from, to_modal: to, .. } = spectrum;
         let to_rows = |t: &Matrix| Rows {
             x: Matrix::from_fn(t.rows, n, |i, c| t[(i, c)]).times(&from),
             v: Matrix::from_fn(t.rows, nv, |i, c| t[(i, n + c)]),
@@ -445,13 +442,10 @@ impl Mode {
                 _ => None,
             })
             .collect();
-        let poles = spectrum.as_ref().map_or(Vec::new(), |s| s.poles.clone());
         let regular = ties == 0 && open == 0 && switches.is_empty() && watch.len() == net.m;
         let generation = (regular && net.symmetric && poles.len() == n).then_some(0);
-        let fastest = match &spectrum {
-            Some(_) => poles.iter().map(Pole::size).fold(0.0, f64::max),
-            None => (0..n).map(|i| norm(j.row(i))).fold(0.0, f64::max),
-        };
+        let rates = poles.iter().map(Pole::size).chain(blocks.iter().map(|b| row_norm(&b.1)));
+        let fastest = rates.fold(0.0, f64::max);
         Ok(Mode {
             active,
             gates: gates.to_vec(),
@@ -471,7 +465,7 @@ impl Mode {
             impulses,
             open,
             fastest,
-            plain: spectrum.is_none().then_some((j, jv)),
+            blocks,
             generation,
             poles,
         })

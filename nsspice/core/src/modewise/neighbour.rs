@@ -196,7 +196,7 @@ impl Mode {
             consistency_bound: self.consistency_bound.clone(),
             impulses: None,
             open: 0,
-            plain: None,
+            blocks: Vec::new(),
             generation: Some(generation + 1),
         })
     }

@@ -1,5 +1,7 @@
 //! The eigenvalues and eigenvectors of a mode, as real arrays.
 
+use super::block::row_norm;
+use super::cluster::clustered;
 use crate::dense::{complex, eigen, eigen_symmetric, Complex, Eigen, Lu, Matrix};
 
 /// Condition of the eigenvectors above which the closed form loses too many digits.
@@ -7,15 +9,16 @@ const CONDITION: f64 = 1e6;
 /// The same where nothing else is at hand.
 const LAST_CONDITION: f64 = 1e10;
 
-/// Number of states up to which the matrix exponential stands in for missing eigenvectors.
-pub const PLAIN: usize = 24;
+/// Number of states up to which the exponential of the whole matrix stands in for missing eigenvectors.
+const PLAIN: usize = 24;
 
 /// Spread of the eigenvalues above which the slow ones are taken from the inverse.
 const SPREAD: f64 = 1e6;
 
 /// Eigenvalues of J are exact to rounding of the largest one, those of its inverse to rounding of
-/// the smallest: the fast half from the one, the slow half from the other.
-fn slow_half(j: &Matrix, fast: &Eigen) -> Option<Eigen> {
+/// the smallest: the fast half from the one, the slow half from the other. Returns the inverse and
+/// the size that divides the halves, too.
+fn slow_half(j: &Matrix, fast: &Eigen) -> Option<(Eigen, Matrix, f64)> {
     let n = j.rows;
     let sizes = |values: &[Complex]| values.iter().map(|v| v.abs()).collect::<Vec<f64>>();
     let mut order = sizes(&fast.values);
@@ -28,7 +31,8 @@ fn slow_half(j: &Matrix, fast: &Eigen) -> Option<Eigen> {
     if factor.ratio == 0.0 {
         return None;
     }
-    let slow = eigen(&factor.solve_refined(j, &Matrix::identity(n)))?;
+    let inverse = factor.solve_refined(j, &Matrix::identity(n));
+    let slow = eigen(&inverse)?;
     // the widest gap in the middle decides what is fast
     let middle = (least.max(1e-16 * most) * most).sqrt();
     let gap = order
@@ -38,29 +42,31 @@ fn slow_half(j: &Matrix, fast: &Eigen) -> Option<Eigen> {
     let split = (gap[0] * gap[1]).sqrt();
     let mut values = Vec::with_capacity(n);
     let mut columns = Vec::with_capacity(n);
-    for (from, inverse) in [(fast, false), (&slow, true)] {
+    for (from, inverted) in [(fast, false), (&slow, true)] {
         let mut k = 0;
         while k < n {
             let pair = from.values[k].im != 0.0;
             let mut value = from.values[k];
-            if inverse {
+            if inverted {
                 // 1/mu has a negative imaginary part: its conjugate goes with the conjugate vector
                 value = (complex(1.0, 0.0) / value).conj();
             }
-            if (value.abs() < split) == inverse {
+            if (value.abs() < split) == inverted {
                 values.push(value);
                 columns.push(from.vectors.col(k));
                 if pair {
                     values.push(value.conj());
-                    let sign = if inverse { -1.0 } else { 1.0 };
+                    let sign = if inverted { -1.0 } else { 1.0 };
                     columns.push(from.vectors.col(k + 1).iter().map(|v| sign * v).collect());
                 }
             }
             k += if pair { 2 } else { 1 };
         }
     }
-    (values.len() == n)
-        .then(|| Eigen { values, vectors: Matrix::from_fn(n, n, |r, c| columns[c][r]) })
+    (values.len() == n).then(|| {
+        let vectors = Matrix::from_fn(n, n, |r, c| columns[c][r]);
+        (Eigen { values, vectors }, inverse, split)
+    })
 }
 
 /// One eigenvalue, or a complex pair.
@@ -86,6 +92,8 @@ impl Pole {
 pub struct Spectrum {
     /// eigenvalues
     pub poles: Vec<Pole>,
+    /// what has no eigenvectors: `xi' = B xi` from some coordinate on
+    pub blocks: Vec<(usize, Matrix)>,
     /// x from xi
     pub from_modal: Matrix,
     /// xi from x
@@ -93,7 +101,8 @@ pub struct Spectrum {
 }
 
 impl Spectrum {
-    /// Decomposes `x' = J x`; `None` if J is (nearly) defective. `symmetric`: J is, but for rounding.
+    /// Decomposes `x' = J x`; `None` if J is (nearly) defective and too large for its exponential.
+    /// `symmetric`: J is, but for rounding.
     pub fn new(j: &Matrix, symmetric: bool) -> Option<Spectrum> {
         let n = j.rows;
         let size = j.max_abs();
@@ -108,35 +117,65 @@ impl Spectrum {
             let (values, vectors) = eigen_symmetric(&symmetric)?;
             let poles = values.iter().enumerate();
             let poles = poles.map(|(at, &alpha)| Pole { at, alpha, omega: 0.0 }).collect();
-            return Some(Spectrum { poles, to_modal: vectors.transpose(), from_modal: vectors });
+            let to_modal = vectors.transpose();
+            let from_modal = vectors;
+            return Some(Spectrum { poles, blocks: Vec::new(), to_modal, from_modal });
         }
-        let found = eigen(j)?;
-        let found = slow_half(j, &found).unwrap_or(found);
-        let mut from_modal = found.vectors;
-        let mut poles = Vec::with_capacity(n);
+        let whole = || {
+            let unit = Matrix::identity(n);
+            (n <= PLAIN).then(|| Spectrum {
+                poles: Vec::new(),
+                blocks: vec![(0, j.clone())],
+                from_modal: unit.clone(),
+                to_modal: unit,
+            })
+        };
+        let Some(found) = eigen(j) else { return whole() };
+        let (found, slow) = match slow_half(j, &found) {
+            Some((both, inverse, split)) => (both, Some((inverse, split))),
+            None => (found, None),
+        };
+        let (plain, condition) = Spectrum::from_eigen(&found, Vec::new());
+        if condition < CONDITION {
+            return plain;
+        }
+        let parts = slow.as_ref().map(|(inverse, split)| (inverse, *split));
+        let (found, blocks) = clustered(j, parts, found);
+        match Spectrum::from_eigen(&found, blocks) {
+            (grouped, better) if better < CONDITION => grouped,
+            _ if condition < LAST_CONDITION && n > PLAIN => plain,
+            _ => whole(),
+        }
+    }
+
+    /// From eigenvectors, and invariant subspaces with their matrices; with the condition of all.
+    fn from_eigen(found: &Eigen, blocks: Vec<(Matrix, Matrix)>) -> (Option<Spectrum>, f64) {
+        let mut from_modal = found.vectors.clone();
+        let mut poles = Vec::with_capacity(found.values.len());
         let mut at = 0;
-        while at < n {
+        while at < found.values.len() {
             let value = found.values[at];
             poles.push(Pole { at, alpha: value.re, omega: value.im });
             if value.im != 0.0 {
                 // x = Re[(vr + i vi) xi] = vr Re xi - vi Im xi
-                for r in 0..n {
+                for r in 0..from_modal.rows {
                     from_modal[(r, at + 1)] = -from_modal[(r, at + 1)];
                 }
                 at += 1;
             }
             at += 1;
         }
+        let mut placed = Vec::with_capacity(blocks.len());
+        for (basis, matrix) in blocks {
+            placed.push((from_modal.cols, matrix));
+            from_modal = from_modal.beside(&basis);
+        }
         let factor = Lu::new(&from_modal);
         if factor.ratio == 0.0 {
-            return None;
+            return (None, f64::INFINITY);
         }
-        let to_modal = factor.solve_refined(&from_modal, &Matrix::identity(n));
-        let norm = |m: &Matrix| {
-            (0..n).map(|r| m.row(r).iter().map(|v| v.abs()).sum()).fold(0.0f64, f64::max)
-        };
-        let condition = norm(&from_modal) * norm(&to_modal);
-        let limit = if n <= PLAIN { CONDITION } else { LAST_CONDITION };
-        (condition < limit).then_some(Spectrum { poles, from_modal, to_modal })
+        let to_modal = factor.solve_refined(&from_modal, &Matrix::identity(from_modal.rows));
+        let condition = row_norm(&from_modal) * row_norm(&to_modal);
+        (Some(Spectrum { poles, blocks: placed, from_modal, to_modal }), condition)
     }
 }

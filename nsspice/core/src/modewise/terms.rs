@@ -28,6 +28,11 @@ pub enum Term {
         /// rate of the mode [1/s]
         own: Complex,
     },
+    /// a coordinate that is computed elsewhere
+    Numerical {
+        /// no faster than this [1/s]
+        rate: f64,
+    },
 }
 
 /// A term and its place: one slot, or two for real and imaginary part.
@@ -125,6 +130,7 @@ impl Term {
                 let less = z.exp_m1();
                 ((less - z) / (own * own), less / own, size)
             }
+            Term::Numerical { .. } => (real(0.0), real(0.0), 0.0),
         }
     }
 
@@ -132,7 +138,7 @@ impl Term {
     #[inline]
     pub fn reach(&self, t: f64) -> f64 {
         match self {
-            Term::One | Term::Exp { .. } => 1.0,
+            Term::One | Term::Exp { .. } | Term::Numerical { .. } => 1.0,
             Term::Time | Term::Near { .. } => t,
             Term::Ramp { .. } => t * t,
         }
@@ -145,6 +151,10 @@ impl Term {
             Term::One | Term::Time => (0.0, 0.0),
             Term::Exp { rate } => {
                 let s = rate.re * rate.re + rate.im * rate.im;
+                (s, s * s)
+            }
+            Term::Numerical { rate } => {
+                let s = rate * rate;
                 (s, s * s)
             }
             Term::Near { size, .. } => {

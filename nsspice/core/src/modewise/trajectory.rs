@@ -1,11 +1,11 @@
 //! A segment in closed form: modal coordinates and rows of functionals as sums of [`Term`]s.
 
+use super::block::Block;
 use super::bundle::Bundle;
 use super::inputs::Segment;
 use super::mode::{Mode, Rows};
-use super::plain::Plain;
 use super::terms::{Placed, Point, Term};
-use crate::dense::{collapse, complex, dot, Complex};
+use crate::dense::{collapse, complex, dot, Complex, Matrix};
 
 /// A mode's share of a slow or resonant forcing is kept apart while `|difference| horizon` is below.
 const NEAR: f64 = 1.0;
@@ -42,8 +42,8 @@ pub struct Trajectory {
     amounts: Vec<f64>,
     /// each coordinate has one term of its own, a real exponential
     plainly: bool,
-    /// the numerical substitute where there is no closed form
-    plain: Option<Plain>,
+    /// coordinates without a closed form
+    blocks: Vec<Block>,
 }
 
 impl Trajectory {
@@ -52,7 +52,7 @@ impl Trajectory {
         self.own.clear();
         self.slots = 0;
         self.plainly = false;
-        self.plain = None;
+        self.blocks.clear();
     }
 
     fn place(&mut self, term: Term, width: usize) -> usize {
@@ -92,13 +92,6 @@ impl Trajectory {
         let mut start = std::mem::take(&mut self.start);
         mode.enter(a, &mut start);
         self.start = start;
-        if let Some((j, jv)) = &mode.plain {
-            self.plain = Some(Plain::new(j, jv, &self.start, segment, shared));
-            for _ in 0..n {
-                self.place(Term::Exp { rate: complex(mode.fastest, 0.0) }, 1);
-            }
-            return;
-        }
         for pole in &mode.poles {
             let at = pole.at;
             if pole.omega == 0.0 {
@@ -106,6 +99,20 @@ impl Trajectory {
             } else {
                 self.pair(mode, at, complex(pole.alpha, pole.omega), segment, horizon);
             }
+        }
+        for (at, matrix) in &mode.blocks {
+            let end = at + matrix.rows;
+            let drive =
+                Matrix::from_fn(matrix.rows, mode.drive.cols, |r, c| mode.drive[(at + r, c)]);
+            let common = &mut self.common[at * shared..end * shared];
+            let start = self.start[*at..end].to_vec();
+            let mut block = Block::new(matrix, &drive, start, segment, horizon, common);
+            (block.slot, block.term) = (self.slots, self.terms.len());
+            let term = Term::Numerical { rate: block.rate() };
+            for at in *at..end {
+                self.add_own(at, false, term, false, complex(1.0, 0.0));
+            }
+            self.blocks.push(block);
         }
         self.plainly = self.own.len() == n
             && self.own.iter().enumerate().all(|(i, own)| own.at == i && !own.wide && !own.pair);
@@ -292,10 +299,6 @@ impl Trajectory {
                 c[slot] = (gv[decay.index] + decay.rate * gd[decay.index]) * decay.start;
                 slot += 1;
             }
-            if self.plain.is_some() {
-                c[shared..].copy_from_slice(gx);
-                continue;
-            }
             if self.plainly {
                 // one real term per coordinate, in their order
                 collapse(gx, &self.by_slot, &self.amounts, c);
@@ -328,21 +331,11 @@ impl Trajectory {
         out.value.resize(self.slots, 0.0);
         out.slope.resize(self.slots, 0.0);
         out.envelope.resize(self.terms.len(), 0.0);
-        if let Some(plain) = &self.plain {
-            for (k, placed) in
-                self.terms.iter().enumerate().take_while(|(_, p)| p.slot < self.shared)
-            {
-                self.one(k, placed, t, out);
-            }
-            plain.at(t, self.n, self.shared, out);
-            let first = self.terms.len() - self.n;
-            let size = out.value[self.shared..].iter().fold(0.0f64, |m, v| m.hypot(*v));
-            let moving = out.slope[self.shared..].iter().fold(0.0f64, |m, v| m.hypot(*v));
-            out.envelope[first..].fill(2.0 * (size + moving / plain.norm.max(f64::MIN_POSITIVE)));
-            return;
-        }
         for (k, placed) in self.terms.iter().enumerate() {
             self.one(k, placed, t, out);
+        }
+        for block in &self.blocks {
+            block.at(t, out);
         }
     }
 
@@ -379,10 +372,6 @@ impl Trajectory {
     }
 
     fn combine(&self, terms: &[f64], out: &mut [f64]) {
-        if self.plain.is_some() {
-            out.copy_from_slice(&terms[self.shared..]);
-            return;
-        }
         for (x, common) in out.iter_mut().zip(self.common.chunks_exact(self.shared)) {
             *x = dot(common, terms);
         }

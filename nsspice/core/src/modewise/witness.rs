@@ -9,6 +9,7 @@ use super::pick::roles;
 use super::run::Engine;
 use super::terms::{Point, Term};
 use crate::audit::Taken;
+use crate::dense::complex;
 use crate::waveform::Side;
 
 /// Nodes on [-1, 1] and their weights: six, exact for polynomials up to degree nine.
@@ -159,6 +160,8 @@ impl Engine {
                 Term::One | Term::Time => continue,
                 Term::Exp { rate } | Term::Ramp { own: rate } => (rate, rate),
                 Term::Near { own, apart, .. } => (own, own + apart),
+                // its decay is not known
+                Term::Numerical { rate } => (complex(0.0, rate), complex(0.0, rate)),
             };
             for rate in [rate, forced] {
                 let left = (rate.re * t).exp();
