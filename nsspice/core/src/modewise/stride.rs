@@ -43,7 +43,7 @@ pub struct Strides {
 fn key(term: &Term) -> Option<Key> {
     let bits = |a: Complex, b: Complex| [a.re, a.im, b.re, b.im].map(f64::to_bits);
     match *term {
-        Term::One | Term::Time => None,
+        Term::One | Term::Time | Term::Numerical { .. } => None,
         Term::Exp { rate } => Some((0, bits(rate, rate))),
         Term::Near { own, apart, .. } => Some((1, bits(own, apart))),
         Term::Ramp { own } => Some((2, bits(own, own))),
@@ -104,6 +104,8 @@ impl Strides {
             let (s, width) = (placed.slot, placed.width);
             let (f, slope) = match placed.term {
                 Term::One => (complex(1.0, 0.0), complex(0.0, 0.0)),
+                // not a closed form: such segments have no strides
+                Term::Numerical { .. } => continue,
                 Term::Time => (complex(t, 0.0), complex(1.0, 0.0)),
                 Term::Exp { rate } => {
                     let [f, _] = read(anchor, s, width);

@@ -80,6 +80,7 @@ impl Term {
                 Term::Exp { rate } => (real(1.0), rate, 1.0),
                 Term::Time | Term::Near { .. } => (real(0.0), real(1.0), 1.0),
                 Term::Ramp { .. } => (real(0.0), real(0.0), 1.0),
+                Term::Numerical { .. } => (real(0.0), real(0.0), 0.0),
             };
         }
         match *self {

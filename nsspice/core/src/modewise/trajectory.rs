@@ -358,7 +358,7 @@ impl Trajectory {
 
     /// True if the motion is known in closed form.
     pub fn closed(&self) -> bool {
-        self.plain.is_none()
+        self.blocks.is_empty()
     }
 
     /// Modal coordinates at a point.
