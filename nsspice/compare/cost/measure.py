@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,8 +22,8 @@ Notice = Callable[[str], None]
 
 _TOLERANCES = tuple(10.0**-k for k in range(2, 13))
 _DIVISIONS = tuple(4**k for k in range(16))
-_SHORT = 0.1  # [s] shorter runs are repeated, the least time counts
-_REPEATS = 3
+_SHORT = 0.1  # [s] shorter runs are repeated until so much is spent, the least time counts
+_REPEATS = (2, 19)  # at least and at most
 _NGSPICE = 6.0  # [s] patience with one run of ngspice at least
 
 #: ladders by name: settings that vary along them
@@ -138,7 +139,7 @@ def _ladder(
             note = failure.diagnostics[0].message
             report.rows.append(Measurement(name, parameter, value, 0, nan, nan, nan, nan, note))
             return
-        for _ in range(_REPEATS - 1 if spent < _SHORT else 0):
+        for _ in range(_repeats(spent)):
             spent = min(spent, problem.run(settings)[1])
         steps = _steps(solution.stats)
         error, l1 = report.reference.distance(problem.table(solution))
@@ -148,6 +149,18 @@ def _ladder(
             found = replace(found, order=order)
         report.rows.append(found)
         last = found
+
+
+def _repeats(spent: float) -> int:
+    """Return how often a run is repeated that took so long [s].
+
+    Examples
+    --------
+    >>> _repeats(1e-3), _repeats(0.02), _repeats(0.09), _repeats(0.2)
+    (19, 5, 2, 0)
+    """
+    least, most = _REPEATS
+    return 0 if spent >= _SHORT else min(most, max(least, int(_SHORT / spent)))
 
 
 def _steps(stats: dict[str, Any]) -> int:
@@ -162,15 +175,18 @@ def _ngspice(report: CostReport, problem: Problem, name: str, limit: float, say:
     for reltol in (1e-3, 1e-4, 1e-6):
         say(f"{name} reltol={reltol:g}")
         junction = 0.01 if name == "ngspice-junction" else "auto"
+        go = partial(
+            ngspice.run,
+            problem.circuit,
+            problem.analysis,
+            problem.signals,
+            junction=junction,
+            reltol=reltol,
+            timeout=max(_NGSPICE, 10.0 * limit),
+        )
         try:
-            run = ngspice.run(
-                problem.circuit,
-                problem.analysis,
-                problem.signals,
-                junction=junction,
-                reltol=reltol,
-                timeout=max(_NGSPICE, 10.0 * limit),
-            )
+            run = go()
+            seconds = min([run.seconds, *(go().seconds for _ in range(_repeats(run.seconds)))])
         except ngspice.NgspiceError as failure:
             nan = float("nan")
             note = f"fails: {failure.reason}"
@@ -181,7 +197,7 @@ def _ngspice(report: CostReport, problem: Problem, name: str, limit: float, say:
             continue
         table = np.column_stack([np.interp(rows, run.time, run[s]) for s in problem.signals])
         error, l1 = report.reference.distance(table)
-        report.rows.append(Measurement(name, "reltol", reltol, run.points, error, l1, run.seconds))
+        report.rows.append(Measurement(name, "reltol", reltol, run.points, error, l1, seconds))
         if run.translation.exact and name == "ngspice-junction":
             report.rows.pop()  # no set-valued diode: the same run once more
             return

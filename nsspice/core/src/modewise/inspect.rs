@@ -26,13 +26,26 @@ impl Engine {
         z: &mut [f64],
         l: &mut [f64],
     ) {
+        self.unknowns_in(mode, [x, v, d], z, l, [&mut Vec::new(), &mut Vec::new()]);
+    }
+
+    /// The same with work space for energy coordinates and what is algebraic.
+    pub(super) fn unknowns_in(
+        &self,
+        mode: &Mode,
+        [x, v, d]: [&[f64]; 3],
+        z: &mut [f64],
+        l: &mut [f64],
+        [a, b]: [&mut Vec<f64>; 2],
+    ) {
         let k = self.net.kernel.cols;
-        let mut a = vec![0.0; self.net.states];
-        mode.leave_x.apply(x, &mut a);
-        mode.leave_v.apply_add(v, &mut a);
-        let mut b = vec![0.0; k + mode.active.len()];
-        mode.algebra([x, v, d], &mut b);
-        self.net.big_r.apply(&a, z);
+        a.resize(self.net.states, 0.0);
+        mode.leave_x.apply(x, a);
+        mode.leave_v.apply_add(v, a);
+        b.clear();
+        b.resize(k + mode.active.len(), 0.0);
+        mode.algebra([x, v, d], b);
+        self.net.big_r.apply(a, z);
         self.net.kernel.apply_add(&b[..k], z);
         l.fill(0.0);
         for (&i, &value) in mode.active.iter().zip(&b[k..]) {

@@ -73,16 +73,6 @@ impl Rows {
         add_scaled(self.v.row_mut(row), factor, from.v.row(r));
         add_scaled(self.d.row_mut(row), factor, from.d.row(r));
     }
-
-    /// Raises sizes to those that each value could have at a state of this size, and of the inputs.
-    pub fn sizes(&self, [x, v, d]: [&[f64]; 3], sizes: &mut [f64]) {
-        let state = norm(x);
-        for (j, size) in sizes.iter_mut().enumerate() {
-            let inputs = self.v.row(j).iter().zip(v).chain(self.d.row(j).iter().zip(d));
-            let most = inputs.fold(state * norm(self.x.row(j)), |m, (c, v)| m.max((c * v).abs()));
-            *size = size.max(most);
-        }
-    }
 }
 
 /// A guard's size, for its rounding noise.

@@ -3,11 +3,66 @@
 use super::inputs::Inputs;
 use super::mode::{Mode, Rows};
 use super::network::Network;
-use super::registry::OutputRows;
-use crate::dense::{add_scaled, Matrix};
+use crate::dense::{add_scaled, norm, Matrix};
 
 /// One output: (index, factor) for z, multipliers, z' and sources.
 pub type Spec = [Vec<(usize, f64)>; 4];
+
+/// Value and rate parts of the outputs in one mode.
+pub struct OutputRows {
+    /// what multiplies values
+    pub value: Rows,
+    /// what multiplies derivatives, if any output has such a part
+    pub rate: Option<Rows>,
+    /// norms of the factors of the modal coordinates
+    norms: Vec<f64>,
+    /// the factors of modal coordinates, inputs and their rates, column by column: many outputs of
+    /// few quantities are added up faster so
+    columns: Matrix,
+}
+
+impl OutputRows {
+    fn new(value: Rows, rate: Option<Rows>) -> OutputRows {
+        let norms = (0..value.x.rows).map(|o| norm(value.x.row(o))).collect();
+        let [x, v, d] = [&value.x, &value.v, &value.d];
+        let columns = Matrix::from_fn(x.cols + v.cols + d.cols, v.rows, |k, o| {
+            if k < x.cols {
+                x[(o, k)]
+            } else if k < x.cols + v.cols {
+                v[(o, k - x.cols)]
+            } else {
+                d[(o, k - x.cols - v.cols)]
+            }
+        });
+        OutputRows { value, rate, norms, columns }
+    }
+
+    /// What values contribute to the outputs at a state, with inputs and their rates; raises sizes
+    /// to those that each output could have at a state of this size, and of the inputs.
+    pub fn apply(&self, [x, v, d]: [&[f64]; 3], out: &mut [f64], sizes: &mut [f64]) {
+        let larger = |a: f64, b: f64| if a > b { a } else { b };
+        let state = norm(x);
+        for ((value, size), norm) in out.iter_mut().zip(sizes.iter_mut()).zip(&self.norms) {
+            *value = 0.0;
+            *size = larger(state * norm, *size);
+        }
+        for (k, &y) in x.iter().chain(v).chain(d).enumerate() {
+            if y == 0.0 {
+                continue;
+            }
+            let column = self.columns.row(k);
+            if k < x.len() {
+                add_scaled(out, y, column);
+                continue;
+            }
+            for ((value, size), c) in out.iter_mut().zip(sizes.iter_mut()).zip(column) {
+                let term = c * y;
+                *value += term;
+                *size = larger(term.abs(), *size);
+            }
+        }
+    }
+}
 
 /// All outputs in the coordinates of the network.
 pub struct Outputs {
@@ -83,7 +138,7 @@ impl Outputs {
             add_scaled(value.v.row_mut(o), 1.0, &self.sources[o]);
         }
         let rate = self.rated.then(|| build(&self.rate_r, &self.rate_n));
-        OutputRows { value, rate }
+        OutputRows::new(value, rate)
     }
 
     /// One row from unknowns, multipliers, rates and source values.

@@ -1,7 +1,8 @@
 //! The modes met so far, which of them followed which, and how much memory they may take.
 
-use super::mode::{Mode, Rows, SwitchLaw};
+use super::mode::{Mode, SwitchLaw};
 use super::network::Network;
+use super::outputs::OutputRows;
 use crate::dense::RankOne;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -16,14 +17,6 @@ const FLIPS: usize = 4;
 
 /// A mode by number.
 pub type Id = usize;
-
-/// Value and rate parts of the outputs in one mode.
-pub struct OutputRows {
-    /// what multiplies values
-    pub value: Rows,
-    /// what multiplies derivatives, if any output has such a part
-    pub rate: Option<Rows>,
-}
 
 struct Entry {
     on: Box<[bool]>,

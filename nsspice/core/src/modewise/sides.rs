@@ -58,11 +58,10 @@ impl Engine {
         let (x, v) =
             if left { (&self.x[..], &self.v[..]) } else { (path.start(), &segment.now[..]) };
         segment.rates(v, &mut ends.d);
-        rows.value.apply([x, v, &ends.d], &mut row[1..]);
         // a sum of terms that cancel has the rounding of the terms
         let sizes = &mut ends.rows.sizes;
         sizes.resize(row.len(), 0.0);
-        rows.value.sizes([x, v, &ends.d], &mut sizes[1..]);
+        rows.apply([x, v, &ends.d], &mut row[1..], &mut sizes[1..]);
         if let Some(rate) = &rows.rate {
             if !left {
                 path.at(0.0, &mut ends.point);

@@ -63,6 +63,7 @@ pub(super) struct Witness {
     v: Vec<f64>,
     d: Vec<f64>,
     a: Vec<f64>,
+    b: Vec<f64>,
 }
 
 impl Default for Witness {
@@ -78,6 +79,7 @@ impl Default for Witness {
             v: Vec::new(),
             d: Vec::new(),
             a: Vec::new(),
+            b: Vec::new(),
         }
     }
 }
@@ -199,7 +201,9 @@ impl Engine {
             taken.z.resize(z + n, 0.0);
             taken.l.resize(l + m, 0.0);
             taken.u.resize(u + sources, 0.0);
-            self.unknowns(mode, &w.x, &w.v, &w.d, &mut taken.z[z..], &mut taken.l[l..]);
+            let values = [&w.x[..], &w.v, &w.d];
+            let work = [&mut w.a, &mut w.b];
+            self.unknowns_in(mode, values, &mut taken.z[z..], &mut taken.l[l..], work);
             let instant = if end == length && k == 5 { self.end } else { self.time + t };
             self.sources_inside(instant, k == 0, &w.v, &w.d, &mut taken.u[u..]);
             if k == 0 {
