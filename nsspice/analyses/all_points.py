@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from ..solvers.stepper import UnsolvedStep
 from .cards import Tran
@@ -90,14 +91,15 @@ def with_sides(
     if table.shape[0] < 2 or not sides:
         return None
     time = table[:, 0]
-    instants = np.unique(np.concatenate([rows[:, 0] for rows in sides.values()]))
-    instants = instants[(instants >= time[0]) & (instants <= time[-1])]
+    sides = {k: rows[_between(rows[:, 0], time)] for k, rows in sides.items()}
+    # numpy's functions for sets would do, but they load its masked arrays, which takes longer
+    instants = np.sort(np.concatenate([rows[:, 0] for rows in sides.values()]))
+    instants = instants[np.diff(instants, prepend=-np.inf) > 0.0]
     before = np.column_stack([instants, *(np.interp(instants, time, y) for y in table.T[1:])])
     after = before.copy()
     homes = recorder.homes()
     starts = np.cumsum([0, *widths])
     for k, rows in sides.items():
-        rows = rows[np.isin(rows[:, 0], instants)]
         wide = np.zeros((rows.shape[0], int(starts[-1])))
         wide[:, starts[k] : starts[k + 1]] = rows[:, 1:]
         values = recorder.signals(wide)
@@ -106,9 +108,15 @@ def with_sides(
             before[places, 1 + column] = values[::2, column]
             after[places, 1 + column] = values[1::2, column]
     # a row at an instant is the one after the jump
-    after = after[~np.isin(instants, time)]
+    after = after[time[np.searchsorted(time, instants)] != instants]
     everything = np.concatenate([before, table, after])
     turn = np.repeat([0, 1, 2], [before.shape[0], table.shape[0], after.shape[0]])
     everything = everything[np.lexsort((turn, everything[:, 0]))]
     names = recorder.names
     return FinePoints(everything[:, 0], {n: everything[:, 1 + j] for j, n in enumerate(names)})
+
+
+def _between(instants: Floats, time: Floats) -> npt.NDArray[np.bool_]:
+    """Return which instants lie within the rows."""
+    inside: npt.NDArray[np.bool_] = (instants >= time[0]) & (instants <= time[-1])
+    return inside

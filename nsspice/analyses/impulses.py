@@ -110,6 +110,8 @@ def initial_energy(mna: MnaSystem, ic: Mapping[str, float]) -> float:
         if voltage is None:
             voltage = sum(c * ic.get(mna.unknowns[j][2:-1], 0.0) for j, c in store.functional.z)
         energy += 0.5 * store.value * voltage * voltage
+    if not mna.inductors:
+        return energy
     currents = np.zeros(system.n)
     for store in mna.inductors:
         value = store.ic if store.ic is not None else ic.get(f"i({store.name})", 0.0)

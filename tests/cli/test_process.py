@@ -153,3 +153,16 @@ def test_memory_stays_bounded_in_the_number_of_rows(decks):
         )
         sizes.append(int(done.stdout))
     assert sizes[1] < 1.5 * sizes[0]
+
+
+def test_a_small_run_with_jumps_and_measures_loads_nothing_large(process):
+    Path("half_wave.net").write_text(
+        "half-wave\nV1 in 0 SIN(0 10 50)\nD1 in out\nL1 out r 20m IC=0\nR1 r 0 10\n"
+        ".tran 20u 20m uic\n.measure tran top MAX v(in,out)\n"
+    )
+    environment = {**os.environ, "PYTHONPROFILEIMPORTTIME": "1"}
+    done = process("run", "half_wave.net", "-q", env=environment)
+    assert done.returncode == 0
+    loaded = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
+    assert "numpy" in loaded
+    assert not loaded & {"numpy.ma", "scipy", "matplotlib", "rich"}
