@@ -44,7 +44,9 @@ class Island:
     reason: str
     defaults: Conditions = field(default_factory=Conditions)
     #: the last system, and under which conditions it was assembled: runs are repeated
-    _last: tuple[Conditions, MnaSystem] | None = field(default=None, init=False, repr=False)
+    _last: tuple[Conditions, MnaSystem] | None = field(
+        default=None, init=False, repr=False, compare=False
+    )
 
     def assemble(
         self,
@@ -55,7 +57,7 @@ class Island:
         tstep: float | None = None,
         tstop: float | None = None,
     ) -> MnaSystem:
-        """Return the MNA system of the island.
+        """Return the MNA system of the island; the last one is kept, and not to be changed.
 
         Parameters
         ----------
@@ -110,7 +112,7 @@ class Circuit:
     node_island: dict[str, int]
     element_island: dict[str, int]
     _by_name: dict[str, Device] = field(init=False, repr=False)
-    _parts: dict[str, list[tuple[int, str, float]]] = field(init=False, repr=False)
+    _parts: dict[str, list[tuple[int, str, float]]] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         self._by_name = {device.name: device for device in self.devices}
