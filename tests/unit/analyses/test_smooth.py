@@ -78,3 +78,15 @@ def test_a_deck_without_a_solution_names_the_law():
     assert error.value.code == "NS3004"
     assert "node a" in str(error.value)
     assert "b1" in str(error.value)
+
+
+@pytest.mark.parametrize("method", ["moreau", "sdirk"])
+def test_a_circuit_at_rest_needs_no_search_for_its_first_state(method):
+    """All sources begin at zero: with nothing to compare with, rounding looked like no solution."""
+    circuit = nsspice.read(
+        "doubler\nV1 in 0 SIN(0 10 1k)\nC1 in a 1u IC=0\nD1 0 a j\nD2 a out j\nC2 out 0 1u IC=0\n"
+        "R1 out 0 100k\n.model j D(IS=1e-14)\n.tran 2u 20u 0 2u uic\n"
+    )
+    solution = nsspice.tran(circuit, method=method)
+    assert solution.stats["worst_stage"] == 1
+    assert np.abs(solution["v(out)"][0]) == 0.0

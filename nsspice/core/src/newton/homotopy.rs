@@ -32,9 +32,15 @@ pub(super) fn first(newton: &mut Newton) -> Option<Judgement> {
     let size = newton.eq.size();
     let zero = vec![0.0; size];
     newton.state.x.copy_from_slice(&zero);
+    newton.activate_from_signs();
+    // a circuit at rest has no scale against which rounding could be told from a solution
+    newton.evaluate_at_x(Linearisation::Exact, None);
+    let rest = newton.judge();
+    if rest.residual.worst() == 0.0 {
+        return Some(rest);
+    }
     newton.tape.set_points(&vec![0.0; newton.tape.points().len()]);
     newton.tape.point_at_knees();
-    newton.activate_from_signs();
     let limit = (FIRST.0 + FIRST.1 * size).min(MOST);
     newton.iterate(limit, None, Linearisation::Held).or_else(|| follow(newton, &zero))
 }
