@@ -176,3 +176,19 @@ def test_command_line(tmp_path):
     assert found.exit_code == 0, found.output
     table = np.genfromtxt(out, delimiter=",", skip_header=1)
     assert np.count_nonzero(np.diff(table[:, 0]) == 0.0) == 4
+
+
+def test_steps_with_error_control_end_on_rows_where_they_can():
+    """A row inside a step costs a stage, and errs as the continuous solution does."""
+    deck = "rc\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nC1 b 0 0.1u IC=0.3\n.tran 1u 1m uic\n.end\n"
+    circuit = nsspice.read(deck)
+    sol = nsspice.tran(circuit, 1e-3, 4e-6, step=2e-6, method="sdirk", uic=True, all_points=True)
+    rows = 4e-6 * np.arange(251)
+    # the first steps are short, none of the later ones ends beside a row
+    late = sol.time[sol.time > 1e-4]
+    assert np.abs(np.subtract.outer(late, 2e-6 * np.arange(501))).min(axis=1).max() < 1e-18
+    assert np.isin(rows, sol.time).all()
+    w, tau = 2e3 * np.pi, 1e-4
+    forced = (np.sin(w * sol.time) - w * tau * np.cos(w * sol.time)) / (1 + (w * tau) ** 2)
+    exact = forced + (0.3 + w * tau / (1 + (w * tau) ** 2)) * np.exp(-sol.time / tau)
+    assert np.abs(sol["v(b)"] - exact).max() < 1e-7
