@@ -18,6 +18,9 @@ pub(super) enum Stepped {
     Row,
 }
 
+/// Most implicit steps before the exact engine is tried again, where it has not got far the last times:
+/// what slides goes on sliding, and every trial costs several steps.
+const PATIENCE: u32 = 8;
 /// First step, relative to the run.
 const FIRST: f64 = 1e-9;
 /// Steps are multiples of a power of 2 of the longest one, so that their matrices can be kept.
@@ -34,6 +37,8 @@ impl Engine {
     pub(super) fn carry_on(&mut self) -> Result<(), Failure> {
         // soon after the last time: what piles up goes on, and longer steps are in place
         let again = self.time - self.resumed.0 <= 64.0 * self.resumed.1;
+        let wait = if again { (2 * self.pause.1).clamp(1, PATIENCE) } else { 0 };
+        self.pause = (wait, wait);
         let first = if again { 2.0 * self.resumed.1 } else { FIRST * self.stop };
         let h = if self.storm { self.fixed_step } else { snapped(first, self.fixed_step) };
         self.phase = Phase::Stepping(h);
@@ -155,6 +160,11 @@ impl Engine {
 
     /// Back to the exact engine if the mode of the step just taken holds from here on.
     fn resume(&mut self, id: usize, h: f64) {
+        if self.pause.0 > 0 {
+            self.pause.0 -= 1;
+            self.go_on(h);
+            return;
+        }
         self.inputs.begin(self.time, &mut self.segment);
         if self.corner <= self.time {
             self.corner = self.inputs.next_corner(self.time);
@@ -189,6 +199,11 @@ impl Engine {
                 }
             }
         }
+        self.go_on(h);
+    }
+
+    /// Another implicit step, a longer one.
+    fn go_on(&mut self, h: f64) {
         self.present = None;
         self.phase = Phase::Stepping(snapped(2.0 * h, self.fixed_step));
     }

@@ -134,7 +134,8 @@ impl March {
         (self.to.t == time).then_some(&mut self.to)
     }
 
-    /// A first interval on which most guards can be judged.
+    /// A first interval on which most guards can be judged: of a rising guard somewhat less than half a
+    /// swing, so that its fall lies within the second one.
     fn first_step(&self, horizon: f64) -> f64 {
         let mut h = horizon;
         let guards = self.old.value.iter().zip(&self.old.slope).zip(&self.old.bound);
@@ -142,7 +143,7 @@ impl March {
             if m4 == 0.0 {
                 continue;
             }
-            let by_slope = (128.0 * slope.abs() / m4).cbrt();
+            let by_slope = (7.0 * slope.abs() / m4).cbrt();
             let by_value = (200.0 * value.abs() / m4).sqrt().sqrt();
             h = h.min(by_slope.max(by_value).max(1e-9 * horizon));
         }

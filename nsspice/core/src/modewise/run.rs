@@ -118,6 +118,8 @@ pub struct Engine {
     pub(super) storm: bool,
     /// when the exact engine took over again, and the implicit step before
     pub(super) resumed: (f64, f64),
+    /// implicit steps before it is tried again, and how many of them were waited for last time
+    pub(super) pause: (u32, u32),
     checked: Vec<bool>,
     pub(super) ends: Ends,
     pub(super) witness: Witness,
@@ -178,6 +180,7 @@ impl Engine {
             gust: (0, 0.0),
             storm: false,
             resumed: (f64::NEG_INFINITY, 0.0),
+            pause: (0, 0),
             checked: Vec::new(),
             ends: Ends::default(),
             witness: Witness::default(),
