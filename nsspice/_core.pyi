@@ -107,7 +107,10 @@ class Auditor:
         self,
         moved: _Floats,
         stored: _Floats,
+        before: _Floats,
         after: _Floats,
+        lengths: tuple[float, float, float],
+        sources: _Floats,
         unknowns: _Floats,
         multipliers: _Floats,
     ) -> float: ...

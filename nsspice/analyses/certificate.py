@@ -12,8 +12,6 @@ from .energy import Energy, worse
 TOLERANCE = 1e-8
 #: The sums of the energy balance over a whole run may drift by this.
 DRIFT = 1e-6
-#: Charges and fluxes moved in a jump balance to this: impulses are limits of short steps.
-JUMP = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +61,7 @@ class Certificate:
             self.energy.imbalance <= TOLERANCE and self.energy.drift <= DRIFT
         )
         laws = self.laws <= TOLERANCE and self.complementarity <= TOLERANCE
-        return laws and balance and self.jumps <= JUMP
+        return laws and balance and self.jumps <= TOLERANCE
 
     @property
     def uniqueness(self) -> str:

@@ -81,10 +81,19 @@ class Auditor:
     def jump_error(self, moved: Floats, jump: Jump, stored: Floats) -> float:
         """Return the relative error of the balance of charge and flux over a jump.
 
-        What moved into each row, shape (n,), plus what impulses brought there vanishes; ``stored``
-        is the size of what was there.
+        What moved into each row, shape (n,), plus what impulses brought there vanishes, but for
+        what the sources gave while it lasted; ``stored`` is the size of what was there.
         """
-        return self._core.jump_error(moved, stored, jump.after, jump.unknowns, jump.multipliers)
+        return self._core.jump_error(
+            moved,
+            stored,
+            jump.before,
+            jump.after,
+            (jump.time, jump.length, jump.span),
+            jump.sources,
+            jump.unknowns,
+            jump.multipliers,
+        )
 
     def jump_energy(self, time: float, before: float, after: float, delivered: float) -> None:
         """Take the stored energies [J] before and after a jump, and what the sources gave."""

@@ -61,6 +61,10 @@ class Jump:
         have no storage of their own.
     sources : ndarray, shape (p,)
         Source values after the jump.
+    length : float
+        Of the short steps whose limit the jump is [s]; 0 for a closed form.
+    span : float
+        The impulses contain what ordinary values carry in this time [s]; 0 if they are a limit.
     """
 
     time: float
@@ -69,6 +73,8 @@ class Jump:
     multipliers: Floats
     unknowns: Floats
     sources: Floats
+    length: float
+    span: float
 
 
 class Stepper(ABC):

@@ -40,6 +40,8 @@ class Stretches:
         Rates of the smooth functions.
     roles : ndarray of uint8, shape (k, m), or empty
         0 complementary pair, 1 closed, 2 open; empty if all are complementary.
+    known : float
+        Relative residual to which an iteration has solved the points; 0 for a closed form.
     """
 
     begin: Floats
@@ -58,6 +60,7 @@ class Stretches:
     u: Floats
     function_rate: Floats
     roles: npt.NDArray[np.uint8]
+    known: float
 
     @classmethod
     def of(cls, flat: dict[str, Any], system: DescriptorSystem) -> Stretches:

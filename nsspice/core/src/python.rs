@@ -178,6 +178,8 @@ fn jump_dict<'py>(py: Python<'py>, j: &crate::moreau::Jump) -> PyResult<Bound<'p
     out.set_item("multipliers", PyArray1::from_slice(py, &j.multipliers))?;
     out.set_item("unknowns", PyArray1::from_slice(py, &j.unknowns))?;
     out.set_item("sources", PyArray1::from_slice(py, &j.sources))?;
+    out.set_item("length", j.length)?;
+    out.set_item("span", j.span)?;
     Ok(out)
 }
 

@@ -211,7 +211,7 @@ def test_a_conducting_diode_with_reverse_current_is_seen_in_an_exact_run():
 def test_a_missing_stretch_fails_the_balance_of_an_exact_run():
     runner, stretches = exact()
     keep = np.arange(stretches.begin.size) != 7
-    names = [n for n in stretches.__slots__ if getattr(stretches, n).size]
+    names = [n for n in stretches.__slots__ if np.size(getattr(stretches, n)) > 1]
     shorter = replace(stretches, **{n: getattr(stretches, n)[keep] for n in names})
     examiner = Examiner(runner.mna)
     examiner.take_stretches(shorter)

@@ -1,7 +1,9 @@
 //! Where the energy of a run went.
 
-use super::points::FLOOR;
-use super::{ratio, worse};
+use super::{ratio, worse, TOLERANCE};
+
+/// Share of all that a run has moved that its sums may lose by rounding.
+const ROUNDING: f64 = 1e-6;
 
 /// The energy balance of a run [J].
 #[derive(Clone, Copy, Debug, Default)]
@@ -49,7 +51,6 @@ pub struct Ledger {
     jumped: f64,
     scale: f64,
     rounding: f64,
-    largest: f64,
     begin: f64,
     end: f64,
 }
@@ -65,7 +66,6 @@ impl Default for Ledger {
             jumped: 0.0,
             scale: 0.0,
             rounding: 0.0,
-            largest: 0.0,
             begin: f64::INFINITY,
             end: f64::NEG_INFINITY,
         }
@@ -85,7 +85,6 @@ impl Ledger {
             self.end = end;
         }
         self.energy.steps += steps;
-        self.largest = self.largest.max(entry.size);
         self.entries.push(entry);
     }
 
@@ -94,8 +93,8 @@ impl Ledger {
         let energy = &mut self.energy;
         for e in self.entries.drain(..) {
             let error = (e.change + e.scheme + e.dissipated - e.delivered).abs();
-            let size = e.size.max(FLOOR * self.largest);
-            let found = ratio(error, size);
+            // products of small numbers underflow
+            let found = ratio(error, e.size.max(f64::MIN_POSITIVE / TOLERANCE));
             if worse(found, energy.imbalance) {
                 energy.imbalance = found;
             }
@@ -105,7 +104,7 @@ impl Ledger {
             energy.dissipated += e.dissipated;
             energy.delivered += e.delivered;
             self.scale += e.delivered.abs() + e.dissipated.abs();
-            self.rounding += size;
+            self.rounding += e.size;
         }
     }
 
@@ -124,7 +123,7 @@ impl Ledger {
     pub fn drift(&self) -> f64 {
         let Some(first) = self.first else { return 0.0 };
         let error = (self.last - first - self.moved - self.jumped).abs();
-        let scale = self.scale + first.abs() + self.last.abs() + FLOOR * self.rounding;
+        let scale = self.scale + first.abs() + self.last.abs() + ROUNDING * self.rounding;
         ratio(error, scale)
     }
 }

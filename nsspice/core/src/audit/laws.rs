@@ -3,6 +3,7 @@
 use super::energy::Ledger;
 use super::matrix::Entries;
 use super::points::Block;
+use super::rounding::{share, Reach};
 use super::{ratio, worse};
 use crate::sparse::Csc;
 use crate::tape::{Linearisation, Tape};
@@ -35,6 +36,8 @@ pub(super) struct Functions {
     pub tape: Tape,
     pub f: Entries,
     pub q: Entries,
+    /// of each function: how far it reaches along its slopes from the largest values
+    pub reach: Vec<f64>,
 }
 
 impl Functions {
@@ -43,6 +46,30 @@ impl Functions {
         self.tape.evaluate(z, u, t, Linearisation::Exact);
         out.clear();
         out.extend((0..self.tape.program().len()).map(|k| self.tape.value(k)));
+    }
+
+    /// Adds what rounding of the values at the last point, and of the largest voltage and current
+    /// there, is measured by: in laws, and over the time that rates stand for.
+    pub fn add_sizes(
+        &mut self,
+        kinds: &[u8],
+        largest: &[f64; 2],
+        u: &[f64],
+        rate: f64,
+        floor: &mut [f64],
+    ) {
+        let (program, slopes) = (self.tape.program(), self.tape.slopes());
+        let size = |variable: usize| match kinds.get(variable) {
+            Some(&kind) => largest[usize::from(kind)],
+            None => u.get(variable - kinds.len()).map_or(0.0, |u| u.abs()),
+        };
+        self.reach.clear();
+        self.reach.extend((0..program.len()).map(|k| {
+            let steep = program.derivatives(k).map(|(j, slot)| slopes[slot].abs() * size(j));
+            self.tape.value(k).abs() + steep.sum::<f64>()
+        }));
+        self.f.add_sizes(1.0, &self.reach, floor);
+        self.q.add_sizes(2.0 * rate, &self.reach, floor);
     }
 }
 
@@ -65,14 +92,12 @@ pub struct Auditor {
     pub(super) algebraic: Vec<bool>,
     /// of each pair, the laws of currents that it feeds
     pub(super) touched: Vec<Vec<usize>>,
-    /// largest current and voltage so far
+    /// sums of the sizes of entries
+    pub(super) reach: Reach,
+    /// rounding of elimination in units of the tolerance
+    pub(super) share: f64,
+    /// largest voltage and current so far, of stretches and with smooth functions
     pub(super) largest: [f64; 2],
-    /// largest charge and flux so far
-    pub(super) stored: [f64; 2],
-    /// of each row, the largest charge or flux in stretches so far
-    pub(super) contents: Vec<f64>,
-    /// longest step [s]
-    pub(super) length: f64,
     pub(super) block: Block,
     /// worst relative error of a law
     pub laws: f64,
@@ -97,6 +122,7 @@ impl Auditor {
             tape: tape.clone(),
             f: Entries::new(f),
             q: Entries::new(q),
+            reach: Vec::new(),
         });
         let mut algebraic = vec![true; n];
         let stored = smooth.iter().flat_map(|s| s.q.places());
@@ -110,24 +136,25 @@ impl Auditor {
         }
         let stores = !algebraic.iter().all(|v| *v);
         let full = |(h, hs): &(Csc, Csc)| (Entries::new(h), Entries::new(hs));
+        let g = Entries::new(&arrays.g);
+        let averaging = arrays.averaging.as_ref().map(full);
         Auditor {
             n,
             m,
             p,
-            g: Entries::new(&arrays.g),
+            reach: Reach::new(&arrays.row_kind, m, &e, &g, &a, averaging.as_ref().map(|h| &h.0)),
+            g,
             b: Entries::new(&arrays.b),
             d: Entries::new(&arrays.d),
             s: Entries::new(&arrays.s),
             q: arrays.q.clone(),
             kinds: arrays.row_kind.clone(),
-            averaging: arrays.averaging.as_ref().map(full),
+            averaging,
             smooth,
             algebraic,
             touched,
             largest: [0.0; 2],
-            stored: [0.0; 2],
-            contents: vec![0.0; n],
-            length: 0.0,
+            share: share(n + m),
             block: Block::default(),
             laws: 0.0,
             complementarity: 0.0,
@@ -153,12 +180,18 @@ impl Auditor {
     }
 
     /// The relative error of the balance of charge and flux over a jump: what moved into each row,
-    /// plus what impulses brought there, vanishes; `stored` is the size of what was there.
+    /// plus what impulses brought there, less what sources gave in the meantime, vanishes.
+    ///
+    /// `stored` is the size of what was there, `sides` are the unknowns before and after.  The jump is
+    /// the limit of short steps, the first of the given length, or one short step of the length `span`.
+    #[allow(clippy::too_many_arguments)] // all that is known of it
     pub fn jump_error(
         &mut self,
         moved: &[f64],
         stored: &[f64],
-        after: &[f64],
+        sides: [&[f64]; 2],
+        [time, length, span]: [f64; 3],
+        sources: &[f64],
         unknowns: &[f64],
         multipliers: &[f64],
     ) -> f64 {
@@ -166,14 +199,26 @@ impl Auditor {
         let mut sizes: Vec<f64> = stored.iter().zip(moved).map(|(s, m)| s + m.abs()).collect();
         self.g.add_both(1.0, unknowns, &mut error, &mut sizes);
         self.a.add_both(1.0, multipliers, &mut error, &mut sizes);
-        self.e.add_sizes(1.0, after, &mut sizes);
-        for (size, &kind) in sizes.iter().zip(&self.kinds) {
-            // what ordinary currents and voltages carry in a step is no impulse
-            let k = usize::from(kind);
-            self.stored[k] = self.stored[k].max(size + self.length * self.largest[k]);
+        self.s.add_both(-span, sources, &mut error, &mut sizes);
+        // two short steps count twice and once, so that three times the rounding of one is left
+        let mut largest = if self.smooth.is_some() { self.largest } else { [0.0; 2] };
+        let mut least = [0.0f64; 2];
+        sides.iter().for_each(|z| self.reach.see(&self.kinds, z, &[], &mut largest));
+        let mut stored = vec![0.0; self.n];
+        if let Some(smooth) = &mut self.smooth {
+            smooth.values(sides[1], sources, time, &mut Vec::new());
+            // what they conduct counts for a short time only
+            let rate = 1.0 / length.max(f64::MIN_POSITIVE);
+            smooth.add_sizes(&self.kinds, &largest, sources, rate, &mut stored);
+            stored.iter_mut().for_each(|s| *s *= length);
         }
-        let errors = error.iter().zip(&self.kinds);
-        let found = errors.map(|(e, &k)| ratio(e.abs(), self.stored[usize::from(k)]));
+        for (row, (&size, &kind)) in sizes.iter().zip(&self.kinds).enumerate() {
+            let usual = length * self.reach.acting(row, &largest);
+            let size = size.max(2.0 * self.reach.content(row, &largest) + usual + stored[row]);
+            least[usize::from(kind)] = least[usize::from(kind)].max(3.0 * self.share * size);
+        }
+        let errors = error.iter().zip(&sizes).zip(&self.kinds);
+        let found = errors.map(|((e, s), &k)| ratio(e.abs(), s.max(least[usize::from(k)])));
         found.fold(0.0, |worst, new| if worse(new, worst) { new } else { worst })
     }
 }

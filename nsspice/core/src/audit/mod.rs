@@ -8,13 +8,15 @@
 //! 0 <= lambda  perp  w >= 0,   and the balance of the energy
 //! ```
 //!
-//! each relative to the currents and voltages that meet in it.  No factor, map, scaling or residual
+//! each relative to the currents and voltages that meet in it, or to those whose rounding it has
+//! ([`rounding`]).  No factor, map, scaling or residual
 //! of a solver takes part.
 
 mod energy;
 mod laws;
 mod matrix;
 mod points;
+mod rounding;
 mod steps;
 mod stretches;
 mod taken;
@@ -24,6 +26,9 @@ pub use laws::{Arrays, Auditor};
 pub use steps::Steps;
 pub use stretches::Stretches;
 pub use taken::Taken;
+
+/// A run whose relative errors stay below this passes.
+pub const TOLERANCE: f64 = 1e-8;
 
 /// Whether an error is worse than the worst so far; NaN is the worst of all.
 pub(crate) fn worse(new: f64, old: f64) -> bool {

@@ -1,16 +1,8 @@
 //! A block of points: what meets in each law is known before any of them is judged.
 
 use super::laws::Auditor;
+use super::rounding::Grain;
 use super::{ratio, worse};
-
-/// Share of the largest current (voltage) so far that a smaller one is measured by.
-pub const FLOOR: f64 = 1e-6;
-/// Share of `E z / h` below which nothing can be resolved: with a tolerance of 1e-8, 45 units of
-/// rounding of the stored quantity.
-const ROUNDING: f64 = 1e-6;
-/// The same right after a jump: values there are limits of short steps, known to 1e-5 (this times
-/// the tolerance of 1e-8) of the largest.
-const AFTER_JUMP: f64 = 1e3;
 
 /// What is known of one point.
 pub struct Point<'a> {
@@ -33,17 +25,14 @@ pub struct Block {
     count: usize,
     error: Vec<f64>,
     scale: Vec<f64>,
-    resolution: Vec<f64>,
+    floor: Vec<f64>,
     l: Vec<f64>,
     w: Vec<f64>,
     volts: Vec<f64>,
     roles: Vec<u8>,
-    after_jump: Vec<bool>,
     unsigned: Vec<bool>,
-    /// floor of the pairs in units of that of the laws
-    pub margin: f64,
-    /// share of the largest that laws are measured by
-    pub floor: f64,
+    /// what currents and voltages of pairs are measured by at least
+    least: Vec<[f64; 2]>,
     /// how far multipliers and slacks may be off because instants are rounded
     slack: Vec<[f64; 2]>,
 }
@@ -58,16 +47,23 @@ fn beyond(value: f64, slack: f64) -> f64 {
 }
 
 impl Auditor {
-    /// Takes a point; `rates` are those of stored charge and flux, `resolution` the size of the terms
-    /// whose difference they are.
-    pub(super) fn point(&mut self, point: &Point, rates: &[f64], resolution: &[f64]) {
+    /// Takes a point; `rates` are those of stored charge and flux, and functions have been
+    /// evaluated last.  Leaves in `floor` what each law is measured by at least.
+    pub(super) fn point(&mut self, point: &Point, rates: &[f64], grain: &Grain, floor: &mut [f64]) {
         let (n, m) = (self.n, self.m);
+        floor.fill(0.0);
+        self.s.add_sizes(1.0, point.u, floor);
+        if let Some(smooth) = &mut self.smooth {
+            smooth.add_sizes(&self.kinds, &grain.largest, point.u, grain.rate, floor);
+        }
+        let least = self.floor(grain, floor);
         let block = &mut self.block;
         let (rows, pairs) = (block.count * n, block.count * m);
         block.count += 1;
+        block.least.push(least);
         block.error.extend_from_slice(rates);
         block.scale.extend(rates.iter().map(|r| r.abs()));
-        block.resolution.extend_from_slice(resolution);
+        block.floor.extend_from_slice(floor);
         let (error, scale) = (&mut block.error[rows..], &mut block.scale[rows..]);
         self.g.add_both(1.0, point.z, error, scale);
         self.a.add_both(1.0, point.l, error, scale);
@@ -90,7 +86,6 @@ impl Auditor {
         } else {
             block.roles.extend_from_slice(point.roles);
         }
-        block.after_jump.push(point.after_jump);
         block.unsigned.push(point.unsigned);
         block.slack.resize(pairs + m, [0.0; 2]);
     }
@@ -120,7 +115,7 @@ impl Auditor {
         let mut block = std::mem::take(&mut self.block);
         self.checks += block.count as u64;
         if self.n > 0 {
-            self.judge_rows(&mut block);
+            self.judge_rows(&block);
         }
         if self.m > 0 {
             self.judge_pairs(&block);
@@ -129,7 +124,7 @@ impl Auditor {
         for list in [
             &mut block.error,
             &mut block.scale,
-            &mut block.resolution,
+            &mut block.floor,
             &mut block.l,
             &mut block.w,
             &mut block.volts,
@@ -137,29 +132,21 @@ impl Auditor {
             list.clear();
         }
         block.roles.clear();
-        block.after_jump.clear();
+        block.least.clear();
         block.unsigned.clear();
         block.slack.clear();
         self.block = block;
     }
 
-    fn judge_rows(&mut self, block: &mut Block) {
-        // what has decayed keeps the rounding of what it was
-        for scale in block.scale.chunks_exact(self.n) {
-            for (&s, &kind) in scale.iter().zip(&self.kinds) {
-                let largest = &mut self.largest[usize::from(kind)];
-                *largest = largest.max(s);
-            }
-        }
+    fn judge_rows(&mut self, block: &Block) {
         let (mut worst, mut place) = (self.laws, None);
-        for (k, scale) in block.scale.chunks_exact_mut(self.n).enumerate() {
-            let floor = if block.after_jump[k] { AFTER_JUMP } else { block.floor };
-            let rows = k * self.n..(k + 1) * self.n;
-            let (error, resolution) = (&block.error[rows.clone()], &block.resolution[rows]);
-            for (row, allowed) in scale.iter_mut().enumerate() {
-                let least = floor * self.largest[usize::from(self.kinds[row])];
-                *allowed = allowed.max(least).max(ROUNDING * resolution[row]);
-                let found = ratio(error[row].abs(), *allowed);
+        let points = block.error.chunks_exact(self.n);
+        let scales = block.scale.chunks_exact(self.n).zip(block.floor.chunks_exact(self.n));
+        for (errors, (scales, floors)) in points.zip(scales) {
+            for (row, (error, (scale, floor))) in
+                errors.iter().zip(scales.iter().zip(floors)).enumerate()
+            {
+                let found = ratio(error.abs(), scale.max(*floor));
                 if worse(found, worst) {
                     (worst, place) = (found, Some(row));
                 }
@@ -178,29 +165,16 @@ impl Auditor {
             let mean = rows.iter().map(|&r| scale[r]).sum::<f64>() / rows.len().max(1) as f64;
             block.l[k * m + i].abs().max(mean)
         };
-        let mut largest = self.largest;
-        for k in 0..block.count {
-            for i in 0..m {
-                largest[0] = largest[0].max(amperes(k, i));
-                largest[1] = largest[1].max(block.volts[k * m + i]);
-            }
-        }
         let (mut worst, mut place) = (self.complementarity, self.worst_pair);
         for k in (0..block.count).filter(|&k| !block.unsigned[k]) {
-            // a pair's voltage is a difference of several; rows may hold more than pairs do, be it
-            // only the rounding of what they store
-            let mut here = [0.0f64; 2];
-            for (&scale, &kind) in block.scale[k * n..(k + 1) * n].iter().zip(&self.kinds) {
-                here[usize::from(kind)] = here[usize::from(kind)].max(scale);
-            }
-            let share = block.margin * if block.after_jump[k] { AFTER_JUMP } else { FLOOR };
-            let floor = [0, 1].map(|j| (share * largest[j]).max(FLOOR * here[j]));
+            // a pair's voltage is a difference of several, its current the rest of others
+            let least = block.least[k];
             for i in 0..m {
                 let at = k * m + i;
                 let (l, w) = (block.l[at], block.w[at]);
                 let [slack_l, slack_w] = block.slack[at];
-                let current = ratio(beyond(l, slack_l), amperes(k, i).max(floor[0]));
-                let voltage = ratio(beyond(w, slack_w), block.volts[at].max(floor[1]));
+                let current = ratio(beyond(l, slack_l), amperes(k, i).max(least[0]));
+                let voltage = ratio(beyond(w, slack_w), block.volts[at].max(least[1]));
                 let found = match block.roles[at] {
                     1 => voltage.abs(),
                     2 => current.abs(),
@@ -212,7 +186,6 @@ impl Auditor {
                 }
             }
         }
-        self.largest = largest;
         self.complementarity = worst;
         self.worst_pair = place;
     }

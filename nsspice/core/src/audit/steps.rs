@@ -9,11 +9,14 @@
 
 use super::energy::Entry;
 use super::laws::Auditor;
-use super::points::{Point, FLOOR};
+use super::points::Point;
+use super::rounding::Grain;
 
-/// The voltage of a pair is a difference of voltages that solving a large network leaves with
-/// rounding errors of 1e-12 of the largest: this times the share of rows.
-const MARGIN: f64 = 100.0;
+/// A state right after a jump is the limit `3 a - 3 b + c` of three short steps, with seven times the
+/// rounding of one.  The limit itself is known to the tolerance: the steps lie on a line but for
+/// 1e-6, and what bends that little errs by less than its hundredth.
+const LIMIT: f64 = 7.0;
+const KNOWN: f64 = 1.0;
 
 /// Recorded steps, one array per quantity.
 pub struct Steps<'a> {
@@ -41,10 +44,16 @@ impl Auditor {
     /// Checks recorded steps.
     pub fn take_steps(&mut self, steps: &Steps) {
         let (n, m, p) = (self.n, self.m, self.p);
-        let (mut rates, mut resolution) = (vec![0.0; n], vec![0.0; n]);
+        let (mut rates, mut floor) = (vec![0.0; n], vec![0.0; n]);
         let (mut old_z, mut old_u) = (vec![0.0; n], vec![0.0; p]);
         let (mut f, mut f_old, mut f_change) = (Vec::new(), Vec::new(), Vec::new());
-        let mut contents = vec![0.0; n];
+        if self.smooth.is_some() {
+            // Newton's method comes from other points, and brings their rounding along
+            for k in 0..steps.time.len() {
+                let (z, l) = (&steps.z[k * n..][..n], &steps.l[k * m..][..m]);
+                self.reach.see(&self.kinds, z, l, &mut self.largest);
+            }
+        }
         for k in 0..steps.time.len() {
             let of = |list: &'_ [f64], size: usize| -> std::ops::Range<usize> {
                 debug_assert!(list.len() >= (k + 1) * size);
@@ -57,40 +66,29 @@ impl Auditor {
             let h = steps.length[k];
             let size = h.abs();
             let moving = h.is_finite() && h > 0.0;
-            if h.is_finite() {
-                self.length = self.length.max(h);
-            }
             for (old, (z, change)) in old_z.iter_mut().zip(z.iter().zip(change)) {
                 *old = z - change;
             }
-            for list in [&mut rates, &mut resolution, &mut contents] {
-                list.fill(0.0);
-            }
+            rates.fill(0.0);
             self.e.add(1.0 / size, change, &mut rates);
-            self.e.add_sizes(1.0, z, &mut contents);
-            self.e.add_sizes(1.0 / size, z, &mut resolution);
-            self.e.add_sizes(1.0 / size, &old_z, &mut resolution);
+            let mut largest = if self.smooth.is_some() { self.largest } else { [0.0; 2] };
+            self.reach.see(&self.kinds, z, l, &mut largest);
+            self.reach.see(&self.kinds, &old_z, &[], &mut largest);
             if let Some(smooth) = &mut self.smooth {
                 let clock = |t: f64| steps.frozen.unwrap_or(t);
-                smooth.values(z, u, clock(steps.time[k]), &mut f);
                 if !smooth.q.is_empty() {
                     for (old, (u, du)) in old_u.iter_mut().zip(u.iter().zip(du)) {
                         *old = u - du;
                     }
                     let earlier = steps.time[k] - if h.is_finite() { size } else { 0.0 };
                     smooth.values(&old_z, &old_u, clock(earlier), &mut f_old);
+                }
+                smooth.values(z, u, clock(steps.time[k]), &mut f);
+                if !smooth.q.is_empty() {
                     f_change.clear();
                     f_change.extend(f.iter().zip(&f_old).map(|(a, b)| a - b));
                     smooth.q.add(1.0 / size, &f_change, &mut rates);
-                    for values in [&f, &f_old] {
-                        smooth.q.add_sizes(1.0, values, &mut contents);
-                        smooth.q.add_sizes(1.0 / size, values, &mut resolution);
-                    }
                 }
-            }
-            for (&c, &kind) in contents.iter().zip(&self.kinds) {
-                let stored = &mut self.stored[usize::from(kind)];
-                *stored = stored.max(c);
             }
             if let Some((by_unknowns, by_sources)) = &self.averaging {
                 by_unknowns.add(1.0, change, &mut rates);
@@ -99,13 +97,16 @@ impl Auditor {
             if h.is_infinite() || h < 0.0 {
                 rates.fill(0.0);
             }
-            let point = Point { z, l, u, f: &f, roles, after_jump: h < 0.0, unsigned: false };
-            self.point(&point, &rates, &resolution);
+            let after_jump = h < 0.0;
+            let (share, settled) =
+                if after_jump { (LIMIT * self.share, KNOWN) } else { (self.share, 0.0) };
+            let grain = Grain { largest, rate: 1.0 / size, share, settled };
+            let point = Point { z, l, u, f: &f, roles, after_jump, unsigned: false };
+            self.point(&point, &rates, &grain, &mut floor);
             if moving {
-                self.enter_step(&point, change, du, h, &rates, &resolution, steps.time[k]);
+                self.enter_step(&point, change, du, h, &rates, &floor, steps.time[k]);
             }
         }
-        (self.block.margin, self.block.floor) = (MARGIN, FLOOR);
         self.judge();
         if let Some(ledger) = &mut self.ledger {
             ledger.judge();
@@ -120,7 +121,7 @@ impl Auditor {
         du: &[f64],
         h: f64,
         rates: &[f64],
-        resolution: &[f64],
+        floor: &[f64],
         time: f64,
     ) {
         let Some(ledger) = &mut self.ledger else { return };
@@ -143,7 +144,8 @@ impl Auditor {
         if let Some((by_unknowns, by_sources)) = &self.averaging {
             entry.scheme += h * (by_unknowns.form(z, change).0 + by_sources.form(z, du).0);
         }
-        entry.size += z.iter().zip(resolution).map(|(z, r)| h * FLOOR * (z * r).abs()).sum::<f64>();
+        // a law that is off by its floor gives or takes this much
+        entry.size += z.iter().zip(floor).map(|(z, r)| h * (z * r).abs()).sum::<f64>();
         if let Some(smooth) = &self.smooth {
             // what smooth elements store cannot be told from what they dissipate
             let (by_f, f) = smooth.f.form(z, at.f);

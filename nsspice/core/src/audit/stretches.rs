@@ -12,21 +12,10 @@
 
 use super::energy::Entry;
 use super::laws::Auditor;
-use super::points::{Point, FLOOR};
-use super::{ratio, worse};
+use super::points::Point;
+use super::rounding::Grain;
+use super::{ratio, worse, TOLERANCE};
 
-/// A pair that ends at zero does so up to the rounding of all that has decayed before.
-const MARGIN: f64 = 100.0;
-/// Events of a method with steps are located to 1e-11 of the largest voltage and current: half of
-/// this times the tolerance of 1e-8, in units of what laws are judged by.
-const LOCATED: f64 = 2000.0;
-/// Shares of the largest that laws are measured by: closed forms hold to 1e-13 of it (this times
-/// 1e-8), what has been iterated to 1e-11.
-const CLOSED: f64 = 1e-5;
-const ITERATED: f64 = 1e-3;
-/// Charges of elements that rest are tangents: they add up to this times 1e-8, well below the error
-/// that such a run is allowed.
-const TANGENTS: f64 = 100.0;
 /// An event is known to this part of its instant.
 const INSTANT: f64 = 16.0 * f64::EPSILON;
 
@@ -34,6 +23,8 @@ const INSTANT: f64 = 16.0 * f64::EPSILON;
 pub struct Stretches<'a> {
     /// points in each
     pub nodes: usize,
+    /// relative residual to which an iteration has solved the points; 0 for a closed form
+    pub known: f64,
     /// beginning and end [s]
     pub begin: &'a [f64],
     /// see `begin`
@@ -74,19 +65,23 @@ impl Auditor {
         let (n, m, p, s) = (self.n, self.m, self.p, all.nodes);
         let count = all.begin.len();
         let functions = self.smooth.as_ref().map_or(0, |f| f.tape.program().len());
-        let (mut charge_rate, mut resolution) = (vec![0.0; n], vec![0.0; n]);
+        let (mut charge_rate, mut floor) = (vec![0.0; n], vec![0.0; n]);
         let (mut f, mut f_first) = (Vec::new(), Vec::new());
-        // a sum of terms that cancel is rounded as they are: rates are known to the rounding of the
-        // largest content, over the shortest time
-        let mut content = vec![0.0; n];
-        for z in all.z.chunks_exact(n.max(1)) {
-            content.fill(0.0);
-            self.e.add_sizes(1.0, z, &mut content);
-            self.contents.iter_mut().zip(&content).for_each(|(most, c)| *most = most.max(*c));
+        // what has decayed keeps the rounding of what it was: a closed form is a sum of terms that
+        // cancel
+        for i in 0..count * s {
+            let (z, l) = (&all.z[i * n..][..n], &all.l[i * m..][..m]);
+            self.reach.see(&self.kinds, z, l, &mut self.largest);
         }
+        let known = all.known / TOLERANCE;
         for k in 0..count {
             let h = all.end[k] - all.begin[k];
-            self.length = self.length.max(h);
+            let grain = Grain {
+                largest: self.largest,
+                rate: 1.0 / all.grain[k],
+                share: self.share.max(known),
+                settled: 0.0,
+            };
             let roles = if all.roles.is_empty() { &[][..] } else { &all.roles[k * m..][..m] };
             let first = &all.first[k * n..][..n];
             let weight = &all.weight[k * s..][..s];
@@ -100,16 +95,12 @@ impl Auditor {
                 let rate = &all.rate[at(i, n)];
                 charge_rate.fill(0.0);
                 self.e.add(1.0, rate, &mut charge_rate);
-                for (r, content) in resolution.iter_mut().zip(&self.contents) {
-                    *r = 2.0 * content / all.grain[k];
-                }
                 let mut by_functions = 0.0;
                 if let Some(smooth) = &mut self.smooth {
                     smooth.values(z, u, all.time[k * s + i], &mut f);
                     if !smooth.q.is_empty() {
                         let df = &all.function_rate[at(i, functions)];
                         smooth.q.add(1.0, df, &mut charge_rate);
-                        smooth.q.add_sizes(2.0 / all.grain[k], &f, &mut resolution);
                         by_functions += smooth.q.form(z, df).0;
                     }
                     let (by_f, size) = smooth.f.form(z, &f);
@@ -122,15 +113,15 @@ impl Auditor {
                 }
                 let unsigned = all.signed[k] == 0 && i + 1 < s;
                 let point = Point { z, l, u, f: &f, roles, after_jump: false, unsigned };
-                self.point(&point, &charge_rate, &resolution);
+                self.point(&point, &charge_rate, &grain, &mut floor);
                 if self.ledger.is_some() {
                     let ((by_g, g), (by_a, a)) = (self.g.form(z, z), self.a.form(z, l));
                     let (by_s, from_s) = self.s.form(z, u);
                     entry.dissipated += weight * (by_g + by_a + by_functions);
                     entry.delivered += weight * by_s;
                     entry.size += weight.abs() * (g + a + from_s);
-                    let noise = z.iter().zip(&resolution).map(|(z, r)| (z * r).abs()).sum::<f64>();
-                    entry.size += weight.abs() * FLOOR * noise;
+                    let noise = z.iter().zip(&floor).map(|(z, r)| (z * r).abs()).sum::<f64>();
+                    entry.size += weight.abs() * noise;
                 }
                 if i + 1 == s {
                     self.e.add_both(1.0, z, &mut error, &mut sizes);
@@ -144,32 +135,26 @@ impl Auditor {
             }
             let rounding = INSTANT * all.begin[k].abs().max(all.end[k].abs());
             self.blur(s, (rounding / h).min(1.0));
-            let known = if all.signed[k] == 1 { 1.0 } else { TANGENTS };
-            self.motion(&error, &sizes, known);
+            self.motion(&error, &sizes, grain.share, h);
             if self.ledger.is_some() {
                 let last = &all.z[at(s - 1, n)];
                 self.enter_stretch(all, k, first, last, entry);
             }
         }
-        let exact = all.signed.iter().all(|&s| s == 1);
-        self.block.margin = if exact { MARGIN } else { LOCATED };
-        self.block.floor = if exact { CLOSED } else { ITERATED };
         self.judge();
         if let Some(ledger) = &mut self.ledger {
             ledger.judge();
         }
     }
 
-    /// The balance of charge and flux over a stretch.
-    fn motion(&mut self, error: &[f64], sizes: &[f64], known: f64) {
-        for (&size, &kind) in sizes.iter().zip(&self.kinds) {
-            let stored = &mut self.stored[usize::from(kind)];
-            *stored = stored.max(size);
-        }
+    /// The balance of charge and flux over a stretch of length `h`; a content is known to this share
+    /// of what the largest voltage and current would make of it, and of what they would bring.
+    fn motion(&mut self, error: &[f64], sizes: &[f64], share: f64, h: f64) {
         let (mut worst, mut place) = (self.laws, None);
         for (row, (e, size)) in error.iter().zip(sizes).enumerate() {
-            let floor = FLOOR * self.stored[usize::from(self.kinds[row])];
-            let found = ratio(e.abs(), known * size.max(floor));
+            let brought = h * self.reach.acting(row, &self.largest);
+            let floor = share * (self.reach.content(row, &self.largest) + brought);
+            let found = ratio(e.abs(), size.max(floor));
             if worse(found, worst) {
                 (worst, place) = (found, Some(row));
             }
@@ -197,7 +182,7 @@ impl Auditor {
         (entry.before, entry.after) =
             (0.5 * self.e.form(first, first).0, 0.5 * self.e.form(last, last).0);
         // the difference of two nearly equal states is known to their rounding
-        entry.size += FLOOR * (entry.before + entry.after);
+        entry.size += self.share * (entry.before + entry.after);
         if !all.inner.is_empty() {
             let (w, inner) = (&all.weight[k * s..][..s], &all.inner[k * s * s..][..s * s]);
             let rate = |i: usize| &all.rate[(k * s + i) * n..][..n];

@@ -5,6 +5,7 @@
 #[allow(missing_docs)] // as there
 pub struct Taken {
     pub nodes: usize,
+    pub known: f64,
     pub begin: Vec<f64>,
     pub end: Vec<f64>,
     pub grain: Vec<f64>,

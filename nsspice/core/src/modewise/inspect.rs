@@ -139,7 +139,9 @@ impl Engine {
             }
         }
         let sources = self.sources(self.time);
-        self.jumps.push(Jump { time: self.time, before, after, multipliers, unknowns, sources });
+        let (time, length, span) = (self.time, 0.0, 0.0);
+        let jump = Jump { time, before, after, multipliers, unknowns, sources, length, span };
+        self.jumps.push(jump);
     }
 
     /// Takes note of the size of the state at the present point.

@@ -1,6 +1,7 @@
 //! Jumps of charges and fluxes: the impulsive step, and what switches do at one instant.
 
 use super::stage::System;
+use super::step::ACCEPT;
 use super::stepper::{Failure, Outcome, Stepper, MAX_REACTIONS};
 use crate::mlcp::Start;
 
@@ -17,6 +18,11 @@ const LOOSE: f64 = 1e-6;
 /// Steps right after a jump are short enough if their ends deviate from a line by no more than this
 /// part: the extrapolation then errs by less than 1e-8.
 const BEND: f64 = 1e-6;
+/// Values that fall with the length of the step, as those of an impulse do, bend by a third.
+const IMPULSIVE: f64 = 0.1;
+/// Where longer steps look like that, shorter ones have to show this part of the largest value
+/// above what may hide in their residual.
+const SHOWN: f64 = 1e-3;
 /// Ratio of lengths on the way down to a short step that is too hard at once.
 const DESCENT: f64 = 1e-2;
 /// Changes below this part of the largest charge (or flux) so far are no jump.
@@ -46,6 +52,10 @@ pub struct Jump {
     pub unknowns: Vec<f64>,
     /// sources after the jump
     pub sources: Vec<f64>,
+    /// of the short steps whose limit it is; 0 for a closed form [s]
+    pub length: f64,
+    /// the impulses contain what ordinary values carry in this time: 0 if they are a limit [s]
+    pub span: f64,
 }
 
 /// An estimate of the fastest time constant [s]: largest rate at which stored quantities act on each
@@ -85,6 +95,24 @@ struct Short {
     length: f64,
 }
 
+/// What steps from where an impulsive one led say of it, worst first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Rest {
+    /// they move charges as only a jump does
+    Contradicted,
+    /// their currents fall with their length: an impulse is left
+    Impulsive,
+    /// they end in different modes
+    Unclear,
+    /// they lie on a curve
+    Bent,
+    /// they lie on a line
+    Calm,
+}
+
+/// A short step and the limit of several, if they need no impulse.
+type Settled = Option<(Short, Short)>;
+
 /// What an impulsive step has done.
 struct Leap {
     /// unknowns at the end of the shortest step, and at length 0
@@ -92,10 +120,15 @@ struct Leap {
     after: Vec<f64>,
     /// of unknowns and multipliers [A s or V s]
     impulses: [Vec<f64>; 2],
+    /// see [`Jump`]
+    length: f64,
+    span: f64,
     /// multipliers before
     multipliers: Vec<f64>,
     /// a step and the limit of steps from `after` that need no impulse
-    settled: Option<(Short, Short)>,
+    settled: Settled,
+    /// what those steps look like
+    rest: Rest,
 }
 
 /// Value at length 0 from those at length 1 and 2.
@@ -103,6 +136,19 @@ fn limit(once: &[f64], twice: Option<&Vec<f64>>) -> Vec<f64> {
     match twice {
         Some(twice) => once.iter().zip(twice).map(|(a, b)| 2.0 * a - b).collect(),
         None => once.to_vec(),
+    }
+}
+
+/// Second difference of three equidistant points, relative to the largest value.
+fn bend_of([a, b, c]: [&Vec<f64>; 3]) -> f64 {
+    let points = a.iter().zip(b).zip(c);
+    let (bend, largest) = points.fold((0.0f64, 0.0f64), |(bend, largest), ((a, b), c)| {
+        (bend.max((a - 2.0 * b + c).abs()), largest.max(a.abs()).max(c.abs()))
+    });
+    if bend > 0.0 {
+        bend / largest
+    } else {
+        0.0
     }
 }
 
@@ -130,23 +176,28 @@ impl Stepper {
         let mut leap = self.leap(charges, JUMP, shortest, start)?;
         // the residual of so short a step is relative to multipliers of size 1/length, and may hide
         // a voltage; seen from where it led, it is in plain sight
-        if self.contradicted(&leap) {
-            for part in CONTINUED {
-                (self.z, self.l) = (leap.after.clone(), leap.multipliers.clone());
-                let Ok(next) = self.leap(None, part, shortest, Start::Warm) else { continue };
-                if self.contradicted(&next) {
-                    continue;
-                }
-                let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + b).collect();
-                leap = Leap {
-                    first: next.after.clone(),
-                    impulses: [0, 1].map(|k| sum(&leap.impulses[k], &next.impulses[k])),
-                    ..next
-                };
+        let mut rest = self.rest(&leap);
+        for part in CONTINUED {
+            if rest == Rest::Calm {
                 break;
             }
+            (self.z, self.l) = (leap.after.clone(), leap.multipliers.clone());
+            let Ok(next) = self.leap(None, part, shortest, Start::Warm) else { continue };
+            let found = self.rest(&next);
+            if found <= rest {
+                continue;
+            }
+            rest = found;
+            let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + b).collect();
+            leap = Leap {
+                first: next.after.clone(),
+                impulses: [0, 1].map(|k| sum(&leap.impulses[k], &next.impulses[k])),
+                length: leap.length + next.length,
+                span: leap.span + next.span,
+                ..next
+            };
         }
-        let Leap { first, after, impulses, settled, .. } = leap;
+        let Leap { first, after, impulses, length, span, settled, .. } = leap;
         if self.jumped(charges, &before, &first, &after, NO_JUMP) {
             self.stats.jumps += 1;
             if self.jumps.len() < MAX_JUMPS {
@@ -158,6 +209,8 @@ impl Stepper {
                     multipliers,
                     unknowns,
                     sources: self.u0.clone(),
+                    length,
+                    span,
                 });
             }
         }
@@ -208,14 +261,25 @@ impl Stepper {
             let scaled = |s: &Short| of(s).iter().map(|v| v * s.length).collect::<Vec<_>>();
             limit(&scaled(&once), twice.as_ref().map(scaled).as_ref())
         });
+        let length = once.length;
+        let span = if twice.is_some() { 0.0 } else { length };
         // what the laws leave open keeps the value it had: densities of impulses are no values
         self.l.copy_from_slice(&multipliers);
         self.z.copy_from_slice(&before);
         for j in self.storage.unknowns() {
             self.z[j] = after[j];
         }
-        let settled = self.settle(&after, shortest)?;
-        Ok(Leap { first: once.z, after, impulses, multipliers, settled })
+        let (settled, rest) = self.settle(&after, shortest)?;
+        Ok(Leap { first: once.z, after, impulses, length, span, multipliers, settled, rest })
+    }
+
+    /// What the steps that follow an impulsive one say of it.
+    fn rest(&mut self, leap: &Leap) -> Rest {
+        if self.contradicted(leap) {
+            Rest::Contradicted
+        } else {
+            leap.rest
+        }
     }
 
     /// Do the steps that follow an impulsive one move charges (fluxes) as only a jump does?
@@ -238,16 +302,14 @@ impl Stepper {
         change.iter().zip(&sizes).any(|(c, s)| c.abs() > CONTRADICTED * s)
     }
 
-    /// The shortest of three steps from the charges of `after`, and the values at length 0.
+    /// The shortest of three steps from the charges of `after`, and the values at length 0; what they
+    /// look like.
     ///
     /// The steps have to end in one mode, nearly on a line, and to leave the charges alone; if none
     /// do, those that come nearest to a line serve.
-    fn settle(
-        &mut self,
-        after: &[f64],
-        shortest: f64,
-    ) -> Result<Option<(Short, Short)>, Box<Failure>> {
+    fn settle(&mut self, after: &[f64], shortest: f64) -> Result<(Settled, Rest), Box<Failure>> {
         let mut last = None;
+        let (mut rest, mut impulsive) = (Rest::Unclear, false);
         let mut best: Option<(f64, Short, Short)> = None;
         // junctions make time constants that nothing foretells
         for &part in &AFTER_JUMP[usize::from(self.smooth.is_some())..] {
@@ -268,11 +330,13 @@ impl Stepper {
                 steps.push(Short { z: self.z.clone(), l: self.l.clone(), length: k * length });
             }
             let Ok([thrice, twice, once]) = <[Short; 3]>::try_from(steps) else { continue };
-            if !one_mode {
+            let bend = self.bend([&once.z, &twice.z, &thrice.z]);
+            // modes of equal values, where the laws leave something open, are as good as one
+            let carried = [&once.l, &twice.l, &thrice.l];
+            if !one_mode && (bend > BEND || bend_of(carried) > BEND) {
                 last = Some(once);
                 continue;
             }
-            let bend = self.bend([&once.z, &twice.z, &thrice.z]);
             let to_zero = |a: &[f64], b: &[f64], c: &[f64]| -> Vec<f64> {
                 let points = a.iter().zip(b).zip(c);
                 points.map(|((a, b), c)| 3.0 * a - 3.0 * b + c).collect()
@@ -280,6 +344,14 @@ impl Stepper {
             let z = to_zero(&once.z, &twice.z, &thrice.z);
             let l = to_zero(&once.l, &twice.l, &thrice.l);
             let fine = bend <= BEND && !self.jumped(None, after, &once.z, &z, LOOSE);
+            impulsive |= bend > IMPULSIVE;
+            rest = if bend > IMPULSIVE || (impulsive && !self.shows(&once)) {
+                Rest::Impulsive
+            } else if fine {
+                Rest::Calm
+            } else {
+                Rest::Bent
+            };
             if fine || best.as_ref().is_none_or(|(last, ..)| bend < *last) {
                 best = Some((bend, once, Short { z, l, length: 0.0 }));
             }
@@ -288,17 +360,35 @@ impl Stepper {
             }
         }
         if let Some((_, once, settled)) = best {
-            return Ok(Some((once, settled)));
+            return Ok((Some((once, settled)), rest));
         }
         let length = AFTER_JUMP[0] * shortest;
         let once = match last {
             Some(once) => Some(once),
             None => self.two_steps(None, after, length, Start::Warm).ok().map(|(once, _)| once),
         };
-        Ok(once.map(|once| {
+        let pair = once.map(|once| {
             let settled = Short { z: once.z.clone(), l: once.l.clone(), length: once.length };
             (once, settled)
-        }))
+        });
+        Ok((pair, Rest::Unclear))
+    }
+
+    /// Whether the residual of a short step, relative to what is stored by its length, leaves
+    /// anything to be seen of ordinary voltages and currents.
+    fn shows(&self, short: &Short) -> bool {
+        let n = short.z.len();
+        let mut stored = vec![0.0; n];
+        let sizes: Vec<f64> = short.z.iter().map(|v| v.abs()).collect();
+        self.sys.e.abs_mul_add(&sizes, &mut stored);
+        let (mut hidden, mut largest) = ([0.0f64; 2], [0.0f64; 2]);
+        for (i, &kind) in self.sys.row_kind.iter().enumerate() {
+            let kind = usize::from(kind);
+            hidden[kind] = hidden[kind].max(ACCEPT * stored[i] / short.length);
+            // voltages of nodes belong to laws of voltages, currents to laws of currents
+            largest[1 - kind] = largest[1 - kind].max(sizes[i]);
+        }
+        (0..2).all(|kind| hidden[kind] <= SHOWN * largest[kind])
     }
 
     /// Second difference of three equidistant points, relative to the largest value of its kind.

@@ -44,7 +44,8 @@ impl Storage {
     }
 
     /// Gives `z` the charges (fluxes) of `stored` where the two agree to `slack`; the potential of
-    /// a floating group remains that of `z`.
+    /// a floating group remains that of `z`.  An impulse may have lifted the group to gigavolts: what
+    /// differs by no more than their rounding is left alone.
     pub fn restore(&self, stored: &[f64], z: &mut [f64], slack: impl Fn(usize) -> f64) {
         let put = |z: &mut [f64], j: usize, value: f64| {
             if (z[j] - value).abs() <= slack(j) {
@@ -55,9 +56,12 @@ impl Storage {
             put(z, j, stored[j]);
         }
         for group in &self.floating {
+            let highest = group.iter().fold(0.0f64, |a, &j| a.max(stored[j].abs()));
             let shift = z[group[0]] - stored[group[0]];
             for &j in group {
-                put(z, j, stored[j] + shift);
+                if (z[j] - stored[j] - shift).abs() > 4.0 * f64::EPSILON * highest {
+                    put(z, j, stored[j] + shift);
+                }
             }
         }
     }
@@ -99,6 +103,10 @@ mod tests {
         let mut z = [7.0, 6.0 + 1e-9, 1.0 + 1e-9, 2.0 + 1e-9, 9.0];
         storage.restore(&[1.0, 0.0, 1.0, 2.0, 0.0], &mut z, |_| 1e-6);
         assert_eq!(z, [7.0, 6.0, 1.0, 2.0, 9.0]);
+        // a gigavolt knows no tenth of a microvolt
+        let mut high = [7.0, 6.0 + 1e-7, 1.0, 2.0, 9.0];
+        storage.restore(&[1e9, 1e9 - 1.0, 0.0, 2.0, 0.0], &mut high, |_| 1e-6);
+        assert_eq!(high[1], 6.0 + 1e-7);
         let mut far = [7.0, 6.0, 1.5, 2.0, 9.0];
         storage.restore(&[1.0, 0.0, 1.0, 2.0, 0.0], &mut far, |_| 1e-6);
         assert_eq!(far[2], 1.5);

@@ -94,6 +94,7 @@ impl PyAuditor {
     /// Checks recorded stretches, `nsspice.solvers.stretches.Stretches`.
     fn take_stretches(&mut self, records: &Bound<'_, PyAny>) -> PyResult<()> {
         let floats = |name: &str| part::<f64>(records, name);
+        let known: f64 = records.getattr("known")?.extract()?;
         let (begin, end, grain) = (floats("begin")?, floats("end")?, floats("grain")?);
         let (done, signed) = (part::<u8>(records, "steps")?, part::<u8>(records, "signed")?);
         let (first, first_u) = (floats("first")?, floats("first_u")?);
@@ -103,6 +104,7 @@ impl PyAuditor {
         let roles = part::<u8>(records, "roles")?;
         let all = Stretches {
             nodes: time.shape().get(1).copied().unwrap_or(0),
+            known,
             begin: begin.as_slice()?,
             end: end.as_slice()?,
             grain: grain.as_slice()?,
@@ -142,24 +144,37 @@ impl PyAuditor {
     }
 
     /// Relative error of the balance of charge and flux over a jump.
+    #[allow(clippy::too_many_arguments)] // all of what is known of it
     fn jump_error(
         &mut self,
         moved: Floats,
         stored: Floats,
+        before: Floats,
         after: Floats,
+        lengths: (f64, f64, f64),
+        sources: Floats,
         unknowns: Floats,
         multipliers: Floats,
     ) -> PyResult<f64> {
-        let (n, m, _) = self.inner.sizes();
-        let lists = [&moved, &stored, &after, &unknowns, &multipliers];
-        let [moved, stored, after, unknowns, multipliers] = lists.map(|a| a.as_slice());
-        let (moved, stored, after) = (moved?, stored?, after?);
-        let (unknowns, multipliers) = (unknowns?, multipliers?);
-        let all_n = [moved.len(), stored.len(), after.len(), unknowns.len()] == [n; 4];
-        if !all_n || multipliers.len() != m {
+        let (n, m, p) = self.inner.sizes();
+        let lists = [&moved, &stored, &before, &after, &unknowns];
+        let [moved, stored, before, after, unknowns] = lists.map(|a| a.as_slice());
+        let (moved, stored, sides, unknowns) = (moved?, stored?, [before?, after?], unknowns?);
+        let (sources, multipliers) = (sources.as_slice()?, multipliers.as_slice()?);
+        let [before, after] = sides.map(<[f64]>::len);
+        let all_n = [moved.len(), stored.len(), before, after, unknowns.len()] == [n; 5];
+        if !all_n || multipliers.len() != m || sources.len() != p {
             return Err(invalid("the jump does not fit the system"));
         }
-        Ok(self.inner.jump_error(moved, stored, after, unknowns, multipliers))
+        Ok(self.inner.jump_error(
+            moved,
+            stored,
+            sides,
+            lengths.into(),
+            sources,
+            unknowns,
+            multipliers,
+        ))
     }
 
     /// Takes the energies of a jump [J].
@@ -198,6 +213,7 @@ impl PyAuditor {
 pub(super) fn stretch_dict<'py>(py: Python<'py>, taken: &Taken) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     out.set_item("nodes", taken.nodes)?;
+    out.set_item("known", taken.known)?;
     for (name, values) in [
         ("begin", &taken.begin),
         ("end", &taken.end),

@@ -183,7 +183,7 @@ impl Sdirk {
 
     /// The steps recorded since the last call.
     pub fn take_stretches(&mut self) -> Taken {
-        self.witness.take(self.tableau)
+        self.witness.take(self.tableau, ACCEPT)
     }
 
     /// Numbers that wait to be taken.

@@ -9,10 +9,6 @@ use crate::audit::Taken;
 /// once.
 const PRICE: u64 = 16;
 const STOCK: u64 = 64 * PRICE;
-/// The equations of stages are accepted at 1e-10 of what meets in them, charge by length included,
-/// and elements that rest are tangents: ten times that is 5000 times what the checks take for
-/// rounding.  Rates are those of so much shorter a time.
-const DIGITS: f64 = 2e-4;
 /// A step that ends this close to its beginning, relative to the time, has no length.
 const SAME: f64 = 64.0 * f64::EPSILON;
 /// Records are handed over when they hold this many numbers.
@@ -37,10 +33,10 @@ impl Witness {
     }
 
     /// The steps recorded since the last call.
-    pub fn take(&mut self, tableau: &Tableau) -> Taken {
+    pub fn take(&mut self, tableau: &Tableau, known: f64) -> Taken {
         let nodes = tableau.stages() + 1;
-        self.taken.nodes = nodes;
-        std::mem::replace(&mut self.taken, Taken { nodes, ..Taken::default() })
+        (self.taken.nodes, self.taken.known) = (nodes, known);
+        std::mem::replace(&mut self.taken, Taken { nodes, known, ..Taken::default() })
     }
 
     /// A step begins.
@@ -83,7 +79,7 @@ impl Witness {
         let taken = &mut self.taken;
         taken.begin.push(trial.start);
         taken.end.push(end);
-        taken.grain.push(DIGITS * stage);
+        taken.grain.push(stage);
         taken.steps.push(1u8.saturating_add(std::mem::take(&mut self.empty)));
         taken.signed.push(0); // inner stages are of low order
         taken.first.extend_from_slice(&trial.first[..n]);

@@ -1,0 +1,56 @@
+"""Random networks whose runs were right and failed their certificate, or passed it and were wrong.
+
+They come from soaks; what was wrong is told with each group.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from random_circuits import STEPS, generate
+
+import nsspice
+
+#: all voltages (or currents) vanish: what is left is the rounding of what is stored, C v / h
+AT_REST = [
+    ("degenerate", 40000), ("floating", 40023), ("floating", 40152), ("stiff", 40162),
+    ("floating", 40275), ("floating", 40562), ("regular", 40580), ("impulsive", 40615),
+]  # fmt: skip
+#: currents meet in nodes without storage, with the rounding of capacitors or conductances elsewhere
+CANCELLING = [
+    ("multiplier", 40076), ("multiplier", 40230), ("multiplier", 40298), ("multiplier", 40501),
+    ("bridge", 40236), ("bridge", 40385), ("impulsive", 40293), ("large", 40283),
+]  # fmt: skip
+#: energies of 1e-110 J beside sources of 18 V
+TINY = [("degenerate", 40513)]
+#: impulses of a single short step, with what the sources gave meanwhile
+SINGLE = [("bridge", 40533), ("stiff", 40600), ("bridge", 20185), ("bridge", 20545),
+          ("degenerate", 20209)]  # fmt: skip
+#: potentials of gigavolts in the impulse: their rounding was put into a capacitor
+LIFTED = [("bridge", 1027), ("multiplier", 1034)]
+#: the state right after the jump still carried an impulse: 1e8 A, and diodes with volts across them
+LEFT_OVER = [("large", 40101), ("large", 40343), ("large", 40463)]
+BENT = [("large", 40443), ("large", 40528), ("large", 167507)]
+
+
+def solved(kind, seed):
+    random = generate(kind, seed)
+    circuit = nsspice.read(random.text)
+    return nsspice.tran(circuit, STEPS * random.step, random.step, step=random.step, uic=True)
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed"),
+    [*AT_REST, *CANCELLING, *TINY, *SINGLE, *LIFTED, *LEFT_OVER, *BENT],
+)
+def test_a_right_run_is_certified(kind, seed):
+    assert solved(kind, seed).certificate.passed
+
+
+@pytest.mark.parametrize(("kind", "seed"), LEFT_OVER)
+def test_currents_right_after_a_jump_are_no_impulses(kind, seed):
+    """Capacitors and inductors start a curve there: the first step is not 1e7 times less."""
+    run = solved(kind, seed)
+    currents = np.array([y[:2] for name, y in run.signals.items() if name.startswith("i(")])
+    assert currents.shape[0] > 0
+    assert np.abs(currents[:, 0]).max() < 100.0 * np.abs(currents[:, 1]).max()
