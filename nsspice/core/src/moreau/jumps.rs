@@ -277,6 +277,9 @@ impl Stepper {
     fn rest(&mut self, leap: &Leap) -> Rest {
         if self.contradicted(leap) {
             Rest::Contradicted
+        } else if self.smooth.is_some() {
+            // junctions move charge in times that nothing foretells: no sign of an impulse
+            Rest::Calm
         } else {
             leap.rest
         }
