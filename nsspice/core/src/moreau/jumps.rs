@@ -478,7 +478,13 @@ impl Stepper {
             }
             self.u1.copy_from_slice(&self.u0);
         }
-        self.solve(k, delta, start)
+        self.solve(k, delta, start)?;
+        if charges.is_none() {
+            let u = std::mem::take(&mut self.u0);
+            self.sharpen(k, before, &u, &u);
+            self.u0 = u;
+        }
+        Ok(())
     }
 
     /// Did stored charges or fluxes jump by more than `share` of the largest?  A change that

@@ -4,6 +4,7 @@
 //! slacks of the others) depend affinely on the stored part of the old state and on the sources.
 //! For circuits of up to a few dozen unknowns this is several times cheaper than a triangular solve.
 
+use super::refine::refine;
 use super::stage::StepMatrices;
 use crate::mlcp::ModeFactor;
 
@@ -50,7 +51,7 @@ impl ModeMap {
     ) -> ModeMap {
         let (n, m) = (matrices.n, matrices.m);
         let rows = n + m;
-        let (mut x, mut w) = (vec![0.0; rows], vec![0.0; m]);
+        let (mut x, mut w, mut rhs) = (vec![0.0; rows], vec![0.0; m], vec![0.0; rows]);
         let mut columns = Vec::with_capacity(rows * inputs.len());
         let lists = [
             (&inputs.carried, &matrices.carry),
@@ -64,7 +65,9 @@ impl ModeMap {
                 for (&i, &v) in indices.iter().zip(values) {
                     x[i] = v;
                 }
+                rhs.copy_from_slice(&x);
                 factor.solve(&mut x, work);
+                refine(matrices, factor, active, &rhs, &mut x, work);
                 matrices.guards(&mut x, active, false, &mut w);
                 columns.extend_from_slice(&x);
             }
@@ -81,7 +84,9 @@ impl ModeMap {
         for i in 0..m {
             x[n + i] = if active[i] { -matrices.q[i] } else { 0.0 };
         }
+        rhs.copy_from_slice(&x);
         factor.solve(&mut x, work);
+        refine(matrices, factor, active, &rhs, &mut x, work);
         matrices.guards(&mut x, active, true, &mut w);
         ModeMap { rows, columns, constant: x }
     }

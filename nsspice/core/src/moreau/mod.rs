@@ -14,6 +14,7 @@ mod gates;
 mod jumps;
 mod map;
 mod record;
+mod refine;
 mod sdirk;
 mod smooth;
 mod stage;

@@ -7,6 +7,12 @@ use crate::sparse::Csc;
 use std::collections::HashMap;
 use std::sync::Arc;
 
+/// Where the step equations and those for increments differ by more than this part, the former have
+/// lost digits.
+pub(super) const ROUNDED: f64 = 1e-12;
+/// Singular modes of up to so many unknowns and pairs are solved for increments too.
+const OPEN: usize = 160;
+
 /// The system as assembled from a circuit.
 pub struct System {
     /// storage matrix
@@ -34,6 +40,11 @@ pub struct System {
 }
 
 /// The matrices of one step: `K z1 + A l = carry z0 + source_end u1 + source_start u0`.
+///
+/// In a short step `carry z0` and `K z1` are large and nearly equal, and where a node is tied by
+/// little else (a floating part with 1 MOhm to ground) their rounding errors would be its potential.
+/// There modes are solved for the increment, in which nothing large stands:
+/// `K (z1 - z0) + A l = -G z0 + source_end u1 + source_start u0`.
 pub struct StepMatrices {
     /// number of unknowns
     pub n: usize,
@@ -45,12 +56,28 @@ pub struct StepMatrices {
     pub source_end: Csc,
     /// `Hs`
     pub source_start: Csc,
-    /// `carry`, B and D by rows: gathering is faster than scattering
-    carry_rows: Csc,
-    b_rows: Csc,
-    d_rows: Csc,
+    /// `carry`, `G = K - carry`, A, B and D by rows: gathering is faster than scattering
+    pub(super) carry_rows: Csc,
+    pub(super) g_rows: Csc,
+    pub(super) a_rows: Csc,
+    pub(super) b_rows: Csc,
+    pub(super) d_rows: Csc,
     /// constant slack
     pub q: Vec<f64>,
+}
+
+impl System {
+    /// The largest difference of two states, relative to the largest voltage and current in them and
+    /// in the one they come from.
+    pub fn apart(&self, a: &[f64], b: &[f64], from: &[f64]) -> f64 {
+        let (mut sizes, mut gaps) = ([f64::MIN_POSITIVE; 2], [0.0f64; 2]);
+        for (((a, b), from), &kind) in a.iter().zip(b).zip(from).zip(&self.row_kind) {
+            let kind = usize::from(kind);
+            sizes[kind] = sizes[kind].max(a.abs()).max(b.abs()).max(from.abs());
+            gaps[kind] = gaps[kind].max((a - b).abs());
+        }
+        (gaps[0] / sizes[0]).max(gaps[1] / sizes[1])
+    }
 }
 
 impl StepMatrices {
@@ -67,6 +94,70 @@ impl StepMatrices {
         }
     }
 
+    /// Right-hand sides for the increment `[z1 - z0; l]` in a mode.
+    fn increment(&self, Ends { z0, u0, u1 }: Ends, active: &[bool], out: &mut [f64]) {
+        let (rows, pairs) = out.split_at_mut(self.n);
+        for (i, r) in rows.iter_mut().enumerate() {
+            *r = -self.g_rows.col_dot(i, z0);
+        }
+        self.source_end.mul_add(1.0, u1, rows);
+        self.source_start.mul_add(1.0, u0, rows);
+        for (i, (x, &active)) in pairs.iter_mut().zip(active).enumerate() {
+            *x = if active { self.b_rows.col_dot(i, z0) - self.q[i] } else { 0.0 };
+        }
+    }
+
+    /// Solves a regular mode with the step equations: `x = [z; l]`.
+    fn solve(
+        &self,
+        factor: &ModeFactor,
+        active: &[bool],
+        ends: Ends,
+        refined: bool,
+        x: &mut [f64],
+        work: &mut [f64],
+    ) {
+        let (rhs, pairs) = x.split_at_mut(self.n);
+        self.right_hand_side(ends.z0, ends.u0, ends.u1, rhs);
+        for ((x, &q), &active) in pairs.iter_mut().zip(&self.q).zip(active) {
+            *x = if active { -q } else { 0.0 };
+        }
+        let rhs = refined.then(|| x.to_vec());
+        factor.solve(x, work);
+        if let Some(rhs) = rhs {
+            factor.correct(x, &rhs, work);
+        }
+    }
+
+    /// Solves a mode for the increment, given a solution `x = [z; l]` that has the rounding errors of
+    /// `K z`; what the mode leaves open stays where it is.  False if it would take too long.
+    pub fn sharpen(
+        &self,
+        factor: &ModeFactor,
+        active: &[bool],
+        ends: Ends,
+        x: &mut [f64],
+        work: &mut [f64],
+    ) -> bool {
+        if factor.regular() {
+            self.increment(ends, active, x);
+            factor.solve(x, work);
+        } else if x.len() <= OPEN {
+            let mut rhs = vec![0.0; x.len()];
+            self.increment(ends, active, &mut rhs);
+            for (x, z) in x.iter_mut().zip(ends.z0) {
+                *x -= z;
+            }
+            factor.correct(x, &rhs, work);
+        } else {
+            return false;
+        }
+        for (x, z) in x[..self.n].iter_mut().zip(ends.z0) {
+            *x += z;
+        }
+        true
+    }
+
     /// Right-hand side of the rows of z.
     pub fn right_hand_side(&self, z0: &[f64], u0: &[f64], u1: &[f64], rhs: &mut [f64]) {
         for (i, r) in rhs.iter_mut().enumerate() {
@@ -75,6 +166,14 @@ impl StepMatrices {
         self.source_end.mul_add(1.0, u1, rhs);
         self.source_start.mul_add(1.0, u0, rhs);
     }
+}
+
+/// What a step is given: the state at its begin, the sources at its begin and its end.
+#[derive(Clone, Copy)]
+pub struct Ends<'a> {
+    pub z0: &'a [f64],
+    pub u0: &'a [f64],
+    pub u1: &'a [f64],
 }
 
 /// One visited mode.
@@ -87,6 +186,8 @@ pub struct Slot {
     pub uses: u32,
     /// its quick steps have met the residual whenever that was checked
     pub trusted: bool,
+    /// whether it is solved for increments, once that is known
+    pub increments: Option<bool>,
 }
 
 /// The active set as a bit pattern.
@@ -149,6 +250,8 @@ impl Stage {
             n,
             m,
             carry_rows: carry.transpose(),
+            g_rows: sys.g.transpose(),
+            a_rows: sys.a.transpose(),
             b_rows: sys.b.transpose(),
             d_rows: sys.d.transpose(),
             carry,
@@ -210,7 +313,13 @@ impl Stage {
                     self.forget_modes();
                 }
                 self.budget = self.budget.saturating_sub(cost);
-                self.slots.push(Slot { factor: None, map: None, uses: 0, trusted: true });
+                self.slots.push(Slot {
+                    factor: None,
+                    map: None,
+                    uses: 0,
+                    trusted: true,
+                    increments: None,
+                });
                 self.modes.insert(key, self.slots.len() - 1);
                 self.slots.len() - 1
             }
@@ -227,6 +336,39 @@ impl Stage {
         let factor = self.driver.mode_factor(active);
         self.slot(active, epoch).factor = Some(factor.clone());
         factor
+    }
+
+    /// Solves the present mode, which is regular: `x = [z; l]`; `refined` once more against rounding.
+    /// The first time tells whether increments have to be solved for.
+    #[allow(clippy::too_many_arguments)] // the data of one step
+    pub fn solve_mode(
+        &mut self,
+        sys: &System,
+        active: &[bool],
+        epoch: u64,
+        ends: Ends,
+        refined: bool,
+        x: &mut [f64],
+        work: &mut [f64],
+    ) {
+        let factor = self.factor(active, epoch);
+        let known = self.slot(active, epoch).increments;
+        let matrices = &self.matrices;
+        if known != Some(true) {
+            matrices.solve(&factor, active, ends, refined, x, work);
+        }
+        if known == Some(false) {
+            return;
+        }
+        let plain = known.is_none().then(|| x.to_vec());
+        matrices.sharpen(&factor, active, ends, x, work);
+        if let Some(plain) = plain {
+            let better = sys.apart(&plain, x, ends.z0) > ROUNDED;
+            if !better {
+                x.copy_from_slice(&plain);
+            }
+            self.slot(active, epoch).increments = Some(better);
+        }
     }
 
     /// Lets go of the factor of the present mode if the driver wants to turn it into another one.

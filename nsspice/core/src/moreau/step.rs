@@ -2,10 +2,11 @@
 
 use super::clock::{evaluate, Target};
 use super::record::Quantities;
-use super::stage::Stage;
+use super::stage::{Ends, Stage, ROUNDED};
 use super::stepper::{Failure, Large, Outcome, Stepper};
 use crate::mlcp::{Residual, Role, Start};
 use crate::waveform::Side;
+use std::mem::take;
 
 /// A mode earns its affine map at this many steps.
 const USES_FOR_MAP: u32 = 3;
@@ -127,6 +128,9 @@ impl Stepper {
             matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
             self.keep_for_rates();
             self.solve(k, length, Start::Warm)?;
+            let (base, u0, u1) = (take(&mut self.z_before), take(&mut self.u0), take(&mut self.u1));
+            self.sharpen(k, &base, &u0, &u1);
+            (self.z_before, self.u0, self.u1) = (base, u0, u1);
         }
         self.finish_rates(length);
         Ok(())
@@ -167,11 +171,44 @@ impl Stepper {
         false
     }
 
+    /// Solves the mode that the driver has found once more, for the increment from `base`: its own
+    /// solution has the rounding errors of `K z`.  It stands where these do not show, and where the
+    /// other does not satisfy all laws.
+    pub(super) fn sharpen(&mut self, k: usize, base: &[f64], u0: &[f64], u1: &[f64]) {
+        if self.smooth.is_some() || self.stages[k].length.is_infinite() {
+            return;
+        }
+        let n = self.z.len();
+        self.x[..n].copy_from_slice(&self.z);
+        self.x[n..].copy_from_slice(&self.l);
+        let stage = &mut self.stages[k];
+        let factor = stage.factor(&self.active, self.epoch);
+        let matrices = &stage.matrices;
+        let ends = Ends { z0: base, u0, u1 };
+        if !matrices.sharpen(&factor, &self.active, ends, &mut self.x, &mut self.work)
+            || self.sys.apart(&self.z, &self.x, base) <= ROUNDED
+        {
+            return;
+        }
+        matrices.guards(&mut self.x, &self.active, true, &mut self.w);
+        if self.signs_hold(k) {
+            let (z, guards) = self.x.split_at(self.z.len());
+            self.z.copy_from_slice(z);
+            multipliers(guards, &self.active, &mut self.l);
+        }
+    }
+
     /// Applies the sign tests of the driver to guards that are negative by rounding at most: in a
     /// network at rest they are zero up to noise of either sign.
     fn approve_signs(&mut self, k: usize) -> bool {
+        let matrices = &self.stages[k].matrices;
+        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
+        self.signs_hold(k)
+    }
+
+    /// Whether `x` satisfies the laws of the present mode with the right-hand side `rhs`.
+    fn signs_hold(&mut self, k: usize) -> bool {
         let stage = &mut self.stages[k];
-        stage.matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
         let (z, guards) = self.x.split_at(self.z.len());
         multipliers(guards, &self.active, &mut self.w);
         let found = stage.driver.residual(&self.rhs, &self.sys.q, &self.roles, z, &self.w);
@@ -208,13 +245,10 @@ impl Stepper {
                 self.stats.undetermined += 1;
                 return Quick::Fails; // consistency has to be checked: the driver's work
             }
+            let ends = Ends { z0: &self.z, u0: &self.u0, u1: &self.u1 };
+            let (x, work) = (&mut self.x, &mut self.work);
+            stage.solve_mode(&self.sys, &self.active, self.epoch, ends, false, x, work);
             let matrices = &stage.matrices;
-            let (rhs, pairs) = self.x.split_at_mut(n);
-            matrices.right_hand_side(&self.z, &self.u0, &self.u1, rhs);
-            for ((x, &q), &active) in pairs.iter_mut().zip(&matrices.q).zip(&self.active) {
-                *x = if active { -q } else { 0.0 };
-            }
-            factor.solve(&mut self.x, &mut self.work);
             matrices.guards(&mut self.x, &self.active, true, &mut self.w);
             if due {
                 stage.make_map(&self.active, self.epoch, &mut self.work);

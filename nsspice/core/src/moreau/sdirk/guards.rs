@@ -16,6 +16,8 @@ pub struct Scales {
     control: Vec<u8>,
     /// largest magnitude of each unknown so far
     pub unknown: Vec<f64>,
+    /// scratch: sums of the laws
+    sums: Vec<f64>,
 }
 
 impl Scales {
@@ -39,6 +41,7 @@ impl Scales {
             slack,
             control: s.switches.iter().map(|w| control(&w.control)).collect(),
             unknown: vec![0.0; n],
+            sums: vec![0.0; n],
         }
     }
 
@@ -52,6 +55,12 @@ impl Scales {
         for (l, &kind) in l.iter().zip(&self.multiplier) {
             let largest = &mut self.largest[usize::from(kind)];
             *largest = largest.max(l.abs());
+        }
+        // what flows in a resistor is no unknown, but what its node takes from a capacitor is a current
+        self.sums.fill(0.0);
+        s.sys.g.mul_add(1.0, z, &mut self.sums);
+        for (sum, _) in self.sums.iter().zip(&s.sys.row_kind).filter(|e| *e.1 == 0) {
+            self.largest[1] = self.largest[1].max(sum.abs());
         }
     }
 

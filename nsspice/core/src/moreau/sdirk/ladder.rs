@@ -1,6 +1,7 @@
 //! Matrices of the step lengths in use, and the stage equations of a fixed mode.
 
-use super::super::stage::Stage;
+use super::super::stage::{Ends, Stage, ROUNDED};
+use super::super::step::ACCEPT;
 use super::super::stepper::Stepper;
 use crate::mlcp::{Role, Start};
 
@@ -144,21 +145,12 @@ impl Ladder {
                 return Fit::Solved;
             }
         }
-        let matrices = &stage.matrices;
-        matrices.right_hand_side(from, u, u, &mut s.rhs);
-        let (rows, pairs) = x.split_at_mut(n);
-        rows.copy_from_slice(&s.rhs);
-        for ((x, &q), &active) in pairs.iter_mut().zip(&matrices.q).zip(&s.active) {
-            *x = if active { -q } else { 0.0 };
-        }
         if regular {
-            let rhs = x.to_vec();
-            factor.solve(x, &mut s.work);
             let slot = stage.slot(&s.active, s.epoch);
             let fresh = slot.uses == USES_FOR_MAP;
-            if !slot.trusted || fresh {
-                factor.correct(x, &rhs, &mut s.work);
-            }
+            let refined = !slot.trusted || fresh;
+            let ends = Ends { z0: &from[..n], u0: u, u1: u };
+            stage.solve_mode(&s.sys, &s.active, s.epoch, ends, refined, x, &mut s.work);
             stage.matrices.guards(x, &s.active, true, &mut s.w);
             let (inputs, slot) = stage.inputs_and_slot(&s.active, s.epoch);
             if let (Some(map), true) = (&slot.map, fresh) {
@@ -168,26 +160,27 @@ impl Ladder {
                 s.input.extend(inputs.ends.iter().map(|&j| u[j]));
                 let mut mapped = x.to_vec();
                 map.apply(&s.input, &mut mapped);
-                let kinds = &s.sys.row_kind;
-                let size = |kind: u8| {
-                    let of_kind = x[..n].iter().zip(kinds).filter(|(_, &k)| k == kind);
-                    of_kind.fold(0.0f64, |a, (v, _)| a.max(v.abs()))
-                };
-                let sizes = [size(0), size(1)];
-                let far = (0..n)
-                    .any(|j| (x[j] - mapped[j]).abs() > DIGITS * sizes[usize::from(kinds[j])]);
-                slot.trusted = !far;
+                slot.trusted = s.sys.apart(x, &mapped, from) <= DIGITS;
             }
             return Fit::Solved;
         }
+        stage.matrices.right_hand_side(from, u, u, &mut s.rhs);
         s.stats.undetermined += 1;
-        self.solve_open(s, level, near, x)
+        self.solve_open(s, level, from, u, near, x)
     }
 
     /// A mode that leaves something open: the complementarity problem is solved, which moves what is
     /// open so that all signs hold if that is possible.  Where it finds another mode, the guard of a
     /// pair that has changed is minus the quantity that has become positive.
-    fn solve_open(&mut self, s: &mut Stepper, level: usize, near: &[f64], x: &mut [f64]) -> Fit {
+    fn solve_open(
+        &mut self,
+        s: &mut Stepper,
+        level: usize,
+        from: &[f64],
+        u: &[f64],
+        near: &[f64],
+        x: &mut [f64],
+    ) -> Fit {
         let n = s.z.len();
         let resistance = self.resistance;
         let stage = &mut self.rung(s, level).stage;
@@ -201,6 +194,20 @@ impl Ladder {
         if solved.is_err() {
             return Fit::Contradiction;
         }
+        let active = stage.driver.active().to_vec();
+        let factor = stage.driver.mode_factor(&active);
+        let mut sharp = x.to_vec();
+        let ends = Ends { z0: &from[..n], u0: u, u1: u };
+        if stage.matrices.sharpen(&factor, &active, ends, &mut sharp, &mut s.work)
+            && s.sys.apart(x, &sharp, from) > ROUNDED
+        {
+            let (z, l) = sharp.split_at(n);
+            let found = stage.driver.residual(&s.rhs, &s.sys.q, &s.roles, z, l);
+            if found.worst() <= ACCEPT {
+                x.copy_from_slice(&sharp);
+            }
+        }
+        let (z, l) = x.split_at_mut(n);
         s.w.copy_from_slice(&s.sys.q);
         s.sys.b.mul_add(-1.0, z, &mut s.w);
         s.sys.d.mul_add(1.0, l, &mut s.w);
