@@ -190,3 +190,38 @@ def test_a_diode_that_takes_the_current_over_needs_no_impulse():
     assert not sol.impulses
     falling = np.maximum(0.0, 1.0 - 500.0 * (t - 2e-3))
     assert np.abs(i - falling)[t > 2e-3 + 1e-9].max() < 1e-13
+
+
+SINE_TRIANGLE = """Inverter leg, sine-triangle modulation, both switches from one comparison without hysteresis
+Vp p 0 300
+Vn n 0 -300
+Vcar car 0 PULSE(-1 1 0 50u 50u 0 100u)
+Vref ref 0 SIN(0 0.9 50 0 0 {phase})
+S1 p a ref car sw
+S2 a n car ref sw
+D1 a p
+D2 n a
+R1 a b 5
+L1 b 0 10m
+.model sw SW(VT=0)
+.tran 100u 40m
+"""
+
+
+@pytest.mark.parametrize("phase", [0, 120])
+def test_a_threshold_that_is_met_turns_a_switch_once(phase: int) -> None:
+    # where reference and carrier are both small, rounding of their difference had the sign of a
+    # second crossing, back and forth for ever
+    run = nsspice.tran(nsspice.read(SINE_TRIANGLE.format(phase=phase)), all_points=True)
+    stats = run.islands[0].stats
+    assert stats["fixed_steps"] == 0
+    # both edges of 400 carrier periods, two switches each
+    assert stats["switchings"] == 2 * 2 * 400
+    # after the start, the mean of each carrier period follows the reference: its sampling errs by
+    # the change of the reference within a period, 2 pi 50 Hz 100 us of its height
+    a, t = run["v(a)"], run.time
+    for k in range(0, 400, 7):
+        inside = (t >= k * 1e-4) & (t <= (k + 1) * 1e-4)
+        mean = np.trapezoid(a[inside], t[inside]) / 1e-4
+        reference = 0.9 * np.sin(2 * np.pi * 50 * (k + 0.5) * 1e-4 + np.radians(phase))
+        assert abs(mean / 300 - reference) < 0.9 * 2 * np.pi * 50 * 1e-4

@@ -338,8 +338,13 @@ impl Engine {
 
     /// Switches whose control is a source react before anything else is looked at.
     fn throw_by_inputs(&mut self) {
-        let Some((_, mode)) = &self.present else { return };
+        let Some((id, mode)) = &self.present else { return };
+        let gates = self.registry.gates(*id);
         for &(j, s) in &mode.direct {
+            // one that has just crossed its threshold has reacted; this guard is of its old state
+            if self.gates[s] != gates[s] {
+                continue;
+            }
             let g = crate::dense::dot(mode.guards.v.row(j), &self.segment.now)
                 + crate::dense::dot(mode.guards.d.row(j), &self.segment.rate);
             let size: f64 = mode
