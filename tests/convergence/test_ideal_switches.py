@@ -192,7 +192,7 @@ def test_a_diode_that_takes_the_current_over_needs_no_impulse():
     assert np.abs(i - falling)[t > 2e-3 + 1e-9].max() < 1e-13
 
 
-SINE_TRIANGLE = """Inverter leg, sine-triangle modulation, both switches from one comparison without hysteresis
+SINE_TRIANGLE = """Inverter leg, sine-triangle modulation, no hysteresis
 Vp p 0 300
 Vn n 0 -300
 Vcar car 0 PULSE(-1 1 0 50u 50u 0 100u)
