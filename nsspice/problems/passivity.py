@@ -1,4 +1,8 @@
-"""Is a network passive?  Then each of its steps is a monotone problem."""
+"""Is a network passive?  Then each of its steps is a monotone problem.
+
+What only observes (controlled sources that drive the gates of switches) takes no part in that: its
+unknowns stand in no law of the rest, and are left out.
+"""
 
 from __future__ import annotations
 
@@ -30,14 +34,53 @@ def passive(system: DescriptorSystem) -> bool:
     """
     if system.smooth is not None:
         return True  # judged by Newton's method, not here
-    a, b = system.A, system.B
+    a, b, g = system.A, system.B, _acting(system)
     if system.n + system.m <= _MOST_ROWS:  # full matrices are faster
         transposes = np.array_equal(a.dense().T, b.dense())
-        return transposes and all(_semidefinite_full(m.dense()) for m in (system.G, system.D))
+        return transposes and all(_semidefinite_full(m.dense()) for m in (g, system.D))
     transposed = Csc.from_triplets(b.shape, a.columns, a.indices, a.data)
     if not _equal(transposed, b):
         return False
-    return all(_semidefinite(matrix) for matrix in (system.G, system.D))
+    return all(_semidefinite(matrix) for matrix in (g, system.D))
+
+
+def _acting(system: DescriptorSystem) -> Csc:
+    """Return G without the rows and columns of what only observes.
+
+    An unknown that stands in one law alone, and in no pair, follows from that law: both can go.  So
+    go the current of a controlled source with the current law of its node, then the voltage of
+    that node with the law of the source, and whatever only that source has seen.
+    """
+    n = system.n
+    laws: list[set[int]] = [set() for _ in range(n)]
+    unknowns: list[set[int]] = [set() for _ in range(n)]
+    for matrix in (system.G, system.E):
+        for row, column in zip(matrix.indices.tolist(), matrix.columns.tolist(), strict=True):
+            laws[column].add(row)
+            unknowns[row].add(column)
+    in_pairs = set(system.A.indices.tolist()), set(system.B.columns.tolist())
+    rows, columns = set(range(n)), set(range(n))
+    waiting = [j for j in range(n) if len(laws[j]) == 1]
+    while waiting:
+        j = waiting.pop()
+        if j not in columns or j in in_pairs[1] or len(laws[j]) != 1:
+            continue
+        (i,) = laws[j]
+        if i == j or i in in_pairs[0]:  # a node with its own conductance acts upon itself
+            continue
+        rows.discard(i)
+        columns.discard(j)
+        for k in unknowns[i]:
+            laws[k].discard(i)
+            if len(laws[k]) == 1:
+                waiting.append(k)
+    if rows != columns or len(rows) == n:
+        return system.G
+    G = system.G
+    kept = [
+        i in rows and j in rows for i, j in zip(G.indices.tolist(), G.columns.tolist(), strict=True)
+    ]
+    return Csc.from_triplets(G.shape, G.indices[kept], G.columns[kept], G.data[kept])
 
 
 def _equal(a: Csc, b: Csc) -> bool:
