@@ -21,7 +21,9 @@ _OPERATIONS = {*_STATISTICS, "trig", "find", "when", "deriv", "derivative", "par
 _NAMED = ("at", "from", "to", "val", "td", "rise", "fall", "cross")
 _PART = re.compile(
     r"(?<![\w.])(?:(trig|targ|find|when|deriv|derivative|max_at|min_at|max|min|pp|avg|rms|integral|"
-    r"integ)(?=[\s({']|$)|(at|from|to|val|td|rise|fall|cross|param)\s*=)|[(){}']"
+    r"integ)(?=[\s({']|$)|(at|from|to|val|td|rise|fall|cross|param)"
+    # the sign of equality may be left out before a value, as LTspice has it
+    r"(?:\s*=|(?=\s+(?:[-+.\d({']|last\b))|(?<=param)(?=\s)))|[(){}']"
 )
 
 
@@ -40,14 +42,18 @@ def measure(context: Context, line: Line) -> None:
 
     Forms: ``max|min|pp|avg|rms|integ|max_at|min_at EXPR [from=] [to=]``, ``find EXPR at=T``,
     ``find EXPR when A=B [rise=n]``, ``when A=B``, ``deriv EXPR at=T``, ``trig ... targ ...``,
-    ``param='EXPR'``.
+    ``param='EXPR'``.  Without an analysis it is that of a transient.
     """
     found = re.compile(r"(\w+)\s+([^\s=(]+)\s*").match(line.text, after_card(line))
     hint = "write .measure tran name max v(out) from=0 to=1m"
     if found is None:
         raise Unreadable("NS1080", ".measure needs an analysis and a name", line.whole(), hint)
     analysis, name = found.groups()
-    where = line.span(*found.span(2))
+    where, begin = line.span(*found.span(2)), found.end()
+    if name in _OPERATIONS and analysis not in ("tran", "dc", "op"):
+        # LTspice lets the analysis be left out
+        analysis, name = "tran", analysis
+        where, begin = line.span(*found.span(1)), found.start(2)
     if analysis not in ("tran", "dc", "op"):
         at = line.span(*found.span(1))
         if analysis in ("ac", "noise", "sp", "tf"):
@@ -58,9 +64,9 @@ def measure(context: Context, line: Line) -> None:
                          suggest(analysis, ["tran", "dc", "op"]) or hint)  # fmt: skip
     if any(known.name == name for known in context.deck.measures):
         raise Unreadable("NS1006", f"measurement {name} stands twice", where, "rename one of them")
-    parts = _parts(line, found.end())
+    parts = _parts(line, begin)
     if not parts:
-        rest = line.text[found.end() :].split()
+        rest = line.text[begin:].split()
         word = rest[0] if rest else ""
         message = f".measure {name}: unknown operation {word[:40]}" if word else (
             f".measure {name}: the operation is missing")  # fmt: skip

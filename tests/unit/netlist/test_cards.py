@@ -223,6 +223,32 @@ def test_the_parts_of_a_measure() -> None:
     assert (found.start, found.stop) == (1e-3, 2e-3)
 
 
+@pytest.mark.parametrize(
+    ("loose", "strict"),
+    [
+        (".meas tran a avg v(out) from 1m to 2m", ".meas tran a avg v(out) from=1m to=2m"),
+        (".meas a avg v(out) from 1m to {2*r}", ".meas tran a avg v(out) from=1m to={2*r}"),
+        (".meas a find v(out) at 3m", ".meas tran a find v(out) at=3m"),
+        (
+            ".meas a trig v(in) val 1 td 1u rise 3 targ v(out) val 2 fall last",
+            ".meas tran a trig v(in) val=1 td=1u rise=3 targ v(out) val=2 fall=last",
+        ),
+        (".meas a param 2*r", ".meas tran a param='2*r'"),
+    ],
+)
+def test_measures_as_ltspice_writes_them(loose: str, strict: str) -> None:
+    found, wanted = (deck(line).measures[0] for line in (loose, strict))
+    for part in ("analysis", "name", "operation", "start", "stop", "at"):
+        assert getattr(found, part) == getattr(wanted, part)
+    for one, other in ((found.first, wanted.first), (found.second, wanted.second)):
+        if other is None:
+            assert one is None
+            continue
+        assert (one.value, one.edge, one.index, one.delay) == (
+            other.value, other.edge, other.index, other.delay,
+        )  # fmt: skip
+
+
 def test_a_measure_of_measures() -> None:
     _, found = deck(".meas tran top max v(out)", ".meas tran twice param='top*2+r'").measures
     assert found.expression.variables() == {"top"}
