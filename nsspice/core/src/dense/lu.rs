@@ -52,7 +52,63 @@ impl DenseLu {
                 self.lu[c * n + r] = v;
             }
         }
-        self.eliminate();
+        match n {
+            2 if self.hold == 0.0 => self.eliminate_small::<2>(),
+            3 if self.hold == 0.0 => self.eliminate_small::<3>(),
+            4 if self.hold == 0.0 => self.eliminate_small::<4>(),
+            5 if self.hold == 0.0 => self.eliminate_small::<5>(),
+            6 if self.hold == 0.0 => self.eliminate_small::<6>(),
+            7 if self.hold == 0.0 => self.eliminate_small::<7>(),
+            8 if self.hold == 0.0 => self.eliminate_small::<8>(),
+            _ => self.eliminate(),
+        }
+    }
+
+    /// As `eliminate` where nothing is held, with loops of known length.
+    fn eliminate_small<const N: usize>(&mut self) {
+        let (mut least, mut greatest) = (f64::INFINITY, 0.0f64);
+        self.singular = None;
+        self.put_off.clear();
+        let columns = self.lu.as_chunks_mut::<N>().0;
+        let (inverse, swap) = (&mut self.inverse[..N], &mut self.swap[..N]);
+        for k in 0..N {
+            let (left, right) = columns.split_at_mut(k + 1);
+            let column = &mut left[k];
+            let (p, best) = pivot(column, k);
+            swap[k] = p;
+            least = least.min(best);
+            greatest = greatest.max(best);
+            // also if so small that its reciprocal overflows
+            if !(best.is_finite() && (1.0 / best).is_finite()) {
+                self.singular = Some(k);
+                break;
+            }
+            column.swap(k, p);
+            let divisor = column[k];
+            inverse[k] = 1.0 / divisor;
+            for v in &mut column[k + 1..] {
+                *v /= divisor;
+            }
+            for other in right {
+                other.swap(k, p);
+                let u = other[k];
+                if u != 0.0 {
+                    for i in k + 1..N {
+                        other[i] -= column[i] * u;
+                    }
+                }
+            }
+        }
+        self.rate(least, greatest);
+    }
+
+    /// The pivot ratio from the sizes of the pivots.
+    fn rate(&mut self, least: f64, greatest: f64) {
+        self.pivot_ratio = match self.singular {
+            Some(_) => 0.0,
+            None if self.n == 0 => 1.0,
+            None => least / greatest,
+        };
     }
 
     /// Right-looking elimination by columns.
@@ -72,7 +128,7 @@ impl DenseLu {
                 if k == last {
                     self.hold_rest(k);
                 }
-                let (p, best) = self.pivot(k);
+                let (p, best) = pivot(&self.lu[k * n..(k + 1) * n], k);
                 let open = self.hold > 0.0 && k < last && best <= SURVIVES * self.sizes[k];
                 if !open {
                     break (p, best);
@@ -106,24 +162,7 @@ impl DenseLu {
                 }
             }
         }
-        self.pivot_ratio = match self.singular {
-            Some(_) => 0.0,
-            None if n == 0 => 1.0,
-            None => least / greatest,
-        };
-    }
-
-    /// The largest candidate for the pivot of column `k` and its size.
-    fn pivot(&self, k: usize) -> (usize, f64) {
-        let column = &self.lu[k * self.n..(k + 1) * self.n];
-        let (mut p, mut best) = (k, column[k].abs());
-        for (i, v) in column.iter().enumerate().skip(k + 1) {
-            // a NaN never compares greater: it must be let through to be reported
-            if v.abs() > best || v.is_nan() {
-                (p, best) = (i, v.abs());
-            }
-        }
-        (p, best)
+        self.rate(least, greatest);
     }
 
     fn exchange_columns(&mut self, k: usize, other: usize) {
@@ -165,6 +204,44 @@ impl DenseLu {
         self.singular().map_or(Ok(()), Err)?;
         let n = self.n;
         let x = &mut x[..n];
+        match n {
+            2 => self.substitute::<2>(x),
+            3 => self.substitute::<3>(x),
+            4 => self.substitute::<4>(x),
+            5 => self.substitute::<5>(x),
+            6 => self.substitute::<6>(x),
+            7 => self.substitute::<7>(x),
+            8 => self.substitute::<8>(x),
+            _ => self.substitute_any(x),
+        }
+        for &(k, other) in self.put_off.iter().rev() {
+            x.swap(k, other);
+        }
+        Ok(())
+    }
+
+    /// As `substitute_any`, with loops of known length.
+    fn substitute<const N: usize>(&self, x: &mut [f64]) {
+        let (columns, inverse) = (&self.lu.as_chunks::<N>().0[..N], &self.inverse[..N]);
+        let Some(x) = x.first_chunk_mut::<N>() else { return };
+        for (k, (column, &p)) in columns.iter().zip(&self.swap).enumerate() {
+            x.swap(k, p);
+            let f = x[k];
+            for i in k + 1..N {
+                x[i] -= column[i] * f;
+            }
+        }
+        for k in (0..N).rev() {
+            let f = x[k] * inverse[k];
+            x[k] = f;
+            for i in 0..k {
+                x[i] -= columns[k][i] * f;
+            }
+        }
+    }
+
+    fn substitute_any(&self, x: &mut [f64]) {
+        let n = self.n;
         // the columns of `L` were left unpermuted by later exchanges (as in LINPACK), so that
         // exchange and elimination alternate
         for k in 0..n {
@@ -187,10 +264,6 @@ impl DenseLu {
                 }
             }
         }
-        for &(k, other) in self.put_off.iter().rev() {
-            x.swap(k, other);
-        }
-        Ok(())
     }
 
     /// `x := A^-T x`; leaves `x` alone if the matrix is singular.
@@ -214,4 +287,17 @@ impl DenseLu {
         }
         Ok(())
     }
+}
+
+/// The largest candidate for the pivot of column `k` and its size.
+#[inline]
+fn pivot(column: &[f64], k: usize) -> (usize, f64) {
+    let (mut p, mut best) = (k, column[k].abs());
+    for (i, v) in column.iter().enumerate().skip(k + 1) {
+        // a NaN never compares greater: it must be let through to be reported
+        if v.abs() > best || v.is_nan() {
+            (p, best) = (i, v.abs());
+        }
+    }
+    (p, best)
 }

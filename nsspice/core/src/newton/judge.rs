@@ -70,24 +70,27 @@ impl Balance {
         x: &[f64],
     ) -> Judgement {
         let (n, terms, defect) = (eq.n, &self.terms, &self.defect);
-        let mut largest = [0.0f64; 2];
-        let mut node = 0.0f64;
-        for i in 0..n {
-            let kind = eq.kind(i);
-            largest[kind] = largest[kind].max(terms[i]);
-            if kind == 0 {
-                node = node.max(x[i].abs());
+        let (mut largest, mut node) = ([0.0f64; 2], 0.0f64);
+        for ((&kind, &term), x) in eq.row_kind.iter().zip(terms).zip(x) {
+            // comparisons, which pass over NaN as `max` does and cost less
+            if kind != 0 {
+                largest[1] = if term > largest[1] { term } else { largest[1] };
+            } else {
+                largest[0] = if term > largest[0] { term } else { largest[0] };
+                node = if x.abs() > node { x.abs() } else { node };
             }
         }
         let floor = [FLOOR * largest[0], FLOOR * largest[1].max(node)];
         let (mut rows, mut worst_row) = (0.0f64, 0);
-        for i in 0..n {
-            let size = terms[i].max(floor[eq.kind(i)]);
-            if defect[i].abs() <= rows.max(NOTHING) * size && size < f64::INFINITY {
+        let quantities = eq.row_kind.iter().zip(terms).zip(defect);
+        for (i, ((&kind, &term), defect)) in quantities.enumerate() {
+            let floor = floor[usize::from(kind != 0)];
+            let size = if term <= floor || term.is_nan() { floor } else { term };
+            if defect.abs() <= rows.max(NOTHING) * size && size < f64::INFINITY {
                 continue; // NaN goes on
             }
             let steep = Self::steepness(assembly, tape, x, i);
-            let excess = defect[i].abs() - ROUNDING * steep;
+            let excess = defect.abs() - ROUNDING * steep;
             if excess <= 0.0 {
                 continue;
             }
@@ -96,6 +99,9 @@ impl Balance {
             if ratio > rows {
                 (rows, worst_row) = (ratio, i);
             }
+        }
+        if roles.is_empty() {
+            return Judgement { residual: Residual { rows, complementarity: 0.0 }, worst_row };
         }
         let mut current = 0.0f64;
         let mut voltage = largest[1].max(node);

@@ -129,7 +129,12 @@ impl Newton {
     pub fn set_rate(&mut self, rate: f64) {
         self.stamp += 1;
         let same = |a: &Assembly| a.rate == rate || (a.rate - rate).abs() <= 1e-9 * rate;
-        self.present = match self.assemblies.iter().position(same) {
+        let known = if same(&self.assemblies[self.present]) {
+            Some(self.present)
+        } else {
+            self.assemblies.iter().position(same)
+        };
+        self.present = match known {
             Some(k) => k,
             None => {
                 if self.assemblies.len() >= RATES {

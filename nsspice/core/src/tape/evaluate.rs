@@ -286,14 +286,19 @@ impl Machine {
         if range.is_empty() {
             return;
         }
-        let [a, b, c] = partial.map(|p| if p.is_infinite() { STEEPEST.copysign(p) } else { p });
-        if i.op.arity() == 1 {
-            for slot in range {
-                self.slopes[slot] = times(a, self.slopes[program.feeds[slot][0] as usize]);
+        let bounded = |p: f64| if p.is_infinite() { STEEPEST.copysign(p) } else { p };
+        let arity = i.op.arity();
+        if arity == 1 {
+            let a = bounded(partial[0]);
+            // slots of arguments stand before those of the instruction
+            let (fed, slots) = self.slopes.split_at_mut(range.start);
+            for (slope, feed) in slots.iter_mut().zip(&program.feeds[range]) {
+                *slope = times(a, fed[feed[0] as usize]);
             }
             return;
         }
-        if i.op.arity() == 2 {
+        let [a, b, c] = partial.map(bounded);
+        if arity == 2 {
             for slot in range {
                 let [fa, fb, _] = program.feeds[slot].map(|f| self.slopes[f as usize]);
                 self.slopes[slot] = times(a, fa) + times(b, fb);
