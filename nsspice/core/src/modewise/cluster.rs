@@ -15,19 +15,24 @@ const STEPS: usize = 12;
 /// What may be left of a subspace that is invariant but for rounding.
 const REST: f64 = 1e-14;
 
-/// Eigenvalues `i` and `k` belong together: close, or conjugate to one that is.
-fn together(values: &[Complex], i: usize, k: usize) -> bool {
+/// Eigenvalues `i` and `k` belong together: close, or conjugate to one that is, or both zero.
+fn together(values: &[Complex], zero: f64, i: usize, k: usize) -> bool {
     let (a, b) = (values[i], values[k]);
     let size = a.abs().max(b.abs());
-    (a - b).abs() <= CLOSE * size || (a - b.conj()).abs() <= CLOSE * size
+    size <= zero || (a - b).abs() <= CLOSE * size || (a - b.conj()).abs() <= CLOSE * size
+}
+
+/// Eigenvalues of a matrix below this size are the rounding of it.
+fn rounding(x: &Matrix) -> f64 {
+    x.rows as f64 * f64::EPSILON * x.max_abs()
 }
 
 /// Groups of places, each in growing order; conjugate ones stand in the same group.
-fn groups(values: &[Complex]) -> Vec<Vec<usize>> {
+fn groups(values: &[Complex], zero: f64) -> Vec<Vec<usize>> {
     let mut label: Vec<usize> = (0..values.len()).collect();
     for k in 0..values.len() {
         for i in 0..k {
-            if label[i] != label[k] && together(values, i, k) {
+            if label[i] != label[k] && together(values, zero, i, k) {
                 let (old, new) = (label[k], label[i]);
                 label.iter_mut().filter(|l| **l == old).for_each(|l| *l = new);
             }
@@ -56,12 +61,18 @@ fn split(columns: &Matrix) -> (Matrix, Matrix, bool) {
 /// Inverse iteration towards the eigenvalues around `center` and its conjugate.
 fn iterated(x: &Matrix, center: Complex, start: Matrix) -> Option<Matrix> {
     let n = x.rows;
-    let shift = center.scale(1.0 + SHIFT.0);
-    let square = x.times(x);
-    let near = Matrix::from_fn(n, n, |r, c| {
-        let unit = if r == c { shift.re * shift.re + shift.im * shift.im } else { 0.0 };
-        square[(r, c)] - 2.0 * shift.re * x[(r, c)] + unit
-    });
+    let near = if center.abs() == 0.0 {
+        // not the square, in which slow rates drown
+        let zero = rounding(x);
+        Matrix::from_fn(n, n, |r, c| x[(r, c)] - if r == c { zero } else { 0.0 })
+    } else {
+        let shift = center.scale(1.0 + SHIFT.0);
+        let square = x.times(x);
+        Matrix::from_fn(n, n, |r, c| {
+            let unit = if r == c { shift.re * shift.re + shift.im * shift.im } else { 0.0 };
+            square[(r, c)] - 2.0 * shift.re * x[(r, c)] + unit
+        })
+    };
     let factor = Lu::new(&near);
     let step = |basis: Matrix, _| split(&factor.solve(&basis)).0;
     (factor.ratio > 0.0).then(|| (0..SHIFT.1).fold(start, step))
@@ -111,7 +122,7 @@ fn refined(x: &Matrix, center: Complex, start: &Matrix) -> Option<(Matrix, Matri
     }
     let (rest, basis, matrix) = best?;
     let mean = (0..w).map(|k| matrix[(k, k)]).sum::<f64>() / w as f64;
-    let same = (mean - center.re).abs() <= CLOSE * center.abs();
+    let same = (mean - center.re).abs() <= CLOSE * center.abs() + rounding(x);
     (same && rest <= REST * n as f64 * size).then_some((basis, matrix))
 }
 
@@ -130,33 +141,36 @@ fn subspace(x: &Matrix, center: Complex, start: &Matrix) -> Option<(Matrix, Matr
 
 /// Takes clusters of eigenvalues out of a decomposition of `j`: what is left of it, and for each
 /// cluster an invariant subspace with its matrix. `slow`: the inverse of `j`, and the size below which
-/// eigenvalues are those of it.
+/// eigenvalues are those of it.  What does not move at all stays, with orthonormal vectors.
 pub(super) fn clustered(
     j: &Matrix,
     slow: Option<(&Matrix, f64)>,
-    found: Eigen,
+    mut found: Eigen,
 ) -> (Eigen, Vec<(Matrix, Matrix)>) {
     let one = complex(1.0, 0.0);
     let mut blocks = Vec::new();
     let mut kept: Vec<usize> = Vec::new();
-    for group in groups(&found.values) {
+    let zero = rounding(j);
+    for group in groups(&found.values, zero) {
         let single = match group[..] {
             [_] => true,
             [k, _] => found.values[k].im.abs() > CLOSE * found.values[k].abs(),
             _ => false,
         };
-        if single {
+        let still = group.len() > 1 && group.iter().all(|&k| found.values[k].abs() <= zero);
+        if single && !still {
             kept.extend(group);
             continue;
         }
         // the mean; of complex ones that of the upper half plane
         let mut center = complex(0.0, 0.0);
-        for &k in &group {
+        for &k in group.iter().filter(|_| !still) {
             let value = found.values[k];
             center = center + complex(value.re, value.im.abs()).scale(1.0 / group.len() as f64);
         }
         let start = found.vectors.select_cols(&group);
         let block = match slow {
+            _ if still => refined(j, center, &start),
             Some((inverse, split)) if center.abs() < split => {
                 subspace(inverse, (one / center).conj(), &start).and_then(|(basis, matrix)| {
                     let factor = Lu::new(&matrix);
@@ -167,6 +181,13 @@ pub(super) fn clustered(
             _ => subspace(j, center, &start),
         };
         match block {
+            Some((basis, matrix)) if still && matrix.max_abs() <= zero => {
+                for (i, &k) in group.iter().enumerate() {
+                    found.values[k] = complex(0.0, 0.0);
+                    (0..j.rows).for_each(|r| found.vectors[(r, k)] = basis[(r, i)]);
+                }
+                kept.extend(group);
+            }
             Some(block) => blocks.push(block),
             None => kept.extend(group),
         }
@@ -222,5 +243,33 @@ mod tests {
                 assert!(left.max_abs() < 1e-12 * a.max_abs(), "{}", left.max_abs());
             }
         }
+    }
+
+    /// What does not move (five rates that are zero but for rounding, beside fast and slow ones) has
+    /// orthonormal vectors.
+    #[test]
+    fn zeros_keep_their_space() {
+        let mut seed = 9u64;
+        let mut next = || {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 33) as f64 / f64::from(1u32 << 31) - 0.5
+        };
+        let rates = [-1e8, -3e5, 0.0, -4e3, 0.0, 0.0, -7.0, 0.0, 0.0];
+        let n = rates.len();
+        let mut turn = Matrix::zeros(n, n);
+        turn.data.iter_mut().for_each(|v| *v = next());
+        let (turn, _) = full_qr(&turn);
+        let form = Matrix::from_fn(n, n, |r, c| if r == c { rates[r] } else { 0.0 });
+        let mut a = turn.times(&form).times(&turn.transpose());
+        a.data.iter_mut().for_each(|v| *v += 1e-9 * next());
+        let (rest, blocks) = clustered(&a, None, eigen(&a).unwrap());
+        assert!(blocks.is_empty());
+        let still: Vec<usize> = (0..n).filter(|&k| rest.values[k].abs() == 0.0).collect();
+        assert_eq!(still.len(), 5);
+        let basis = rest.vectors.select_cols(&still);
+        assert!(a.times(&basis).max_abs() < 1e-14 * n as f64 * a.max_abs());
+        let mut apart = basis.transpose_times(&basis);
+        apart.add_scaled(-1.0, &Matrix::identity(5));
+        assert!(apart.max_abs() < 1e-12);
     }
 }

@@ -15,9 +15,35 @@ const PLAIN: usize = 24;
 /// Spread of the eigenvalues above which the slow ones are taken from the inverse.
 const SPREAD: f64 = 1e6;
 
+/// What the equations of an eigenvector may be off by, in units of the largest entry of J: a
+/// hundredth of what the laws may be.
+const OFF: f64 = 1e-2 * crate::audit::TOLERANCE;
+
+/// Largest entry of `J V - V L` for vectors of unit size, `L` the eigenvalues, in units of that of J.
+fn backward_error(j: &Matrix, found: &Eigen) -> f64 {
+    let (v, image) = (&found.vectors, j.times(&found.vectors));
+    let mut worst = 0.0f64;
+    for (k, value) in found.values.iter().enumerate() {
+        // of a pair, J a = re a - im b and J b = re b + im a
+        let other = match value.im {
+            im if im > 0.0 => k + 1,
+            im if im < 0.0 => k - 1,
+            _ => k,
+        };
+        let (mut rest, mut size) = (0.0f64, 0.0f64);
+        for r in 0..j.rows {
+            let turned = value.re * v[(r, k)] - value.im * v[(r, other)];
+            rest = rest.max((image[(r, k)] - turned).abs());
+            size = size.max(v[(r, k)].abs()).max(v[(r, other)].abs());
+        }
+        worst = worst.max(rest / size);
+    }
+    worst / j.max_abs()
+}
+
 /// Eigenvalues of J are exact to rounding of the largest one, those of its inverse to rounding of
 /// the smallest: the fast half from the one, the slow half from the other. Returns the inverse and
-/// the size that divides the halves, too.
+/// the size that divides the halves, too; `None` if that gains nothing.
 fn slow_half(j: &Matrix, fast: &Eigen) -> Option<(Eigen, Matrix, f64)> {
     let n = j.rows;
     let sizes = |values: &[Complex]| values.iter().map(|v| v.abs()).collect::<Vec<f64>>();
@@ -63,10 +89,13 @@ fn slow_half(j: &Matrix, fast: &Eigen) -> Option<(Eigen, Matrix, f64)> {
             k += if pair { 2 } else { 1 };
         }
     }
-    (values.len() == n).then(|| {
-        let vectors = Matrix::from_fn(n, n, |r, c| columns[c][r]);
-        (Eigen { values, vectors }, inverse, split)
-    })
+    if values.len() != n {
+        return None;
+    }
+    let vectors = Matrix::from_fn(n, n, |r, c| columns[c][r]);
+    let both = Eigen { values, vectors };
+    // where J is singular but for rounding, its inverse may not have a single digit
+    (backward_error(j, &both) <= OFF).then_some((both, inverse, split))
 }
 
 /// One eigenvalue, or a complex pair.
