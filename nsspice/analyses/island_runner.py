@@ -28,7 +28,7 @@ from .solution import IslandRun, JumpReport
 
 _FEW = 8  # implicit steps that are not worth a word
 BUDGET = 0.05  # [s] longest stretch inside the core: Ctrl-C waits no longer
-_WAIT = 1 << 17  # numbers recorded before they are checked: many at once cost less
+_WAIT = 1 << 17  # numbers recorded by all islands before they are checked: many at once cost less
 _SHORT = 1e-9  # of the run
 _NEVER = 1 << 62
 _POINTS = 1 << 16  # points of a static island planned at once
@@ -61,6 +61,7 @@ class IslandRunner:
         self.width = len(names)
         self.charges: tuple[Floats, float] | None = None
         self._planned = 0
+        self._wait = _WAIT // len(circuit.islands)
         #: rows on both sides of jumps, if they are wanted
         self.sides: list[Floats] | None = [] if sides else None
         self.judge: Judge | None = None
@@ -180,16 +181,13 @@ class IslandRunner:
         """Take what the solver has left for the checks and the measures."""
         if not self.stepper.waiting:
             return
-        if isinstance(self.stepper, ModewiseStepper):
+        if isinstance(self.stepper, ModewiseStepper | SdirkStepper):
+            # first: they show how large currents and voltages become
             self.examiner.take_stretches(self.stepper.take_stretches())
-        else:
-            if isinstance(self.stepper, SdirkStepper):
-                # first: they show how large currents and voltages become
-                self.examiner.take_stretches(self.stepper.take_stretches())
-            records = self.stepper.take_records()
-            self.examiner.take(records)
-            if self.judge is not None:
-                self.judge.take(records)
+        records = self.stepper.take_records()
+        self.examiner.take(records)
+        if self.judge is not None:
+            self.judge.take(records)
         if self.sides is not None and (rows := self.stepper.take_sides()).size:
             self.sides.append(rows)
 
@@ -201,7 +199,7 @@ class IslandRunner:
         """Return the next rows, fewer than asked for if that takes too long."""
         try:
             block, done = self.stepper.advance(rows, BUDGET)
-            if self.stepper.waiting > _WAIT:
+            if self.stepper.waiting > self._wait:
                 self._hand_over()
             if done and self._by_points and self._planned < self.analysis.row_count:
                 self._plan_more()

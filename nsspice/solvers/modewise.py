@@ -31,7 +31,7 @@ from ..problems.descriptor import DescriptorSystem, Functional
 from ..problems.elements import elements_of
 from .certificate import infeasibility
 from .mlcp import core_linear, core_switches, core_waveforms
-from .moreau import MoreauStepper
+from .moreau import MoreauStepper, Records
 from .stepper import Jump, Stepper, UnsolvedStep
 from .stretches import Stretches
 
@@ -203,6 +203,10 @@ class ModewiseStepper(Stepper):
     def take_stretches(self) -> Stretches:
         """Return the stretches of segments recorded since the last call."""
         return Stretches.of(self._core.take_stretches(), self.system)
+
+    def take_records(self) -> Records:
+        """Return the implicit steps taken since the last call, where no mode could be proved."""
+        return Records.of(self._core.take_records(), self.system)
 
     @property
     def active(self) -> list[bool]:

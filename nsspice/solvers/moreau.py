@@ -57,6 +57,21 @@ class Records:
     source_change: Floats
     roles: npt.NDArray[np.uint8] | None
 
+    @classmethod
+    def of(cls, flat: dict[str, Any], system: DescriptorSystem) -> Records:
+        """Give the flat arrays of the core their shapes."""
+        count, n, m, p = flat["time"].size, system.n, system.m, len(system.waveforms)
+        return cls(
+            flat["time"],
+            flat["length"],
+            flat["z"].reshape(count, n),
+            flat["change"].reshape(count, n),
+            flat["lam"].reshape(count, m),
+            flat["u"].reshape(count, p),
+            flat["source_change"].reshape(count, p),
+            flat["roles"].reshape(count, m) if system.switches else None,
+        )
+
 
 def function_slopes(tape: Tape, z: Floats, u: Floats, t: Floats) -> Floats:
     """Return the derivatives of the functions of a tape by the unknowns, shape (k, p, n).
@@ -233,19 +248,7 @@ class MoreauStepper(Stepper):
 
     def take_records(self) -> Records:
         """Return the steps recorded since the last call."""
-        found = self._core.take_records()
-        count, n, m = found["time"].size, self.system.n, self.system.m
-        p = len(self.system.waveforms)
-        return Records(
-            found["time"],
-            found["length"],
-            found["z"].reshape(count, n),
-            found["change"].reshape(count, n),
-            found["lam"].reshape(count, m),
-            found["u"].reshape(count, p),
-            found["source_change"].reshape(count, p),
-            found["roles"].reshape(count, m) if self.system.switches else None,
-        )
+        return Records.of(self._core.take_records(), self.system)
 
     def plan_points(self, times: Floats) -> int:
         """Plan static solutions at the given points, one row each."""

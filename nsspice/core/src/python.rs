@@ -306,22 +306,7 @@ impl PyStepper {
 
     /// The recorded steps since the last call, as a dict of flat arrays.
     fn take_records<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let r = self.inner.witness.take_records();
-        let out = PyDict::new(py);
-        let floats = [
-            ("time", &r.time),
-            ("length", &r.length),
-            ("z", &r.z),
-            ("change", &r.change),
-            ("lam", &r.l),
-            ("u", &r.u),
-            ("source_change", &r.source_change),
-        ];
-        for (name, values) in floats {
-            out.set_item(name, PyArray1::from_slice(py, values))?;
-        }
-        out.set_item("roles", PyArray1::from_slice(py, &r.roles))?;
-        Ok(out)
+        audit::record_dict(py, &self.inner.witness.take_records())
     }
 
     /// Rows of both sides of jumps since the last call, flat.

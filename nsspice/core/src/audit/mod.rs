@@ -30,6 +30,12 @@ pub use taken::Taken;
 /// A run whose relative errors stay below this passes.
 pub const TOLERANCE: f64 = 1e-8;
 
+/// Relative residual at which Newton's method ends in a step of fixed length: a hundredth of what a
+/// step is accepted with, so that it is far below the error of a method of first order and above the
+/// rounding of the functions (some units of 2e-16, times the slopes that they meet).  The stepper
+/// iterates to it, and the checks count on it: a step with smooth laws is known no better.
+pub const ITERATED: f64 = 1e-12;
+
 /// Whether an error is worse than the worst so far; NaN is the worst of all.
 pub(crate) fn worse(new: f64, old: f64) -> bool {
     !old.is_nan() && (new.is_nan() || new > old)

@@ -4,6 +4,9 @@ use super::laws::Auditor;
 use super::rounding::Grain;
 use super::{ratio, worse};
 
+/// Numbers in a block at which it is judged: what is kept of them fits into a fast cache.
+const FULL: usize = 1 << 12;
+
 /// What is known of one point.
 pub struct Point<'a> {
     pub z: &'a [f64],
@@ -107,6 +110,14 @@ impl Auditor {
             for k in first..block.count {
                 block.slack[k * m + i] = slack;
             }
+        }
+    }
+
+    /// Judges the points taken so far once they are many: the memory of a block is bounded, whatever
+    /// was handed over at once.
+    pub(super) fn judge_full(&mut self) {
+        if self.block.error.len() + self.block.l.len() >= FULL {
+            self.judge();
         }
     }
 

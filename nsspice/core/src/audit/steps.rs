@@ -11,15 +11,13 @@ use super::energy::Entry;
 use super::laws::Auditor;
 use super::points::Point;
 use super::rounding::Grain;
-use super::TOLERANCE;
+use super::{ITERATED, TOLERANCE};
 
 /// A state right after a jump is the limit `3 a - 3 b + c` of three short steps, with seven times the
 /// rounding of one.  The limit itself is known to the tolerance: the steps lie on a line but for
 /// 1e-6, and what bends that little errs by less than its hundredth.
 const LIMIT: f64 = 7.0;
 const KNOWN: f64 = 1.0;
-/// Relative residual at which Newton's method ends in a step of fixed length.
-const ITERATED: f64 = 1e-12;
 
 /// Recorded steps, one array per quantity.
 pub struct Steps<'a> {
@@ -107,6 +105,7 @@ impl Auditor {
             let grain = Grain { largest, rate: 1.0 / size, share, settled };
             let point = Point { z, l, u, f: &f, roles, after_jump, unsigned: false };
             self.point(&point, &rates, &grain, &mut floor);
+            self.judge_full();
             if moving {
                 self.enter_step(&point, change, du, h, &rates, &floor, steps.time[k]);
             }

@@ -135,6 +135,7 @@ impl Auditor {
             }
             let rounding = INSTANT * all.begin[k].abs().max(all.end[k].abs());
             self.blur(s, (rounding / h).min(1.0));
+            self.judge_full();
             self.motion(&error, &sizes, grain.share, h);
             if self.ledger.is_some() {
                 let last = &all.z[at(s - 1, n)];

@@ -115,6 +115,7 @@ impl Engine {
                 self.stats.residual_complementarity.max(found.complementarity);
         }
         self.stats.fixed_steps += 1;
+        self.witness_implicit(reached, step, &v, &roles);
         self.z.copy_from_slice(&self.implicit.z);
         self.l.copy_from_slice(&self.implicit.l);
         let mut charges = vec![0.0; self.net.n];

@@ -129,8 +129,15 @@ impl Implicit {
     }
 }
 
-/// Inputs a little later in the segment.
+/// Inputs later in the segment.
 pub fn later(segment: &Segment, h: f64, out: &mut Vec<f64>) {
     out.clear();
-    out.extend(segment.now.iter().zip(&segment.rate).map(|(v, r)| v + r * h));
+    out.extend(segment.level.iter().zip(&segment.slope).map(|(v, r)| v + r * h));
+    for tone in &segment.tones {
+        let turned = tone.start * tone.rate.scale(h).exp();
+        (out[tone.index], out[tone.index + 1]) = (turned.im, turned.re);
+    }
+    for decay in &segment.decays {
+        out[decay.index] = decay.start * (decay.rate * h).exp();
+    }
 }

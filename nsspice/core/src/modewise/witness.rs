@@ -10,6 +10,8 @@ use super::run::Engine;
 use super::terms::{Point, Term};
 use crate::audit::Taken;
 use crate::dense::complex;
+use crate::mlcp::Role;
+use crate::moreau::Records;
 use crate::waveform::Side;
 
 /// Nodes on [-1, 1] and their weights: six, exact for polynomials up to degree nine.
@@ -58,6 +60,8 @@ pub(super) struct Witness {
     /// segments without length since the last record
     empty: u8,
     pub taken: Taken,
+    /// implicit steps
+    pub records: Records,
     point: Point,
     x: Vec<f64>,
     v: Vec<f64>,
@@ -74,6 +78,7 @@ impl Default for Witness {
             modes: 0,
             empty: 0,
             taken: Taken { nodes: NODES.len(), ..Taken::default() },
+            records: Records::default(),
             point: Point::default(),
             x: Vec::new(),
             v: Vec::new(),
@@ -92,7 +97,9 @@ impl Engine {
 
     /// Numbers that wait to be taken.
     pub fn waiting(&self) -> usize {
-        self.witness.taken.size() + self.ends.kept.as_ref().map_or(0, Vec::len)
+        self.witness.taken.size()
+            + self.witness.records.size()
+            + self.ends.kept.as_ref().map_or(0, Vec::len)
     }
 
     /// True when they should be taken.
@@ -104,6 +111,27 @@ impl Engine {
     pub fn take_stretches(&mut self) -> Taken {
         let nodes = NODES.len();
         std::mem::replace(&mut self.witness.taken, Taken { nodes, ..Taken::default() })
+    }
+
+    /// The implicit steps recorded since the last call.
+    pub fn take_records(&mut self) -> Records {
+        std::mem::take(&mut self.witness.records)
+    }
+
+    /// An implicit step of a length has been accepted, with `[1; inputs]` at its end; the energy
+    /// coordinates are still those of its beginning.
+    pub(super) fn witness_implicit(&mut self, time: f64, length: f64, v: &[f64], roles: &[Role]) {
+        if !self.witness.watches {
+            return;
+        }
+        let mut from = vec![0.0; self.net.n];
+        self.net.big_r.apply(&self.a, &mut from);
+        let sources = self.inputs.waveforms().len();
+        let u: Vec<f64> = (0..sources).map(|k| self.inputs.value_of(k, v)).collect();
+        let roles = if self.switches.is_empty() { &[] } else { roles };
+        let (z, l) = (&self.implicit.z, &self.implicit.l);
+        let roles = roles.iter().map(|&r| r as u8);
+        self.witness.records.push(time, length, &from, z, l, &u, &u, roles);
     }
 
     /// A segment of this length has begun; `fresh` if its mode has not been met before.

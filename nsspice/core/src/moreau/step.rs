@@ -139,7 +139,7 @@ impl Stepper {
     /// Hands the step to the witness: from `z_recorded` and u0 to z and u1.
     pub(super) fn record(&mut self, length: f64) {
         let roles = if self.switches.is_empty() { &[] } else { &self.roles[..] };
-        self.witness.record(
+        self.witness.records.push(
             self.time,
             length,
             &self.z_recorded,

@@ -8,6 +8,7 @@ use super::smooth::SmoothPart;
 use super::stage::{Stage, System};
 use super::storage::Storage;
 use super::witness::Witness;
+use crate::audit::ITERATED;
 use crate::mlcp::{work_len, Role, Start};
 use crate::newton::Tracking;
 use crate::waveform::{Side, Waveform};
@@ -15,9 +16,6 @@ use std::time::{Duration, Instant};
 
 /// Events kept in full; later ones are only counted.
 const MAX_EVENTS: usize = 1 << 16;
-/// Relative residual at which the iteration of a step ends: a hundredth of what is accepted, far
-/// below the error of a method of first order.
-const STEP_ACCURACY: f64 = 1e-12;
 /// Steps between two looks at the clock.
 const LOOK: u64 = 64;
 /// Switch reactions at one instant before it is called chatter.
@@ -330,7 +328,7 @@ impl Stepper {
         self.sweeping = matches!(self.plan, Plan::Points { .. });
         if let (Some(smooth), false, false) = (&mut self.smooth, self.sweeping, self.static_system)
         {
-            smooth.newton.set_accuracy(STEP_ACCURACY);
+            smooth.newton.set_accuracy(ITERATED);
         }
         match &self.plan {
             Plan::Grid(clock) => {

@@ -32,6 +32,36 @@ pub struct Records {
     pub roles: Vec<u8>,
 }
 
+impl Records {
+    /// Takes one accepted step from `before` and u0 to `z` and u1.
+    #[allow(clippy::too_many_arguments)] // one argument per recorded quantity
+    pub fn push(
+        &mut self,
+        time: f64,
+        length: f64,
+        before: &[f64],
+        z: &[f64],
+        l: &[f64],
+        u0: &[f64],
+        u1: &[f64],
+        roles: impl Iterator<Item = u8>,
+    ) {
+        self.time.push(time);
+        self.length.push(length);
+        self.z.extend_from_slice(z);
+        self.change.extend(z.iter().zip(before).map(|(new, old)| new - old));
+        self.l.extend_from_slice(l);
+        self.u.extend_from_slice(u1);
+        self.source_change.extend(u1.iter().zip(u0).map(|(new, old)| new - old));
+        self.roles.extend(roles);
+    }
+
+    /// Numbers that wait to be fetched.
+    pub fn size(&self) -> usize {
+        2 * (self.time.len() + self.z.len() + self.u.len()) + self.l.len()
+    }
+}
+
 /// Chooses the steps to record and keeps them.
 #[derive(Clone, Debug, Default)]
 pub struct Witness {
@@ -44,7 +74,6 @@ pub struct Witness {
     tokens: u64,
     epoch: u64,
     left: u32,
-    size: usize,
     /// what was recorded
     pub records: Records,
     /// rows of both sides of jumps
@@ -111,7 +140,7 @@ impl Witness {
 
     /// Numbers that wait to be fetched.
     pub fn waiting(&self) -> usize {
-        self.size + self.sides.len()
+        self.records.size() + self.sides.len()
     }
 
     /// True when they should be fetched.
@@ -119,34 +148,8 @@ impl Witness {
         self.waiting() >= FULL
     }
 
-    /// Takes one accepted step.
-    #[allow(clippy::too_many_arguments)] // one argument per recorded quantity
-    pub fn record(
-        &mut self,
-        time: f64,
-        length: f64,
-        before: &[f64],
-        z: &[f64],
-        l: &[f64],
-        u0: &[f64],
-        u1: &[f64],
-        roles: impl Iterator<Item = u8>,
-    ) {
-        let r = &mut self.records;
-        r.time.push(time);
-        r.length.push(length);
-        r.z.extend_from_slice(z);
-        r.change.extend(z.iter().zip(before).map(|(new, old)| new - old));
-        r.l.extend_from_slice(l);
-        r.u.extend_from_slice(u1);
-        r.source_change.extend(u1.iter().zip(u0).map(|(new, old)| new - old));
-        r.roles.extend(roles);
-        self.size += 2 * z.len() + l.len() + 2 * u1.len() + 2;
-    }
-
     /// Hands over the records.
     pub fn take_records(&mut self) -> Records {
-        self.size = 0;
         std::mem::take(&mut self.records)
     }
 

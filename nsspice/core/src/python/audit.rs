@@ -3,6 +3,7 @@
 use super::linear::{has_shape, misfit, Linear, LinearSpec};
 use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec};
 use crate::audit::{Arrays, Auditor, Steps, Stretches, Taken};
+use crate::moreau::Records;
 use numpy::{PyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -207,6 +208,24 @@ impl PyAuditor {
         }
         Ok(out)
     }
+}
+
+/// Recorded steps as a dict of flat arrays.
+pub(super) fn record_dict<'py>(py: Python<'py>, r: &Records) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    for (name, values) in [
+        ("time", &r.time),
+        ("length", &r.length),
+        ("z", &r.z),
+        ("change", &r.change),
+        ("lam", &r.l),
+        ("u", &r.u),
+        ("source_change", &r.source_change),
+    ] {
+        out.set_item(name, PyArray1::from_slice(py, values))?;
+    }
+    out.set_item("roles", PyArray1::from_slice(py, &r.roles))?;
+    Ok(out)
 }
 
 /// Recorded stretches as a dict of flat arrays.

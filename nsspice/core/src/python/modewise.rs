@@ -1,6 +1,6 @@
 //! The mode-wise engine as a Python class.
 
-use super::audit::stretch_dict;
+use super::audit::{record_dict, stretch_dict};
 use super::linear::{misfit, Linear, LinearSpec};
 use super::{
     event_arrays, failure_dict, fill, invalid, made, switches_of, EventArrays, Floats, SwitchSpec,
@@ -132,6 +132,11 @@ impl PyModewise {
     /// The stretches recorded since the last call, as a dict of flat arrays.
     fn take_stretches<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         stretch_dict(py, &self.inner.take_stretches())
+    }
+
+    /// The implicit steps recorded since the last call, as a dict of flat arrays.
+    fn take_records<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        record_dict(py, &self.inner.take_records())
     }
 
     /// Whether rows on both sides of jumps are kept.

@@ -42,6 +42,8 @@ pub struct Ladder {
 pub enum Fit {
     /// solved
     Solved,
+    /// the mode leaves something open: solved as a complementarity problem, maybe in another one
+    Open,
     /// the laws of this mode contradict each other here
     Contradiction,
 }
@@ -214,7 +216,17 @@ impl Ladder {
         for ((l, &w), &active) in l.iter_mut().zip(&s.w).zip(&s.active) {
             *l = if active { *l - w.max(0.0) / resistance } else { w - l.max(0.0) * resistance };
         }
-        Fit::Solved
+        Fit::Open
+    }
+
+    /// The multiplier of a pair from its guard, of a stage that [`Fit`] calls `open` or not.
+    pub fn multiplier(&self, guard: f64, active: bool, role: Role, open: bool) -> f64 {
+        match (active, open && role == Role::Diode) {
+            (true, false) => guard,
+            (false, false) => 0.0,
+            (true, true) => guard.max(0.0),
+            (false, true) => (-guard / self.resistance).max(0.0),
+        }
     }
 
     /// The same with smooth functions, by Newton's method.

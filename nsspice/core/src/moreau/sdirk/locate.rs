@@ -29,7 +29,7 @@ impl Locator<'_> {
     /// Margin at `theta`; where the laws of the mode contradict each other it counts as negative.
     pub fn margin(&mut self, theta: f64) -> f64 {
         match self.trial.evaluate(self.s, self.ladder, self.tableau, theta) {
-            Fit::Solved => self.scales.margin(self.s, &self.trial.point),
+            Fit::Solved | Fit::Open => self.scales.margin(self.s, &self.trial.point),
             Fit::Contradiction => f64::NEG_INFINITY,
         }
     }

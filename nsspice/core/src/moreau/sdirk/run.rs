@@ -263,7 +263,6 @@ impl Sdirk {
             self.ladder.resistance = voltage / current;
         }
         self.trial.start = s.time;
-        self.witness.begin(s);
         let (z, guards) = self.trial.first.split_at_mut(n);
         let (guards, f) = guards.split_at_mut(m);
         match &mut s.smooth {
@@ -460,7 +459,8 @@ impl Sdirk {
         } else {
             self.trial.evaluate(s, &mut self.ladder, self.tableau, accepted.theta);
         }
-        self.witness.step(s, &self.trial, self.tableau, accepted.theta, accepted.time);
+        let (trial, ladder, tableau) = (&self.trial, &self.ladder, self.tableau);
+        self.witness.step(s, trial, ladder, tableau, accepted.theta, accepted.time);
         let (z, guards) = self.trial.point.split_at(n);
         s.z.copy_from_slice(z);
         for ((l, &g), &active) in s.l.iter_mut().zip(guards).zip(&s.active) {
@@ -540,7 +540,7 @@ impl Sdirk {
                 *rate = (z - old) / length;
             }
         }
-        if s.witness.wants(s.epoch) {
+        if s.witness.watches() {
             s.z_recorded.copy_from_slice(&from);
             s.record(length);
         }

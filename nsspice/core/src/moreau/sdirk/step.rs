@@ -25,6 +25,8 @@ pub struct Trial {
     pub first: Vec<f64>,
     /// the same at the end of each stage
     pub stages: Vec<Vec<f64>>,
+    /// stages, and last the point, that were solved in a mode that leaves something open
+    pub open: Vec<bool>,
     /// where each stage begins: unknowns, then functions
     pub bases: Vec<Vec<f64>>,
     /// rate of each stage: of the unknowns that carry storage, then of the functions
@@ -88,6 +90,7 @@ impl Trial {
             corner: f64::INFINITY,
             first: vec![0.0; n + m + p],
             stages: many(n + m + p),
+            open: vec![false; tableau.stages() + 1],
             bases: many(n + p),
             rates: many(n + p),
             past: Past::new(tableau.stages(), n + m + p),
@@ -136,6 +139,7 @@ impl Trial {
             if fit == Fit::Contradiction {
                 return Err(Broken { at: tableau.c[i] });
             }
+            self.open[i] = fit == Fit::Open;
             let stored = x[..n].iter().chain(&x[n + m..]);
             for ((k, x), b) in self.rates[i].iter_mut().zip(stored).zip(base.iter()) {
                 *k = (x - b) * rate;
@@ -218,6 +222,7 @@ impl Trial {
         sources(&s.waveforms, t, self.start, self.corner, &mut self.u);
         let near = &self.stages[tableau.stages() - 1];
         let fit = ladder.solve(s, self.level, t, &self.from, &self.u, near, &mut self.point);
+        self.open[tableau.stages()] = fit == Fit::Open;
         let stored = self.point[..n].iter().chain(&self.point[n + m..]);
         for ((d, x), b) in self.slope.iter_mut().zip(stored).zip(&self.from) {
             *d = (x - b) / stage;
@@ -238,6 +243,7 @@ impl Trial {
     pub fn take_end(&mut self, s: &Stepper, tableau: &Tableau) {
         let last = tableau.stages() - 1;
         sources(&s.waveforms, self.start + self.length, self.start, self.corner, &mut self.u);
+        self.open[last + 1] = self.open[last];
         self.point.copy_from_slice(&self.stages[last]);
         self.slope.copy_from_slice(&self.rates[last]);
     }

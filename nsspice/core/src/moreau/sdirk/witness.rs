@@ -1,6 +1,7 @@
 //! What a run leaves for those who check it: sampled steps with all their stages.
 
 use super::super::stepper::Stepper;
+use super::ladder::Ladder;
 use super::step::{sources, Trial};
 use super::tableau::Tableau;
 use crate::audit::Taken;
@@ -21,8 +22,6 @@ pub struct Witness {
     seen: u64,
     /// steps without length since the last record
     empty: u8,
-    /// solutions that left something open before the present step
-    open: u64,
     pub taken: Taken,
 }
 
@@ -39,22 +38,23 @@ impl Witness {
         std::mem::replace(&mut self.taken, Taken { nodes, known, ..Taken::default() })
     }
 
-    /// A step begins.
-    pub fn begin(&mut self, s: &Stepper) {
-        self.open = s.stats.undetermined;
-    }
-
     /// Takes notice of an accepted step up to `theta` of its length, before the state of `s` moves
     /// to the point of `trial`.
-    pub fn step(&mut self, s: &Stepper, trial: &Trial, tableau: &Tableau, theta: f64, end: f64) {
+    pub fn step(
+        &mut self,
+        s: &Stepper,
+        trial: &Trial,
+        ladder: &Ladder,
+        tableau: &Tableau,
+        theta: f64,
+        end: f64,
+    ) {
         if end - trial.start <= SAME * end.max(trial.length) {
             self.empty = self.empty.saturating_add(1);
             return;
         }
         self.seen += 1;
-        // stages of a mode that leaves something open may belong to another mode
-        let open = s.stats.undetermined != self.open;
-        if open || !s.witness.watches() || self.spent + PRICE > STOCK + self.seen {
+        if !s.witness.watches() || self.spent + PRICE > STOCK + self.seen {
             return;
         }
         self.spent += PRICE;
@@ -98,8 +98,9 @@ impl Witness {
             let rates = if inside { &trial.rates[i] } else { &trial.slope };
             taken.time.push(t);
             taken.z.extend_from_slice(&x[..n]);
-            let guards = x[n..n + m].iter().zip(&s.active);
-            taken.l.extend(guards.map(|(&g, &active)| if active { g } else { 0.0 }));
+            let guards = x[n..n + m].iter().zip(s.active.iter().zip(&s.roles));
+            let open = trial.open[i];
+            taken.l.extend(guards.map(|(&g, (&on, &role))| ladder.multiplier(g, on, role, open)));
             taken.u.extend_from_slice(&u);
             taken.rate.extend_from_slice(&rates[..n]);
             taken.function_rate.extend_from_slice(&rates[n..]);
