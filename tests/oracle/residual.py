@@ -155,6 +155,8 @@ def _violation(p: Mlcp, columns: Floats, rows: Bools | None, pairs: Bools | None
 #: a violation below this is none, and rounds of refinement granted to get there
 CLEAR = 1e-9
 ROUNDS = 8
+#: after which a method of HiGHS gives up; most programs take milliseconds, some cycle for ever
+SECONDS = 10.0
 
 
 def _least(matrix: Floats, rhs: Floats, low: Floats, high: Floats) -> float:
@@ -197,7 +199,11 @@ def _solve(matrix: Floats, rhs: Floats, low: Floats, high: Floats) -> tuple[Floa
             b_ub=rhs,
             bounds=bounds,
             method=method,
-            options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
+            options={
+                "primal_feasibility_tolerance": 1e-10,
+                "dual_feasibility_tolerance": 1e-10,
+                "time_limit": SECONDS,
+            },
         )
         if result.status == 0:
             return result.x[:-1], float(result.fun)
