@@ -217,8 +217,14 @@ impl Auditor {
             let size = size.max(2.0 * self.reach.content(row, &largest) + usual + stored[row]);
             least[usize::from(kind)] = least[usize::from(kind)].max(3.0 * self.share * size);
         }
-        let errors = error.iter().zip(&sizes).zip(&self.kinds);
-        let found = errors.map(|((e, s), &k)| ratio(e.abs(), s.max(least[usize::from(k)])));
+        // a closed form turns states of equal energy into one another: charge becomes flux by rounding
+        let energy = sides.iter().fold(0.0f64, |a, z| a.max(0.5 * self.e.form(z, z).0));
+        let energy = if length > 0.0 { 0.0 } else { energy };
+        let errors = error.iter().zip(&sizes).zip(&self.kinds).enumerate();
+        let found = errors.map(|(row, ((e, s), &k))| {
+            let turned = self.share * self.reach.holding(row, k, energy);
+            ratio(e.abs(), s.max(least[usize::from(k)]).max(turned))
+        });
         found.fold(0.0, |worst, new| if worse(new, worst) { new } else { worst })
     }
 }

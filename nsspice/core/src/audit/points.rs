@@ -2,7 +2,7 @@
 
 use super::laws::Auditor;
 use super::rounding::Grain;
-use super::{ratio, worse};
+use super::{ratio, worse, TOLERANCE};
 
 /// Numbers in a block at which it is judged: what is kept of them fits into a fast cache.
 const FULL: usize = 1 << 12;
@@ -36,6 +36,8 @@ pub struct Block {
     unsigned: Vec<bool>,
     /// what currents and voltages of pairs are measured by at least
     least: Vec<[f64; 2]>,
+    /// share of rounding, and rate of what is stored
+    grain: Vec<[f64; 2]>,
     /// how far multipliers and slacks may be off because instants are rounded
     slack: Vec<[f64; 2]>,
 }
@@ -64,6 +66,8 @@ impl Auditor {
         let (rows, pairs) = (block.count * n, block.count * m);
         block.count += 1;
         block.least.push(least);
+        // what is stored is put back right after a jump, and says nothing of voltages there
+        block.grain.push([grain.share, if point.after_jump { 0.0 } else { 2.0 * grain.rate }]);
         block.error.extend_from_slice(rates);
         block.scale.extend(rates.iter().map(|r| r.abs()));
         block.floor.extend_from_slice(floor);
@@ -144,6 +148,7 @@ impl Auditor {
         }
         block.roles.clear();
         block.least.clear();
+        block.grain.clear();
         block.unsigned.clear();
         block.slack.clear();
         self.block = block;
@@ -176,6 +181,13 @@ impl Auditor {
             let mean = rows.iter().map(|&r| scale[r]).sum::<f64>() / rows.len().max(1) as f64;
             block.l[k * m + i].abs().max(mean)
         };
+        // a voltage that is seen in no current of its nodes
+        let unseen = |k: usize, i: usize| {
+            let [share, rate] = block.grain[k];
+            let rows = self.touched[i].iter().map(|&r| (r, self.reach.slope(r, rate)));
+            let rows = rows.filter(|row| row.1 > 0.0);
+            rows.map(|(r, slope)| share * block.scale[k * n + r] / slope).fold(0.0, f64::max)
+        };
         let (mut worst, mut place) = (self.complementarity, self.worst_pair);
         for k in (0..block.count).filter(|&k| !block.unsigned[k]) {
             // a pair's voltage is a difference of several, its current the rest of others
@@ -185,7 +197,11 @@ impl Auditor {
                 let (l, w) = (block.l[at], block.w[at]);
                 let [slack_l, slack_w] = block.slack[at];
                 let current = ratio(beyond(l, slack_l), amperes(k, i).max(least[0]));
-                let voltage = ratio(beyond(w, slack_w), block.volts[at].max(least[1]));
+                let beyond_w = beyond(w, slack_w);
+                let mut voltage = ratio(beyond_w, block.volts[at].max(least[1]));
+                if voltage.abs() > TOLERANCE {
+                    voltage = ratio(beyond_w, block.volts[at].max(least[1]).max(unseen(k, i)));
+                }
                 let found = match block.roles[at] {
                     1 => voltage.abs(),
                     2 => current.abs(),

@@ -19,6 +19,9 @@
 //! that meet in a node without storage, of a capacitor elsewhere, are known to the rounding of its
 //! `C v / h`.  The largest sum of each kind is therefore the least for all laws that add up currents
 //! (voltages) themselves.
+//!
+//! Voltages of zero, across diodes that carry currents, have the rounding of `R i` although no law says
+//! so: a voltage that changes the currents of its nodes by no more than their rounding is none.
 
 use super::laws::Auditor;
 use super::matrix::Entries;
@@ -74,6 +77,16 @@ impl Reach {
     pub fn content(&self, row: usize, largest: &[f64; 2]) -> f64 {
         let sums = &self.stored[row];
         sums[0] * largest[0] + sums[1] * largest[1]
+    }
+
+    /// Current in a row for each volt of all its nodes; `rate` is that of what is stored.
+    pub fn slope(&self, row: usize, rate: f64) -> f64 {
+        self.acting[row][0] + rate * self.stored[row][0]
+    }
+
+    /// Charge or flux that an energy would be in the element of a row alone.
+    pub fn holding(&self, row: usize, kind: u8, energy: f64) -> f64 {
+        (2.0 * energy * self.stored[row][usize::from(kind)]).sqrt()
     }
 
     /// Currents or voltages that the largest voltage and current would bring to a law.

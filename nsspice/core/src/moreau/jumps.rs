@@ -18,6 +18,9 @@ const LOOSE: f64 = 1e-6;
 /// Steps right after a jump are short enough if their ends deviate from a line by no more than this
 /// part: the extrapolation then errs by less than 1e-8.
 const BEND: f64 = 1e-6;
+/// Currents and voltages of the wrong sign that the limit of such steps may have, relative to the
+/// largest: what the certificate grants.
+const SIGNS: f64 = 1e-8;
 /// Values that fall with the length of the step, as those of an impulse do, bend by a third.
 const IMPULSIVE: f64 = 0.1;
 /// Where longer steps look like that, shorter ones have to show this part of the largest value
@@ -346,7 +349,12 @@ impl Stepper {
             };
             let z = to_zero(&once.z, &twice.z, &thrice.z);
             let l = to_zero(&once.l, &twice.l, &thrice.l);
-            let fine = bend <= BEND && !self.jumped(None, after, &once.z, &z, LOOSE);
+            // a diode may block (conduct) after less than the shortest of them: then they lie on the
+            // line of the mode that follows, and its start breaks the laws
+            let broken = self.broken(&z, &l) / SIGNS;
+            let fine =
+                bend <= BEND && broken <= 1.0 && !self.jumped(None, after, &once.z, &z, LOOSE);
+            let fault = bend.max(BEND * broken);
             impulsive |= bend > IMPULSIVE;
             rest = if bend > IMPULSIVE || (impulsive && !self.shows(&once)) {
                 Rest::Impulsive
@@ -355,8 +363,8 @@ impl Stepper {
             } else {
                 Rest::Bent
             };
-            if fine || best.as_ref().is_none_or(|(last, ..)| bend < *last) {
-                best = Some((bend, once, Short { z, l, length: 0.0 }));
+            if fine || best.as_ref().is_none_or(|(last, ..)| fault < *last) {
+                best = Some((fault, once, Short { z, l, length: 0.0 }));
             }
             if fine {
                 break;
@@ -375,6 +383,27 @@ impl Stepper {
             (once, settled)
         });
         Ok((pair, Rest::Unclear))
+    }
+
+    /// The largest current or voltage of the wrong sign among all pairs, relative to the largest.
+    fn broken(&self, z: &[f64], l: &[f64]) -> f64 {
+        let mut w = self.sys.q.clone();
+        self.sys.b.mul_add(-1.0, z, &mut w);
+        self.sys.d.mul_add(1.0, l, &mut w);
+        let mut largest = [0.0f64; 2];
+        for (v, &kind) in z.iter().zip(&self.sys.row_kind) {
+            largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
+        }
+        let size = |list: &[f64], floor: f64| list.iter().fold(floor, |a, v| a.max(v.abs()));
+        let share = |list: &[f64], size: f64| {
+            let least = self.diodes.iter().fold(0.0f64, |a, &i| a.min(list[i]));
+            if least < 0.0 {
+                -least / size
+            } else {
+                0.0
+            }
+        };
+        share(l, size(l, largest[1])).max(share(&w, size(&w, largest[0])))
     }
 
     /// Whether the residual of a short step, relative to what is stored by its length, leaves
