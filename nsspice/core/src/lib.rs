@@ -3,6 +3,7 @@
 
 pub mod audit;
 pub mod dense;
+pub mod descriptor;
 pub mod linear;
 pub mod mlcp;
 pub mod modewise;

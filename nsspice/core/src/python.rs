@@ -6,7 +6,7 @@ mod modewise;
 mod newton;
 
 use crate::audit::Taken;
-use linear::{has_shape, misfit, Linear, LinearSpec};
+use linear::{has_shape, misfit, read, LinearSpec};
 
 use crate::mlcp::{Driver, Problem, Role, Start};
 use crate::moreau::{Accuracy, Clock, Failure, Outputs, Part, Plan, Progress, Sdirk, Stepper};
@@ -194,7 +194,7 @@ impl PyStepper {
         outputs: Vec<OutputSpec>,
         smooth: Option<SmoothSpec>,
     ) -> PyResult<Self> {
-        let linear = Linear::read(&linear)?;
+        let linear = read(&linear)?;
         let (n, m, p) = linear.sizes();
         let smooth = match &smooth {
             Some((spec, f, q)) => Some(Smooth { tape: tape(spec, n, p)?, f: csc(f)?, q: csc(q)? }),
@@ -209,8 +209,7 @@ impl PyStepper {
         if !fits {
             return Err(misfit());
         }
-        let Linear { e, g, a, b, d, q, s, row_kind } = linear;
-        let sys = System { e, g, h, hs, a, b, d, q, s, row_kind, smooth };
+        let sys = System { linear, h, hs, smooth };
         let waveforms = made(&waveforms)?;
         let switches = switches_of(switches);
         if switches.iter().any(|s| s.pair >= m || s.control.iter().any(|c| c.0 >= n)) {

@@ -5,32 +5,10 @@ use super::matrix::Entries;
 use super::points::Block;
 use super::rounding::{share, Reach};
 use super::{ratio, worse};
+use crate::descriptor::Linear;
+use crate::newton::Smooth;
 use crate::sparse::Csc;
 use crate::tape::{Linearisation, Tape};
-
-/// The arrays of a system, as assembled.
-pub struct Arrays {
-    /// storage matrix
-    pub e: Csc,
-    /// conductance-like matrix
-    pub g: Csc,
-    /// multiplier columns
-    pub a: Csc,
-    /// slack rows
-    pub b: Csc,
-    /// series resistance of the pairs
-    pub d: Csc,
-    /// constant slack
-    pub q: Vec<f64>,
-    /// source columns
-    pub s: Csc,
-    /// 0 for laws of currents, 1 for laws of voltages
-    pub row_kind: Vec<u8>,
-    /// averaging terms of a theta scheme, if there are any: by unknowns and by sources
-    pub averaging: Option<(Csc, Csc)>,
-    /// functions, and the matrices of those that act and those that are stored
-    pub smooth: Option<(Tape, Csc, Csc)>,
-}
 
 pub(super) struct Functions {
     pub tape: Tape,
@@ -114,14 +92,19 @@ pub struct Auditor {
 }
 
 impl Auditor {
-    /// Takes the arrays of a system.
-    pub fn new(arrays: &Arrays) -> Auditor {
-        let (n, m, p) = (arrays.g.nrows, arrays.a.ncols, arrays.s.ncols);
-        let e = Entries::new(&arrays.e);
-        let smooth = arrays.smooth.as_ref().map(|(tape, f, q)| Functions {
-            tape: tape.clone(),
-            f: Entries::new(f),
-            q: Entries::new(q),
+    /// Takes the arrays of a system; averaging terms of a theta scheme, if there are any, by unknowns
+    /// and by sources; functions, if there are any.
+    pub fn new(
+        linear: &Linear,
+        averaging: Option<&(Csc, Csc)>,
+        smooth: Option<&Smooth>,
+    ) -> Auditor {
+        let (n, m, p) = linear.sizes();
+        let e = Entries::new(&linear.e);
+        let smooth = smooth.map(|laws| Functions {
+            tape: laws.tape.clone(),
+            f: Entries::new(&laws.f),
+            q: Entries::new(&laws.q),
             reach: Vec::new(),
         });
         let mut algebraic = vec![true; n];
@@ -129,26 +112,26 @@ impl Auditor {
         for (row, _) in e.places().chain(stored) {
             algebraic[row] = false;
         }
-        let a = Entries::new(&arrays.a);
+        let a = Entries::new(&linear.a);
         let mut touched = vec![Vec::new(); m];
-        for (row, pair) in a.places().filter(|e| arrays.row_kind[e.0] == 0) {
+        for (row, pair) in a.places().filter(|e| linear.row_kind[e.0] == 0) {
             touched[pair].push(row);
         }
         let stores = !algebraic.iter().all(|v| *v);
         let full = |(h, hs): &(Csc, Csc)| (Entries::new(h), Entries::new(hs));
-        let g = Entries::new(&arrays.g);
-        let averaging = arrays.averaging.as_ref().map(full);
+        let g = Entries::new(&linear.g);
+        let averaging = averaging.map(full);
         Auditor {
             n,
             m,
             p,
-            reach: Reach::new(&arrays.row_kind, m, &e, &g, &a, averaging.as_ref().map(|h| &h.0)),
+            reach: Reach::new(&linear.row_kind, m, &e, &g, &a, averaging.as_ref().map(|h| &h.0)),
             g,
-            b: Entries::new(&arrays.b),
-            d: Entries::new(&arrays.d),
-            s: Entries::new(&arrays.s),
-            q: arrays.q.clone(),
-            kinds: arrays.row_kind.clone(),
+            b: Entries::new(&linear.b),
+            d: Entries::new(&linear.d),
+            s: Entries::new(&linear.s),
+            q: linear.q.clone(),
+            kinds: linear.row_kind.clone(),
             averaging,
             smooth,
             algebraic,

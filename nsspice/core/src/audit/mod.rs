@@ -22,7 +22,7 @@ mod stretches;
 mod taken;
 
 pub use energy::Energy;
-pub use laws::{Arrays, Auditor};
+pub use laws::Auditor;
 pub use steps::Steps;
 pub use stretches::Stretches;
 pub use taken::Taken;

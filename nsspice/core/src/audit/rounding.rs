@@ -44,6 +44,11 @@ pub struct Reach {
     pairs: Vec<u8>,
 }
 
+/// What sums of sizes make of the largest voltage and current.
+fn meet(sums: &[f64; 2], largest: &[f64; 2]) -> f64 {
+    sums[0] * largest[0] + sums[1] * largest[1]
+}
+
 impl Reach {
     pub fn new(
         kinds: &[u8],
@@ -75,8 +80,7 @@ impl Reach {
 
     /// Charge or flux in a row that the largest voltage and current would store.
     pub fn content(&self, row: usize, largest: &[f64; 2]) -> f64 {
-        let sums = &self.stored[row];
-        sums[0] * largest[0] + sums[1] * largest[1]
+        meet(&self.stored[row], largest)
     }
 
     /// Current in a row for each volt of all its nodes; `rate` is that of what is stored.
@@ -91,8 +95,7 @@ impl Reach {
 
     /// Currents or voltages that the largest voltage and current would bring to a law.
     pub fn acting(&self, row: usize, largest: &[f64; 2]) -> f64 {
-        let sums = &self.acting[row];
-        sums[0] * largest[0] + sums[1] * largest[1]
+        meet(&self.acting[row], largest)
     }
 
     /// Takes unknowns and multipliers into the largest voltage and current.
@@ -124,13 +127,12 @@ impl Auditor {
         let Grain { largest, rate, share, settled } = *grain;
         // what underflows is off by the rounding of the smallest number (section 2.1 there)
         let largest = largest.map(|v| v.max(f64::MIN_POSITIVE));
-        let meet = |sums: &[f64; 2]| sums[0] * largest[0] + sums[1] * largest[1];
         // of laws of currents and of voltages
         let mut least = [0, 1].map(|kind| share.max(settled) * largest[1 - kind]);
         let rows = self.reach.stored.iter().zip(&self.reach.acting).zip(&self.kinds);
         for (own, ((stored, acting), &kind)) in floor.iter_mut().zip(rows) {
-            let acting = *own + meet(acting);
-            *own = (share * (acting + 2.0 * rate * meet(stored))).max(settled * acting);
+            let acting = *own + meet(acting, &largest);
+            *own = (share * (acting + 2.0 * rate * meet(stored, &largest))).max(settled * acting);
             least[usize::from(kind)] = least[usize::from(kind)].max(*own);
         }
         let rows = self.reach.acting.iter().zip(&self.kinds);

@@ -4,6 +4,28 @@
 use super::matrix::{dot, Matrix};
 use super::rank_one;
 
+/// Defines a function by two of the same arguments: what it is where there are registers of four
+/// numbers, compiled for them, and what it is elsewhere.
+macro_rules! widest {
+    ($(#[$doc:meta])* $visible:vis fn $name:ident $(<const $flag:ident: bool>)?
+     ($($arg:ident: $kind:ty),* $(,)?) $(-> $out:ty)? = $wide:expr, $narrow:expr) => {
+        $(#[$doc])*
+        $visible fn $name $(<const $flag: bool>)? ($($arg: $kind),*) $(-> $out)? {
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx2")]
+            fn wide $(<const $flag: bool>)? ($($arg: $kind),*) $(-> $out)? {
+                $wide
+            }
+            #[cfg(target_arch = "x86_64")]
+            if std::arch::is_x86_feature_detected!("avx2") {
+                // SAFETY: the processor has just been asked
+                return unsafe { wide $(::<$flag>)? ($($arg),*) };
+            }
+            $narrow
+        }
+    };
+}
+
 /// Rows of a tile.
 const HIGH: usize = 4;
 
@@ -52,19 +74,9 @@ fn tiles<const W: usize, const TURNED: bool>(a: &Matrix, b: &Matrix, out: &mut M
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn tiles_avx2<const TURNED: bool>(a: &Matrix, b: &Matrix, out: &mut Matrix) {
-    tiles::<8, TURNED>(a, b, out);
-}
-
-fn fastest_tiles<const TURNED: bool>(a: &Matrix, b: &Matrix, out: &mut Matrix) {
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has just been asked
-        return unsafe { tiles_avx2::<TURNED>(a, b, out) };
-    }
-    tiles::<4, TURNED>(a, b, out);
+widest! {
+    fn fastest_tiles<const TURNED: bool>(a: &Matrix, b: &Matrix, out: &mut Matrix) =
+        tiles::<8, TURNED>(a, b, out), tiles::<4, TURNED>(a, b, out)
 }
 
 /// `out = a b`
@@ -77,34 +89,18 @@ pub(super) fn product_transposed(a: &Matrix, b: &Matrix, out: &mut Matrix) {
     fastest_tiles::<true>(a, b, out);
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn secular_avx2(
-    poles: &[f64],
-    weights: &[f64],
-    rho: f64,
-    shifted: &mut Vec<f64>,
-    vectors: &mut Matrix,
-    roots: &mut Vec<f64>,
-) -> Option<()> {
-    rank_one::secular(poles, weights, rho, shifted, vectors, roots)
-}
-
-/// Roots and, row by row, vectors of `diag(poles) + rho weights weights'`; `shifted` is work space.
-pub(super) fn secular(
-    poles: &[f64],
-    weights: &[f64],
-    rho: f64,
-    shifted: &mut Vec<f64>,
-    vectors: &mut Matrix,
-    roots: &mut Vec<f64>,
-) -> Option<()> {
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has just been asked
-        return unsafe { secular_avx2(poles, weights, rho, shifted, vectors, roots) };
-    }
-    rank_one::secular(poles, weights, rho, shifted, vectors, roots)
+widest! {
+    /// Roots and, row by row, vectors of `diag(poles) + rho weights weights'`; `shifted` is work space.
+    pub(super) fn secular(
+        poles: &[f64],
+        weights: &[f64],
+        rho: f64,
+        shifted: &mut Vec<f64>,
+        vectors: &mut Matrix,
+        roots: &mut Vec<f64>,
+    ) -> Option<()> =
+        rank_one::secular(poles, weights, rho, shifted, vectors, roots),
+        rank_one::secular(poles, weights, rho, shifted, vectors, roots)
 }
 
 /// Scalar products of each row with two vectors, and of its absolute values with a third.
@@ -141,21 +137,11 @@ fn looks_any(factor: &[f64], with: [&[f64]; 3], out: [&mut [f64]; 3]) {
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn looks_avx2(factor: &[f64], with: [&[f64]; 3], out: [&mut [f64]; 3]) {
-    looks_any(factor, with, out);
-}
-
-/// For each row of factors its scalar products with two vectors, and that of its absolute values with
-/// a third.
-pub fn looks(factor: &[f64], with: [&[f64]; 3], out: [&mut [f64]; 3]) {
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has just been asked
-        return unsafe { looks_avx2(factor, with, out) };
-    }
-    looks_any(factor, with, out);
+widest! {
+    /// For each row of factors its scalar products with two vectors, and that of its absolute values
+    /// with a third.
+    pub fn looks(factor: &[f64], with: [&[f64]; 3], out: [&mut [f64]; 3]) =
+        looks_any(factor, with, out), looks_any(factor, with, out)
 }
 
 #[inline(always)]
@@ -170,21 +156,11 @@ fn collapse_any(row: &[f64], common: &[f64], own: &[f64], out: &mut [f64]) {
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn collapse_avx2(row: &[f64], common: &[f64], own: &[f64], out: &mut [f64]) {
-    collapse_any(row, common, own, out);
-}
-
-/// `out = [out + common row; own * row]`: the factors of shared terms (`common` by rows) and of those
-/// that each coordinate has to itself.
-pub fn collapse(row: &[f64], common: &[f64], own: &[f64], out: &mut [f64]) {
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has just been asked
-        return unsafe { collapse_avx2(row, common, own, out) };
-    }
-    collapse_any(row, common, own, out);
+widest! {
+    /// `out = [out + common row; own * row]`: the factors of shared terms (`common` by rows) and of
+    /// those that each coordinate has to itself.
+    pub fn collapse(row: &[f64], common: &[f64], own: &[f64], out: &mut [f64]) =
+        collapse_any(row, common, own, out), collapse_any(row, common, own, out)
 }
 
 #[cfg(test)]

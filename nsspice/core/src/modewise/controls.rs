@@ -6,18 +6,18 @@ use crate::moreau::Switch;
 /// Unknowns that follow from the sources `u` whatever the pairs do: rows without storage and pairs in
 /// which one unknown is left, one after the other.
 fn determined(sys: &Assembly, u: &[f64]) -> Vec<Option<f64>> {
-    let n = sys.g.nrows;
+    let n = sys.linear.g.nrows;
     let mut rows: Vec<Option<Vec<(usize, f64)>>> = vec![Some(Vec::new()); n];
-    for (r, _, _) in sys.e.iter().chain(sys.a.iter()) {
+    for (r, _, _) in sys.linear.e.iter().chain(sys.linear.a.iter()) {
         rows[r] = None;
     }
-    for (r, c, v) in sys.g.iter() {
+    for (r, c, v) in sys.linear.g.iter() {
         if let Some(row) = &mut rows[r] {
             row.push((c, v));
         }
     }
     let mut right = vec![0.0; n];
-    sys.s.mul_add(1.0, u, &mut right);
+    sys.linear.s.mul_add(1.0, u, &mut right);
     let mut known = vec![None; n];
     let mut waiting: Vec<(usize, Vec<(usize, f64)>)> =
         rows.into_iter().enumerate().filter_map(|(r, row)| Some((r, row?))).collect();
@@ -58,6 +58,7 @@ pub fn by_sources(sys: &Assembly, switches: &[Switch], u: &[f64]) -> Option<Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::descriptor::Linear;
     use crate::sparse::Csc;
 
     /// Nodes 0 and 1 in series from ground, sources of 2 V and 3 V (currents 2 and 3), 1 Ohm from
@@ -76,7 +77,7 @@ mod tests {
             (4, 1, -1.0),
             (4, 4, 1.0),
         ];
-        let sys = Assembly {
+        let linear = Linear {
             e: Csc::from_triplets(5, 5, &[(4, 4, 1e-6)]),
             g: Csc::from_triplets(5, 5, &g),
             a: Csc::from_triplets(5, 0, &[]),
@@ -85,9 +86,9 @@ mod tests {
             q: Vec::new(),
             s: Csc::from_triplets(5, 2, &[(2, 0, -1.0), (3, 1, -1.0)]),
             row_kind: vec![0, 0, 1, 1, 0],
-            capacitors: vec![(4, -1, 1e-6)],
-            conductors: vec![(1, 4, 1.0)],
         };
+        let sys =
+            Assembly { linear, capacitors: vec![(4, -1, 1e-6)], conductors: vec![(1, 4, 1.0)] };
         let switch = |control: Vec<(usize, f64)>, closed| Switch {
             pair: 0,
             control,

@@ -119,7 +119,7 @@ impl Engine {
         self.z.copy_from_slice(&self.implicit.z);
         self.l.copy_from_slice(&self.implicit.l);
         let mut charges = vec![0.0; self.net.n];
-        self.sys.e.mul_add(1.0, &self.z, &mut charges);
+        self.sys.linear.e.mul_add(1.0, &self.z, &mut charges);
         self.net.energy(&charges, &mut self.a);
         self.scale.see_state(&self.a);
         self.time = reached;

@@ -52,17 +52,17 @@ impl Implicit {
         if let Some(k) = self.drivers.iter().position(|d| d.0 == h) {
             self.drivers[k..].rotate_left(1);
         } else {
-            let mut k: Vec<_> = sys.g.iter().collect();
+            let mut k: Vec<_> = sys.linear.g.iter().collect();
             if h.is_finite() {
-                k.extend(sys.e.iter().map(|(r, c, v)| (r, c, v / h)));
+                k.extend(sys.linear.e.iter().map(|(r, c, v)| (r, c, v / h)));
             }
-            let n = sys.g.nrows;
+            let n = sys.linear.g.nrows;
             let problem = Problem {
                 k: Csc::from_triplets(n, n, &k),
-                a: sys.a.clone(),
-                b: sys.b.clone(),
-                d: sys.d.clone(),
-                row_kind: sys.row_kind.clone(),
+                a: sys.linear.a.clone(),
+                b: sys.linear.b.clone(),
+                d: sys.linear.d.clone(),
+                row_kind: sys.linear.row_kind.clone(),
             };
             if self.drivers.len() >= KEPT {
                 self.drivers.remove(0);
@@ -96,7 +96,7 @@ impl Implicit {
             std::mem::take(&mut self.z),
             std::mem::take(&mut self.l),
         );
-        let result = self.driver(sys, h).solve(&rhs, &sys.q, roles, &mut z, &mut l, start);
+        let result = self.driver(sys, h).solve(&rhs, &sys.linear.q, roles, &mut z, &mut l, start);
         (self.rhs, self.z, self.l) = (rhs, z, l);
         match result {
             Ok(found) => {
@@ -125,7 +125,7 @@ impl Implicit {
         z: &[f64],
         l: &[f64],
     ) -> Residual {
-        self.driver(sys, h).residual(rhs, &sys.q, roles, z, l)
+        self.driver(sys, h).residual(rhs, &sys.linear.q, roles, z, l)
     }
 }
 

@@ -75,7 +75,7 @@ impl Engine {
         // as a step sees it: against the charges that it moves, E z / h on both sides
         let h = self.fixed_step;
         let mut stored = vec![0.0; n];
-        self.sys.e.mul_add(1.0 / h, &z, &mut stored);
+        self.sys.linear.e.mul_add(1.0 / h, &z, &mut stored);
         rhs.iter_mut().zip(&stored).for_each(|(q, s)| *q = s - *q);
         self.net.s.apply_add(&v, &mut rhs);
         let roles = roles(m, &self.switches, &self.gates);

@@ -8,6 +8,7 @@
 
 use super::inputs::Inputs;
 use crate::dense::{eigen_symmetric, Differences, Echelon, Matrix};
+use crate::descriptor::Linear;
 use crate::sparse::Csc;
 
 /// A two-terminal element between two unknowns, -1 for ground.
@@ -15,22 +16,8 @@ pub type Edge = (isize, isize, f64);
 
 /// The system as assembled, with the elements behind its storage and conductance matrices.
 pub struct Assembly {
-    /// storage matrix
-    pub e: Csc,
-    /// conductance-like matrix
-    pub g: Csc,
-    /// multiplier columns
-    pub a: Csc,
-    /// slack rows
-    pub b: Csc,
-    /// series resistance of the pairs
-    pub d: Csc,
-    /// constant slack
-    pub q: Vec<f64>,
-    /// source columns
-    pub s: Csc,
-    /// 0 for current rows, 1 for voltage rows
-    pub row_kind: Vec<u8>,
+    /// the system
+    pub linear: Linear,
     /// capacitors
     pub capacitors: Vec<Edge>,
     /// resistors, as conductances
@@ -206,9 +193,9 @@ fn energy_basis(base: &Matrix, m: &Matrix) -> Result<(Matrix, Matrix), String> {
 impl Network {
     /// Reduces an assembled system; the error says why it cannot be treated.
     pub fn new(sys: &Assembly, inputs: &Inputs) -> Result<Network, String> {
-        let (n, m) = (sys.g.nrows, sys.a.ncols);
+        let (n, m) = (sys.linear.g.nrows, sys.linear.a.ncols);
         // storage: capacitors, and what is left of E on the unknowns of inductors
-        let other = remainder(&sys.e, &sys.capacitors);
+        let other = remainder(&sys.linear.e, &sys.capacitors);
         let size = other.max_abs();
         let asymmetric =
             |x: &Matrix, sign: f64| (0..n).any(|i| (0..i).any(|j| x[(i, j)] != sign * x[(j, i)]));
@@ -258,10 +245,10 @@ impl Network {
         charges.add_scaled(1.0, &other.times(&big_r));
 
         // conductances from the elements, so that nothing cancels; the rest is skew if passive
-        let skew = remainder(&sys.g, &sys.conductors);
+        let skew = remainder(&sys.linear.g, &sys.conductors);
         let conductances: Vec<f64> = sys.conductors.iter().map(|c| c.2).collect();
-        let (b, at) = (dense(&sys.b), dense(&sys.a).transpose());
-        let d = dense(&sys.d);
+        let (b, at) = (dense(&sys.linear.b), dense(&sys.linear.a).transpose());
+        let d = dense(&sys.linear.d);
         let moderate =
             |x: &Matrix| x.data.iter().all(|v| *v == 0.0 || (1e-4..=1e4).contains(&v.abs()));
         let passive = !asymmetric(&skew, -1.0)
@@ -279,14 +266,16 @@ impl Network {
         };
         let loose = Echelon::new(gn.clone(), 0..kernel.cols).kernel();
         // branches couple to nodes alone: no gyrator
-        let reciprocal = (0..n)
-            .all(|i| (0..n).all(|j| skew[(i, j)] == 0.0 || sys.row_kind[i] != sys.row_kind[j]));
+        let reciprocal = (0..n).all(|i| {
+            (0..n).all(|j| skew[(i, j)] == 0.0 || sys.linear.row_kind[i] != sys.linear.row_kind[j])
+        });
         let one_kind = inductive.is_empty()
-            || (sys.capacitors.is_empty() && inductive.iter().all(|&i| sys.row_kind[i] == 1));
+            || (sys.capacitors.is_empty()
+                && inductive.iter().all(|&i| sys.linear.row_kind[i] == 1));
         let bn = b.times(&kernel);
         let n_skew = kernel.transpose_times(&skew);
         let a = at.transpose();
-        let s = inputs.columns(&sys.s);
+        let s = inputs.columns(&sys.linear.s);
         let symmetric = passive && reciprocal && one_kind;
         let br = b.times(&big_r);
         Ok(Network {
@@ -308,7 +297,7 @@ impl Network {
             inductive: !inductive.is_empty(),
             bn,
             d,
-            q: sys.q.clone(),
+            q: sys.linear.q.clone(),
             rs: big_r.transpose_times(&s),
             ns: kernel.transpose_times(&s),
             s,

@@ -262,7 +262,7 @@ impl Engine {
         );
         if step.is_ok_and(|s| !s.suspect) {
             let mut charges = vec![0.0; self.net.n];
-            self.sys.e.mul_add(1.0, &self.implicit.z, &mut charges);
+            self.sys.linear.e.mul_add(1.0, &self.implicit.z, &mut charges);
             let mut a = vec![0.0; self.a.len()];
             self.net.energy(&charges, &mut a);
             self.scale.see_state(&a);

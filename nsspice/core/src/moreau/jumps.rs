@@ -64,10 +64,10 @@ pub struct Jump {
 /// An estimate of the fastest time constant [s]: largest rate at which stored quantities act on each
 /// other, directly or through one algebraic unknown, in coordinates with unit storage.
 pub(super) fn fastest_time(sys: &System) -> f64 {
-    let n = sys.g.nrows;
+    let n = sys.linear.g.nrows;
     let mut storage = vec![0.0; n];
     let mut diagonal = vec![0.0; n];
-    for (matrix, out) in [(&sys.e, &mut storage), (&sys.g, &mut diagonal)] {
+    for (matrix, out) in [(&sys.linear.e, &mut storage), (&sys.linear.g, &mut diagonal)] {
         for (_, c, v) in matrix.iter().filter(|e| e.0 == e.1) {
             out[c] = v.abs().sqrt();
         }
@@ -75,7 +75,7 @@ pub(super) fn fastest_time(sys: &System) -> f64 {
     // strongest coupling of each algebraic unknown to stored quantities, as row and as column
     let (mut into, mut from) = (vec![0.0f64; n], vec![0.0f64; n]);
     let mut rate = 0.0f64;
-    for (r, c, v) in sys.g.iter() {
+    for (r, c, v) in sys.linear.g.iter() {
         match (storage[r] > 0.0, storage[c] > 0.0) {
             (true, true) => rate = rate.max(v.abs() / (storage[r] * storage[c])),
             (false, true) if diagonal[r] > 0.0 => {
@@ -143,9 +143,8 @@ fn limit(once: &[f64], twice: Option<&Vec<f64>>) -> Vec<f64> {
 }
 
 /// Second difference of three equidistant points, relative to the largest value.
-fn bend_of([a, b, c]: [&Vec<f64>; 3]) -> f64 {
-    let points = a.iter().zip(b).zip(c);
-    let (bend, largest) = points.fold((0.0f64, 0.0f64), |(bend, largest), ((a, b), c)| {
+fn bend_of(points: impl Iterator<Item = (f64, f64, f64)>) -> f64 {
+    let (bend, largest) = points.fold((0.0f64, 0.0f64), |(bend, largest), (a, b, c)| {
         (bend.max((a - 2.0 * b + c).abs()), largest.max(a.abs()).max(c.abs()))
     });
     if bend > 0.0 {
@@ -231,11 +230,11 @@ impl Stepper {
         let mut largest = [0.0f64; 2];
         // the short steps count too: where all currents vanish, rounding of theirs is all that is left
         for z in [&self.z, &once.z] {
-            for (v, &kind) in z.iter().zip(&self.sys.row_kind) {
+            for (v, &kind) in z.iter().zip(&self.sys.linear.row_kind) {
                 largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
             }
         }
-        let slack = |j: usize| LOOSE * largest[usize::from(self.sys.row_kind[j])];
+        let slack = |j: usize| LOOSE * largest[usize::from(self.sys.linear.row_kind[j])];
         self.storage.restore(&after, &mut self.z, slack);
         if let Some(smooth) = &mut self.smooth {
             smooth.after_jump(&after, &once.z, &mut self.z, &self.u0, self.time, once.length);
@@ -296,15 +295,16 @@ impl Stepper {
         }
         // against the charges that the voltages of the network would store: theirs may be nearly 0
         let mut largest = [0.0f64; 2];
-        for (v, &kind) in leap.after.iter().zip(&self.sys.row_kind) {
+        for (v, &kind) in leap.after.iter().zip(&self.sys.linear.row_kind) {
             largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
         }
         let n = leap.after.len();
-        let scale: Vec<f64> = self.sys.row_kind.iter().map(|&k| largest[usize::from(k)]).collect();
+        let scale: Vec<f64> =
+            self.sys.linear.row_kind.iter().map(|&k| largest[usize::from(k)]).collect();
         let moved: Vec<f64> = settled.z.iter().zip(&leap.after).map(|(a, b)| a - b).collect();
         let (mut sizes, mut change) = (vec![0.0; n], vec![0.0; n]);
-        self.sys.e.abs_mul_add(&scale, &mut sizes);
-        self.sys.e.mul_add(1.0, &moved, &mut change);
+        self.sys.linear.e.abs_mul_add(&scale, &mut sizes);
+        self.sys.linear.e.mul_add(1.0, &moved, &mut change);
         change.iter().zip(&sizes).any(|(c, s)| c.abs() > CONTRADICTED * s)
     }
 
@@ -338,7 +338,8 @@ impl Stepper {
             let Ok([thrice, twice, once]) = <[Short; 3]>::try_from(steps) else { continue };
             let bend = self.bend([&once.z, &twice.z, &thrice.z]);
             // modes of equal values, where the laws leave something open, are as good as one
-            let carried = [&once.l, &twice.l, &thrice.l];
+            let carried = once.l.iter().zip(&twice.l).zip(&thrice.l);
+            let carried = carried.map(|((a, b), c)| (*a, *b, *c));
             if !one_mode && (bend > BEND || bend_of(carried) > BEND) {
                 last = Some(once);
                 continue;
@@ -412,9 +413,9 @@ impl Stepper {
         let n = short.z.len();
         let mut stored = vec![0.0; n];
         let sizes: Vec<f64> = short.z.iter().map(|v| v.abs()).collect();
-        self.sys.e.abs_mul_add(&sizes, &mut stored);
+        self.sys.linear.e.abs_mul_add(&sizes, &mut stored);
         let (mut hidden, mut largest) = ([0.0f64; 2], [0.0f64; 2]);
-        for (i, &kind) in self.sys.row_kind.iter().enumerate() {
+        for (i, &kind) in self.sys.linear.row_kind.iter().enumerate() {
             let kind = usize::from(kind);
             hidden[kind] = hidden[kind].max(ACCEPT * stored[i] / short.length);
             // voltages of nodes belong to laws of voltages, currents to laws of currents
@@ -425,14 +426,11 @@ impl Stepper {
 
     /// Second difference of three equidistant points, relative to the largest value of its kind.
     fn bend(&self, [a, b, c]: [&[f64]; 3]) -> f64 {
-        let (mut bend, mut largest) = ([0.0f64; 2], [0.0f64; 2]);
-        for (j, &kind) in self.sys.row_kind.iter().enumerate() {
-            let kind = usize::from(kind);
-            bend[kind] = bend[kind].max((a[j] - 2.0 * b[j] + c[j]).abs());
-            largest[kind] = largest[kind].max(a[j].abs()).max(c[j].abs());
-        }
-        let share = |kind: usize| if bend[kind] > 0.0 { bend[kind] / largest[kind] } else { 0.0 };
-        share(0).max(share(1))
+        let of_kind = |kind: u8| {
+            let here = (0..a.len()).filter(move |&j| self.sys.linear.row_kind[j] == kind);
+            bend_of(here.map(|j| (a[j], b[j], c[j])))
+        };
+        of_kind(0).max(of_kind(1))
     }
 
     /// Steps of length `2 length` and `length` from the same charges; the longer one is left out
@@ -532,7 +530,7 @@ impl Stepper {
         let mut smooth = self.smooth.as_mut();
         let mut stored = |z: &[f64]| {
             let mut out = vec![0.0; n];
-            sys.e.mul_add(1.0, z, &mut out);
+            sys.linear.e.mul_add(1.0, z, &mut out);
             if let Some(smooth) = &mut smooth {
                 smooth.add_stored_at(z, u, time, 1.0, &mut out);
             }
@@ -543,15 +541,16 @@ impl Stepper {
         // what rounding of the largest voltage (current) makes of each charge (flux)
         let mut largest = [0.0f64; 2];
         for (i, v) in after.iter().enumerate() {
-            let kind = usize::from(self.sys.row_kind[i]);
+            let kind = usize::from(self.sys.linear.row_kind[i]);
             largest[kind] = largest[kind].max(v.abs());
         }
-        let scale: Vec<f64> = self.sys.row_kind.iter().map(|&k| largest[usize::from(k)]).collect();
+        let scale: Vec<f64> =
+            self.sys.linear.row_kind.iter().map(|&k| largest[usize::from(k)]).collect();
         let mut noise = vec![0.0; n];
-        self.sys.e.abs_mul_add(&scale, &mut noise);
+        self.sys.linear.e.abs_mul_add(&scale, &mut noise);
         let mut found = false;
         for kind in 0..2u8 {
-            let rows = || (0..n).filter(|&i| self.sys.row_kind[i] == kind);
+            let rows = || (0..n).filter(|&i| self.sys.linear.row_kind[i] == kind);
             let size = rows().map(|i| old[i].abs().max(new[i].abs())).fold(0.0, f64::max);
             // against the largest so far: a flux that has just decayed to rounding does not jump
             let largest = &mut self.largest[usize::from(kind)];

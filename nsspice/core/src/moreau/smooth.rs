@@ -44,16 +44,24 @@ impl SmoothPart {
     /// Prepares Newton's method for a system.
     pub fn new(sys: &System, smooth: Smooth) -> SmoothPart {
         let count = smooth.tape.program().len();
-        let n = sys.g.nrows;
+        let n = sys.linear.g.nrows;
         SmoothPart {
-            newton: Newton::new(&sys.e, &sys.g, &sys.a, &sys.b, &sys.d, &sys.row_kind, smooth),
+            newton: Newton::new(
+                &sys.linear.e,
+                &sys.linear.g,
+                &sys.linear.a,
+                &sys.linear.b,
+                &sys.linear.d,
+                &sys.linear.row_kind,
+                smooth,
+            ),
             f: vec![0.0; count],
             rates: vec![0.0; count],
             known: false,
             frozen: None,
             tracking: None,
-            u_rate: vec![0.0; sys.s.ncols],
-            u_old: vec![0.0; sys.s.ncols],
+            u_rate: vec![0.0; sys.linear.s.ncols],
+            u_old: vec![0.0; sys.linear.s.ncols],
             last: None,
             z_last: vec![0.0; n],
             before: None,
@@ -220,7 +228,7 @@ impl Stepper {
             predictor = Some((self.rhs.clone(), old_clock));
         }
         matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
-        let (q, roles) = (&self.sys.q[..], &self.roles[..]);
+        let (q, roles) = (&self.sys.linear.q[..], &self.roles[..]);
         let here = Data { rhs: &self.rhs, u: &self.u1, t: clock, q, roles };
         let (mut rows, mut pairs) = (0.0f64, 0.0f64);
         for step in 0..=tracking.correctors {
@@ -267,7 +275,7 @@ impl Stepper {
             &self.rhs,
             &self.u1,
             clock,
-            &self.sys.q,
+            &self.sys.linear.q,
             &self.roles,
             &mut self.z,
             &mut self.l,

@@ -1,6 +1,7 @@
 //! Everything that belongs to one step length: matrices, complementarity driver, modes.
 
 use super::map::{MapInputs, ModeMap, MAX_ENTRIES};
+use crate::descriptor::Linear;
 use crate::mlcp::{Driver, ModeFactor, Problem};
 use crate::newton::Smooth;
 use crate::sparse::Csc;
@@ -15,26 +16,12 @@ const OPEN: usize = 160;
 
 /// The system as assembled from a circuit.
 pub struct System {
-    /// storage matrix
-    pub e: Csc,
-    /// conductance-like matrix
-    pub g: Csc,
+    /// all that does not depend on the scheme
+    pub linear: Linear,
     /// theta correction of the unknowns, zero for theta = 1
     pub h: Csc,
     /// theta correction of the sources
     pub hs: Csc,
-    /// multiplier columns
-    pub a: Csc,
-    /// slack rows
-    pub b: Csc,
-    /// series resistance of the pairs
-    pub d: Csc,
-    /// constant slack
-    pub q: Vec<f64>,
-    /// source columns
-    pub s: Csc,
-    /// 0 for current rows, 1 for voltage rows
-    pub row_kind: Vec<u8>,
     /// smooth nonlinear terms
     pub smooth: Option<Smooth>,
 }
@@ -71,7 +58,7 @@ impl System {
     /// in the one they come from.
     pub fn apart(&self, a: &[f64], b: &[f64], from: &[f64]) -> f64 {
         let (mut sizes, mut gaps) = ([f64::MIN_POSITIVE; 2], [0.0f64; 2]);
-        for (((a, b), from), &kind) in a.iter().zip(b).zip(from).zip(&self.row_kind) {
+        for (((a, b), from), &kind) in a.iter().zip(b).zip(from).zip(&self.linear.row_kind) {
             let kind = usize::from(kind);
             sizes[kind] = sizes[kind].max(a.abs()).max(b.abs()).max(from.abs());
             gaps[kind] = gaps[kind].max((a - b).abs());
@@ -228,15 +215,15 @@ const MODE_BUDGET: usize = 16_000_000;
 impl Stage {
     /// Assembles `K = E/h + G (+ H)` and its driver.
     pub fn new(sys: &System, length: f64, impulsive: bool, constants: &[Option<f64>]) -> Stage {
-        let (n, m) = (sys.g.nrows, sys.a.ncols);
+        let (n, m) = (sys.linear.g.nrows, sys.linear.a.ncols);
         let rate = 1.0 / length; // zero for static systems
-        let mut k: Vec<_> = sys.g.iter().collect();
+        let mut k: Vec<_> = sys.linear.g.iter().collect();
         let mut carry = Vec::new();
         if rate != 0.0 {
-            k.extend(sys.e.iter().map(|(r, c, v)| (r, c, v * rate)));
-            carry.extend(sys.e.iter().map(|(r, c, v)| (r, c, v * rate)));
+            k.extend(sys.linear.e.iter().map(|(r, c, v)| (r, c, v * rate)));
+            carry.extend(sys.linear.e.iter().map(|(r, c, v)| (r, c, v * rate)));
         }
-        let mut source_end: Vec<_> = sys.s.iter().collect();
+        let mut source_end: Vec<_> = sys.linear.s.iter().collect();
         let mut source_start = Vec::new();
         if !impulsive && rate != 0.0 {
             k.extend(sys.h.iter());
@@ -244,20 +231,20 @@ impl Stage {
             source_end.extend(sys.hs.iter().map(|(r, c, v)| (r, c, -v)));
             source_start.extend(sys.hs.iter());
         }
-        let p = sys.s.ncols;
+        let p = sys.linear.s.ncols;
         let carry = Csc::from_triplets(n, n, &carry);
         let matrices = StepMatrices {
             n,
             m,
             carry_rows: carry.transpose(),
-            g_rows: sys.g.transpose(),
-            a_rows: sys.a.transpose(),
-            b_rows: sys.b.transpose(),
-            d_rows: sys.d.transpose(),
+            g_rows: sys.linear.g.transpose(),
+            a_rows: sys.linear.a.transpose(),
+            b_rows: sys.linear.b.transpose(),
+            d_rows: sys.linear.d.transpose(),
             carry,
             source_end: Csc::from_triplets(n, p, &source_end),
             source_start: Csc::from_triplets(n, p, &source_start),
-            q: sys.q.clone(),
+            q: sys.linear.q.clone(),
         };
         let used = |matrix: &Csc| -> Vec<usize> {
             (0..matrix.ncols).filter(|&j| !matrix.col(j).0.is_empty()).collect()
@@ -277,10 +264,10 @@ impl Stage {
         };
         let driver = Driver::new(Problem {
             k: Csc::from_triplets(n, n, &k),
-            a: sys.a.clone(),
-            b: sys.b.clone(),
-            d: sys.d.clone(),
-            row_kind: sys.row_kind.clone(),
+            a: sys.linear.a.clone(),
+            b: sys.linear.b.clone(),
+            d: sys.linear.d.clone(),
+            row_kind: sys.linear.row_kind.clone(),
         });
         Stage {
             length,

@@ -162,7 +162,7 @@ impl Stepper {
         stage.matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
         let (z, guards) = self.x.split_at(self.z.len());
         multipliers(guards, &self.active, &mut self.w);
-        let found = stage.driver.residual(&self.rhs, &self.sys.q, &self.roles, z, &self.w);
+        let found = stage.driver.residual(&self.rhs, &self.sys.linear.q, &self.roles, z, &self.w);
         if found.worst() <= ACCEPT {
             self.note(found);
             return true;
@@ -211,7 +211,7 @@ impl Stepper {
         let stage = &mut self.stages[k];
         let (z, guards) = self.x.split_at(self.z.len());
         multipliers(guards, &self.active, &mut self.w);
-        let found = stage.driver.residual(&self.rhs, &self.sys.q, &self.roles, z, &self.w);
+        let found = stage.driver.residual(&self.rhs, &self.sys.linear.q, &self.roles, z, &self.w);
         stage.driver.sign_tolerances(&self.active, &mut self.noise);
         let sure = |&i: &usize| guards[i] >= -self.noise[i];
         if found.worst() > ACCEPT || !self.diodes.iter().all(sure) {
@@ -283,7 +283,7 @@ impl Stepper {
         stage.release();
         let solved = stage.driver.solve(
             &self.rhs,
-            &self.sys.q,
+            &self.sys.linear.q,
             &self.roles,
             &mut self.z,
             &mut self.l,

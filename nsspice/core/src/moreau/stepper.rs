@@ -206,13 +206,13 @@ impl Stepper {
         outputs: Outputs,
     ) -> Stepper {
         let smooth = sys.smooth.take().map(|smooth| Box::new(SmoothPart::new(&sys, smooth)));
-        let (n, m, p) = (sys.g.nrows, sys.a.ncols, waveforms.len());
+        let (n, m, p) = (sys.linear.g.nrows, sys.linear.a.ncols, waveforms.len());
         let mut roles = vec![Role::Diode; m];
         for s in &switches {
             roles[s.pair] = s.role();
         }
         let diodes = (0..m).filter(|&i| roles[i] == Role::Diode).collect();
-        let static_system = sys.e.values.iter().all(|&v| v == 0.0)
+        let static_system = sys.linear.e.values.iter().all(|&v| v == 0.0)
             && !smooth.as_ref().is_some_and(|s| s.newton.stores());
         let active = roles.iter().map(|&r| r == Role::Closed).collect();
         Stepper {
@@ -227,7 +227,7 @@ impl Stepper {
             retry: None,
             step_length: f64::INFINITY,
             fastest: fastest_time(&sys),
-            storage: Storage::new(&sys),
+            storage: Storage::new(&sys.linear),
             time: 0.0,
             smooth_time: 0.0,
             first_row: false,

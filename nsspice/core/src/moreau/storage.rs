@@ -1,6 +1,6 @@
 //! Which unknowns the stored charges and fluxes determine, and which only up to a common potential.
 
-use super::stage::System;
+use crate::descriptor::Linear;
 
 /// Rows of the storage matrix that sum to this part of their terms sum to zero.
 const ROUNDING: f64 = 1e-12;
@@ -16,8 +16,8 @@ pub struct Storage {
 
 impl Storage {
     /// Finds the groups of a system.
-    pub fn new(sys: &System) -> Storage {
-        let n = sys.e.nrows;
+    pub fn new(linear: &Linear) -> Storage {
+        let n = linear.e.nrows;
         let (mut parent, mut sum, mut size) =
             ((0..n).collect::<Vec<_>>(), vec![0.0; n], vec![0.0f64; n]);
         fn root(parent: &mut [usize], mut i: usize) -> usize {
@@ -27,7 +27,7 @@ impl Storage {
             }
             i
         }
-        for (r, c, v) in sys.e.iter() {
+        for (r, c, v) in linear.e.iter() {
             let (a, b) = (root(&mut parent, r), root(&mut parent, c));
             parent[a] = b;
             sum[r] += v;
@@ -81,18 +81,15 @@ mod tests {
     fn example() -> Storage {
         let e = [(0, 0, 2.0), (0, 1, -2.0), (1, 0, -2.0), (1, 1, 2.0), (2, 2, 5.0), (3, 3, 1e-3)];
         let none = || Csc::from_triplets(5, 0, &[]);
-        Storage::new(&System {
+        Storage::new(&Linear {
             e: Csc::from_triplets(5, 5, &e),
             g: Csc::from_triplets(5, 5, &[]),
-            h: Csc::from_triplets(5, 5, &[]),
-            hs: none(),
             a: none(),
             b: Csc::from_triplets(0, 5, &[]),
             d: Csc::from_triplets(0, 0, &[]),
             q: Vec::new(),
             s: none(),
             row_kind: vec![0, 0, 0, 1, 0],
-            smooth: None,
         })
     }
 

@@ -1,9 +1,10 @@
 //! The checks of the certificate as a Python class.
 
-use super::linear::{has_shape, misfit, Linear, LinearSpec};
+use super::linear::{has_shape, misfit, read, LinearSpec};
 use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec};
-use crate::audit::{Arrays, Auditor, Steps, Stretches, Taken};
+use crate::audit::{Auditor, Steps, Stretches, Taken};
 use crate::moreau::Records;
+use crate::newton::Smooth;
 use numpy::{PyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -31,29 +32,27 @@ impl PyAuditor {
         averaging: Option<(Matrix, Matrix)>,
         smooth: Option<SmoothSpec>,
     ) -> PyResult<Self> {
-        let linear = Linear::read(&linear)?;
+        let linear = read(&linear)?;
         let (n, _, p) = linear.sizes();
         let smooth = match &smooth {
-            Some(spec) => Some((tape(&spec.0, n, p)?, csc(&spec.1)?, csc(&spec.2)?)),
+            Some((spec, f, q)) => Some(Smooth { tape: tape(spec, n, p)?, f: csc(f)?, q: csc(q)? }),
             None => None,
         };
         let averaging = match &averaging {
             Some((h, hs)) => Some((csc(h)?, csc(hs)?)),
             None => None,
         };
-        let Linear { e, g, a, b, d, q, s, row_kind } = linear;
-        let arrays = Arrays { e, g, a, b, d, q, s, row_kind, averaging, smooth };
-        let functions = arrays.smooth.as_ref().map_or(0, |t| t.0.program().len());
-        let fits = arrays.row_kind.iter().all(|&k| k < 2)
-            && arrays.averaging.iter().all(|(h, hs)| has_shape(h, n, n) && has_shape(hs, n, p))
-            && arrays
-                .smooth
-                .iter()
-                .all(|t| [&t.1, &t.2].iter().all(|c| has_shape(c, n, functions)));
+        let functions = smooth.as_ref().map_or(0, |s| s.tape.program().len());
+        let fits = linear.row_kind.iter().all(|&k| k < 2)
+            && averaging.iter().all(|(h, hs)| has_shape(h, n, n) && has_shape(hs, n, p))
+            && smooth.iter().all(|s| [&s.f, &s.q].iter().all(|c| has_shape(c, n, functions)));
         if !fits {
             return Err(misfit());
         }
-        Ok(PyAuditor { inner: Auditor::new(&arrays), functions })
+        Ok(PyAuditor {
+            inner: Auditor::new(&linear, averaging.as_ref(), smooth.as_ref()),
+            functions,
+        })
     }
 
     /// Checks recorded steps, `nsspice.solvers.moreau.Records`.

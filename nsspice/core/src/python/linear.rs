@@ -1,6 +1,7 @@
 //! The matrices that every engine and the checks are made from, read and measured once.
 
 use super::{csc, invalid, Floats, Matrix};
+use crate::descriptor::Linear;
 use crate::sparse::Csc;
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
@@ -17,53 +18,34 @@ pub(super) type LinearSpec<'py> = (
     PyReadonlyArray1<'py, u8>,
 );
 
-/// The linear part of a complementarity descriptor system.
-pub(super) struct Linear {
-    pub e: Csc,
-    pub g: Csc,
-    pub a: Csc,
-    pub b: Csc,
-    pub d: Csc,
-    pub q: Vec<f64>,
-    pub s: Csc,
-    pub row_kind: Vec<u8>,
-}
-
 pub(super) fn has_shape(c: &Csc, rows: usize, columns: usize) -> bool {
     c.nrows == rows && c.ncols == columns
 }
 
-impl Linear {
-    /// Reads the arrays; an error if their shapes do not fit together.
-    pub fn read((e, g, a, b, d, q, s, row_kind): &LinearSpec) -> PyResult<Linear> {
-        let linear = Linear {
-            e: csc(e)?,
-            g: csc(g)?,
-            a: csc(a)?,
-            b: csc(b)?,
-            d: csc(d)?,
-            q: q.as_slice()?.to_vec(),
-            s: csc(s)?,
-            row_kind: row_kind.as_slice()?.to_vec(),
-        };
-        let (n, m, p) = linear.sizes();
-        let fits = [&linear.e, &linear.g].iter().all(|c| has_shape(c, n, n))
-            && has_shape(&linear.a, n, m)
-            && has_shape(&linear.b, m, n)
-            && has_shape(&linear.d, m, m)
-            && has_shape(&linear.s, n, p)
-            && linear.q.len() == m
-            && linear.row_kind.len() == n;
-        if fits {
-            Ok(linear)
-        } else {
-            Err(misfit())
-        }
-    }
-
-    /// Numbers of unknowns, pairs and sources.
-    pub fn sizes(&self) -> (usize, usize, usize) {
-        (self.g.nrows, self.a.ncols, self.s.ncols)
+/// Reads the arrays; an error if their shapes do not fit together.
+pub(super) fn read((e, g, a, b, d, q, s, row_kind): &LinearSpec) -> PyResult<Linear> {
+    let linear = Linear {
+        e: csc(e)?,
+        g: csc(g)?,
+        a: csc(a)?,
+        b: csc(b)?,
+        d: csc(d)?,
+        q: q.as_slice()?.to_vec(),
+        s: csc(s)?,
+        row_kind: row_kind.as_slice()?.to_vec(),
+    };
+    let (n, m, p) = linear.sizes();
+    let fits = [&linear.e, &linear.g].iter().all(|c| has_shape(c, n, n))
+        && has_shape(&linear.a, n, m)
+        && has_shape(&linear.b, m, n)
+        && has_shape(&linear.d, m, m)
+        && has_shape(&linear.s, n, p)
+        && linear.q.len() == m
+        && linear.row_kind.len() == n;
+    if fits {
+        Ok(linear)
+    } else {
+        Err(misfit())
     }
 }
 

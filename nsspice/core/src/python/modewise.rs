@@ -1,7 +1,7 @@
 //! The mode-wise engine as a Python class.
 
 use super::audit::{record_dict, stretch_dict};
-use super::linear::{misfit, Linear, LinearSpec};
+use super::linear::{misfit, read, LinearSpec};
 use super::{
     event_arrays, failure_dict, fill, invalid, made, switches_of, EventArrays, Floats, SwitchSpec,
     WaveformSpec,
@@ -30,7 +30,7 @@ impl PyModewise {
         capacitors: Vec<Edge>,
         conductors: Vec<Edge>,
     ) -> PyResult<Self> {
-        let linear = Linear::read(&linear)?;
+        let linear = read(&linear)?;
         let (n, m, p) = linear.sizes();
         let inside = |&(i, j, _): &Edge| i < n as isize && j < n as isize;
         let fits = waveforms.len() == p
@@ -43,8 +43,7 @@ impl PyModewise {
         if !fits {
             return Err(misfit());
         }
-        let Linear { e, g, a, b, d, q, s, row_kind } = linear;
-        let sys = Assembly { e, g, a, b, d, q, s, row_kind, capacitors, conductors };
+        let sys = Assembly { linear, capacitors, conductors };
         let switches = switches_of(switches);
         let laws = switches
             .iter()

@@ -23,13 +23,13 @@ pub struct Scales {
 impl Scales {
     pub fn new(s: &Stepper) -> Scales {
         let (n, m) = (s.z.len(), s.l.len());
-        let kinds = &s.sys.row_kind;
+        let kinds = &s.sys.linear.row_kind;
         let multiplier = (0..m).map(|i| {
-            let (rows, _) = s.sys.a.col(i);
+            let (rows, _) = s.sys.linear.a.col(i);
             u8::from(rows.is_empty() || rows.iter().any(|&r| kinds[r] == 0))
         });
         let mut slack = vec![0u8; m];
-        for (r, c, v) in s.sys.b.iter() {
+        for (r, c, v) in s.sys.linear.b.iter() {
             if v != 0.0 && kinds[c] == 1 {
                 slack[r] = 1; // its unknown is a branch current
             }
@@ -47,7 +47,7 @@ impl Scales {
 
     /// Takes notice of a state.
     pub fn note(&mut self, s: &Stepper, z: &[f64], l: &[f64]) {
-        for ((z, size), &kind) in z.iter().zip(&mut self.unknown).zip(&s.sys.row_kind) {
+        for ((z, size), &kind) in z.iter().zip(&mut self.unknown).zip(&s.sys.linear.row_kind) {
             *size = size.max(z.abs());
             let largest = &mut self.largest[usize::from(kind)];
             *largest = largest.max(z.abs());
@@ -58,8 +58,8 @@ impl Scales {
         }
         // what flows in a resistor is no unknown, but what its node takes from a capacitor is a current
         self.sums.fill(0.0);
-        s.sys.g.mul_add(1.0, z, &mut self.sums);
-        for (sum, _) in self.sums.iter().zip(&s.sys.row_kind).filter(|e| *e.1 == 0) {
+        s.sys.linear.g.mul_add(1.0, z, &mut self.sums);
+        for (sum, _) in self.sums.iter().zip(&s.sys.linear.row_kind).filter(|e| *e.1 == 0) {
             self.largest[1] = self.largest[1].max(sum.abs());
         }
     }

@@ -51,7 +51,7 @@ pub enum Fit {
 impl Ladder {
     pub fn new(s: &Stepper, longest: f64, gamma: f64) -> Ladder {
         let size = s.z.len() + s.l.len();
-        let e = &s.sys.e;
+        let e = &s.sys.linear.e;
         let mut stored: Vec<usize> =
             (0..e.ncols).filter(|&j| e.col(j).1.iter().any(|&v| v != 0.0)).collect();
         if let Some(smooth) = &s.smooth {
@@ -192,7 +192,7 @@ impl Ladder {
         for (l, _) in l.iter_mut().zip(&s.active).filter(|(_, &active)| !active) {
             *l = 0.0;
         }
-        let solved = stage.driver.solve(&s.rhs, &s.sys.q, &s.roles, z, l, Start::Warm);
+        let solved = stage.driver.solve(&s.rhs, &s.sys.linear.q, &s.roles, z, l, Start::Warm);
         if solved.is_err() {
             return Fit::Contradiction;
         }
@@ -204,15 +204,15 @@ impl Ladder {
             && s.sys.apart(x, &sharp, from) > ROUNDED
         {
             let (z, l) = sharp.split_at(n);
-            let found = stage.driver.residual(&s.rhs, &s.sys.q, &s.roles, z, l);
+            let found = stage.driver.residual(&s.rhs, &s.sys.linear.q, &s.roles, z, l);
             if found.worst() <= ACCEPT {
                 x.copy_from_slice(&sharp);
             }
         }
         let (z, l) = x.split_at_mut(n);
-        s.w.copy_from_slice(&s.sys.q);
-        s.sys.b.mul_add(-1.0, z, &mut s.w);
-        s.sys.d.mul_add(1.0, l, &mut s.w);
+        s.w.copy_from_slice(&s.sys.linear.q);
+        s.sys.linear.b.mul_add(-1.0, z, &mut s.w);
+        s.sys.linear.d.mul_add(1.0, l, &mut s.w);
         for ((l, &w), &active) in l.iter_mut().zip(&s.w).zip(&s.active) {
             *l = if active { *l - w.max(0.0) / resistance } else { w - l.max(0.0) * resistance };
         }
@@ -257,7 +257,7 @@ impl Ladder {
         let newton = &mut smooth.newton;
         newton.add_stored(rate, &from[n..], &mut s.rhs);
         newton.set_rate(rate);
-        let solved = newton.solve(&s.rhs, u, t, &s.sys.q, &roles, z, l, Start::Warm);
+        let solved = newton.solve(&s.rhs, u, t, &s.sys.linear.q, &roles, z, l, Start::Warm);
         self.roles = roles;
         match solved {
             Ok(solved) => {
@@ -282,7 +282,7 @@ impl Ladder {
         let rate = 1.0 / self.stage_length(level);
         let Some(smooth) = &mut s.smooth else { return };
         s.rhs.fill(0.0);
-        s.sys.e.mul_add(rate, &raw[..n], &mut s.rhs);
+        s.sys.linear.e.mul_add(rate, &raw[..n], &mut s.rhs);
         smooth.newton.add_stored(rate, &raw[n..], &mut s.rhs);
         smooth.newton.set_rate(rate);
         smooth.newton.respond(&s.rhs, &mut out[..n]);
@@ -300,6 +300,6 @@ impl Ladder {
     ) -> crate::mlcp::Residual {
         let stage = &mut self.rung(s, level).stage;
         stage.matrices.right_hand_side(from, u, u, &mut s.rhs);
-        stage.driver.residual(&s.rhs, &s.sys.q, &s.roles, z, l)
+        stage.driver.residual(&s.rhs, &s.sys.linear.q, &s.roles, z, l)
     }
 }

@@ -271,9 +271,9 @@ impl Sdirk {
             None => {}
         }
         z.copy_from_slice(&s.z);
-        s.w.copy_from_slice(&s.sys.q);
-        s.sys.b.mul_add(-1.0, &s.z, &mut s.w);
-        s.sys.d.mul_add(1.0, &s.l, &mut s.w);
+        s.w.copy_from_slice(&s.sys.linear.q);
+        s.sys.linear.b.mul_add(-1.0, &s.z, &mut s.w);
+        s.sys.linear.d.mul_add(1.0, &s.l, &mut s.w);
         for (i, guard) in guards.iter_mut().enumerate() {
             *guard = if s.active[i] { s.l[i] } else { s.w[i] };
         }
@@ -388,14 +388,14 @@ impl Sdirk {
         self.trial.estimate(s, &mut self.ladder, self.tableau);
         let end = &self.trial.stages[self.tableau.stages() - 1];
         let mut largest = self.scales.largest;
-        for (v, &kind) in end.iter().zip(&s.sys.row_kind) {
+        for (v, &kind) in end.iter().zip(&s.sys.linear.row_kind) {
             let largest = &mut largest[usize::from(kind)];
             *largest = largest.max(v.abs());
         }
         let allowed = [self.accuracy.voltage, self.accuracy.current];
         let mut worst = 0.0f64;
         for &j in &self.ladder.stored {
-            let kind = usize::from(s.sys.row_kind[j]);
+            let kind = usize::from(s.sys.linear.row_kind[j]);
             let small = if self.trial.constrained[j] { 1.0 } else { SMALL };
             let size = self.scales.unknown[j].max(end[j].abs()).max(small * largest[kind]);
             let ratio = self.trial.slope[j].abs()

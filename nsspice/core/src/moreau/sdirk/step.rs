@@ -70,7 +70,7 @@ impl Trial {
         let p = s.smooth.as_ref().map_or(0, |smooth| smooth.f.len());
         let many = |len: usize| vec![vec![0.0; len]; tableau.stages()];
         let mut storage = vec![0.0; n];
-        for (_, c, v) in s.sys.e.iter().filter(|e| e.0 == e.1) {
+        for (_, c, v) in s.sys.linear.e.iter().filter(|e| e.0 == e.1) {
             storage[c] = v;
         }
         let mut own = vec![false; n];
@@ -174,9 +174,9 @@ impl Trial {
         }
         // as changes of charges and fluxes: directions without storage mean nothing
         self.stored.fill(0.0);
-        s.sys.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
+        s.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
         self.smoothed.fill(0.0);
-        s.sys.e.mul_add(1.0, &self.slope[..n], &mut self.smoothed);
+        s.sys.linear.e.mul_add(1.0, &self.slope[..n], &mut self.smoothed);
         let charges = self.smoothed.iter().zip(&self.stored).zip(&self.storage);
         let out = self.slope.iter_mut().zip(&mut self.constrained);
         for (j, ((d, constrained), ((smoothed, raw), &storage))) in out.zip(charges).enumerate() {

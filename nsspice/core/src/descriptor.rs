@@ -1,0 +1,30 @@
+//! The linear part of a complementarity descriptor system, which all engines and the checks share.
+
+use crate::sparse::Csc;
+
+/// `E z' + G z + A l = S u`, `w = q - B z + D l`.
+pub struct Linear {
+    /// storage matrix
+    pub e: Csc,
+    /// conductance-like matrix
+    pub g: Csc,
+    /// multiplier columns
+    pub a: Csc,
+    /// slack rows
+    pub b: Csc,
+    /// series resistance of the pairs
+    pub d: Csc,
+    /// constant slack
+    pub q: Vec<f64>,
+    /// source columns
+    pub s: Csc,
+    /// 0 for laws of currents, 1 for laws of voltages
+    pub row_kind: Vec<u8>,
+}
+
+impl Linear {
+    /// Numbers of unknowns, pairs and sources.
+    pub fn sizes(&self) -> (usize, usize, usize) {
+        (self.g.nrows, self.a.ncols, self.s.ncols)
+    }
+}
