@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 
 from ..circuit import Circuit
 from ..errors import Diagnostic, NumericalError, UsageError
@@ -234,13 +235,10 @@ def _fine(
     sides = [runner.sides or [] for runner in runners]
     widths = [runner.width for runner in runners]
 
-    found: list[FinePoints | None] = []
-
+    @cache
     def fine() -> FinePoints | None:
-        if not found:
-            from .all_points import with_sides
+        from .all_points import with_sides
 
-            found.append(with_sides(sides, widths, recorder, table))
-        return found[0]
+        return with_sides(sides, widths, recorder, table)
 
     return fine

@@ -19,10 +19,10 @@ import numpy.typing as npt
 
 from ..problems.csc import Csc, Floats, weighted_sum
 from ..problems.descriptor import DescriptorSystem
+from ..problems.passivity import MOST_ROWS
 from ..solvers.moreau import Records
 
 _MOST_PAIRS = 10  # 1023 minors
-_MOST_ROWS = 120  # unknowns and pairs together, for dense matrices
 _MOST_MODES = 16
 
 
@@ -63,7 +63,7 @@ class Watcher:
             terms.append((H, 1.0))
         self._K = weighted_sum(terms)
         self._modes: set[bytes] = set()
-        self._small = system.n + system.m <= _MOST_ROWS
+        self._small = system.n + system.m <= MOST_ROWS
 
     def take(self, records: Records) -> None:
         """Note the modes of recorded steps."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -58,7 +59,7 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
+class Check(ABC):
     """What all checks have in common.
 
     Parameters
@@ -79,9 +80,9 @@ class Check:
     number: int
 
     @property
+    @abstractmethod
     def text(self) -> str:
         """What is checked."""
-        raise NotImplementedError
 
     def signals(self) -> list[str]:
         """Return the signals that are needed."""
@@ -100,9 +101,9 @@ class Check:
         except NsspiceError as error:
             return Outcome(self.text, False, error.diagnostics[0].render())
 
+    @abstractmethod
     def apply(self, solution: Solution, netlist: Path) -> Outcome:
         """Make the check on the right solution."""
-        raise NotImplementedError
 
     def near(self, found: float, value: float) -> Outcome:
         """Return the outcome of a comparison of two numbers."""

@@ -15,7 +15,7 @@ from .csc import Csc, Floats, weighted_sum
 if TYPE_CHECKING:
     from .descriptor import DescriptorSystem
 
-_MOST_ROWS = 120  # unknowns and pairs together, for dense matrices
+MOST_ROWS = 120  #: unknowns and pairs together, for dense matrices
 
 
 def passive(system: DescriptorSystem) -> bool:
@@ -34,14 +34,14 @@ def passive(system: DescriptorSystem) -> bool:
     """
     if system.smooth is not None:
         return True  # judged by Newton's method, not here
-    a, b, g = system.A, system.B, _acting(system)
-    if system.n + system.m <= _MOST_ROWS:  # full matrices are faster
+    a, b = system.A, system.B
+    if system.n + system.m <= MOST_ROWS:  # full matrices are faster
         transposes = np.array_equal(a.dense().T, b.dense())
-        return transposes and all(_semidefinite_full(m.dense()) for m in (g, system.D))
-    transposed = Csc.from_triplets(b.shape, a.columns, a.indices, a.data)
-    if not _equal(transposed, b):
+    else:
+        transposes = _equal(Csc.from_triplets(b.shape, a.columns, a.indices, a.data), b)
+    if not (transposes and _semidefinite(system.D)):
         return False
-    return all(_semidefinite(matrix) for matrix in (g, system.D))
+    return _semidefinite(system.G) or _semidefinite(_acting(system))
 
 
 def _acting(system: DescriptorSystem) -> Csc:
@@ -101,6 +101,8 @@ def _semidefinite_full(full: Floats) -> bool:
 def _semidefinite(matrix: Csc) -> bool:
     """Return the same for a sparse matrix; a large one is judged by dominance alone."""
     n = matrix.shape[0]
+    if n <= MOST_ROWS:
+        return _semidefinite_full(matrix.dense())
     if matrix.data.size == 0:
         return True
     rows = np.concatenate([matrix.indices, matrix.columns])
@@ -110,6 +112,4 @@ def _semidefinite(matrix: Csc) -> bool:
     diagonal = np.zeros(n)
     diagonal[both.indices[on]] = both.data[on]
     others = np.bincount(both.indices[~on], np.abs(both.data[~on]), minlength=n)
-    if np.all(diagonal >= others * (1.0 - 1e-12)):
-        return True
-    return n <= _MOST_ROWS and _semidefinite_full(matrix.dense())
+    return bool(np.all(diagonal >= others * (1.0 - 1e-12)))
