@@ -388,11 +388,11 @@ impl Stepper {
 
     /// The largest current or voltage of the wrong sign among all pairs, relative to the largest.
     fn broken(&self, z: &[f64], l: &[f64]) -> f64 {
-        let mut w = self.sys.q.clone();
-        self.sys.b.mul_add(-1.0, z, &mut w);
-        self.sys.d.mul_add(1.0, l, &mut w);
+        let mut w = self.sys.linear.q.clone();
+        self.sys.linear.b.mul_add(-1.0, z, &mut w);
+        self.sys.linear.d.mul_add(1.0, l, &mut w);
         let mut largest = [0.0f64; 2];
-        for (v, &kind) in z.iter().zip(&self.sys.row_kind) {
+        for (v, &kind) in z.iter().zip(&self.sys.linear.row_kind) {
             largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
         }
         let size = |list: &[f64], floor: f64| list.iter().fold(floor, |a, v| a.max(v.abs()));
