@@ -225,3 +225,24 @@ def test_a_threshold_that_is_met_turns_a_switch_once(phase: int) -> None:
         mean = np.trapezoid(a[inside], t[inside]) / 1e-4
         reference = 0.9 * np.sin(2 * np.pi * 50 * (k + 0.5) * 1e-4 + np.radians(phase))
         assert abs(mean / 300 - reference) < 0.9 * 2 * np.pi * 50 * 1e-4
+
+
+def test_a_steep_edge_late_in_a_run_turns_a_switch_once() -> None:
+    # half a volt per picosecond: the rounding of the instant alone is 1e-7 V at 1 ms
+    text = """Boost converter, gate edges of 10 ps
+    V1 in 0 12
+    L1 in a 100u
+    S1 a 0 g 0 SW
+    D1 a out
+    C1 out 0 100u IC=24
+    R1 out 0 20
+    Vg g 0 PULSE(0 5 0 10p 10p 5u 10u)
+    .model SW SW(VT=2.5 VH=0)
+    .tran 10u 10m uic
+    """
+    run = nsspice.tran(nsspice.read(text))
+    stats = run.islands[0].stats
+    assert stats["fixed_steps"] == 0
+    assert stats["switchings"] == 2 * 1000
+    # up to six corners and crossings of the gate in each period, and the diode's own
+    assert stats["segments"] <= 8 * 1000

@@ -45,9 +45,16 @@ pub struct Decay {
     pub start: f64,
 }
 
+/// Relative resolution of time.
+pub const RESOLUTION: f64 = 4.5e-16;
+/// Instants so near to each other, in units of the resolution, are the same.
+pub const SAME: f64 = 4.5;
+
 /// All inputs during one segment, time counted from its start.
 #[derive(Clone, Debug, Default)]
 pub struct Segment {
+    /// the time of the start is known up to this [s]: it is the rounded root of a guard, most often
+    pub grain: f64,
     /// constant part: 1, then one value per input
     pub level: Vec<f64>,
     /// slopes: 0, then one per input [1/s]
@@ -209,6 +216,7 @@ impl Inputs {
         }
         out.tones.clear();
         out.decays.clear();
+        out.grain = SAME * RESOLUTION * t.abs();
         out.level[0] = 1.0;
         out.now[0] = 1.0;
         out.sloped = false;

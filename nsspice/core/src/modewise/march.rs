@@ -5,6 +5,7 @@
 //! halves the interval. No crossing is missed, up to rounding.
 
 use super::bundle::{Bundle, Looks};
+use super::inputs::{RESOLUTION, SAME};
 use super::terms::{Point, Term};
 use super::trajectory::Trajectory;
 
@@ -71,7 +72,7 @@ impl March {
         }
         self.old.resize(count);
         self.new.resize(count);
-        let resolution = 4.5e-16 * (begin.abs() + horizon).max(f64::MIN_POSITIVE);
+        let resolution = RESOLUTION * (begin.abs() + horizon).max(f64::MIN_POSITIVE);
         self.from.copy_from(start);
         path.bounds(&self.from, &self.from, &mut self.second, &mut self.fourth);
         guards.look(0..count, &self.from, &self.fourth, &mut self.old);
@@ -228,7 +229,7 @@ impl March {
             self.roots.push((root, j));
         }
         let first = self.roots.iter().fold(f64::INFINITY, |m, r| m.min(r.0));
-        let same = first + 4.5 * resolution;
+        let same = first + SAME * resolution;
         self.crossing.extend(self.roots.iter().filter(|r| r.0 <= same).map(|r| r.1));
         self.crossing.sort_unstable();
         first

@@ -143,6 +143,13 @@ impl Verifier {
             if g > noise {
                 continue;
             }
+            // a steep ramp that has just risen through zero, but for the rounding of that instant
+            let blur = segment.grain * self.looks.slope[j];
+            if g < -noise && g >= -noise - blur {
+                self.noise[j] += blur;
+                self.zeros.push(j);
+                continue;
+            }
             if g < -noise || g.is_nan() {
                 match mode.watch[j] {
                     Watch::Switch(s) => self.thrown.push(s),
