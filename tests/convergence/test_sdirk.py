@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from oracle.orders import observed, sup
 from oracle.thesis_decks import BRIDGE, FRICTION_LOADED, SPRING, ZENER, Example
 
 import nsspice
+
+NETLISTS = Path(__file__).resolve().parents[2] / "netlists"
 
 DCM = """rectifier with a choke, discontinuous current
 V1 a 0 SIN(0 10 50)
@@ -49,8 +53,10 @@ def test_order_over_whole_runs_with_events(example, order):
     steps = [example.stop / n for n in (60, 120, 240)]
     orders = observed(lambda h: fixed_steps(example, h, order), steps, example.stop)
     for name, found in orders.items():
-        # events cut steps where they happen to lie, which scatters the errors of order 4 more
-        assert abs(found - order) <= (0.1 if order == 2 else 0.3), f"{name}: {orders}"
+        # events cut steps where they happen to lie, which scatters the errors of order 4 more; rows
+        # in the first step after one, where the largest may stand, are the fewer the shorter it is
+        least, most = (0.1, 0.1) if order == 2 else (0.3, 1.2)
+        assert -least <= found - order <= most, f"{name}: {orders}"
 
 
 @pytest.mark.parametrize("order", [2, 4])
@@ -66,6 +72,43 @@ def test_order_on_a_rectifier_against_the_exact_engine(order):
     orders = observed(errors, (8e-4, 4e-4, 2e-4), 60e-3)
     for name, found in orders.items():
         assert abs(found - order) <= (0.1 if order == 2 else 0.3), f"{name}: {orders}"
+
+
+def test_order_with_smooth_laws():
+    circuit = nsspice.read("""a choke feeds a diode with charge, beside a resistor
+V1 in 0 SIN(3 0.5 1k)
+L1 in a 200m
+D1 a b DX
+R1 a 0 2k
+C1 b 0 1u
+R2 b 0 500
+.model DX D(IS=1e-12 RS=5 CJO=1n TT=10n)
+.tran 20u 2m
+""")
+    stored, free = ["i(l1)", "v(b)"], ["v(a)", "i(d1)"]
+    names = [*stored, *free]
+    exact = nsspice.tran(circuit, method="sdirk", reltol=1e-12, signals=names)
+
+    def errors(h: float) -> dict[str, float]:
+        run = nsspice.tran(circuit, method="sdirk", step=h, reltol=FIXED, signals=names)
+        return {name: sup(run[name], exact[name]) for name in names}
+
+    orders = observed(errors, (2e-5, 1e-5, 5e-6), 2e-3)
+    assert min(orders[name] for name in stored) >= 3.7, orders
+    assert min(orders[name] for name in free) >= 3.7, orders
+
+
+def test_order_with_time_constants_far_apart():
+    # a saturated transistor follows its base in nanoseconds; stages of first order took 30 times
+    # the steps here, fourth order takes 100^(1/4) = 3.2
+    circuit = nsspice.read((NETLISTS / "bipolar" / "astable.net").read_text())
+    steps = [
+        nsspice.tran(circuit, method="sdirk", step=4e-5, reltol=reltol, signals=["v(c1)"]).stats[
+            "steps"
+        ]
+        for reltol in (1e-7, 1e-9)
+    ]
+    assert steps[1] <= 4.5 * steps[0]
 
 
 @pytest.mark.parametrize("order", [2, 4])

@@ -4,7 +4,7 @@ use super::super::stepper::Stepper;
 use super::guards::{Scales, VIOLATED};
 use super::ladder::{Fit, Ladder};
 use super::step::Trial;
-use super::tableau::Tableau;
+use super::tableau::{Tableau, MOST as STAGES};
 
 /// Evaluations spent on one root.
 const MOST: usize = 80;
@@ -38,8 +38,8 @@ impl Locator<'_> {
     pub fn first_violation(&mut self, end: f64) -> Option<f64> {
         let (tableau, scales) = (self.tableau, self.scales);
         let last = tableau.stages() - 1;
-        let mut order: [usize; 5] = [0, 1, 2, 3, 4];
-        let order = &mut order[..=last];
+        let mut order: [usize; STAGES] = std::array::from_fn(|i| i);
+        let order = &mut order[tableau.first()..=last];
         order.sort_by(|&i, &j| tableau.c[i].total_cmp(&tableau.c[j]));
         for &i in order.iter().filter(|&&i| tableau.c[i] <= end) {
             // inner stages are of low order: where the

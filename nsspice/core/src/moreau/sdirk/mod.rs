@@ -12,7 +12,8 @@
 //! steps with complementarity pass over it.
 //!
 //! References: R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006; E. Hairer, G. Wanner, *Solving
-//! Ordinary Differential Equations II* (1996), sections IV.6 and VII.
+//! Ordinary Differential Equations II* (1996), sections IV.6 and VII; C. A. Kennedy, M. H. Carpenter,
+//! Appl. Numer. Math. 146 (2019) 221.
 
 mod guards;
 mod ladder;

@@ -107,6 +107,8 @@ struct Accepted {
 
 /// The controller of one run; the state is the stepper's.
 pub struct Sdirk {
+    method: &'static Tableau,
+    /// that of the present step
     tableau: &'static Tableau,
     accuracy: Accuracy,
     rows: Rows,
@@ -135,7 +137,7 @@ impl Sdirk {
     /// `out_start + k out_step` and at `stop`.
     pub fn new(
         s: &mut Stepper,
-        tableau: &'static Tableau,
+        method: &'static Tableau,
         accuracy: Accuracy,
         stop: f64,
         longest: f64,
@@ -150,13 +152,14 @@ impl Sdirk {
         s.step_length = longest;
         s.sweeping = false;
         Sdirk {
-            tableau,
+            method,
+            tableau: method.next(false),
             accuracy,
             rows: Rows::new(out_start, out_step, stop),
             stop,
-            ladder: Ladder::new(s, longest, tableau.gamma),
+            ladder: Ladder::new(s, longest, method.gamma),
             scales: Scales::new(s),
-            trial: Trial::new(s, tableau),
+            trial: Trial::new(s, method),
             accepted: None,
             level: if fixed { 0 } else { FIRST_LEVEL },
             in_a_row: 0,
@@ -477,12 +480,12 @@ impl Sdirk {
             smooth.rates.copy_from_slice(&self.trial.slope[n..]);
         }
         self.scales.note(s, &s.z, &s.l);
-        let mut f_known = false;
+        let plain = accepted.end == End::Plain;
+        if plain && self.method.continues() {
+            self.trial.continue_rates();
+        }
         match accepted.end {
-            End::Plain => {
-                s.u0.copy_from_slice(&self.trial.u);
-                f_known = true;
-            }
+            End::Plain => s.u0.copy_from_slice(&self.trial.u),
             End::Corner { .. } | End::Event => {
                 s.u1.copy_from_slice(&self.trial.u);
                 self.points.note_left(s);
@@ -496,9 +499,10 @@ impl Sdirk {
             }
         }
         if s.smooth.is_some() {
-            self.trial.leave(self.tableau, accepted.theta, accepted.end == End::Plain);
+            self.trial.leave(self.tableau, accepted.theta, plain);
         }
-        self.begin_step(s, f_known);
+        self.tableau = self.method.next(plain);
+        self.begin_step(s, plain);
     }
 
     /// Finds the mode from here on; charges and fluxes may jump.
@@ -546,6 +550,7 @@ impl Sdirk {
         }
         s.stats.steps += 1;
         self.trial.leave(self.tableau, 1.0, false);
+        self.tableau = self.method.next(false);
         self.counters.forced += 1;
         self.in_a_row = 0;
         self.futile = false;

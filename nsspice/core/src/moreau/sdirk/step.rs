@@ -117,7 +117,10 @@ impl Trial {
         self.length = ladder.length(level);
         let h = self.length;
         let rate = 1.0 / (tableau.gamma * h);
-        for i in 0..tableau.stages() {
+        if tableau.first() > 0 {
+            self.stages[0].copy_from_slice(&self.first);
+        }
+        for i in tableau.first()..tableau.stages() {
             let t = self.start + tableau.c[i] * h;
             sources(&s.waveforms, t, self.start, self.corner, &mut self.u);
             let (done, rest) = self.stages.split_at_mut(i);
@@ -128,7 +131,7 @@ impl Trial {
                 add(a * h, k, base);
             }
             // the last stage but one is a good beginning for Newton's method
-            let near = if i == 0 { &self.first } else { &done[i - 1] };
+            let near = done.last().unwrap_or(&self.first);
             if let Some(smooth) = &mut s.smooth {
                 let past = &self.past;
                 if past.predict(tableau, i, h, &self.first, done, &mut self.guess) {
@@ -148,9 +151,9 @@ impl Trial {
         Ok(())
     }
 
-    /// The estimated error of each unknown, into `slope`: the rates weighted, and smoothed by one
-    /// solve with the matrix of the stages so that it stays bounded for stiff parts and leaves
-    /// constrained unknowns alone.
+    /// The estimated error of each unknown, into `slope`: the rates weighted, and, where the method
+    /// asks for it, smoothed by one solve with the matrix of the stages so that it stays bounded for
+    /// stiff parts and leaves constrained unknowns alone.
     pub fn estimate(&mut self, s: &mut Stepper, ladder: &mut Ladder, tableau: &Tableau) {
         let last = tableau.stages() - 1;
         self.from.copy_from_slice(&self.bases[last]);
@@ -178,17 +181,21 @@ impl Trial {
         self.smoothed.fill(0.0);
         s.sys.linear.e.mul_add(1.0, &self.slope[..n], &mut self.smoothed);
         let charges = self.smoothed.iter().zip(&self.stored).zip(&self.storage);
-        let out = self.slope.iter_mut().zip(&mut self.constrained);
-        for (j, ((d, constrained), ((smoothed, raw), &storage))) in out.zip(charges).enumerate() {
+        let out = self.slope.iter_mut().zip(&mut self.constrained).zip(&self.raw);
+        for (j, (((d, constrained), &plain), ((smoothed, raw), &storage))) in
+            out.zip(charges).enumerate()
+        {
             if storage > 0.0 {
                 // what a constraint determines shows no error; its rates have one
                 *constrained = smoothed.abs() < CONSTRAINED * raw.abs();
-                *d = match (*constrained, self.own[j]) {
-                    (true, _) => raw / storage,
-                    (false, true) => *d,
-                    (false, false) => smoothed / storage,
-                };
             }
+            *d = match (*constrained || !tableau.smoothed, self.own[j]) {
+                (false, true) => *d,
+                (true, true) if !*constrained => plain,
+                _ if storage == 0.0 => *d,
+                (true, _) => raw / storage,
+                (false, false) => smoothed / storage,
+            };
         }
     }
 
@@ -237,6 +244,11 @@ impl Trial {
         } else {
             self.past.forget();
         }
+    }
+
+    /// The rates of the next step at its begin are those of `slope`.
+    pub fn continue_rates(&mut self) {
+        self.rates[0].copy_from_slice(&self.slope);
     }
 
     /// The end of the step as a point.

@@ -1,6 +1,9 @@
 //! Singly diagonally implicit Runge-Kutta methods: every stage has the same matrix.
 
-use std::f64::consts::FRAC_1_SQRT_2;
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
+
+/// The largest number of stages.
+pub const MOST: usize = 6;
 
 /// A point near which the solution is known when a stage is to be solved.
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +20,8 @@ use Node::{Begin, Past, Stage};
 /// A stiffly accurate, L-stable method with a continuous solution.
 ///
 /// Stage i solves an implicit step of length `gamma h` that ends at `t + c_i h` and starts from
-/// `z + h sum a_ij k_j`; the last stage is the new state.
+/// `z + h sum a_ij k_j`; the last stage is the new state.  Where the first stage is the begin of the
+/// step itself (`c_0 = 0`), its rate is that of the end of the step before.
 pub struct Tableau {
     /// order of the solution
     pub order: u32,
@@ -29,6 +33,8 @@ pub struct Tableau {
     pub a: &'static [&'static [f64]],
     /// weights of the rates in the error estimate
     pub error: &'static [f64],
+    /// the estimate has to be smoothed: that of a stiff part grows with its stiffness
+    pub smoothed: bool,
     /// the error estimate is proportional to this power of the step
     pub error_order: i32,
     /// per stage the coefficients of theta, theta^2, ... in the continuous solution
@@ -37,6 +43,8 @@ pub struct Tableau {
     pub middle: usize,
     /// from which points each stage is predicted
     pub predictors: &'static [&'static [Node]],
+    /// the method of the first step after a jump or corner, where the rates at its begin are not known
+    pub starter: Option<&'static Tableau>,
 }
 
 const GAMMA2: f64 = 1.0 - FRAC_1_SQRT_2;
@@ -52,42 +60,138 @@ pub static SECOND: Tableau = Tableau {
     c: &[GAMMA2, 1.0],
     a: &[&[], &[FRAC_1_SQRT_2]],
     error: &[-WEIGHT2, WEIGHT2],
+    smoothed: true,
     error_order: 2,
     dense: &[&[1.0 + RATIO2, -FRAC_1_SQRT_2], &[-RATIO2, FRAC_1_SQRT_2]],
     middle: 0,
     predictors: &[&[Past(2), Past(0), Begin], &[Past(0), Begin, Stage(0)]],
+    starter: None,
 };
 
-/// Five stages, order four, continuous solution of order three (Hairer & Wanner, *Solving Ordinary
-/// Differential Equations II*, section IV.6).
+/// The weights of [`FOURTH`].
+const B4: [f64; 6] = [
+    (1181.0 - 987.0 * SQRT_2) / 13782.0,
+    (1181.0 - 987.0 * SQRT_2) / 13782.0,
+    47.0 * (1783.0 * SQRT_2 - 267.0) / 273343.0,
+    -16.0 * (3525.0 * SQRT_2 - 22922.0) / 571953.0,
+    -15625.0 * (97.0 + 376.0 * SQRT_2) / 90749876.0,
+    0.25,
+];
+/// Those of its embedded formula of order three.
+const EMBEDDED4: [f64; 6] = [
+    -480923228411.0 / 4982971448372.0,
+    -480923228411.0 / 4982971448372.0,
+    6709447293961.0 / 12833189095359.0,
+    3513175791894.0 / 6748737351361.0,
+    -498863281070.0 / 6042575550617.0,
+    2077005547802.0 / 8945017530137.0,
+];
+/// The quartic term of its continuous solution: `sum q_j c_j^p = 0` for `p < 3`, `1/4` for `p = 3`,
+/// `sum q_i a_ij c_j^2 = 1/12`, which give order four; of those the one with the least errors of
+/// order five.
+const Q4: [f64; 6] = [
+    -1.9972544699765011,
+    2.3915815029401193,
+    2.6507524170491683,
+    -3.793088299505774,
+    0.9671720593632138,
+    -0.21916320987022808,
+];
+/// Scale of the estimate: such that errors of whole runs have about the size of the tolerance.
+const WEIGHT4: f64 = 4.0;
+const A31: f64 = (1.0 - SQRT_2) / 8.0;
+const A41: f64 = (5.0 - 7.0 * SQRT_2) / 64.0;
+const A51: f64 = -(13796.0 + 54539.0 * SQRT_2) / 125000.0;
+
+/// An explicit and five implicit stages, order four, all stages of order two: ESDIRK4(3)6L[2]SA of
+/// Kennedy & Carpenter (NASA/TM-2016-219173; Appl. Numer. Math. 146 (2019) 221,
+/// doi:10.1016/j.apnum.2019.07.008).  Stiff parts, which the stages of [`START`] follow to first
+/// order only, keep their order.  The continuous solution is Hermite's cubic and a quartic term that
+/// vanishes with its slope at both ends, of order four.
 pub static FOURTH: Tableau = Tableau {
     order: 4,
     gamma: 0.25,
-    c: &[0.25, 0.75, 0.55, 0.5, 1.0],
+    c: &[0.0, 0.5, (2.0 - SQRT_2) / 4.0, 0.625, 1.04, 1.0],
     a: &[
         &[],
-        &[0.5],
-        &[17.0 / 50.0, -1.0 / 25.0],
-        &[371.0 / 1360.0, -137.0 / 2720.0, 15.0 / 544.0],
-        &[25.0 / 24.0, -49.0 / 48.0, 125.0 / 16.0, -85.0 / 12.0],
+        &[0.25],
+        &[A31, A31],
+        &[A41, A41, 7.0 * (1.0 + SQRT_2) / 32.0],
+        &[
+            A51,
+            A51,
+            (506605.0 + 132109.0 * SQRT_2) / 437500.0,
+            166.0 * (376.0 * SQRT_2 - 97.0) / 109375.0,
+        ],
+        &[B4[0], B4[1], B4[2], B4[3], B4[4]],
     ],
-    error: &[-3.0 / 16.0, -27.0 / 32.0, 25.0 / 32.0, 0.0, 0.25],
+    error: &[
+        WEIGHT4 * (B4[0] - EMBEDDED4[0]),
+        WEIGHT4 * (B4[1] - EMBEDDED4[1]),
+        WEIGHT4 * (B4[2] - EMBEDDED4[2]),
+        WEIGHT4 * (B4[3] - EMBEDDED4[3]),
+        WEIGHT4 * (B4[4] - EMBEDDED4[4]),
+        WEIGHT4 * (B4[5] - EMBEDDED4[5]),
+    ],
+    // smoothed with the slope at the end it would hide a diode that has begun to conduct
+    smoothed: false,
     error_order: 4,
     dense: &[
+        &[1.0, 3.0 * B4[0] - 2.0 + Q4[0], 1.0 - 2.0 * (B4[0] + Q4[0]), Q4[0]],
+        &[0.0, 3.0 * B4[1] + Q4[1], -2.0 * (B4[1] + Q4[1]), Q4[1]],
+        &[0.0, 3.0 * B4[2] + Q4[2], -2.0 * (B4[2] + Q4[2]), Q4[2]],
+        &[0.0, 3.0 * B4[3] + Q4[3], -2.0 * (B4[3] + Q4[3]), Q4[3]],
+        &[0.0, 3.0 * B4[4] + Q4[4], -2.0 * (B4[4] + Q4[4]), Q4[4]],
+        &[0.0, 3.0 * B4[5] - 1.0 + Q4[5], 1.0 - 2.0 * (B4[5] + Q4[5]), Q4[5]],
+    ],
+    middle: 1,
+    predictors: &[
+        &[],
+        &[Past(2), Past(1), Begin],
+        &[Past(1), Begin, Stage(1)],
+        &[Past(1), Begin, Stage(2), Stage(1)],
+        &[Begin, Stage(2), Stage(1), Stage(3)],
+        &[Stage(2), Stage(1), Stage(3), Stage(4)],
+    ],
+    starter: Some(&START),
+};
+
+/// Five stages, order four, continuous solution of order three (Hairer & Wanner, *Solving Ordinary
+/// Differential Equations II*, section IV.6), behind a first stage that counts for nothing, so that
+/// it has as many as [`FOURTH`].
+pub static START: Tableau = Tableau {
+    order: 4,
+    gamma: 0.25,
+    c: &[0.0, 0.25, 0.75, 0.55, 0.5, 1.0],
+    a: &[
+        &[],
+        &[0.0],
+        &[0.0, 0.5],
+        &[0.0, 17.0 / 50.0, -1.0 / 25.0],
+        &[0.0, 371.0 / 1360.0, -137.0 / 2720.0, 15.0 / 544.0],
+        &[0.0, 25.0 / 24.0, -49.0 / 48.0, 125.0 / 16.0, -85.0 / 12.0],
+    ],
+    error: &[0.0, -3.0 / 16.0, -27.0 / 32.0, 25.0 / 32.0, 0.0, 0.25],
+    smoothed: true,
+    error_order: 4,
+    dense: &[
+        &[],
         &[11.0 / 3.0, -463.0 / 72.0, 217.0 / 36.0, -20.0 / 9.0],
         &[11.0 / 2.0, -385.0 / 16.0, 661.0 / 24.0, -10.0],
         &[-125.0 / 18.0, 20125.0 / 432.0, -8875.0 / 216.0, 250.0 / 27.0],
         &[0.0, -85.0 / 4.0, 85.0 / 6.0, 0.0],
         &[-11.0 / 9.0, 557.0 / 108.0, -359.0 / 54.0, 80.0 / 27.0],
     ],
-    middle: 3,
+    middle: 4,
     predictors: &[
-        &[Past(3), Past(1), Begin],
-        &[Past(1), Begin, Stage(0)],
-        &[Begin, Stage(0), Stage(1)],
-        &[Stage(0), Stage(2), Stage(1)],
-        &[Begin, Stage(0), Stage(3), Stage(1)],
+        &[],
+        &[Past(4), Past(2), Begin],
+        &[Past(2), Begin, Stage(1)],
+        &[Begin, Stage(1), Stage(2)],
+        &[Stage(1), Stage(3), Stage(2)],
+        &[Begin, Stage(1), Stage(4), Stage(2)],
     ],
+    starter: None,
 };
 
 impl Tableau {
@@ -101,9 +205,24 @@ impl Tableau {
         self.c.len()
     }
 
+    /// The first stage that is to be solved: one that is the begin of the step is not.
+    pub fn first(&self) -> usize {
+        usize::from(self.c[0] == 0.0)
+    }
+
+    /// The rates at the begin of a step count.
+    pub fn continues(&self) -> bool {
+        self.starter.is_some()
+    }
+
+    /// The method of the next step, where the rates at its begin are `known` or not.
+    pub fn next(&'static self, known: bool) -> &'static Tableau {
+        self.starter.filter(|_| !known).unwrap_or(self)
+    }
+
     /// Weights of the rates in the solution at `theta` and in its derivative.
-    pub fn weights(&self, theta: f64) -> ([f64; 5], [f64; 5]) {
-        let (mut value, mut slope) = ([0.0; 5], [0.0; 5]);
+    pub fn weights(&self, theta: f64) -> ([f64; MOST], [f64; MOST]) {
+        let (mut value, mut slope) = ([0.0; MOST], [0.0; MOST]);
         for (j, coefficients) in self.dense.iter().enumerate() {
             for (p, &b) in coefficients.iter().enumerate().rev() {
                 value[j] = value[j] * theta + b;
@@ -124,7 +243,7 @@ mod tests {
         let row = |i: usize| {
             let mut row = vec![0.0; s];
             row[..i].copy_from_slice(t.a[i]);
-            row[i] = t.gamma;
+            row[i] = if i < t.first() { 0.0 } else { t.gamma };
             row
         };
         (0..s).map(row).collect()
@@ -157,7 +276,7 @@ mod tests {
 
     #[test]
     fn order_conditions_hold() {
-        for t in [&SECOND, &FOURTH] {
+        for t in [&SECOND, &FOURTH, &START] {
             let a = full(t);
             for (row, &c) in a.iter().zip(t.c) {
                 assert!((row.iter().sum::<f64>() - c).abs() < 1e-15);
@@ -174,8 +293,26 @@ mod tests {
     }
 
     #[test]
+    fn all_stages_are_of_second_order() {
+        let a = full(&FOURTH);
+        for (row, c) in a.iter().zip(FOURTH.c) {
+            assert!((dot(row, FOURTH.c) - 0.5 * c * c).abs() < 1e-15, "{c}");
+        }
+    }
+
+    #[test]
+    fn steps_from_known_and_unknown_rates_share_their_matrices() {
+        assert_eq!(FOURTH.gamma, START.gamma);
+        assert_eq!(FOURTH.stages(), START.stages());
+        for t in [&SECOND, &FOURTH, &START] {
+            assert!(t.stages() <= MOST && t.c[t.stages() - 1] == 1.0);
+            assert!(std::ptr::eq(t.next(false).next(false), t.next(false)));
+        }
+    }
+
+    #[test]
     fn continuous_solutions_have_their_order_everywhere() {
-        for (t, order) in [(&SECOND, 2), (&FOURTH, 3)] {
+        for (t, order) in [(&SECOND, 2), (&FOURTH, 4), (&START, 3)] {
             for theta in [0.1, 0.37, 0.5, 0.9, 1.0] {
                 let (value, slope) = t.weights(theta);
                 for (p, defect) in conditions(t, &value[..t.stages()], theta) {
@@ -196,11 +333,14 @@ mod tests {
 
     #[test]
     fn stiff_parts_vanish_in_one_step() {
-        for t in [&SECOND, &FOURTH] {
+        for t in [&SECOND, &FOURTH, &START] {
             for mu in [-1e3, -1e6, -1e9f64] {
                 let mut k = Vec::new();
                 let mut last = 1.0;
-                for row in t.a {
+                if t.first() > 0 {
+                    k.push(mu);
+                }
+                for row in &t.a[t.first()..] {
                     let base = 1.0 + dot(row, &k);
                     last = base / (1.0 - t.gamma * mu);
                     k.push(mu * last);

@@ -3,7 +3,7 @@
 use super::super::stepper::Stepper;
 use super::ladder::Ladder;
 use super::step::{sources, Trial};
-use super::tableau::Tableau;
+use super::tableau::{Tableau, MOST};
 use crate::audit::Taken;
 
 /// Price of a step in steps, so that records cost a twentieth of a run, and how many can be had at
@@ -62,7 +62,7 @@ impl Witness {
         let (stages, h) = (tableau.stages(), trial.length);
         // the step that ends in the point: its last row, in units of time
         let stage = tableau.gamma * h;
-        let mut weights = [0.0; 6];
+        let mut weights = [0.0; MOST + 1];
         if theta == 1.0 {
             for (w, a) in weights.iter_mut().zip(tableau.a[stages - 1]) {
                 *w = h * a;
@@ -91,6 +91,8 @@ impl Witness {
         let mut u = vec![0.0; p];
         for i in 0..=stages {
             let inside = i < stages;
+            // a first stage that counts for nothing has no rates: the next one stands for it
+            let i = if i < tableau.first() && !tableau.continues() { tableau.first() } else { i };
             let part = if inside { tableau.c[i] } else { theta };
             let t = trial.start + part * h;
             sources(&s.waveforms, t, trial.start, trial.corner, &mut u);
@@ -111,7 +113,7 @@ impl Witness {
             for j in 0..=stages {
                 taken.inner.push(match tableau.a[i].get(j) {
                     Some(a) => h * a,
-                    None if i == j => stage,
+                    None if i == j && i >= tableau.first() => stage,
                     None => 0.0,
                 });
             }
