@@ -26,6 +26,10 @@ _SHORT = 0.1  # [s] shorter runs are repeated until so much is spent, the least 
 _REPEATS = (2, 19)  # at least and at most
 _NGSPICE = 6.0  # [s] patience with one run of ngspice at least
 
+#: steps with error control are at most this part of the run, whatever ``tmax`` of the deck, which
+#: would set the price of all loose tolerances
+_LONGEST = 50.0
+
 #: ladders by name: settings that vary along them
 LADDERS = ("modewise", "sdirk", "sdirk2", "moreau", "moreau-half", "ngspice", "ngspice-junction")
 
@@ -112,7 +116,8 @@ def _settings(problem: Problem, name: str) -> Iterator[tuple[str, float, Setting
     elif name.startswith("sdirk"):
         for tolerance in _TOLERANCES:
             order = 2 if name == "sdirk2" else 4
-            yield "reltol", tolerance, Settings("sdirk", reltol=tolerance, order=order)
+            free = (problem.analysis.stop - problem.analysis.start) / _LONGEST
+            yield "reltol", tolerance, Settings("sdirk", step=free, reltol=tolerance, order=order)
     else:
         theta = 0.5 if name == "moreau-half" else 1.0
         start = problem.analysis.row_distance

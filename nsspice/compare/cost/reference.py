@@ -15,6 +15,8 @@ from .problem import Problem
 _TIGHT = (1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
 #: a finer run is not begun if it would take longer than this [s]
 _PATIENCE = 6.0
+#: what varies less than this share of its size is constant up to rounding
+_CONSTANT = 1e-12
 #: below this share of the range nothing is claimed: rounding of the signals
 _ROUNDING = 1e-15
 
@@ -127,7 +129,8 @@ def _controlled(
 
 def _span(table: Floats) -> Floats:
     low, high = table.min(axis=0), table.max(axis=0)
-    span = np.where(high > low, high - low, np.abs(high))
+    size = np.maximum(np.abs(low), np.abs(high))
+    span = np.where(high - low > _CONSTANT * size, high - low, size)
     out: Floats = np.where(span > 0.0, span, 1.0)
     return out
 

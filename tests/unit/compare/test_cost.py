@@ -55,6 +55,19 @@ def test_reference_without_the_exact_engine():
     assert 0.0 < reference.error < 1e-6
 
 
+def test_errors_of_what_is_constant_are_shares_of_its_size():
+    problem = Problem.of(
+        nsspice.read(SMOOTH.replace("V1 a", "V2 e 0 3.6\nR2 e c 10k\nV1 a")), ["v(e)"]
+    )
+    assert make_reference(problem).span == pytest.approx(3.6)
+
+
+def test_the_longest_step_of_the_deck_does_not_bound_the_ladder():
+    bounded = nsspice.read(SMOOTH.replace("50u 1m", "50u 1m 0 0.5u"))
+    report = nsspice.cost(bounded, methods=["sdirk"], limit=0.02)
+    assert report.ladders()["sdirk"][0].steps < 500
+
+
 def test_orders_and_errors_of_the_ladders():
     report = nsspice.cost(
         nsspice.read(RC), methods=["modewise", "sdirk", "sdirk2", "moreau"], limit=0.05

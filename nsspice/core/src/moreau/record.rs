@@ -123,6 +123,26 @@ impl Outputs {
         self.needs_function_rates
     }
 
+    /// The unknowns in each output with their factors; None if some output has more than unknowns
+    /// and sources.
+    pub fn of_unknowns(&self) -> Option<Vec<Vec<(usize, f64)>>> {
+        let [n, m, r, p, ..] = self.sizes;
+        let terms = |ends: &[usize]| {
+            let range = ends[0]..ends[1];
+            let all = self.index[range.clone()].iter().zip(&self.factor[range]);
+            let mut found = Vec::new();
+            for (&index, &factor) in all {
+                match index as usize {
+                    j if j < n => found.push((j, factor)),
+                    j if (n + m + r..n + m + r + p).contains(&j) => {}
+                    _ => return None,
+                }
+            }
+            Some(found)
+        };
+        self.start.windows(2).map(terms).collect()
+    }
+
     /// Writes one row.
     pub fn write(&mut self, quantities: &Quantities, row: &mut [f64]) {
         let [n, m, r, p, f, _] = self.sizes;
@@ -185,5 +205,8 @@ mod tests {
         assert_eq!(row, [11.0, 12.0, 5.0, 5.0, 13.0, 0.0, 7.0, 10.0]);
         let kinds: Vec<_> = outputs.groups.iter().map(|g| g.0).collect();
         assert_eq!(kinds, [3, 4, 6, 7, 8]);
+        assert!(outputs.of_unknowns().is_none());
+        let known = Outputs::new(&[list[4].clone(), list[6].clone()], [3, 1, 3, 1, 0, 0]);
+        assert_eq!(known.of_unknowns().unwrap(), [vec![(0, 2.0)], vec![]]);
     }
 }

@@ -314,6 +314,11 @@ impl Newton {
         self.eq.terms.iter().any(|t| t.q != 0.0)
     }
 
+    /// Rows in which rates of functions stand.
+    pub fn storing_rows(&self) -> impl Iterator<Item = usize> + '_ {
+        self.eq.terms.iter().filter(|t| t.q != 0.0).map(|t| t.row as usize)
+    }
+
     /// Unknowns that stored functions depend on.
     pub fn stored_unknowns(&self) -> Vec<usize> {
         let mut list: Vec<usize> =

@@ -22,6 +22,7 @@ mod points;
 mod predict;
 mod run;
 mod step;
+mod stored;
 mod tableau;
 mod witness;
 

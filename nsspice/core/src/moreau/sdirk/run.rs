@@ -9,6 +9,7 @@ use super::ladder::{Ladder, RUNGS};
 use super::locate::Locator;
 use super::points::PointRows;
 use super::step::Trial;
+use super::stored::StoredRows;
 use super::witness::Witness;
 use super::{Accuracy, Tableau};
 use crate::audit::Taken;
@@ -128,6 +129,7 @@ pub struct Sdirk {
     corner: (f64, bool),
     points: PointRows,
     witness: Witness,
+    stored: StoredRows,
     /// counters
     pub counters: Counters,
 }
@@ -170,6 +172,7 @@ impl Sdirk {
             corner: (f64::NEG_INFINITY, false),
             points: PointRows::default(),
             witness: Witness::default(),
+            stored: StoredRows::new(s),
             counters: Counters::default(),
         }
     }
@@ -259,6 +262,7 @@ impl Sdirk {
 
     /// Remembers the state from which the next step starts; its functions may be `known`.
     fn begin_step(&mut self, s: &mut Stepper, known: bool) {
+        self.stored.forget();
         let (n, m) = (s.z.len(), s.l.len());
         self.scales.note(s, &s.z, &s.l);
         let [voltage, current] = self.scales.largest;
@@ -437,7 +441,15 @@ impl Sdirk {
     fn write_inside(&mut self, s: &mut Stepper, label: f64, row: &mut [f64]) {
         let (n, m) = (s.z.len(), s.l.len());
         let theta = (label - self.trial.start) / self.trial.length;
-        self.trial.evaluate(s, &mut self.ladder, self.tableau, theta);
+        let end = self.accepted.map_or(1.0, |a| a.theta);
+        let rows = (end - theta) * self.trial.length / self.rows.step;
+        let (trial, ladder) = (&mut self.trial, &mut self.ladder);
+        let tolerance = self.accuracy.relative;
+        if self.stored.plain(s, trial, ladder, self.tableau, end, rows, tolerance) {
+            self.trial.interpolate(s, self.tableau, theta);
+        } else {
+            self.trial.evaluate(s, &mut self.ladder, self.tableau, theta);
+        }
         let (z, rest) = self.trial.point.split_at_mut(n);
         let (guards, f) = rest.split_at_mut(m);
         for (g, &active) in guards.iter_mut().zip(&s.active) {

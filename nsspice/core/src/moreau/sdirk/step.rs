@@ -199,6 +199,17 @@ impl Trial {
         }
     }
 
+    /// The unknowns of `point` by the polynomial alone, and the sources: right for what is stored.
+    pub fn interpolate(&mut self, s: &Stepper, tableau: &Tableau, theta: f64) {
+        let (n, value) = (self.n, tableau.weights(theta).0);
+        self.point[..n].copy_from_slice(&self.first[..n]);
+        for (k, v) in self.rates.iter().zip(&value) {
+            add(self.length * v, &k[..n], &mut self.point[..n]);
+        }
+        let t = self.start + theta * self.length;
+        sources(&s.waveforms, t, self.start, self.corner, &mut self.u);
+    }
+
     /// Evaluates the continuous solution at `theta` (of the step): stored quantities from the
     /// polynomial, all others from the laws at that instant.
     pub fn evaluate(

@@ -1,0 +1,174 @@
+//! Outputs that are stored quantities: voltages across capacitors, currents of inductors.  The
+//! continuous solution gives them without solving for the rest.
+
+use super::super::record::Quantities;
+use super::super::stepper::Stepper;
+use super::ladder::Ladder;
+use super::step::Trial;
+use super::tableau::Tableau;
+
+/// With fewer rows than this in a step it is not worth while to look.
+const WORTH: f64 = 3.0;
+/// Largest distance of the polynomial from the laws, as a part of the tolerance.
+const NEAR: f64 = 0.1;
+
+/// Decides for each step whether its rows may come from the polynomial alone.  Of parts that are
+/// stiffer than the step is short it tells less than the laws do.
+pub struct StoredRows {
+    possible: bool,
+    /// for the present step
+    decided: Option<bool>,
+    /// largest outputs so far
+    largest: Vec<f64>,
+    exact: Vec<f64>,
+    plain: Vec<f64>,
+}
+
+impl StoredRows {
+    pub fn new(s: &Stepper) -> StoredRows {
+        let zeros = vec![0.0; s.outputs.len()];
+        StoredRows {
+            possible: outputs_are_stored(s),
+            decided: None,
+            largest: zeros.clone(),
+            exact: zeros.clone(),
+            plain: zeros,
+        }
+    }
+
+    /// A step has ended.
+    pub fn forget(&mut self) {
+        self.decided = None;
+    }
+
+    /// Whether the polynomial gives the rows of the step `trial` up to `end` (as a part of it), so
+    /// many of them; at its middle it is compared with what the laws say.
+    #[allow(clippy::too_many_arguments)] // a step and what has been asked of it
+    pub fn plain(
+        &mut self,
+        s: &mut Stepper,
+        trial: &mut Trial,
+        ladder: &mut Ladder,
+        tableau: &Tableau,
+        end: f64,
+        rows: f64,
+        tolerance: f64,
+    ) -> bool {
+        if !self.possible {
+            return false;
+        }
+        if let Some(decided) = self.decided {
+            return decided;
+        }
+        let mut near = rows > WORTH;
+        if near {
+            trial.evaluate(s, ladder, tableau, 0.5 * end);
+            write(s, trial, &mut self.exact);
+            trial.interpolate(s, tableau, 0.5 * end);
+            write(s, trial, &mut self.plain);
+            for ((a, b), largest) in self.exact.iter().zip(&self.plain).zip(&mut self.largest) {
+                *largest = largest.max(a.abs());
+                near &= (a - b).abs() <= NEAR * tolerance * *largest;
+            }
+        }
+        self.decided = Some(near);
+        near
+    }
+}
+
+/// The outputs at the point of `trial`, of which unknowns and sources count.
+fn write(s: &mut Stepper, trial: &Trial, row: &mut [f64]) {
+    let (z, rest) = trial.point.split_at(s.z.len());
+    let (l, f) = rest.split_at(s.l.len());
+    let (rates, slope) = trial.slope.split_at(s.z.len());
+    s.outputs.write(&Quantities { z, l, rates, u: &trial.u, f: [f, slope] }, row);
+}
+
+/// Unknowns joined by capacitors; in each group all differences are stored.
+struct Groups {
+    parent: Vec<usize>,
+    ground: usize,
+}
+
+impl Groups {
+    fn find(&mut self, mut i: usize) -> usize {
+        while self.parent[i] != i {
+            self.parent[i] = self.parent[self.parent[i]];
+            i = self.parent[i];
+        }
+        i
+    }
+
+    /// Joins two groups; false if they are one already.
+    fn join(&mut self, i: usize, j: usize) -> bool {
+        let (i, j) = (self.find(i), self.find(j));
+        self.parent[i] = j;
+        i != j
+    }
+}
+
+/// Whether every output of `s` is a combination of quantities that linear capacitors and inductors
+/// store, with sources, and no such quantity is determined by the laws alone.
+fn outputs_are_stored(s: &Stepper) -> bool {
+    let Some(smooth) = &s.smooth else { return false };
+    let linear = &s.sys.linear;
+    let (n, kind) = (s.z.len(), &linear.row_kind);
+    let mut groups = Groups { parent: (0..=n).collect(), ground: n };
+    let mut rest = vec![0.0; n]; // what the capacitors of a node lead to ground
+    let mut stores = vec![false; n];
+    for (r, c, v) in linear.e.iter().filter(|e| e.2 != 0.0) {
+        stores[r] = true;
+        rest[r] += v;
+        if kind[r] == 0 && kind[c] == 0 && r != c {
+            groups.join(r, c);
+        }
+    }
+    let size = |r: usize| linear.e.iter().filter(|e| e.0 == r).map(|e| e.2.abs()).sum::<f64>();
+    for r in (0..n).filter(|&r| kind[r] == 0 && stores[r]) {
+        if rest[r].abs() > 1e-9 * size(r) {
+            groups.join(r, groups.ground);
+        }
+    }
+    // charges of smooth functions are no polynomials of their unknowns
+    let mut unfit = vec![false; n + 1];
+    for r in smooth.newton.storing_rows() {
+        let group = groups.find(r);
+        unfit[group] = true;
+    }
+    let fit = |groups: &mut Groups, output: &[(usize, f64)]| {
+        let mut sums = vec![(0.0f64, 0.0f64); n + 1];
+        for &(j, factor) in output {
+            if kind[j] == 1 {
+                if !stores[j] {
+                    return false;
+                }
+                continue;
+            }
+            let group = groups.find(j);
+            if unfit[group] || !stores[j] {
+                return false;
+            }
+            sums[group].0 += factor;
+            sums[group].1 += factor.abs();
+        }
+        let ground = groups.find(groups.ground);
+        sums.iter().enumerate().all(|(g, s)| g == ground || s.0.abs() <= 1e-12 * s.1)
+    };
+    let Some(outputs) = s.outputs.of_unknowns() else { return false };
+    if !outputs.iter().all(|output| fit(&mut groups, output)) {
+        return false;
+    }
+    // a loop of capacitors and voltage laws ties what they store
+    let mut tied = true;
+    for r in (0..n).filter(|&r| kind[r] == 1 && !stores[r]) {
+        let law = linear.g.iter().filter(|g| g.0 == r && g.2 != 0.0 && kind[g.1] == 0);
+        let nodes: Vec<usize> = law.map(|g| g.1).collect();
+        tied &= match nodes[..] {
+            [] => true,
+            [a] => groups.join(a, groups.ground),
+            [a, b] => groups.join(a, b),
+            _ => false,
+        };
+    }
+    tied
+}
