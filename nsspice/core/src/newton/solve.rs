@@ -25,6 +25,8 @@ const ACCEPT: f64 = 1e-10;
 const RATES: usize = 12;
 /// Iterations from a good start.
 const ITERATIONS: usize = 40;
+/// The same where others may be found more easily.
+const BRIEF: usize = 10;
 /// Rounds of the active-set iteration before the driver takes over.
 const ROUNDS: usize = 12;
 
@@ -59,6 +61,8 @@ pub struct Newton {
     stamp: u64,
     /// relative residual at which the iteration ends
     accuracy: f64,
+    /// the next solve may give up early
+    brief: bool,
     predicted: bool,
     prediction: Vec<f64>,
     pub(super) state: State,
@@ -94,6 +98,7 @@ impl Newton {
             present: 0,
             stamp: 0,
             accuracy: DONE,
+            brief: false,
             predicted: false,
             prediction: vec![0.0; eq.n],
             state: State {
@@ -153,6 +158,12 @@ impl Newton {
     pub fn set_accuracy(&mut self, accuracy: f64) {
         self.accuracy = accuracy.clamp(DONE, COARSEST);
         self.tape.set_accuracy(self.accuracy);
+    }
+
+    /// Lets the next warm start give up early: a caller who can ask for less has no use for a
+    /// solution that is hard to find.
+    pub fn be_brief(&mut self, brief: bool) {
+        self.brief = brief;
     }
 
     /// The solution of the equations linearised at the solution found last (or just before it) for a
@@ -235,18 +246,27 @@ impl Newton {
 
     /// From `state.x`, the last solution, by way of the prediction if there is one.
     fn warm(&mut self) -> Option<Judgement> {
+        let brief = std::mem::take(&mut self.brief);
         self.activate_from_signs();
         let s = &mut self.state;
         s.kept.clear();
         s.kept.extend_from_slice(&s.x);
         s.kept.extend_from_slice(self.tape.points());
         s.kept_active.copy_from_slice(&s.active);
+        let limit = if brief { BRIEF } else { ITERATIONS };
         if self.predicted {
             s.x[..self.eq.n].copy_from_slice(&self.prediction);
-            if let Some(found) = self.iterate(ITERATIONS, None, Linearisation::Careful) {
+            if let Some(found) = self.iterate(limit, None, Linearisation::Careful) {
                 return Some(found);
             }
             self.restore();
+        }
+        if brief {
+            let found = self.iterate(limit, None, Linearisation::Careful);
+            if found.is_none() {
+                self.restore();
+            }
+            return found;
         }
         if let Some(found) = self.iterate(ITERATIONS, None, Linearisation::Careful) {
             return Some(found);

@@ -6,6 +6,9 @@ use super::predict::Past;
 use super::tableau::Tableau;
 use crate::waveform::{Side, Waveform};
 
+/// Steps from this level on are so short that another way has to be tried.
+const PATIENT: usize = 24;
+
 /// A smoothed error below this part of the plain one belongs to a constrained unknown.
 const CONSTRAINED: f64 = 1e-6;
 
@@ -137,6 +140,7 @@ impl Trial {
                 if past.predict(tableau, i, h, &self.first, done, &mut self.guess) {
                     smooth.newton.predict(&self.guess);
                 }
+                smooth.newton.be_brief(level < PATIENT);
             }
             let fit = ladder.solve(s, level, t, base, &self.u, near, x);
             if fit == Fit::Contradiction {
@@ -191,7 +195,8 @@ impl Trial {
             }
             *d = match (*constrained || !tableau.smoothed, self.own[j]) {
                 (false, true) => *d,
-                (true, true) if !*constrained => plain,
+                // charges of junctions are stiff, and their diodes begin to conduct: between both
+                (true, true) if !*constrained => (plain * *d).abs().sqrt(),
                 _ if storage == 0.0 => *d,
                 (true, _) => raw / storage,
                 (false, false) => smoothed / storage,
