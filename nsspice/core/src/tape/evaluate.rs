@@ -1,10 +1,13 @@
 //! Values and derivatives of a program.
 
+use super::block::Numbers;
 use super::curves;
+use super::group::Group;
 use super::limit;
 use super::ops::Op;
 use super::parts::Part;
 use super::program::{Instruction, Program};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Where the fast-growing instructions are linearised.
@@ -23,7 +26,12 @@ pub enum Linearisation {
 pub struct Tape {
     program: Arc<Program>,
     machine: Machine,
+    /// parts that are evaluated together
+    groups: Vec<Group>,
+    /// parts that are evaluated alone
     parts: Vec<Part>,
+    /// members of a group that have to be this time
+    wild: Vec<usize>,
 }
 
 /// What changes from one evaluation to the next.
@@ -68,11 +76,11 @@ impl Kept {
 }
 
 /// A linearisation point this close to the argument (in units of the exponential) is the argument.
-const SAME: f64 = 1e-9;
+pub(super) const SAME: f64 = 1e-9;
 /// Within this part of its unit a function is its tangent, up to half the square of it.
 const TANGENT: f64 = 1e-8;
 /// Slopes are not let beyond this: products with zeros of the chain rule must stay zero.
-const STEEPEST: f64 = 1e150;
+pub(super) const STEEPEST: f64 = 1e150;
 
 impl Tape {
     /// Registers for a program, with the linearisation points where all arguments are zero.
@@ -91,7 +99,9 @@ impl Tape {
             kept: vec![Kept::NOTHING; program.kept],
             tangent: TANGENT,
         };
-        let mut tape = Tape { machine, parts: Part::all(&program), program };
+        let (groups, parts) = Group::all(&program, Part::all(&program));
+        let mut tape = Tape { machine, parts, groups, wild: Vec::new(), program };
+        tape.set_constants();
         tape.set_blunt(1.0);
         tape.set_linear_slopes();
         tape
@@ -136,6 +146,9 @@ impl Tape {
         for part in &mut self.parts {
             part.measure(&self.program, factor);
         }
+        for group in &mut self.groups {
+            group.set_blunt(&self.program, factor);
+        }
         for i in &self.program.code {
             if i.op == Op::Junction {
                 let c = &self.program.constants[i.args[1] as usize..];
@@ -162,7 +175,7 @@ impl Tape {
     /// Goes back to other linearisation points.
     pub fn set_points(&mut self, points: &[f64]) {
         self.machine.points.copy_from_slice(points);
-        self.parts.iter_mut().for_each(|p| p.known = false);
+        self.forget();
     }
 
     /// Sets the linearisation point of every junction to its knee, where it begins to conduct.
@@ -170,7 +183,7 @@ impl Tape {
         for i in self.program.code.iter().filter(|i| i.op == Op::Junction) {
             self.machine.points[i.limit as usize] = self.machine.knees[i.limit as usize];
         }
-        self.parts.iter_mut().for_each(|p| p.known = false);
+        self.forget();
     }
 
     /// True if some instruction was not linearised at its argument in the last evaluation.
@@ -190,38 +203,62 @@ impl Tape {
 
     /// Computes values and derivatives.
     pub fn evaluate(&mut self, z: &[f64], u: &[f64], t: f64, how: Linearisation) {
-        let Tape { program, machine, parts } = self;
+        let Tape { program, machine, parts, groups, wild } = self;
         for &k in &program.leaves {
             let i = &program.code[k as usize];
             let a = i.args[0] as usize;
             machine.registers[k as usize] = match i.op {
-                Op::Constant => program.constants[a],
                 Op::Unknown => z[a],
                 Op::Source => u[a],
                 _ => t,
             };
         }
         let mut limited = false;
+        for group in groups {
+            let Machine { registers, slopes, points, tangent, .. } = machine;
+            if how == Linearisation::Careful {
+                group.rouse(registers, slopes, *tangent);
+            } else {
+                group.rouse_all();
+            }
+            limited |= group.evaluate(&mut Numbers { registers, slopes, points }, how, wild);
+            for m in wild.drain(..) {
+                let exact = machine.part(program, group.parts[m].0.clone(), how);
+                group.keep(m, &machine.registers, exact && how != Linearisation::Held);
+                limited |= !exact;
+            }
+        }
         for part in parts {
             if how == Linearisation::Careful && part.rests(&machine.registers, machine.tangent) {
                 part.follow(&mut machine.registers, &machine.slopes);
                 continue;
             }
-            machine.limited = false;
-            for (k, instruction) in &part.code {
-                let value = machine.instruction(program, instruction, how);
-                machine.registers[*k as usize] = value;
-            }
-            part.keep(&machine.registers, how != Linearisation::Held && !machine.limited);
-            limited |= machine.limited;
+            let exact = machine.part(program, part.code.clone(), how);
+            part.keep(&machine.registers, exact && how != Linearisation::Held);
+            limited |= !exact;
         }
         machine.limited = limited;
+    }
+
+    /// What is known of the last evaluation does not count any more.
+    fn forget(&mut self) {
+        self.groups.iter_mut().for_each(Group::forget);
+        self.parts.iter_mut().for_each(|p| p.known = false);
+    }
+
+    /// Registers of constants, once for all.
+    fn set_constants(&mut self) {
+        for (register, i) in self.machine.registers.iter_mut().zip(&self.program.code) {
+            if i.op == Op::Constant {
+                *register = self.program.constants[i.args[0] as usize];
+            }
+        }
     }
 
     /// Sets functions without a finite value or slope to zero until the next evaluation; true if
     /// there are any.
     pub fn silence(&mut self) -> bool {
-        let Tape { program, machine, parts } = self;
+        let Tape { program, machine, .. } = self;
         let mut any = false;
         for &out in &program.outputs {
             let (start, end) = program.code[out as usize].slots;
@@ -233,12 +270,21 @@ impl Tape {
                 any = true;
             }
         }
-        parts.iter_mut().for_each(|p| p.known = false);
+        self.forget();
         any
     }
 }
 
 impl Machine {
+    /// Evaluates some instructions; true if all were linearised at their arguments.
+    fn part(&mut self, program: &Program, code: Range<usize>, how: Linearisation) -> bool {
+        self.limited = false;
+        for k in code {
+            self.registers[k] = self.instruction(program, &program.code[k], how);
+        }
+        !self.limited
+    }
+
     /// Value of one instruction, and its slots.
     #[inline]
     fn instruction(&mut self, program: &Program, i: &Instruction, how: Linearisation) -> f64 {

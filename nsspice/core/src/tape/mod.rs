@@ -5,8 +5,11 @@
 //! (Griewank and Walther, *Evaluating Derivatives*, SIAM 2008, ch. 3 and 7), each register with
 //! one slot for every variable it depends on, so that an evaluation allocates nothing.
 
+mod block;
 mod curves;
 mod evaluate;
+mod group;
+mod lanes;
 mod limit;
 mod ops;
 mod parts;

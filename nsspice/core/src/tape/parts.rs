@@ -5,20 +5,21 @@
 
 use super::ops::Op;
 use super::program::{Instruction, Program};
+use std::ops::Range;
 
 /// A part and what it was at its last evaluation.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
-    /// its instructions, in their order, each with its register
-    pub code: Vec<(u32, Instruction)>,
+    /// its instructions, which stand behind each other
+    pub code: Range<usize>,
     /// registers of the variables it depends on, and where they were
     pub variables: Vec<u32>,
-    pub at: Vec<f64>,
+    at: Vec<f64>,
     /// registers that others read, and their values
     pub outputs: Vec<u32>,
-    pub values: Vec<f64>,
+    values: Vec<f64>,
     /// derivatives of the outputs: register, slot, and which of the variables
-    pub links: Vec<(u32, u32, u32)>,
+    links: Vec<(u32, u32, u32)>,
     /// distance over which it bends; zero: unknown
     pub unit: f64,
     /// `at`, `values` and the slots belong together
@@ -30,36 +31,50 @@ pub(super) fn is_leaf(op: Op) -> bool {
     matches!(op, Op::Constant | Op::Unknown | Op::Source | Op::Time)
 }
 
+/// The first instruction of the part of each instruction; leaves belong to none.
+fn roots(program: &Program) -> Vec<usize> {
+    let code = &program.code;
+    let mut parent: Vec<usize> = (0..code.len()).collect();
+    fn root(parent: &mut [usize], mut k: usize) -> usize {
+        while parent[k] != k {
+            parent[k] = parent[parent[k]];
+            k = parent[k];
+        }
+        k
+    }
+    for (k, i) in code.iter().enumerate().filter(|(_, i)| !is_leaf(i.op)) {
+        for &a in &i.args[..i.op.arity()] {
+            if !is_leaf(code[a as usize].op) {
+                let (a, b) = (root(&mut parent, a as usize), root(&mut parent, k));
+                parent[a.max(b)] = a.min(b);
+            }
+        }
+    }
+    (0..code.len()).map(|k| root(&mut parent, k)).collect()
+}
+
+/// An order of the instructions: leaves first, then one part after the other.
+pub(super) fn order(program: &Program) -> Vec<usize> {
+    let (code, roots) = (&program.code, roots(program));
+    let mut order: Vec<usize> = (0..code.len()).collect();
+    order.sort_by_key(|&k| if is_leaf(code[k].op) { (false, k) } else { (true, roots[k]) });
+    order
+}
+
 impl Part {
-    /// The parts of a program.
+    /// The parts of a program in which they stand behind each other.
     pub fn all(program: &Program) -> Vec<Part> {
         let code = &program.code;
-        let mut parent: Vec<usize> = (0..code.len()).collect();
-        fn root(parent: &mut [usize], mut k: usize) -> usize {
-            while parent[k] != k {
-                parent[k] = parent[parent[k]];
-                k = parent[k];
-            }
-            k
-        }
-        for (k, i) in code.iter().enumerate().filter(|(_, i)| !is_leaf(i.op)) {
-            for &a in &i.args[..i.op.arity()] {
-                if !is_leaf(code[a as usize].op) {
-                    let (a, b) = (root(&mut parent, a as usize), root(&mut parent, k));
-                    parent[a.max(b)] = a.min(b);
-                }
-            }
-        }
         let mut output = vec![false; code.len()];
         program.outputs.iter().for_each(|&k| output[k as usize] = true);
-        let mut index = vec![usize::MAX; code.len()];
         let mut parts: Vec<Part> = Vec::new();
-        for (k, i) in code.iter().enumerate().filter(|(_, i)| !is_leaf(i.op)) {
-            let r = root(&mut parent, k);
-            if index[r] == usize::MAX {
-                index[r] = parts.len();
+        for (k, root) in roots(program).into_iter().enumerate() {
+            if is_leaf(code[k].op) {
+                continue;
+            }
+            if k == root {
                 parts.push(Part {
-                    code: Vec::new(),
+                    code: k..k,
                     variables: Vec::new(),
                     at: Vec::new(),
                     outputs: Vec::new(),
@@ -69,9 +84,9 @@ impl Part {
                     known: false,
                 });
             }
-            let part = &mut parts[index[r]];
-            part.code.push((k as u32, *i));
-            let leaves = i.args[..i.op.arity()].iter();
+            let Some(part) = parts.last_mut() else { continue };
+            part.code.end = k + 1;
+            let leaves = code[k].args[..code[k].op.arity()].iter();
             part.variables.extend(leaves.filter(|&&a| {
                 let op = code[a as usize].op;
                 is_leaf(op) && op != Op::Constant
@@ -103,10 +118,19 @@ impl Part {
     /// Sets the distance over which the part bends, the unit of junctions multiplied by `blunt`.
     pub fn measure(&mut self, program: &Program, blunt: f64) {
         self.known = false;
-        let units = self.code.iter().map(|(_, i)| bends_over(program, i, blunt));
+        self.unit = Part::unit(program, self.code.clone(), blunt);
+    }
+
+    /// The distance over which some instructions bend; zero: unknown.
+    pub fn unit(program: &Program, code: Range<usize>, blunt: f64) -> f64 {
+        let units = program.code[code].iter().map(|i| bends_over(program, i, blunt));
         let unit = units.fold(f64::INFINITY, f64::min);
         // linear parts cost less than the question
-        self.unit = if unit.is_finite() { unit } else { 0.0 };
+        if unit.is_finite() {
+            unit
+        } else {
+            0.0
+        }
     }
 
     /// Whether the part is its tangent, to be moved by less than `reach` of its unit.

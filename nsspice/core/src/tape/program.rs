@@ -1,7 +1,7 @@
 //! A checked tape with the sparsity of its derivatives.
 
 use super::ops::Op;
-use super::parts::is_leaf;
+use super::parts::{is_leaf, order};
 
 /// One instruction: code, arguments, and where its derivatives stand.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +38,7 @@ pub struct Program {
     pub(super) limited: usize,
     /// number of instructions whose last value is kept
     pub(super) kept: usize,
-    /// instructions that depend on nothing else
+    /// variables
     pub(super) leaves: Vec<u32>,
     unknowns: usize,
     sources: usize,
@@ -57,18 +57,7 @@ impl Program {
         if ops.len() != args.len() {
             return Err("a tape needs one row of arguments per instruction".into());
         }
-        let mut program = Program {
-            code: Vec::with_capacity(ops.len()),
-            constants: constants.to_vec(),
-            outputs: Vec::with_capacity(outputs.len()),
-            variables: vec![u32::MAX],
-            feeds: vec![[ZERO; 3]],
-            limited: 0,
-            kept: 0,
-            leaves: Vec::new(),
-            unknowns,
-            sources,
-        };
+        let mut program = Program::empty(constants, unknowns, sources);
         for (k, (&code, args)) in ops.iter().zip(args).enumerate() {
             let op = Op::from_code(code).ok_or(format!("instruction {k} has the code {code}"))?;
             program.add(k, op, args)?;
@@ -80,6 +69,37 @@ impl Program {
             }
             program.outputs.push(register as u32);
         }
+        program.arranged()
+    }
+
+    fn empty(constants: &[f64], unknowns: usize, sources: usize) -> Program {
+        Program {
+            code: Vec::new(),
+            constants: constants.to_vec(),
+            outputs: Vec::new(),
+            variables: vec![u32::MAX],
+            feeds: vec![[ZERO; 3]],
+            limited: 0,
+            kept: 0,
+            leaves: Vec::new(),
+            unknowns,
+            sources,
+        }
+    }
+
+    /// The same with the instructions of each part behind each other.
+    fn arranged(self) -> Result<Program, String> {
+        let order = order(&self);
+        let mut place = vec![0u32; order.len()];
+        let mut program = Program::empty(&self.constants, self.unknowns, self.sources);
+        for (k, &old) in order.iter().enumerate() {
+            place[old] = k as u32;
+            let i = &self.code[old];
+            let mut args = i.args;
+            args[..i.op.arity()].iter_mut().for_each(|a| *a = place[*a as usize]);
+            program.add(k, i.op, &args.map(|a| a as i32))?;
+        }
+        program.outputs = self.outputs.iter().map(|&k| place[k as usize]).collect();
         Ok(program)
     }
 
@@ -126,7 +146,7 @@ impl Program {
         self.limited += usize::from(op.limited());
         self.kept += usize::from(op.limited() || op == Op::Depletion);
         let linear = self.is_linear(op, &own);
-        if is_leaf(op) {
+        if is_leaf(op) && op != Op::Constant {
             self.leaves.push(k as u32);
         }
         let slots = (start, self.variables.len() as u32);
