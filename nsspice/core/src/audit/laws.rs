@@ -43,7 +43,7 @@ impl Functions {
         };
         self.reach.clear();
         self.reach.extend((0..program.len()).map(|k| {
-            let steep = program.derivatives(k).map(|(j, slot)| slopes[slot].abs() * size(j));
+            let steep = self.tape.derivatives(k).map(|(j, slot)| slopes[slot].abs() * size(j));
             self.tape.value(k).abs() + steep.sum::<f64>()
         }));
         self.f.add_sizes(1.0, &self.reach, floor);

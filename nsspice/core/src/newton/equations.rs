@@ -92,10 +92,9 @@ impl Equations {
                 }
             }
         }
-        let program = smooth.tape.program();
         let mut positions = Vec::new();
         for term in &terms {
-            for (variable, slot) in program.derivatives(term.function as usize) {
+            for (variable, slot) in smooth.tape.derivatives(term.function as usize) {
                 if variable < n {
                     positions.push((term, variable, slot));
                 }

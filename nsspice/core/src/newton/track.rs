@@ -113,10 +113,10 @@ impl Newton {
 
     /// `out += factor F (df/du u' + df/dt)` from the derivatives of the last evaluation.
     pub fn add_drift(&self, factor: f64, u_rate: &[f64], t_rate: f64, out: &mut [f64]) {
-        let (n, program) = (self.eq.n, self.tape.program());
+        let n = self.eq.n;
         let slopes = self.tape.slopes();
         for term in self.eq.terms.iter().filter(|t| t.f != 0.0) {
-            for (variable, slot) in program.derivatives(term.function as usize) {
+            for (variable, slot) in self.tape.derivatives(term.function as usize) {
                 let rate = match variable.checked_sub(n) {
                     None => continue,
                     Some(k) if k < u_rate.len() => u_rate[k],

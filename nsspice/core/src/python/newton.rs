@@ -30,7 +30,7 @@ pub(super) fn tape_values<'py>(
     let mut tape = tape(&spec, z.ncols(), u.ncols())?;
     let program = tape.program().clone();
     let list: Vec<(usize, usize, usize)> = (0..program.len())
-        .flat_map(|k| program.derivatives(k).map(move |(v, slot)| (k, v, slot)))
+        .flat_map(|k| tape.derivatives(k).map(move |(v, slot)| (k, v, slot)))
         .collect();
     let (mut values, mut slopes) = (Vec::new(), Vec::new());
     for (k, &t) in t.as_slice()?.iter().enumerate() {

@@ -1,15 +1,11 @@
-//! Several members of a group at a time.
+//! Four members of a group at a time.
 
-use super::evaluate::{Linearisation, SAME, STEEPEST};
-use super::group::{Group, Kind, Shape, Step};
+use super::evaluate::{Linearisation, SAME};
+use super::group::{Group, Kind, Shape, Step, WIDE};
 use super::lanes::{growth, log_near_one, Lanes};
 use super::limit;
 
-/// Members that are evaluated at once: many, or the last few.
-pub(super) const WIDEST: usize = 8;
-const NARROW: usize = 4;
-
-/// The numbers of a tape that blocks read and write.
+/// The numbers of a tape that groups read and write.
 pub(super) struct Numbers<'a> {
     pub registers: &'a mut [f64],
     pub slopes: &'a mut [f64],
@@ -17,20 +13,22 @@ pub(super) struct Numbers<'a> {
 }
 
 impl Group {
-    /// Evaluates the active members.  True if something was not linearised at its argument; `wild`
-    /// takes the members with something that is not finite, of which nothing is written.
+    /// Evaluates all members but those that are their tangents, within `reach` of their units, and
+    /// move along them.  True if something was not linearised at its argument; `wild` takes the
+    /// members with something that is not finite, whose linearisation points stay.
     pub fn evaluate(
         &mut self,
         numbers: &mut Numbers,
         how: Linearisation,
+        reach: f64,
         wild: &mut Vec<usize>,
     ) -> bool {
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2") {
             // SAFETY: the processor has just been asked
-            return unsafe { self.evaluate_avx2(numbers, how, wild) };
+            return unsafe { self.evaluate_avx2(numbers, how, reach, wild) };
         }
-        self.evaluate_any(numbers, how, wild)
+        self.evaluate_any(numbers, how, reach, wild)
     }
 
     #[cfg(target_arch = "x86_64")]
@@ -39,9 +37,10 @@ impl Group {
         &mut self,
         numbers: &mut Numbers,
         how: Linearisation,
+        reach: f64,
         wild: &mut Vec<usize>,
     ) -> bool {
-        self.evaluate_any(numbers, how, wild)
+        self.evaluate_any(numbers, how, reach, wild)
     }
 
     #[inline(always)]
@@ -49,91 +48,75 @@ impl Group {
         &mut self,
         numbers: &mut Numbers,
         how: Linearisation,
+        reach: f64,
         wild: &mut Vec<usize>,
     ) -> bool {
-        let active = std::mem::take(&mut self.active);
-        let mut rest = &active[..];
-        let mut limited = false;
-        while !rest.is_empty() {
-            let count = rest.len().min(if rest.len() > NARROW { WIDEST } else { NARROW });
-            let (now, later) = rest.split_at(count);
-            limited |= if count > NARROW {
-                self.block::<WIDEST>(now, numbers, how, wild)
-            } else {
-                self.block::<NARROW>(now, numbers, how, wild)
-            };
-            rest = later;
-        }
-        self.active = active;
-        limited
-    }
-
-    #[inline(always)]
-    fn block<const W: usize>(
-        &mut self,
-        active: &[u32],
-        numbers: &mut Numbers,
-        how: Linearisation,
-        wild: &mut Vec<usize>,
-    ) -> bool {
-        // beyond the last one it is taken again
-        let members: [usize; W] = std::array::from_fn(|i| active[i.min(active.len() - 1)] as usize);
-        let shape = &self.shape;
-        let registers = self.registers.as_chunks_mut::<W>().0;
-        let derivatives = self.derivatives.as_chunks_mut::<W>().0;
-        let moved = self.moved.as_chunks_mut::<W>().0;
+        let Group { shape, registers, derivatives, before, .. } = self;
         let (v, c, p) = (shape.variables, shape.constants, shape.limits);
-        for (k, register) in registers[..v].iter_mut().enumerate() {
-            *register = each(|i| numbers.registers[self.inputs[members[i] * v + k] as usize]);
-        }
-        for (k, register) in registers[v..v + c].iter_mut().enumerate() {
-            *register = if self.alike {
-                [self.constants[k]; W]
-            } else {
-                each(|i| self.constants[members[i] * c + k])
-            };
-        }
-        for (k, old) in moved[..p].iter_mut().enumerate() {
-            *old = each(|i| numbers.points[self.points[members[i] * p + k] as usize]);
-        }
-        derivatives[0] = [0.0; W];
-        derivatives[1..=v].fill([1.0; W]);
-        let mut limited = [false; W];
-        for step in &shape.steps {
-            run(shape, step, registers, derivatives, moved, how, &mut limited);
-        }
-        let mut lost = [false; W];
-        let outputs = shape.outputs.iter().map(|k| &registers[k.0 as usize]);
-        for lanes in outputs.chain(shape.slopes.iter().map(|k| &derivatives[k.0 as usize])) {
-            for i in 0..W {
-                lost[i] |= !(lanes[i].abs() < STEEPEST);
-            }
-        }
         let (o, s) = (shape.outputs.len(), shape.slopes.len());
+        let (variables, results) = numbers.registers.split_at_mut(self.results);
+        let results = results.as_chunks_mut::<WIDE>().0;
+        let slopes = numbers.slopes[self.slopes..].as_chunks_mut::<WIDE>().0;
+        let points = numbers.points[self.points..].as_chunks_mut::<WIDE>().0;
+        derivatives[0] = [0.0; WIDE];
+        derivatives[1..=v].fill([1.0; WIDE]);
         let mut any = false;
-        for (i, &m) in members.iter().enumerate().take(active.len()) {
-            if lost[i] {
-                wild.push(m);
-                continue;
+        for (b, known) in self.known.iter_mut().enumerate() {
+            for (x, input) in registers.iter_mut().zip(&self.inputs[b * v..(b + 1) * v]) {
+                *x = each(|i| variables[input[i] as usize]);
             }
-            let (code, unit) = &self.parts[m];
-            any |= limited[i];
-            self.known[m] = how != Linearisation::Held && !limited[i] && *unit > 0.0;
-            for (at, v) in self.at[m * v..(m + 1) * v].iter_mut().zip(registers.iter()) {
-                *at = v[i];
+            let results = &mut results[b * o..(b + 1) * o];
+            let slopes = &mut slopes[b * s..(b + 1) * s];
+            let at = &mut self.at[b * v..(b + 1) * v];
+            let values = &mut self.values[b * o..(b + 1) * o];
+            if *known && how == Linearisation::Careful {
+                let far: Lanes<WIDE> = each(|i| reach * self.unit[b][i]);
+                let mut near = true;
+                for (x, at) in registers.iter().zip(at.iter()) {
+                    for i in 0..WIDE {
+                        near &= (x[i] - at[i]).abs() <= far[i];
+                    }
+                }
+                if near {
+                    results.copy_from_slice(values);
+                    for (slope, &(_, out, k)) in slopes.iter().zip(&shape.slopes) {
+                        let (x, at) = (&registers[k as usize], &at[k as usize]);
+                        let out = &mut results[out as usize];
+                        *out = each(|i| out[i] + slope[i] * (x[i] - at[i]));
+                    }
+                    continue;
+                }
             }
-            let results = &mut numbers.registers[code.clone()];
-            let values = self.values[m * o..(m + 1) * o].iter_mut();
-            for (value, &(k, behind)) in values.zip(&shape.outputs) {
-                *value = registers[k as usize][i];
-                results[behind as usize] = *value;
+            at.copy_from_slice(&registers[..v]);
+            registers[v..v + c].copy_from_slice(&self.constants[b * c..(b + 1) * c]);
+            let points = &mut points[b * p..(b + 1) * p];
+            before.copy_from_slice(points);
+            let mut limited = false;
+            for step in &shape.steps {
+                run(shape, step, registers, derivatives, points, how, &mut limited);
             }
-            for (&at, k) in self.slopes[m * s..(m + 1) * s].iter().zip(&shape.slopes) {
-                numbers.slopes[at as usize] = derivatives[k.0 as usize][i];
+            // nothing but zero if all is finite
+            let mut lost: Lanes<WIDE> = [0.0; WIDE];
+            for ((value, result), k) in values.iter_mut().zip(results).zip(&shape.outputs) {
+                *value = registers[k.0 as usize];
+                *result = *value;
+                lost = each(|i| lost[i] + 0.0 * value[i]);
             }
-            for (&at, new) in self.points[m * p..(m + 1) * p].iter().zip(moved.iter()) {
-                numbers.points[at as usize] = new[i];
+            for (slope, k) in slopes.iter_mut().zip(&shape.slopes) {
+                *slope = derivatives[k.0 as usize];
+                lost = each(|i| lost[i] + 0.0 * slope[i]);
             }
+            let calm = lost == [0.0; WIDE];
+            if !calm {
+                for (point, before) in points.iter_mut().zip(before.iter()) {
+                    *point = each(|i| if lost[i] == 0.0 { point[i] } else { before[i] });
+                }
+                let last = self.parts.len() - WIDE * b;
+                wild.extend((0..WIDE.min(last)).filter(|&i| lost[i] != 0.0).map(|i| WIDE * b + i));
+            }
+            any |= limited;
+            let bends = self.unit[b].iter().all(|u| *u > 0.0);
+            *known = calm && !limited && how != Linearisation::Held && bends;
         }
         any
     }
@@ -155,9 +138,9 @@ fn run<const W: usize>(
     step: &Step,
     registers: &mut [Lanes<W>],
     derivatives: &mut [Lanes<W>],
-    moved: &mut [Lanes<W>],
+    points: &mut [Lanes<W>],
     how: Linearisation,
-    limited: &mut [bool; W],
+    limited: &mut bool,
 ) {
     let (a, b) = (registers[step.args[0] as usize], registers[step.args[1] as usize]);
     let range = step.slots.0 as usize..step.slots.1 as usize;
@@ -203,7 +186,7 @@ fn run<const W: usize>(
         Kind::Square => (each(|i| a[i] * a[i]), each(|i| 2.0 * a[i])),
         Kind::Junction { at, limit } => {
             let constants = &registers[at as usize..];
-            junction(&a, constants, &mut moved[limit as usize], how, limited)
+            junction(&a, constants, &mut points[limit as usize], how, limited)
         }
         Kind::Depletion { at } => depletion(&a, &registers[at as usize..]),
     };
@@ -221,10 +204,9 @@ fn junction<const W: usize>(
     constants: &[Lanes<W>],
     point: &mut Lanes<W>,
     how: Linearisation,
-    limited: &mut [bool; W],
+    limited: &mut bool,
 ) -> (Lanes<W>, Lanes<W>) {
-    let (saturation, unit, steep, knee) =
-        (&constants[0], &constants[1], &constants[2], &constants[3]);
+    let [saturation, unit, inverse, steep, knee] = [0, 1, 2, 3, 4].map(|k| &constants[k]);
     let mut calm = true;
     if how == Linearisation::Careful {
         for i in 0..W {
@@ -239,12 +221,12 @@ fn junction<const W: usize>(
     } else if how != Linearisation::Held {
         *point = *v;
     }
-    let (grown, power) = growth(&each::<W>(|i| point[i] / unit[i]));
+    let (grown, power) = growth(&each::<W>(|i| point[i] * inverse[i]));
     let slope: Lanes<W> = each(|i| steep[i] * power[i]);
     let mut value: Lanes<W> = each(|i| saturation[i] * grown[i]);
     if !calm || how == Linearisation::Held {
         for i in 0..W {
-            limited[i] |= (v[i] - point[i]).abs() > SAME * unit[i];
+            *limited |= (v[i] - point[i]).abs() > SAME * unit[i];
             value[i] += slope[i] * (v[i] - point[i]);
         }
     }

@@ -32,6 +32,9 @@ pub struct Tape {
     parts: Vec<Part>,
     /// members of a group that have to be this time
     wild: Vec<usize>,
+    /// where the values of the functions stand, and the derivatives of each slot
+    values: Vec<u32>,
+    places: Vec<u32>,
 }
 
 /// What changes from one evaluation to the next.
@@ -80,7 +83,7 @@ pub(super) const SAME: f64 = 1e-9;
 /// Within this part of its unit a function is its tangent, up to half the square of it.
 const TANGENT: f64 = 1e-8;
 /// Slopes are not let beyond this: products with zeros of the chain rule must stay zero.
-pub(super) const STEEPEST: f64 = 1e150;
+const STEEPEST: f64 = 1e150;
 
 impl Tape {
     /// Registers for a program, with the linearisation points where all arguments are zero.
@@ -89,18 +92,33 @@ impl Tape {
         for i in program.code.iter().filter(|i| is_variable(i.op)) {
             slopes[i.slots.0 as usize] = 1.0;
         }
+        let (mut groups, parts) = Group::all(&program, Part::all(&program));
+        // groups have numbers of their own, behind those of the program
+        let mut ends = [program.code.len(), slopes.len(), program.limited];
+        let mut values = program.outputs.clone();
+        let mut places: Vec<u32> = (0..slopes.len() as u32).collect();
+        let mut registers: Vec<u32> = (0..program.code.len() as u32).collect();
+        for group in &mut groups {
+            [group.results, group.slopes, group.points] = ends;
+            ends.iter_mut().zip(group.sizes()).for_each(|(end, size)| *end += size);
+            group.places(
+                |register, place| registers[register as usize] = place as u32,
+                |slot, place| places[slot as usize] = place as u32,
+            );
+        }
+        values.iter_mut().for_each(|v| *v = registers[*v as usize]);
+        slopes.resize(ends[1], 0.0);
         let machine = Machine {
-            registers: vec![0.0; program.code.len()],
+            registers: vec![0.0; ends[0]],
             slopes,
-            points: vec![0.0; program.limited],
+            points: vec![0.0; ends[2]],
             knees: vec![0.0; program.limited],
             blunt: 1.0,
             limited: false,
             kept: vec![Kept::NOTHING; program.kept],
             tangent: TANGENT,
         };
-        let (groups, parts) = Group::all(&program, Part::all(&program));
-        let mut tape = Tape { machine, parts, groups, wild: Vec::new(), program };
+        let mut tape = Tape { machine, parts, groups, wild: Vec::new(), values, places, program };
         tape.set_constants();
         tape.set_blunt(1.0);
         tape.set_linear_slopes();
@@ -183,6 +201,9 @@ impl Tape {
         for i in self.program.code.iter().filter(|i| i.op == Op::Junction) {
             self.machine.points[i.limit as usize] = self.machine.knees[i.limit as usize];
         }
+        for group in &mut self.groups {
+            group.point_at_knees(&mut self.machine.points);
+        }
         self.forget();
     }
 
@@ -193,17 +214,24 @@ impl Tape {
 
     /// Value of function `k`.
     pub fn value(&self, k: usize) -> f64 {
-        self.machine.registers[self.program.outputs[k] as usize]
+        self.machine.registers[self.values[k] as usize]
     }
 
-    /// Derivatives by slot, see `Program::derivatives`.
+    /// The variables that function `k` depends on, ascending, each with the place of its derivative
+    /// in `slopes`.
+    pub fn derivatives(&self, k: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let list = self.program.derivatives(k);
+        list.map(|(variable, slot)| (variable, self.places[slot] as usize))
+    }
+
+    /// Derivatives, see `derivatives`.
     pub fn slopes(&self) -> &[f64] {
         &self.machine.slopes
     }
 
     /// Computes values and derivatives.
     pub fn evaluate(&mut self, z: &[f64], u: &[f64], t: f64, how: Linearisation) {
-        let Tape { program, machine, parts, groups, wild } = self;
+        let Tape { program, machine, parts, groups, wild, .. } = self;
         for &k in &program.leaves {
             let i = &program.code[k as usize];
             let a = i.args[0] as usize;
@@ -215,17 +243,12 @@ impl Tape {
         }
         let mut limited = false;
         for group in groups {
-            let Machine { registers, slopes, points, tangent, .. } = machine;
-            if how == Linearisation::Careful {
-                group.rouse(registers, slopes, *tangent);
-            } else {
-                group.rouse_all();
-            }
-            limited |= group.evaluate(&mut Numbers { registers, slopes, points }, how, wild);
+            let reach = machine.tangent;
+            limited |= group.evaluate(&mut machine.numbers(), how, reach, wild);
             for m in wild.drain(..) {
-                let exact = machine.part(program, group.parts[m].0.clone(), how);
-                group.keep(m, &machine.registers, exact && how != Linearisation::Held);
-                limited |= !exact;
+                group.lend(m, &mut machine.numbers());
+                limited |= !machine.part(program, group.parts[m].clone(), how);
+                group.take_back(m, &mut machine.numbers());
             }
         }
         for part in parts {
@@ -258,15 +281,14 @@ impl Tape {
     /// Sets functions without a finite value or slope to zero until the next evaluation; true if
     /// there are any.
     pub fn silence(&mut self) -> bool {
-        let Tape { program, machine, .. } = self;
         let mut any = false;
-        for &out in &program.outputs {
-            let (start, end) = program.code[out as usize].slots;
-            let slopes = &mut machine.slopes[start as usize..end as usize];
-            let value = &mut machine.registers[out as usize];
-            if !(value.is_finite() && slopes.iter().all(|s| s.abs() < STEEPEST)) {
+        for k in 0..self.values.len() {
+            let places: Vec<usize> = self.derivatives(k).map(|(_, place)| place).collect();
+            let Machine { registers, slopes, .. } = &mut self.machine;
+            let value = &mut registers[self.values[k] as usize];
+            if !(value.is_finite() && places.iter().all(|&p| slopes[p].abs() < STEEPEST)) {
                 *value = 0.0;
-                slopes.fill(0.0);
+                places.iter().for_each(|&p| slopes[p] = 0.0);
                 any = true;
             }
         }
@@ -276,6 +298,11 @@ impl Tape {
 }
 
 impl Machine {
+    fn numbers(&mut self) -> Numbers<'_> {
+        let Machine { registers, slopes, points, .. } = self;
+        Numbers { registers, slopes, points }
+    }
+
     /// Evaluates some instructions; true if all were linearised at their arguments.
     fn part(&mut self, program: &Program, code: Range<usize>, how: Linearisation) -> bool {
         self.limited = false;

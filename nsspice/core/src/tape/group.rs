@@ -1,6 +1,8 @@
 //! Parts with the same instructions, each with its own variables and parameters: the elements of one
-//! kind.  They are evaluated together, several at a time.
+//! kind.  They are evaluated together, four at a time.
 
+use super::block::Numbers;
+use super::lanes::Lanes;
 use super::limit;
 use super::ops::Op;
 use super::parts::{is_leaf, Part};
@@ -17,7 +19,7 @@ pub(super) enum Kind {
     Mul,
     Div,
     Square,
-    /// constants from here on: `Is, nVt, Is/nVt, knee`
+    /// constants from here on: `Is, nVt, 1/nVt, Is/nVt, knee`
     Junction {
         at: u32,
         limit: u32,
@@ -38,7 +40,7 @@ pub(super) struct Step {
 }
 
 /// Constants of a junction, and of a depletion layer.
-const JUNCTION: usize = 4;
+const JUNCTION: usize = 5;
 const DEPLETION: usize = 6;
 
 /// What the members of a group have in common.  Registers: variables, then constants, then the
@@ -51,41 +53,48 @@ pub(super) struct Shape {
     pub limits: usize,
     /// slots that feed each slot; slot 0 is zero, then come the variables
     pub feeds: Vec<[u32; 2]>,
-    /// registers that others read, and how far behind the first result of a member they stand
+    /// registers that others read, and how far behind the first instruction of a part they stand
     pub outputs: Vec<(u32, u32)>,
     /// slots of their derivatives: of which output, by which variable
     pub slopes: Vec<(u32, u32, u32)>,
 }
 
-/// Parts of one shape.
+/// Members that are evaluated at once.
+pub(super) const WIDE: usize = 4;
+
+/// Parts of one shape, in blocks of four; the last one is repeated to fill the last block.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
     pub shape: Shape,
-    /// the parts: where their instructions stand, and over which distances they bend
-    pub parts: Vec<(Range<usize>, f64)>,
-    /// for each in turn: registers of its variables, its constants, places of its linearisation
-    /// points, slots of its derivatives
-    pub inputs: Vec<u32>,
-    pub constants: Vec<f64>,
-    pub points: Vec<u32>,
-    pub slopes: Vec<u32>,
-    /// all have the same constants
-    pub alike: bool,
-    /// for each in turn: variables and outputs of its last evaluation, if they and its slots belong
-    /// together
-    pub at: Vec<f64>,
-    pub values: Vec<f64>,
+    /// the parts: where their instructions stand
+    pub parts: Vec<Range<usize>>,
+    /// for each part in turn: slots of its derivatives, and places of its linearisation points, if it
+    /// is evaluated alone
+    slots: Vec<u32>,
+    limits: Vec<u32>,
+    /// for each block in turn: registers of its variables, and its constants
+    pub inputs: Vec<[u32; WIDE]>,
+    pub constants: Vec<Lanes<WIDE>>,
+    /// over which distance each bends; zero: unknown
+    pub unit: Vec<Lanes<WIDE>>,
+    /// variables and outputs of the last evaluation, if they and the derivatives belong together
+    pub at: Vec<Lanes<WIDE>>,
+    pub values: Vec<Lanes<WIDE>>,
     pub known: Vec<bool>,
-    /// members to evaluate, and scratch
-    pub active: Vec<u32>,
-    pub registers: Vec<f64>,
-    pub derivatives: Vec<f64>,
-    pub moved: Vec<f64>,
+    /// where its outputs, derivatives and linearisation points stand
+    pub results: usize,
+    pub slopes: usize,
+    pub points: usize,
+    /// scratch
+    pub registers: Vec<Lanes<WIDE>>,
+    pub derivatives: Vec<Lanes<WIDE>>,
+    pub before: Vec<Lanes<WIDE>>,
 }
 
 /// A part taken to pieces.
 #[derive(Default)]
 struct Pieces {
+    code: Range<usize>,
     shape: Shape,
     /// tells shapes apart
     key: Vec<u32>,
@@ -99,7 +108,7 @@ struct Pieces {
 impl Group {
     /// Groups the parts that can be evaluated together; the others stay alone.
     pub fn all(program: &Program, parts: Vec<Part>) -> (Vec<Group>, Vec<Part>) {
-        let mut groups: Vec<Group> = Vec::new();
+        let mut kinds: Vec<(Shape, Vec<Pieces>)> = Vec::new();
         let mut known: HashMap<Vec<u32>, usize> = HashMap::new();
         let mut alone = Vec::new();
         for part in parts {
@@ -107,64 +116,92 @@ impl Group {
                 alone.push(part);
                 continue;
             };
-            let place = *known.entry(std::mem::take(&mut pieces.key)).or_insert(groups.len());
-            if place == groups.len() {
-                groups.push(Group::new(std::mem::take(&mut pieces.shape)));
+            let place = *known.entry(std::mem::take(&mut pieces.key)).or_insert(kinds.len());
+            if place == kinds.len() {
+                kinds.push((std::mem::take(&mut pieces.shape), Vec::new()));
             }
-            let group = &mut groups[place];
-            group.parts.push((part.code.clone(), part.unit));
-            group.known.push(false);
-            group.at.resize(group.at.len() + group.shape.variables, 0.0);
-            group.values.resize(group.values.len() + group.shape.outputs.len(), 0.0);
-            group.inputs.extend(pieces.inputs.iter().map(|i| i.1));
-            group.constants.extend(pieces.constants);
-            group.points.extend(pieces.points);
-            group.slopes.extend(pieces.slopes);
+            kinds[place].1.push(pieces);
         }
-        for group in &mut groups {
-            group.set_blunt(program, 1.0);
-        }
-        (groups, alone)
+        let groups = kinds.into_iter().map(|(shape, list)| Group::new(program, shape, list));
+        (groups.collect(), alone)
     }
 
-    fn new(shape: Shape) -> Group {
-        let results = shape.variables + shape.constants + shape.steps.len();
-        let widest = super::block::WIDEST;
-        Group {
-            registers: vec![0.0; results * widest],
-            derivatives: vec![0.0; shape.feeds.len() * widest],
-            moved: vec![0.0; shape.variables.max(shape.limits * widest)],
+    fn new(program: &Program, shape: Shape, list: Vec<Pieces>) -> Group {
+        let blocks = list.len().div_ceil(WIDE);
+        let member = |b: usize, i: usize| &list[(b * WIDE + i).min(list.len() - 1)];
+        let zeros = |each: usize| vec![[0.0; WIDE]; blocks * each];
+        let mut group = Group {
+            inputs: (0..blocks)
+                .flat_map(|b| (0..shape.variables).map(move |k| (b, k)))
+                .map(|(b, k)| std::array::from_fn(|i| member(b, i).inputs[k].1))
+                .collect(),
+            constants: (0..blocks)
+                .flat_map(|b| (0..shape.constants).map(move |k| (b, k)))
+                .map(|(b, k)| std::array::from_fn(|i| member(b, i).constants[k]))
+                .collect(),
+            unit: zeros(1),
+            at: zeros(shape.variables),
+            values: zeros(shape.outputs.len()),
+            known: vec![false; blocks],
+            slots: list.iter().flat_map(|p| p.slopes.iter().copied()).collect(),
+            limits: list.iter().flat_map(|p| p.points.iter().copied()).collect(),
+            parts: list.iter().map(|p| p.code.clone()).collect(),
+            results: 0,
+            slopes: 0,
+            points: 0,
+            registers: vec![[0.0; WIDE]; shape.variables + shape.constants + shape.steps.len()],
+            derivatives: vec![[0.0; WIDE]; shape.feeds.len()],
+            before: vec![[0.0; WIDE]; shape.limits],
             shape,
-            parts: Vec::new(),
-            inputs: Vec::new(),
-            constants: Vec::new(),
-            points: Vec::new(),
-            slopes: Vec::new(),
-            alike: false,
-            at: Vec::new(),
-            values: Vec::new(),
-            known: Vec::new(),
-            active: Vec::new(),
+        };
+        group.set_blunt(program, 1.0);
+        group
+    }
+
+    /// Numbers of outputs, derivatives and linearisation points.
+    pub fn sizes(&self) -> [usize; 3] {
+        let Shape { outputs, slopes, limits, .. } = &self.shape;
+        [outputs.len(), slopes.len(), *limits].map(|each| self.known.len() * each * WIDE)
+    }
+
+    /// Where item `k` of `each` of member `m` stands, from the first on.
+    fn place(m: usize, each: usize, k: usize) -> usize {
+        (m / WIDE * each + k) * WIDE + m % WIDE
+    }
+
+    /// Tells where outputs (by their registers) and derivatives (by their slots) stand.
+    pub fn places(&self, mut output: impl FnMut(u32, usize), mut slot: impl FnMut(u32, usize)) {
+        let Shape { outputs, slopes, .. } = &self.shape;
+        for (m, code) in self.parts.iter().enumerate() {
+            for (k, out) in outputs.iter().enumerate() {
+                let place = self.results + Group::place(m, outputs.len(), k);
+                output(code.start as u32 + out.1, place);
+            }
+            for k in 0..slopes.len() {
+                let place = self.slopes + Group::place(m, slopes.len(), k);
+                slot(self.slots[m * slopes.len() + k], place);
+            }
         }
     }
 
     /// The voltage units of junctions, multiplied by `factor`.
     pub fn set_blunt(&mut self, program: &Program, factor: f64) {
         let count = self.shape.constants;
-        let members = self.parts.iter_mut().zip(self.constants.chunks_exact_mut(count));
-        for ((code, unit), constants) in members {
-            *unit = Part::unit(program, code.clone(), factor);
-            for (instruction, step) in program.code[code.clone()].iter().zip(&self.shape.steps) {
-                if let Kind::Junction { at, .. } = step.kind {
-                    let c = &program.constants[instruction.args[1] as usize..];
-                    let own = junction_constants(c[0], factor * c[1]);
-                    let at = at as usize - self.shape.variables;
-                    constants[at..at + JUNCTION].copy_from_slice(&own);
+        for b in 0..self.known.len() {
+            for i in 0..WIDE {
+                let code = self.parts[(b * WIDE + i).min(self.parts.len() - 1)].clone();
+                self.unit[b][i] = Part::unit(program, code.clone(), factor);
+                for (instruction, step) in program.code[code].iter().zip(&self.shape.steps) {
+                    if let Kind::Junction { at, .. } = step.kind {
+                        let c = &program.constants[instruction.args[1] as usize..];
+                        let at = b * count + at as usize - self.shape.variables;
+                        for (k, v) in junction_constants(c[0], factor * c[1]).iter().enumerate() {
+                            self.constants[at + k][i] = *v;
+                        }
+                    }
                 }
             }
         }
-        let first = &self.constants[..count];
-        self.alike = self.constants.chunks_exact(count).all(|c| c == first);
         self.forget();
     }
 
@@ -173,53 +210,42 @@ impl Group {
         self.known.fill(false);
     }
 
-    /// Lists the members that are not their tangents, within `reach` of their units; the others move
-    /// along them.
-    pub fn rouse(&mut self, registers: &mut [f64], slopes: &[f64], reach: f64) {
-        let Shape { variables: v, outputs, slopes: links, .. } = &self.shape;
-        let (o, s) = (outputs.len(), links.len());
-        self.active.clear();
-        for (m, (code, unit)) in self.parts.iter().enumerate() {
-            let far = reach * unit;
-            let inputs = &self.inputs[m * v..(m + 1) * v];
-            let at = &self.at[m * v..(m + 1) * v];
-            let mut near = self.known[m];
-            for ((&i, at), moved) in inputs.iter().zip(at).zip(&mut self.moved) {
-                *moved = registers[i as usize] - at;
-                near &= moved.abs() <= far;
+    /// Sets the linearisation points to the knees of the junctions.
+    pub fn point_at_knees(&mut self, points: &mut [f64]) {
+        let own = points[self.points..].as_chunks_mut::<WIDE>().0;
+        for b in 0..self.known.len() {
+            for step in &self.shape.steps {
+                if let Kind::Junction { at, limit } = step.kind {
+                    let at = b * self.shape.constants + at as usize - self.shape.variables;
+                    own[b * self.shape.limits + limit as usize] = self.constants[at + JUNCTION - 1];
+                }
             }
-            if !near {
-                self.active.push(m as u32);
-                continue;
-            }
-            let results = &mut registers[code.clone()];
-            for (value, out) in self.values[m * o..(m + 1) * o].iter().zip(outputs) {
-                results[out.1 as usize] = *value;
-            }
-            for (&slot, &(_, out, k)) in self.slopes[m * s..(m + 1) * s].iter().zip(links) {
-                results[out as usize] += slopes[slot as usize] * self.moved[k as usize];
-            }
+        }
+        self.forget();
+    }
+
+    /// Copies the linearisation points of a member to where it finds them if it is evaluated alone.
+    pub fn lend(&self, m: usize, numbers: &mut Numbers) {
+        let each = self.shape.limits;
+        for (k, &limit) in self.limits[m * each..(m + 1) * each].iter().enumerate() {
+            numbers.points[limit as usize] = numbers.points[self.points + Group::place(m, each, k)];
         }
     }
 
-    /// Lists all members.
-    pub fn rouse_all(&mut self) {
-        self.active.clear();
-        self.active.extend(0..self.parts.len() as u32);
-    }
-
-    /// Keeps the point of an evaluation of a member.
-    pub fn keep(&mut self, m: usize, registers: &[f64], exact: bool) {
-        let (v, o) = (self.shape.variables, self.shape.outputs.len());
-        let (code, unit) = &self.parts[m];
-        self.known[m] = exact && *unit > 0.0;
-        let inputs = self.inputs[m * v..].iter();
-        for (at, &i) in self.at[m * v..(m + 1) * v].iter_mut().zip(inputs) {
-            *at = registers[i as usize];
+    /// Copies what came out of a member that was evaluated alone.
+    pub fn take_back(&self, m: usize, numbers: &mut Numbers) {
+        let each = self.shape.limits;
+        for (k, &limit) in self.limits[m * each..(m + 1) * each].iter().enumerate() {
+            numbers.points[self.points + Group::place(m, each, k)] = numbers.points[limit as usize];
         }
-        let outputs = self.values[m * o..(m + 1) * o].iter_mut().zip(&self.shape.outputs);
-        for (value, out) in outputs {
-            *value = registers[code.start + out.1 as usize];
+        let each = self.shape.outputs.len();
+        for (k, out) in self.shape.outputs.iter().enumerate() {
+            numbers.registers[self.results + Group::place(m, each, k)] =
+                numbers.registers[self.parts[m].start + out.1 as usize];
+        }
+        let each = self.shape.slopes.len();
+        for (k, &slot) in self.slots[m * each..(m + 1) * each].iter().enumerate() {
+            numbers.slopes[self.slopes + Group::place(m, each, k)] = numbers.slopes[slot as usize];
         }
     }
 }
@@ -228,7 +254,7 @@ impl Pieces {
     /// None if some instruction is not known for several numbers at a time.
     fn of(program: &Program, part: &Part) -> Option<Pieces> {
         let code = &program.code;
-        let mut own = Pieces::default();
+        let mut own = Pieces { code: part.code.clone(), ..Pieces::default() };
         let costly = |i: &Instruction| matches!(i.op, Op::Junction | Op::Depletion);
         let own_code = &code[part.code.clone()];
         if !own_code.iter().any(costly) {
@@ -330,7 +356,8 @@ impl Pieces {
                     let v = own.inputs.iter().position(|input| input.0 == variable)?;
                     let place = slots[out as usize].iter().find(|s| s.0 == v)?.1;
                     own.slopes.push(slot);
-                    own.shape.slopes.push((place, behind, v as u32));
+                    let output = own.shape.outputs.len() as u32 - 1;
+                    own.shape.slopes.push((place, output, v as u32));
                 }
             }
         }
@@ -364,7 +391,7 @@ impl Pieces {
 }
 
 fn junction_constants(saturation: f64, unit: f64) -> [f64; JUNCTION] {
-    [saturation, unit, saturation / unit, limit::knee(saturation, unit)]
+    [saturation, unit, 1.0 / unit, saturation / unit, limit::knee(saturation, unit)]
 }
 
 /// `VJ, FC VJ, 1 - M, CJ0 VJ, CJ0, M / (VJ (1 - FC))`
