@@ -26,6 +26,8 @@ macro_rules! widest {
     };
 }
 
+pub(crate) use widest;
+
 /// Rows of a tile.
 const HIGH: usize = 4;
 

@@ -4,12 +4,24 @@ use super::evaluate::{Linearisation, SAME};
 use super::group::{Group, Kind, Shape, Step, WIDE};
 use super::lanes::{growth, log_near_one, Lanes};
 use super::limit;
+use crate::dense::widest;
 
 /// The numbers of a tape that groups read and write.
 pub(super) struct Numbers<'a> {
     pub registers: &'a mut [f64],
     pub slopes: &'a mut [f64],
     pub points: &'a mut [f64],
+}
+
+widest! {
+    fn evaluate_widest(
+        group: &mut Group,
+        numbers: &mut Numbers,
+        how: Linearisation,
+        reach: f64,
+        wild: &mut Vec<usize>,
+    ) -> bool =
+        group.evaluate_any(numbers, how, reach, wild), group.evaluate_any(numbers, how, reach, wild)
 }
 
 impl Group {
@@ -23,24 +35,7 @@ impl Group {
         reach: f64,
         wild: &mut Vec<usize>,
     ) -> bool {
-        #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") {
-            // SAFETY: the processor has just been asked
-            return unsafe { self.evaluate_avx2(numbers, how, reach, wild) };
-        }
-        self.evaluate_any(numbers, how, reach, wild)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn evaluate_avx2(
-        &mut self,
-        numbers: &mut Numbers,
-        how: Linearisation,
-        reach: f64,
-        wild: &mut Vec<usize>,
-    ) -> bool {
-        self.evaluate_any(numbers, how, reach, wild)
+        evaluate_widest(self, numbers, how, reach, wild)
     }
 
     #[inline(always)]

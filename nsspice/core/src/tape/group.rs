@@ -284,6 +284,7 @@ impl Pieces {
                 }
         });
         own.shape.constants = counts.sum();
+        own.key.extend([own.shape.variables, own.shape.constants].map(|count| count as u32));
         let first = own.shape.variables + own.shape.constants;
         // slots of each local register, by variable
         let mut slots: Vec<Vec<(usize, u32)>> = vec![Vec::new(); first];

@@ -8,6 +8,7 @@
 mod block;
 mod curves;
 mod evaluate;
+mod functions;
 mod group;
 mod lanes;
 mod limit;
