@@ -36,8 +36,8 @@ def start(
     Returns
     -------
     (ndarray, float) or None
-        Charges and fluxes (n,) from which the run starts, and their energy [J]; None for a plain
-        DC solution.
+        Charges and fluxes (n,) from which the run starts, and their energy [J]; None for a DC
+        solution that no ideal edge of a source changes at once.
 
     Raises
     ------
@@ -49,12 +49,12 @@ def start(
         charges = mna.initial_charges(held)
         energy = initial_energy(mna, held)
     elif step is not None and held:
-        point = _held_point(mna, held)
-        charges = mna.system.E.dot(point) + _smooth_charges(mna.system, point)
-        energy = 0.5 * float(point @ charges)
+        charges, energy = _stored(mna.system, _held_point(mna, held))
     else:
-        stepper.start_dc(0.0, guess_of(circuit, mna))
-        return None
+        point = stepper.start_dc(0.0, guess_of(circuit, mna))
+        if isinstance(stepper, MoreauStepper):
+            stepper.leave_dc()
+        return _stored(mna.system, point) if step is not None and stepper.jumps else None
     stepper.start_charges(0.0, charges, step)
     return charges, energy
 
@@ -97,6 +97,12 @@ def _held_point(mna: MnaSystem, held: Mapping[str, float]) -> Floats:
     stepper = MoreauStepper(hold(mna.system, {mna.layout.nodes[k]: v for k, v in held.items()}), ())
     stepper.start_dc(0.0)
     return stepper.state[0][: mna.system.n]
+
+
+def _stored(system: DescriptorSystem, point: Floats) -> tuple[Floats, float]:
+    """Return charges and fluxes (n,) and energy [J] at a static point (n,)."""
+    charges = system.E.dot(point) + _smooth_charges(system, point)
+    return charges, 0.5 * float(point @ charges)
 
 
 def _smooth_charges(system: DescriptorSystem, point: Floats) -> Floats:

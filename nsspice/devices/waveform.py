@@ -207,7 +207,9 @@ def source_waveform(source: Source, conditions: Conditions, owner: str) -> Wavef
 
 
 def initial_value(waveform: Waveform) -> float:
-    """Return the value of a waveform at t = 0, the right limit where it jumps.
+    """Return the value of a waveform at t = 0, that before an ideal edge there.
+
+    The operating point is the state before the run: an edge at 0 is the first thing that happens.
 
     Examples
     --------
@@ -244,34 +246,35 @@ def initial_value(waveform: Waveform) -> float:
 
 
 def _initial_pulse(v: tuple[float, ...]) -> float:
-    """Return the value of a pulse at t = 0; it has started only if its delay is <= 0."""
+    """Return the value of a pulse before t = 0; it has started only if its delay is negative."""
     v1, v2, delay, rise, fall, width, period, count = v
     s = -delay
-    if s < 0.0:
+    if s <= 0.0:
         return v1
     if math.isfinite(period):
-        turns = math.floor(s / period)
+        turns = math.ceil(s / period) - 1
         if turns >= count:
             return v1
         s -= turns * period
-    if s < rise:
+    if s <= rise:
         return v1 + (v2 - v1) * s / rise
-    if s < rise + width:
+    if s <= rise + width:
         return v2
-    if s < rise + width + fall:
+    if s <= rise + width + fall:
         return v2 + (v1 - v2) * (s - rise - width) / fall
     return v1
 
 
 def _initial_pwl(v: tuple[float, ...], repeat: float) -> float:
-    """Return the value of a piecewise-linear curve at t = 0."""
+    """Return the value of a piecewise-linear curve before t = 0."""
     times, levels = v[::2], v[1::2]
     s = 0.0
-    if s >= times[-1] and not math.isnan(repeat) and times[-1] > repeat:
-        s = repeat + math.fmod(s - repeat, times[-1] - repeat)
-    if s < times[0]:
+    if s > times[-1] and not math.isnan(repeat) and times[-1] > repeat:
+        lap = math.fmod(s - repeat, times[-1] - repeat)
+        s = repeat + lap if lap > 0.0 else times[-1]
+    if s <= times[0]:
         return levels[0]
-    k = max(j for j, t in enumerate(times) if t <= s)
+    k = max(j for j, t in enumerate(times) if t < s)
     if k == len(times) - 1:
         return levels[-1]
     fraction = (s - times[k]) / (times[k + 1] - times[k])

@@ -142,8 +142,15 @@ class ModewiseStepper(Stepper):
         """
         return self._core.plan(stop, out_start, out_step, step)
 
-    def start_dc(self, time: float = 0.0, guess: tuple[Floats, Floats] | None = None) -> None:
+    def start_dc(self, time: float = 0.0, guess: tuple[Floats, Floats] | None = None) -> Floats:
         """Start from the static solution (E dropped), least norm where not unique.
+
+        Ideal edges of sources at that time act on it at once.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            The static solution.
 
         Raises
         ------
@@ -152,7 +159,9 @@ class ModewiseStepper(Stepper):
         """
         static = MoreauStepper(self.system, ())
         static.start_dc(time, guess)
-        self._start(self.system.E.dot(static.state[0]), static.gates)
+        point = static.state[0]
+        self._start(self.system.E.dot(point), static.gates)
+        return point
 
     def start_charges(self, time: float, charges: Floats, step: float) -> Jump | None:
         """Start from stored charges and fluxes E z(0-), shape (n,).

@@ -170,8 +170,10 @@ class MoreauStepper(Stepper):
         )
         super().__init__(system, core, 1 + len(outputs))
 
-    def start_dc(self, time: float = 0.0, guess: tuple[Floats, Floats] | None = None) -> None:
+    def start_dc(self, time: float = 0.0, guess: tuple[Floats, Floats] | None = None) -> Floats:
         """Start from the static solution at ``time`` (E dropped), least norm where not unique.
+
+        A source with an ideal edge at that time has the value before it; see ``leave_dc``.
 
         Parameters
         ----------
@@ -180,21 +182,40 @@ class MoreauStepper(Stepper):
         guess : (ndarray (n,), ndarray (m,)), optional
             Unknowns and multipliers to stay close to.
 
+        Returns
+        -------
+        ndarray, shape (n,)
+            The solution.
+
         Raises
         ------
         UnsolvedStep
             If the static equations have no solution.
         """
         failure = self._core.start_dc(time, guess)
-        if failure is None:
-            return
-        problem = self._diagnose(failure)
-        if problem is not None:
-            raise problem
-        self._core.accept_large()
-        failure = self._core.start_dc(time, guess)
+        if failure is not None:
+            problem = self._diagnose(failure)
+            if problem is not None:
+                raise problem
+            self._core.accept_large()
+            failure = self._core.start_dc(time, guess)
         if failure is not None:
             raise UnsolvedStep(failure["time"], failure["residual"], None)
+        return self.state[0]
+
+    def leave_dc(self) -> None:
+        """Let the ideal edges of sources at the start act on the static solution: charges stay.
+
+        Raises
+        ------
+        UnsolvedStep
+            If no state satisfies all laws after the edges.
+        """
+        failure = self._core.leave_dc()
+        if failure is not None:
+            raise self._diagnose(failure) or UnsolvedStep(
+                failure["time"], failure["residual"], None, failure["worst_row"]
+            )
 
     def start_charges(self, time: float, charges: Floats, step: float) -> Jump | None:
         """Start from stored charges and fluxes E z(0-), shape (n,), by an impulsive step.

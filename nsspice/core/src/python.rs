@@ -265,6 +265,13 @@ impl PyStepper {
         result.err().map(|f| failure_dict(py, &f)).transpose()
     }
 
+    /// Lets edges of sources at the start act; returns None, or the failure as a dict.
+    fn leave_dc<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let inner = &mut self.inner;
+        let result = py.detach(move || inner.leave_dc());
+        result.err().map(|f| failure_dict(py, &f)).transpose()
+    }
+
     fn start_charges<'py>(
         &mut self,
         py: Python<'py>,

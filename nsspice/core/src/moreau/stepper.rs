@@ -342,10 +342,11 @@ impl Stepper {
         }
     }
 
-    /// Starts from the solution of the static equations (capacitors open, inductors shorted).
+    /// Starts from the solution of the static equations (capacitors open, inductors shorted) with the
+    /// sources as they are before any ideal edge at this time; see [`Stepper::leave_dc`].
     pub fn start_dc(&mut self, time: f64, guess: Option<(&[f64], &[f64])>) -> Result<(), Failure> {
         self.time = time;
-        evaluate(&self.waveforms, time, Side::Right, &mut self.u0);
+        evaluate(&self.waveforms, time, Side::Left, &mut self.u0);
         let start = match guess {
             Some((z, l)) => {
                 self.z.copy_from_slice(z);
@@ -372,6 +373,16 @@ impl Stepper {
         }
         self.stats.chatter += 1;
         Ok(())
+    }
+
+    /// Lets the ideal edges of sources at the start act on the static solution.
+    pub fn leave_dc(&mut self) -> Result<(), Failure> {
+        evaluate(&self.waveforms, self.time, Side::Right, &mut self.u1);
+        if self.u1 == self.u0 {
+            return Ok(());
+        }
+        self.u0.copy_from_slice(&self.u1);
+        self.settle_after(true).map_err(|f| *f)
     }
 
     /// Starts from stored charges and fluxes `E z(0-)` by an impulsive step; the first entry of
