@@ -10,8 +10,6 @@ from .energy import Energy, worse
 
 #: A run whose relative errors stay below this passes.
 TOLERANCE = 1e-8
-#: The sums of the energy balance over a whole run may drift by this.
-DRIFT = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +56,7 @@ class Certificate:
     def passed(self) -> bool:
         """True if all errors are below their tolerance (nan is not)."""
         balance = self.energy is None or (
-            self.energy.imbalance <= TOLERANCE and self.energy.drift <= DRIFT
+            self.energy.imbalance <= TOLERANCE and self.energy.drift <= TOLERANCE
         )
         laws = self.laws <= TOLERANCE and self.complementarity <= TOLERANCE
         return laws and balance and self.jumps <= TOLERANCE

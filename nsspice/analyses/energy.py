@@ -10,8 +10,9 @@ z0 + sum w_i k_i, changes the stored energy by exactly
 
 and what the points' laws say of the first sum is delivered minus dissipated power.  The second
 sum is what the scheme takes: half of dz' E dz for the implicit step, zero for a closed form whose
-points are the nodes of a quadrature.  The balance is asserted for every recorded step; where all
-steps were recorded, the sums over the run must also lead from the first to the last stored energy.
+points are the nodes of a quadrature.  The balance is asserted for every recorded step.  Steppers
+add up the terms of all their steps, recorded or not; these sums, or those of the records where
+nothing was left out, must lead from the first stored energy of the run to the last.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ class Energy:
     Parameters
     ----------
     stored : float
-        Change of the stored energy over the recorded steps and all jumps [J].
+        Change of the stored energy over the steps and all jumps [J].
     delivered : float
         By independent sources [J].
     dissipated : float
@@ -40,9 +41,11 @@ class Energy:
     imbalance : float
         Worst relative error of the balance of a step.
     drift : float
-        Relative error of the sums over the run, 0 unless every step was recorded.
+        Relative error of the sums over the run, 0 unless they contain all steps.
     steps, of : int
         Recorded steps, and steps in all.
+    whole : bool
+        The energies are those of the whole run, not of the recorded steps alone.
     """
 
     stored: float = 0.0
@@ -54,25 +57,50 @@ class Energy:
     drift: float = 0.0
     steps: int = 0
     of: int = 0
+    whole: bool = False
 
     @classmethod
-    def from_checks(cls, result: Mapping[str, Any], steps: int) -> Energy:
-        """Return the balance of a run of so many steps from what the checks have found."""
+    def from_checks(
+        cls,
+        result: Mapping[str, Any],
+        steps: int,
+        balance: Mapping[str, float] | None = None,
+        kept: bool = True,
+    ) -> Energy:
+        """Return the balance of a run of so many steps.
+
+        Parameters
+        ----------
+        result : mapping
+            What the checks have found in the records.
+        steps : int
+            Steps of the run.
+        balance : mapping, optional
+            Sums over all of them.
+        kept : bool
+            False if some jumps are not among the records.
+        """
         out = cls(**result["energy"], of=steps)
-        if out.complete:
-            out.drift = result["drift"]
+        if balance is not None:
+            out.stored = balance["stored"] + result["jumps_stored"]
+            out.delivered = balance["delivered"] + result["jumps_delivered"]
+            out.dissipated, out.scheme = balance["dissipated"], balance["scheme"]
+            out.drift, out.whole = balance["drift"], kept
+        elif out.steps == steps and kept:
+            out.drift, out.whole = result["drift"], True
         return out
 
     @property
     def complete(self) -> bool:
-        """True if every step was recorded, so that the sums are those of the run."""
-        return self.steps == self.of
+        """True if the sums are those of the run."""
+        return self.whole
 
     @classmethod
     def total(cls, parts: Iterable[Energy]) -> Energy:
         """Return the sum over islands; the imbalance is the worst."""
-        out = cls()
+        out = cls(whole=True)
         for part in parts:
+            out.whole &= part.whole
             for name in ("stored", "delivered", "dissipated", "lost", "scheme", "steps", "of"):
                 setattr(out, name, getattr(out, name) + getattr(part, name))
             for name in ("imbalance", "drift"):
@@ -89,7 +117,7 @@ class Energy:
             "lost_in_jumps": self.lost,
             "scheme": self.scheme,
             "imbalance": self.imbalance,
-            "drift": self.drift if self.complete else None,
+            "drift": self.drift,
             "steps": self.steps,
             "of": self.of,
         }

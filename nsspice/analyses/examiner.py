@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -24,6 +24,9 @@ _ALL = 40_000
 #: Otherwise one of so many steps is recorded, and those that change the mode: each of the first
 #: thousand, later as many as cost little beside the run.
 _EVERY = 128
+#: Numbers of all linear fixed steps together up to which their energies are added up: some
+#: milliseconds.
+_SUMMED = 400_000
 _WINDOW = 1
 
 
@@ -36,6 +39,24 @@ def sampling(steps: float, size: int) -> tuple[int, int]:
     ((1, 1), (128, 1))
     """
     return (1 if steps * size <= _ALL else _EVERY), _WINDOW
+
+
+def sums_up(steps: float, size: int, system: DescriptorSystem) -> bool:
+    """Return whether the energies of all fixed steps are added up, for a run of so many of a size.
+
+    A step by Newton's method costs much more than its energies.  Where a step is a product with a
+    small matrix they would cost a third of it, so that long runs of that kind go without.
+
+    Examples
+    --------
+    >>> from ..problems import Csc
+    >>> none = Csc.zeros
+    >>> linear = DescriptorSystem(none((1, 1)), none((1, 1)), none((1, 0)), none((0, 1)),
+    ...     none((0, 0)), np.zeros(0), none((1, 0)), row_kind=np.zeros(1, np.uint8))
+    >>> sums_up(1000, 10, linear), sums_up(1e7, 10, linear)
+    (True, False)
+    """
+    return system.smooth is not None or steps * size <= _SUMMED
 
 
 class Examiner:
@@ -91,6 +112,7 @@ class Examiner:
         jumps: Sequence[Jump] = (),
         start: tuple[Floats, float] | None = None,
         kept: bool = True,
+        sums: Mapping[str, float] | None = None,
     ) -> Certificate:
         """Return the verdict on a run.
 
@@ -103,6 +125,8 @@ class Examiner:
             Charges (n,) and energy [J] from which the run started.
         kept : bool
             False if there were more jumps than are kept.
+        sums : mapping, optional
+            Energies of all steps, from the stepper that was accompanied.
         """
         audit = self.auditor
         balance = 0.0
@@ -117,9 +141,9 @@ class Examiner:
             reached = 0.5 * float(jump.after @ after)
             audit.jump_energy(jump.time, before, reached, delivered(self.mna, jump))
         found = audit.result()
-        energy = (
-            Energy.from_checks(found, steps if kept else steps + 1) if "energy" in found else None
-        )
+        energy = None
+        if "energy" in found:
+            energy = Energy.from_checks(found, steps, sums, kept)
         return Certificate(
             found["laws"],
             found["complementarity"],

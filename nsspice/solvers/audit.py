@@ -22,7 +22,7 @@ from .. import _core
 from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem
 from .mlcp import core_linear, core_matrix
-from .moreau import Records, core_smooth
+from .moreau import MoreauStepper, Records, core_smooth
 from .stepper import Jump
 from .stretches import Stretches
 
@@ -73,6 +73,14 @@ class Auditor:
             The time that smooth functions see [s], if that of the records counts something else.
         """
         self._core.take_steps(records, frozen)
+
+    def accompany(self, stepper: MoreauStepper) -> None:
+        """Let a stepper add up the energies of all its steps; call it before the run.
+
+        The sums are made from the arrays of this auditor, and take a few numbers whatever the
+        length of the run; :attr:`MoreauStepper.balance` tells what they came to.
+        """
+        stepper.take_along(self._core)
 
     def check_stretches(self, stretches: Stretches) -> None:
         """Take recorded stretches of continuous solutions into the worst errors and energies."""

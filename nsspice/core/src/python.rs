@@ -295,6 +295,16 @@ impl PyStepper {
         self.inner.witness = Witness::new(every, window, sides, size);
     }
 
+    /// Lets the balance of energy of an auditor go with the run.
+    fn accompany(&mut self, auditor: &mut audit::PyAuditor) {
+        self.inner.sums = auditor.sums.take().map(Box::new);
+    }
+
+    /// The balance of energy of the run up to now, None without one.
+    fn balance<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        self.inner.balance().map(|b| audit::balance_dict(py, &b)).transpose()
+    }
+
     fn show_all_points(&mut self, from_time: f64) {
         self.inner.show_all_points(from_time);
     }

@@ -49,6 +49,8 @@ pub struct Ledger {
     /// by steps, and by jumps between the first and the last of them
     moved: f64,
     jumped: f64,
+    /// change of the stored energy in all jumps, and what sources gave in them
+    in_jumps: [f64; 2],
     scale: f64,
     rounding: f64,
     begin: f64,
@@ -64,6 +66,7 @@ impl Default for Ledger {
             last: 0.0,
             moved: 0.0,
             jumped: 0.0,
+            in_jumps: [0.0; 2],
             scale: 0.0,
             rounding: 0.0,
             begin: f64::INFINITY,
@@ -112,11 +115,18 @@ impl Ledger {
     pub fn jump(&mut self, time: f64, before: f64, after: f64, delivered: f64) {
         self.energy.lost += before + delivered - after;
         self.energy.stored += after - before;
+        self.in_jumps[0] += after - before;
+        self.in_jumps[1] += delivered;
         self.energy.delivered += delivered;
         self.scale += delivered.abs() + (after - before).abs();
         if self.first.is_some() && self.begin < time && time < self.end {
             self.jumped += after - before;
         }
+    }
+
+    /// Change of the stored energy in all jumps, and what sources gave in them [J].
+    pub fn in_jumps(&self) -> [f64; 2] {
+        self.in_jumps
     }
 
     /// Relative error of the sums over the run, if all steps were recorded.

@@ -58,6 +58,11 @@ impl Entries {
         (sum, size)
     }
 
+    /// The entries.
+    pub fn list(&self) -> &[(u32, u32, f64)] {
+        &self.list
+    }
+
     /// Rows, columns and values of the entries.
     pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         self.list.iter().map(|e| (e.0 as usize, e.1 as usize, e.2))

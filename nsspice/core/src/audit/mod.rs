@@ -13,18 +13,22 @@
 //! of a solver takes part.
 
 mod energy;
+mod form;
+mod lanes;
 mod laws;
 mod matrix;
 mod points;
 mod rounding;
 mod steps;
 mod stretches;
+mod sums;
 mod taken;
 
 pub use energy::Energy;
 pub use laws::Auditor;
 pub use steps::Steps;
 pub use stretches::Stretches;
+pub use sums::{Balance, Points, Sums};
 pub use taken::Taken;
 
 /// A run whose relative errors stay below this passes.

@@ -36,6 +36,7 @@ pub(super) fn share(size: usize) -> f64 {
 }
 
 /// Sums of the sizes of entries: what the largest voltage and the largest current make of a law.
+#[derive(Clone, Debug)]
 pub struct Reach {
     /// of each row: of `E`, and of `G` and `A`
     stored: Vec<[f64; 2]>,

@@ -163,6 +163,8 @@ impl Stepper {
             self.z = z;
             self.l = l;
             self.forget_functions();
+        } else if let Some(sums) = &mut self.sums {
+            sums.jump(&z, &self.z);
         }
         Ok(())
     }

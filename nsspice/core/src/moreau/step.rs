@@ -92,18 +92,28 @@ impl Stepper {
     fn take(&mut self, length: f64) -> Outcome {
         self.stats.steps += 1;
         let wanted = self.witness.wants(self.epoch);
-        if wanted {
-            self.z_recorded.copy_from_slice(&self.z);
+        let (problems, epoch) = (self.stats.problems, self.epoch);
+        if wanted || self.sums.as_ref().is_some_and(|s| s.asks_for_begin()) {
+            self.z_before.copy_from_slice(&self.z);
         }
         self.solve_step(length)?;
         // a mode that changed within the step was found by the driver, which keeps the old state
         if wanted || self.witness.changed(self.epoch) {
-            if !wanted {
-                self.z_recorded.copy_from_slice(&self.z_before);
-            }
+            self.z_recorded.copy_from_slice(&self.z_before);
             self.record(length);
         }
+        if length.is_finite() {
+            self.sum_up(length, self.stats.problems > problems || self.epoch != epoch);
+        }
         Ok(())
+    }
+
+    /// Adds an implicit step from `z_before`, u0 to z, u1 to the balance of energy.
+    pub(super) fn sum_up(&mut self, length: f64, new: bool) {
+        let Some(sums) = &mut self.sums else { return };
+        let f = self.smooth.as_ref().map_or([&[][..]; 2], |s| [&s.f, &s.rates]);
+        let (sides, sources) = ([&self.z_before[..], &self.z], [&self.u0[..], &self.u1]);
+        sums.step(length, sides, &self.l, sources, f, new);
     }
 
     /// Finds the end of a step: by the affine map or factor of the mode, else by the driver.
@@ -397,8 +407,15 @@ impl Stepper {
             s.impulsive == impulsive
                 && (s.length == length || (s.length - length).abs() <= 1e-9 * length)
         };
+        // most steps are like the last one
+        let last = self.last_stage;
+        if self.stages.get(last).is_some_and(|s| s.length == length && s.impulsive == impulsive) {
+            self.stages[last].stamp = stamp;
+            return last;
+        }
         if let Some(k) = self.stages.iter().position(same) {
             self.stages[k].stamp = stamp;
+            self.last_stage = k;
             return k;
         }
         if self.stages.len() >= STAGES {

@@ -8,7 +8,7 @@ use super::smooth::SmoothPart;
 use super::stage::{Stage, System};
 use super::storage::Storage;
 use super::witness::Witness;
-use crate::audit::ITERATED;
+use crate::audit::{Balance, Sums, ITERATED};
 use crate::mlcp::{work_len, Role, Start};
 use crate::newton::Tracking;
 use crate::waveform::{Side, Waveform};
@@ -137,6 +137,8 @@ pub struct Stepper {
     pub(super) static_system: bool,
     pub(super) stages: Vec<Stage>,
     pub(super) stamp: u64,
+    /// the stage used last
+    pub(super) last_stage: usize,
     pub(super) plan: Plan,
     /// a dynamic system at the points of a sweep: its static equations are solved
     pub(super) sweeping: bool,
@@ -182,6 +184,8 @@ pub struct Stepper {
     pub(super) z_recorded: Vec<f64>,
     /// what is left for the certificate
     pub witness: Witness,
+    /// what goes with the run for the certificate: its balance of energy
+    pub sums: Option<Box<Sums>>,
     /// counters
     pub stats: Statistics,
     /// the last failure
@@ -222,6 +226,7 @@ impl Stepper {
             smooth,
             stages: Vec::new(),
             stamp: 0,
+            last_stage: 0,
             plan: Plan::Points { times: Vec::new(), next: 0 },
             sweeping: false,
             retry: None,
@@ -256,6 +261,7 @@ impl Stepper {
             left: vec![0.0; 1 + outputs.len()],
             z_recorded: vec![0.0; n],
             witness: Witness::default(),
+            sums: None,
             outputs,
             stats: Statistics::default(),
             failure: None,
@@ -293,6 +299,11 @@ impl Stepper {
             let correctors = correctors.unwrap_or_else(|| smooth.newton.usual_correctors());
             smooth.tracking = Some(Tracking { by_rate, correctors });
         }
+    }
+
+    /// The balance of energy up to now, if the run is accompanied by one.
+    pub fn balance(&mut self) -> Option<Balance> {
+        self.sums.as_mut().map(|sums| sums.balance(&self.z))
     }
 
     /// Present time [s].

@@ -2,7 +2,7 @@
 
 use super::linear::{has_shape, misfit, read, LinearSpec};
 use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec};
-use crate::audit::{Auditor, Steps, Stretches, Taken};
+use crate::audit::{Auditor, Balance, Steps, Stretches, Sums, Taken};
 use crate::moreau::Records;
 use crate::newton::Smooth;
 use numpy::{PyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
@@ -13,6 +13,8 @@ use pyo3::types::PyDict;
 pub(super) struct PyAuditor {
     inner: Auditor,
     functions: usize,
+    /// for the engine that is accompanied
+    pub sums: Option<Sums>,
 }
 
 /// An array among the attributes of an object.
@@ -52,6 +54,7 @@ impl PyAuditor {
         Ok(PyAuditor {
             inner: Auditor::new(&linear, averaging.as_ref(), smooth.as_ref()),
             functions,
+            sums: Sums::new(&linear, averaging.as_ref(), smooth.as_ref()),
         })
     }
 
@@ -204,9 +207,24 @@ impl PyAuditor {
             energy.set_item("steps", e.steps)?;
             out.set_item("energy", energy)?;
             out.set_item("drift", ledger.drift())?;
+            let [stored, delivered] = ledger.in_jumps();
+            out.set_item("jumps_stored", stored)?;
+            out.set_item("jumps_delivered", delivered)?;
         }
         Ok(out)
     }
+}
+
+/// The balance of energy over a run as a dict.
+pub(super) fn balance_dict<'py>(py: Python<'py>, b: &Balance) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    out.set_item("stored", b.stored)?;
+    out.set_item("delivered", b.delivered)?;
+    out.set_item("dissipated", b.dissipated)?;
+    out.set_item("scheme", b.scheme)?;
+    out.set_item("drift", b.drift)?;
+    out.set_item("steps", b.steps)?;
+    Ok(out)
 }
 
 /// Recorded steps as a dict of flat arrays.

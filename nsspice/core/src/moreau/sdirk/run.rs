@@ -10,7 +10,7 @@ use super::locate::Locator;
 use super::points::PointRows;
 use super::step::Trial;
 use super::stored::StoredRows;
-use super::witness::Witness;
+use super::witness::{sum_up, Witness};
 use super::{Accuracy, Tableau};
 use crate::audit::Taken;
 use crate::mlcp::Start;
@@ -476,6 +476,7 @@ impl Sdirk {
         }
         let (trial, ladder, tableau) = (&self.trial, &self.ladder, self.tableau);
         self.witness.step(s, trial, ladder, tableau, accepted.theta, accepted.time);
+        sum_up(s, trial, ladder, tableau, accepted.theta);
         let (z, guards) = self.trial.point.split_at(n);
         s.z.copy_from_slice(z);
         for ((l, &g), &active) in s.l.iter_mut().zip(guards).zip(&s.active) {
@@ -556,6 +557,13 @@ impl Sdirk {
                 *rate = (z - old) / length;
             }
         }
+        if let Some(smooth) = &mut s.smooth {
+            let old = &self.trial.first[s.z.len() + s.l.len()..];
+            for (rate, (new, old)) in smooth.rates.iter_mut().zip(smooth.f.iter().zip(old)) {
+                *rate = (new - old) / length;
+            }
+        }
+        s.sum_up(length, true);
         if s.witness.watches() {
             s.z_recorded.copy_from_slice(&from);
             s.record(length);

@@ -4,7 +4,7 @@ use super::super::stepper::Stepper;
 use super::ladder::Ladder;
 use super::step::{sources, Trial};
 use super::tableau::{Tableau, MOST};
-use crate::audit::Taken;
+use crate::audit::{Points, Taken};
 
 /// Price of a step in steps, so that records cost a twentieth of a run, and how many can be had at
 /// once.
@@ -14,6 +14,100 @@ const STOCK: u64 = 64 * PRICE;
 const SAME: f64 = 64.0 * f64::EPSILON;
 /// Records are handed over when they hold this many numbers.
 const FULL: usize = 1 << 18;
+
+/// Most points of a step: its stages and its end.
+const POINTS: usize = MOST + 1;
+
+/// How the rates at the points of a step make up its change and its points [s].
+pub struct Weights {
+    /// points with any weight
+    pub count: usize,
+    /// in the change over the step
+    pub own: [f64; POINTS],
+    /// in each point
+    pub inner: [[f64; POINTS]; POINTS],
+}
+
+/// The stage whose point and rates stand for one: a first stage that counts for nothing has no rates.
+fn standing(tableau: &Tableau, i: usize) -> usize {
+    if i < tableau.first() && !tableau.continues() {
+        tableau.first()
+    } else {
+        i
+    }
+}
+
+impl Weights {
+    /// Of a step of the length `h` that ends at the part `theta` of it.
+    pub fn new(tableau: &Tableau, theta: f64, h: f64) -> Weights {
+        let stages = tableau.stages();
+        // the step that ends in the point: its last row, in units of time
+        let stage = tableau.gamma * h;
+        let (mut own, mut inner) = ([0.0; POINTS], [[0.0; POINTS]; POINTS]);
+        for (i, row) in inner.iter_mut().enumerate().take(stages) {
+            let i = standing(tableau, i);
+            for (w, a) in row.iter_mut().zip(tableau.a[i]) {
+                *w = h * a;
+            }
+            if i >= tableau.first() {
+                row[i] = stage;
+            }
+        }
+        if theta == 1.0 {
+            own = inner[stages - 1];
+        } else {
+            let (value, slope) = tableau.weights(theta);
+            for (w, (v, d)) in own.iter_mut().zip(value.iter().zip(&slope)).take(stages) {
+                *w = h * v - stage * d;
+            }
+            own[stages] = stage;
+        }
+        inner[stages] = own;
+        Weights { count: stages + usize::from(theta != 1.0), own, inner }
+    }
+}
+
+/// Adds an accepted step to the balance of energy of `s`, as [`Witness::step`] would record it.
+pub fn sum_up(s: &mut Stepper, trial: &Trial, ladder: &Ladder, tableau: &Tableau, theta: f64) {
+    let Some(sums) = &mut s.sums else { return };
+    let (n, m, p) = (s.z.len(), s.l.len(), s.u0.len());
+    let Weights { count, own, inner } = Weights::new(tableau, theta, trial.length);
+    let mut taken = [0.0; POINTS * POINTS];
+    for i in 0..count {
+        for j in 0..count {
+            taken[i * count + j] = own[i] * inner[i][j] + own[j] * inner[j][i] - own[i] * own[j];
+        }
+    }
+    let [mut z, mut rate, mut f, mut f_rate] = [[&[][..]; POINTS]; 4];
+    let (mut l, mut u) = (Vec::with_capacity(count * m), vec![0.0; count * p]);
+    for i in 0..count {
+        let inside = i < tableau.stages();
+        let (place, i) = (i, standing(tableau, i));
+        let part = if inside { tableau.c[i] } else { theta };
+        let t = trial.start + part * trial.length;
+        sources(&s.waveforms, t, trial.start, trial.corner, &mut u[place * p..][..p]);
+        let x = if inside { &trial.stages[i] } else { &trial.point };
+        let rates = if inside { &trial.rates[i] } else { &trial.slope };
+        (z[place], f[place]) = (&x[..n], &x[n + m..]);
+        (rate[place], f_rate[place]) = rates.split_at(n);
+        let guards = x[n..n + m].iter().zip(s.active.iter().zip(&s.roles));
+        let open = trial.open[i];
+        l.extend(guards.map(|(&g, (&on, &role))| ladder.multiplier(g, on, role, open)));
+    }
+    sums.points(
+        &trial.first[..n],
+        &Points {
+            weight: &own[..count],
+            taken: &taken[..count * count],
+            z: &z[..count],
+            rate: &rate[..count],
+            l: &l,
+            u: &u,
+            f: &f[..count],
+            f_rate: &f_rate[..count],
+        },
+    );
+}
 
 /// Chooses the steps to record and keeps them.
 #[derive(Default)]
@@ -60,39 +154,23 @@ impl Witness {
         self.spent += PRICE;
         let (n, m, p) = (s.z.len(), s.l.len(), s.u0.len());
         let (stages, h) = (tableau.stages(), trial.length);
-        // the step that ends in the point: its last row, in units of time
-        let stage = tableau.gamma * h;
-        let mut weights = [0.0; MOST + 1];
-        if theta == 1.0 {
-            for (w, a) in weights.iter_mut().zip(tableau.a[stages - 1]) {
-                *w = h * a;
-            }
-            weights[stages - 1] = stage;
-        } else {
-            let (value, slope) = tableau.weights(theta);
-            for (w, (v, d)) in weights.iter_mut().zip(value.iter().zip(&slope)).take(stages) {
-                *w = h * v - stage * d;
-            }
-            weights[stages] = stage;
-        }
-        let weights = &weights[..=stages];
+        let Weights { own, inner, .. } = Weights::new(tableau, theta, h);
         let taken = &mut self.taken;
         taken.begin.push(trial.start);
         taken.end.push(end);
-        taken.grain.push(stage);
+        taken.grain.push(tableau.gamma * h);
         taken.steps.push(1u8.saturating_add(std::mem::take(&mut self.empty)));
         taken.signed.push(0); // inner stages are of low order
         taken.first.extend_from_slice(&trial.first[..n]);
         taken.first_u.extend_from_slice(&s.u0);
-        taken.weight.extend_from_slice(weights);
+        taken.weight.extend_from_slice(&own[..=stages]);
         if !s.switches.is_empty() {
             taken.roles.extend(s.roles.iter().map(|&r| r as u8));
         }
         let mut u = vec![0.0; p];
         for i in 0..=stages {
             let inside = i < stages;
-            // a first stage that counts for nothing has no rates: the next one stands for it
-            let i = if i < tableau.first() && !tableau.continues() { tableau.first() } else { i };
+            let i = standing(tableau, i);
             let part = if inside { tableau.c[i] } else { theta };
             let t = trial.start + part * h;
             sources(&s.waveforms, t, trial.start, trial.corner, &mut u);
@@ -106,17 +184,7 @@ impl Witness {
             taken.u.extend_from_slice(&u);
             taken.rate.extend_from_slice(&rates[..n]);
             taken.function_rate.extend_from_slice(&rates[n..]);
-            if !inside {
-                taken.inner.extend_from_slice(weights);
-                continue;
-            }
-            for j in 0..=stages {
-                taken.inner.push(match tableau.a[i].get(j) {
-                    Some(a) => h * a,
-                    None if i == j && i >= tableau.first() => stage,
-                    None => 0.0,
-                });
-            }
+            taken.inner.extend_from_slice(&inner[i][..=stages]);
         }
     }
 }

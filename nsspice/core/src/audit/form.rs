@@ -1,0 +1,127 @@
+//! A quadratic form as a sum of squares.
+
+use crate::sparse::Csc;
+
+/// Sums of a row that are smaller than this part of its entries are their rounding.
+const ROUNDED: f64 = 4.0 * f64::EPSILON;
+
+/// The symmetric part `M` of a matrix as `x' M x = sum c (x_i + s x_j)^2 + sum d x_i^2` with
+/// `s = 1` or `-1`: one square for each element between two nodes, without the cancellation of the
+/// entries that they share.
+#[derive(Clone, Debug, Default)]
+pub struct Form {
+    /// `i`, `j`, `s`, `c`
+    pub pairs: Vec<(u32, u32, f64, f64)>,
+    /// `i`, `d`
+    pub single: Vec<(u32, f64)>,
+}
+
+impl Form {
+    pub fn new(matrix: &Csc) -> Form {
+        let mut upper: Vec<(u32, u32, f64)> = matrix
+            .iter()
+            .map(|(r, c, v)| (r.min(c) as u32, r.max(c) as u32, if r == c { v } else { 0.5 * v }))
+            .collect();
+        upper.sort_by_key(|e| (e.0, e.1));
+        let mut pairs: Vec<(u32, u32, f64, f64)> = Vec::new();
+        let mut rest = vec![[0.0f64; 2]; matrix.nrows];
+        for group in upper.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            let (i, j, _) = group[0];
+            let value: f64 = group.iter().map(|e| e.2).sum();
+            let size: f64 = group.iter().map(|e| e.2.abs()).sum();
+            if i == j {
+                let [sum, sizes] = &mut rest[i as usize];
+                *sum += value;
+                *sizes += size;
+            } else if value.abs() > ROUNDED * size {
+                pairs.push((i, j, value.signum(), value.abs()));
+            }
+        }
+        for &(i, j, _, size) in &pairs {
+            for k in [i, j] {
+                let [sum, sizes] = &mut rest[k as usize];
+                *sum -= size;
+                *sizes += size;
+            }
+        }
+        let left = rest.iter().enumerate().filter(|(_, [sum, sizes])| sum.abs() > ROUNDED * sizes);
+        let single = left.map(|(k, [sum, _])| (k as u32, *sum)).collect();
+        Form { pairs, single }
+    }
+
+    /// `x' M x`
+    #[inline]
+    pub fn at(&self, x: impl Fn(usize) -> f64) -> f64 {
+        let mut sum = 0.0;
+        for &(i, j, sign, c) in &self.pairs {
+            let v = x(i as usize) + sign * x(j as usize);
+            sum += c * v * v;
+        }
+        for &(i, c) in &self.single {
+            let v = x(i as usize);
+            sum += c * v * v;
+        }
+        sum
+    }
+
+    /// `sum w_ij k_i' M k_j` over the points `k` of a step.
+    pub fn products(&self, count: usize, point: impl Fn(usize, usize) -> f64, w: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        let mut v = [0.0; 8];
+        let mut add = |c: f64, value: &dyn Fn(usize) -> f64| {
+            for (k, v) in v[..count].iter_mut().enumerate() {
+                *v = value(k);
+            }
+            for (row, a) in w.chunks_exact(count).zip(&v) {
+                let inner: f64 = row.iter().zip(&v).map(|(w, b)| w * b).sum();
+                sum += c * a * inner;
+            }
+        };
+        for &(i, j, sign, c) in &self.pairs {
+            add(c, &|k| point(k, i as usize) + sign * point(k, j as usize));
+        }
+        for &(i, c) in &self.single {
+            add(c, &|k| point(k, i as usize));
+        }
+        sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn squares_give_the_form_of_the_symmetric_part() {
+        // two capacitors, one of them between nodes, coupled inductors, a gyrator
+        let entries = [
+            (0, 0, 3.0),
+            (0, 1, -1.0),
+            (1, 0, -1.0),
+            (1, 1, 1.0),
+            (2, 2, 2.0),
+            (2, 3, 1.5),
+            (3, 2, 1.5),
+            (3, 3, 4.0),
+            (0, 3, 7.0),
+            (3, 0, -7.0),
+        ];
+        let matrix = Csc::from_triplets(4, 4, &entries);
+        let form = Form::new(&matrix);
+        assert_eq!((form.pairs.len(), form.single.len()), (2, 3));
+        let x = [1.0, -2.0, 3.0, 0.5];
+        let direct: f64 = entries.iter().map(|&(r, c, v)| x[r] * v * x[c]).sum();
+        assert!((form.at(|k| x[k]) - direct).abs() < 1e-14 * direct.abs());
+        let (y, w) = ([2.0, 1.0, 0.0, -1.0], [1.0, 0.5, 0.5, -3.0]);
+        let points = [x, y];
+        let mut expected = 0.0;
+        for (i, a) in points.iter().enumerate() {
+            for (j, b) in points.iter().enumerate() {
+                let all = entries.iter().filter(|e| e.2.abs() < 7.0);
+                expected += w[2 * i + j] * all.map(|&(r, c, v)| a[r] * v * b[c]).sum::<f64>();
+            }
+        }
+        let found = form.products(2, |k, i| points[k][i], &w);
+        assert!((found - expected).abs() < 1e-13 * expected.abs());
+    }
+}

@@ -1,0 +1,424 @@
+//! The balance of energy over a whole run, in a few sums.
+//!
+//! Every step gives what its sources delivered, what was dissipated and what its scheme has taken,
+//! each from the state at its points (see [`super::steps`] and [`super::stretches`]).  If all steps
+//! obey the laws and each begins where the last one ended, the sums lead from the first stored energy
+//! to the last one, jumps aside:
+//!
+//! ```text
+//! W(end) - W(begin) = delivered - dissipated - scheme + sum over jumps of (W(after) - W(before))
+//! ```
+//!
+//! Stored energies are computed at the two ends of the run and around jumps alone, so that a state
+//! that changes between two steps breaks the equation as much as a step that breaks a law.  Nothing is
+//! kept of a step but the sums.
+
+use super::form::Form;
+use super::lanes::{
+    Lanes, CHANGE, FUNCTION, FUNCTION_RATE, LANES, MULTIPLIER, SOURCE, SOURCE_CHANGE, UNKNOWN,
+};
+use super::matrix::Entries;
+use super::rounding::{share, Reach};
+use super::{ratio, ITERATED, TOLERANCE};
+use crate::descriptor::Linear;
+use crate::newton::Smooth;
+use crate::sparse::Csc;
+
+/// What the sums of a run came to [J].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Balance {
+    /// stored energy at the end less that at the begin, jumps aside
+    pub stored: f64,
+    /// by independent sources
+    pub delivered: f64,
+    /// in resistors, controlled sources and set-valued elements
+    pub dissipated: f64,
+    /// taken by the scheme
+    pub scheme: f64,
+    /// relative error of the sums
+    pub drift: f64,
+    /// steps
+    pub steps: u64,
+}
+
+/// A step with several points.
+pub struct Points<'a> {
+    /// weights of the points [s]
+    pub weight: &'a [f64],
+    /// `w_i a_ij + w_j a_ji - w_i w_j`, row by row [s^2]
+    pub taken: &'a [f64],
+    /// unknowns at each point, and the rates of those that are stored
+    pub z: &'a [&'a [f64]],
+    /// see `z`
+    pub rate: &'a [&'a [f64]],
+    /// multipliers, (points, m)
+    pub l: &'a [f64],
+    /// sources, (points, p)
+    pub u: &'a [f64],
+    /// smooth functions at each point, and their rates
+    pub f: &'a [&'a [f64]],
+    /// see `f`
+    pub f_rate: &'a [&'a [f64]],
+}
+
+/// Adds up the energies of the steps of a run.
+#[derive(Clone, Debug)]
+pub struct Sums {
+    stored: Form,
+    resisted: Form,
+    a: Bilinear,
+    s: Bilinear,
+    averaging: Option<(Bilinear, Bilinear)>,
+    /// where smooth functions act, and where they are stored
+    smooth: Option<(Bilinear, Bilinear)>,
+    /// steps that wait, in a small system
+    lanes: Option<Lanes>,
+    kinds: Vec<u8>,
+    reach: Reach,
+    share: f64,
+    first: Option<f64>,
+    /// by jumps
+    jumped: f64,
+    delivered: f64,
+    dissipated: f64,
+    scheme: f64,
+    /// all of it without signs
+    moved: f64,
+    /// largest stored energy, as the sums tell it
+    peak: f64,
+    time: f64,
+    steps: u64,
+    points: u64,
+    largest: [f64; 2],
+}
+
+/// A sparse matrix between two lists of numbers.
+#[derive(Clone, Debug)]
+struct Bilinear {
+    columns: Csc,
+    entries: Entries,
+}
+
+impl Bilinear {
+    fn new(matrix: &Csc) -> Bilinear {
+        Bilinear { columns: matrix.clone(), entries: Entries::new(matrix) }
+    }
+
+    /// `y' M x`, of which many entries are zero
+    fn between(&self, y: &[f64], x: impl Fn(usize) -> f64) -> f64 {
+        let mut sum = 0.0;
+        for j in 0..self.columns.ncols {
+            let x = x(j);
+            if x != 0.0 {
+                sum += x * self.columns.col_dot(j, y);
+            }
+        }
+        sum
+    }
+}
+
+impl Sums {
+    /// Nothing so far; none where nothing is stored.
+    pub fn new(
+        linear: &Linear,
+        averaging: Option<&(Csc, Csc)>,
+        smooth: Option<&Smooth>,
+    ) -> Option<Sums> {
+        if linear.e.values.iter().all(|&v| v == 0.0) {
+            return None;
+        }
+        let (e, g, a) = (&linear.e, &linear.g, &linear.a);
+        let [entries_e, entries_g, entries_a] = [e, g, a].map(Entries::new);
+        let h = averaging.map(|(h, _)| Entries::new(h));
+        let kinds = linear.row_kind.clone();
+        let size = g.nrows + a.ncols;
+        let reach = Reach::new(&kinds, a.ncols, &entries_e, &entries_g, &entries_a, h.as_ref());
+        let (sources, functions) = (linear.s.ncols, smooth.map_or(0, |laws| laws.f.ncols));
+        let turned = if averaging.is_some() { sources } else { 0 };
+        let known = if smooth.is_some() { ITERATED / TOLERANCE } else { 0.0 };
+        Some(Sums {
+            stored: Form::new(e),
+            resisted: Form::new(g),
+            lanes: Lanes::new([g.nrows, a.ncols, sources, turned, functions, functions, g.nrows]),
+            a: Bilinear::new(a),
+            s: Bilinear::new(&linear.s),
+            averaging: averaging.map(|(h, hs)| (Bilinear::new(h), Bilinear::new(hs))),
+            smooth: smooth.map(|laws| (Bilinear::new(&laws.f), Bilinear::new(&laws.q))),
+            kinds,
+            reach,
+            share: share(size).max(known),
+            first: None,
+            jumped: 0.0,
+            delivered: 0.0,
+            dissipated: 0.0,
+            scheme: 0.0,
+            moved: 0.0,
+            peak: 0.0,
+            time: 0.0,
+            steps: 0,
+            points: 0,
+            largest: [0.0; 2],
+        })
+    }
+
+    fn energy(&self, z: &[f64]) -> f64 {
+        0.5 * self.stored.at(|k| z[k])
+    }
+
+    fn begin(&mut self, z: &[f64]) {
+        if self.first.is_none() {
+            let energy = self.energy(z);
+            (self.first, self.peak) = (Some(energy), energy.abs());
+            self.go_on_from(z);
+        }
+    }
+
+    fn go_on_from(&mut self, z: &[f64]) {
+        if let Some(lanes) = &mut self.lanes {
+            lanes.begin(z);
+        }
+    }
+
+    /// Whether the state from which a step began has to be told.
+    pub fn asks_for_begin(&self) -> bool {
+        self.lanes.is_none() || self.first.is_none()
+    }
+
+    fn look(&mut self, z: &[f64], l: &[f64]) {
+        self.reach.see(&self.kinds, z, l, &mut self.largest);
+    }
+
+    /// Power that is dissipated in resistors and set-valued elements.
+    #[inline]
+    fn lost(&self, z: &[f64], l: &[f64]) -> f64 {
+        self.resisted.at(|k| z[k]) + self.a.between(z, |j| l[j])
+    }
+
+    #[inline]
+    fn add(&mut self, [delivered, dissipated, scheme]: [f64; 3], moved: f64, steps: u64) {
+        self.delivered += delivered;
+        self.dissipated += dissipated;
+        self.scheme += scheme;
+        self.moved += moved;
+        self.peak = self.peak.max(self.expected().abs());
+        self.steps += steps;
+    }
+
+    /// The same of one step.
+    fn add_one(&mut self, delivered: f64, dissipated: f64, scheme: f64) {
+        let moved = delivered.abs() + dissipated.abs() + scheme.abs();
+        self.add([delivered, dissipated, scheme], moved, 1);
+    }
+
+    /// Stored energy as the sums tell it.
+    fn expected(&self) -> f64 {
+        let begin = self.first.unwrap_or(0.0) + self.jumped;
+        begin + (self.delivered - self.dissipated - self.scheme)
+    }
+
+    /// Takes an implicit step of the length `h` from `z0`, `u0` to `z`, `l`, `u`; `f` are the smooth
+    /// functions at its end and their rates; `new` if its mode is another one than before.
+    pub fn step(
+        &mut self,
+        h: f64,
+        [z0, z]: [&[f64]; 2],
+        l: &[f64],
+        [u0, u]: [&[f64]; 2],
+        [f, f_rate]: [&[f64]; 2],
+        new: bool,
+    ) {
+        self.begin(z0);
+        if let Some(lanes) = &mut self.lanes {
+            lanes.push(h, [z, l, u], u0, [f, f_rate]);
+            if lanes.count == LANES {
+                self.look(z, l);
+                self.add_lanes();
+            } else if new {
+                self.look(z, l);
+            }
+            return;
+        }
+        if new || self.steps.is_multiple_of(LANES as u64) {
+            self.look(z, l);
+        }
+        let mut scheme = 0.5 * self.stored.at(|k| z[k] - z0[k]);
+        if let Some((by_unknowns, by_sources)) = &self.averaging {
+            let unknowns = by_unknowns.between(z, |k| z[k] - z0[k]);
+            scheme += h * (unknowns + by_sources.between(z, |k| u[k] - u0[k]));
+        }
+        let mut power = self.lost(z, l);
+        if let Some((acting, stored)) = &self.smooth {
+            power += acting.between(z, |k| f[k]) + stored.between(z, |k| f_rate[k]);
+        }
+        let delivered = h * self.s.between(z, |k| u[k]);
+        self.time += h;
+        self.points += 1;
+        self.add_one(delivered, h * power, scheme);
+    }
+
+    /// Adds the steps that wait.
+    fn add_lanes(&mut self) {
+        if self.lanes.as_ref().is_none_or(|lanes| lanes.count == 0) {
+            return;
+        }
+        let Some(mut lanes) = self.lanes.take() else { return };
+        lanes.close();
+        let [mut stored, mut averaged, mut power, mut given] = [[0.0; LANES]; 4];
+        lanes.squares(&self.stored, CHANGE, &mut stored);
+        lanes.squares(&self.resisted, UNKNOWN, &mut power);
+        lanes.products(self.a.entries.list(), MULTIPLIER, &mut power);
+        lanes.products(self.s.entries.list(), SOURCE, &mut given);
+        if let Some((by_unknowns, by_sources)) = &self.averaging {
+            lanes.products(by_unknowns.entries.list(), CHANGE, &mut averaged);
+            lanes.products(by_sources.entries.list(), SOURCE_CHANGE, &mut averaged);
+        }
+        if let Some((acting, kept)) = &self.smooth {
+            lanes.products(acting.entries.list(), FUNCTION, &mut power);
+            lanes.products(kept.entries.list(), FUNCTION_RATE, &mut power);
+        }
+        let steps =
+            lanes.length.iter().zip(&given).zip(power.iter().zip(stored.iter().zip(&averaged)));
+        let [mut time, mut delivered, mut dissipated, mut scheme, mut moved] = [0.0; 5];
+        for ((h, given), (power, (stored, averaged))) in steps.take(lanes.count) {
+            let (given, power, taken) = (h * given, h * power, 0.5 * stored + h * averaged);
+            time += h;
+            delivered += given;
+            dissipated += power;
+            scheme += taken;
+            moved += given.abs() + power.abs() + taken.abs();
+        }
+        self.time += time;
+        self.points += lanes.count as u64;
+        self.add([delivered, dissipated, scheme], moved, lanes.count as u64);
+        lanes.count = 0;
+        self.lanes = Some(lanes);
+    }
+
+    /// Takes a step with several points from `z0`.
+    pub fn points(&mut self, z0: &[f64], all: &Points) {
+        self.begin(z0);
+        self.add_lanes();
+        let (m, p, count) = (self.a.columns.ncols, self.s.columns.ncols, all.weight.len());
+        let (mut delivered, mut dissipated) = (0.0, 0.0);
+        for (i, &weight) in all.weight.iter().enumerate() {
+            let (z, l, u) = (all.z[i], &all.l[i * m..], &all.u[i * p..]);
+            if i + 1 == count {
+                self.look(z, l.get(..m).unwrap_or(&[]));
+            }
+            if weight == 0.0 {
+                continue;
+            }
+            let mut power = self.lost(z, l);
+            if let Some((acting, stored)) = &self.smooth {
+                power += acting.between(z, |k| all.f[i][k]);
+                power += stored.between(z, |k| all.f_rate[i][k]);
+            }
+            dissipated += weight * power;
+            delivered += weight * self.s.between(z, |k| u[k]);
+            self.time += weight.abs();
+        }
+        let scheme = 0.5 * self.stored.products(count, |k, i| all.rate[k][i], all.taken);
+        self.points += count as u64;
+        self.add_one(delivered, dissipated, scheme);
+        if let Some(last) = all.z.last() {
+            self.go_on_from(last);
+        }
+    }
+
+    /// Takes a jump.
+    pub fn jump(&mut self, before: &[f64], after: &[f64]) {
+        if self.first.is_none() {
+            return;
+        }
+        self.add_lanes();
+        let change = self.energy(after) - self.energy(before);
+        self.jumped += change;
+        self.moved += change.abs();
+        self.peak = self.peak.max(self.expected().abs());
+        self.go_on_from(after);
+    }
+
+    /// The balance of a run that has come to `z`.
+    ///
+    /// A law holds to the rounding of elimination (see [`super::rounding`]), or to that at which an
+    /// iteration ends: of what it stores once in each step (twice: at both its ends), of what acts in
+    /// it all the time.  Times its unknown, that is energy, and what all steps may add up to is no
+    /// error.  Their sums are rounded `points` times.
+    pub fn balance(&mut self, z: &[f64]) -> Balance {
+        self.add_lanes();
+        let Some(first) = self.first else { return Balance::default() };
+        let last = self.energy(z);
+        let (mut content, mut acting) = (0.0, 0.0);
+        for (row, &kind) in self.kinds.iter().enumerate() {
+            let unknown = self.largest[usize::from(kind)];
+            content += unknown * self.reach.content(row, &self.largest);
+            acting += unknown * self.reach.acting(row, &self.largest);
+        }
+        let points = self.points as f64;
+        let held = self.share * (2.0 * points * content + self.time * acting);
+        let added = points * f64::EPSILON / TOLERANCE * self.moved;
+        let scale = self.moved + self.peak + first.abs() + last.abs() + held + added;
+        Balance {
+            stored: last - first - self.jumped,
+            delivered: self.delivered,
+            dissipated: self.dissipated,
+            scheme: self.scheme,
+            drift: ratio((last - self.expected()).abs(), scale.max(f64::MIN_POSITIVE / TOLERANCE)),
+            steps: self.steps,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// So many capacitors of 1 F with 1 Ohm each, implicit steps of 10 ms; the first one gains energy
+    /// of nowhere before the step `wrong`.
+    fn drift(count: usize, wrong: Option<usize>, conductance: f64) -> Balance {
+        let diagonal = |v: f64| {
+            let entries: Vec<_> = (0..count).map(|k| (k, k, v)).collect();
+            Csc::from_triplets(count, count, &entries)
+        };
+        let linear = Linear {
+            e: diagonal(1.0),
+            g: diagonal(1.0),
+            a: Csc::zeros(count, 0),
+            b: Csc::zeros(0, count),
+            d: Csc::zeros(0, 0),
+            q: Vec::new(),
+            s: Csc::zeros(count, 0),
+            row_kind: vec![0; count],
+        };
+        let mut sums = Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!());
+        let none = &[][..];
+        let mut z = vec![1.0; count];
+        for step in 0..100 {
+            if wrong == Some(step) {
+                z[0] *= 1.0 + 1e-6;
+            }
+            let next: Vec<f64> = z.iter().map(|z| z / (1.0 + 0.01 * conductance)).collect();
+            sums.step(0.01, [&z, &next], none, [none, none], [none, none], false);
+            z = next;
+        }
+        sums.balance(&z)
+    }
+
+    #[test]
+    fn energy_from_nowhere_is_noticed_in_any_step() {
+        for count in [1, 200] {
+            let right = drift(count, None, 1.0);
+            assert!(right.drift < 1e-14, "{right:?}");
+            // 1 J / 2 per capacitor, of which (1 + h)^-200 is left
+            let stored = 0.5 * count as f64 * (1.01f64.powi(-200) - 1.0);
+            assert!((right.stored - stored).abs() < 1e-12 * count as f64);
+            assert!((right.dissipated + right.scheme + stored).abs() < 1e-12 * count as f64);
+            assert_eq!(right.steps, 100);
+            // of all that one capacitor of 200 held
+            for step in [1, 17, 60] {
+                assert!(drift(count, Some(step), 1.0).drift > 1e-7 / (count as f64 * 3.0));
+            }
+            assert!(drift(count, None, 1.0 + 1e-6).drift > TOLERANCE);
+        }
+    }
+}

@@ -1,0 +1,132 @@
+"""The balance of energy over whole runs: complete at any length, broken by energy from nowhere."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from click.testing import CliRunner
+
+import nsspice
+from nsspice.analyses import examiner
+from nsspice.analyses.cards import Tran
+from nsspice.analyses.island_runner import IslandRunner
+from nsspice.analyses.settings import Settings
+from nsspice.cli.app import app
+from nsspice.problems import Csc
+from nsspice.solvers.audit import Auditor
+
+#: set-valued elements, jumps (the switch joins two capacitors), a source that gives and takes
+LINEAR = """linear
+V1 a 0 SIN(0 10 1k)
+R1 a b {r}
+D1 b c
+C1 c 0 1u IC=0
+L1 b 0 1m IC=0
+R2 c 0 1k
+S1 c d g 0 SW
+C2 d 0 0.5u IC=0
+R3 d 0 500
+V2 g 0 PULSE(0 1 0 0 0 0.2m 0.5m)
+.model SW SW(VT=0.5)
+.tran 2e-6 8m 0 2e-6 uic
+.end
+"""
+#: junctions with charges
+SMOOTH = """smooth
+V1 a 0 SIN(0 10 1k)
+R1 a b {r}
+D1 b c J
+C1 c 0 1u IC=0
+R2 c 0 1k
+.model J D(IS=1e-12 N=1.5 CJO=1n TT=1u)
+.tran 2e-6 8m 0 2e-6 uic
+.end
+"""
+CASES = [(LINEAR, "moreau", 1.0), (LINEAR, "moreau", 0.5), (LINEAR, "sdirk", 1.0),
+         (SMOOTH, "moreau", 1.0), (SMOOTH, "sdirk", 1.0)]  # fmt: skip
+
+
+def other(system, factor):
+    """Return a system whose conductances are off by a factor."""
+    G = system.G
+    scaled = Csc.from_triplets(G.shape, G.indices, G.columns, G.data * factor)
+    return replace(system, G=scaled)
+
+
+def finished(text, method, theta, factor=1.0):
+    circuit = nsspice.read(text.format(r=50))
+    analysis = Tran(stop=8e-3, row_step=2e-6, max_step=2e-6, uic=True)
+    settings = Settings(method, theta)
+    runner = IslandRunner(circuit, 0, circuit.islands[0], [], analysis, settings, None, None)
+    if factor != 1.0:
+        stepper = runner.stepper
+        Auditor(other(runner.mna.system, factor), stepper.H, stepper.Hs).accompany(stepper)
+    runner.start()
+    while runner.advance(1000).shape[0]:
+        pass
+    return runner
+
+
+@pytest.mark.parametrize(("text", "method", "theta"), CASES)
+def test_the_balance_of_a_sampled_run_contains_every_step(text, method, theta):
+    found = finished(text, method, theta).certificate()
+    e = found.energy
+    assert e.complete
+    assert e.steps < e.of
+    assert e.drift < 1e-10  # Newton's method ends at 1e-12
+    assert e.delivered == pytest.approx(e.stored + e.dissipated + e.lost + e.scheme, rel=1e-9)
+    assert found.passed
+
+
+@pytest.mark.parametrize(("text", "method", "theta"), CASES)
+def test_a_millionth_of_the_power_from_nowhere_fails(text, method, theta):
+    """All laws of the recorded steps hold; conductances of which the sums know give the energy."""
+    found = finished(text, method, theta, 1.0 + 1e-6).certificate()
+    assert found.laws < 1e-8
+    assert found.energy.imbalance < 1e-8
+    assert found.energy.drift > 1e-8
+    assert not found.passed
+
+
+def test_two_ways_of_adding_up_agree():
+    """The sums of the core, and those of the records where every step is recorded."""
+    runner = finished(LINEAR, "moreau", 1.0)
+    sums = runner.stepper.balance
+    circuit = nsspice.read(LINEAR.format(r=50))
+    analysis = Tran(stop=8e-3, row_step=2e-6, max_step=2e-6, uic=True)
+    full = IslandRunner(
+        circuit, 0, circuit.islands[0], [], analysis, Settings("moreau", 1.0), None, None
+    )
+    full.stepper.watch(1)
+    full.start()
+    while full.advance(1000).shape[0]:
+        pass
+    energy = full.certificate().energy
+    found = full.examiner.auditor.result()["energy"]
+    assert energy.steps == energy.of == sums["steps"]
+    for name in "dissipated", "scheme":
+        assert found[name] == pytest.approx(sums[name], rel=1e-10)
+    assert found["delivered"] == pytest.approx(energy.delivered, rel=1e-10)
+
+
+@pytest.mark.parametrize("method", ["moreau", "sdirk"])
+def test_energy_from_nowhere_ends_with_exit_code_3(method, tmp_path, monkeypatch):
+    deck = tmp_path / "smooth.net"
+    deck.write_text(SMOOTH.format(r=50))
+    monkeypatch.chdir(tmp_path)
+    assert CliRunner().invoke(app, ["run", str(deck), "--method", method]).exit_code == 0
+    accompany = Auditor.accompany
+
+    def tampered(self, stepper):
+        accompany(Auditor(other(self.system, 1.0 + 1e-6), stepper.H, stepper.Hs), stepper)
+
+    monkeypatch.setattr(Auditor, "accompany", tampered)
+    assert CliRunner().invoke(app, ["run", str(deck), "--method", method]).exit_code == 3
+
+
+def test_long_runs_by_small_matrices_go_without(monkeypatch):
+    monkeypatch.setattr(examiner, "_SUMMED", 1000)
+    found = finished(LINEAR, "moreau", 1.0).certificate()
+    assert not found.energy.complete
+    assert found.passed
