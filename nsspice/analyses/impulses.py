@@ -14,6 +14,8 @@ from .solution import Impulse, JumpReport, Moved
 
 #: Jumps and impulses below this share of the largest of their kind are rounding.
 _SHARE = 1e-6
+#: A change of what a store holds by this share of the largest of its kind is rounding.
+_ROUNDING = 1e-13
 #: An impulse is more than what ordinary currents and voltages carry in this part of a step.
 _INSTANT = 1e-6
 #: Elements across which a flux impulse is told: those that can hold any voltage.
@@ -143,16 +145,19 @@ def _stores(mna: MnaSystem, jump: Jump) -> list[Moved]:
     """Return charge (flux) of each capacitor (inductor) that the jump changed."""
     before = np.linalg.norm(jump.before) > 0.0
     out = []
-    for store, unit in [
-        *((s, "A s") for s in mna.capacitors),
-        *((s, "V s") for s in mna.inductors),
-    ]:
-        old, new = (
-            store.value * sum(c * float(z[j]) for j, c in store.functional.z)
-            for z in (jump.before, jump.after)
-        )
-        if not before:  # the run begins with this jump: the initial value of the deck
-            old = store.value * (store.ic or 0.0)
-        if abs(new - old) > _SHARE * max(abs(new), abs(old)):
-            out.append(Moved(store.name, old, new, unit))
+    for stores, unit in (mna.capacitors, "A s"), (mna.inductors, "V s"):
+        moved = []
+        for store in stores:
+            old, new = (
+                store.value * sum(c * float(z[j]) for j, c in store.functional.z)
+                for z in (jump.before, jump.after)
+            )
+            if not before:  # the run begins with this jump: the initial value of the deck
+                old = store.value * (store.ic or 0.0)
+            moved.append(Moved(store.name, old, new, unit))
+        largest = max((max(abs(m.before), abs(m.after)) for m in moved), default=0.0)
+        for m in moved:
+            size = max(abs(m.before), abs(m.after))
+            if abs(m.after - m.before) > max(_SHARE * size, _ROUNDING * largest):
+                out.append(m)
     return out

@@ -11,9 +11,9 @@ use std::sync::Arc;
 /// Events kept in full; later ones are only counted.
 const MAX_EVENTS: usize = 1 << 16;
 /// Jumps kept in full; later ones are only counted.
-const MAX_JUMPS: usize = 4096;
+pub(super) const MAX_JUMPS: usize = 4096;
 /// Changes below this part of the largest stored energy norm are no jump.
-const NO_JUMP: f64 = 1e-10;
+pub(super) const NO_JUMP: f64 = 1e-10;
 
 impl Engine {
     /// Unknowns and multipliers from a mode's state at the start or end of a segment.

@@ -30,6 +30,7 @@ mod sides;
 pub mod spectrum;
 pub mod staircase;
 mod stride;
+mod strike;
 pub mod terms;
 pub mod tracked;
 pub mod trajectory;

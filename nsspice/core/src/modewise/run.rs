@@ -284,6 +284,7 @@ impl Engine {
         self.scale.see_inputs(&self.segment, horizon.min(self.stop));
         self.throw_by_inputs();
         let mut crossing: &[usize] = crossing;
+        let mut struck = false;
         for _ in 0..MAX_REACTIONS {
             let from = self.present.as_ref().map(|p| p.0);
             let cause = cause_of(crossing, &self.gates);
@@ -307,6 +308,10 @@ impl Engine {
                 &mut self.path,
             );
             let Some(picked) = picked else {
+                if !struck && self.strike(horizon) {
+                    (struck, crossing) = (true, &[]);
+                    continue;
+                }
                 return self.carry_on();
             };
             if picked.mode.impulses.is_some() || !self.picker.leaps.is_empty() {

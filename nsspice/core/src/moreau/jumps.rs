@@ -1,42 +1,25 @@
 //! Jumps of charges and fluxes: the impulsive step, and what switches do at one instant.
 
+use super::aftermath::{Rest, Settled};
 use super::stage::System;
-use super::step::ACCEPT;
 use super::stepper::{Failure, Outcome, Stepper, MAX_REACTIONS};
 use crate::mlcp::Start;
 
 /// Length of an impulsive step relative to the nominal step and to the fastest time constant: short
 /// enough that nothing but the jump happens in it, long enough that `E/h` does not drown `G`.
 const JUMP: f64 = 1e-8;
-/// Lengths of the steps that show the values right after a jump, longest first: the extrapolation of
-/// three of them errs by the cube of this, rounding by its inverse.  Shorter ones serve where these
-/// do not end in one mode.
-const AFTER_JUMP: [f64; 3] = [2e-4, 1e-6, 1e-8];
 /// A stored unknown that differs by more than this from what the jump left is not determined by what
 /// is stored: the potential of a floating capacitor.
-const LOOSE: f64 = 1e-6;
-/// Steps right after a jump are short enough if their ends deviate from a line by no more than this
-/// part: the extrapolation then errs by less than 1e-8.
-const BEND: f64 = 1e-6;
-/// Currents and voltages of the wrong sign that the limit of such steps may have, relative to the
-/// largest: what the certificate grants.
-const SIGNS: f64 = 1e-8;
-/// Values that fall with the length of the step, as those of an impulse do, bend by a third.
-const IMPULSIVE: f64 = 0.1;
-/// Where longer steps look like that, shorter ones have to show this part of the largest value
-/// above what may hide in their residual.
-const SHOWN: f64 = 1e-3;
+pub(super) const LOOSE: f64 = 1e-6;
 /// Ratio of lengths on the way down to a short step that is too hard at once.
 const DESCENT: f64 = 1e-2;
 /// Changes below this part of the largest charge (or flux) so far are no jump.
-const NO_JUMP: f64 = 1e-9;
+pub(super) const NO_JUMP: f64 = 1e-9;
 /// Rounding of voltages and currents, relative to the largest.
 const ROUNDING: f64 = 1e-13;
 /// An impulsive step that its own end contradicts is continued from there by longer ones, in which
 /// less can hide.
 const CONTINUED: [f64; 2] = [1e-6, 1e-4];
-/// The part of the largest charge (flux) so far that has to move for that.
-const CONTRADICTED: f64 = 1e-4;
 /// Jumps kept in full; later ones are only counted.
 const MAX_JUMPS: usize = 4096;
 
@@ -92,46 +75,28 @@ pub(super) fn fastest_time(sys: &System) -> f64 {
 }
 
 /// Solution of a short step.
-struct Short {
-    z: Vec<f64>,
-    l: Vec<f64>,
-    length: f64,
+pub(super) struct Short {
+    pub z: Vec<f64>,
+    pub l: Vec<f64>,
+    pub length: f64,
 }
-
-/// What steps from where an impulsive one led say of it, worst first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Rest {
-    /// they move charges as only a jump does
-    Contradicted,
-    /// their currents fall with their length: an impulse is left
-    Impulsive,
-    /// they end in different modes
-    Unclear,
-    /// they lie on a curve
-    Bent,
-    /// they lie on a line
-    Calm,
-}
-
-/// A short step and the limit of several, if they need no impulse.
-type Settled = Option<(Short, Short)>;
 
 /// What an impulsive step has done.
-struct Leap {
+pub(super) struct Leap {
     /// unknowns at the end of the shortest step, and at length 0
-    first: Vec<f64>,
-    after: Vec<f64>,
+    pub first: Vec<f64>,
+    pub after: Vec<f64>,
     /// of unknowns and multipliers [A s or V s]
-    impulses: [Vec<f64>; 2],
+    pub impulses: [Vec<f64>; 2],
     /// see [`Jump`]
-    length: f64,
-    span: f64,
+    pub length: f64,
+    pub span: f64,
     /// multipliers before
-    multipliers: Vec<f64>,
+    pub multipliers: Vec<f64>,
     /// a step and the limit of steps from `after` that need no impulse
-    settled: Settled,
+    pub settled: Settled,
     /// what those steps look like
-    rest: Rest,
+    pub rest: Rest,
 }
 
 /// Value at length 0 from those at length 1 and 2.
@@ -139,18 +104,6 @@ fn limit(once: &[f64], twice: Option<&Vec<f64>>) -> Vec<f64> {
     match twice {
         Some(twice) => once.iter().zip(twice).map(|(a, b)| 2.0 * a - b).collect(),
         None => once.to_vec(),
-    }
-}
-
-/// Second difference of three equidistant points, relative to the largest value.
-fn bend_of(points: impl Iterator<Item = (f64, f64, f64)>) -> f64 {
-    let (bend, largest) = points.fold((0.0f64, 0.0f64), |(bend, largest), (a, b, c)| {
-        (bend.max((a - 2.0 * b + c).abs()), largest.max(a.abs()).max(c.abs()))
-    });
-    if bend > 0.0 {
-        bend / largest
-    } else {
-        0.0
     }
 }
 
@@ -175,9 +128,22 @@ impl Stepper {
     /// quantities; longer ones from there, extrapolated too, give the finite values of currents and
     /// voltages right after the jump.
     pub(super) fn impulse(&mut self, charges: Option<&[f64]>, start: Start) -> Outcome {
-        let shortest = self.step_length.min(self.fastest);
         let before = self.z.clone();
-        let mut leap = self.leap(charges, JUMP, shortest, start)?;
+        let leap = self.find_leap(charges, JUMP, start)?;
+        self.enter(charges, before, leap);
+        Ok(())
+    }
+
+    /// The impulsive step from the present state, which is left undefined; the first steps have
+    /// this part of the shortest time.
+    pub(super) fn find_leap(
+        &mut self,
+        charges: Option<&[f64]>,
+        part: f64,
+        start: Start,
+    ) -> Result<Leap, Box<Failure>> {
+        let shortest = self.step_length.min(self.fastest);
+        let mut leap = self.leap(charges, part, shortest, start)?;
         // the residual of so short a step is relative to multipliers of size 1/length, and may hide
         // a voltage; seen from where it led, it is in plain sight
         let mut rest = self.rest(&leap);
@@ -201,6 +167,11 @@ impl Stepper {
                 ..next
             };
         }
+        Ok(leap)
+    }
+
+    /// Goes where an impulsive step has led, and notes what jumped.
+    pub(super) fn enter(&mut self, charges: Option<&[f64]>, before: Vec<f64>, leap: Leap) {
         let Leap { first, after, impulses, length, span, settled, .. } = leap;
         if self.jumped(charges, &before, &first, &after, NO_JUMP) {
             self.stats.jumps += 1;
@@ -221,7 +192,7 @@ impl Stepper {
         let Some((once, settled)) = settled else {
             self.z.copy_from_slice(&after);
             self.forget_functions();
-            return Ok(());
+            return;
         };
         (self.z, self.l) = (settled.z, settled.l);
         if self.outputs.needs_rates() {
@@ -246,11 +217,10 @@ impl Stepper {
             self.z_recorded.copy_from_slice(&self.z);
             self.record(-once.length); // a state, not a step
         }
-        Ok(())
     }
 
-    /// Moves charges and fluxes by a very short step (this part of `shortest`), then shows what currents and voltages they
-    /// lead to.
+    /// Moves charges and fluxes by a very short step (this part of `shortest`), then shows what
+    /// currents and voltages they lead to.
     fn leap(
         &mut self,
         charges: Option<&[f64]>,
@@ -277,168 +247,10 @@ impl Stepper {
         Ok(Leap { first: once.z, after, impulses, length, span, multipliers, settled, rest })
     }
 
-    /// What the steps that follow an impulsive one say of it.
-    fn rest(&mut self, leap: &Leap) -> Rest {
-        if self.contradicted(leap) {
-            Rest::Contradicted
-        } else if self.smooth.is_some() {
-            // junctions move charge in times that nothing foretells: no sign of an impulse
-            Rest::Calm
-        } else {
-            leap.rest
-        }
-    }
-
-    /// Do the steps that follow an impulsive one move charges (fluxes) as only a jump does?
-    fn contradicted(&mut self, leap: &Leap) -> bool {
-        let Some((once, settled)) = &leap.settled else { return false };
-        if !self.jumped(None, &leap.after, &once.z, &settled.z, CONTRADICTED) {
-            return false;
-        }
-        // against the charges that the voltages of the network would store: theirs may be nearly 0
-        let mut largest = [0.0f64; 2];
-        for (v, &kind) in leap.after.iter().zip(&self.sys.linear.row_kind) {
-            largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
-        }
-        let n = leap.after.len();
-        let scale: Vec<f64> =
-            self.sys.linear.row_kind.iter().map(|&k| largest[usize::from(k)]).collect();
-        let moved: Vec<f64> = settled.z.iter().zip(&leap.after).map(|(a, b)| a - b).collect();
-        let (mut sizes, mut change) = (vec![0.0; n], vec![0.0; n]);
-        self.sys.linear.e.abs_mul_add(&scale, &mut sizes);
-        self.sys.linear.e.mul_add(1.0, &moved, &mut change);
-        change.iter().zip(&sizes).any(|(c, s)| c.abs() > CONTRADICTED * s)
-    }
-
-    /// The shortest of three steps from the charges of `after`, and the values at length 0; what they
-    /// look like.
-    ///
-    /// The steps have to end in one mode, nearly on a line, and to leave the charges alone; if none
-    /// do, those that come nearest to a line serve.
-    fn settle(&mut self, after: &[f64], shortest: f64) -> Result<(Settled, Rest), Box<Failure>> {
-        let mut last = None;
-        let (mut rest, mut impulsive) = (Rest::Unclear, false);
-        let mut best: Option<(f64, Short, Short)> = None;
-        // junctions make time constants that nothing foretells
-        for &part in &AFTER_JUMP[usize::from(self.smooth.is_some())..] {
-            let length = part * shortest;
-            let mut steps = Vec::with_capacity(3);
-            let mut one_mode = true;
-            for k in [3.0, 2.0, 1.0] {
-                let epoch = self.epoch;
-                if self.short_step(None, after, k * length, Start::Warm).is_err() {
-                    // what an ordinary step cannot reach either is a conflict of sources with
-                    // diodes, which shorter steps would but hide behind their multipliers
-                    if steps.is_empty() && best.is_none() && last.is_none() {
-                        self.short_step(None, after, self.step_length, Start::Warm)?;
-                    }
-                    break;
-                }
-                one_mode &= steps.is_empty() || epoch == self.epoch;
-                steps.push(Short { z: self.z.clone(), l: self.l.clone(), length: k * length });
-            }
-            let Ok([thrice, twice, once]) = <[Short; 3]>::try_from(steps) else { continue };
-            let bend = self.bend([&once.z, &twice.z, &thrice.z]);
-            // modes of equal values, where the laws leave something open, are as good as one
-            let carried = once.l.iter().zip(&twice.l).zip(&thrice.l);
-            let carried = carried.map(|((a, b), c)| (*a, *b, *c));
-            if !one_mode && (bend > BEND || bend_of(carried) > BEND) {
-                last = Some(once);
-                continue;
-            }
-            let to_zero = |a: &[f64], b: &[f64], c: &[f64]| -> Vec<f64> {
-                let points = a.iter().zip(b).zip(c);
-                points.map(|((a, b), c)| 3.0 * a - 3.0 * b + c).collect()
-            };
-            let z = to_zero(&once.z, &twice.z, &thrice.z);
-            let l = to_zero(&once.l, &twice.l, &thrice.l);
-            // a diode may block (conduct) after less than the shortest of them: then they lie on the
-            // line of the mode that follows, and its start breaks the laws
-            let broken = self.broken(&z, &l) / SIGNS;
-            let fine =
-                bend <= BEND && broken <= 1.0 && !self.jumped(None, after, &once.z, &z, LOOSE);
-            let fault = bend.max(BEND * broken);
-            impulsive |= bend > IMPULSIVE;
-            rest = if bend > IMPULSIVE || (impulsive && !self.shows(&once)) {
-                Rest::Impulsive
-            } else if fine {
-                Rest::Calm
-            } else {
-                Rest::Bent
-            };
-            if fine || best.as_ref().is_none_or(|(last, ..)| fault < *last) {
-                best = Some((fault, once, Short { z, l, length: 0.0 }));
-            }
-            if fine {
-                break;
-            }
-        }
-        if let Some((_, once, settled)) = best {
-            return Ok((Some((once, settled)), rest));
-        }
-        let length = AFTER_JUMP[0] * shortest;
-        let once = match last {
-            Some(once) => Some(once),
-            None => self.two_steps(None, after, length, Start::Warm).ok().map(|(once, _)| once),
-        };
-        let pair = once.map(|once| {
-            let settled = Short { z: once.z.clone(), l: once.l.clone(), length: once.length };
-            (once, settled)
-        });
-        Ok((pair, Rest::Unclear))
-    }
-
-    /// The largest current or voltage of the wrong sign among all pairs, relative to the largest.
-    fn broken(&self, z: &[f64], l: &[f64]) -> f64 {
-        let mut w = self.sys.linear.q.clone();
-        self.sys.linear.b.mul_add(-1.0, z, &mut w);
-        self.sys.linear.d.mul_add(1.0, l, &mut w);
-        let mut largest = [0.0f64; 2];
-        for (v, &kind) in z.iter().zip(&self.sys.linear.row_kind) {
-            largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
-        }
-        let size = |list: &[f64], floor: f64| list.iter().fold(floor, |a, v| a.max(v.abs()));
-        let share = |list: &[f64], size: f64| {
-            let least = self.diodes.iter().fold(0.0f64, |a, &i| a.min(list[i]));
-            if least < 0.0 {
-                -least / size
-            } else {
-                0.0
-            }
-        };
-        share(l, size(l, largest[1])).max(share(&w, size(&w, largest[0])))
-    }
-
-    /// Whether the residual of a short step, relative to what is stored by its length, leaves
-    /// anything to be seen of ordinary voltages and currents.
-    fn shows(&self, short: &Short) -> bool {
-        let n = short.z.len();
-        let mut stored = vec![0.0; n];
-        let sizes: Vec<f64> = short.z.iter().map(|v| v.abs()).collect();
-        self.sys.linear.e.abs_mul_add(&sizes, &mut stored);
-        let (mut hidden, mut largest) = ([0.0f64; 2], [0.0f64; 2]);
-        for (i, &kind) in self.sys.linear.row_kind.iter().enumerate() {
-            let kind = usize::from(kind);
-            hidden[kind] = hidden[kind].max(ACCEPT * stored[i] / short.length);
-            // voltages of nodes belong to laws of voltages, currents to laws of currents
-            largest[1 - kind] = largest[1 - kind].max(sizes[i]);
-        }
-        (0..2).all(|kind| hidden[kind] <= SHOWN * largest[kind])
-    }
-
-    /// Second difference of three equidistant points, relative to the largest value of its kind.
-    fn bend(&self, [a, b, c]: [&[f64]; 3]) -> f64 {
-        let of_kind = |kind: u8| {
-            let here = (0..a.len()).filter(move |&j| self.sys.linear.row_kind[j] == kind);
-            bend_of(here.map(|j| (a[j], b[j], c[j])))
-        };
-        of_kind(0).max(of_kind(1))
-    }
-
     /// Steps of length `2 length` and `length` from the same charges; the longer one is left out
     /// if the two end in different modes.  Where so short a step is too hard, the shortest one that
     /// could be solved stands for both.
-    fn two_steps(
+    pub(super) fn two_steps(
         &mut self,
         charges: Option<&[f64]>,
         before: &[f64],
@@ -483,7 +295,7 @@ impl Stepper {
     }
 
     /// One theta = 1 step of length `delta` from the given charges, or from those of `before`.
-    fn short_step(
+    pub(super) fn short_step(
         &mut self,
         charges: Option<&[f64]>,
         before: &[f64],
@@ -519,7 +331,7 @@ impl Stepper {
     /// Did stored charges or fluxes jump by more than `share` of the largest?  A change that
     /// extrapolation to length 0 takes away was not a jump but the ordinary motion during the short
     /// step.
-    fn jumped(
+    pub(super) fn jumped(
         &mut self,
         charges: Option<&[f64]>,
         before: &[f64],

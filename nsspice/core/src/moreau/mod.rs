@@ -9,8 +9,10 @@
 //! while constraints and multipliers hold at the new time (Acary & Brogliato, *Numerical Methods
 //! for Nonsmooth Dynamical Systems*, 2008, ch. 9).
 
+mod aftermath;
 mod clock;
 mod gates;
+mod impacts;
 mod jumps;
 mod map;
 mod record;

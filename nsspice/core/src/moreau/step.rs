@@ -1,6 +1,7 @@
 //! One step: by the affine map or the factor of the present mode, else by the driver.
 
 use super::clock::{evaluate, Target};
+use super::impacts::Cut;
 use super::record::Quantities;
 use super::stage::{Ends, Stage, ROUNDED};
 use super::stepper::{Failure, Large, Outcome, Stepper};
@@ -34,8 +35,19 @@ enum Quick {
     Fails,
 }
 
+/// What is known at the begin of a step.
+struct Begun {
+    /// a record of it is wanted
+    wanted: bool,
+    /// problems solved and changes of mode so far
+    problems: u64,
+    epoch: u64,
+}
+
 impl Stepper {
-    pub(super) fn step(&mut self, target: &Target) -> Outcome {
+    /// Steps to a target, or to an impact before it: then returns where the step has ended.
+    pub(super) fn step(&mut self, target: &Target) -> Result<Option<Target>, Box<Failure>> {
+        let mut reached = None;
         self.time = target.time;
         self.two_sided = false;
         if self.static_system || self.sweeping {
@@ -51,12 +63,20 @@ impl Stepper {
             self.take(f64::INFINITY)?;
         } else {
             evaluate(&self.waveforms, target.time, Side::Left, &mut self.u1);
-            self.take(target.length)?;
-            if target.jump && self.shows_sides() {
-                self.write_left(target.label);
+            let cut = self.take_to(target)?;
+            if (target.jump || cut.is_some()) && self.shows_sides() {
+                self.write_left(cut.as_ref().map_or(target.label, |c| c.target.label));
                 self.two_sided = true;
             }
-            if target.jump {
+            if let Some(cut) = cut {
+                self.u0.copy_from_slice(&self.u1);
+                let before = self.z.clone();
+                self.enter(None, before.clone(), cut.leap);
+                if let Some(sums) = &mut self.sums {
+                    sums.jump(&before, &self.z);
+                }
+                reached = Some(cut.target);
+            } else if target.jump {
                 evaluate(&self.waveforms, target.time, Side::Right, &mut self.u0);
                 self.impulse_or_leave()?;
             } else {
@@ -67,12 +87,12 @@ impl Stepper {
             let changed = self.react();
             let dynamic = !self.static_system && !self.sweeping;
             if changed && dynamic && !self.two_sided && self.shows_sides() {
-                self.write_left(target.label);
+                self.write_left(reached.map_or(target.label, |r| r.label));
                 self.two_sided = true;
             }
             self.settle_after(changed)?;
         }
-        Ok(())
+        Ok(reached)
     }
 
     /// True if rows on both sides of a jump are wanted.
@@ -90,22 +110,42 @@ impl Stepper {
 
     /// One ordinary step of the given length from (z, u0) with sources u1 at its end.
     fn take(&mut self, length: f64) -> Outcome {
+        let begun = self.begin_step();
+        self.solve_step(length)?;
+        self.end_step(begun, length);
+        Ok(())
+    }
+
+    /// One ordinary step to a target, or to an impact before it.
+    fn take_to(&mut self, target: &Target) -> Result<Option<Cut>, Box<Failure>> {
+        let begun = self.begin_step();
+        self.impacts.begin(&self.active);
+        self.solve_step(target.length)?;
+        let cut = if self.epoch == begun.epoch { None } else { self.cut_at_impact(target) };
+        self.end_step(begun, cut.as_ref().map_or(target.length, |c| c.target.length));
+        Ok(cut)
+    }
+
+    /// Keeps the state if it is asked for at the end of the step.
+    fn begin_step(&mut self) -> Begun {
         self.stats.steps += 1;
         let wanted = self.witness.wants(self.epoch);
-        let (problems, epoch) = (self.stats.problems, self.epoch);
         if wanted || self.sums.as_ref().is_some_and(|s| s.asks_for_begin()) {
             self.z_before.copy_from_slice(&self.z);
         }
-        self.solve_step(length)?;
+        Begun { wanted, problems: self.stats.problems, epoch: self.epoch }
+    }
+
+    fn end_step(&mut self, begun: Begun, length: f64) {
         // a mode that changed within the step was found by the driver, which keeps the old state
-        if wanted || self.witness.changed(self.epoch) {
+        if begun.wanted || self.witness.changed(self.epoch) {
             self.z_recorded.copy_from_slice(&self.z_before);
             self.record(length);
         }
         if length.is_finite() {
-            self.sum_up(length, self.stats.problems > problems || self.epoch != epoch);
+            let new = self.stats.problems > begun.problems || self.epoch != begun.epoch;
+            self.sum_up(length, new);
         }
-        Ok(())
     }
 
     /// Adds an implicit step from `z_before`, u0 to z, u1 to the balance of energy.
@@ -117,7 +157,7 @@ impl Stepper {
     }
 
     /// Finds the end of a step: by the affine map or factor of the mode, else by the driver.
-    fn solve_step(&mut self, length: f64) -> Outcome {
+    pub(super) fn solve_step(&mut self, length: f64) -> Outcome {
         let k = self.stage_index(length, false);
         if self.smooth.is_some() {
             return self.take_smooth(k, length);

@@ -2,6 +2,7 @@
 
 use super::clock::{evaluate, Clock, Target};
 use super::gates::Switch;
+use super::impacts::Impacts;
 use super::jumps::{fastest_time, Jump};
 use super::record::{Outputs, Quantities};
 use super::smooth::SmoothPart;
@@ -146,6 +147,8 @@ pub struct Stepper {
     pub(super) step_length: f64,
     /// fastest time constant [s]
     pub(super) storage: Storage,
+    /// pairs that close at speed
+    pub(super) impacts: Impacts,
     pub(super) fastest: f64,
     pub(super) time: f64,
     /// time of the state where smooth functions were evaluated last [s]
@@ -215,11 +218,13 @@ impl Stepper {
         for s in &switches {
             roles[s.pair] = s.role();
         }
-        let diodes = (0..m).filter(|&i| roles[i] == Role::Diode).collect();
+        let diodes: Vec<usize> = (0..m).filter(|&i| roles[i] == Role::Diode).collect();
         let static_system = sys.linear.e.values.iter().all(|&v| v == 0.0)
             && !smooth.as_ref().is_some_and(|s| s.newton.stores());
         let active = roles.iter().map(|&r| r == Role::Closed).collect();
+        let impacts = Impacts::new(&sys, &diodes);
         Stepper {
+            impacts,
             constants: waveforms.iter().map(Waveform::constant).collect(),
             static_system,
             diodes,
@@ -445,15 +450,23 @@ impl Stepper {
                 self.log_events(); // what the start has found is no event
                 self.events.clear();
             }
-            if let Err(failure) = self.step(&target) {
-                // back to the state before, so that the step can be taken again
-                self.z.copy_from_slice(&self.z_before);
-                self.l.copy_from_slice(&self.l_before);
-                self.forget_functions();
-                self.failure = Some(*failure);
-                self.retry = Some(target);
-                return (rows, Progress::Failed);
-            }
+            let target = match self.step(&target) {
+                Ok(None) => target,
+                Ok(Some(impact)) => {
+                    let length = target.time - impact.time;
+                    self.retry = (length > 0.0).then_some(Target { length, ..target });
+                    impact
+                }
+                Err(failure) => {
+                    // back to the state before, so that the step can be taken again
+                    self.z.copy_from_slice(&self.z_before);
+                    self.l.copy_from_slice(&self.l_before);
+                    self.forget_functions();
+                    self.failure = Some(*failure);
+                    self.retry = Some(target);
+                    return (rows, Progress::Failed);
+                }
+            };
             if self.logged_epoch != self.epoch {
                 self.log_events();
             }

@@ -1,0 +1,80 @@
+//! Jumps where no mode can be entered: a gap closes at speed (an index above 2), and the speed jumps.
+//!
+//! What jumps is the limit of three short implicit steps, as in time stepping.
+
+use super::implicit::later;
+use super::inspect::{MAX_JUMPS, NO_JUMP};
+use super::pick::roles;
+use super::run::Engine;
+use crate::mlcp::Start;
+use crate::moreau::Jump;
+
+/// Lengths of the first of the steps, relative to the segment that follows.
+const PARTS: [f64; 2] = [1e-6, 1e-8];
+/// The same relative to the fastest time constant so far.
+const FASTEST: f64 = 1e-3;
+/// The ends of the steps deviate from a line by no more than this part of the largest value, and by
+/// no more than a tenth of what jumps.
+const BEND: f64 = 1e-6;
+const CLEAR: f64 = 0.1;
+
+/// Value at length 0 from those at length 1, 2 and 3.
+fn limit([a, b, c]: [&[f64]; 3]) -> Vec<f64> {
+    let points = a.iter().zip(b).zip(c);
+    points.map(|((a, b), c)| 3.0 * a - 3.0 * b + c).collect()
+}
+
+impl Engine {
+    /// Jumps from the present state if short steps show that it does; false if it stays.
+    pub(super) fn strike(&mut self, horizon: f64) -> bool {
+        let fastest = self.present.as_ref().map_or(0.0, |p| p.1.fastest);
+        let most = if fastest > 0.0 { FASTEST / fastest } else { f64::INFINITY };
+        PARTS.iter().any(|part| self.strike_by((part * horizon).min(most)))
+    }
+
+    fn strike_by(&mut self, h: f64) -> bool {
+        let roles = roles(self.net.m, &self.switches, &self.gates);
+        let (mut v, mut steps) = (Vec::new(), Vec::with_capacity(3));
+        for k in [1.0, 2.0, 3.0] {
+            later(&self.segment, k * h, &mut v);
+            let (length, start) = (k * h, Start::Cold);
+            let taken =
+                self.implicit.step(&self.sys, &self.net, &self.a, &v, &roles, length, start);
+            if !taken.is_ok_and(|t| !t.suspect) {
+                return false;
+            }
+            let scaled = |list: &[f64]| list.iter().map(|v| v * length).collect::<Vec<f64>>();
+            let (z, l) = (&self.implicit.z, &self.implicit.l);
+            let mut a = vec![0.0; self.a.len()];
+            let mut charges = vec![0.0; self.net.n];
+            self.sys.linear.e.mul_add(1.0, z, &mut charges);
+            self.net.energy(&charges, &mut a);
+            steps.push([a, z.clone(), scaled(z), scaled(l)]);
+        }
+        let of = |k: usize| [0, 1, 2].map(|step: usize| steps[step][k].as_slice());
+        let a = limit(of(0));
+        let norm = |f: &dyn Fn(usize) -> f64| (0..a.len()).fold(0.0f64, |m, i| m.hypot(f(i)));
+        let [first, second, third] = of(0);
+        let bend = norm(&|i| first[i] - 2.0 * second[i] + third[i]);
+        let change = norm(&|i| a[i] - self.a[i]);
+        let clear = bend <= BEND * self.scale.a && bend <= CLEAR * change;
+        if !clear || change <= NO_JUMP * self.scale.a {
+            return false;
+        }
+        let mut before = vec![0.0; self.net.n];
+        if let Some((_, old)) = self.present.clone() {
+            let (mut x, mut scrap) = (vec![0.0; old.n], vec![0.0; self.net.m]);
+            old.enter(&self.a, &mut x);
+            self.unknowns(&old, &x, &self.v, &self.segment.rate, &mut before, &mut scrap);
+        }
+        let (after, unknowns, multipliers) = (limit(of(1)), limit(of(2)), limit(of(3)));
+        self.a = a;
+        self.stats.jumps += 1;
+        if self.jumps.len() < MAX_JUMPS {
+            let (time, sources, length, span) = (self.time, self.sources(self.time), h, 0.0);
+            let jump = Jump { time, before, after, multipliers, unknowns, sources, length, span };
+            self.jumps.push(jump);
+        }
+        true
+    }
+}

@@ -1,0 +1,218 @@
+//! Right after a jump: what a few longer steps from where it led show of it.
+
+use super::jumps::{Leap, Short, LOOSE};
+use super::step::ACCEPT;
+use super::stepper::{Failure, Stepper};
+use crate::mlcp::Start;
+
+/// Lengths of the steps that show the values right after a jump, longest first: the extrapolation of
+/// three of them errs by the cube of this, rounding by its inverse.  Shorter ones serve where these
+/// do not end in one mode.
+const AFTER_JUMP: [f64; 3] = [2e-4, 1e-6, 1e-8];
+/// Steps right after a jump are short enough if their ends deviate from a line by no more than this
+/// part: the extrapolation then errs by less than 1e-8.
+const BEND: f64 = 1e-6;
+/// Currents and voltages of the wrong sign that the limit of such steps may have, relative to the
+/// largest: what the certificate grants.
+const SIGNS: f64 = 1e-8;
+/// Values that fall with the length of the step, as those of an impulse do, bend by a third.
+const IMPULSIVE: f64 = 0.1;
+/// Where longer steps look like that, shorter ones have to show this part of the largest value
+/// above what may hide in their residual.
+const SHOWN: f64 = 1e-3;
+/// The part of the largest charge (flux) so far that has to move for that.
+const CONTRADICTED: f64 = 1e-4;
+
+/// What steps from where an impulsive one led say of it, worst first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Rest {
+    /// they move charges as only a jump does
+    Contradicted,
+    /// their currents fall with their length: an impulse is left
+    Impulsive,
+    /// they end in different modes
+    Unclear,
+    /// they lie on a curve
+    Bent,
+    /// they lie on a line
+    Calm,
+}
+
+/// A short step and the limit of several, if they need no impulse.
+pub(super) type Settled = Option<(Short, Short)>;
+
+/// Second difference of three equidistant points, relative to the largest value.
+fn bend_of(points: impl Iterator<Item = (f64, f64, f64)>) -> f64 {
+    let (bend, largest) = points.fold((0.0f64, 0.0f64), |(bend, largest), (a, b, c)| {
+        (bend.max((a - 2.0 * b + c).abs()), largest.max(a.abs()).max(c.abs()))
+    });
+    if bend > 0.0 {
+        bend / largest
+    } else {
+        0.0
+    }
+}
+
+impl Stepper {
+    /// What the steps that follow an impulsive one say of it.
+    pub(super) fn rest(&mut self, leap: &Leap) -> Rest {
+        if self.contradicted(leap) {
+            Rest::Contradicted
+        } else if self.smooth.is_some() {
+            // junctions move charge in times that nothing foretells: no sign of an impulse
+            Rest::Calm
+        } else {
+            leap.rest
+        }
+    }
+
+    /// Do the steps that follow an impulsive one move charges (fluxes) as only a jump does?
+    fn contradicted(&mut self, leap: &Leap) -> bool {
+        let Some((once, settled)) = &leap.settled else { return false };
+        if !self.jumped(None, &leap.after, &once.z, &settled.z, CONTRADICTED) {
+            return false;
+        }
+        // against the charges that the voltages of the network would store: theirs may be nearly 0
+        let mut largest = [0.0f64; 2];
+        for (v, &kind) in leap.after.iter().zip(&self.sys.linear.row_kind) {
+            largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
+        }
+        let n = leap.after.len();
+        let scale: Vec<f64> =
+            self.sys.linear.row_kind.iter().map(|&k| largest[usize::from(k)]).collect();
+        let moved: Vec<f64> = settled.z.iter().zip(&leap.after).map(|(a, b)| a - b).collect();
+        let (mut sizes, mut change) = (vec![0.0; n], vec![0.0; n]);
+        self.sys.linear.e.abs_mul_add(&scale, &mut sizes);
+        self.sys.linear.e.mul_add(1.0, &moved, &mut change);
+        change.iter().zip(&sizes).any(|(c, s)| c.abs() > CONTRADICTED * s)
+    }
+
+    /// The shortest of three steps from the charges of `after`, and the values at length 0; what they
+    /// look like.
+    ///
+    /// The steps have to end in one mode, nearly on a line, and to leave the charges alone; if none
+    /// do, those that come nearest to a line serve.
+    pub(super) fn settle(
+        &mut self,
+        after: &[f64],
+        shortest: f64,
+    ) -> Result<(Settled, Rest), Box<Failure>> {
+        let mut last = None;
+        let (mut rest, mut impulsive) = (Rest::Unclear, false);
+        let mut best: Option<(f64, Short, Short)> = None;
+        // junctions make time constants that nothing foretells
+        for &part in &AFTER_JUMP[usize::from(self.smooth.is_some())..] {
+            let length = part * shortest;
+            let mut steps = Vec::with_capacity(3);
+            let mut one_mode = true;
+            for k in [3.0, 2.0, 1.0] {
+                let epoch = self.epoch;
+                if self.short_step(None, after, k * length, Start::Warm).is_err() {
+                    // what an ordinary step cannot reach either is a conflict of sources with
+                    // diodes, which shorter steps would but hide behind their multipliers
+                    if steps.is_empty() && best.is_none() && last.is_none() {
+                        self.short_step(None, after, self.step_length, Start::Warm)?;
+                    }
+                    break;
+                }
+                one_mode &= steps.is_empty() || epoch == self.epoch;
+                steps.push(Short { z: self.z.clone(), l: self.l.clone(), length: k * length });
+            }
+            let Ok([thrice, twice, once]) = <[Short; 3]>::try_from(steps) else { continue };
+            let bend = self.bend([&once.z, &twice.z, &thrice.z]);
+            // modes of equal values, where the laws leave something open, are as good as one
+            let carried = once.l.iter().zip(&twice.l).zip(&thrice.l);
+            let carried = carried.map(|((a, b), c)| (*a, *b, *c));
+            if !one_mode && (bend > BEND || bend_of(carried) > BEND) {
+                last = Some(once);
+                continue;
+            }
+            let to_zero = |a: &[f64], b: &[f64], c: &[f64]| -> Vec<f64> {
+                let points = a.iter().zip(b).zip(c);
+                points.map(|((a, b), c)| 3.0 * a - 3.0 * b + c).collect()
+            };
+            let z = to_zero(&once.z, &twice.z, &thrice.z);
+            let l = to_zero(&once.l, &twice.l, &thrice.l);
+            // a diode may block (conduct) after less than the shortest of them: then they lie on the
+            // line of the mode that follows, and its start breaks the laws
+            let broken = self.broken(&z, &l) / SIGNS;
+            let fine =
+                bend <= BEND && broken <= 1.0 && !self.jumped(None, after, &once.z, &z, LOOSE);
+            let fault = bend.max(BEND * broken);
+            impulsive |= bend > IMPULSIVE;
+            rest = if bend > IMPULSIVE || (impulsive && !self.shows(&once)) {
+                Rest::Impulsive
+            } else if fine {
+                Rest::Calm
+            } else {
+                Rest::Bent
+            };
+            if fine || best.as_ref().is_none_or(|(last, ..)| fault < *last) {
+                best = Some((fault, once, Short { z, l, length: 0.0 }));
+            }
+            if fine {
+                break;
+            }
+        }
+        if let Some((_, once, settled)) = best {
+            return Ok((Some((once, settled)), rest));
+        }
+        let length = AFTER_JUMP[0] * shortest;
+        let once = match last {
+            Some(once) => Some(once),
+            None => self.two_steps(None, after, length, Start::Warm).ok().map(|(once, _)| once),
+        };
+        let pair = once.map(|once| {
+            let settled = Short { z: once.z.clone(), l: once.l.clone(), length: once.length };
+            (once, settled)
+        });
+        Ok((pair, Rest::Unclear))
+    }
+
+    /// The largest current or voltage of the wrong sign among all pairs, relative to the largest.
+    fn broken(&self, z: &[f64], l: &[f64]) -> f64 {
+        let mut w = self.sys.linear.q.clone();
+        self.sys.linear.b.mul_add(-1.0, z, &mut w);
+        self.sys.linear.d.mul_add(1.0, l, &mut w);
+        let mut largest = [0.0f64; 2];
+        for (v, &kind) in z.iter().zip(&self.sys.linear.row_kind) {
+            largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
+        }
+        let size = |list: &[f64], floor: f64| list.iter().fold(floor, |a, v| a.max(v.abs()));
+        let share = |list: &[f64], size: f64| {
+            let least = self.diodes.iter().fold(0.0f64, |a, &i| a.min(list[i]));
+            if least < 0.0 {
+                -least / size
+            } else {
+                0.0
+            }
+        };
+        share(l, size(l, largest[1])).max(share(&w, size(&w, largest[0])))
+    }
+
+    /// Whether the residual of a short step, relative to what is stored by its length, leaves
+    /// anything to be seen of ordinary voltages and currents.
+    fn shows(&self, short: &Short) -> bool {
+        let n = short.z.len();
+        let mut stored = vec![0.0; n];
+        let sizes: Vec<f64> = short.z.iter().map(|v| v.abs()).collect();
+        self.sys.linear.e.abs_mul_add(&sizes, &mut stored);
+        let (mut hidden, mut largest) = ([0.0f64; 2], [0.0f64; 2]);
+        for (i, &kind) in self.sys.linear.row_kind.iter().enumerate() {
+            let kind = usize::from(kind);
+            hidden[kind] = hidden[kind].max(ACCEPT * stored[i] / short.length);
+            // voltages of nodes belong to laws of voltages, currents to laws of currents
+            largest[1 - kind] = largest[1 - kind].max(sizes[i]);
+        }
+        (0..2).all(|kind| hidden[kind] <= SHOWN * largest[kind])
+    }
+
+    /// Second difference of three equidistant points, relative to the largest value of its kind.
+    fn bend(&self, [a, b, c]: [&[f64]; 3]) -> f64 {
+        let of_kind = |kind: u8| {
+            let here = (0..a.len()).filter(move |&j| self.sys.linear.row_kind[j] == kind);
+            bend_of(here.map(|j| (a[j], b[j], c[j])))
+        };
+        of_kind(0).max(of_kind(1))
+    }
+}
