@@ -7,19 +7,25 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from ..circuit import MnaSystem
+from ..problems.descriptor import DescriptorSystem
 from ..solvers.moreau import function_values
 from ..solvers.stepper import Jump
 from .curve import Floats
 from .solution import Impulse, JumpReport, Moved
 
-#: Jumps and impulses below this share of the largest of their kind are rounding.
+#: Impulses below this share of the largest of a jump are rounding.
 _SHARE = 1e-6
+#: A jump is told if what a store holds, as the root of its energy, changes by more than this share
+#: of the largest: a small capacitor beside large ones counts.
+_NOTICED = 1e-8
 #: A change of what a store holds by this share of the largest of its kind is rounding.
 _ROUNDING = 1e-13
 #: An impulse is more than what ordinary currents and voltages carry in this part of a step.
 _INSTANT = 1e-6
 #: Elements across which a flux impulse is told: those that can hold any voltage.
 _HOLD = frozenset("disw")
+#: Controlled sources whose currents pass on the impulses of their controls.
+_DRIVE = frozenset("fg")
 
 
 def jumps_of(
@@ -48,29 +54,45 @@ def jumps_of(
     ordinary = np.max(np.abs([state[0], *(jump.before for jump in jumps)]), axis=0, initial=0.0)
     currents = float(np.max(np.append(ordinary[is_current], np.abs(state[1])), initial=0.0))
     voltages = float(np.max(ordinary[~is_current], initial=0.0))
+    weights = _weights(system)
     found = []
     for number, jump in enumerate(jumps):
         charges, energy = start_of(mna, jump, start if number == 0 else None)
         after = system.E.dot(jump.after)
         moved, size = np.abs(after - charges), np.maximum(np.abs(after), np.abs(charges))
         impulses: list[Impulse] = []
+        jumped = False
         for kind, usual in ((0, currents), (1, voltages)):
             rows = system.row_kind == kind
             amount = float(np.max(moved[rows], initial=0.0))
-            least = _SHARE * float(np.max(size[rows], initial=0.0))
-            if amount <= max(least, _INSTANT * step * usual):
+            change = float(np.max((weights * moved)[rows], initial=0.0))
+            least = _NOTICED * float(np.max((weights * size)[rows], initial=0.0))
+            if change <= least or amount <= _INSTANT * step * usual:
                 continue
+            jumped = True
             items = _charges(mna, jump) if kind == 0 else _fluxes(mna, jump, after - charges)
             impulses += [
                 Impulse(jump.time, name, value, "A s" if kind == 0 else "V s")
                 for name, value in items
                 if abs(value) > _SHARE * amount
             ]
-        if impulses:
+        if jumped:
             reached, given = 0.5 * float(jump.after @ after), delivered(mna, jump)
-            stores = _stores(mna, jump)
+            stores = _stores(mna, jump, charges, after)
             found.append(JumpReport(jump.time, energy, reached, given, stores, impulses))
     return found
+
+
+def _weights(system: DescriptorSystem) -> Floats:
+    """Return what charges and fluxes (n,) are measured by: ``1 / sqrt(E_ii)``, or all alike.
+
+    Smooth laws store charges of their own, of which E knows nothing.
+    """
+    weights = np.ones(system.n)
+    if system.smooth is None:
+        own = (system.E.indices == system.E.columns) & (system.E.data > 0.0)
+        weights[system.E.indices[own]] = 1.0 / np.sqrt(system.E.data[own])
+    return weights
 
 
 def start_of(
@@ -129,6 +151,11 @@ def _charges(mna: MnaSystem, jump: Jump) -> Iterator[tuple[str, float]]:
         # the current of an inductor jumps, it has no impulse
         if name.startswith("i(") and name not in states:
             yield name[2:-1], value
+    for device in mna.devices:
+        if device.letter in _DRIVE:
+            current = mna.functional(f"i({device.name})")
+            value = sum(c * float(jump.unknowns[j]) for j, c in current.z)
+            yield device.name, value + sum(c * float(jump.multipliers[i]) for i, c in current.lam)
 
 
 def _fluxes(mna: MnaSystem, jump: Jump, change: Floats) -> Iterator[tuple[str, float]]:
@@ -141,20 +168,26 @@ def _fluxes(mna: MnaSystem, jump: Jump, change: Floats) -> Iterator[tuple[str, f
             yield device.name, sum(c * float(jump.unknowns[j]) for j, c in terms)
 
 
-def _stores(mna: MnaSystem, jump: Jump) -> list[Moved]:
-    """Return charge (flux) of each capacitor (inductor) that the jump changed."""
-    before = np.linalg.norm(jump.before) > 0.0
+def _stores(mna: MnaSystem, jump: Jump, charges: Floats, after: Floats) -> list[Moved]:
+    """Return charge (flux) of each capacitor (inductor) that the jump changed.
+
+    The flux of a winding is that of all currents that share it.
+    """
+    begun = np.linalg.norm(jump.before) > 0.0
+    capacitors, inductors = [], []
+    for store in mna.capacitors:
+        old, new = (
+            store.value * sum(c * float(z[j]) for j, c in store.functional.z)
+            for z in (jump.before, jump.after)
+        )
+        if not begun:  # the run begins with this jump: the initial value of the deck
+            old = store.value * (store.ic or 0.0)
+        capacitors.append(Moved(store.name, old, new, "A s"))
+    for store in mna.inductors:
+        row = mna.layout.branches[store.name]
+        inductors.append(Moved(store.name, float(charges[row]), float(after[row]), "V s"))
     out = []
-    for stores, unit in (mna.capacitors, "A s"), (mna.inductors, "V s"):
-        moved = []
-        for store in stores:
-            old, new = (
-                store.value * sum(c * float(z[j]) for j, c in store.functional.z)
-                for z in (jump.before, jump.after)
-            )
-            if not before:  # the run begins with this jump: the initial value of the deck
-                old = store.value * (store.ic or 0.0)
-            moved.append(Moved(store.name, old, new, unit))
+    for moved in capacitors, inductors:
         largest = max((max(abs(m.before), abs(m.after)) for m in moved), default=0.0)
         for m in moved:
             size = max(abs(m.before), abs(m.after))

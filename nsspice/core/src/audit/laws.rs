@@ -203,10 +203,16 @@ impl Auditor {
         // a closed form turns states of equal energy into one another: charge becomes flux by rounding
         let energy = sides.iter().fold(0.0f64, |a, z| a.max(0.5 * self.e.form(z, z).0));
         let energy = if length > 0.0 { 0.0 } else { energy };
+        // short steps: an impulse that flows in windings without leakage is a difference of large fluxes
+        let mut flowing = vec![0.0; self.n];
+        if length > 0.0 {
+            let sizes: Vec<f64> = unknowns.iter().map(|v| v.abs() / length).collect();
+            self.e.add_sizes(3.0 * self.share, &sizes, &mut flowing);
+        }
         let errors = error.iter().zip(&sizes).zip(&self.kinds).enumerate();
         let found = errors.map(|(row, ((e, s), &k))| {
             let turned = self.share * self.reach.holding(row, k, energy);
-            ratio(e.abs(), s.max(least[usize::from(k)]).max(turned))
+            ratio(e.abs(), s.max(least[usize::from(k)]).max(turned).max(flowing[row]))
         });
         found.fold(0.0, |worst, new| if worse(new, worst) { new } else { worst })
     }

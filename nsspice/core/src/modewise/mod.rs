@@ -10,7 +10,6 @@
 mod block;
 pub mod bundle;
 mod cluster;
-mod controls;
 mod fixed;
 mod guard_rows;
 pub mod implicit;

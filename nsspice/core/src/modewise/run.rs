@@ -1,6 +1,5 @@
 //! The run: segment after segment, rows evaluated where they stand.
 
-use super::controls::by_sources;
 use super::fixed::Stepped;
 use super::implicit::Implicit;
 use super::inputs::{Inputs, Segment};
@@ -16,7 +15,7 @@ use super::terms::Point;
 use super::trajectory::Trajectory;
 use super::verify::Scale;
 use super::witness::Witness;
-use crate::moreau::{Failure, Jump, Progress, Switch};
+use crate::moreau::{by_sources, Failure, Jump, Progress, Switch};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -237,7 +236,7 @@ impl Engine {
 
     /// The states of the switches' controls at the start, if the sources alone decide about them.
     pub fn gates_by_sources(&self, switches: &[Switch]) -> Option<Vec<bool>> {
-        by_sources(&self.sys, switches, &self.sources(0.0))
+        by_sources(&self.sys.linear, switches, &self.sources(0.0))
     }
 
     pub(super) fn present_id(&self) -> Id {

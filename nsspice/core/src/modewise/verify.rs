@@ -20,10 +20,16 @@ pub struct Scale {
     pub widened: f64,
 }
 
+/// Squares of numbers below this lose digits.
+const SMALL: f64 = 1e-140;
+
 impl Scale {
     /// Takes note of a state.
     pub fn see_state(&mut self, a: &[f64]) {
-        let size = a.iter().map(|x| x * x).sum::<f64>().sqrt();
+        // squares of what is left of a decay underflow
+        let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let unit = if largest > SMALL || largest == 0.0 { 1.0 } else { largest };
+        let size = unit * a.iter().map(|x| (x / unit).powi(2)).sum::<f64>().sqrt();
         if size > self.a {
             self.a = size;
         }

@@ -8,7 +8,7 @@
 //! follows there, and if anything jumps, the rest of the step goes on from where it led.
 
 use super::clock::{evaluate, Target};
-use super::jumps::{Leap, NO_JUMP};
+use super::jumps::{Leap, IMPACT};
 use super::stage::{Stage, System};
 use super::stepper::Stepper;
 use crate::mlcp::{Role, Start};
@@ -21,9 +21,6 @@ const LOOKS: u8 = 4;
 const LENGTHS: [f64; 2] = [1e-4, 2e-4];
 /// Power of the length beyond which a response is that of an impact: between 1, a store, and 2.
 const POWER: f64 = 1.5;
-/// Length of the impulsive step of an impact, relative to the shortest time: the rounding of the gap
-/// counts by its inverse, what is not the impact by its square.
-const PART: f64 = 1e-5;
 /// Problems solved to find an instant, and the width at which the search ends.
 const MOST: usize = 60;
 const NARROW: f64 = 4.0 * f64::EPSILON;
@@ -34,6 +31,8 @@ const REST: f64 = 1e-9;
 #[derive(Clone, Debug, Default)]
 pub struct Impacts {
     /// false for passive networks
+    pub active: bool,
+    /// looked for: there are no smooth functions
     possible: bool,
     /// how often each pair was found harmless
     harmless: Vec<u8>,
@@ -44,9 +43,10 @@ pub struct Impacts {
 impl Impacts {
     /// Looks at a system.
     pub fn new(sys: &System, diodes: &[usize]) -> Impacts {
-        let possible = !diodes.is_empty() && sys.smooth.is_none() && !passive(sys);
+        let active = !diodes.is_empty() && !passive(sys);
+        let possible = active && sys.smooth.is_none();
         let m = if possible { sys.linear.a.ncols } else { 0 };
-        Impacts { possible, harmless: vec![0; m], before: vec![false; m] }
+        Impacts { active, possible, harmless: vec![0; m], before: vec![false; m] }
     }
 
     /// Takes the mode at the begin of a step.
@@ -157,9 +157,9 @@ impl Stepper {
         self.solve_step(length).ok()?;
         let state = (self.z.clone(), self.l.clone(), self.rates.clone());
         let sources = std::mem::replace(&mut self.u0, self.u1.clone());
-        let leap = self.find_leap(None, PART, Start::Warm).ok();
+        let leap = self.find_leap(None, IMPACT, Start::Warm).ok();
         self.u0 = sources;
-        let leap = leap.filter(|l| self.jumped(None, &state.0, &l.first, &l.after, NO_JUMP))?;
+        let leap = leap.filter(|l| self.noticed(None, &state.0, &l.first, &l.after))?;
         (self.z, self.l, self.rates) = state;
         let label = if whole { target.label } else { time };
         let cut = Target { time, label, length, row: whole && target.row, jump: false };

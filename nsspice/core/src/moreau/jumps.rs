@@ -8,13 +8,19 @@ use crate::mlcp::Start;
 /// Length of an impulsive step relative to the nominal step and to the fastest time constant: short
 /// enough that nothing but the jump happens in it, long enough that `E/h` does not drown `G`.
 const JUMP: f64 = 1e-8;
+/// The same where a gap may close at speed: its rounding counts by the inverse of this, what is not
+/// the impact by the square.
+pub(super) const IMPACT: f64 = 1e-5;
+/// The same with windings that have no leakage: what the impulse moves through them is the difference
+/// of fluxes that grow with the inverse of the square.
+const TIGHT: f64 = 1e-3;
 /// A stored unknown that differs by more than this from what the jump left is not determined by what
 /// is stored: the potential of a floating capacitor.
 pub(super) const LOOSE: f64 = 1e-6;
 /// Ratio of lengths on the way down to a short step that is too hard at once.
 const DESCENT: f64 = 1e-2;
 /// Changes below this part of the largest charge (or flux) so far are no jump.
-pub(super) const NO_JUMP: f64 = 1e-9;
+const NO_JUMP: f64 = 1e-9;
 /// Rounding of voltages and currents, relative to the largest.
 const ROUNDING: f64 = 1e-13;
 /// An impulsive step that its own end contradicts is continued from there by longer ones, in which
@@ -74,6 +80,18 @@ pub(super) fn fastest_time(sys: &System) -> f64 {
     1.0 / rate // infinite if nothing couples
 }
 
+/// What charges and fluxes are measured by where jumps are reported: `1 / sqrt(E_ii)`; with functions
+/// that store something, all alike.
+pub(super) fn jump_weights(sys: &System) -> Vec<f64> {
+    let mut weights = vec![1.0; sys.linear.g.nrows];
+    if sys.smooth.is_none() {
+        for (r, _, v) in sys.linear.e.iter().filter(|e| e.0 == e.1 && e.2 > 0.0) {
+            weights[r] = 1.0 / v.sqrt();
+        }
+    }
+    weights
+}
+
 /// Solution of a short step.
 pub(super) struct Short {
     pub z: Vec<f64>,
@@ -129,7 +147,14 @@ impl Stepper {
     /// voltages right after the jump.
     pub(super) fn impulse(&mut self, charges: Option<&[f64]>, start: Start) -> Outcome {
         let before = self.z.clone();
-        let leap = self.find_leap(charges, JUMP, start)?;
+        let part = if self.storage.tight() {
+            TIGHT
+        } else if charges.is_none() && self.impacts.active {
+            IMPACT
+        } else {
+            JUMP
+        };
+        let leap = self.find_leap(charges, part, start)?;
         self.enter(charges, before, leap);
         Ok(())
     }
@@ -147,7 +172,7 @@ impl Stepper {
         // the residual of so short a step is relative to multipliers of size 1/length, and may hide
         // a voltage; seen from where it led, it is in plain sight
         let mut rest = self.rest(&leap);
-        for part in CONTINUED {
+        for part in CONTINUED.into_iter().filter(|&next| next > part) {
             if rest == Rest::Calm {
                 break;
             }
@@ -173,7 +198,7 @@ impl Stepper {
     /// Goes where an impulsive step has led, and notes what jumped.
     pub(super) fn enter(&mut self, charges: Option<&[f64]>, before: Vec<f64>, leap: Leap) {
         let Leap { first, after, impulses, length, span, settled, .. } = leap;
-        if self.jumped(charges, &before, &first, &after, NO_JUMP) {
+        if self.noticed(charges, &before, &first, &after) {
             self.stats.jumps += 1;
             if self.jumps.len() < MAX_JUMPS {
                 let [unknowns, multipliers] = impulses;
@@ -230,7 +255,8 @@ impl Stepper {
     ) -> Result<Leap, Box<Failure>> {
         let (before, multipliers) = (self.z.clone(), self.l.clone());
         let (once, twice) = self.two_steps(charges, &before, part * shortest, start)?;
-        let after = limit(&once.z, twice.as_ref().map(|t| &t.z));
+        let mut after = limit(&once.z, twice.as_ref().map(|t| &t.z));
+        self.storage.project(&mut after);
         let impulses = [(|s| &s.z) as fn(&Short) -> &Vec<f64>, |s| &s.l].map(|of| {
             let scaled = |s: &Short| of(s).iter().map(|v| v * s.length).collect::<Vec<_>>();
             limit(&scaled(&once), twice.as_ref().map(scaled).as_ref())
@@ -328,9 +354,7 @@ impl Stepper {
         Ok(())
     }
 
-    /// Did stored charges or fluxes jump by more than `share` of the largest?  A change that
-    /// extrapolation to length 0 takes away was not a jump but the ordinary motion during the short
-    /// step.
+    /// Did stored charges or fluxes jump by more than `share` of the largest?
     pub(super) fn jumped(
         &mut self,
         charges: Option<&[f64]>,
@@ -338,6 +362,41 @@ impl Stepper {
         first: &[f64],
         after: &[f64],
         share: f64,
+    ) -> bool {
+        let ones = vec![1.0; before.len()];
+        let mut largest = self.largest;
+        let found = self.moved([before, first, after], charges, share, &ones, &mut largest);
+        self.largest = largest;
+        found
+    }
+
+    /// Is there a jump to report?  A charge `q` of a capacitor `C` counts as `q / sqrt(C)`, the root
+    /// of its energy: a small one beside large ones may jump too.
+    pub(super) fn noticed(
+        &mut self,
+        charges: Option<&[f64]>,
+        before: &[f64],
+        first: &[f64],
+        after: &[f64],
+    ) -> bool {
+        let weights = std::mem::take(&mut self.weights);
+        let mut largest = self.heaviest;
+        let found = self.moved([before, first, after], charges, NO_JUMP, &weights, &mut largest);
+        self.heaviest = largest;
+        self.weights = weights;
+        found
+    }
+
+    /// Did stored charges or fluxes, by their weights, change by more than `share` of the `largest`
+    /// so far?  A change that extrapolation to length 0 takes away was not a jump but the ordinary
+    /// motion during the short step.
+    fn moved(
+        &mut self,
+        [before, first, after]: [&[f64]; 3],
+        charges: Option<&[f64]>,
+        share: f64,
+        weights: &[f64],
+        largest_so_far: &mut [f64; 2],
     ) -> bool {
         let n = before.len();
         let (sys, u, time) = (&self.sys, &self.u0, self.time);
@@ -365,13 +424,14 @@ impl Stepper {
         let mut found = false;
         for kind in 0..2u8 {
             let rows = || (0..n).filter(|&i| self.sys.linear.row_kind[i] == kind);
-            let size = rows().map(|i| old[i].abs().max(new[i].abs())).fold(0.0, f64::max);
+            let sizes = rows().map(|i| weights[i] * old[i].abs().max(new[i].abs()));
             // against the largest so far: a flux that has just decayed to rounding does not jump
-            let largest = &mut self.largest[usize::from(kind)];
-            *largest = largest.max(size);
+            let largest = &mut largest_so_far[usize::from(kind)];
+            *largest = sizes.fold(*largest, f64::max);
             found |= rows().any(|i| {
                 let change = (new[i] - old[i]).abs();
-                change > (share * *largest).max(ROUNDING * noise[i])
+                weights[i] * change > share * *largest
+                    && change > ROUNDING * noise[i]
                     && change > 0.1 * (once[i] - old[i]).abs()
             });
         }

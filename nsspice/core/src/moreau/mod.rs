@@ -11,6 +11,7 @@
 
 mod aftermath;
 mod clock;
+mod controls;
 mod gates;
 mod impacts;
 mod jumps;
@@ -26,6 +27,7 @@ mod storage;
 mod witness;
 
 pub use clock::{Clock, Target};
+pub use controls::by_sources;
 pub use gates::Switch;
 pub use jumps::Jump;
 pub use record::{Outputs, Part};

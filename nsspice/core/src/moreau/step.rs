@@ -78,6 +78,7 @@ impl Stepper {
                 reached = Some(cut.target);
             } else if target.jump {
                 evaluate(&self.waveforms, target.time, Side::Right, &mut self.u0);
+                self.throw_by_sources();
                 self.impulse_or_leave()?;
             } else {
                 self.u0.copy_from_slice(&self.u1);
@@ -405,17 +406,37 @@ impl Stepper {
     /// Updates all switches; true if one of them changed.
     pub(super) fn react(&mut self) -> bool {
         let mut changed = false;
-        for switch in &mut self.switches {
-            if switch.update(&self.z) {
+        for k in 0..self.switches.len() {
+            if self.switches[k].update(&self.z) {
                 changed = true;
-                self.stats.switchings += 1;
-                let role = switch.role();
-                self.roles[switch.pair] = role;
-                self.active[switch.pair] = role == Role::Closed;
-                self.epoch += 1;
+                self.thrown(k);
             }
         }
         changed
+    }
+
+    /// Updates the switches that the sources u0 decide about: they change with them, not after what
+    /// the sources would do to their old states.
+    pub(super) fn throw_by_sources(&mut self) {
+        if !self.controls.any() {
+            return;
+        }
+        let mut z = self.z.clone();
+        self.controls.fill(&self.sys.linear.s, &self.u0, &mut z);
+        for k in 0..self.switches.len() {
+            if self.controls.decide(k) && self.switches[k].update(&z) {
+                self.thrown(k);
+            }
+        }
+    }
+
+    /// Takes note of a switch that has changed.
+    fn thrown(&mut self, k: usize) {
+        self.stats.switchings += 1;
+        let (pair, role) = (self.switches[k].pair, self.switches[k].role());
+        self.roles[pair] = role;
+        self.active[pair] = role == Role::Closed;
+        self.epoch += 1;
     }
 
     pub(super) fn keep_for_rates(&mut self) {

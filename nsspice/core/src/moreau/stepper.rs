@@ -1,9 +1,10 @@
 //! The stepping loop: resumable, so that the caller decides when to look at rows, time and signals.
 
 use super::clock::{evaluate, Clock, Target};
+use super::controls::Controls;
 use super::gates::Switch;
 use super::impacts::Impacts;
-use super::jumps::{fastest_time, Jump};
+use super::jumps::{fastest_time, jump_weights, Jump};
 use super::record::{Outputs, Quantities};
 use super::smooth::SmoothPart;
 use super::stage::{Stage, System};
@@ -147,6 +148,11 @@ pub struct Stepper {
     pub(super) step_length: f64,
     /// fastest time constant [s]
     pub(super) storage: Storage,
+    /// switches that sources decide about
+    pub(super) controls: Controls,
+    /// what charges and fluxes are measured by in jumps, and the largest so far of each kind
+    pub(super) weights: Vec<f64>,
+    pub(super) heaviest: [f64; 2],
     /// pairs that close at speed
     pub(super) impacts: Impacts,
     pub(super) fastest: f64,
@@ -223,8 +229,13 @@ impl Stepper {
             && !smooth.as_ref().is_some_and(|s| s.newton.stores());
         let active = roles.iter().map(|&r| r == Role::Closed).collect();
         let impacts = Impacts::new(&sys, &diodes);
+        let controls = Controls::new(&sys.linear, &switches);
+        let weights = jump_weights(&sys);
         Stepper {
             impacts,
+            controls,
+            weights,
+            heaviest: [0.0; 2],
             constants: waveforms.iter().map(Waveform::constant).collect(),
             static_system,
             diodes,

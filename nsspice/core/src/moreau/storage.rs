@@ -1,7 +1,10 @@
 //! Which unknowns the stored charges and fluxes determine, and which only up to a common potential.
 
+use crate::dense::{eigen_symmetric, Matrix};
 use crate::descriptor::Linear;
 
+/// Windings that are looked at together.
+const MOST: usize = 64;
 /// Rows of the storage matrix that sum to this part of their terms sum to zero.
 const ROUNDING: f64 = 1e-12;
 
@@ -12,6 +15,54 @@ pub struct Storage {
     floating: Vec<Vec<usize>>,
     /// the others
     fixed: Vec<usize>,
+    /// windings without leakage
+    tight: Vec<Tight>,
+}
+
+/// Currents that share one flux: what no flux depends on may carry impulses.
+#[derive(Clone, Debug)]
+struct Tight {
+    currents: Vec<usize>,
+    /// onto the currents that a flux depends on
+    projector: Matrix,
+}
+
+impl Tight {
+    /// Looks for such currents in a group of inductances.
+    fn new(linear: &Linear, group: &[usize]) -> Option<Tight> {
+        if !(2..=MOST).contains(&group.len()) || group.iter().any(|&j| linear.row_kind[j] == 0) {
+            return None;
+        }
+        let place = |j: usize| group.iter().position(|&k| k == j);
+        let mut own = Matrix::zeros(group.len(), group.len());
+        for (b, &c) in group.iter().enumerate() {
+            let (rows, values) = linear.e.col(c);
+            for (&r, &v) in rows.iter().zip(values) {
+                own[(place(r)?, b)] += v;
+            }
+        }
+        let scale: Vec<f64> = (0..group.len()).map(|k| own[(k, k)].sqrt()).collect();
+        let size = group.len();
+        let even = Matrix::from_fn(size, size, |a, b| own[(a, b)] / (scale[a] * scale[b]));
+        let (values, vectors) = eigen_symmetric(&even)?;
+        let lost: Vec<usize> = (0..size).filter(|&k| values[k] <= ROUNDING).collect();
+        if lost.is_empty() {
+            return None;
+        }
+        // the kernel, orthogonal in the metric of the inductances' own energies
+        let projector = Matrix::from_fn(size, size, |a, b| {
+            let hidden: f64 = lost.iter().map(|&k| vectors[(a, k)] * vectors[(b, k)]).sum();
+            f64::from(u8::from(a == b)) - hidden * scale[b] / scale[a]
+        });
+        Some(Tight { currents: group.to_vec(), projector })
+    }
+
+    fn seen(&self, z: &[f64]) -> Vec<f64> {
+        let own: Vec<f64> = self.currents.iter().map(|&j| z[j]).collect();
+        let mut out = vec![0.0; own.len()];
+        self.projector.apply(&own, &mut out);
+        out
+    }
 }
 
 impl Storage {
@@ -40,7 +91,22 @@ impl Storage {
         let free = |g: &Vec<usize>| g.iter().all(|&j| f64::abs(sum[j]) <= ROUNDING * size[j]);
         let stored = groups.into_iter().filter(|g| !g.is_empty());
         let (floating, fixed): (Vec<_>, Vec<_>) = stored.partition(free);
-        Storage { floating, fixed: fixed.into_iter().flatten().collect() }
+        let tight = fixed.iter().filter_map(|group| Tight::new(linear, group)).collect();
+        Storage { floating, fixed: fixed.into_iter().flatten().collect(), tight }
+    }
+
+    /// Whether there are windings without leakage.
+    pub fn tight(&self) -> bool {
+        !self.tight.is_empty()
+    }
+
+    /// Takes out of `z` the currents of windings without leakage that no flux depends on: in a jump
+    /// they carry impulses.
+    pub fn project(&self, z: &mut [f64]) {
+        for tight in &self.tight {
+            let seen = tight.seen(z);
+            tight.currents.iter().zip(seen).for_each(|(&j, v)| z[j] = v);
+        }
     }
 
     /// Gives `z` the charges (fluxes) of `stored` where the two agree to `slack`; the potential of
@@ -52,8 +118,19 @@ impl Storage {
                 z[j] = value;
             }
         };
+        let hidden: Vec<Vec<f64>> = self
+            .tight
+            .iter()
+            .map(|t| t.currents.iter().zip(t.seen(z)).map(|(&j, v)| z[j] - v).collect())
+            .collect();
+        for (tight, hidden) in self.tight.iter().zip(&hidden) {
+            tight.currents.iter().zip(hidden).for_each(|(&j, h)| z[j] -= h);
+        }
         for &j in &self.fixed {
             put(z, j, stored[j]);
+        }
+        for (tight, hidden) in self.tight.iter().zip(&hidden) {
+            tight.currents.iter().zip(hidden).for_each(|(&j, h)| z[j] += h);
         }
         for group in &self.floating {
             let highest = group.iter().fold(0.0f64, |a, &j| a.max(stored[j].abs()));
@@ -91,6 +168,34 @@ mod tests {
             s: none(),
             row_kind: vec![0, 0, 0, 1, 0],
         })
+    }
+
+    #[test]
+    fn currents_that_no_flux_depends_on_are_taken_out() {
+        let e = [(0, 0, 1e-3), (0, 1, 2e-3), (1, 0, 2e-3), (1, 1, 4e-3), (2, 2, 1.0)];
+        let none = || Csc::from_triplets(3, 0, &[]);
+        let linear = Linear {
+            e: Csc::from_triplets(3, 3, &e),
+            g: Csc::from_triplets(3, 3, &[]),
+            a: none(),
+            b: Csc::from_triplets(0, 3, &[]),
+            d: Csc::from_triplets(0, 0, &[]),
+            q: Vec::new(),
+            s: none(),
+            row_kind: vec![1, 1, 1],
+        };
+        let storage = Storage::new(&linear);
+        assert!(storage.tight() && !example().tight());
+        // 1e6 A in one winding are -5e5 A in the other: no flux
+        let mut z = [1e6 + 3.0, -5e5, 7.0];
+        storage.project(&mut z);
+        assert!((z[0] + 2.0 * z[1] - 3.0).abs() < 1e-9, "{z:?}");
+        assert!(z[0].abs() < 3.0 && z[1].abs() < 3.0 && z[2] == 7.0, "{z:?}");
+        // and they stay what they are where charges and fluxes are put back
+        let mut now = [1e3 + 1e-7, -5e2, 7.0 + 1e-7];
+        storage.restore(&[0.0, 0.0, 7.0], &mut now, |_| 1e-6);
+        assert!((now[0] + 2.0 * now[1]).abs() < 1e-10 && (now[0] - 1e3).abs() < 1e-6, "{now:?}");
+        assert_eq!(now[2], 7.0);
     }
 
     #[test]

@@ -20,6 +20,15 @@ pub struct Scales {
     sums: Vec<f64>,
 }
 
+/// Not `f64::min`, which would overlook NaN.
+fn least(a: f64, b: f64) -> f64 {
+    if b >= a {
+        a
+    } else {
+        b
+    }
+}
+
 impl Scales {
     pub fn new(s: &Stepper) -> Scales {
         let (n, m) = (s.z.len(), s.l.len());
@@ -77,18 +86,28 @@ impl Scales {
 
     /// The smallest guard relative to its scale at a point `[z; guards; functions]`.
     pub fn margin(&self, s: &Stepper, x: &[f64]) -> f64 {
+        self.margins(s, x).fold(f64::INFINITY, least)
+    }
+
+    /// The smallest among the guards that are followed; others count once they are violated: one that
+    /// rests at zero would hide where these become negative.
+    pub fn margin_of(&self, s: &Stepper, x: &[f64], followed: &[bool]) -> f64 {
+        let margins = self.margins(s, x).zip(followed);
+        let heard = margins.filter(|&(margin, &followed)| followed || margin < -VIOLATED);
+        heard.map(|e| e.0).fold(f64::INFINITY, least)
+    }
+
+    /// Which guards are violated at a point.
+    pub fn violated(&self, s: &Stepper, x: &[f64], out: &mut Vec<bool>) {
+        out.clear();
+        out.extend(self.margins(s, x).map(|margin| margin < -VIOLATED || margin.is_nan()));
+    }
+
+    /// All guards relative to their scales: pairs, then switches.
+    fn margins<'a>(&'a self, s: &'a Stepper, x: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         let (z, guards) = x.split_at(s.z.len());
-        let mut least = f64::INFINITY;
-        for &i in &s.diodes {
-            let value = guards[i] / self.of_pair(i, s.active[i]);
-            // not f64::min, which would overlook NaN
-            least = if value >= least { least } else { value };
-        }
-        for k in 0..s.switches.len() {
-            let value = self.switch_margin(s, k, z);
-            least = if value >= least { least } else { value };
-        }
-        least
+        let pairs = s.diodes.iter().map(|&i| guards[i] / self.of_pair(i, s.active[i]));
+        pairs.chain((0..s.switches.len()).map(|k| self.switch_margin(s, k, z)))
     }
 
     /// Distance of a switch to the threshold that would change it, relative to its scale.

@@ -82,6 +82,9 @@ impl Locator<'_> {
         if fb >= 0.0 {
             return b;
         }
+        let mut followed = Vec::new();
+        self.scales.violated(self.s, &self.trial.point, &mut followed);
+        let alarmed = fb.is_finite() && followed.contains(&true);
         let mut fa = f64::NAN; // unknown, or zero of a pair that has just changed
         let mut side = 0;
         for _ in 0..MOST {
@@ -91,7 +94,10 @@ impl Locator<'_> {
             let secant = b - fb * (b - a) / (fb - fa);
             let inside = secant > a && secant < b && fb.is_finite();
             let c = if inside && fa > 0.0 { secant } else { 0.5 * (a + b) };
-            let fc = self.margin(c);
+            let mut fc = self.margin(c);
+            if alarmed && fc.is_finite() {
+                fc = self.scales.margin_of(self.s, &self.trial.point, &followed);
+            }
             if fc > 0.0 {
                 a = c;
                 fa = fc;

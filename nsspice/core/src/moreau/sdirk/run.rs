@@ -520,6 +520,7 @@ impl Sdirk {
 
     /// Finds the mode from here on; charges and fluxes may jump.
     fn restart(&mut self, s: &mut Stepper) {
+        s.throw_by_sources();
         // a failure is left to the next step, which can be certified
         let _ = s.impulse_or_leave();
         let (z, l) = (s.z.clone(), s.l.clone());

@@ -1,0 +1,157 @@
+//! Switches that the sources alone decide about: their states need no solution.
+
+use super::gates::Switch;
+use crate::descriptor::Linear;
+use crate::sparse::Csc;
+
+/// An unknown that follows from sources and those before it: the rest of its row, by its factor.
+#[derive(Clone, Debug)]
+struct Known {
+    unknown: usize,
+    row: usize,
+    factor: f64,
+    others: Vec<(usize, f64)>,
+}
+
+/// How the controls of switches follow from the sources.
+#[derive(Clone, Debug, Default)]
+pub struct Controls {
+    known: Vec<Known>,
+    decided: Vec<bool>,
+}
+
+impl Controls {
+    /// Looks for rows without storage and pairs in which one unknown is left, one after the other.
+    pub fn new(linear: &Linear, switches: &[Switch]) -> Controls {
+        if switches.is_empty() {
+            return Controls::default();
+        }
+        let n = linear.g.nrows;
+        let mut rows: Vec<Option<Vec<(usize, f64)>>> = vec![Some(Vec::new()); n];
+        for (r, _, _) in linear.e.iter().chain(linear.a.iter()) {
+            rows[r] = None;
+        }
+        for (r, c, v) in linear.g.iter() {
+            if let Some(row) = &mut rows[r] {
+                row.push((c, v));
+            }
+        }
+        let rows = rows.into_iter().enumerate();
+        let mut waiting: Vec<_> = rows.filter_map(|(r, row)| Some((r, row?))).collect();
+        let (mut found, mut known) = (vec![false; n], Vec::new());
+        loop {
+            let before = waiting.len();
+            waiting.retain(|(row, entries)| {
+                let mut unknown = entries.iter().filter(|e| !found[e.0]);
+                let (Some(&(unknown, factor)), None) = (unknown.next(), unknown.next()) else {
+                    return true;
+                };
+                let others = entries.iter().copied().filter(|e| e.0 != unknown).collect();
+                known.push(Known { unknown, row: *row, factor, others });
+                found[unknown] = true;
+                false
+            });
+            if waiting.len() == before {
+                break;
+            }
+        }
+        let decided: Vec<bool> =
+            switches.iter().map(|s| s.control.iter().all(|&(j, _)| found[j])).collect();
+        // only what the controls need
+        let mut needed = vec![false; n];
+        for (switch, _) in switches.iter().zip(&decided).filter(|e| *e.1) {
+            switch.control.iter().for_each(|&(j, _)| needed[j] = true);
+        }
+        for step in known.iter().rev().filter(|k: &&Known| needed[k.unknown]).collect::<Vec<_>>() {
+            step.others.iter().for_each(|&(j, _)| needed[j] = true);
+        }
+        known.retain(|k| needed[k.unknown]);
+        Controls { known, decided }
+    }
+
+    /// Whether the sources decide about a switch.
+    pub fn decide(&self, switch: usize) -> bool {
+        self.decided[switch]
+    }
+
+    /// Whether they decide about any.
+    pub fn any(&self) -> bool {
+        self.decided.contains(&true)
+    }
+
+    /// Fills in the unknowns that matter to decided switches; `s` are the source columns, `u` the
+    /// sources.
+    pub fn fill(&self, s: &Csc, u: &[f64], z: &mut [f64]) {
+        let mut right = vec![0.0; s.nrows];
+        s.mul_add(1.0, u, &mut right);
+        for k in &self.known {
+            let others: f64 = k.others.iter().map(|&(j, f)| f * z[j]).sum();
+            z[k.unknown] = (right[k.row] - others) / k.factor;
+        }
+    }
+}
+
+/// The state of each switch's control where the sources are `u`, from the states `before`; None if
+/// that depends on more than sources.
+pub fn by_sources(linear: &Linear, switches: &[Switch], u: &[f64]) -> Option<Vec<bool>> {
+    let controls = Controls::new(linear, switches);
+    let mut z = vec![f64::NAN; linear.g.nrows];
+    controls.fill(&linear.s, u, &mut z);
+    let states = switches.iter().enumerate().map(|(k, switch)| {
+        let mut switch = switch.clone();
+        switch.update(&z);
+        controls.decide(k).then_some(switch.closed)
+    });
+    states.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::descriptor::Linear;
+    use crate::sparse::Csc;
+
+    /// Nodes 0 and 1 in series from ground, sources of 2 V and 3 V (currents 2 and 3), 1 Ohm from
+    /// node 1 to node 4, which has a capacitor.
+    #[test]
+    fn chains_of_sources_are_followed() {
+        let g = [
+            (0, 2, 1.0),
+            (0, 3, -1.0),
+            (1, 3, 1.0),
+            (1, 1, 1.0),
+            (1, 4, -1.0),
+            (2, 0, -1.0),
+            (3, 0, 1.0),
+            (3, 1, -1.0),
+            (4, 1, -1.0),
+            (4, 4, 1.0),
+        ];
+        let linear = Linear {
+            e: Csc::from_triplets(5, 5, &[(4, 4, 1e-6)]),
+            g: Csc::from_triplets(5, 5, &g),
+            a: Csc::from_triplets(5, 0, &[]),
+            b: Csc::from_triplets(0, 5, &[]),
+            d: Csc::from_triplets(0, 0, &[]),
+            q: Vec::new(),
+            s: Csc::from_triplets(5, 2, &[(2, 0, -1.0), (3, 1, -1.0)]),
+            row_kind: vec![0, 0, 1, 1, 0],
+        };
+        let switch = |control: Vec<(usize, f64)>, closed| Switch {
+            pair: 0,
+            control,
+            on_above: 4.5,
+            off_below: 1.0,
+            closed,
+            inverted: false,
+        };
+        let high = switch(vec![(1, 1.0)], false); // 5 V
+        let kept = switch(vec![(1, 1.0), (0, -1.0)], true); // 3 V: between the thresholds
+        let low = switch(vec![(0, -1.0)], true);
+        let u = [2.0, 3.0];
+        let found = by_sources(&linear, &[high.clone(), kept, low], &u);
+        assert_eq!(found, Some(vec![true, true, false]));
+        assert_eq!(by_sources(&linear, &[high, switch(vec![(4, 1.0)], false)], &u), None);
+        assert_eq!(by_sources(&linear, &[], &u), Some(vec![]));
+    }
+}
