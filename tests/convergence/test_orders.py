@@ -71,7 +71,7 @@ def test_rigid_impact_hands_over_the_impulse():
     assert impulse.time == pytest.approx(hit, abs=0.6 * h)
     assert impulse.value == pytest.approx(np.sqrt(1 + 2 * 9.81 * 6.0), abs=9.81 * h)
     # afterwards the floor carries the weight, from the first row on
-    weight = h * run["i(d1)"][run.time > hit + h].sum()
+    weight = h * run["i(d1)"][run.t > hit + h].sum()
     assert weight == pytest.approx(9.81 * (3.0 - hit), abs=2 * 9.81 * h)
     assert run["v(v)"][-1] == pytest.approx(0.0, abs=1e-12)
     assert run["v(x)"].min() >= -1e-12

@@ -43,6 +43,15 @@ BEYOND = {
     # 2e-5 A; at 1.66 ms one is 2.2e-6 A from its threshold, and the oracle sees it cross
     ("slide_three_phase_relay_inverter", 1.0),
     ("slide_three_phase_relay_inverter", 0.5),
+    # the oracle lets the source jump before the switch that opens with it
+    ("jump_source_and_switch_at_once", 1.0),
+    ("jump_source_and_switch_at_once", 0.5),
+    # the oracle spreads an impact over two steps
+    ("jump_train_of_wagons", 1.0),
+    ("jump_train_of_wagons", 0.5),
+    # steps of 1e10 periods: samples of the sine are rounding
+    ("extreme_gigahertz_for_kiloseconds", 1.0),
+    ("extreme_gigahertz_for_kiloseconds", 0.5),
 }
 
 

@@ -307,7 +307,7 @@ impl Engine {
                 &mut self.path,
             );
             let Some(picked) = picked else {
-                if !struck && self.strike(horizon) {
+                if !struck && !crossing.is_empty() && self.strike(horizon) {
                     (struck, crossing) = (true, &[]);
                     continue;
                 }

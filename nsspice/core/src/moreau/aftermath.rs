@@ -135,7 +135,7 @@ impl Stepper {
             let l = to_zero(&once.l, &twice.l, &thrice.l);
             // a diode may block (conduct) after less than the shortest of them: then they lie on the
             // line of the mode that follows, and its start breaks the laws
-            let broken = self.broken(&z, &l) / SIGNS;
+            let broken = self.broken(&z, &l, &once) / SIGNS;
             let fine =
                 bend <= BEND && broken <= 1.0 && !self.jumped(None, after, &once.z, &z, LOOSE);
             let fault = bend.max(BEND * broken);
@@ -169,13 +169,15 @@ impl Stepper {
         Ok((pair, Rest::Unclear))
     }
 
-    /// The largest current or voltage of the wrong sign among all pairs, relative to the largest.
-    fn broken(&self, z: &[f64], l: &[f64]) -> f64 {
+    /// The largest current or voltage of the wrong sign among all pairs, relative to the largest; that
+    /// of a short step counts too: where all currents vanish, rounding of theirs is all that is left.
+    fn broken(&self, z: &[f64], l: &[f64], once: &Short) -> f64 {
         let mut w = self.sys.linear.q.clone();
         self.sys.linear.b.mul_add(-1.0, z, &mut w);
         self.sys.linear.d.mul_add(1.0, l, &mut w);
+        let kinds = self.sys.linear.row_kind.iter().chain(&self.sys.linear.row_kind);
         let mut largest = [0.0f64; 2];
-        for (v, &kind) in z.iter().zip(&self.sys.linear.row_kind) {
+        for (v, &kind) in z.iter().chain(&once.z).zip(kinds) {
             largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
         }
         let size = |list: &[f64], floor: f64| list.iter().fold(floor, |a, v| a.max(v.abs()));
@@ -187,7 +189,7 @@ impl Stepper {
                 0.0
             }
         };
-        share(l, size(l, largest[1])).max(share(&w, size(&w, largest[0])))
+        share(l, size(l, size(&once.l, largest[1]))).max(share(&w, size(&w, largest[0])))
     }
 
     /// Whether the residual of a short step, relative to what is stored by its length, leaves

@@ -11,8 +11,8 @@ const JUMP: f64 = 1e-8;
 /// The same where a gap may close at speed: its rounding counts by the inverse of this, what is not
 /// the impact by the square.
 pub(super) const IMPACT: f64 = 1e-5;
-/// The same with windings that have no leakage: what the impulse moves through them is the difference
-/// of fluxes that grow with the inverse of the square.
+/// The same where an impulse has to pass windings without leakage: what it moves is the difference of
+/// fluxes that grow with the inverse of the square.
 const TIGHT: f64 = 1e-3;
 /// A stored unknown that differs by more than this from what the jump left is not determined by what
 /// is stored: the potential of a floating capacitor.
@@ -103,6 +103,8 @@ pub(super) struct Short {
 pub(super) struct Leap {
     /// unknowns at the end of the shortest step, and at length 0
     pub first: Vec<f64>,
+    /// length of the first steps, relative to the shortest time
+    pub part: f64,
     pub after: Vec<f64>,
     /// of unknowns and multipliers [A s or V s]
     pub impulses: [Vec<f64>; 2],
@@ -147,13 +149,7 @@ impl Stepper {
     /// voltages right after the jump.
     pub(super) fn impulse(&mut self, charges: Option<&[f64]>, start: Start) -> Outcome {
         let before = self.z.clone();
-        let part = if self.storage.tight() {
-            TIGHT
-        } else if charges.is_none() && self.impacts.active {
-            IMPACT
-        } else {
-            JUMP
-        };
+        let part = if charges.is_none() && self.impacts.active { IMPACT } else { JUMP };
         let leap = self.find_leap(charges, part, start)?;
         self.enter(charges, before, leap);
         Ok(())
@@ -168,12 +164,23 @@ impl Stepper {
         start: Start,
     ) -> Result<Leap, Box<Failure>> {
         let shortest = self.step_length.min(self.fastest);
+        let begun = (self.z.clone(), self.l.clone());
         let mut leap = self.leap(charges, part, shortest, start)?;
         // the residual of so short a step is relative to multipliers of size 1/length, and may hide
         // a voltage; seen from where it led, it is in plain sight
         let mut rest = self.rest(&leap);
-        for part in CONTINUED.into_iter().filter(|&next| next > part) {
-            if rest == Rest::Calm {
+        if rest != Rest::Calm && self.storage.tight() {
+            (self.z, self.l) = begun;
+            if let Ok(next) = self.leap(charges, TIGHT, shortest, start) {
+                let found = self.rest(&next);
+                if found >= rest {
+                    (leap, rest) = (next, found);
+                }
+            }
+        }
+        for part in CONTINUED {
+            // less is hidden where the first step was long
+            if rest == Rest::Calm || leap.part >= IMPACT {
                 break;
             }
             (self.z, self.l) = (leap.after.clone(), leap.multipliers.clone());
@@ -270,7 +277,7 @@ impl Stepper {
             self.z[j] = after[j];
         }
         let (settled, rest) = self.settle(&after, shortest)?;
-        Ok(Leap { first: once.z, after, impulses, length, span, multipliers, settled, rest })
+        Ok(Leap { first: once.z, part, after, impulses, length, span, multipliers, settled, rest })
     }
 
     /// Steps of length `2 length` and `length` from the same charges; the longer one is left out
