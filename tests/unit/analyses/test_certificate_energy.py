@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -130,3 +131,13 @@ def test_long_runs_by_small_matrices_go_without(monkeypatch):
     found = finished(LINEAR, "moreau", 1.0).certificate()
     assert not found.energy.complete
     assert found.passed
+
+
+@pytest.mark.parametrize("method", ["modewise", "sdirk"])
+def test_an_edge_at_the_end_of_a_run_adds_nothing(method):
+    """1 uF through 1 kOhm, 10 V for one time constant, 0 V for another, and an edge after them."""
+    deck = "edge\nV1 a 0 PULSE(0 10 0 0 0 1m 2m)\nR1 a b 1k\nC1 b 0 1u\n.tran 0.1m 2m uic\n"
+    found = nsspice.tran(nsspice.read(deck), method=method).certificate.energy
+    left = 10.0 * (1.0 - math.exp(-1.0))
+    assert found.delivered == pytest.approx(10.0 * 1e-6 * left, rel=1e-6)
+    assert found.stored == pytest.approx(0.5e-6 * (left * math.exp(-1.0)) ** 2, rel=1e-6)
