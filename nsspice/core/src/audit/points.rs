@@ -67,7 +67,8 @@ impl Auditor {
         block.count += 1;
         block.least.push(least);
         // what is stored is put back right after a jump, and says nothing of voltages there
-        block.grain.push([grain.share, if point.after_jump { 0.0 } else { 2.0 * grain.rate }]);
+        let rate = if point.after_jump { 0.0 } else { 2.0 * grain.rate };
+        block.grain.push([grain.share.max(grain.settled), rate]);
         block.error.extend_from_slice(rates);
         block.scale.extend(rates.iter().map(|r| r.abs()));
         block.floor.extend_from_slice(floor);
