@@ -43,6 +43,8 @@ LIMITS = [("regular", 80013)]
 EIGENVECTORS = [("large", 60008), ("large", 60017), ("stiff", 60015), ("large", 50002)]
 #: mode by mode: a jump of charges brought fluxes of 1e-19 V s by rounding, where none had been
 TURNED = [("impulsive", 60012)]
+#: mode by mode: the right mode after the first jump misses a guard by a little more than its noise
+NEARLY = [("multiplier", 300026)]
 
 
 def solved(kind, seed):
@@ -79,7 +81,7 @@ def test_currents_right_after_a_jump_are_no_impulses(kind, seed):
     assert np.abs(currents[:, 0]).max() < 100.0 * np.abs(currents[:, 1]).max()
 
 
-@pytest.mark.parametrize(("kind", "seed"), [*EIGENVECTORS, *TURNED])
+@pytest.mark.parametrize(("kind", "seed"), [*EIGENVECTORS, *TURNED, *NEARLY])
 def test_a_right_run_mode_by_mode_is_certified(kind, seed):
     random = generate(kind, seed)
     circuit = nsspice.read(random.text)

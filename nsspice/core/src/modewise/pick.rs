@@ -16,6 +16,8 @@ const LENGTHS: [f64; 6] = [1.0, 1e2, 1e4, 1e-3, 1e6, 1e8];
 const PHASES: usize = 6;
 /// A mode that misses its guards by less than this, in units of noise, may be the best there is.
 const NEARLY: f64 = 1e5;
+/// How often the noise of such a mode is widened.
+const ASKED_AGAIN: usize = 4;
 
 /// A jump of the energy coordinates on the way into a mode.
 #[derive(Clone, Debug)]
@@ -48,6 +50,16 @@ pub struct Scene<'a> {
     pub horizon: f64,
 }
 
+/// A mode that misses its guards.
+struct Candidate {
+    /// in units of their noise
+    miss: f64,
+    id: Id,
+    /// energy coordinates that it was tried from, and the jumps to there
+    from: Vec<f64>,
+    leaps: Vec<Leap>,
+}
+
 /// Work space and memory of the choice.
 #[derive(Default)]
 pub struct Picker {
@@ -59,8 +71,8 @@ pub struct Picker {
     gates: Vec<bool>,
     a: Vec<f64>,
     inputs: Vec<f64>,
-    /// best candidate so far: miss, mode
-    best: Option<(f64, Id)>,
+    /// best candidate so far
+    best: Option<Candidate>,
     /// the last reason for which a mode could not be reduced
     pub trouble: Option<String>,
 }
@@ -96,8 +108,9 @@ impl Picker {
             Finding::Good => Ok(mode),
             other => {
                 if let Finding::Guard(_, miss) | Finding::Impulse(miss) = other {
-                    if self.best.is_none_or(|b| miss < b.0) {
-                        self.best = Some((miss, id));
+                    if self.best.as_ref().is_none_or(|b| miss < b.miss) {
+                        let leaps = self.leaps.clone();
+                        self.best = Some(Candidate { miss, id, from: a.to_vec(), leaps });
                     }
                 }
                 Err(other)
@@ -223,7 +236,7 @@ impl Picker {
             self.a.clear();
             self.a.extend_from_slice(a);
             let mut now = std::mem::take(&mut self.a);
-            let mut leaps: Vec<Leap> = Vec::new();
+            self.leaps.clear();
             let mut found = None;
             for _ in 0..PHASES {
                 later(scene.segment, h, &mut self.inputs);
@@ -235,7 +248,7 @@ impl Picker {
                 self.on.clear();
                 self.on.extend_from_slice(implicit.active());
                 let id = registry.id(&self.on, gates);
-                if tried.contains(&id) && leaps.is_empty() {
+                if tried.contains(&id) && self.leaps.is_empty() {
                     break; // refuted from here already
                 }
                 match self.attempt(scene, registry, id, &now, scale, path) {
@@ -256,7 +269,7 @@ impl Picker {
                             tried.push(id);
                             break;
                         }
-                        leaps.push(Leap { through: id, before: now.clone() });
+                        self.leaps.push(Leap { through: id, before: now.clone() });
                         settle(&mode, &scene.segment.now, &mut now);
                     }
                     Err(_) => {
@@ -266,7 +279,6 @@ impl Picker {
                 }
             }
             if let Some(found) = found {
-                self.leaps = leaps;
                 a.copy_from_slice(&now);
                 self.a = now;
                 return Some(found);
@@ -274,17 +286,32 @@ impl Picker {
             self.a = now;
         }
         // the least violation, if it is little more than rounding
-        let (miss, id) = self.best?;
-        if miss > NEARLY {
-            return None;
-        }
+        self.leaps.clear();
+        let Candidate { miss, id, from, leaps } = self.best.take()?;
         let before = scale.widened;
-        scale.widened = before.max(1.0) * (2.0 * miss);
-        let picked = self.attempt(scene, registry, id, a, scale, path).ok();
-        if scale.widened > 1e7 {
+        let (mut miss, mut picked) = (miss, None);
+        // a guard that rises from rounding shows its sign later, by more
+        for _ in 0..ASKED_AGAIN {
+            if miss > NEARLY {
+                break;
+            }
+            scale.widened = before.max(1.0) * (2.0 * miss);
+            match self.attempt(scene, registry, id, &from, scale, path) {
+                Ok(mode) => {
+                    picked = Some(mode);
+                    break;
+                }
+                Err(Finding::Guard(_, again)) => miss *= 2.0 * again,
+                Err(_) => break,
+            }
+        }
+        if picked.is_none() || scale.widened > 1e7 {
             scale.widened = before;
         }
-        picked.map(|mode| Picked { id, mode })
+        let mode = picked?;
+        a.copy_from_slice(&from);
+        self.leaps = leaps;
+        Some(Picked { id, mode })
     }
 
     /// Modes next to one whose guards fail: negative free guards turned over one after the other,
