@@ -246,8 +246,9 @@ impl Stepper {
         }
         if self.witness.jumped() {
             self.u1.copy_from_slice(&self.u0);
-            self.z_recorded.copy_from_slice(&self.z);
-            self.record(-once.length); // a state, not a step
+            // a state, not a step; the short one tells what its rounding is measured by
+            self.z_recorded.copy_from_slice(&once.z);
+            self.record(-once.length);
         }
     }
 
