@@ -27,4 +27,11 @@ impl Linear {
     pub fn sizes(&self) -> (usize, usize, usize) {
         (self.g.nrows, self.a.ncols, self.s.ncols)
     }
+
+    /// `w = q - B z + D l`
+    pub fn slacks(&self, z: &[f64], l: &[f64], w: &mut [f64]) {
+        w.copy_from_slice(&self.q);
+        self.b.mul_add(-1.0, z, w);
+        self.d.mul_add(1.0, l, w);
+    }
 }

@@ -4,8 +4,8 @@
 use super::matrix::{dot, Matrix};
 use super::rank_one;
 
-/// Defines a function by two of the same arguments: what it is where there are registers of four
-/// numbers, compiled for them, and what it is elsewhere.
+/// Defines a function by one or two of the same arguments: what it is where there are registers of
+/// four numbers, compiled for them, and what it is elsewhere.
 macro_rules! widest {
     ($(#[$doc:meta])* $visible:vis fn $name:ident $(<const $flag:ident: bool>)?
      ($($arg:ident: $kind:ty),* $(,)?) $(-> $out:ty)? = $wide:expr, $narrow:expr) => {
@@ -23,6 +23,10 @@ macro_rules! widest {
             }
             $narrow
         }
+    };
+    ($(#[$doc:meta])* $visible:vis fn $name:ident ($($arg:ident: $kind:ty),* $(,)?)
+     $(-> $out:ty)? = $both:expr) => {
+        widest! { $(#[$doc])* $visible fn $name($($arg: $kind),*) $(-> $out)? = $both, $both }
     };
 }
 
@@ -101,7 +105,6 @@ widest! {
         vectors: &mut Matrix,
         roots: &mut Vec<f64>,
     ) -> Option<()> =
-        rank_one::secular(poles, weights, rho, shifted, vectors, roots),
         rank_one::secular(poles, weights, rho, shifted, vectors, roots)
 }
 
@@ -143,7 +146,7 @@ widest! {
     /// For each row of factors its scalar products with two vectors, and that of its absolute values
     /// with a third.
     pub fn looks(factor: &[f64], with: [&[f64]; 3], out: [&mut [f64]; 3]) =
-        looks_any(factor, with, out), looks_any(factor, with, out)
+        looks_any(factor, with, out)
 }
 
 #[inline(always)]
@@ -162,7 +165,7 @@ widest! {
     /// `out = [out + common row; own * row]`: the factors of shared terms (`common` by rows) and of
     /// those that each coordinate has to itself.
     pub fn collapse(row: &[f64], common: &[f64], own: &[f64], out: &mut [f64]) =
-        collapse_any(row, common, own, out), collapse_any(row, common, own, out)
+        collapse_any(row, common, own, out)
 }
 
 #[cfg(test)]

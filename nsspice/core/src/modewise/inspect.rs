@@ -100,6 +100,17 @@ impl Engine {
         (self.z.clone(), self.l.clone())
     }
 
+    /// Unknowns in the mode so far at energy coordinates `a`, zero before the start.
+    pub(super) fn unknowns_from(&self, a: &[f64]) -> Vec<f64> {
+        let (mut z, mut l) = (vec![0.0; self.net.n], vec![0.0; self.net.m]);
+        if let Some((_, mode)) = &self.present {
+            let mut x = vec![0.0; mode.n];
+            mode.enter(a, &mut x);
+            self.unknowns(mode, &x, &self.v, &self.segment.rate, &mut z, &mut l);
+        }
+        z
+    }
+
     /// Records a jump that ends in a mode, `origin` being the first and `entry` the last of the
     /// energy coordinates before it.
     pub(super) fn note_jump(&mut self, mode: &Arc<Mode>, id: Id, origin: &[f64], entry: &[f64]) {
@@ -112,13 +123,8 @@ impl Engine {
             return;
         }
         let (n, m, k) = (self.net.n, self.net.m, self.net.kernel.cols);
-        let mut before = vec![0.0; n];
+        let before = self.unknowns_from(origin);
         let mut scrap = vec![0.0; m];
-        if let Some((_, old)) = self.present.clone() {
-            let mut x = vec![0.0; old.n];
-            old.enter(origin, &mut x);
-            self.unknowns(&old, &x, &self.v, &self.segment.rate, &mut before, &mut scrap);
-        }
         let mut x = vec![0.0; mode.n];
         mode.enter(entry, &mut x);
         let mut after = vec![0.0; n];

@@ -7,7 +7,7 @@ use super::inspect::{MAX_JUMPS, NO_JUMP};
 use super::pick::roles;
 use super::run::Engine;
 use crate::mlcp::Start;
-use crate::moreau::Jump;
+use crate::moreau::{to_zero, Jump};
 
 /// Lengths of the first of the steps, relative to the segment that follows.
 const PARTS: [f64; 2] = [1e-6, 1e-8];
@@ -17,12 +17,6 @@ const FASTEST: f64 = 1e-3;
 /// no more than a tenth of what jumps.
 const BEND: f64 = 1e-6;
 const CLEAR: f64 = 0.1;
-
-/// Value at length 0 from those at length 1, 2 and 3.
-fn limit([a, b, c]: [&[f64]; 3]) -> Vec<f64> {
-    let points = a.iter().zip(b).zip(c);
-    points.map(|((a, b), c)| 3.0 * a - 3.0 * b + c).collect()
-}
 
 impl Engine {
     /// Jumps from the present state if short steps show that it does; false if it stays.
@@ -52,7 +46,7 @@ impl Engine {
             steps.push([a, z.clone(), scaled(z), scaled(l)]);
         }
         let of = |k: usize| [0, 1, 2].map(|step: usize| steps[step][k].as_slice());
-        let a = limit(of(0));
+        let a = to_zero(of(0));
         let norm = |f: &dyn Fn(usize) -> f64| (0..a.len()).fold(0.0f64, |m, i| m.hypot(f(i)));
         let [first, second, third] = of(0);
         let bend = norm(&|i| first[i] - 2.0 * second[i] + third[i]);
@@ -61,13 +55,8 @@ impl Engine {
         if !clear || change <= NO_JUMP * self.scale.a {
             return false;
         }
-        let mut before = vec![0.0; self.net.n];
-        if let Some((_, old)) = self.present.clone() {
-            let (mut x, mut scrap) = (vec![0.0; old.n], vec![0.0; self.net.m]);
-            old.enter(&self.a, &mut x);
-            self.unknowns(&old, &x, &self.v, &self.segment.rate, &mut before, &mut scrap);
-        }
-        let (after, unknowns, multipliers) = (limit(of(1)), limit(of(2)), limit(of(3)));
+        let before = self.unknowns_from(&self.a);
+        let [after, unknowns, multipliers] = [1, 2, 3].map(|k| to_zero(of(k)));
         self.a = a;
         self.stats.jumps += 1;
         if self.jumps.len() < MAX_JUMPS {

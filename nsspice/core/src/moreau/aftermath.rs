@@ -53,6 +53,12 @@ fn bend_of(points: impl Iterator<Item = (f64, f64, f64)>) -> f64 {
     }
 }
 
+/// Values at length 0 from those at length 1, 2 and 3.
+pub fn to_zero([once, twice, thrice]: [&[f64]; 3]) -> Vec<f64> {
+    let points = once.iter().zip(twice).zip(thrice);
+    points.map(|((a, b), c)| 3.0 * a - 3.0 * b + c).collect()
+}
+
 impl Stepper {
     /// What the steps that follow an impulsive one say of it.
     pub(super) fn rest(&mut self, leap: &Leap) -> Rest {
@@ -127,12 +133,8 @@ impl Stepper {
                 last = Some(once);
                 continue;
             }
-            let to_zero = |a: &[f64], b: &[f64], c: &[f64]| -> Vec<f64> {
-                let points = a.iter().zip(b).zip(c);
-                points.map(|((a, b), c)| 3.0 * a - 3.0 * b + c).collect()
-            };
-            let z = to_zero(&once.z, &twice.z, &thrice.z);
-            let l = to_zero(&once.l, &twice.l, &thrice.l);
+            let z = to_zero([&once.z, &twice.z, &thrice.z]);
+            let l = to_zero([&once.l, &twice.l, &thrice.l]);
             // a diode may block (conduct) after less than the shortest of them: then they lie on the
             // line of the mode that follows, and its start breaks the laws
             let broken = self.broken(&z, &l, &once) / SIGNS;
@@ -172,9 +174,8 @@ impl Stepper {
     /// The largest current or voltage of the wrong sign among all pairs, relative to the largest; that
     /// of a short step counts too: where all currents vanish, rounding of theirs is all that is left.
     fn broken(&self, z: &[f64], l: &[f64], once: &Short) -> f64 {
-        let mut w = self.sys.linear.q.clone();
-        self.sys.linear.b.mul_add(-1.0, z, &mut w);
-        self.sys.linear.d.mul_add(1.0, l, &mut w);
+        let mut w = vec![0.0; l.len()];
+        self.sys.linear.slacks(z, l, &mut w);
         let kinds = self.sys.linear.row_kind.iter().chain(&self.sys.linear.row_kind);
         let mut largest = [0.0f64; 2];
         for (v, &kind) in z.iter().chain(&once.z).zip(kinds) {

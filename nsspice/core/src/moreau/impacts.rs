@@ -255,9 +255,8 @@ impl Stepper {
         if conducts {
             return l[i];
         }
-        let mut w = self.sys.linear.q.clone();
-        self.sys.linear.b.mul_add(-1.0, z, &mut w);
-        self.sys.linear.d.mul_add(1.0, l, &mut w);
+        let mut w = vec![0.0; l.len()];
+        self.sys.linear.slacks(z, l, &mut w);
         w[i]
     }
 

@@ -26,6 +26,7 @@ mod stepper;
 mod storage;
 mod witness;
 
+pub use aftermath::to_zero;
 pub use clock::{Clock, Target};
 pub use controls::by_sources;
 pub use gates::Switch;

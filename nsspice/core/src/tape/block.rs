@@ -21,7 +21,7 @@ widest! {
         reach: f64,
         wild: &mut Vec<usize>,
     ) -> bool =
-        group.evaluate_any(numbers, how, reach, wild), group.evaluate_any(numbers, how, reach, wild)
+        group.evaluate_any(numbers, how, reach, wild)
 }
 
 impl Group {

@@ -210,9 +210,7 @@ impl Ladder {
             }
         }
         let (z, l) = x.split_at_mut(n);
-        s.w.copy_from_slice(&s.sys.linear.q);
-        s.sys.linear.b.mul_add(-1.0, z, &mut s.w);
-        s.sys.linear.d.mul_add(1.0, l, &mut s.w);
+        s.sys.linear.slacks(z, l, &mut s.w);
         for ((l, &w), &active) in l.iter_mut().zip(&s.w).zip(&s.active) {
             *l = if active { *l - w.max(0.0) / resistance } else { w - l.max(0.0) * resistance };
         }

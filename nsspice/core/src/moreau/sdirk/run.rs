@@ -278,9 +278,7 @@ impl Sdirk {
             None => {}
         }
         z.copy_from_slice(&s.z);
-        s.w.copy_from_slice(&s.sys.linear.q);
-        s.sys.linear.b.mul_add(-1.0, &s.z, &mut s.w);
-        s.sys.linear.d.mul_add(1.0, &s.l, &mut s.w);
+        s.sys.linear.slacks(&s.z, &s.l, &mut s.w);
         for (i, guard) in guards.iter_mut().enumerate() {
             *guard = if s.active[i] { s.l[i] } else { s.w[i] };
         }
