@@ -14,7 +14,7 @@ from ..circuit.regularity import DcUniqueness, dc_uniqueness, largest_sources
 from ..errors import Diagnostic
 from ..problems.csc import Floats
 from ..problems.descriptor import DescriptorSystem
-from ..problems.regularity import Regularity, index_sets, strong_regularity
+from ..problems.regularity import Regularity, strong_regularity
 from ..solvers.moreau import MoreauStepper, Records, function_slopes
 from ..solvers.stepper import UnsolvedStep
 
@@ -93,7 +93,6 @@ class Judge:
     _worst: Regularity | None = None
     _points: int = 0
     _found: DcUniqueness | None = field(default=None)
-    _judged: set[bytes] = field(default_factory=set)  # modes, where they alone decide
 
     @staticmethod
     def wanted(system: DescriptorSystem) -> bool:
@@ -113,21 +112,14 @@ class Judge:
         jacobians = np.zeros((chosen.size, 0, system.n))
         if system.smooth is not None:
             jacobians = function_slopes(system.smooth.tape, z, u, np.zeros(chosen.size))
-        for k, jacobian in zip(chosen, jacobians, strict=True):
-            roles = None if records.roles is None else records.roles[k]
-            self._points += 1
-            if system.smooth is None:
-                sets = index_sets(system, records.z[k], records.lam[k], roles)
-                mode = b"".join(pairs.tobytes() for pairs in sets)
-                if mode in self._judged:
-                    continue
-                self._judged.add(mode)
-            found = strong_regularity(system, jacobian, records.z[k], records.lam[k], roles)
-            if self._worst is None or (not found.strong, found.modulus) > (
-                not self._worst.strong,
-                self._worst.modulus,
-            ):
-                self._worst = found
+        roles = None if records.roles is None else records.roles[chosen]
+        self._points += len(chosen)
+        found = strong_regularity(system, jacobians, z, records.lam[chosen], roles)
+        if self._worst is None or (not found.strong, found.modulus) > (
+            not self._worst.strong,
+            self._worst.modulus,
+        ):
+            self._worst = found
 
     def verdict(self) -> Verdict:
         """Return what is known, without a search for further solutions."""

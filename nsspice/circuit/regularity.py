@@ -9,7 +9,7 @@ import numpy as np
 
 from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem
-from ..problems.regularity import uniqueness
+from ..problems.uniqueness import uniqueness
 from .mna import MnaSystem
 
 #: controlled sources: they can feed a signal back

@@ -14,9 +14,9 @@ from nsspice.problems.regularity import (
     is_p_matrix,
     is_positive_definite,
     strong_regularity,
-    uniqueness,
 )
 from nsspice.problems.slopes import INF, shapes
+from nsspice.problems.uniqueness import uniqueness
 
 
 def minors_positive(matrix):
@@ -257,3 +257,22 @@ D1 b 0 practical
 def test_empty_matrices():
     assert is_p_matrix(np.zeros((0, 0))) is True
     assert Csc.zeros((0, 0)).dense().shape == (0, 0)
+
+
+def test_many_points_are_judged_by_the_worst():
+    """asinh(z) + Sgn(z) at points of both branches and at the corner: the flattest one counts."""
+    tape = TapeBuilder()
+    tape.output(tape.op("asinh", tape.unknown(0)))
+    system = GeneralizedEquation(tape.finish(), ((0, Sign(-1.0, 1.0)),)).system()
+    at = np.array([-7.0, 0.5, 3.0, 0.0])
+    z = np.column_stack([at, np.sign(at)])
+    z[3, 1] = 0.3  # inside the vertical piece
+    lam = np.column_stack([np.maximum(at, 0.0), np.maximum(-at, 0.0)])
+    slopes = np.zeros((4, 1, 2))
+    slopes[:, 0, 0] = 1.0 / np.hypot(1.0, at)
+    found = strong_regularity(system, slopes, z, lam)
+    single = [strong_regularity(system, *point) for point in zip(slopes, z, lam, strict=True)]
+    assert found == max(single, key=lambda one: one.modulus)
+    assert found.modulus == pytest.approx(np.hypot(1.0, 7.0))
+    slopes[2] = 0.0  # one flat point is enough
+    assert strong_regularity(system, slopes, z, lam).strong is False
