@@ -93,6 +93,12 @@ def _no_convergence(
         f"{place} is violated most, by {problem.residual:.1e} of its terms"
     )
     hint = "check the values there; give .nodeset voltages near the solution, or try another step"
+    jumping = [d.name for d in mna.devices if any(e.jumps() for e in d.expressions)]
+    if jumping:
+        hint = (
+            f"{_list(jumping)} may jump back and forth there (if, u, sgn, comparisons): "
+            "use a switch with hysteresis (VH), or a gain with limits, limit(1e6*x, low, high)"
+        )
     return StepError(
         Diagnostic("NS3004", message, _span(circuit, named), hint),
         time=problem.time,

@@ -11,13 +11,14 @@ Examples
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from ..errors import Diagnostic, NetlistError, Span
 from . import evaluate as _evaluate
 from .derivative import derivative as _derivative
+from .functions import JUMPING_FUNCTIONS, JUMPING_OPERATORS
 from .node import MAX_DEPTH, Node, TooLarge, num, show
 
 
@@ -84,18 +85,32 @@ class Expression:
             ``v(a)``, ``v(a,b)``, ``i(v1)``, ``time``, ``temper``, and ``i`` for an element's own
             current.
         """
-        found: set[str] = set()
+        return frozenset(str(n.value) for n in self._nodes() if n.op in ("var", "name"))
+
+    def jumps(self) -> bool:
+        """Return whether some function in it jumps: a condition, a comparison, a step, rounding.
+
+        Examples
+        --------
+        >>> Expression.parse("5*u(v(a) - 1)").jumps(), Expression.parse("max(v(a), 1)").jumps()
+        (True, False)
+        """
+        return any(
+            n.op in JUMPING_OPERATORS or (n.op == "call" and n.value in JUMPING_FUNCTIONS)
+            for n in self._nodes()
+        )
+
+    def _nodes(self) -> Iterator[Node]:
+        """Yield every node, shared ones once."""
         seen: set[int] = set()
         todo = [self.node]
         while todo:
             node = todo.pop()
-            if node.op in ("var", "name"):
-                found.add(str(node.value))
+            yield node
             for arg in node.args:
                 if id(arg) not in seen:
                     seen.add(id(arg))
                     todo.append(arg)
-        return frozenset(found)
 
     def evaluate(self, values: Mapping[str, Any]) -> Any:
         """Return the value for given signals.

@@ -59,6 +59,10 @@ ARITY: dict[str, tuple[int, int | None]] = {
     "steps": (4, None),
 }
 
+#: operators and functions whose values jump
+JUMPING_OPERATORS = frozenset(["lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "if"])
+JUMPING_FUNCTIONS = frozenset(["sgn", "u", "buf", "inv", "floor", "ceil", "nint", "int", "steps"])
+
 #: other spellings of the same function
 ALIASES = {
     "arcsin": "asin",

@@ -397,7 +397,8 @@ impl Stepper {
 
     /// Did stored charges or fluxes, by their weights, change by more than `share` of the `largest`
     /// so far?  A change that extrapolation to length 0 takes away was not a jump but the ordinary
-    /// motion during the short step.
+    /// motion during the short step; one that it turns round was motion that begins with the square
+    /// of the time.
     fn moved(
         &mut self,
         [before, first, after]: [&[f64]; 3],
@@ -437,10 +438,11 @@ impl Stepper {
             let largest = &mut largest_so_far[usize::from(kind)];
             *largest = sizes.fold(*largest, f64::max);
             found |= rows().any(|i| {
-                let change = (new[i] - old[i]).abs();
-                weights[i] * change > share * *largest
-                    && change > ROUNDING * noise[i]
-                    && change > 0.1 * (once[i] - old[i]).abs()
+                let (change, moved) = (new[i] - old[i], once[i] - old[i]);
+                weights[i] * change.abs() > share * *largest
+                    && change.abs() > ROUNDING * noise[i]
+                    && change.abs() > 0.1 * moved.abs()
+                    && change.signum() == moved.signum()
             });
         }
         found

@@ -117,7 +117,7 @@ impl Newton {
                 stage: 1,
                 begin: zeros.clone(),
                 leave: vec![(1.0, 0); size],
-                offered: 0.0,
+                given: zeros.clone(),
                 reach: (0, (0.0, 0.0)),
                 bounded: true,
                 best: (NOWHERE, zeros.clone()),
@@ -375,7 +375,6 @@ impl Newton {
         s.leave.fill((1.0, 0));
         s.bounded = true;
         s.reach.0 = 0; // no scaling has this number
-        s.offered = 0.0;
         for round in 0..=limit {
             self.evaluate_at_x(how, pull);
             how = Linearisation::Careful;
@@ -395,9 +394,8 @@ impl Newton {
             }
             halvings = 0;
             if round == 0 {
-                let voltage = (0..self.eq.n).filter(|&i| self.eq.kind(i) == 1);
-                let terms = &self.state.balance.terms;
-                self.state.offered = voltage.fold(0.0, |v, i| v.max(terms[i]));
+                let s = &mut self.state;
+                s.given.copy_from_slice(&s.balance.terms);
             }
             let done = if round == 0 { GUESSED * accuracy } else { accuracy };
             if found.residual.worst() <= done {

@@ -14,6 +14,8 @@ const HOLD: [f64; 4] = [0.0, 1e-9, 1e-6, 1e-3];
 /// multiply their gains: a linearised answer of 1e30 V would drown the volts of the stages before,
 /// and leave no trace of which way each of them is driven.
 const REACH: f64 = 2.0;
+/// Voltages below this part of what else is given, in the scaled system, say nothing.
+const TRACE: f64 = 1e-12;
 /// An unknown that is stopped there so many times in a row may go twice as far.
 const INSIST: u8 = 3;
 /// The arrays of one solve.
@@ -37,8 +39,8 @@ pub(super) struct State {
     pub begin: Vec<f64>,
     /// how far each unknown may go beyond the reach of all, and how often it was stopped there
     pub leave: Vec<(f64, u8)>,
-    /// largest voltage that functions give at the start
-    pub offered: f64,
+    /// size of the terms of every row where the iteration began: what sources and functions give
+    pub given: Vec<f64>,
     /// the reach of all, voltages and others, and for which scaling it was computed
     pub reach: (u32, (f64, f64)),
     /// whether unknowns are stopped at all
@@ -54,18 +56,22 @@ pub(super) struct State {
 }
 
 impl State {
-    /// How large unknowns may become in this step: node voltages by the voltages that sources and
-    /// the start give, the others (and these, where nothing gives a voltage) in the scaled system.
+    /// How large unknowns may become in this step: node voltages by the voltages that sources,
+    /// functions and the start give, the others (and these, where nothing gives a voltage) in the
+    /// scaled system.
     fn reach(&self, eq: &Equations, assembly: &Assembly) -> (f64, f64) {
-        let (mut voltage, mut scaled) = (0.0f64, 0.0f64);
-        for (i, ((x, s), r)) in self.begin.iter().zip(&assembly.scale).zip(&self.right).enumerate()
-        {
-            scaled = scaled.max((x / s).abs()).max((r * s).abs());
-            let given = if i >= eq.n || eq.kind(i) == 1 { *r } else { *x };
-            voltage = voltage.max(given.abs());
+        let (mut voltage, mut seen, mut scaled) = (0.0f64, 0.0f64, 0.0f64);
+        let points = self.begin.iter().zip(&assembly.scale).zip(&self.given);
+        for (i, ((x, s), given)) in points.enumerate() {
+            let (x, given) = (x.abs(), given.abs());
+            scaled = scaled.max(x / s).max(given * s);
+            let law = i >= eq.n || eq.kind(i) == 1;
+            voltage = voltage.max(if law { given } else { x });
+            seen = seen.max(if law { given * s } else { x / s });
         }
         let bound = |size: f64| if size > 0.0 { REACH * size } else { f64::INFINITY };
-        (bound(voltage.max(self.offered)), bound(scaled))
+        // beside large currents a trace of a voltage is the rounding of what came before
+        (bound(if seen > TRACE * scaled { voltage } else { 0.0 }), bound(scaled))
     }
 
     /// Sets `trial` to `x + step`, no unknown beyond its reach.

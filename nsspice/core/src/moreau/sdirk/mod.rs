@@ -20,6 +20,7 @@ mod ladder;
 mod locate;
 mod points;
 mod predict;
+mod rows;
 mod run;
 mod step;
 mod stored;

@@ -8,6 +8,7 @@ use super::guards::Scales;
 use super::ladder::{Ladder, RUNGS};
 use super::locate::Locator;
 use super::points::PointRows;
+use super::rows::Rows;
 use super::step::Trial;
 use super::stored::StoredRows;
 use super::witness::{sum_up, Witness};
@@ -26,6 +27,8 @@ const FORCED_LEVEL: usize = 20;
 const LONGEST_FORCED: usize = 10;
 /// Events in a row, without an accepted whole step between them, before a step is forced.
 const IN_A_ROW: u32 = 12;
+/// Steps without a solution, while the time hardly moves, before one is forced.
+const UNSOLVED_IN_A_ROW: u32 = 40;
 /// An event this early in a step (as a part of it), where the mode does not end, is looked for again
 /// with a shorter step.
 const EARLY: f64 = 0.05;
@@ -49,45 +52,6 @@ pub struct Counters {
     pub forced: u64,
     /// matrices assembled
     pub matrices: u64,
-}
-
-/// Instants at which rows are written.
-#[derive(Clone, Copy, Debug)]
-struct Rows {
-    start: f64,
-    step: f64,
-    stop: f64,
-    /// rows at multiples of the step
-    whole: u64,
-    count: u64,
-    next: u64,
-}
-
-impl Rows {
-    fn new(start: f64, step: f64, stop: f64) -> Rows {
-        let whole = ((stop - start) / step * (1.0 + 1e-12)).floor() as u64;
-        let rest = stop - (start + whole as f64 * step) > 1e-9 * step;
-        Rows { start, step, stop, whole, count: whole + 1 + u64::from(rest), next: 0 }
-    }
-
-    /// The row at `time`, if one is there up to rounding of steps of this `length`; else `time`.
-    fn meet(&self, time: f64, length: f64) -> f64 {
-        let row = self.start + ((time - self.start) / self.step).round() * self.step;
-        if (row - time).abs() <= 1e-9 * length && row <= self.stop {
-            row
-        } else {
-            time
-        }
-    }
-
-    fn time(&self) -> f64 {
-        match self.next {
-            k if k >= self.count => f64::INFINITY,
-            // a multiple of the step may lie beyond the end by rounding
-            k if k <= self.whole => (self.start + k as f64 * self.step).min(self.stop),
-            _ => self.stop,
-        }
-    }
 }
 
 /// Why a step ends.
@@ -124,6 +88,8 @@ pub struct Sdirk {
     futile: bool,
     /// when the last guard was violated [s]
     troubled: f64,
+    /// since when steps without a solution keep the time from moving [s], and how many
+    stuck: (f64, u32),
     forced_level: usize,
     begun: bool,
     corner: (f64, bool),
@@ -167,6 +133,7 @@ impl Sdirk {
             in_a_row: 0,
             futile: false,
             troubled: f64::NEG_INFINITY,
+            stuck: (f64::NEG_INFINITY, 0),
             forced_level: FORCED_LEVEL,
             begun: false,
             corner: (f64::NEG_INFINITY, false),
@@ -312,6 +279,15 @@ impl Sdirk {
             let (ladder, tableau) = (&mut self.ladder, self.tableau);
             if let Err(broken) = self.trial.compute(s, ladder, tableau, level) {
                 self.level = level + if broken.at < 0.5 { 2 } else { 1 };
+                // a law that jumps against the motion has no solution near the jump, at any length
+                if s.time > self.stuck.0 + self.ladder.length(FORCED_LEVEL) {
+                    self.stuck = (s.time, 0);
+                }
+                self.stuck.1 += 1;
+                if self.stuck.1 > UNSOLVED_IN_A_ROW {
+                    self.stuck.1 = 0;
+                    return self.force(s);
+                }
                 continue;
             }
             let whole = self.trial.length <= remaining * (1.0 + 1e-9);

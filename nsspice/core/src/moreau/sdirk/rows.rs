@@ -1,0 +1,43 @@
+//! When rows are written.
+
+/// Instants at which rows are written.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rows {
+    pub start: f64,
+    pub step: f64,
+    stop: f64,
+    /// rows at multiples of the step
+    whole: u64,
+    pub count: u64,
+    /// number of the next one
+    pub next: u64,
+}
+
+impl Rows {
+    /// Rows at `start + k step` up to `stop`, and at `stop`.
+    pub fn new(start: f64, step: f64, stop: f64) -> Rows {
+        let whole = ((stop - start) / step * (1.0 + 1e-12)).floor() as u64;
+        let rest = stop - (start + whole as f64 * step) > 1e-9 * step;
+        Rows { start, step, stop, whole, count: whole + 1 + u64::from(rest), next: 0 }
+    }
+
+    /// The row at `time`, if one is there up to rounding of steps of this `length`; else `time`.
+    pub fn meet(&self, time: f64, length: f64) -> f64 {
+        let row = self.start + ((time - self.start) / self.step).round() * self.step;
+        if (row - time).abs() <= 1e-9 * length && row <= self.stop {
+            row
+        } else {
+            time
+        }
+    }
+
+    /// Time of the next row; infinite after the last.
+    pub fn time(&self) -> f64 {
+        match self.next {
+            k if k >= self.count => f64::INFINITY,
+            // a multiple of the step may lie beyond the end by rounding
+            k if k <= self.whole => (self.start + k as f64 * self.step).min(self.stop),
+            _ => self.stop,
+        }
+    }
+}

@@ -1,0 +1,69 @@
+"""Sources given by expressions in circuits that start with nothing stored, and such that jump."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import nsspice
+from nsspice.errors import StepError
+
+METHODS = ["sdirk", "moreau"]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_riccati_charge_from_rest(method: str) -> None:
+    """R C v' = 5 - v - v**2 from 0, between its two equilibria."""
+    deck = "rest\nB1 q 0 V={5-v(c)*v(c)}\nR1 q c 10k\nC1 c 0 10n\n.tran 1u 200u uic\n"
+    run = nsspice.tran(nsspice.read(deck), method=method, step=1e-8 if method == "moreau" else None)
+    root = np.sqrt(21.0)
+    high, low = (-1.0 + root) / 2.0, (-1.0 - root) / 2.0
+    decay = high / -low * np.exp(-root * run.time / 1e-4)
+    exact = (high + low * decay) / (1.0 + decay)
+    # implicit Euler: h/2 times the integral of |v''| <= |v'(0)| = 5 V / RC
+    allowed = 0.5 * 1e-8 * 5.0 / 1e-4 if method == "moreau" else 1e-4
+    assert np.abs(run["v(c)"] - exact).max() <= allowed
+    assert not run.impulses
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    "text",
+    [
+        "B1 0 c I={1m*(2-v(c)*v(c))}\nC2 c 0 1n",
+        "B1 0 c I={1m*(2-v(d)*v(d))}\nR0 c 0 1k",
+        "G1 0 c VALUE={1m*cos(v(d))}\nR0 c 0 1k",
+        "B1 q 0 V={if(v(d)>9, 0, 5)}\nR0 q c 1k",
+    ],
+)
+def test_functions_that_drive_a_circuit_at_rest(text: str, method: str) -> None:
+    """The functions alone say how large everything is; nothing jumps at the start."""
+    circuit = nsspice.read(f"rest\n{text}\nR1 c d 10k\nC1 d 0 10n\n.tran 1u 20u uic\n")
+    run = nsspice.tran(circuit, method=method)
+    assert run.certificate.passed
+    assert abs(run["v(d)"][0]) <= 1e-15 * run["v(d)"][-1]
+    assert run["v(d)"][-1] > 0.05
+    assert not run.impulses
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_threshold_is_passed_and_sliding_refused(method: str) -> None:
+    """The source falls at 1 V, where the voltage still rises, and at 2 V, where it cannot stay."""
+    deck = (
+        "threshold\nB1 q 0 V={if(v(c)>2, 0, if(v(c)<1, 5, 2.5))}\n"
+        "R1 q c 10k\nC1 c 0 10n\n.tran 1u 1m uic\n"
+    )
+    circuit = nsspice.read(deck)
+    with pytest.raises(StepError) as caught:
+        nsspice.tran(circuit, method=method, step=1e-7 if method == "moreau" else None)
+    stop = 1e-4 * (np.log(5.0 / 4.0) + np.log(1.5 / 0.5))
+    step = 1e-7 if method == "moreau" else 1e-9
+    assert caught.value.time == pytest.approx(stop, abs=2.0 * step)
+    assert "b1 may jump back and forth" in str(caught.value)
+
+
+def test_the_gain_with_limits_that_the_message_names_slides() -> None:
+    deck = "slides\nB1 0 c I={1m*limit(-1e6*v(c),-1,1)}\nC1 c 0 1u IC=1\n.tran 10u 3m uic\n"
+    run = nsspice.tran(nsspice.read(deck))
+    exact = np.maximum(1.0 - 1e3 * run.time, 0.0)
+    assert np.abs(run["v(c)"] - exact).max() <= 1e-5
