@@ -49,14 +49,20 @@ pub fn eigen(a: &Matrix) -> Option<Eigen> {
 }
 
 /// Scales rows and columns by powers of 2 to similar norms: `D^-1 A D`; returns D.
+///
+/// Entries that are rounding beside the largest one do not count: they may be as small as they please,
+/// and where a row has no others, scaling it up to its column would be scaling by chance, of which the
+/// vectors keep the rounding.
 pub fn balance(a: &mut Matrix) -> Vec<f64> {
     let n = a.rows;
+    let rounding = f64::EPSILON * a.max_abs();
     let mut scale = vec![1.0; n];
     for _ in 0..20 {
         let mut changed = false;
         for i in 0..n {
             let off = |f: &dyn Fn(usize) -> f64| {
-                (0..n).filter(|&j| j != i).map(|j| f(j).abs()).sum::<f64>()
+                let others = (0..n).filter(|&j| j != i).map(|j| f(j).abs());
+                others.filter(|v| *v > rounding).sum::<f64>()
             };
             let (row, col) = (off(&|j| a[(i, j)]), off(&|j| a[(j, i)]));
             if row == 0.0 || col == 0.0 {
@@ -409,6 +415,24 @@ mod tests {
         let a = Matrix::from_fn(2, 2, |r, c| [[0.0, 3.0], [-3.0, 0.0]][r][c]);
         let e = eigen(&a).unwrap();
         assert_eq!((e.values[0].re, e.values[0].im), (0.0, 3.0));
+    }
+
+    #[test]
+    fn rounding_is_not_balanced() {
+        // rows that are zero but for rounding, beside columns that are not
+        let n = 8;
+        let mut a = Matrix::from_fn(n, n, |r, c| {
+            let noise = 1e-28 * (1.0 + (3 * r + 5 * c) as f64 % 7.0);
+            let own = 1e6 * (((5 * r + 3 * c) % 11) as f64 - 4.0);
+            if r < 3 {
+                noise
+            } else {
+                own
+            }
+        });
+        a[(2, 5)] = -3e5;
+        let e = eigen(&a).unwrap();
+        assert!(defect(&a, &e) < 1e-13 * a.max_abs(), "{:e}", defect(&a, &e));
     }
 
     #[test]

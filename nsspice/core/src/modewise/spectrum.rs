@@ -159,7 +159,10 @@ impl Spectrum {
                 to_modal: unit,
             })
         };
-        let Some(found) = eigen(j) else { return whole() };
+        let found = match eigen(j) {
+            Some(found) if backward_error(j, &found) <= OFF => found,
+            _ => return whole(),
+        };
         let (found, slow) = match slow_half(j, &found) {
             Some((both, inverse, split)) => (both, Some((inverse, split))),
             None => (found, None),

@@ -155,9 +155,18 @@ impl Packed {
         column: impl Fn(usize) -> f64,
     ) -> Packed {
         let scales: Vec<_> = lu.row.iter().map(|&r| row(r as usize)).collect();
-        let counts = |e: &&Entry| e.value != 0.0 && scales[e.column as usize].is_some();
-        let lower = lu.lower.entries.iter().filter(counts);
-        let upper = lu.upper.entries.iter().rev().filter(counts);
+        // a row without a right-hand side stays zero as long as nothing is added to it: as pivot of
+        // its own column, not if another row took that place
+        let add = |moves: &mut Vec<bool>, e: &Entry| {
+            moves[e.row as usize] |= e.value != 0.0 && moves[e.column as usize];
+        };
+        let mut down: Vec<bool> = scales.iter().map(Option::is_some).collect();
+        lu.lower.entries.iter().for_each(|e| add(&mut down, e));
+        let mut up = down.clone();
+        lu.upper.entries.iter().rev().for_each(|e| add(&mut up, e));
+        let counts = |moves: &[bool], e: &Entry| e.value != 0.0 && moves[e.column as usize];
+        let lower = lu.lower.entries.iter().filter(|e| counts(&down, e));
+        let upper = lu.upper.entries.iter().rev().filter(|e| counts(&up, e));
         let factors = if lu.size() <= WINDOW {
             let mut rows = Rows::default();
             rows.push(lu.size(), lower);
