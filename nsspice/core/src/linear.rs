@@ -99,6 +99,14 @@ impl Factor {
         }
     }
 
+    /// The dense factors, if these are.
+    pub fn dense(&mut self) -> Option<&mut DenseLu> {
+        match self {
+            Factor::Dense(f) => Some(f),
+            Factor::Sparse(_) => None,
+        }
+    }
+
     /// Number of rows and columns.
     pub fn size(&self) -> usize {
         match self {

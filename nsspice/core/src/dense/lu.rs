@@ -39,19 +39,27 @@ impl DenseLu {
     pub fn factor(&mut self, a: &Csc) {
         assert_eq!(a.nrows, a.ncols, "only square matrices have an LU factorisation here");
         let n = a.nrows;
+        self.factor_by(n, |lu| {
+            lu.fill(0.0);
+            for c in 0..n {
+                let (rows, values) = a.col(c);
+                for (&r, &v) in rows.iter().zip(values) {
+                    lu[c * n + r] = v;
+                }
+            }
+        });
+    }
+
+    /// Factorises a matrix of `n` columns, which `fill` writes one after the other.
+    #[inline]
+    pub fn factor_by(&mut self, n: usize, fill: impl FnOnce(&mut [f64])) {
         if self.n != n || self.lu.is_empty() {
             self.n = n;
             self.lu.resize(n * n, 0.0);
             self.swap.resize(n, 0);
             self.inverse.resize(n, 0.0);
         }
-        self.lu.fill(0.0);
-        for c in 0..n {
-            let (rows, values) = a.col(c);
-            for (&r, &v) in rows.iter().zip(values) {
-                self.lu[c * n + r] = v;
-            }
-        }
+        fill(&mut self.lu);
         match n {
             2 if self.hold == 0.0 => self.eliminate_small::<2>(),
             3 if self.hold == 0.0 => self.eliminate_small::<3>(),
@@ -74,27 +82,36 @@ impl DenseLu {
         for k in 0..N {
             let (left, right) = columns.split_at_mut(k + 1);
             let column = &mut left[k];
-            let (p, best) = pivot(column, k);
+            let (mut p, mut best) = (k, column[k].abs());
+            for (i, v) in column.iter().enumerate().skip(k + 1) {
+                (p, best) = if v.abs() > best { (i, v.abs()) } else { (p, best) };
+            }
             swap[k] = p;
             least = least.min(best);
             greatest = greatest.max(best);
+            // NaN is never the largest
+            let sound = column.iter().map(|v| 0.0 * v).sum::<f64>() == 0.0;
             // also if so small that its reciprocal overflows
-            if !(best.is_finite() && (1.0 / best).is_finite()) {
+            if !(sound && best.is_finite() && (1.0 / best).is_finite()) {
                 self.singular = Some(k);
                 break;
             }
             column.swap(k, p);
             let divisor = column[k];
             inverse[k] = 1.0 / divisor;
-            for v in &mut column[k + 1..] {
-                *v /= divisor;
+            // zero where nothing changes, so that loops have a known length
+            let mut below = [0.0; N];
+            for i in 0..N {
+                let quotient = column[i] / divisor;
+                below[i] = if i > k { quotient } else { 0.0 };
+                column[i] = if i > k { quotient } else { column[i] };
             }
             for other in right {
                 other.swap(k, p);
                 let u = other[k];
                 if u != 0.0 {
-                    for i in k + 1..N {
-                        other[i] -= column[i] * u;
+                    for i in 0..N {
+                        other[i] -= below[i] * u;
                     }
                 }
             }

@@ -24,5 +24,5 @@ pub use lu::DenseLu;
 pub use matrix::{add_scaled, dot, equilibrate, norm, Lu, Matrix};
 pub use rank_one::RankOne;
 pub use symmetric::eigen_symmetric;
-pub(crate) use wide::widest;
 pub use wide::{collapse, looks};
+pub(crate) use wide::{each, widest};

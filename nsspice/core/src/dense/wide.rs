@@ -32,6 +32,16 @@ macro_rules! widest {
 
 pub(crate) use widest;
 
+/// Numbers side by side, each from its place.
+#[inline(always)]
+pub(crate) fn each<const W: usize>(f: impl Fn(usize) -> f64) -> [f64; W] {
+    let mut out = [0.0; W];
+    for (i, o) in out.iter_mut().enumerate() {
+        *o = f(i);
+    }
+    out
+}
+
 /// Rows of a tile.
 const HIGH: usize = 4;
 

@@ -8,6 +8,9 @@ use std::sync::Arc;
 /// Where no resistor tells what a usual conductance is [S].
 const CONDUCTANCE: f64 = 1e-3;
 
+/// Rows that are balanced at a time.
+pub(super) const FOUR: usize = 4;
+
 /// Smooth functions and where they enter.
 #[derive(Clone)]
 pub struct Smooth {
@@ -38,6 +41,8 @@ pub(super) struct Entry {
 pub(super) struct Term {
     pub row: u32,
     pub function: u32,
+    /// where the value of the function stands
+    pub register: u32,
     pub f: f64,
     pub q: f64,
 }
@@ -60,6 +65,10 @@ pub struct Equations {
     pub(super) reference: Vec<f64>,
     /// scaling by which usual conductances and resistances become about one
     pub(super) unit: Vec<f64>,
+    /// rows of unknowns in fours: one for current rows, one for voltage rows
+    pub(super) kinds: Vec<[[f64; FOUR]; 2]>,
+    /// unknowns of current rows
+    pub(super) nodes: Vec<u32>,
     /// current rows in which a multiplier appears
     pub(super) touched: Vec<usize>,
     pub(super) a: Csc,
@@ -88,7 +97,10 @@ impl Equations {
                 let same = |t: &&mut Term| t.row as usize == row && t.function as usize == k;
                 match terms.iter_mut().rev().find(same).filter(|_| rate) {
                     Some(term) => term.q += q,
-                    None => terms.push(Term { row: row as u32, function: k as u32, f, q }),
+                    None => {
+                        let register = smooth.tape.register(k) as u32;
+                        terms.push(Term { row: row as u32, function: k as u32, register, f, q });
+                    }
                 }
             }
         }
@@ -153,6 +165,16 @@ impl Equations {
                     |i| if i < n && row_kind[i] == 0 { usual.sqrt().recip() } else { usual.sqrt() },
                 )
                 .collect(),
+            kinds: (0..size.div_ceil(FOUR))
+                .map(|b| {
+                    [0, 1].map(|kind| {
+                        let is = |&k: &u8| usize::from(k != 0) == kind;
+                        let one = |i| row_kind.get(FOUR * b + i).is_some_and(is);
+                        std::array::from_fn(|i| if one(i) { 1.0 } else { 0.0 })
+                    })
+                })
+                .collect(),
+            nodes: (0..n as u32).filter(|&i| row_kind[i as usize] == 0).collect(),
             diagonal: (0..size).map(|i| place(i, i)).collect(),
             ordering: Arc::new(ordering(&full, m)),
             pattern,
@@ -165,6 +187,11 @@ impl Equations {
             b: b.clone(),
             d: d.clone(),
         }
+    }
+
+    /// Length of vectors of which loops take four numbers at a time.
+    pub(super) fn padded(&self) -> usize {
+        self.size().next_multiple_of(FOUR)
     }
 
     /// Number of unknowns and multipliers together.

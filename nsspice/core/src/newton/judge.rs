@@ -1,7 +1,8 @@
 //! How far a point is from solving the equations, free of units and of scale.
 
-use super::equations::Equations;
+use super::equations::{Equations, FOUR};
 use super::linear::Assembly;
+use crate::dense::{each, widest};
 use crate::mlcp::{Residual, Role};
 use crate::tape::Tape;
 
@@ -14,12 +15,47 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// A defect of this part of its terms is rounding of one of them.
 const NOTHING: f64 = 0.5 * f64::EPSILON;
 
+widest! {
+    fn balance(
+        assembly: &Assembly,
+        values: &[f64],
+        right: &[f64],
+        x: &[f64],
+        out: &mut Balance,
+    ) =
+        out.compute_any(assembly, values, right, x)
+}
+
+widest! {
+    fn judge_rows(
+        balance: &mut Balance,
+        eq: &Equations,
+        assembly: &Assembly,
+        tape: &Tape,
+        x: &[f64],
+    ) -> Rows =
+        balance.rows(eq, assembly, tape, x)
+}
+
+/// What the rows of the unknowns say.
+struct Rows {
+    /// largest relative violation, and where
+    worst: f64,
+    row: usize,
+    /// largest terms of current rows and of voltage rows
+    largest: [f64; 2],
+    /// largest node voltage
+    node: f64,
+}
+
 /// Defects of a point, and against what they are judged.
 pub(super) struct Balance {
     /// `rhs - K z - F f - A l`; minus its second part is the slack
     pub defect: Vec<f64>,
     /// sum of the sizes of the terms
     pub terms: Vec<f64>,
+    /// their quotients
+    shares: Vec<f64>,
 }
 
 /// A verdict.
@@ -30,23 +66,35 @@ pub(super) struct Judgement {
 }
 
 impl Balance {
-    pub fn new(size: usize) -> Balance {
-        Balance { defect: vec![0.0; size], terms: vec![0.0; size] }
+    /// Room for the rows of `eq`, a whole number of fours.
+    pub fn new(eq: &Equations) -> Balance {
+        let zeros = vec![0.0; eq.padded()];
+        Balance { defect: zeros.clone(), terms: zeros.clone(), shares: zeros }
     }
 
     /// Computes both at `x = [z; l]` from the last evaluation of the tape.
     pub fn compute(&mut self, assembly: &Assembly, tape: &Tape, right: &[f64], x: &[f64]) {
-        for (r, (defect, size)) in self.defect.iter_mut().zip(&mut self.terms).enumerate() {
-            let (mut d, mut sum) = (right[r], right[r].abs());
-            for &(c, v) in assembly.rows.row(r) {
-                let term = v * x[c as usize];
-                d -= term;
-                sum += term.abs();
+        balance(assembly, tape.registers(), right, x, self);
+    }
+
+    #[inline(always)]
+    fn compute_any(&mut self, assembly: &Assembly, values: &[f64], right: &[f64], x: &[f64]) {
+        let (defects, sizes) = (self.defect.as_chunks_mut().0, self.terms.as_chunks_mut().0);
+        let rows = right.as_chunks::<FOUR>().0.iter().zip(defects).zip(sizes);
+        for (b, ((right, defect), size)) in rows.enumerate() {
+            let (mut d, mut sum) = (*right, right.map(f64::abs));
+            let mut subtract = |v: &[f64; FOUR], x: f64| {
+                for i in 0..FOUR {
+                    let term = v[i] * x;
+                    d[i] -= term;
+                    sum[i] += term.abs();
+                }
+            };
+            for (c, v) in assembly.rows.row(b) {
+                subtract(v, x[*c as usize]);
             }
-            for &(k, c) in assembly.terms.row(r) {
-                let term = c * tape.value(k as usize);
-                d -= term;
-                sum += term.abs();
+            for (k, c) in assembly.terms.row(b) {
+                subtract(c, values[*k as usize]);
             }
             (*defect, *size) = (d, sum);
         }
@@ -60,48 +108,85 @@ impl Balance {
         entries.map(|e| (e.factor * slopes[e.slot as usize] * x[e.column as usize]).abs()).sum()
     }
 
+    /// Relative violations of the rows of the unknowns.
+    #[inline(always)]
+    fn rows(&mut self, eq: &Equations, assembly: &Assembly, tape: &Tape, x: &[f64]) -> Rows {
+        // comparisons, which pass over NaN as `max` does and cost less
+        let larger = |a: f64, b: f64| if a > b { a } else { b };
+        let (terms, defects) = (self.terms.as_chunks::<FOUR>().0, self.defect.as_chunks().0);
+        let (mut currents, mut voltages) = ([0.0f64; FOUR], [0.0f64; FOUR]);
+        for (term, [current, voltage]) in terms.iter().zip(&eq.kinds) {
+            currents = each(|i| larger(term[i] * current[i], currents[i]));
+            voltages = each(|i| larger(term[i] * voltage[i], voltages[i]));
+        }
+        let most = |m: [f64; FOUR]| larger(larger(m[0], m[1]), larger(m[2], m[3]));
+        let largest = [most(currents), most(voltages)];
+        let node = eq.nodes.iter().fold(0.0f64, |v, &i| larger(x[i as usize].abs(), v));
+        let floor = [FLOOR * largest[0], FLOOR * larger(node, largest[1])];
+        let shares = self.shares.as_chunks_mut::<FOUR>().0;
+        let mut top = [0.0f64; FOUR];
+        for (((share, term), defect), [current, voltage]) in
+            shares.iter_mut().zip(terms).zip(defects).zip(&eq.kinds)
+        {
+            let defect: &[f64; FOUR] = defect;
+            let floor: [f64; FOUR] = each(|i| floor[0] * current[i] + floor[1] * voltage[i]);
+            let size: [f64; FOUR] = each(|i| larger(term[i], floor[i]));
+            let counted: [f64; FOUR] = each(|i| (current[i] + voltage[i]) * defect[i].abs());
+            // nothing is no part of nothing, and NaN no number
+            let ratio: [f64; FOUR] = each(|i| counted[i] / larger(size[i], f64::MIN_POSITIVE));
+            let ratio = each(|i| if ratio[i] < f64::INFINITY { ratio[i] } else { f64::INFINITY });
+            top = each(|i| larger(ratio[i], top[i]));
+            *share = ratio;
+        }
+        let mut out = Rows { worst: 0.0, row: 0, largest, node };
+        let top = most(top);
+        if top <= NOTHING {
+            return out;
+        }
+        // the largest first: most others need no look then
+        let shares = &self.shares[..eq.n];
+        let first = shares.iter().position(|s| *s == top).unwrap_or(0);
+        let ratio = |i: usize| {
+            let excess = self.defect[i].abs() - ROUNDING * Self::steepness(assembly, tape, x, i);
+            if excess <= 0.0 {
+                return 0.0;
+            }
+            let ratio = excess / larger(self.terms[i], floor[eq.kind(i)]);
+            if ratio.is_finite() {
+                ratio
+            } else {
+                f64::INFINITY
+            }
+        };
+        (out.worst, out.row) = (ratio(first), first);
+        let mut known = larger(out.worst, NOTHING);
+        for (i, &share) in shares.iter().enumerate() {
+            if share > known && i != first {
+                let ratio = ratio(i);
+                if ratio > out.worst {
+                    (out.worst, out.row) = (ratio, i);
+                    known = larger(ratio, NOTHING);
+                }
+            }
+        }
+        out
+    }
+
     /// Relative violations of rows and pairs.
     pub fn judge(
-        &self,
+        &mut self,
         eq: &Equations,
         assembly: &Assembly,
         tape: &Tape,
         roles: &[Role],
         x: &[f64],
     ) -> Judgement {
+        let Rows { worst: rows, row: worst_row, largest, node } =
+            judge_rows(self, eq, assembly, tape, x);
         let (n, terms, defect) = (eq.n, &self.terms, &self.defect);
-        let (mut largest, mut node) = ([0.0f64; 2], 0.0f64);
-        for ((&kind, &term), x) in eq.row_kind.iter().zip(terms).zip(x) {
-            // comparisons, which pass over NaN as `max` does and cost less
-            if kind != 0 {
-                largest[1] = if term > largest[1] { term } else { largest[1] };
-            } else {
-                largest[0] = if term > largest[0] { term } else { largest[0] };
-                node = if x.abs() > node { x.abs() } else { node };
-            }
-        }
-        let floor = [FLOOR * largest[0], FLOOR * largest[1].max(node)];
-        let (mut rows, mut worst_row) = (0.0f64, 0);
-        let quantities = eq.row_kind.iter().zip(terms).zip(defect);
-        for (i, ((&kind, &term), defect)) in quantities.enumerate() {
-            let floor = floor[usize::from(kind != 0)];
-            let size = if term <= floor || term.is_nan() { floor } else { term };
-            if defect.abs() <= rows.max(NOTHING) * size && size < f64::INFINITY {
-                continue; // NaN goes on
-            }
-            let steep = Self::steepness(assembly, tape, x, i);
-            let excess = defect.abs() - ROUNDING * steep;
-            if excess <= 0.0 {
-                continue;
-            }
-            let ratio = excess / size;
-            let ratio = if ratio.is_finite() { ratio } else { f64::INFINITY }; // NaN is no number
-            if ratio > rows {
-                (rows, worst_row) = (ratio, i);
-            }
-        }
         if roles.is_empty() {
-            return Judgement { residual: Residual { rows, complementarity: 0.0 }, worst_row };
+            let residual = Residual { rows, complementarity: 0.0 };
+            return Judgement { residual, worst_row };
         }
         let mut current = 0.0f64;
         let mut voltage = largest[1].max(node);
@@ -124,6 +209,7 @@ impl Balance {
             let violation = if violation.is_nan() { f64::INFINITY } else { violation.abs() };
             complementarity = complementarity.max(violation);
         }
-        Judgement { residual: Residual { rows, complementarity }, worst_row }
+        let residual = Residual { rows, complementarity };
+        Judgement { residual, worst_row }
     }
 }

@@ -1,9 +1,11 @@
 //! The linearised problem: Jacobian of a mode, factored anew when values or mode change.
 
-use super::equations::Equations;
+use super::direct::Direct;
+use super::equations::{Equations, FOUR};
 use crate::linear::{Factor, SURVIVES};
 use crate::mlcp::equilibrate;
 use crate::sparse::Csc;
+use std::collections::BTreeMap;
 
 /// Conductances below this part of the usual one do not count in the scaling.
 const NOTHING: f64 = 1e-18;
@@ -31,6 +33,18 @@ impl<T> Rows<T> {
     }
 }
 
+/// Gathers entries (row, column, value) that are not zero by four rows.
+fn in_fours(
+    size: usize,
+    entries: impl Iterator<Item = (usize, u32, f64)>,
+) -> Rows<(u32, [f64; FOUR])> {
+    let mut blocks: BTreeMap<(usize, u32), [f64; FOUR]> = BTreeMap::new();
+    for (r, c, v) in entries.filter(|e| e.2 != 0.0) {
+        blocks.entry((r / FOUR, c)).or_default()[r % FOUR] += v;
+    }
+    Rows::new(size.div_ceil(FOUR), blocks.into_iter().map(|((b, c), v)| (b, (c, v))))
+}
+
 /// A derivative `df/dz_j` in one entry of the Jacobian.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Derivative {
@@ -49,10 +63,10 @@ pub(super) struct Assembly {
     pub stamp: u64,
     /// `[[rate E + G, A], [-B, D]]`
     pub linear: Csc,
-    /// the same by rows, without its zeros: column and value
-    pub rows: Rows<(u32, f64)>,
-    /// functions in each row, with their coefficients
-    pub terms: Rows<(u32, f64)>,
+    /// the same by four rows: columns in which something stands
+    pub rows: Rows<(u32, [f64; FOUR])>,
+    /// registers of the functions in each four rows, with their coefficients
+    pub terms: Rows<(u32, [f64; FOUR])>,
     /// derivatives in each row
     pub entries: Rows<Derivative>,
     /// the Jacobian with all pairs active, unscaled
@@ -70,6 +84,9 @@ pub(super) struct Assembly {
     weight: Vec<f64>,
     jacobian: Csc,
     factor: Option<Factor>,
+    /// the shorter way to dense factors, and whether it was taken last
+    direct: Option<Direct>,
+    directly: bool,
     /// columns in which the scaled Jacobian has changed
     dirty: Vec<usize>,
     /// what its factors hold
@@ -89,16 +106,10 @@ impl Assembly {
         Assembly {
             rate,
             stamp: 0,
-            rows: Rows::new(
+            rows: in_fours(eq.size(), linear.iter().map(|(r, c, v)| (r, c as u32, v))),
+            terms: in_fours(
                 eq.size(),
-                linear.iter().filter(|e| e.2 != 0.0).map(|(r, c, v)| (r, (c as u32, v))),
-            ),
-            terms: Rows::new(
-                eq.size(),
-                eq.terms
-                    .iter()
-                    .map(|t| (t.row as usize, (t.function, coefficient(t.f, t.q))))
-                    .filter(|t| t.1 .1 != 0.0),
+                eq.terms.iter().map(|t| (t.row as usize, t.register, coefficient(t.f, t.q))),
             ),
             entries: Rows::new(
                 eq.n,
@@ -121,6 +132,8 @@ impl Assembly {
             jacobian: linear.clone(),
             linear,
             factor: None,
+            direct: None,
+            directly: false,
             dirty: Vec::new(),
             hold: 0.0,
         }
@@ -172,6 +185,23 @@ impl Assembly {
         self.steady = false;
         self.scalings += 1;
         self.factor = None;
+        self.direct = None;
+    }
+
+    /// Whether `factorise_directly` may serve.
+    pub fn is_direct(&self) -> bool {
+        self.scaled && !self.open && matches!(self.factor, Some(Factor::Dense(_)))
+    }
+
+    /// Factors the Jacobian with these derivatives in a mode, without `linearise`; false if it is
+    /// singular.
+    pub fn factorise_directly(&mut self, eq: &Equations, slopes: &[f64], active: &[bool]) -> bool {
+        let Some(factor) = self.factor.as_mut().and_then(Factor::dense) else { return false };
+        let direct = self.direct.get_or_insert_with(|| {
+            Direct::new(eq, &self.linear.values, &self.weight, &self.entries.list)
+        });
+        self.directly = true;
+        direct.factorise(eq, slopes, active, factor)
     }
 
     /// Factors the present Jacobian in a mode; what it leaves open is held with the pivot `hold`.
@@ -232,7 +262,7 @@ impl Assembly {
         match &mut self.factor {
             Some(factor) => {
                 factor.set_hold(hold);
-                if n == jacobian_size && hold == self.hold {
+                if n == jacobian_size && hold == self.hold && !self.directly {
                     factor.refactor_columns(&self.jacobian, &self.dirty);
                 } else {
                     factor.refactor(&self.jacobian);
@@ -250,6 +280,7 @@ impl Assembly {
             }
         }
         self.hold = hold;
+        self.directly = false;
         let ratio = self.factor.as_ref().map_or(0.0, Factor::pivot_ratio);
         self.open = ratio <= hold;
         if hold > 0.0 {

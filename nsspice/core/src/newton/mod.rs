@@ -19,6 +19,7 @@
 //! solves one stage; the caller forms `rhs`, with [`Newton::stored`] for the charges
 //! `E z0 + Q f(z0)` of the old state.  [`Newton::values`] are the functions at the solution.
 
+mod direct;
 mod driver;
 mod equations;
 mod homotopy;

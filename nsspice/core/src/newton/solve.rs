@@ -103,15 +103,16 @@ impl Newton {
             prediction: vec![0.0; eq.n],
             state: State {
                 x: zeros.clone(),
-                right: zeros.clone(),
+                right: vec![0.0; eq.padded()],
                 q: vec![0.0; m],
                 u: vec![0.0; sources],
                 t: 0.0,
                 roles: vec![Role::Diode; m],
                 active: vec![false; m],
-                balance: Balance::new(size),
+                balance: Balance::new(&eq),
                 step: zeros.clone(),
                 work: vec![0.0; 4 * size],
+                direct: false,
                 seen: Vec::new(),
                 iterations: 0,
                 stage: 1,
@@ -172,16 +173,18 @@ impl Newton {
         let n = self.eq.n;
         let Newton { eq, tape, assemblies, present, state: s, .. } = self;
         let assembly = &mut assemblies[*present];
+        let size = eq.size();
         s.balance.defect[..n].copy_from_slice(rhs);
         s.balance.defect[n..].fill(0.0);
         if eq.m > 0 || !assembly.factored() {
             assembly.linearise(tape.slopes());
+            s.direct = false;
             s.x[n..].fill(0.0);
-            if !s.solve_mode(eq, assembly) {
+            if !s.solve_mode(eq, assembly, tape.slopes()) {
                 s.step.fill(0.0);
             }
         } else {
-            s.step.copy_from_slice(&s.balance.defect);
+            s.step.copy_from_slice(&s.balance.defect[..size]);
             assembly.solve(n, &s.active, &mut s.step, &mut s.work);
         }
         out.copy_from_slice(&s.step[..n]);
@@ -394,8 +397,8 @@ impl Newton {
             }
             halvings = 0;
             if round == 0 {
-                let s = &mut self.state;
-                s.given.copy_from_slice(&s.balance.terms);
+                let (size, s) = (self.eq.size(), &mut self.state);
+                s.given.copy_from_slice(&s.balance.terms[..size]);
             }
             let done = if round == 0 { GUESSED * accuracy } else { accuracy };
             if found.residual.worst() <= done {
@@ -482,16 +485,17 @@ impl Newton {
         s.balance.compute(&assemblies[*present], tape, &s.right, &s.x);
     }
 
-    pub(super) fn judge(&self) -> Judgement {
-        let s = &self.state;
+    pub(super) fn judge(&mut self) -> Judgement {
+        let s = &mut self.state;
         s.balance.judge(&self.eq, &self.assemblies[self.present], &self.tape, &s.roles, &s.x)
     }
 
     /// As `advance` in a system without pairs, with the Jacobian factored last.
     fn advance_again(&mut self) -> bool {
         let Newton { eq, assemblies, present, state: s, .. } = self;
+        let size = eq.size();
         s.iterations += 1;
-        s.step.copy_from_slice(&s.balance.defect);
+        s.step.copy_from_slice(&s.balance.defect[..size]);
         assemblies[*present].solve(eq.n, &s.active, &mut s.step, &mut s.work);
         s.x.iter_mut().zip(&s.step).for_each(|(x, d)| *x += d);
         true
@@ -502,7 +506,11 @@ impl Newton {
         let Newton { eq, tape, assemblies, present, state: s, .. } = self;
         let assembly = &mut assemblies[*present];
         let n = eq.n;
-        assembly.linearise(tape.slopes());
+        // the first Jacobian of a small system is written when it is factorised
+        s.direct = pull.is_none() && assembly.is_direct();
+        if !s.direct {
+            assembly.linearise(tape.slopes());
+        }
         if let Some(pull) = pull {
             for (&at, d) in eq.diagonal.iter().zip(&eq.reference) {
                 assembly.values[at as usize] += pull.mu * d;
@@ -512,7 +520,7 @@ impl Newton {
         s.seen.clear();
         let limit = if eq.m == 0 { 1 } else { ROUNDS.max((eq.m / 8).min(200)) };
         for _ in 0..limit {
-            if !s.solve_mode(eq, assembly) {
+            if !s.solve_mode(eq, assembly, tape.slopes()) {
                 break;
             }
             s.move_within_reach(eq, assembly);
@@ -528,6 +536,9 @@ impl Newton {
                 break;
             }
             s.seen.push(print);
+        }
+        if s.direct {
+            assembly.linearise(tape.slopes());
         }
         s.trial.copy_from_slice(&s.x);
         let State { balance, roles, q, trial, active, .. } = s;

@@ -32,6 +32,8 @@ pub(super) struct State {
     pub balance: Balance,
     pub step: Vec<f64>,
     pub work: Vec<f64>,
+    /// the Jacobian is that of the tape and has not been written down
+    pub direct: bool,
     pub seen: Vec<u64>,
     pub iterations: u32,
     pub stage: u8,
@@ -102,17 +104,23 @@ impl State {
 
     /// Computes `step`, the solution of the equations of the present mode linearised at `x`; false
     /// if there is none.
-    pub fn solve_mode(&mut self, eq: &Equations, assembly: &mut Assembly) -> bool {
+    pub fn solve_mode(&mut self, eq: &Equations, assembly: &mut Assembly, slopes: &[f64]) -> bool {
         let n = eq.n;
         for hold in HOLD {
             // what the linearised equations leave open stays where it is
             if hold > 0.0 {
                 self.stage = self.stage.max(2);
             }
-            if !assembly.factorise(eq, &self.active, hold) {
+            let mut factored = self.direct && assembly.factorise_directly(eq, slopes, &self.active);
+            if self.direct && !factored {
+                assembly.linearise(slopes);
+                self.direct = false;
+            }
+            factored = factored || assembly.factorise(eq, &self.active, hold);
+            if !factored {
                 continue;
             }
-            self.step.copy_from_slice(&self.balance.defect);
+            self.step.copy_from_slice(&self.balance.defect[..eq.size()]);
             for (i, _) in self.active.iter().enumerate().filter(|(_, &a)| !a) {
                 self.step[n + i] = -self.x[n + i];
             }

@@ -85,7 +85,8 @@ impl Newton {
 
     /// Residual of the linearised problem after `advance`.
     fn judge_linear(&mut self) -> Judgement {
-        let assembly = &self.assemblies[self.present];
+        let assembly = &mut self.assemblies[self.present];
+        assembly.linearise(self.tape.slopes());
         let pattern = &self.eq.pattern;
         let s = &mut self.state;
         for (c, (x, begin)) in s.x.iter().zip(&s.begin).enumerate() {

@@ -1,10 +1,10 @@
 //! Four members of a group at a time.
 
 use super::evaluate::{Linearisation, SAME};
-use super::group::{Group, Kind, Shape, Step, WIDE};
+use super::group::{Group, Kind, Shape, Step, DEPLETION, JUNCTION, WIDE};
 use super::lanes::{growth, log_near_one, Lanes};
 use super::limit;
-use crate::dense::widest;
+use crate::dense::{each, widest};
 
 /// The numbers of a tape that groups read and write.
 pub(super) struct Numbers<'a> {
@@ -13,124 +13,157 @@ pub(super) struct Numbers<'a> {
     pub points: &'a mut [f64],
 }
 
+/// What one evaluation is about.
+#[derive(Clone, Copy)]
+pub(super) struct Wanted {
+    pub how: Linearisation,
+    /// part of its unit within which a member is its tangent
+    pub reach: f64,
+}
+
+// a function of its own, since around a loop over blocks all that it needs would be kept ready
 widest! {
-    fn evaluate_widest(
+    fn evaluate_block(
         group: &mut Group,
+        block: usize,
         numbers: &mut Numbers,
-        how: Linearisation,
-        reach: f64,
+        wanted: Wanted,
         wild: &mut Vec<usize>,
     ) -> bool =
-        group.evaluate_any(numbers, how, reach, wild)
+        group.block(block, numbers, wanted, wild)
 }
 
 impl Group {
-    /// Evaluates all members but those that are their tangents, within `reach` of their units, and
-    /// move along them.  True if something was not linearised at its argument; `wild` takes the
-    /// members with something that is not finite, whose linearisation points stay.
+    /// Evaluates all members but those that are their tangents and move along them.  True if
+    /// something was not linearised at its argument; `wild` takes the members with something that
+    /// is not finite, whose linearisation points stay.
     pub fn evaluate(
         &mut self,
         numbers: &mut Numbers,
-        how: Linearisation,
-        reach: f64,
+        wanted: Wanted,
         wild: &mut Vec<usize>,
     ) -> bool {
-        evaluate_widest(self, numbers, how, reach, wild)
+        let mut limited = false;
+        for block in 0..self.known.len() {
+            limited |= evaluate_block(self, block, numbers, wanted, wild);
+        }
+        limited
     }
 
     #[inline(always)]
-    fn evaluate_any(
+    fn block(
         &mut self,
+        b: usize,
         numbers: &mut Numbers,
-        how: Linearisation,
-        reach: f64,
+        Wanted { how, reach }: Wanted,
         wild: &mut Vec<usize>,
     ) -> bool {
-        let Group { shape, registers, derivatives, before, .. } = self;
-        let (v, c, p) = (shape.variables, shape.constants, shape.limits);
-        let (o, s) = (shape.outputs.len(), shape.slopes.len());
+        let Group { shape, registers, derivatives, before, frames, frame, .. } = self;
+        let (v, o, links) = (shape.inputs, shape.outputs.len(), shape.links.len());
+        let mut frame = &mut frames[b * *frame..(b + 1) * *frame];
+        let unit = first(&mut frame, 1)[0];
+        let at = first(&mut frame, v);
         let (variables, results) = numbers.registers.split_at_mut(self.results);
-        let results = results.as_chunks_mut::<WIDE>().0;
-        let slopes = numbers.slopes[self.slopes..].as_chunks_mut::<WIDE>().0;
-        let points = numbers.points[self.points..].as_chunks_mut::<WIDE>().0;
-        derivatives[0] = [0.0; WIDE];
-        derivatives[1..=v].fill([1.0; WIDE]);
-        let mut any = false;
-        for (b, known) in self.known.iter_mut().enumerate() {
-            for (x, input) in registers.iter_mut().zip(&self.inputs[b * v..(b + 1) * v]) {
-                *x = each(|i| variables[input[i] as usize]);
-            }
-            let results = &mut results[b * o..(b + 1) * o];
-            let slopes = &mut slopes[b * s..(b + 1) * s];
-            let at = &mut self.at[b * v..(b + 1) * v];
-            let values = &mut self.values[b * o..(b + 1) * o];
-            if *known && how == Linearisation::Careful {
-                let far: Lanes<WIDE> = each(|i| reach * self.unit[b][i]);
-                let mut near = true;
-                for (x, at) in registers.iter().zip(at.iter()) {
-                    for i in 0..WIDE {
-                        near &= (x[i] - at[i]).abs() <= far[i];
-                    }
-                }
-                if near {
-                    results.copy_from_slice(values);
-                    for (slope, &(_, out, k)) in slopes.iter().zip(&shape.slopes) {
-                        let (x, at) = (&registers[k as usize], &at[k as usize]);
-                        let out = &mut results[out as usize];
-                        *out = each(|i| out[i] + slope[i] * (x[i] - at[i]));
-                    }
-                    continue;
-                }
-            }
-            at.copy_from_slice(&registers[..v]);
-            registers[v..v + c].copy_from_slice(&self.constants[b * c..(b + 1) * c]);
-            let points = &mut points[b * p..(b + 1) * p];
-            before.copy_from_slice(points);
-            let mut limited = false;
-            for step in &shape.steps {
-                run(shape, step, registers, derivatives, points, how, &mut limited);
-            }
-            // nothing but zero if all is finite
-            let mut lost: Lanes<WIDE> = [0.0; WIDE];
-            for ((value, result), k) in values.iter_mut().zip(results).zip(&shape.outputs) {
-                *value = registers[k.0 as usize];
-                *result = *value;
-                lost = each(|i| lost[i] + 0.0 * value[i]);
-            }
-            for (slope, k) in slopes.iter_mut().zip(&shape.slopes) {
-                *slope = derivatives[k.0 as usize];
-                lost = each(|i| lost[i] + 0.0 * slope[i]);
-            }
-            let calm = lost == [0.0; WIDE];
-            if !calm {
-                for (point, before) in points.iter_mut().zip(before.iter()) {
-                    *point = each(|i| if lost[i] == 0.0 { point[i] } else { before[i] });
-                }
-                let last = self.parts.len() - WIDE * b;
-                wild.extend((0..WIDE.min(last)).filter(|&i| lost[i] != 0.0).map(|i| WIDE * b + i));
-            }
-            any |= limited;
-            let bends = self.unit[b].iter().all(|u| *u > 0.0);
-            *known = calm && !limited && how != Linearisation::Held && bends;
+        let results = &mut results.as_chunks_mut::<WIDE>().0[b * o..(b + 1) * o];
+        let far: Lanes<WIDE> = each(|i| reach * unit[i]);
+        let mut beyond: Lanes<WIDE> = [0.0; WIDE];
+        let inputs = &self.inputs[b * v..(b + 1) * v];
+        for ((x, [plus, minus]), at) in registers.iter_mut().zip(inputs).zip(at.iter()) {
+            let now: Lanes<WIDE> =
+                each(|i| variables[plus[i] as usize] - variables[minus[i] as usize]);
+            let moved: Lanes<WIDE> = each(|i| now[i] - at[i]);
+            let excess: Lanes<WIDE> = each(|i| moved[i].abs() - far[i]);
+            // NaN is far, too
+            beyond = each(|i| beyond[i] + if excess[i] > 0.0 { excess[i] } else { 0.0 * moved[i] });
+            *x = now;
         }
-        any
+        let known = &mut self.known[b];
+        if *known && how == Linearisation::Careful && sum(&beyond) == 0.0 {
+            for (result, value) in results.iter_mut().zip(first(&mut frame, o).iter()) {
+                *result = *value;
+            }
+            for (slope, &(_, out, k)) in first(&mut frame, links).iter().zip(&shape.links) {
+                let (x, at) = (&registers[k as usize], &at[k as usize]);
+                let out = &mut results[out as usize];
+                *out = each(|i| out[i] + slope[i] * (x[i] - at[i]));
+            }
+            return false;
+        }
+        let (values, links) = (first(&mut frame, o), first(&mut frame, links));
+        let (constants, parameters) = frame.split_at(shape.constants);
+        let (p, s) = (shape.limits, shape.slopes.len());
+        let points = numbers.points[self.points..].as_chunks_mut::<WIDE>().0;
+        let points = &mut points[b * p..(b + 1) * p];
+        let slopes = numbers.slopes[self.slopes..].as_chunks_mut::<WIDE>().0;
+        let slopes = &mut slopes[b * s..(b + 1) * s];
+        for (at, x) in at.iter_mut().zip(registers.iter()) {
+            *at = *x;
+        }
+        for (x, constant) in registers[v..].iter_mut().zip(constants) {
+            *x = *constant;
+        }
+        for (before, point) in before.iter_mut().zip(points.iter()) {
+            *before = *point;
+        }
+        let mut limited = false;
+        for step in &shape.steps {
+            run(shape, step, parameters, registers, derivatives, points, how, &mut limited);
+        }
+        // nothing but zero if all is finite
+        let mut lost: Lanes<WIDE> = [0.0; WIDE];
+        for ((value, result), k) in values.iter_mut().zip(results).zip(&shape.outputs) {
+            let new = registers[k.0 as usize];
+            (*value, *result) = (new, new);
+            lost = each(|i| lost[i] + 0.0 * new[i]);
+        }
+        for (link, k) in links.iter_mut().zip(&shape.links) {
+            let new = derivatives[k.0 as usize];
+            *link = new;
+            lost = each(|i| lost[i] + 0.0 * new[i]);
+        }
+        let mut begin = 0;
+        for (slope, &end) in slopes.iter_mut().zip(&shape.slopes) {
+            let mut total: Lanes<WIDE> = [0.0; WIDE];
+            for &(link, sign) in &shape.shares[begin..end as usize] {
+                let link = &links[link as usize];
+                total = each(|i| total[i] + sign * link[i]);
+            }
+            *slope = total;
+            begin = end as usize;
+        }
+        let calm = sum(&lost) == 0.0;
+        if !calm {
+            for (point, before) in points.iter_mut().zip(before.iter()) {
+                *point = each(|i| if lost[i] == 0.0 { point[i] } else { before[i] });
+            }
+            let last = self.parts.len() - WIDE * b;
+            wild.extend((0..WIDE.min(last)).filter(|&i| lost[i] != 0.0).map(|i| WIDE * b + i));
+        }
+        *known = calm && !limited && how != Linearisation::Held;
+        limited
     }
 }
 
+/// Cuts the first numbers off.
 #[inline(always)]
-fn each<const W: usize>(f: impl Fn(usize) -> f64) -> Lanes<W> {
-    let mut out = [0.0; W];
-    for (i, o) in out.iter_mut().enumerate() {
-        *o = f(i);
-    }
-    out
+fn first<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    let (own, others) = std::mem::take(rest).split_at_mut(count);
+    *rest = others;
+    own
+}
+
+#[inline(always)]
+fn sum<const W: usize>(lanes: &Lanes<W>) -> f64 {
+    lanes.iter().sum()
 }
 
 /// Value and slots of one step.
 #[inline(always)]
+#[allow(clippy::too_many_arguments)] // what a group has
 fn run<const W: usize>(
     shape: &Shape,
     step: &Step,
+    parameters: &[Lanes<W>],
     registers: &mut [Lanes<W>],
     derivatives: &mut [Lanes<W>],
     points: &mut [Lanes<W>],
@@ -180,10 +213,10 @@ fn run<const W: usize>(
         }
         Kind::Square => (each(|i| a[i] * a[i]), each(|i| 2.0 * a[i])),
         Kind::Junction { at, limit } => {
-            let constants = &registers[at as usize..];
-            junction(&a, constants, &mut points[limit as usize], how, limited)
+            let own = some(parameters, at);
+            junction(&a, own, &mut points[limit as usize], how, limited)
         }
-        Kind::Depletion { at } => depletion(&a, &registers[at as usize..]),
+        Kind::Depletion { at } => depletion(&a, some(parameters, at)),
     };
     for (slot, f) in slots {
         let x = &fed[f[0] as usize];
@@ -192,27 +225,34 @@ fn run<const W: usize>(
     registers[step.out as usize] = value;
 }
 
+/// Parameters from a place on.
+#[inline(always)]
+fn some<const W: usize, const N: usize>(all: &[Lanes<W>], at: u32) -> &[Lanes<W>; N] {
+    let found = all[at as usize..].first_chunk::<N>();
+    found.unwrap_or_else(|| unreachable!("steps have their parameters"))
+}
+
 /// `Is expm1(v / nVt)` along its tangent at `point`, which moves with care.
 #[inline(always)]
 fn junction<const W: usize>(
     v: &Lanes<W>,
-    constants: &[Lanes<W>],
+    constants: &[Lanes<W>; JUNCTION],
     point: &mut Lanes<W>,
     how: Linearisation,
     limited: &mut bool,
 ) -> (Lanes<W>, Lanes<W>) {
-    let [saturation, unit, inverse, steep, knee] = [0, 1, 2, 3, 4].map(|k| &constants[k]);
+    let [saturation, unit, inverse, steep, knee] = constants;
     let mut calm = true;
     if how == Linearisation::Careful {
-        for i in 0..W {
-            calm &= v[i] <= knee[i] || (v[i] - point[i]).abs() <= 2.0 * unit[i];
-        }
+        let above: Lanes<W> = each(|i| v[i] - knee[i]);
+        let jump: Lanes<W> = each(|i| (v[i] - point[i]).abs() - 2.0 * unit[i]);
+        let least: Lanes<W> = each(|i| if above[i] < jump[i] { above[i] } else { jump[i] });
+        // NaN is not calm
+        let wild: Lanes<W> = each(|i| if least[i] > 0.0 { least[i] } else { 0.0 * v[i] });
+        calm = sum(&wild) == 0.0;
     }
     if !calm {
-        for i in 0..W {
-            let new = limit::exponential(v[i], point[i], unit[i], knee[i]);
-            point[i] = if v[i].is_nan() { v[i] } else { new };
-        }
+        go_with_care(v, point, unit, knee);
     } else if how != Linearisation::Held {
         *point = *v;
     }
@@ -228,10 +268,28 @@ fn junction<const W: usize>(
     (value, slope)
 }
 
+/// Moves the linearisation points of exponentials.
+#[cold]
+#[inline(never)]
+fn go_with_care<const W: usize>(
+    v: &Lanes<W>,
+    point: &mut Lanes<W>,
+    unit: &Lanes<W>,
+    knee: &Lanes<W>,
+) {
+    for i in 0..W {
+        let new = limit::exponential(v[i], point[i], unit[i], knee[i]);
+        point[i] = if v[i].is_nan() { v[i] } else { new };
+    }
+}
+
 /// Charge and capacitance of a depletion layer, as in `curves::depletion`.
 #[inline(always)]
-fn depletion<const W: usize>(v: &Lanes<W>, constants: &[Lanes<W>]) -> (Lanes<W>, Lanes<W>) {
-    let [vj, edge, rest, size, c0, bend] = [0, 1, 2, 3, 4, 5].map(|k| &constants[k]);
+fn depletion<const W: usize>(
+    v: &Lanes<W>,
+    constants: &[Lanes<W>; DEPLETION],
+) -> (Lanes<W>, Lanes<W>) {
+    let [vj, edge, rest, size, c0, bend] = constants;
     let inside: Lanes<W> = each(|i| if v[i] >= edge[i] { edge[i] } else { v[i] });
     let x: Lanes<W> = each(|i| -inside[i] / vj[i]);
     let log = log_near_one(&x);

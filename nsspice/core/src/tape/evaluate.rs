@@ -1,12 +1,12 @@
 //! Values and derivatives of a program.
 
-use super::block::Numbers;
+use super::block::{Numbers, Wanted};
 use super::curves;
 use super::functions::{binary, unary};
 use super::group::Group;
 use super::limit;
 use super::ops::Op;
-use super::parts::Part;
+use super::parts::{is_variable, Part};
 use super::program::{Instruction, Program};
 use std::ops::Range;
 use std::sync::Arc;
@@ -33,6 +33,8 @@ pub struct Tape {
     parts: Vec<Part>,
     /// members of a group that have to be this time
     wild: Vec<usize>,
+    /// registers of unknowns and of sources, each with its index, and of the time
+    leaves: [Vec<(u32, u32)>; 3],
     /// where the values of the functions stand, and the derivatives of each slot
     values: Vec<u32>,
     places: Vec<u32>,
@@ -94,8 +96,8 @@ impl Tape {
             slopes[i.slots.0 as usize] = 1.0;
         }
         let (mut groups, parts) = Group::all(&program, Part::all(&program));
-        // groups have numbers of their own, behind those of the program
-        let mut ends = [program.code.len(), slopes.len(), program.limited];
+        // groups have numbers of their own, behind those of the program and a zero
+        let mut ends = [program.code.len() + 1, slopes.len(), program.limited];
         let mut values = program.outputs.clone();
         let mut places: Vec<u32> = (0..slopes.len() as u32).collect();
         let mut registers: Vec<u32> = (0..program.code.len() as u32).collect();
@@ -119,7 +121,12 @@ impl Tape {
             kept: vec![Kept::NOTHING; program.kept],
             tangent: TANGENT,
         };
-        let mut tape = Tape { machine, parts, groups, wild: Vec::new(), values, places, program };
+        let leaves = [Op::Unknown, Op::Source, Op::Time].map(|op| {
+            let all = (0..).zip(&program.code).filter(|(_, i)| i.op == op);
+            all.map(|(k, i)| (k, i.args[0])).collect()
+        });
+        let wild = Vec::new();
+        let mut tape = Tape { machine, parts, groups, wild, leaves, values, places, program };
         tape.set_constants();
         tape.set_blunt(1.0);
         tape.set_linear_slopes();
@@ -214,8 +221,20 @@ impl Tape {
     }
 
     /// Value of function `k`.
+    #[inline]
     pub fn value(&self, k: usize) -> f64 {
-        self.machine.registers[self.values[k] as usize]
+        self.machine.registers[self.register(k)]
+    }
+
+    /// Where the value of function `k` stands among the registers.
+    #[inline]
+    pub fn register(&self, k: usize) -> usize {
+        self.values[k] as usize
+    }
+
+    /// Numbers of the last evaluation.
+    pub fn registers(&self) -> &[f64] {
+        &self.machine.registers
     }
 
     /// The variables that function `k` depends on, ascending, each with the place of its derivative
@@ -233,19 +252,20 @@ impl Tape {
     /// Computes values and derivatives.
     pub fn evaluate(&mut self, z: &[f64], u: &[f64], t: f64, how: Linearisation) {
         let Tape { program, machine, parts, groups, wild, .. } = self;
-        for &k in &program.leaves {
-            let i = &program.code[k as usize];
-            let a = i.args[0] as usize;
-            machine.registers[k as usize] = match i.op {
-                Op::Unknown => z[a],
-                Op::Source => u[a],
-                _ => t,
-            };
+        let registers = &mut machine.registers[..];
+        for &(k, a) in &self.leaves[0] {
+            registers[k as usize] = z[a as usize];
+        }
+        for &(k, a) in &self.leaves[1] {
+            registers[k as usize] = u[a as usize];
+        }
+        for &(k, _) in &self.leaves[2] {
+            registers[k as usize] = t;
         }
         let mut limited = false;
         for group in groups {
-            let reach = machine.tangent;
-            limited |= group.evaluate(&mut machine.numbers(), how, reach, wild);
+            let wanted = Wanted { how, reach: machine.tangent };
+            limited |= group.evaluate(&mut machine.numbers(), wanted, wild);
             for m in wild.drain(..) {
                 group.lend(m, &mut machine.numbers());
                 limited |= !machine.part(program, group.parts[m].clone(), how);
@@ -449,10 +469,6 @@ fn times(a: f64, b: f64) -> f64 {
     } else {
         a * b
     }
-}
-
-fn is_variable(op: Op) -> bool {
-    matches!(op, Op::Unknown | Op::Source | Op::Time)
 }
 
 fn one_d((value, slope): (f64, f64)) -> (f64, [f64; 3]) {

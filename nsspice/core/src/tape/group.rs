@@ -5,7 +5,7 @@ use super::block::Numbers;
 use super::lanes::Lanes;
 use super::limit;
 use super::ops::Op;
-use super::parts::{is_leaf, Part};
+use super::parts::{is_leaf, is_variable, Part};
 use super::program::{Instruction, Program};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -19,44 +19,61 @@ pub(super) enum Kind {
     Mul,
     Div,
     Square,
-    /// constants from here on: `Is, nVt, 1/nVt, Is/nVt, knee`
+    /// parameters from here on: `Is, nVt, 1/nVt, Is/nVt, knee`
     Junction {
         at: u32,
         limit: u32,
     },
-    /// constants from here on, see `depletion_constants`
+    /// parameters from here on, see `depletion_constants`
     Depletion {
         at: u32,
     },
 }
 
-/// One instruction: registers of its arguments, its own register, its slots.
+/// One instruction: registers of its arguments, its own register, its slots, and how far behind the
+/// first instruction of a part it stands.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
     pub kind: Kind,
     pub args: [u32; 2],
     pub out: u32,
     pub slots: (u32, u32),
+    pub behind: u32,
 }
 
-/// Constants of a junction, and of a depletion layer.
-const JUNCTION: usize = 5;
-const DEPLETION: usize = 6;
+/// Parameters of a junction, its knee among them, and of a depletion layer.
+pub(super) const JUNCTION: usize = 5;
+const KNEE: usize = 4;
+pub(super) const DEPLETION: usize = 6;
 
-/// What the members of a group have in common.  Registers: variables, then constants, then the
-/// results of the steps.
+/// What the members of a group have in common.  Registers: inputs, then constants, then the results
+/// of the steps.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shape {
     pub steps: Vec<Step>,
-    pub variables: usize,
+    /// variables, or differences of two: voltages
+    pub inputs: usize,
     pub constants: usize,
+    pub parameters: usize,
     pub limits: usize,
-    /// slots that feed each slot; slot 0 is zero, then come the variables
+    /// slots that feed each slot; slot 0 is zero, then come the inputs
     pub feeds: Vec<[u32; 2]>,
     /// registers that others read, and how far behind the first instruction of a part they stand
     pub outputs: Vec<(u32, u32)>,
-    /// slots of their derivatives: of which output, by which variable
-    pub slopes: Vec<(u32, u32, u32)>,
+    /// slots of their derivatives: of which output, by which input
+    pub links: Vec<(u32, u32, u32)>,
+    /// derivatives by the variables: sums of links, each with its sign; where the next one begins
+    pub shares: Vec<(u32, f64)>,
+    pub slopes: Vec<u32>,
+}
+
+impl Shape {
+    /// What a block keeps: distance over which each member bends, inputs and outputs of the last
+    /// evaluation with their links, constants, parameters.
+    pub fn frame(&self) -> [usize; 6] {
+        let (outputs, links) = (self.outputs.len(), self.links.len());
+        [1, self.inputs, outputs, links, self.constants, self.parameters]
+    }
 }
 
 /// Members that are evaluated at once.
@@ -72,14 +89,12 @@ pub(super) struct Group {
     /// is evaluated alone
     slots: Vec<u32>,
     limits: Vec<u32>,
-    /// for each block in turn: registers of its variables, and its constants
-    pub inputs: Vec<[u32; WIDE]>,
-    pub constants: Vec<Lanes<WIDE>>,
-    /// over which distance each bends; zero: unknown
-    pub unit: Vec<Lanes<WIDE>>,
-    /// variables and outputs of the last evaluation, if they and the derivatives belong together
-    pub at: Vec<Lanes<WIDE>>,
-    pub values: Vec<Lanes<WIDE>>,
+    /// for each block in turn: pairs of registers whose differences its inputs are
+    pub inputs: Vec<[[u32; WIDE]; 2]>,
+    /// for each block in turn, see `Shape::frame`, and how long one is
+    pub frames: Vec<Lanes<WIDE>>,
+    pub frame: usize,
+    /// inputs and outputs of a frame belong together
     pub known: Vec<bool>,
     /// where its outputs, derivatives and linearisation points stand
     pub results: usize,
@@ -98,9 +113,12 @@ struct Pieces {
     shape: Shape,
     /// tells shapes apart
     key: Vec<u32>,
-    /// program's variable and register of each variable
-    inputs: Vec<(usize, u32)>,
+    /// program's variables, and registers, of the terminals
+    terminals: Vec<(usize, u32)>,
+    /// terminals between which each input lies; the second may be missing
+    inputs: Vec<(u32, Option<u32>)>,
     constants: Vec<f64>,
+    parameters: Vec<f64>,
     points: Vec<u32>,
     slopes: Vec<u32>,
 }
@@ -129,19 +147,33 @@ impl Group {
     fn new(program: &Program, shape: Shape, list: Vec<Pieces>) -> Group {
         let blocks = list.len().div_ceil(WIDE);
         let member = |b: usize, i: usize| &list[(b * WIDE + i).min(list.len() - 1)];
-        let zeros = |each: usize| vec![[0.0; WIDE]; blocks * each];
+        // slots of the inputs by themselves are one, slot 0 is zero
+        let mut derivatives = vec![[0.0; WIDE]; shape.feeds.len()];
+        derivatives[1..=shape.inputs].fill([1.0; WIDE]);
+        let [unit, inputs, outputs, links, constants, parameters] = shape.frame();
+        let fixed = unit + inputs + outputs + links;
+        let size = fixed + constants + parameters;
+        let mut frames = vec![[0.0; WIDE]; blocks * size];
+        for (b, frame) in frames.chunks_exact_mut(size).enumerate() {
+            for i in 0..WIDE {
+                let own = member(b, i).constants.iter().chain(&member(b, i).parameters);
+                frame[fixed..].iter_mut().zip(own).for_each(|(lanes, v)| lanes[i] = *v);
+            }
+        }
+        let zero = program.code.len() as u32;
+        let ends = |p: &Pieces, k: usize| {
+            let (first, second) = p.inputs[k];
+            let register = |t: u32| p.terminals[t as usize].1;
+            [register(first), second.map_or(zero, register)]
+        };
         let mut group = Group {
+            derivatives,
+            frames,
+            frame: size,
             inputs: (0..blocks)
-                .flat_map(|b| (0..shape.variables).map(move |k| (b, k)))
-                .map(|(b, k)| std::array::from_fn(|i| member(b, i).inputs[k].1))
+                .flat_map(|b| (0..shape.inputs).map(move |k| (b, k)))
+                .map(|(b, k)| [0, 1].map(|e| std::array::from_fn(|i| ends(member(b, i), k)[e])))
                 .collect(),
-            constants: (0..blocks)
-                .flat_map(|b| (0..shape.constants).map(move |k| (b, k)))
-                .map(|(b, k)| std::array::from_fn(|i| member(b, i).constants[k]))
-                .collect(),
-            unit: zeros(1),
-            at: zeros(shape.variables),
-            values: zeros(shape.outputs.len()),
             known: vec![false; blocks],
             slots: list.iter().flat_map(|p| p.slopes.iter().copied()).collect(),
             limits: list.iter().flat_map(|p| p.points.iter().copied()).collect(),
@@ -149,8 +181,7 @@ impl Group {
             results: 0,
             slopes: 0,
             points: 0,
-            registers: vec![[0.0; WIDE]; shape.variables + shape.constants + shape.steps.len()],
-            derivatives: vec![[0.0; WIDE]; shape.feeds.len()],
+            registers: vec![[0.0; WIDE]; shape.inputs + shape.constants + shape.steps.len()],
             before: vec![[0.0; WIDE]; shape.limits],
             shape,
         };
@@ -186,17 +217,18 @@ impl Group {
 
     /// The voltage units of junctions, multiplied by `factor`.
     pub fn set_blunt(&mut self, program: &Program, factor: f64) {
-        let count = self.shape.constants;
-        for b in 0..self.known.len() {
+        let parameters = self.frame - self.shape.parameters;
+        for (b, frame) in self.frames.chunks_exact_mut(self.frame).enumerate() {
             for i in 0..WIDE {
                 let code = self.parts[(b * WIDE + i).min(self.parts.len() - 1)].clone();
-                self.unit[b][i] = Part::unit(program, code.clone(), factor);
-                for (instruction, step) in program.code[code].iter().zip(&self.shape.steps) {
+                frame[0][i] = Part::unit(program, code.clone(), factor);
+                for step in &self.shape.steps {
                     if let Kind::Junction { at, .. } = step.kind {
+                        let instruction = &program.code[code.start + step.behind as usize];
                         let c = &program.constants[instruction.args[1] as usize..];
-                        let at = b * count + at as usize - self.shape.variables;
-                        for (k, v) in junction_constants(c[0], factor * c[1]).iter().enumerate() {
-                            self.constants[at + k][i] = *v;
+                        let own = frame[parameters + at as usize..].iter_mut();
+                        for (lanes, v) in own.zip(junction_constants(c[0], factor * c[1])) {
+                            lanes[i] = v;
                         }
                     }
                 }
@@ -213,11 +245,12 @@ impl Group {
     /// Sets the linearisation points to the knees of the junctions.
     pub fn point_at_knees(&mut self, points: &mut [f64]) {
         let own = points[self.points..].as_chunks_mut::<WIDE>().0;
-        for b in 0..self.known.len() {
+        let parameters = self.frame - self.shape.parameters;
+        for (b, frame) in self.frames.chunks_exact(self.frame).enumerate() {
             for step in &self.shape.steps {
                 if let Kind::Junction { at, limit } = step.kind {
-                    let at = b * self.shape.constants + at as usize - self.shape.variables;
-                    own[b * self.shape.limits + limit as usize] = self.constants[at + JUNCTION - 1];
+                    let knee = frame[parameters + at as usize + KNEE];
+                    own[b * self.shape.limits + limit as usize] = knee;
                 }
             }
         }
@@ -260,48 +293,48 @@ impl Pieces {
         if !own_code.iter().any(costly) {
             return None;
         }
-        // variables and constants first, since results stand behind them
+        // inputs and constants first, since results stand behind them
         for i in own_code {
+            if own.voltage(program, i).is_some() {
+                continue;
+            }
             for &a in &i.args[..i.op.arity()] {
-                match code[a as usize].op {
-                    Op::Constant => {}
-                    op if is_leaf(op) => {
-                        own.variable(program, a);
-                    }
-                    _ => {}
+                if is_variable(code[a as usize].op) {
+                    own.input(program, a, None);
                 }
             }
         }
-        own.shape.variables = own.inputs.len();
-        let counts = own_code.iter().map(|i| {
-            let leaves = i.args[..i.op.arity()].iter();
-            let plain = leaves.filter(|&&a| code[a as usize].op == Op::Constant).count();
-            plain
-                + match i.op {
-                    Op::Junction => JUNCTION,
-                    Op::Depletion => DEPLETION,
-                    _ => 0,
-                }
-        });
-        own.shape.constants = counts.sum();
-        own.key.extend([own.shape.variables, own.shape.constants].map(|count| count as u32));
-        let first = own.shape.variables + own.shape.constants;
-        // slots of each local register, by variable
+        own.shape.inputs = own.inputs.len();
+        for &(first, second) in &own.inputs {
+            own.key.extend([first, second.unwrap_or(u32::MAX)]);
+        }
+        let leaves = own_code.iter().flat_map(|i| &i.args[..i.op.arity()]);
+        own.shape.constants = leaves.filter(|&&a| code[a as usize].op == Op::Constant).count();
+        own.key.extend([own.shape.inputs, own.shape.constants].map(|count| count as u32));
+        let first = own.shape.inputs + own.shape.constants;
+        // slots of each local register, by input
         let mut slots: Vec<Vec<(usize, u32)>> = vec![Vec::new(); first];
-        own.shape.feeds = vec![[0; 2]; 1 + own.shape.variables];
-        for (v, slots) in slots[..own.shape.variables].iter_mut().enumerate() {
+        own.shape.feeds = vec![[0; 2]; 1 + own.shape.inputs];
+        for (v, slots) in slots[..own.shape.inputs].iter_mut().enumerate() {
             slots.push((v, 1 + v as u32));
         }
         let mut local: HashMap<u32, u32> = HashMap::new();
         for (register, i) in (part.code.start as u32..).zip(own_code) {
             own.key.push(i.op as u32);
+            let behind = register - part.code.start as u32;
+            if let Some(voltage) = own.voltage(program, i) {
+                own.key.push(voltage);
+                local.insert(register, voltage);
+                own.output(program, part, register, voltage, &slots)?;
+                continue;
+            }
             let mut args = [0u32; 2];
             for (arg, &a) in args.iter_mut().zip(&i.args[..i.op.arity()]) {
                 *arg = match code[a as usize].op {
                     Op::Constant => {
                         own.constant(program.constants[code[a as usize].args[0] as usize])
                     }
-                    op if is_leaf(op) => own.variable(program, a),
+                    op if is_leaf(op) => own.input(program, a, None),
                     _ => local[&a],
                 };
                 own.key.push(*arg);
@@ -316,7 +349,7 @@ impl Pieces {
                 Op::Square => Kind::Square,
                 Op::Junction => {
                     let c = &c[i.args[1] as usize..];
-                    let at = own.several(&junction_constants(c[0], c[1]));
+                    let at = own.some(&junction_constants(c[0], c[1]));
                     own.points.push(i.limit);
                     own.shape.limits += 1;
                     Kind::Junction { at, limit: own.shape.limits as u32 - 1 }
@@ -326,7 +359,7 @@ impl Pieces {
                     if !(0.0..1.0).contains(&c[3]) {
                         return None; // its formula has no value somewhere
                     }
-                    Kind::Depletion { at: own.several(&depletion_constants(c)) }
+                    Kind::Depletion { at: own.some(&depletion_constants(c)) }
                 }
                 _ => return None,
             };
@@ -334,7 +367,7 @@ impl Pieces {
             let lists = args.map(|a| &slots[a as usize][..]);
             let used = if i.op.arity() == 1 { [lists[0], &[]] } else { lists };
             let mut found = Vec::new();
-            for v in 0..own.shape.variables {
+            for v in 0..own.shape.inputs {
                 let feeds = used.map(|list| list.iter().find(|s| s.0 == v).map_or(0, |s| s.1));
                 if feeds != [0, 0] {
                     found.push((v, own.shape.feeds.len() as u32));
@@ -345,49 +378,88 @@ impl Pieces {
             slots.push(found);
             local.insert(register, out);
             let end = own.shape.feeds.len() as u32;
-            own.shape.steps.push(Step { kind, args, out, slots: (start, end) });
-            let is_output = part.outputs.contains(&register);
-            own.key.push(u32::from(is_output));
-            if is_output {
-                let behind = register - part.code.start as u32;
-                own.shape.outputs.push((out, behind));
-                let (first, last) = i.slots;
-                for slot in first..last {
-                    let variable = program.variables[slot as usize] as usize;
-                    let v = own.inputs.iter().position(|input| input.0 == variable)?;
-                    let place = slots[out as usize].iter().find(|s| s.0 == v)?.1;
-                    own.slopes.push(slot);
-                    let output = own.shape.outputs.len() as u32 - 1;
-                    own.shape.slopes.push((place, output, v as u32));
-                }
-            }
+            own.shape.steps.push(Step { kind, args, out, slots: (start, end), behind });
+            own.output(program, part, register, out, &slots)?;
         }
-        // in the order of the shape, not of the program's variables
-        let mut order: Vec<usize> = (0..own.slopes.len()).collect();
-        order.sort_by_key(|&k| own.shape.slopes[k].0);
-        own.slopes = order.iter().map(|&k| own.slopes[k]).collect();
-        own.shape.slopes.sort_unstable();
         Some(own)
     }
 
-    /// Local register of a variable.
-    fn variable(&mut self, program: &Program, register: u32) -> u32 {
-        let variable = program.variable_of(register);
-        let known = self.inputs.iter().position(|input| input.0 == variable);
+    /// Notes the local register `out` of an instruction as an output if it is one, with its
+    /// derivatives.
+    fn output(
+        &mut self,
+        program: &Program,
+        part: &Part,
+        register: u32,
+        out: u32,
+        slots: &[Vec<(usize, u32)>],
+    ) -> Option<()> {
+        let is_output = part.outputs.contains(&register);
+        self.key.push(u32::from(is_output));
+        if !is_output {
+            return Some(());
+        }
+        let (output, first) = (self.shape.outputs.len() as u32, self.shape.links.len());
+        self.shape.outputs.push((out, register - part.code.start as u32));
+        let own = slots[out as usize].iter();
+        self.shape.links.extend(own.map(|&(v, place)| (place, output, v as u32)));
+        let (mut begin, end) = program.code[register as usize].slots;
+        for (t, &(variable, _)) in (0..).zip(&self.terminals) {
+            let before = self.shape.shares.len();
+            for (k, link) in self.shape.links.iter().enumerate().skip(first) {
+                let (plus, minus) = self.inputs[link.2 as usize];
+                let shares = [(plus == t, 1.0), (minus == Some(t), -1.0)];
+                let shares = shares.iter().filter(|share| share.0);
+                self.shape.shares.extend(shares.map(|share| (k as u32, share.1)));
+            }
+            if self.shape.shares.len() > before {
+                let is = |slot: &u32| program.variables[*slot as usize] as usize == variable;
+                self.slopes.push((program.code[register as usize].slots.0..end).find(is)?);
+                self.shape.slopes.push(self.shape.shares.len() as u32);
+                begin += 1;
+            }
+        }
+        (begin == end).then_some(())
+    }
+
+    /// The input that a difference of two variables is.
+    fn voltage(&mut self, program: &Program, i: &Instruction) -> Option<u32> {
+        let [a, b, _] = i.args;
+        let variables = [a, b].map(|a| program.code.get(a as usize).map(|i| i.op));
+        let differ = variables.iter().all(|op| op.is_some_and(is_variable));
+        let is = i.op == Op::Sub && differ && program.variable_of(a) != program.variable_of(b);
+        is.then(|| self.input(program, a, Some(b)))
+    }
+
+    /// Local register of a variable, or of its difference to another.
+    fn input(&mut self, program: &Program, register: u32, minus: Option<u32>) -> u32 {
+        let mut terminal = |register: u32| {
+            let variable = program.variable_of(register);
+            let known = self.terminals.iter().position(|t| t.0 == variable);
+            known.unwrap_or_else(|| {
+                self.terminals.push((variable, register));
+                self.terminals.len() - 1
+            }) as u32
+        };
+        let ends = (terminal(register), minus.map(terminal));
+        let known = self.inputs.iter().position(|input| *input == ends);
         known.unwrap_or_else(|| {
-            self.inputs.push((variable, register));
+            self.inputs.push(ends);
             self.inputs.len() - 1
         }) as u32
     }
 
     /// Local register of a constant of its own.
     fn constant(&mut self, value: f64) -> u32 {
-        self.several(&[value])
+        self.constants.push(value);
+        (self.shape.inputs + self.constants.len() - 1) as u32
     }
 
-    fn several(&mut self, values: &[f64]) -> u32 {
-        self.constants.extend_from_slice(values);
-        (self.shape.variables + self.constants.len() - values.len()) as u32
+    /// Where some parameters of its own begin.
+    fn some(&mut self, values: &[f64]) -> u32 {
+        self.parameters.extend_from_slice(values);
+        self.shape.parameters = self.parameters.len();
+        (self.parameters.len() - values.len()) as u32
     }
 }
 

@@ -31,6 +31,11 @@ pub(super) fn is_leaf(op: Op) -> bool {
     matches!(op, Op::Constant | Op::Unknown | Op::Source | Op::Time)
 }
 
+/// Leaves that change.
+pub(super) fn is_variable(op: Op) -> bool {
+    is_leaf(op) && op != Op::Constant
+}
+
 /// The first instruction of the part of each instruction; leaves belong to none.
 fn roots(program: &Program) -> Vec<usize> {
     let code = &program.code;
@@ -87,10 +92,7 @@ impl Part {
             let Some(part) = parts.last_mut() else { continue };
             part.code.end = k + 1;
             let leaves = code[k].args[..code[k].op.arity()].iter();
-            part.variables.extend(leaves.filter(|&&a| {
-                let op = code[a as usize].op;
-                is_leaf(op) && op != Op::Constant
-            }));
+            part.variables.extend(leaves.filter(|&&a| is_variable(code[a as usize].op)));
             if output[k] {
                 part.outputs.push(k as u32);
             }
