@@ -316,6 +316,8 @@ class _Run:
         text = f"relative errors {c.laws:.1e} (laws{where}), {c.complementarity:.1e} (set-valued)"
         if c.energy is not None:
             text += f", {max(c.energy.imbalance, c.energy.drift):.1e} (energy)"
+        if c.jumps:
+            text += f", {c.jumps:.1e} (charge and flux over jumps)"
         raise NumericalError(
             Diagnostic(
                 "NS3003",

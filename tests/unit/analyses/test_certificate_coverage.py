@@ -144,3 +144,21 @@ def test_records_of_all_islands_together_are_bounded(method, monkeypatch):
     assert len(runners) == islands
     assert sol.certificate.passed
     assert max(waiting) <= bound
+
+
+def test_a_ramp_that_begins_with_the_last_row():
+    """The piece of it behind the end serves the row: its sources are those of its own instants."""
+    deck = """ramp
+V1 a 0 PULSE(0 5 0 6.58u 6.58u 263u 658u)
+Rs a b 11
+R2 c b 133
+R3 d c 2k
+R4 e d 6k
+C1 d b 0.29u
+R5 e b 92
+.tran 6.58u 1.974m uic
+.end
+"""
+    run = nsspice.tran(nsspice.read(deck), method="modewise")
+    assert run.certificate.passed
+    assert run["v(a)"][-1] == 0.0

@@ -232,7 +232,9 @@ impl Engine {
             let values = [&w.x[..], &w.v, &w.d];
             let work = [&mut w.a, &mut w.b];
             self.unknowns_in(mode, values, &mut taken.z[z..], &mut taken.l[l..], work);
-            let instant = if end == length && k == 5 { self.end } else { self.time + t };
+            // the segment behind the end of the run is cut
+            let at_end = k == 5 && end == length && self.time < self.stop;
+            let instant = if at_end { self.end } else { self.time + t };
             self.sources_inside(instant, k == 0, &w.v, &w.d, &mut taken.u[u..]);
             if k == 0 {
                 taken.first.extend_from_slice(&taken.z[z..]);

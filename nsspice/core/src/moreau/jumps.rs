@@ -240,9 +240,12 @@ impl Stepper {
             }
         }
         let slack = |j: usize| LOOSE * largest[usize::from(self.sys.linear.row_kind[j])];
-        self.storage.restore(&after, &mut self.z, slack);
+        let (u, time) = (&self.u0, self.time);
+        let smooth = self.smooth.as_mut();
+        let storage = smooth.and_then(|s| s.storage(&self.sys.linear, &after, u, time));
+        storage.as_ref().unwrap_or(&self.storage).restore(&after, &mut self.z, slack);
         if let Some(smooth) = &mut self.smooth {
-            smooth.after_jump(&after, &once.z, &mut self.z, &self.u0, self.time, once.length);
+            smooth.after_jump(&after, &once.z, &self.z, u, time, once.length);
         }
         if self.witness.jumped() {
             self.u1.copy_from_slice(&self.u0);

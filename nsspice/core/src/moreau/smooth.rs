@@ -3,8 +3,11 @@
 use super::clock::evaluate;
 use super::stage::System;
 use super::stepper::{Outcome, Stepper};
+use super::storage::Storage;
+use crate::descriptor::Linear;
 use crate::mlcp::{Residual, Start};
 use crate::newton::{Data, Newton, Smooth, Tracking};
+use crate::sparse::Csc;
 use crate::waveform::{Side, Waveform};
 
 /// A prediction that reaches further than this many steps back is none.
@@ -131,19 +134,34 @@ impl SmoothPart {
         }
     }
 
-    /// Keeps what stored functions depend on, computes the functions and their rates.
+    /// Which unknowns the charges determine at a point, those of functions included; None without any.
+    pub(super) fn storage(
+        &mut self,
+        linear: &Linear,
+        z: &[f64],
+        u: &[f64],
+        t: f64,
+    ) -> Option<Storage> {
+        if !self.newton.stores() {
+            return None;
+        }
+        let clock = self.clock(t);
+        let mut entries: Vec<_> = linear.e.iter().collect();
+        entries.extend(self.newton.stored_slopes(z, u, clock));
+        let e = Csc::from_triplets(linear.e.nrows, linear.e.ncols, &entries);
+        Some(Storage::new(&e, &linear.row_kind))
+    }
+
+    /// Computes the functions and their rates.
     pub(super) fn after_jump(
         &mut self,
         after: &[f64],
         once: &[f64],
-        z: &mut [f64],
+        z: &[f64],
         u: &[f64],
         time: f64,
         length: f64,
     ) {
-        for j in self.newton.stored_unknowns() {
-            z[j] = after[j];
-        }
         let clock = self.clock(time);
         let mut old = std::mem::take(&mut self.scratch);
         self.newton.evaluate(after, u, clock, &mut old);

@@ -248,7 +248,7 @@ impl Stepper {
             retry: None,
             step_length: f64::INFINITY,
             fastest: fastest_time(&sys),
-            storage: Storage::new(&sys.linear),
+            storage: Storage::new(&sys.linear.e, &sys.linear.row_kind),
             time: 0.0,
             smooth_time: 0.0,
             first_row: false,

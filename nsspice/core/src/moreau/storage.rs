@@ -1,7 +1,7 @@
 //! Which unknowns the stored charges and fluxes determine, and which only up to a common potential.
 
 use crate::dense::{eigen_symmetric, Matrix};
-use crate::descriptor::Linear;
+use crate::sparse::Csc;
 
 /// Windings that are looked at together.
 const MOST: usize = 64;
@@ -29,14 +29,14 @@ struct Tight {
 
 impl Tight {
     /// Looks for such currents in a group of inductances.
-    fn new(linear: &Linear, group: &[usize]) -> Option<Tight> {
-        if !(2..=MOST).contains(&group.len()) || group.iter().any(|&j| linear.row_kind[j] == 0) {
+    fn new(e: &Csc, row_kind: &[u8], group: &[usize]) -> Option<Tight> {
+        if !(2..=MOST).contains(&group.len()) || group.iter().any(|&j| row_kind[j] == 0) {
             return None;
         }
         let place = |j: usize| group.iter().position(|&k| k == j);
         let mut own = Matrix::zeros(group.len(), group.len());
         for (b, &c) in group.iter().enumerate() {
-            let (rows, values) = linear.e.col(c);
+            let (rows, values) = e.col(c);
             for (&r, &v) in rows.iter().zip(values) {
                 own[(place(r)?, b)] += v;
             }
@@ -66,9 +66,9 @@ impl Tight {
 }
 
 impl Storage {
-    /// Finds the groups of a system.
-    pub fn new(linear: &Linear) -> Storage {
-        let n = linear.e.nrows;
+    /// Finds the groups of a storage matrix.
+    pub fn new(e: &Csc, row_kind: &[u8]) -> Storage {
+        let n = e.nrows;
         let (mut parent, mut sum, mut size) =
             ((0..n).collect::<Vec<_>>(), vec![0.0; n], vec![0.0f64; n]);
         fn root(parent: &mut [usize], mut i: usize) -> usize {
@@ -78,7 +78,7 @@ impl Storage {
             }
             i
         }
-        for (r, c, v) in linear.e.iter() {
+        for (r, c, v) in e.iter() {
             let (a, b) = (root(&mut parent, r), root(&mut parent, c));
             parent[a] = b;
             sum[r] += v;
@@ -91,7 +91,7 @@ impl Storage {
         let free = |g: &Vec<usize>| g.iter().all(|&j| f64::abs(sum[j]) <= ROUNDING * size[j]);
         let stored = groups.into_iter().filter(|g| !g.is_empty());
         let (floating, fixed): (Vec<_>, Vec<_>) = stored.partition(free);
-        let tight = fixed.iter().filter_map(|group| Tight::new(linear, group)).collect();
+        let tight = fixed.iter().filter_map(|group| Tight::new(e, row_kind, group)).collect();
         Storage { floating, fixed: fixed.into_iter().flatten().collect(), tight }
     }
 
@@ -152,39 +152,17 @@ impl Storage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sparse::Csc;
 
     /// C1 between unknowns 0 and 1, C2 from 2 to ground, L as unknown 3, nothing stored in 4.
     fn example() -> Storage {
         let e = [(0, 0, 2.0), (0, 1, -2.0), (1, 0, -2.0), (1, 1, 2.0), (2, 2, 5.0), (3, 3, 1e-3)];
-        let none = || Csc::from_triplets(5, 0, &[]);
-        Storage::new(&Linear {
-            e: Csc::from_triplets(5, 5, &e),
-            g: Csc::from_triplets(5, 5, &[]),
-            a: none(),
-            b: Csc::from_triplets(0, 5, &[]),
-            d: Csc::from_triplets(0, 0, &[]),
-            q: Vec::new(),
-            s: none(),
-            row_kind: vec![0, 0, 0, 1, 0],
-        })
+        Storage::new(&Csc::from_triplets(5, 5, &e), &[0, 0, 0, 1, 0])
     }
 
     #[test]
     fn currents_that_no_flux_depends_on_are_taken_out() {
         let e = [(0, 0, 1e-3), (0, 1, 2e-3), (1, 0, 2e-3), (1, 1, 4e-3), (2, 2, 1.0)];
-        let none = || Csc::from_triplets(3, 0, &[]);
-        let linear = Linear {
-            e: Csc::from_triplets(3, 3, &e),
-            g: Csc::from_triplets(3, 3, &[]),
-            a: none(),
-            b: Csc::from_triplets(0, 3, &[]),
-            d: Csc::from_triplets(0, 0, &[]),
-            q: Vec::new(),
-            s: none(),
-            row_kind: vec![1, 1, 1],
-        };
-        let storage = Storage::new(&linear);
+        let storage = Storage::new(&Csc::from_triplets(3, 3, &e), &[1, 1, 1]);
         assert!(storage.tight() && !example().tight());
         // 1e6 A in one winding are -5e5 A in the other: no flux
         let mut z = [1e6 + 3.0, -5e5, 7.0];

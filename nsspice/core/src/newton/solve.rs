@@ -342,6 +342,14 @@ impl Newton {
         self.eq.terms.iter().filter(|t| t.q != 0.0).map(|t| t.row as usize)
     }
 
+    /// What stored functions add to the storage matrix at a point.
+    pub fn stored_slopes(&mut self, z: &[f64], u: &[f64], t: f64) -> Vec<(usize, usize, f64)> {
+        self.tape.evaluate(z, u, t, Linearisation::Exact);
+        let slopes = self.tape.slopes();
+        let stored = self.eq.entries.iter().filter(|e| e.q != 0.0);
+        stored.map(|e| (e.row as usize, e.column as usize, e.q * slopes[e.slot as usize])).collect()
+    }
+
     /// Unknowns that stored functions depend on.
     pub fn stored_unknowns(&self) -> Vec<usize> {
         let mut list: Vec<usize> =

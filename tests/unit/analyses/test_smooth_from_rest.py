@@ -1,4 +1,4 @@
-"""Sources given by expressions in circuits that start with nothing stored, and such that jump."""
+"""Circuits with smooth laws from given charges or from rest, and sources whose values jump."""
 
 from __future__ import annotations
 
@@ -67,3 +67,19 @@ def test_the_gain_with_limits_that_the_message_names_slides() -> None:
     run = nsspice.tran(nsspice.read(deck))
     exact = np.maximum(1.0 - 1e3 * run.time, 0.0)
     assert np.abs(run["v(c)"] - exact).max() <= 1e-5
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_floating_charge_starts_within_the_laws(method: str) -> None:
+    """A junction with charge beside a capacitor: their voltage is stored, not their potential."""
+    deck = (
+        "floats\nV1 a 0 SIN(1 1 1k)\nR1 a b 600\nR2 b c 1k\nR3 d a 180\nD1 d c DM\n"
+        "C1 d c 1u IC=0.3\nR4 c 0 1k\n.model DM D(IS=1e-14 N=1.5 RS=1 CJO=10p TT=5n)\n"
+        ".tran 10u 1m uic\n"
+    )
+    run = nsspice.tran(nsspice.read(deck), method=method)
+    assert run.certificate.passed
+    a, b, c, d = (run[f"v({node})"][0] for node in "abcd")
+    assert d - c == pytest.approx(0.3, rel=1e-9)
+    # no charge in b: what comes from a goes to c
+    assert (a - b) / 600.0 == pytest.approx((b - c) / 1e3, rel=1e-9)
