@@ -1,7 +1,7 @@
 //! Four members of a group at a time.
 
 use super::evaluate::{Linearisation, SAME};
-use super::group::{Group, Kind, Shape, Step, DEPLETION, JUNCTION, WIDE};
+use super::group::{Group, Kind, Shape, Step, DEPLETION, JUNCTION, LONE, WIDE};
 use super::lanes::{growth, log_near_one, Lanes};
 use super::limit;
 use crate::dense::{each, widest};
@@ -33,6 +33,17 @@ widest! {
         group.block(block, numbers, wanted, wild)
 }
 
+widest! {
+    fn evaluate_junctions(
+        group: &mut Group,
+        block: usize,
+        numbers: &mut Numbers,
+        wanted: Wanted,
+        wild: &mut Vec<usize>,
+    ) -> bool =
+        group.junctions(block, numbers, wanted, wild)
+}
+
 impl Group {
     /// Evaluates all members but those that are their tangents and move along them.  True if
     /// something was not linearised at its argument; `wild` takes the members with something that
@@ -45,8 +56,56 @@ impl Group {
     ) -> bool {
         let mut limited = false;
         for block in 0..self.known.len() {
-            limited |= evaluate_block(self, block, numbers, wanted, wild);
+            limited |= if self.shape.lone {
+                evaluate_junctions(self, block, numbers, wanted, wild)
+            } else {
+                evaluate_block(self, block, numbers, wanted, wild)
+            };
         }
+        limited
+    }
+
+    /// As `block` for junctions alone, the commonest elements, in a third of the instructions.
+    #[inline(always)]
+    fn junctions(
+        &mut self,
+        b: usize,
+        numbers: &mut Numbers,
+        Wanted { how, reach }: Wanted,
+        wild: &mut Vec<usize>,
+    ) -> bool {
+        let Some(frame) = self.frames[b * LONE..].first_chunk_mut::<LONE>() else { return false };
+        let [unit, at, value, link, parameters @ ..] = frame;
+        let [plus, minus] = self.inputs[b];
+        let registers = &mut numbers.registers[..];
+        let x: Lanes<WIDE> = each(|i| registers[plus[i] as usize] - registers[minus[i] as usize]);
+        let moved: Lanes<WIDE> = each(|i| x[i] - at[i]);
+        let result = &mut registers[self.results..].as_chunks_mut::<WIDE>().0[b];
+        let known = &mut self.known[b];
+        if *known && how == Linearisation::Careful {
+            let excess: Lanes<WIDE> = each(|i| moved[i].abs() - reach * unit[i]);
+            if sum(&positive(&excess, &moved)) == 0.0 {
+                *result = each(|i| value[i] + link[i] * moved[i]);
+                return false;
+            }
+        }
+        let point = &mut numbers.points[self.points..].as_chunks_mut::<WIDE>().0[b];
+        let before = *point;
+        let mut limited = false;
+        let (new, slope) = junction(&x, parameters, point, how, &mut limited);
+        (*at, *value, *link, *result) = (x, new, slope, new);
+        let shares = &self.shape.shares[..];
+        let slopes = numbers.slopes[self.slopes..].as_chunks_mut::<WIDE>().0;
+        for (out, (_, sign)) in slopes[b * shares.len()..].iter_mut().zip(shares) {
+            *out = each(|i| sign * slope[i]);
+        }
+        let lost: Lanes<WIDE> = each(|i| 0.0 * new[i] + 0.0 * slope[i]);
+        let calm = sum(&lost) == 0.0;
+        if !calm {
+            *point = each(|i| if lost[i] == 0.0 { point[i] } else { before[i] });
+            note_wild(&lost, b, self.parts.len(), wild);
+        }
+        *known = calm && !limited && how != Linearisation::Held;
         limited
     }
 
@@ -73,8 +132,8 @@ impl Group {
                 each(|i| variables[plus[i] as usize] - variables[minus[i] as usize]);
             let moved: Lanes<WIDE> = each(|i| now[i] - at[i]);
             let excess: Lanes<WIDE> = each(|i| moved[i].abs() - far[i]);
-            // NaN is far, too
-            beyond = each(|i| beyond[i] + if excess[i] > 0.0 { excess[i] } else { 0.0 * moved[i] });
+            let excess = positive(&excess, &moved);
+            beyond = each(|i| beyond[i] + excess[i]);
             *x = now;
         }
         let known = &mut self.known[b];
@@ -136,12 +195,24 @@ impl Group {
             for (point, before) in points.iter_mut().zip(before.iter()) {
                 *point = each(|i| if lost[i] == 0.0 { point[i] } else { before[i] });
             }
-            let last = self.parts.len() - WIDE * b;
-            wild.extend((0..WIDE.min(last)).filter(|&i| lost[i] != 0.0).map(|i| WIDE * b + i));
+            note_wild(&lost, b, self.parts.len(), wild);
         }
         *known = calm && !limited && how != Linearisation::Held;
         limited
     }
+}
+
+/// Notes the members of block `b` that have lost something, of so many in all.
+#[cold]
+fn note_wild(lost: &Lanes<WIDE>, b: usize, count: usize, wild: &mut Vec<usize>) {
+    let last = WIDE.min(count - WIDE * b);
+    wild.extend((0..last).filter(|&i| lost[i] != 0.0).map(|i| WIDE * b + i));
+}
+
+/// What is above zero; not zero either where `of` is no number.
+#[inline(always)]
+fn positive<const W: usize>(excess: &Lanes<W>, of: &Lanes<W>) -> Lanes<W> {
+    each(|i| if excess[i] > 0.0 { excess[i] } else { 0.0 * of[i] })
 }
 
 /// Cuts the first numbers off.
@@ -247,9 +318,7 @@ fn junction<const W: usize>(
         let above: Lanes<W> = each(|i| v[i] - knee[i]);
         let jump: Lanes<W> = each(|i| (v[i] - point[i]).abs() - 2.0 * unit[i]);
         let least: Lanes<W> = each(|i| if above[i] < jump[i] { above[i] } else { jump[i] });
-        // NaN is not calm
-        let wild: Lanes<W> = each(|i| if least[i] > 0.0 { least[i] } else { 0.0 * v[i] });
-        calm = sum(&wild) == 0.0;
+        calm = sum(&positive(&least, v)) == 0.0;
     }
     if !calm {
         go_with_care(v, point, unit, knee);

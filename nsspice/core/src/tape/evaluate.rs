@@ -266,6 +266,9 @@ impl Tape {
         for group in groups {
             let wanted = Wanted { how, reach: machine.tangent };
             limited |= group.evaluate(&mut machine.numbers(), wanted, wild);
+            if wild.is_empty() {
+                continue;
+            }
             for m in wild.drain(..) {
                 group.lend(m, &mut machine.numbers());
                 limited |= !machine.part(program, group.parts[m].clone(), how);

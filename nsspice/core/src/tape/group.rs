@@ -65,9 +65,21 @@ pub(super) struct Shape {
     /// derivatives by the variables: sums of links, each with its sign; where the next one begins
     pub shares: Vec<(u32, f64)>,
     pub slopes: Vec<u32>,
+    /// nothing but one junction between two nodes, or from one to ground
+    pub lone: bool,
 }
 
+/// Length of the frame of a junction alone, see `Shape::frame`.
+pub(super) const LONE: usize = 4 + JUNCTION;
+
 impl Shape {
+    /// Whether `lone` is true.
+    fn is_lone(&self) -> bool {
+        let junction = matches!(self.steps[..], [Step { kind: Kind::Junction { .. }, .. }]);
+        let plain = self.shares.len() == self.slopes.len();
+        junction && plain && self.frame() == [1, 1, 1, 1, 0, JUNCTION]
+    }
+
     /// What a block keeps: distance over which each member bends, inputs and outputs of the last
     /// evaluation with their links, constants, parameters.
     pub fn frame(&self) -> [usize; 6] {
@@ -381,6 +393,7 @@ impl Pieces {
             own.shape.steps.push(Step { kind, args, out, slots: (start, end), behind });
             own.output(program, part, register, out, &slots)?;
         }
+        own.shape.lone = own.shape.is_lone();
         Some(own)
     }
 
