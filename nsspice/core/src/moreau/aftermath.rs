@@ -8,7 +8,10 @@ use crate::mlcp::Start;
 /// Lengths of the steps that show the values right after a jump, longest first: the extrapolation of
 /// three of them errs by the cube of this, rounding by its inverse.  Shorter ones serve where these
 /// do not end in one mode.
-const AFTER_JUMP: [f64; 3] = [2e-4, 1e-6, 1e-8];
+const AFTER_JUMP: [f64; 4] = [2e-4, 1e-6, 1e-8, 1e-10];
+/// The last of them shows little but rounding.  It serves where the curve straightens by so much from
+/// one to the next: then something goes on that is faster than all that is known of the circuit.
+const STRAIGHTENS: f64 = 0.1;
 /// Steps right after a jump are short enough if their ends deviate from a line by no more than this
 /// part: the extrapolation then errs by less than 1e-8.
 const BEND: f64 = 1e-6;
@@ -107,7 +110,12 @@ impl Stepper {
         let (mut rest, mut impulsive) = (Rest::Unclear, false);
         let mut best: Option<(f64, Short, Short)> = None;
         // junctions make time constants that nothing foretells
-        for &part in &AFTER_JUMP[usize::from(self.smooth.is_some())..] {
+        let mut bends = [f64::NAN; 2];
+        for (k, &part) in AFTER_JUMP.iter().enumerate().skip(usize::from(self.smooth.is_some())) {
+            let straightens = rest == Rest::Bent && bends[1] <= STRAIGHTENS * bends[0];
+            if k + 1 == AFTER_JUMP.len() && !straightens {
+                break;
+            }
             let length = part * shortest;
             let mut steps = Vec::with_capacity(3);
             let mut one_mode = true;
@@ -126,6 +134,7 @@ impl Stepper {
             }
             let Ok([thrice, twice, once]) = <[Short; 3]>::try_from(steps) else { continue };
             let bend = self.bend([&once.z, &twice.z, &thrice.z]);
+            bends = [bends[1], bend];
             // modes of equal values, where the laws leave something open, are as good as one
             let carried = once.l.iter().zip(&twice.l).zip(&thrice.l);
             let carried = carried.map(|((a, b), c)| (*a, *b, *c));

@@ -267,6 +267,9 @@ impl Stepper {
         let (before, multipliers) = (self.z.clone(), self.l.clone());
         let (once, twice) = self.two_steps(charges, &before, part * shortest, start)?;
         let mut after = limit(&once.z, twice.as_ref().map(|t| &t.z));
+        if twice.is_none() {
+            self.stay(charges, &before, &mut after, once.length);
+        }
         self.storage.project(&mut after);
         let impulses = [(|s| &s.z) as fn(&Short) -> &Vec<f64>, |s| &s.l].map(|of| {
             let scaled = |s: &Short| of(s).iter().map(|v| v * s.length).collect::<Vec<_>>();
@@ -282,6 +285,41 @@ impl Stepper {
         }
         let (settled, rest) = self.settle(&after, shortest)?;
         Ok(Leap { first: once.z, part, after, impulses, length, span, multipliers, settled, rest })
+    }
+
+    /// Where a step of this length has moved what is stored no further than all sources and stores
+    /// together could move it in that time, nothing has jumped: it is as it was `before`.
+    fn stay(&self, charges: Option<&[f64]>, before: &[f64], after: &mut [f64], length: f64) {
+        let (linear, n) = (&self.sys.linear, before.len());
+        let mut old = before.to_vec();
+        let (mut own, mut alone) = (vec![0.0; n], vec![true; n]);
+        for (r, c, v) in linear.e.iter().filter(|e| e.2 != 0.0) {
+            own[c] += if r == c { v } else { 0.0 };
+            alone[c] &= r == c;
+        }
+        if let Some(charges) = charges {
+            for j in self.storage.unknowns() {
+                old[j] = if alone[j] { charges[j] / own[j] } else { after[j] };
+            }
+        }
+        let mut driven = vec![0.0; n];
+        linear.s.mul_add(1.0, &self.u0, &mut driven);
+        let mut drive = [0.0f64; 2];
+        // laws of branches are voltages
+        let mut add = |rows: &[f64]| {
+            for (v, &kind) in rows.iter().zip(&linear.row_kind) {
+                drive[1 - usize::from(kind)] += v.abs();
+            }
+        };
+        add(&driven);
+        driven.fill(0.0);
+        linear.g.mul_add(1.0, before, &mut driven);
+        add(&driven);
+        for j in self.storage.unknowns() {
+            drive[usize::from(linear.row_kind[j])] += old[j].abs();
+        }
+        let motion = |j: usize| length * drive[1 - usize::from(linear.row_kind[j])] / own[j].abs();
+        self.storage.restore(&old, after, motion);
     }
 
     /// Steps of length `2 length` and `length` from the same charges; the longer one is left out

@@ -1,6 +1,7 @@
 //! Everything that belongs to one step length: matrices, complementarity driver, modes.
 
 use super::map::{MapInputs, ModeMap, MAX_ENTRIES};
+use super::refine::defect;
 use crate::descriptor::Linear;
 use crate::mlcp::{Driver, ModeFactor, Problem};
 use crate::newton::Smooth;
@@ -11,6 +12,8 @@ use std::sync::Arc;
 /// Where the step equations and those for increments differ by more than this part, the former have
 /// lost digits.
 pub(super) const ROUNDED: f64 = 1e-12;
+/// Increments that are wrong by more than this part: the mode is singular up to rounding.
+const UNSOUND: f64 = 1e-2;
 /// Singular modes of up to so many unknowns and pairs are solved for increments too.
 const OPEN: usize = 160;
 
@@ -64,6 +67,20 @@ impl System {
             gaps[kind] = gaps[kind].max((a - b).abs());
         }
         (gaps[0] / sizes[0]).max(gaps[1] / sizes[1])
+    }
+
+    /// The largest difference of what two states store, as voltages (currents) relative to those of
+    /// `from`.
+    pub fn stored_apart(&self, a: &[f64], b: &[f64], from: &[f64]) -> f64 {
+        let n = from.len();
+        let gaps: Vec<f64> = a.iter().zip(b).take(n).map(|(a, b)| a - b).collect();
+        let (mut moved, mut sizes) = (vec![0.0; n], vec![0.0; n]);
+        self.linear.e.mul_add(1.0, &gaps, &mut moved);
+        for (r, _, v) in self.linear.e.iter().filter(|e| e.0 == e.1) {
+            sizes[r] = v.abs() * from[r].abs();
+        }
+        let stored = moved.iter().zip(&sizes).filter(|e| *e.1 > 0.0);
+        stored.map(|(moved, size)| moved.abs() / size).fold(0.0, f64::max)
     }
 }
 
@@ -175,6 +192,17 @@ pub struct Slot {
     pub trusted: bool,
     /// whether it is solved for increments, once that is known
     pub increments: Option<bool>,
+    /// its equations are singular up to rounding
+    pub unsound: bool,
+}
+
+/// A state in which all that is stored is large, so that rounding shows in all modes.
+#[derive(Clone)]
+pub struct Probe {
+    /// its unknowns
+    pub z: Vec<f64>,
+    /// rounding of what is stored that matters, relative to the probe
+    pub finest: f64,
 }
 
 /// The active set as a bit pattern.
@@ -207,6 +235,8 @@ pub struct Stage {
     present: Option<(u64, usize)>,
     /// last use, for eviction
     pub stamp: u64,
+    /// what rounding is measured with, if that of what is stored matters
+    pub probe: Option<Probe>,
 }
 
 /// Memory for maps and factors of one stage [number of f64].
@@ -280,6 +310,7 @@ impl Stage {
             budget: MODE_BUDGET,
             present: None,
             stamp: 0,
+            probe: None,
         }
     }
 
@@ -306,6 +337,7 @@ impl Stage {
                     uses: 0,
                     trusted: true,
                     increments: None,
+                    unsound: false,
                 });
                 self.modes.insert(key, self.slots.len() - 1);
                 self.slots.len() - 1
@@ -356,6 +388,66 @@ impl Stage {
             }
             self.slot(active, epoch).increments = Some(better);
         }
+    }
+
+    /// Learns from the probe how the present mode, which is regular, has to be solved.
+    pub fn probe(
+        &mut self,
+        sys: &System,
+        active: &[bool],
+        epoch: u64,
+        inputs: usize,
+        work: &mut [f64],
+    ) {
+        let factor = self.factor(active, epoch);
+        let Some(probe) = self.probe.clone() else { return };
+        let none = vec![0.0; inputs];
+        let ends = Ends { z0: &probe.z, u0: &none, u1: &none };
+        let mut plain = vec![0.0; self.matrices.n + self.matrices.m];
+        self.matrices.solve(&factor, active, ends, true, &mut plain, work);
+        let mut rhs = vec![0.0; plain.len()];
+        self.matrices.increment(ends, active, &mut rhs);
+        let mut sharp = rhs.clone();
+        factor.solve(&mut sharp, work);
+        let defect = defect(&self.matrices, &factor, active, &rhs, &sharp, work);
+        for (x, z) in sharp.iter_mut().zip(&probe.z) {
+            *x += z;
+        }
+        let apart = sys.apart(&plain, &sharp, &probe.z);
+        let lost = sys.stored_apart(&plain, &sharp, &probe.z) > probe.finest;
+        let slot = self.slot(active, epoch);
+        slot.increments = Some(apart > ROUNDED || lost);
+        slot.unsound = defect > UNSOUND || defect.is_nan();
+    }
+
+    /// Whether the map of the present mode has too much rounding for the probe.
+    pub fn map_loses(
+        &mut self,
+        sys: &System,
+        active: &[bool],
+        epoch: u64,
+        work: &mut [f64],
+    ) -> bool {
+        let Some(probe) = self.probe.clone() else { return false };
+        let factor = self.factor(active, epoch);
+        let size = self.matrices.n + self.matrices.m;
+        let none = vec![0.0; self.matrices.source_end.ncols];
+        let zero = vec![0.0; self.matrices.n];
+        // what is constant drops out of the differences
+        let mut exact = [vec![0.0; size], vec![0.0; size]];
+        let mut mapped = exact.clone();
+        for (k, z0) in [&probe.z, &zero].into_iter().enumerate() {
+            let ends = Ends { z0, u0: &none, u1: &none };
+            self.matrices.sharpen(&factor, active, ends, &mut exact[k], work);
+            let mut input: Vec<f64> = self.inputs.carried.iter().map(|&j| z0[j]).collect();
+            input.resize(self.inputs.len(), 0.0);
+            if let Some(map) = &self.slot(active, epoch).map {
+                map.apply(&input, &mut mapped[k]);
+            }
+        }
+        let difference =
+            |[a, b]: [Vec<f64>; 2]| -> Vec<f64> { a.iter().zip(&b).map(|(a, b)| a - b).collect() };
+        sys.stored_apart(&difference(exact), &difference(mapped), &probe.z) > probe.finest
     }
 
     /// Lets go of the factor of the present mode if the driver wants to turn it into another one.

@@ -1,6 +1,6 @@
 //! Matrices of the step lengths in use, and the stage equations of a fixed mode.
 
-use super::super::stage::{Ends, Stage, ROUNDED};
+use super::super::stage::{Ends, Probe, Stage, ROUNDED};
 use super::super::step::ACCEPT;
 use super::super::stepper::Stepper;
 use crate::mlcp::{Role, Start};
@@ -11,6 +11,14 @@ pub const RUNGS: usize = 45;
 const USES_FOR_MAP: u32 = 3;
 /// A map that differs more than this from refined solutions is not used.
 const DIGITS: f64 = 1e-12;
+/// Size below which an unknown is small beside the others of its kind.
+pub const SMALL: f64 = 1e-3;
+/// Rounding of what is stored, as a part of the error that a step may have in a small unknown, and
+/// relative to the largest where that is less than rounding.
+const FINEST: f64 = 0.1;
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+/// Steps from this level on are so short that what is stored may hide what the rest conducts.
+const SHORT: usize = 16;
 /// Memory for matrices and factors of all rungs [numbers], roughly.
 const BUDGET: usize = 40_000_000;
 
@@ -31,6 +39,11 @@ pub struct Ladder {
     roles: Vec<Role>,
     /// largest voltage by largest current [Ohm], to compare multipliers with slacks
     pub resistance: f64,
+    /// see [`FINEST`]
+    finest: f64,
+    /// steps of this level and below are too short for the present mode: rounding of what is stored
+    /// would hide what the rest conducts
+    pub deepest: usize,
     /// stages assembled
     pub made: u64,
     /// unknowns that carry storage
@@ -49,7 +62,8 @@ pub enum Fit {
 }
 
 impl Ladder {
-    pub fn new(s: &Stepper, longest: f64, gamma: f64) -> Ladder {
+    /// Steps of at most `longest`, whose error may be `relative` to each unknown.
+    pub fn new(s: &Stepper, longest: f64, gamma: f64, relative: f64) -> Ladder {
         let size = s.z.len() + s.l.len();
         let e = &s.sys.linear.e;
         let mut stored: Vec<usize> =
@@ -67,6 +81,8 @@ impl Ladder {
             stamp: 0,
             roles: Vec::new(),
             resistance: 1.0,
+            finest: FINEST * relative,
+            deepest: RUNGS - 1,
             made: 0,
             stored,
         }
@@ -87,6 +103,17 @@ impl Ladder {
         self.rungs.iter().flatten().map(|r| r.stage.mode_count()).max().unwrap_or(0)
     }
 
+    /// Largest voltages and currents everywhere.
+    fn probe(&self, s: &Stepper) -> Probe {
+        let size = |j: usize| 0.5 + 0.5 * (0.618 * (j + 1) as f64).fract();
+        let scale = |kind: u8| if kind == 0 { self.resistance } else { 1.0 };
+        let kinds = s.sys.linear.row_kind.iter().enumerate();
+        Probe {
+            z: kinds.map(|(j, &kind)| scale(kind) * size(j)).collect(),
+            finest: (self.finest * SMALL).max(ROUNDING),
+        }
+    }
+
     fn rung(&mut self, s: &Stepper, level: usize) -> &mut Rung {
         self.stamp += 1;
         if self.rungs[level].is_none() {
@@ -96,7 +123,10 @@ impl Ladder {
                     self.rungs[oldest] = None;
                 }
             }
-            let stage = Stage::new(&s.sys, self.stage_length(level), true, &s.constants);
+            let mut stage = Stage::new(&s.sys, self.stage_length(level), true, &s.constants);
+            if self.finest < DIGITS / SMALL || level >= SHORT {
+                stage.probe = Some(self.probe(s));
+            }
             self.rungs[level] = Some(Box::new(Rung { stage, epoch: s.epoch, stamp: 0 }));
             self.made += 1;
         }
@@ -150,10 +180,18 @@ impl Ladder {
         if regular {
             let slot = stage.slot(&s.active, s.epoch);
             let fresh = slot.uses == USES_FOR_MAP;
-            let refined = !slot.trusted || fresh;
+            let (refined, first) = (!slot.trusted || fresh, slot.uses == 1);
             let ends = Ends { z0: &from[..n], u0: u, u1: u };
+            if first {
+                stage.probe(&s.sys, &s.active, s.epoch, u.len(), &mut s.work);
+            }
+            if stage.slot(&s.active, s.epoch).unsound {
+                self.deepest = self.deepest.min(level);
+                return Fit::Contradiction;
+            }
             stage.solve_mode(&s.sys, &s.active, s.epoch, ends, refined, x, &mut s.work);
             stage.matrices.guards(x, &s.active, true, &mut s.w);
+            let lost = fresh && stage.map_loses(&s.sys, &s.active, s.epoch, &mut s.work);
             let (inputs, slot) = stage.inputs_and_slot(&s.active, s.epoch);
             if let (Some(map), true) = (&slot.map, fresh) {
                 // modes in which a large part and a small one meet lose digits in the map
@@ -162,7 +200,7 @@ impl Ladder {
                 s.input.extend(inputs.ends.iter().map(|&j| u[j]));
                 let mut mapped = x.to_vec();
                 map.apply(&s.input, &mut mapped);
-                slot.trusted = s.sys.apart(x, &mapped, from) <= DIGITS;
+                slot.trusted = !lost && s.sys.apart(x, &mapped, from) <= DIGITS;
             }
             return Fit::Solved;
         }

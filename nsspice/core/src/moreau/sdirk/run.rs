@@ -5,7 +5,7 @@ use super::super::record::Quantities;
 use super::super::step::ACCEPT;
 use super::super::stepper::{Failure, Progress, Stepper};
 use super::guards::Scales;
-use super::ladder::{Ladder, RUNGS};
+use super::ladder::{Ladder, RUNGS, SMALL};
 use super::locate::Locator;
 use super::points::PointRows;
 use super::rows::Rows;
@@ -32,8 +32,8 @@ const UNSOLVED_IN_A_ROW: u32 = 40;
 /// An event this early in a step (as a part of it), where the mode does not end, is looked for again
 /// with a shorter step.
 const EARLY: f64 = 0.05;
-/// Size below which an unknown is small beside the others of its kind.
-const SMALL: f64 = 1e-3;
+/// Rounding of an estimated error: that of the largest voltage (current), in the rates of all stages.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
 /// Values below this part of the largest so far are rounding errors.
 const DECAYED: f64 = 1e-13;
 /// Instants that differ by so small a part of a step are one.
@@ -125,7 +125,7 @@ impl Sdirk {
             accuracy,
             rows: Rows::new(out_start, out_step, stop),
             stop,
-            ladder: Ladder::new(s, longest, method.gamma),
+            ladder: Ladder::new(s, longest, method.gamma, accuracy.relative),
             scales: Scales::new(s),
             trial: Trial::new(s, method),
             accepted: None,
@@ -230,6 +230,9 @@ impl Sdirk {
     /// Remembers the state from which the next step starts; its functions may be `known`.
     fn begin_step(&mut self, s: &mut Stepper, known: bool) {
         self.stored.forget();
+        if !known {
+            self.ladder.deepest = RUNGS - 1;
+        }
         let (n, m) = (s.z.len(), s.l.len());
         self.scales.note(s, &s.z, &s.l);
         let [voltage, current] = self.scales.largest;
@@ -269,11 +272,13 @@ impl Sdirk {
         let (target, at_corner) = if end <= self.stop { (end, true) } else { (self.stop, false) };
         let remaining = target - s.time;
         loop {
-            if self.in_a_row > IN_A_ROW || self.level >= RUNGS - 1 {
+            if self.in_a_row > IN_A_ROW || self.level >= self.ladder.deepest {
                 return self.force(s);
             }
             let mut level = self.level;
-            while level + 1 < RUNGS && self.ladder.length(level + 1) >= remaining * (1.0 - 1e-9) {
+            while level + 1 < self.ladder.deepest
+                && self.ladder.length(level + 1) >= remaining * (1.0 - 1e-9)
+            {
                 level += 1;
             }
             let (ladder, tableau) = (&mut self.ladder, self.tableau);
@@ -379,8 +384,9 @@ impl Sdirk {
             let kind = usize::from(s.sys.linear.row_kind[j]);
             let small = if self.trial.constrained[j] { 1.0 } else { SMALL };
             let size = self.scales.unknown[j].max(end[j].abs()).max(small * largest[kind]);
+            let rounding = ROUNDING * self.trial.terms[j].max(largest[kind]);
             let ratio = self.trial.slope[j].abs()
-                / (self.accuracy.relative * size + allowed[kind] + f64::MIN_POSITIVE);
+                / (self.accuracy.relative * size + allowed[kind] + rounding + f64::MIN_POSITIVE);
             worst = if ratio <= worst { worst } else { ratio }; // NaN is the worst
         }
         worst

@@ -36,6 +36,8 @@ pub struct Trial {
     pub rates: Vec<Vec<f64>>,
     /// unknowns whose error is that of their rates
     pub constrained: Vec<bool>,
+    /// what the stored part of each unknown is a sum of: the sizes of its terms at the end of the step
+    pub terms: Vec<f64>,
     /// diagonal of the storage matrix
     storage: Vec<f64>,
     /// unknowns that smooth stored functions see by themselves, not in differences alone
@@ -84,6 +86,7 @@ impl Trial {
             own,
             storage,
             constrained: vec![false; n],
+            terms: vec![0.0; n],
             raw: vec![0.0; n + p],
             stored: vec![0.0; n],
             smoothed: vec![0.0; n],
@@ -182,6 +185,11 @@ impl Trial {
         // as changes of charges and fluxes: directions without storage mean nothing
         self.stored.fill(0.0);
         s.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
+        self.terms.fill(0.0);
+        s.sys.linear.e.abs_mul_add(&self.stages[last][..n], &mut self.terms);
+        for (terms, &storage) in self.terms.iter_mut().zip(&self.storage) {
+            *terms = if storage > 0.0 { *terms / storage } else { 0.0 };
+        }
         self.smoothed.fill(0.0);
         s.sys.linear.e.mul_add(1.0, &self.slope[..n], &mut self.smoothed);
         let charges = self.smoothed.iter().zip(&self.stored).zip(&self.storage);
