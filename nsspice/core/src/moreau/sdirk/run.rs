@@ -34,6 +34,10 @@ const UNSOLVED_IN_A_ROW: u32 = 40;
 const EARLY: f64 = 0.05;
 /// Rounding of an estimated error: that of the largest voltage (current), in the rates of all stages.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
+/// Most by which the error of the next step is expected to rise.
+const STEEPEST: f64 = 4.0;
+/// A step is taken again at most so many levels shorter at once.
+const BACK: usize = 3;
 /// Values below this part of the largest so far are rounding errors.
 const DECAYED: f64 = 1e-13;
 /// Instants that differ by so small a part of a step are one.
@@ -84,6 +88,8 @@ pub struct Sdirk {
     accepted: Option<Accepted>,
     level: usize,
     in_a_row: u32,
+    /// length and error of the last step that was free to grow
+    last_error: (f64, f64),
     /// the last event did not end the mode
     futile: bool,
     /// when the last guard was violated [s]
@@ -131,6 +137,7 @@ impl Sdirk {
             accepted: None,
             level: if fixed { 0 } else { FIRST_LEVEL },
             in_a_row: 0,
+            last_error: (longest, 0.0),
             futile: false,
             troubled: f64::NEG_INFINITY,
             stuck: (f64::NEG_INFINITY, 0),
@@ -300,7 +307,7 @@ impl Sdirk {
             let error = if fixed { 0.0 } else { self.error(s) };
             if error > 1.0 || error.is_nan() {
                 self.counters.rejected += 1;
-                self.level = level + if error < 100.0 { 1 } else { 3 };
+                self.level = level + self.back(error);
                 continue;
             }
             let limit = if whole { 1.0 } else { remaining / self.trial.length };
@@ -338,7 +345,7 @@ impl Sdirk {
                 // room to grow: the next longer step would do, with a margin
                 if !fixed && level <= self.level {
                     let q = self.tableau.error_order;
-                    let grown = error * 2.0f64.powi(q);
+                    let grown = self.trend(error) * 2.0f64.powi(q);
                     let up = usize::from(grown < 0.5) + usize::from(grown * 2.0f64.powi(q) < 0.2);
                     self.level = self.grown(level, up, time);
                 }
@@ -350,6 +357,25 @@ impl Sdirk {
             self.counters.matrices = self.ladder.made;
             self.certify(s);
             return Ok(());
+        }
+    }
+
+    /// The error of the next step if it were as long as the last one: an error that rises goes on rising.
+    fn trend(&mut self, error: f64) -> f64 {
+        let length = self.trial.length;
+        let (before, last) = std::mem::replace(&mut self.last_error, (length, error));
+        let expected = last * (length / before).powi(self.tableau.error_order);
+        let rise = if expected > 0.0 { error / expected } else { 1.0 };
+        error * rise.clamp(1.0, STEEPEST)
+    }
+
+    /// How many levels shorter a step has to be taken again whose error was so large.
+    fn back(&self, error: f64) -> usize {
+        let wanted = (2.0 * error).log2() / f64::from(self.tableau.error_order);
+        if wanted < BACK as f64 {
+            (wanted.ceil() as usize).max(1)
+        } else {
+            BACK
         }
     }
 
