@@ -113,7 +113,7 @@ class Auditor:
         stored: _Floats,
         before: _Floats,
         after: _Floats,
-        lengths: tuple[float, float, float],
+        lengths: tuple[float, float, float, float],
         sources: _Floats,
         unknowns: _Floats,
         multipliers: _Floats,

@@ -97,7 +97,7 @@ class Auditor:
             stored,
             jump.before,
             jump.after,
-            (jump.time, jump.length, jump.span),
+            (jump.time, jump.length, jump.span, jump.shortest),
             jump.sources,
             jump.unknowns,
             jump.multipliers,

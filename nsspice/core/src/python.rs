@@ -180,6 +180,7 @@ fn jump_dict<'py>(py: Python<'py>, j: &crate::moreau::Jump) -> PyResult<Bound<'p
     out.set_item("sources", PyArray1::from_slice(py, &j.sources))?;
     out.set_item("length", j.length)?;
     out.set_item("span", j.span)?;
+    out.set_item("shortest", j.shortest)?;
     Ok(out)
 }
 

@@ -165,3 +165,27 @@ def test_a_network_at_rest_is_not_free_of_laws():
         z = steps.z.copy()
         z[steps.length > 0.0, a] = volts
         assert verdict(runner, replace(steps, z=z), None).passed is passes
+
+
+def test_a_diode_of_a_part_that_hardly_conducts_is_not_free_of_its_voltage():
+    """Beside a node of 4 A its voltage has the rounding of that in 1 kOhm, but no microvolt."""
+    text = (
+        "part\nV1 n1 0 10\nR1 n2 0 14\nC1 n2 0 6u IC=0.8\nR2 n1 n2 13\n"
+        "D1 n2 f2\nD2 f1 f2\nR3 f2 f3 1k\nD3 f3 f4\nD4 n1 f4\nD5 f1 0\nI1 n2 0 1\n"
+    )
+    circuit = nsspice.read(text)
+    analysis = Tran(stop=3e-4, row_step=5e-5, max_step=5e-5, uic=True)
+    settings = Settings("moreau", 1.0)
+    runner = IslandRunner(circuit, 0, circuit.islands[0], [], analysis, settings, None, None)
+    runner.start()
+    while runner.advance(1000).shape[0]:
+        pass
+    steps = runner.stepper.take_records()
+    part = [runner.mna.unknowns.index(name) for name in ("v(f2)", "v(f3)")]
+    clamp = runner.mna.unknowns.index("v(f1)")
+    for volts, passes in (1e-14, True), (1e-6, False):
+        z = steps.z.copy()
+        z[np.ix_(steps.length > 0.0, part)] = z[steps.length > 0.0, clamp][:, None] - volts
+        found = verdict(runner, replace(steps, z=z), None)
+        assert found.laws < 1e-8
+        assert found.passed is passes

@@ -115,6 +115,13 @@ impl Lanes {
         }
     }
 
+    /// Unknowns and multipliers of the last step that waits.
+    pub fn last(&self) -> [&[f64]; 2] {
+        let (k, start) = (self.count.saturating_sub(1), &self.start);
+        let row = &self.rows[k * start[PARTS - 1]..];
+        [&row[..start[1]], &row[start[1]..start[2]]]
+    }
+
     /// One part of all steps.
     pub fn part(&self, part: usize) -> &[Lane] {
         &self.data[self.start[part]..self.start[part + 1]]

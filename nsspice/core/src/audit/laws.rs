@@ -166,14 +166,15 @@ impl Auditor {
     /// plus what impulses brought there, less what sources gave in the meantime, vanishes.
     ///
     /// `stored` is the size of what was there, `sides` are the unknowns before and after.  The jump is
-    /// the limit of short steps, the first of the given length, or one short step of the length `span`.
+    /// the limit of short steps of the given length together, or one short step of the length `span`;
+    /// the `shortest` of them had the highest potentials and the largest currents.
     #[allow(clippy::too_many_arguments)] // all that is known of it
     pub fn jump_error(
         &mut self,
         moved: &[f64],
         stored: &[f64],
         sides: [&[f64]; 2],
-        [time, length, span]: [f64; 3],
+        [time, length, span, shortest]: [f64; 4],
         sources: &[f64],
         unknowns: &[f64],
         multipliers: &[f64],
@@ -203,10 +204,11 @@ impl Auditor {
         // a closed form turns states of equal energy into one another: charge becomes flux by rounding
         let energy = sides.iter().fold(0.0f64, |a, z| a.max(0.5 * self.e.form(z, z).0));
         let energy = if length > 0.0 { 0.0 } else { energy };
-        // short steps: an impulse that flows in windings without leakage is a difference of large fluxes
+        // short steps: an impulse that flows in windings without leakage is a difference of large fluxes,
+        // and the charge of a capacitor one of the potentials to which an impulse lifts both its nodes
         let mut flowing = vec![0.0; self.n];
         if length > 0.0 {
-            let sizes: Vec<f64> = unknowns.iter().map(|v| v.abs() / length).collect();
+            let sizes: Vec<f64> = unknowns.iter().map(|v| v.abs() / shortest).collect();
             self.e.add_sizes(3.0 * self.share, &sizes, &mut flowing);
         }
         let errors = error.iter().zip(&sizes).zip(&self.kinds).enumerate();

@@ -182,12 +182,13 @@ impl Auditor {
             let mean = rows.iter().map(|&r| scale[r]).sum::<f64>() / rows.len().max(1) as f64;
             block.l[k * m + i].abs().max(mean)
         };
-        // a voltage that is seen in no current of its nodes
+        // a voltage that changes no law of its nodes by more than that is measured by
         let unseen = |k: usize, i: usize| {
             let [share, rate] = block.grain[k];
             let rows = self.touched[i].iter().map(|&r| (r, self.reach.slope(r, rate)));
             let rows = rows.filter(|row| row.1 > 0.0);
-            rows.map(|(r, slope)| share * block.scale[k * n + r] / slope).fold(0.0, f64::max)
+            let known = |r: usize| (share * block.scale[k * n + r]).max(block.floor[k * n + r]);
+            rows.map(|(r, slope)| known(r) / slope).fold(0.0, f64::max)
         };
         let (mut worst, mut place) = (self.complementarity, self.worst_pair);
         for k in (0..block.count).filter(|&k| !block.unsigned[k]) {

@@ -169,6 +169,7 @@ impl Sums {
         if self.first.is_none() {
             let energy = self.energy(z);
             (self.first, self.peak) = (Some(energy), energy.abs());
+            self.look(z, &[]);
             self.go_on_from(z);
         }
     }
@@ -231,7 +232,6 @@ impl Sums {
         if let Some(lanes) = &mut self.lanes {
             lanes.push(h, [z, l, u], u0, [f, f_rate]);
             if lanes.count == LANES {
-                self.look(z, l);
                 self.add_lanes();
             } else if new {
                 self.look(z, l);
@@ -262,6 +262,8 @@ impl Sums {
             return;
         }
         let Some(mut lanes) = self.lanes.take() else { return };
+        let [z, l] = lanes.last();
+        self.look(z, l);
         lanes.close();
         let [mut stored, mut averaged, mut power, mut given] = [[0.0; LANES]; 4];
         lanes.squares(&self.stored, CHANGE, &mut stored);

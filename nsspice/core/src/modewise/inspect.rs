@@ -145,8 +145,10 @@ impl Engine {
             }
         }
         let sources = self.sources(self.time);
-        let (time, length, span) = (self.time, 0.0, 0.0);
-        let jump = Jump { time, before, after, multipliers, unknowns, sources, length, span };
+        let (time, length) = (self.time, 0.0);
+        let (span, shortest) = (length, length);
+        let jump =
+            Jump { time, before, after, multipliers, unknowns, sources, length, span, shortest };
         self.jumps.push(jump);
     }
 

@@ -60,8 +60,19 @@ impl Engine {
         self.a = a;
         self.stats.jumps += 1;
         if self.jumps.len() < MAX_JUMPS {
-            let (time, sources, length, span) = (self.time, self.sources(self.time), h, 0.0);
-            let jump = Jump { time, before, after, multipliers, unknowns, sources, length, span };
+            let (time, sources) = (self.time, self.sources(self.time));
+            let (length, span, shortest) = (h, 0.0, h);
+            let jump = Jump {
+                time,
+                before,
+                after,
+                multipliers,
+                unknowns,
+                sources,
+                length,
+                span,
+                shortest,
+            };
             self.jumps.push(jump);
         }
         true

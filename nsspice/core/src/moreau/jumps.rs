@@ -48,6 +48,8 @@ pub struct Jump {
     pub length: f64,
     /// the impulses contain what ordinary values carry in this time: 0 if they are a limit [s]
     pub span: f64,
+    /// the shortest of those steps [s]
+    pub shortest: f64,
 }
 
 /// An estimate of the fastest time constant [s]: largest rate at which stored quantities act on each
@@ -111,6 +113,7 @@ pub(super) struct Leap {
     /// see [`Jump`]
     pub length: f64,
     pub span: f64,
+    pub shortest: f64,
     /// multipliers before
     pub multipliers: Vec<f64>,
     /// a step and the limit of steps from `after` that need no impulse
@@ -196,6 +199,7 @@ impl Stepper {
                 impulses: [0, 1].map(|k| sum(&leap.impulses[k], &next.impulses[k])),
                 length: leap.length + next.length,
                 span: leap.span + next.span,
+                shortest: leap.shortest.min(next.shortest),
                 ..next
             };
         }
@@ -204,7 +208,7 @@ impl Stepper {
 
     /// Goes where an impulsive step has led, and notes what jumped.
     pub(super) fn enter(&mut self, charges: Option<&[f64]>, before: Vec<f64>, leap: Leap) {
-        let Leap { first, after, impulses, length, span, settled, .. } = leap;
+        let Leap { first, after, impulses, length, span, shortest, settled, .. } = leap;
         if self.noticed(charges, &before, &first, &after) {
             self.stats.jumps += 1;
             if self.jumps.len() < MAX_JUMPS {
@@ -218,6 +222,7 @@ impl Stepper {
                     sources: self.u0.clone(),
                     length,
                     span,
+                    shortest,
                 });
             }
         }
@@ -284,7 +289,18 @@ impl Stepper {
             self.z[j] = after[j];
         }
         let (settled, rest) = self.settle(&after, shortest)?;
-        Ok(Leap { first: once.z, part, after, impulses, length, span, multipliers, settled, rest })
+        Ok(Leap {
+            first: once.z,
+            part,
+            after,
+            impulses,
+            length,
+            span,
+            shortest: length,
+            multipliers,
+            settled,
+            rest,
+        })
     }
 
     /// Where a step of this length has moved what is stored no further than all sources and stores
