@@ -140,6 +140,8 @@ def infeasibility(
         scaled = values * scale[rows] * scale[cols]
         scaled_rhs = rhs * scale
         size = float(np.abs(scaled_rhs).max())
+        if size < np.finfo(float).tiny:
+            continue  # there are no digits left to prove anything with
         weights = _smallest_proof(n, m, rows, cols, scaled, scaled_rhs / size, kinds)
         if weights is None:
             continue

@@ -22,6 +22,8 @@ class Stretches:
         [s]
     grain : ndarray, shape (k,)
         Shortest time that the rates stand for [s].
+    swing : ndarray, shape (k,)
+        Energy of the terms of a closed form if none of them cancelled [J]; 0 for a step.
     steps : ndarray of uint8, shape (k,)
         Steps of the engine that end with each.
     signed : ndarray of uint8, shape (k,)
@@ -40,6 +42,12 @@ class Stretches:
         Rates of the smooth functions.
     roles : ndarray of uint8, shape (k, m), or empty
         0 complementary pair, 1 closed, 2 open; empty if all are complementary.
+    seam_end, seam_begin : ndarray, shape (some, n)
+        Unknowns where one motion ends, or a reported jump, and where the next one begins; nothing
+        but what is stored counts.  Of all that were compared those that differ most, and those at
+        which most is stored.
+    seams : int
+        How many were compared.
     known : float
         Relative residual to which an iteration has solved the points; 0 for a closed form.
     """
@@ -47,6 +55,7 @@ class Stretches:
     begin: Floats
     end: Floats
     grain: Floats
+    swing: Floats
     steps: npt.NDArray[np.uint8]
     signed: npt.NDArray[np.uint8]
     first: Floats
@@ -60,6 +69,9 @@ class Stretches:
     u: Floats
     function_rate: Floats
     roles: npt.NDArray[np.uint8]
+    seam_end: Floats
+    seam_begin: Floats
+    seams: int
     known: float
 
     @classmethod
@@ -79,6 +91,8 @@ class Stretches:
             "u": (k, s, p),
             "function_rate": (k, s, functions),
         }
+        for name in ("seam_end", "seam_begin"):
+            shapes[name] = (flat[name].size // max(n, 1), n)
         for name, shape in shapes.items():
             flat[name] = flat[name].reshape(shape)
         if flat["inner"].size:

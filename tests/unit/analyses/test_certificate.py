@@ -211,7 +211,8 @@ def test_a_conducting_diode_with_reverse_current_is_seen_in_an_exact_run():
 def test_a_missing_stretch_fails_the_balance_of_an_exact_run():
     runner, stretches = exact()
     keep = np.arange(stretches.begin.size) != 7
-    names = [n for n in stretches.__slots__ if np.size(getattr(stretches, n)) > 1]
+    whole = stretches.begin.size
+    names = [n for n in stretches.__slots__ if np.shape(getattr(stretches, n))[:1] == (whole,)]
     shorter = replace(stretches, **{n: getattr(stretches, n)[keep] for n in names})
     examiner = Examiner(runner.mna)
     examiner.take_stretches(shorter)
@@ -342,3 +343,19 @@ def test_the_energy_that_the_stages_take_is_known(order):
     # with steps of a whole time constant the error of order 4 is some 1e-3
     assert e.dissipated == pytest.approx(12.5e-6, rel=0.1 if order == 2 else 5e-3)
     assert e.scheme != 0.0
+
+
+@pytest.mark.parametrize("method", ["moreau", "modewise", "sdirk"])
+@pytest.mark.parametrize("volts", [1e-300, 1e-308, 1e-310])
+def test_a_source_of_a_denormal_voltage_has_few_digits_and_a_certificate(method, volts):
+    """The last digit of its currents is 5e-324 A, which is more than 1e-8 of them."""
+    deck = f"tiny\nV1 a 0 SIN(0 {volts!r} 1k)\nR1 a b 1k\nC1 b 0 1u\n"
+    run = nsspice.tran(nsspice.read(deck), stop=1e-3, row_step=1e-5, method=method)
+    assert run.certificate.passed
+
+
+def test_a_source_of_few_last_digits_is_solved_or_refused_by_name():
+    deck = "tiny\nV1 a 0 SIN(0 1e-322 1k)\nR1 a b 1k\nC1 b 0 1u\n"
+    with pytest.raises(nsspice.NsspiceError, match="no solution was found") as refusal:
+        nsspice.tran(nsspice.read(deck), stop=1e-3, row_step=1e-5, method="moreau")
+    assert refusal.value.code == "NS3002"

@@ -189,3 +189,28 @@ def test_a_diode_of_a_part_that_hardly_conducts_is_not_free_of_its_voltage():
         found = verdict(runner, replace(steps, z=z), None)
         assert found.laws < 1e-8
         assert found.passed is passes
+
+
+@pytest.mark.parametrize("unknown", ["v(out)", "i(l1)"])
+def test_a_state_that_changes_between_two_segments_fails(unknown):
+    """All points of both hold: nothing but their difference tells, recorded or not."""
+    runner, _, stretches = run("modewise")
+    segments = runner.stepper.statistics["segments"]
+    assert stretches.seams == segments > stretches.begin.size // 2
+    j = runner.mna.unknowns.index(unknown)
+
+    def shift(z):
+        z[0, j] += 1e-6 * np.abs(z[:, j]).max()
+
+    _, wrong = changed("modewise", None, stretches, "seam_begin", shift)
+    found = verdict(runner, None, wrong)
+    assert found.laws < 1e-8
+    assert not found.passed
+
+
+def test_states_that_vanish_wherever_a_segment_ends_are_no_changes():
+    """The current of a half-wave rectifier: what is left at its zeros is rounding."""
+    text = "half-wave\nV1 in 0 SIN(0 10 50)\nD1 in out\nL1 out r 20m IC=0\nR1 r 0 10\n"
+    run = nsspice.tran(nsspice.read(text), stop=100e-3, uic=True)
+    assert run.islands[0].method == "modewise"
+    assert run.certificate.passed

@@ -4,6 +4,7 @@ use super::energy::Ledger;
 use super::matrix::Entries;
 use super::points::Block;
 use super::rounding::{share, Reach};
+use super::stretches::Seams;
 use super::{ratio, worse};
 use crate::descriptor::Linear;
 use crate::newton::Smooth;
@@ -77,6 +78,8 @@ pub struct Auditor {
     /// largest voltage and current so far, of stretches and with smooth functions
     pub(super) largest: [f64; 2],
     pub(super) block: Block,
+    /// changes between one motion and the next
+    pub seams: Seams,
     /// worst relative error of a law
     pub laws: f64,
     /// worst relative error of a pair
@@ -139,6 +142,7 @@ impl Auditor {
             largest: [0.0; 2],
             share: share(n + m),
             block: Block::default(),
+            seams: Seams::default(),
             laws: 0.0,
             complementarity: 0.0,
             worst_row: None,

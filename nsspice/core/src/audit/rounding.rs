@@ -129,13 +129,14 @@ impl Auditor {
     /// is measured by at least; returns the same for the currents and voltages of pairs.
     pub(super) fn floor(&self, grain: &Grain, floor: &mut [f64]) -> [f64; 2] {
         let Grain { largest, rate, share, settled } = *grain;
-        // what underflows is off by the rounding of the smallest number (section 2.1 there)
+        // what underflows, a value or a product with it, is off by the rounding of the smallest
+        // number (section 2.1 there)
         let largest = largest.map(|v| v.max(f64::MIN_POSITIVE));
         // of laws of currents and of voltages
         let mut least = [0, 1].map(|kind| share.max(settled) * largest[1 - kind]);
         let rows = self.reach.stored.iter().zip(&self.reach.acting).zip(&self.kinds);
         for (own, ((stored, acting), &kind)) in floor.iter_mut().zip(rows) {
-            let acting = *own + meet(acting, &largest);
+            let acting = *own + meet(acting, &largest) + f64::MIN_POSITIVE;
             *own = (share * (acting + 2.0 * rate * meet(stored, &largest))).max(settled * acting);
             least[usize::from(kind)] = least[usize::from(kind)].max(*own);
         }

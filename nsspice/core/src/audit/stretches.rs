@@ -12,6 +12,7 @@
 
 use super::energy::Entry;
 use super::laws::Auditor;
+use super::matrix::Entries;
 use super::points::Point;
 use super::rounding::Grain;
 use super::{ratio, worse, TOLERANCE};
@@ -31,6 +32,8 @@ pub struct Stretches<'a> {
     pub end: &'a [f64],
     /// shortest time that rates stand for [s]
     pub grain: &'a [f64],
+    /// energy of the terms of a closed form if none of them cancelled [J]; 0 where there are none
+    pub swing: &'a [f64],
     /// steps of the engine that end with it
     pub steps: &'a [u8],
     /// signs of the pairs hold at all nodes (1), or at the last one alone (0)
@@ -57,6 +60,33 @@ pub struct Stretches<'a> {
     pub function_rate: &'a [f64],
     /// roles of the pairs, (k, m); empty without switches
     pub roles: &'a [u8],
+    /// unknowns that store something where one motion ends, or a reported jump, and where the next
+    /// begins, (some, n): where these differ most, and where most is stored
+    pub seam_end: &'a [f64],
+    /// see `seam_end`
+    pub seam_begin: &'a [f64],
+}
+
+/// States at which one motion ends and the next begins: nothing changes between them but in jumps
+/// that are reported.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Seams {
+    /// largest energy of a change [J]
+    changed: f64,
+    /// largest stored energy [J]
+    stored: f64,
+}
+
+/// Energy that is stored in a state [J].
+fn stored(e: &Entries, z: &[f64]) -> f64 {
+    0.5 * e.form(z, z).0.abs()
+}
+
+impl Seams {
+    /// The largest change as the root of its energy, relative to that of the largest energy.
+    pub fn error(&self) -> f64 {
+        ratio(self.changed.sqrt(), self.stored.sqrt())
+    }
 }
 
 impl Auditor {
@@ -74,6 +104,10 @@ impl Auditor {
             self.reach.see(&self.kinds, z, l, &mut self.largest);
         }
         let known = all.known / TOLERANCE;
+        if n > 0 {
+            let sides = all.seam_end.chunks_exact(n).zip(all.seam_begin.chunks_exact(n));
+            sides.for_each(|(end, begin)| self.take_seam(end, begin));
+        }
         for k in 0..count {
             let h = all.end[k] - all.begin[k];
             let grain = Grain {
@@ -93,6 +127,8 @@ impl Auditor {
             for (i, &weight) in weight.iter().enumerate() {
                 let (z, l, u) = (&all.z[at(i, n)], &all.l[at(i, m)], &all.u[at(i, p)]);
                 let rate = &all.rate[at(i, n)];
+                // states may vanish wherever a motion ends
+                self.seams.stored = self.seams.stored.max(stored(&self.e, z));
                 charge_rate.fill(0.0);
                 self.e.add(1.0, rate, &mut charge_rate);
                 let mut by_functions = 0.0;
@@ -136,7 +172,7 @@ impl Auditor {
             let rounding = INSTANT * all.begin[k].abs().max(all.end[k].abs());
             self.blur(s, (rounding / h).min(1.0));
             self.judge_full();
-            self.motion(&error, &sizes, grain.share, h);
+            self.motion(&error, &sizes, grain.share, [h, all.swing[k]]);
             if self.ledger.is_some() {
                 let last = &all.z[at(s - 1, n)];
                 self.enter_stretch(all, k, first, last, entry);
@@ -149,13 +185,17 @@ impl Auditor {
     }
 
     /// The balance of charge and flux over a stretch of length `h`; a content is known to this share
-    /// of what the largest voltage and current would make of it, and of what they would bring.
-    fn motion(&mut self, error: &[f64], sizes: &[f64], share: f64, h: f64) {
+    /// of what the largest voltage and current would make of it, and of what they would bring.  A
+    /// closed form is a sum of terms, which may be larger than all that is left of them: what they
+    /// would store without cancelling, the `swing`, could all be in this element.
+    fn motion(&mut self, error: &[f64], sizes: &[f64], share: f64, [h, swing]: [f64; 2]) {
         let (mut worst, mut place) = (self.laws, None);
         for (row, (e, size)) in error.iter().zip(sizes).enumerate() {
             let brought = h * self.reach.acting(row, &self.largest);
-            let floor = share * (self.reach.content(row, &self.largest) + brought);
-            let found = ratio(e.abs(), size.max(floor));
+            let content = self.reach.content(row, &self.largest) + f64::MIN_POSITIVE;
+            let floor = share * (content + brought);
+            let summed = share * self.reach.holding(row, self.kinds[row], swing);
+            let found = ratio(e.abs(), size.max(floor).max(summed));
             if worse(found, worst) {
                 (worst, place) = (found, Some(row));
             }
@@ -163,6 +203,17 @@ impl Auditor {
         if let Some(row) = place {
             self.note_law(worst, row);
         }
+    }
+
+    /// Takes a state at which a motion ends, and the one at which the next begins.
+    fn take_seam(&mut self, end: &[f64], begin: &[f64]) {
+        let change: Vec<f64> = end.iter().zip(begin).map(|(a, b)| b - a).collect();
+        let changed = stored(&self.e, &change);
+        let seams = &mut self.seams;
+        if worse(changed, seams.changed) {
+            seams.changed = changed;
+        }
+        seams.stored = seams.stored.max(stored(&self.e, end)).max(stored(&self.e, begin));
     }
 
     fn enter_stretch(

@@ -9,6 +9,7 @@ pub struct Taken {
     pub begin: Vec<f64>,
     pub end: Vec<f64>,
     pub grain: Vec<f64>,
+    pub swing: Vec<f64>,
     pub steps: Vec<u8>,
     pub signed: Vec<u8>,
     pub first: Vec<f64>,
@@ -22,11 +23,18 @@ pub struct Taken {
     pub u: Vec<f64>,
     pub function_rate: Vec<f64>,
     pub roles: Vec<u8>,
+    pub seam_end: Vec<f64>,
+    pub seam_begin: Vec<f64>,
+    pub seams: usize,
 }
 
 impl Taken {
     /// Numbers that wait.
     pub fn size(&self) -> usize {
-        2 * self.z.len() + self.l.len() + self.u.len() + self.function_rate.len()
+        2 * self.z.len()
+            + self.l.len()
+            + self.u.len()
+            + self.function_rate.len()
+            + 2 * self.seam_end.len()
     }
 }

@@ -171,6 +171,12 @@ impl Block {
         self.norm
     }
 
+    /// What the coordinate of a slot begins with, without its sign; none if it is not of this block.
+    pub fn start(&self, slot: usize) -> Option<f64> {
+        let k = slot.checked_sub(self.slot).filter(|&k| k < self.width)?;
+        Some(self.y0[k].abs())
+    }
+
     /// Fills the slots of the coordinates: `e^(M t) y0` by scaling and squaring of the Taylor series.
     pub fn at(&self, t: f64, out: &mut Point) {
         let size = self.matrix.rows;

@@ -122,6 +122,7 @@ impl Engine {
         self.sys.linear.e.mul_add(1.0, &self.z, &mut charges);
         self.net.energy(&charges, &mut self.a);
         self.scale.see_state(&self.a);
+        self.witness_end();
         self.time = reached;
         let mut on: Vec<bool> = self.implicit.active().to_vec();
         let at_target = first_row || (target - self.time).abs() <= near;

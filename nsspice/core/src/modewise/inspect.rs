@@ -119,6 +119,7 @@ impl Engine {
             return;
         }
         self.stats.jumps += 1;
+        self.witness_end();
         if self.jumps.len() >= MAX_JUMPS {
             return;
         }

@@ -226,6 +226,7 @@ impl Engine {
         self.gates.copy_from_slice(gates);
         self.net.energy(charges, &mut self.a);
         self.scale.see_state(&self.a);
+        self.witness_end();
         self.time = 0.0;
         self.guess_scale();
         self.present = None;
@@ -377,6 +378,7 @@ impl Engine {
     /// Marches through the segment that has been begun.
     fn walk(&mut self, horizon: f64) -> Result<(), Failure> {
         let Some((id, mode)) = self.present.clone() else { return Ok(()) };
+        self.witness_begin(&mode);
         let verifier = &self.picker.verifier;
         let (length, ending) = self.march.walk(
             &self.path,
@@ -438,6 +440,7 @@ impl Engine {
         mode.leave_x.apply(&self.x, &mut self.a);
         mode.leave_v.apply_add(&self.v, &mut self.a);
         self.scale.see_state(&self.a);
+        self.witness_end();
         self.time = self.end;
         let crossing = std::mem::take(&mut self.crossing);
         if self.too_fast() {

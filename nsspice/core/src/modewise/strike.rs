@@ -59,6 +59,7 @@ impl Engine {
         let [after, unknowns, multipliers] = [1, 2, 3].map(|k| to_zero(of(k)));
         self.a = a;
         self.stats.jumps += 1;
+        self.witness_end();
         if self.jumps.len() < MAX_JUMPS {
             let (time, sources) = (self.time, self.sources(self.time));
             let (length, span, shortest) = (h, 0.0, h);

@@ -389,6 +389,22 @@ impl Trajectory {
         }
     }
 
+    /// The sum of the sizes of all terms of each modal coordinate within a time; `reach` is work space.
+    pub fn sizes(&self, time: f64, reach: &mut Vec<f64>, out: &mut [f64]) {
+        self.reaches(time, reach);
+        for (x, common) in out.iter_mut().zip(self.common.chunks_exact(self.shared)) {
+            *x = common.iter().zip(&*reach).map(|(c, r)| (c * r).abs()).sum();
+        }
+        for own in &self.own {
+            let numerical = self.blocks.iter().find_map(|block| block.start(own.slot));
+            let size = numerical.unwrap_or(own.factor.abs() * reach[own.slot]);
+            out[own.at] += size;
+            if own.pair {
+                out[own.at + 1] += size;
+            }
+        }
+    }
+
     /// Values of `[1; inputs]` at a point.
     pub fn inputs(&self, segment: &Segment, point: &Point, out: &mut [f64]) {
         for ((v, level), slope) in out.iter_mut().zip(&segment.level).zip(&segment.slope) {

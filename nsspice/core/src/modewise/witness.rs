@@ -8,7 +8,7 @@ use super::mode::Mode;
 use super::pick::roles;
 use super::run::Engine;
 use super::terms::{Point, Term};
-use crate::audit::Taken;
+use crate::audit::{worse, Taken};
 use crate::dense::complex;
 use crate::mlcp::Role;
 use crate::moreau::Records;
@@ -35,7 +35,8 @@ const WEIGHTS: [f64; 6] = [
 /// powers, are then integrated with an error of 5e-13 (2 x 0.8)^10 = 5e-11 of their size.
 const REACH: f64 = 0.8;
 /// What has decayed below the first part is measured by larger things, below the second it is
-/// rounding.
+/// rounding, also where the rest of the segment is so many of its time constants long: a quadrature
+/// takes its rate for that of a part of them.
 const SMALL: f64 = 1e-6;
 const GONE: f64 = 1e-16;
 /// Most stretches of one segment; the rest of it is left out.
@@ -49,8 +50,20 @@ const STOCK: u64 = 32 * PRICE;
 /// Modes whose first segment begins with a stretch that is recorded whatever it costs: reducing
 /// each cost more.
 const FIRST_MODES: usize = 1024;
+/// States up to which the beginning of every segment is compared with the end of the last motion;
+/// with more, one of so many.
+const FEW: usize = 64;
+const SEAMS: u64 = 8;
 /// Records are handed over when they hold this many numbers.
 const FULL: usize = 1 << 18;
+
+/// The end of a motion and the beginning of the next, in energy coordinates.
+#[derive(Default)]
+struct Seam {
+    /// what it was kept for
+    value: f64,
+    ends: [Vec<f64>; 2],
+}
 
 /// Chooses the segments to record and keeps their points.
 pub(super) struct Witness {
@@ -62,6 +75,10 @@ pub(super) struct Witness {
     pub taken: Taken,
     /// implicit steps
     pub records: Records,
+    /// energy coordinates where the last motion ended, or the last reported jump
+    left: Vec<f64>,
+    /// those that differ most, and those at which most is stored
+    seams: [Seam; 2],
     point: Point,
     x: Vec<f64>,
     v: Vec<f64>,
@@ -79,6 +96,8 @@ impl Default for Witness {
             empty: 0,
             taken: Taken { nodes: NODES.len(), ..Taken::default() },
             records: Records::default(),
+            left: Vec::new(),
+            seams: Default::default(),
             point: Point::default(),
             x: Vec::new(),
             v: Vec::new(),
@@ -109,7 +128,16 @@ impl Engine {
 
     /// The points recorded since the last call.
     pub fn take_stretches(&mut self) -> Taken {
-        let nodes = NODES.len();
+        let (nodes, w) = (NODES.len(), &mut self.witness);
+        for seam in w.seams.iter_mut().filter(|seam| !seam.ends[0].is_empty()) {
+            let lists = [&mut w.taken.seam_end, &mut w.taken.seam_begin];
+            for (list, a) in lists.into_iter().zip(&mut seam.ends) {
+                let from = list.len();
+                list.resize(from + self.net.n, 0.0);
+                self.net.big_r.apply(a, &mut list[from..]);
+                a.clear();
+            }
+        }
         std::mem::replace(&mut self.witness.taken, Taken { nodes, ..Taken::default() })
     }
 
@@ -134,6 +162,57 @@ impl Engine {
         self.witness.records.push(time, length, &from, z, l, &u, &u, roles);
     }
 
+    /// A motion has come to its end, or a jump that is reported.
+    pub(super) fn witness_end(&mut self) {
+        if self.witness.watches {
+            self.witness.left.clone_from(&self.a);
+        }
+    }
+
+    /// A motion begins: keeps its beginning and the end of the last one if they differ most so far,
+    /// or if more is stored there than anywhere else.
+    pub(super) fn witness_begin(&mut self, mode: &Mode) {
+        let often = self.net.states <= FEW || self.stats.segments.is_multiple_of(SEAMS);
+        let w = &mut self.witness;
+        if !w.watches || !often || w.left.len() != self.net.states {
+            return;
+        }
+        w.x.resize(mode.n, 0.0);
+        w.a.resize(self.net.states, 0.0);
+        self.path.state(&self.picker.verifier.start, &mut w.x);
+        mode.leave_x.apply(&w.x, &mut w.a);
+        mode.leave_v.apply_add(&self.segment.now, &mut w.a);
+        w.taken.seams += 1;
+        let (mut gap, mut size) = (0.0f64, 0.0f64);
+        for (left, a) in w.left.iter().zip(&w.a) {
+            let found = (left - a).abs();
+            gap = if worse(found, gap) { found } else { gap };
+            size = size.max(left.abs());
+        }
+        for (seam, value) in w.seams.iter_mut().zip([gap, size]) {
+            if seam.ends[0].is_empty() || worse(value, seam.value) {
+                seam.value = value;
+                seam.ends[0].clone_from(&w.left);
+                seam.ends[1].clone_from(&w.a);
+            }
+        }
+    }
+
+    /// Half the square of the energy coordinates if no two terms of the closed form cancelled.
+    fn swing(&mut self, mode: &Mode, length: f64) -> f64 {
+        let w = &mut self.witness;
+        w.x.resize(mode.n, 0.0);
+        self.path.sizes(length, &mut w.b, &mut w.x);
+        let mut square = 0.0;
+        for r in 0..mode.leave_x.rows {
+            let sum =
+                |row: &[f64], x: &[f64]| row.iter().zip(x).map(|(c, x)| (c * x).abs()).sum::<f64>();
+            let of_v = sum(mode.leave_v.row(r), &self.scale.v);
+            square += (sum(mode.leave_x.row(r), &w.x) + of_v).powi(2);
+        }
+        0.5 * square
+    }
+
     /// A segment of this length has begun; `fresh` if its mode has not been met before.
     pub(super) fn witness_segment(&mut self, mode: &Mode, length: f64, fresh: bool) {
         let w = &mut self.witness;
@@ -150,6 +229,8 @@ impl Engine {
         if !first && w.tokens < PRICE {
             return;
         }
+        let swing = self.swing(mode, length);
+        let w = &mut self.witness;
         let most = usize::from(first).max(((w.tokens / PRICE) as usize).min(MOST));
         let (mut begin, mut count) = (0.0, 0);
         self.make_room(if length <= self.reach(0.0, length) { 1 } else { most });
@@ -157,6 +238,7 @@ impl Engine {
             let width = self.reach(begin, length);
             let end = if begin + 1.01 * width >= length { length } else { begin + width };
             count += 1;
+            self.witness.taken.swing.push(swing);
             self.record_stretch(mode, begin, end, length);
             begin = end;
             if begin >= length {
@@ -196,7 +278,7 @@ impl Engine {
             for rate in [rate, forced] {
                 let left = (rate.re * t).exp();
                 let size = rate.abs();
-                if size > 0.0 && left > GONE {
+                if size > 0.0 && left > GONE / (size * (length - t)).max(1.0) {
                     // the error grows with the tenth power of the length
                     let room = (SMALL / left).max(1.0).powf(0.1);
                     width = width.min(REACH / size * room);

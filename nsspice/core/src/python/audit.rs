@@ -98,7 +98,9 @@ impl PyAuditor {
     fn take_stretches(&mut self, records: &Bound<'_, PyAny>) -> PyResult<()> {
         let floats = |name: &str| part::<f64>(records, name);
         let known: f64 = records.getattr("known")?.extract()?;
-        let (begin, end, grain) = (floats("begin")?, floats("end")?, floats("grain")?);
+        let (begin, end) = (floats("begin")?, floats("end")?);
+        let (grain, swing) = (floats("grain")?, floats("swing")?);
+        let (seam_end, seam_begin) = (floats("seam_end")?, floats("seam_begin")?);
         let (done, signed) = (part::<u8>(records, "steps")?, part::<u8>(records, "signed")?);
         let (first, first_u) = (floats("first")?, floats("first_u")?);
         let (time, weight, inner) = (floats("time")?, floats("weight")?, floats("inner")?);
@@ -111,6 +113,7 @@ impl PyAuditor {
             begin: begin.as_slice()?,
             end: end.as_slice()?,
             grain: grain.as_slice()?,
+            swing: swing.as_slice()?,
             steps: done.as_slice()?,
             signed: signed.as_slice()?,
             first: first.as_slice()?,
@@ -124,12 +127,17 @@ impl PyAuditor {
             u: u.as_slice()?,
             function_rate: function_rate.as_slice()?,
             roles: roles.as_slice()?,
+            seam_end: seam_end.as_slice()?,
+            seam_begin: seam_begin.as_slice()?,
         };
         let (n, m, p) = self.inner.sizes();
         let (k, nodes) = (all.begin.len(), all.nodes);
         let points = k * nodes;
         let either = |len: usize, full: usize| len == 0 || len == full;
-        let fits = [all.end.len(), all.grain.len(), all.steps.len(), all.signed.len()] == [k; 4]
+        let fits = [all.end.len(), all.grain.len(), all.swing.len()] == [k; 3]
+            && [all.steps.len(), all.signed.len()] == [k; 2]
+            && all.seam_end.len() == all.seam_begin.len()
+            && all.seam_end.len().is_multiple_of(n.max(1))
             && all.first.len() == k * n
             && all.first_u.len() == k * p
             && [all.time.len(), all.weight.len()] == [points; 2]
@@ -195,6 +203,7 @@ impl PyAuditor {
         out.set_item("worst_row", self.inner.worst_row)?;
         out.set_item("worst_pair", self.inner.worst_pair)?;
         out.set_item("checks", self.inner.checks)?;
+        out.set_item("seams", self.inner.seams.error())?;
         if let Some(ledger) = &self.inner.ledger {
             let e = &ledger.energy;
             let energy = PyDict::new(py);
@@ -250,10 +259,14 @@ pub(super) fn stretch_dict<'py>(py: Python<'py>, taken: &Taken) -> PyResult<Boun
     let out = PyDict::new(py);
     out.set_item("nodes", taken.nodes)?;
     out.set_item("known", taken.known)?;
+    out.set_item("seams", taken.seams)?;
     for (name, values) in [
         ("begin", &taken.begin),
         ("end", &taken.end),
         ("grain", &taken.grain),
+        ("swing", &taken.swing),
+        ("seam_end", &taken.seam_end),
+        ("seam_begin", &taken.seam_begin),
         ("first", &taken.first),
         ("first_u", &taken.first_u),
         ("time", &taken.time),

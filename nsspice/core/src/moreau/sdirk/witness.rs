@@ -159,6 +159,7 @@ impl Witness {
         taken.begin.push(trial.start);
         taken.end.push(end);
         taken.grain.push(tableau.gamma * h);
+        taken.swing.push(0.0);
         taken.steps.push(1u8.saturating_add(std::mem::take(&mut self.empty)));
         taken.signed.push(0); // inner stages are of low order
         taken.first.extend_from_slice(&trial.first[..n]);
