@@ -344,14 +344,47 @@ impl Lu {
         x
     }
 
-    /// `A^-1 B` with one step of refinement against the matrix itself.
+    /// `A^-1 B`, refined against the matrix itself: with residuals of twice the precision the
+    /// solution has its digits as long as the matrix is regular at all (J. H. Wilkinson, *Rounding
+    /// Errors in Algebraic Processes*, 1963, ch. 3), however far conductances lie apart.
     pub fn solve_refined(&self, a: &Matrix, b: &Matrix) -> Matrix {
-        let mut x = self.solve(b);
-        let mut rest = b.clone();
-        rest.add_scaled(-1.0, &a.times(&x));
-        x.add_scaled(1.0, &self.solve(&rest));
-        x
+        self.refine(a, b).0
     }
+
+    /// The same, and the last correction: an entry that is no larger vanishes but for rounding.
+    pub fn refine(&self, a: &Matrix, b: &Matrix) -> (Matrix, Matrix) {
+        let mut x = self.solve(b);
+        let mut correction = x.clone();
+        for _ in 0..REFINEMENTS {
+            correction = self.solve(&residual(a, &x, b));
+            x.add_scaled(1.0, &correction);
+        }
+        (x, correction)
+    }
+}
+
+/// Steps of refinement: each takes as many digits as the factorisation has.
+const REFINEMENTS: usize = 3;
+
+/// `B - A X` as if computed with twice the precision and rounded once (T. Ogita, S. M. Rump,
+/// S. Oishi, SIAM J. Sci. Comput. 26, 2005).
+fn residual(a: &Matrix, x: &Matrix, b: &Matrix) -> Matrix {
+    let (mut high, mut low) = (b.clone(), Matrix::zeros(b.rows, b.cols));
+    for r in 0..a.rows {
+        for (k, &f) in a.row(r).iter().enumerate().filter(|f| *f.1 != 0.0) {
+            let sums = high.row_mut(r).iter_mut().zip(low.row_mut(r));
+            for ((sum, rest), &x) in sums.zip(x.row(k)) {
+                let product = -f * x;
+                let lost = f64::mul_add(-f, x, -product);
+                let new = *sum + product;
+                let part = new - *sum;
+                *rest += ((*sum - (new - part)) + (product - part)) + lost;
+                *sum = new;
+            }
+        }
+    }
+    high.add_scaled(1.0, &low);
+    high
 }
 
 /// Powers of 2 for rows and columns that bring the largest entry of each near 1.

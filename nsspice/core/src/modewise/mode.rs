@@ -188,11 +188,9 @@ fn unit_rows(a: &Matrix) -> (Matrix, Vec<f64>) {
 /// The inverse, with zeros where it has nothing but rounding: currents that cannot flow must not
 /// look like currents.
 fn inverse_of(a: &Matrix, factor: &Lu) -> Matrix {
-    let mut inverse = factor.solve_refined(a, &Matrix::identity(a.rows));
-    let size = inverse.abs();
-    let bound = size.times(&a.abs()).times(&size);
-    for (v, b) in inverse.data.iter_mut().zip(&bound.data) {
-        if v.abs() <= 1e-14 * b {
+    let (mut inverse, correction) = factor.refine(a, &Matrix::identity(a.rows));
+    for (v, c) in inverse.data.iter_mut().zip(&correction.data) {
+        if v.abs() <= c.abs() {
             *v = 0.0;
         }
     }

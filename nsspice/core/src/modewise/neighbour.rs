@@ -1,7 +1,7 @@
 //! A mode from one that differs in a single pair.
 //!
-//! Where every active pair has a series resistance, `l = (B z - q) / D` leaves the kernel unknowns alone
-//! as algebra, a small system in which conductances only add up. Let `w` be the slack's row of the pair
+//! Where every active pair has a series resistance, the kernel unknowns and the multipliers that they
+//! see are a small system of their own; the others are `l = (B z - q) / D`. Let `w` be the slack's row of the pair
 //! that is turned over, taken where it is inactive, and `rho` the resistance that the pair sees there.
 //! In reciprocal networks with one kind of storage the state matrices of the two modes differ by
 //! `w' w / rho`, a symmetric matrix of rank one, and the eigenvectors follow by [`RankOne`]; slow rates
@@ -10,6 +10,7 @@
 use super::mode::{GuardSize, Mode, Rows, Watch};
 use super::network::Network;
 use super::spectrum::Pole;
+use super::staircase::Algebra;
 use super::tracked::{negligible, Tracked};
 use crate::dense::{add_scaled, dot, norm, Lu, Matrix, RankOne};
 
@@ -17,47 +18,90 @@ use crate::dense::{add_scaled, dot, norm, Lu, Matrix, RankOne};
 /// their orthogonality one rounding after the other.
 const GENERATIONS: usize = 400;
 
-/// Algebra of the kernel unknowns: its inverse, in a mode whose active pairs are conductances.
-fn kernel_inverse(net: &Network, active: &[usize]) -> Option<Matrix> {
-    let mut algebra = net.ngn.clone();
-    for &p in active {
-        let conductance = 1.0 / net.d[(p, p)];
-        if !conductance.is_finite() {
-            return None;
-        }
-        for i in 0..algebra.rows {
-            let f = net.na[(i, p)] * conductance;
-            if f != 0.0 {
-                add_scaled(algebra.row_mut(i), f, net.bn.row(p));
-            }
-        }
-    }
-    let factor = Lu::new(&algebra);
-    let unit = Matrix::identity(algebra.rows);
-    (factor.ratio > 0.0).then(|| factor.solve_refined(&algebra, &unit))
+/// Part of the fastest rate that has to be left of a rate that a diode's opening slows down: what is
+/// left of a faster one is what its rounding leaves.
+const LEFT: f64 = 1e-3;
+/// Multipliers up to which they are unknowns beside those of the kernel.
+const UNKNOWNS: usize = 16;
+/// States up to which such a mode is made afresh instead, which costs little there.
+const SMALL: usize = 24;
+
+/// What is algebraic in a mode whose active pairs have series resistances.
+struct Kernel {
+    /// active pairs that kernel unknowns see
+    touching: Vec<usize>,
+    /// what the kernel unknowns and these multipliers answer to `[a | v]`
+    answers: Tracked,
 }
 
-/// What the kernel unknowns answer to `[a | v]`.
-fn kernel_answers(net: &Network, active: &[usize]) -> Option<Tracked> {
-    let (k, n) = (net.kernel.cols, net.states);
-    let mut right = Tracked::exact(net.ngr.beside(&net.ns));
-    for i in 0..k {
-        right.value.row_mut(i)[..n].iter_mut().for_each(|x| *x = -*x);
-    }
-    for &p in active {
-        for i in 0..k {
-            let f = net.na[(i, p)] / net.d[(p, p)];
-            if f != 0.0 {
-                add_scaled(&mut right.value.row_mut(i)[..n], -f, net.br.row(p));
-                for (b, x) in right.bound.row_mut(i).iter_mut().zip(net.br.row(p)) {
-                    *b += (f * x).abs();
+/// The joint algebra of the kernel unknowns and of the multipliers they see.
+struct Joint {
+    /// active pairs that are unknowns
+    touching: Vec<usize>,
+    /// of the equations
+    inverse: Matrix,
+    /// right-hand sides by `[a | v]`
+    right: Tracked,
+}
+
+impl Joint {
+    /// As unknowns beside the voltages the multipliers keep their digits; as conductances, which
+    /// costs less where there are many, they are differences of the large currents that small
+    /// resistances carry.
+    fn new(net: &Network, active: &[usize]) -> Option<Joint> {
+        if active.iter().any(|&p| net.d[(p, p)] == 0.0) {
+            return None;
+        }
+        let sees = |&p: &usize| net.bn.row(p).iter().any(|v| *v != 0.0);
+        let mut touching: Vec<usize> = active.iter().copied().filter(sees).collect();
+        let mut conducting = Vec::new();
+        if touching.len() > UNKNOWNS {
+            std::mem::swap(&mut touching, &mut conducting);
+        }
+        let (k, n, nv) = (net.kernel.cols, net.states, net.rs.cols);
+        let Algebra { mut knn, kna, .. } = Algebra::new(net, &touching);
+        let mut right = Tracked::exact(Matrix::from_fn(knn.rows, n + nv, |i, c| match i < k {
+            _ if c < n => -kna[(i, c)],
+            true => net.ns[(i, c - n)],
+            false if c == n => -net.q[touching[i - k]],
+            false => 0.0,
+        }));
+        for &p in &conducting {
+            for i in 0..k {
+                let f = net.na[(i, p)] / net.d[(p, p)];
+                if f != 0.0 {
+                    add_scaled(&mut knn.row_mut(i)[..k], f, net.bn.row(p));
+                    add_scaled(&mut right.value.row_mut(i)[..n], -f, net.br.row(p));
+                    for (b, x) in right.bound.row_mut(i).iter_mut().zip(net.br.row(p)) {
+                        *b += (f * x).abs();
+                    }
+                    right.value[(i, n)] += f * net.q[p];
+                    right.bound[(i, n)] += (f * net.q[p]).abs();
                 }
-                right.value[(i, n)] += f * net.q[p];
-                right.bound[(i, n)] += (f * net.q[p]).abs();
             }
         }
+        let factor = Lu::new(&knn);
+        let unit = Matrix::identity(knn.rows);
+        let inverse = (factor.ratio > 0.0).then(|| factor.solve_refined(&knn, &unit))?;
+        Some(Joint { touching, inverse, right })
     }
-    Some(right.under(&kernel_inverse(net, active)?))
+}
+
+impl Kernel {
+    fn new(net: &Network, active: &[usize]) -> Option<Kernel> {
+        let Joint { touching, inverse, right } = Joint::new(net, active)?;
+        Some(Kernel { touching, answers: right.under(&inverse) })
+    }
+}
+
+/// The resistance that a pair sees besides its own.
+fn seen_by(net: &Network, p: usize, active: &[usize]) -> Option<f64> {
+    let inverse = Joint::new(net, active)?.inverse;
+    let mut injected = net.na.col(p);
+    injected.resize(inverse.cols, 0.0);
+    let mut answer = vec![0.0; inverse.rows];
+    inverse.apply(&injected, &mut answer);
+    Some(dot(net.bn.row(p), &answer[..net.kernel.cols]))
 }
 
 /// Guards in modal coordinates: slacks, and for active pairs what they would be without the series
@@ -65,12 +109,12 @@ fn kernel_answers(net: &Network, active: &[usize]) -> Option<Tracked> {
 fn guards(
     net: &Network,
     active: &[usize],
-    kernel: &Tracked,
+    Kernel { touching, answers: kernel }: &Kernel,
     kernel_x: &Matrix,
     leave_x: &Matrix,
 ) -> Option<(Rows, Vec<GuardSize>)> {
     let (k, n, nv) = (net.kernel.cols, net.states, net.rs.cols);
-    let reach: Vec<f64> = (0..k).map(|i| norm(&kernel.bound.row(i)[..n])).collect();
+    let reach: Vec<f64> = (0..kernel.value.rows).map(|i| norm(&kernel.bound.row(i)[..n])).collect();
     let mut rows = Rows {
         x: net.steps.as_ref()?.product(leave_x),
         v: Matrix::zeros(net.m, nv),
@@ -81,19 +125,26 @@ fn guards(
     for i in 0..net.m {
         let (x, v) = (rows.x.row_mut(i), rows.v.row_mut(i));
         let mut bound_x = norm(net.br.row(i));
-        v[0] = -net.q[i];
-        bound_v.fill(0.0);
-        bound_v[0] = net.q[i].abs();
-        for (j, &f) in net.bn.row(i).iter().enumerate().filter(|f| *f.1 != 0.0) {
-            add_scaled(x, f, kernel_x.row(j));
-            add_scaled(v, f, &kernel.value.row(j)[n..]);
-            add_scaled(&mut bound_v, f.abs(), &kernel.bound.row(j)[n..]);
-            bound_x += f.abs() * reach[j];
+        let mut scale = -1.0;
+        if let Ok(at) = touching.binary_search(&i) {
+            x.copy_from_slice(kernel_x.row(k + at));
+            v.copy_from_slice(&kernel.value.row(k + at)[n..]);
+            bound_v.copy_from_slice(&kernel.bound.row(k + at)[n..]);
+            (bound_x, scale) = (reach[k + at], 1.0);
+        } else {
+            v[0] = -net.q[i];
+            bound_v.fill(0.0);
+            bound_v[0] = net.q[i].abs();
+            for (j, &f) in net.bn.row(i).iter().enumerate().filter(|f| *f.1 != 0.0) {
+                add_scaled(x, f, kernel_x.row(j));
+                add_scaled(v, f, &kernel.value.row(j)[n..]);
+                add_scaled(&mut bound_v, f.abs(), &kernel.bound.row(j)[n..]);
+                bound_x += f.abs() * reach[j];
+            }
+            if active.binary_search(&i).is_ok() {
+                scale = 1.0 / net.d[(i, i)];
+            }
         }
-        let scale = match active.binary_search(&i) {
-            Ok(_) => 1.0 / net.d[(i, i)],
-            Err(_) => -1.0,
-        };
         x.iter_mut().for_each(|x| *x *= scale);
         let tiny = negligible(net.n + net.m);
         for (v, b) in v.iter_mut().zip(&bound_v) {
@@ -113,13 +164,12 @@ fn guards(
 fn drive(
     net: &Network,
     active: &[usize],
-    kernel: &Tracked,
+    kernel: &Matrix,
     inflow: &Matrix,
     leave_x: &Matrix,
 ) -> Matrix {
-    let (n, nv) = (net.states, net.rs.cols);
     let mut drive = net.rs.clone();
-    drive.add_scaled(-1.0, &net.rgn.times(&kernel.value.columns(n, nv)));
+    drive.add_scaled(-1.0, &net.rgn.times(kernel));
     let mut drive = drive.transpose();
     for &p in active {
         for (c, &f) in inflow.row(p).iter().enumerate().filter(|f| *f.1 != 0.0) {
@@ -149,12 +199,10 @@ impl Mode {
                 false
             }
         };
-        let kernel = kernel_answers(net, &active)?;
+        let kernel = Kernel::new(net, &active)?;
         // the resistance that the pair sees, from the mode in which it is inactive
-        let seen = kernel_inverse(net, if was_on { &active } else { &self.active })?;
-        let mut injected = vec![0.0; seen.rows];
-        seen.apply(&net.na.col(p), &mut injected);
-        let resistance = net.d[(p, p)] + dot(net.bn.row(p), &injected);
+        let inactive = if was_on { &active } else { &self.active };
+        let resistance = net.d[(p, p)] + seen_by(net, p, inactive)?;
         if resistance <= 0.0 || !resistance.is_finite() {
             return None;
         }
@@ -162,14 +210,19 @@ impl Mode {
         let change = if net.inductive { -change } else { change };
         let rates: Vec<f64> = self.poles.iter().map(|pole| pole.alpha).collect();
         turn.decompose(&rates, change, self.guards.x.row(p))?;
+        let size = |rates: &[f64]| rates.iter().fold(0.0f64, |a, r| a.max(r.abs()));
+        if self.n <= SMALL && size(&turn.values) < LEFT * size(&rates) {
+            return None;
+        }
         let leave_x = turn.turned(&self.leave_x);
         let (n, nv) = (self.n, net.rs.cols);
-        let kernel_x = kernel.value.columns(0, n).product(&leave_x);
+        let kernel_x = kernel.answers.value.columns(0, n).product(&leave_x);
         let (guards, sizes) = guards(net, &active, &kernel, &kernel_x, &leave_x)?;
+        let unknowns: Vec<usize> = (0..net.kernel.cols).collect();
         let algebraic = Rows {
-            v: kernel.value.columns(n, nv),
-            d: Matrix::zeros(kernel_x.rows, nv),
-            x: kernel_x,
+            v: kernel.answers.value.columns(n, nv).select_rows(&unknowns),
+            d: Matrix::zeros(unknowns.len(), nv),
+            x: kernel_x.select_rows(&unknowns),
         };
         let mut slack = self.slack.clone();
         slack[p] = was_on;
@@ -181,7 +234,7 @@ impl Mode {
             n,
             fastest: poles.iter().map(Pole::size).fold(0.0, f64::max),
             poles,
-            drive: drive(net, &active, &kernel, &guards.v, &leave_x),
+            drive: drive(net, &active, &algebraic.v, &guards.v, &leave_x),
             active,
             enter: None,
             leave_x,
