@@ -19,6 +19,8 @@ const TIGHT: f64 = 1e-3;
 pub(super) const LOOSE: f64 = 1e-6;
 /// Ratio of lengths on the way down to a short step that is too hard at once.
 const DESCENT: f64 = 1e-2;
+/// A change that a step shorter by that ratio reduces to this part was motion.
+const LESS: f64 = 0.1;
 /// Changes below this part of the largest charge (or flux) so far are no jump.
 const NO_JUMP: f64 = 1e-9;
 /// Rounding of voltages and currents, relative to the largest.
@@ -273,7 +275,8 @@ impl Stepper {
         let (once, twice) = self.two_steps(charges, &before, part * shortest, start)?;
         let mut after = limit(&once.z, twice.as_ref().map(|t| &t.z));
         if twice.is_none() {
-            self.stay(charges, &before, &mut after, once.length);
+            // one that is too hard tells nothing
+            let _ = self.stay(charges, &before, &mut after, once.length);
         }
         self.storage.project(&mut after);
         let impulses = [(|s| &s.z) as fn(&Short) -> &Vec<f64>, |s| &s.l].map(|of| {
@@ -303,39 +306,39 @@ impl Stepper {
         })
     }
 
-    /// Where a step of this length has moved what is stored no further than all sources and stores
-    /// together could move it in that time, nothing has jumped: it is as it was `before`.
-    fn stay(&self, charges: Option<&[f64]>, before: &[f64], after: &mut [f64], length: f64) {
-        let (linear, n) = (&self.sys.linear, before.len());
+    /// Where a much shorter step moves all that is stored in proportion less, nothing has jumped but
+    /// only begun to move: `after`, the end of a step of this length, is put back.
+    fn stay(
+        &mut self,
+        charges: Option<&[f64]>,
+        before: &[f64],
+        after: &mut [f64],
+        length: f64,
+    ) -> Outcome {
+        self.short_step(charges, before, DESCENT * length, Start::Warm)?;
+        let e = &self.sys.linear.e;
         let mut old = before.to_vec();
-        let (mut own, mut alone) = (vec![0.0; n], vec![true; n]);
-        for (r, c, v) in linear.e.iter().filter(|e| e.2 != 0.0) {
-            own[c] += if r == c { v } else { 0.0 };
-            alone[c] &= r == c;
-        }
         if let Some(charges) = charges {
+            let (mut own, mut alone) = (vec![0.0; e.nrows], vec![true; e.nrows]);
+            for (r, c, v) in e.iter().filter(|e| e.2 != 0.0) {
+                own[c] += if r == c { v } else { 0.0 };
+                alone[c] &= r == c;
+            }
             for j in self.storage.unknowns() {
                 old[j] = if alone[j] { charges[j] / own[j] } else { after[j] };
             }
         }
-        let mut driven = vec![0.0; n];
-        linear.s.mul_add(1.0, &self.u0, &mut driven);
-        let mut drive = [0.0f64; 2];
-        // laws of branches are voltages
-        let mut add = |rows: &[f64]| {
-            for (v, &kind) in rows.iter().zip(&linear.row_kind) {
-                drive[1 - usize::from(kind)] += v.abs();
-            }
-        };
-        add(&driven);
-        driven.fill(0.0);
-        linear.g.mul_add(1.0, before, &mut driven);
-        add(&driven);
-        for j in self.storage.unknowns() {
-            drive[usize::from(linear.row_kind[j])] += old[j].abs();
+        let moved: Vec<f64> = after.iter().zip(&old).map(|(a, b)| (a - b).abs()).collect();
+        let shorter: Vec<f64> = self.z.iter().zip(&old).map(|(a, b)| (a - b).abs()).collect();
+        let mut largest = [0.0f64; 2];
+        for (v, &kind) in after.iter().zip(&self.sys.linear.row_kind) {
+            largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
         }
-        let motion = |j: usize| length * drive[1 - usize::from(linear.row_kind[j])] / own[j].abs();
-        self.storage.restore(&old, after, motion);
+        let noise = |j: usize| ROUNDING * largest[usize::from(self.sys.linear.row_kind[j])];
+        if self.storage.unknowns().all(|j| shorter[j] <= LESS * moved[j] + noise(j)) {
+            self.storage.restore(&old, after, |j| moved[j]);
+        }
+        Ok(())
     }
 
     /// Steps of length `2 length` and `length` from the same charges; the longer one is left out
