@@ -71,8 +71,8 @@ def step(x: float) -> float:
 
 
 def whole(function: Callable[[float], float]) -> Callable[[float], float]:
-    """Return a rounding function that lets inf and nan pass."""
-    return lambda x: float(function(x)) if math.isfinite(x) else x
+    """Return a rounding function that lets inf and nan pass, and a zero keep its sign."""
+    return lambda x: (float(function(x)) or math.copysign(0.0, x)) if math.isfinite(x) else x
 
 
 def divide(a: float, b: float) -> float:

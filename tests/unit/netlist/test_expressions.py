@@ -157,3 +157,12 @@ def test_second_derivatives() -> None:
 
 def test_a_derivative_to_another_signal_is_zero() -> None:
     assert Expression.parse("v(a)**2").derivative("v(b)").text == "0"
+
+
+@pytest.mark.parametrize("name", ["int", "nint", "floor", "ceil"])
+@pytest.mark.parametrize("x", [0.0, -0.0, 0.3, -0.3])
+def test_a_rounded_zero_keeps_its_sign(name, x):
+    """As in arrays and on tapes, or 1/int(-0.3) would be +inf here and -inf there."""
+    expression = Expression.parse(f"1/{name}(v(a))")
+    (expected,) = expression.evaluate({"v(a)": np.array([x])})
+    assert expression.evaluate({"v(a)": x}) == expected
