@@ -242,8 +242,8 @@ def inverses(matrices: Floats) -> Floats | None:
 
     Examples
     --------
-    >>> inverses(np.array([[[2.0]], [[4.0]]])).ravel().tolist()
-    [0.5, 0.25]
+    >>> inverses(np.array([[[1.0]], [[4.0]]])).ravel().tolist()
+    [1.0, 0.25]
     >>> inverses(np.zeros((1, 1, 1))) is None
     True
     """

@@ -274,9 +274,9 @@ impl Stepper {
         let (before, multipliers) = (self.z.clone(), self.l.clone());
         let (once, twice) = self.two_steps(charges, &before, part * shortest, start)?;
         let mut after = limit(&once.z, twice.as_ref().map(|t| &t.z));
-        if twice.is_none() {
-            // one that is too hard tells nothing
-            let _ = self.stay(charges, &before, &mut after, once.length);
+        if twice.is_none() && charges.is_some_and(|q| q.iter().all(|q| *q == 0.0)) {
+            // a step that is too hard tells nothing
+            let _ = self.stay(&before, &mut after, once.length);
         }
         self.storage.project(&mut after);
         let impulses = [(|s| &s.z) as fn(&Short) -> &Vec<f64>, |s| &s.l].map(|of| {
@@ -306,37 +306,20 @@ impl Stepper {
         })
     }
 
-    /// Where a much shorter step moves all that is stored in proportion less, nothing has jumped but
-    /// only begun to move: `after`, the end of a step of this length, is put back.
-    fn stay(
-        &mut self,
-        charges: Option<&[f64]>,
-        before: &[f64],
-        after: &mut [f64],
-        length: f64,
-    ) -> Outcome {
-        self.short_step(charges, before, DESCENT * length, Start::Warm)?;
-        let e = &self.sys.linear.e;
-        let mut old = before.to_vec();
-        if let Some(charges) = charges {
-            let (mut own, mut alone) = (vec![0.0; e.nrows], vec![true; e.nrows]);
-            for (r, c, v) in e.iter().filter(|e| e.2 != 0.0) {
-                own[c] += if r == c { v } else { 0.0 };
-                alone[c] &= r == c;
-            }
-            for j in self.storage.unknowns() {
-                old[j] = if alone[j] { charges[j] / own[j] } else { after[j] };
-            }
-        }
-        let moved: Vec<f64> = after.iter().zip(&old).map(|(a, b)| (a - b).abs()).collect();
-        let shorter: Vec<f64> = self.z.iter().zip(&old).map(|(a, b)| (a - b).abs()).collect();
+    /// From rest, where a much shorter step moves all that is stored in proportion less, nothing has
+    /// jumped but only begun to move: `after`, the end of a step of this length, is put back to zero.
+    /// Beside what is stored elsewhere so small a motion would not be seen.
+    fn stay(&mut self, before: &[f64], after: &mut [f64], length: f64) -> Outcome {
+        self.short_step(Some(&vec![0.0; before.len()]), before, DESCENT * length, Start::Warm)?;
+        let kind = |j: usize| usize::from(self.sys.linear.row_kind[j]);
         let mut largest = [0.0f64; 2];
-        for (v, &kind) in after.iter().zip(&self.sys.linear.row_kind) {
-            largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
+        for (j, v) in after.iter().enumerate() {
+            largest[kind(j)] = largest[kind(j)].max(v.abs());
         }
-        let noise = |j: usize| ROUNDING * largest[usize::from(self.sys.linear.row_kind[j])];
-        if self.storage.unknowns().all(|j| shorter[j] <= LESS * moved[j] + noise(j)) {
-            self.storage.restore(&old, after, |j| moved[j]);
+        let motion =
+            |j: usize| self.z[j].abs() <= LESS * f64::abs(after[j]) + ROUNDING * largest[kind(j)];
+        if self.storage.unknowns().all(motion) {
+            self.storage.restore(&vec![0.0; before.len()], after, |_| f64::INFINITY);
         }
         Ok(())
     }
