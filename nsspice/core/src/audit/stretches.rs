@@ -17,6 +17,9 @@ use super::points::Point;
 use super::rounding::Grain;
 use super::{ratio, worse, TOLERANCE};
 
+/// A closed form has the rounding of three computations of the size of an elimination: the reduction
+/// to states, their decomposition, and the way back to the unknowns.
+const CLOSED: f64 = 3.0;
 /// An event is known to this part of its instant.
 const INSTANT: f64 = 16.0 * f64::EPSILON;
 
@@ -113,7 +116,11 @@ impl Auditor {
             let grain = Grain {
                 largest: self.largest,
                 rate: 1.0 / all.grain[k],
-                share: self.share.max(known),
+                share: if all.inner.is_empty() {
+                    CLOSED * self.share
+                } else {
+                    self.share.max(known)
+                },
                 settled: 0.0,
             };
             let roles = if all.roles.is_empty() { &[][..] } else { &all.roles[k * m..][..m] };
