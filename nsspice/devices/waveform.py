@@ -133,15 +133,12 @@ def transient(source: Source, conditions: Conditions) -> Waveform:
         return _given(source, index, default)
 
     if kind == "sin":
-        values = (
-            arg(0, 0.0),
-            arg(1, 0.0),
-            arg(2, per_stop),
-            arg(3, 0.0),
-            arg(4, 0.0),
-            arg(5, 0.0),
+        amplitude, phase = arg(1, 0.0), arg(5, 0.0)
+        if phase % 180.0 == 0.0:  # a zero at the start is one, not the rounding of pi
+            amplitude, phase = (amplitude if phase % 360.0 == 0.0 else -amplitude), 0.0
+        return Waveform(
+            "sin", (arg(0, 0.0), amplitude, arg(2, per_stop), arg(3, 0.0), arg(4, 0.0), phase)
         )
-        return Waveform("sin", values)
     if kind == "pulse":
         rise, fall = arg(3, step), arg(4, step)
         # a width left out lasts to the end of the run; twice tstop keeps its end out of the window
