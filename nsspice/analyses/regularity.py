@@ -115,10 +115,7 @@ class Judge:
         roles = None if records.roles is None else records.roles[chosen]
         self._points += len(chosen)
         found = strong_regularity(system, jacobians, z, records.lam[chosen], roles)
-        if self._worst is None or (not found.strong, found.modulus) > (
-            not self._worst.strong,
-            self._worst.modulus,
-        ):
+        if self._worst is None or found.badness > self._worst.badness:
             self._worst = found
 
     def verdict(self) -> Verdict:

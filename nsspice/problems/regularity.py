@@ -115,6 +115,11 @@ class Regularity:
     row: int = -1
     between: tuple[int, ...] = ()
 
+    @property
+    def badness(self) -> tuple[bool, float]:
+        """What solutions are compared by: not regular is worst, then the largest modulus."""
+        return not self.strong, self.modulus
+
 
 def index_sets(
     system: DescriptorSystem,
@@ -195,7 +200,7 @@ def strong_regularity(
             full = np.repeat(full, len(points), axis=0)
             full[:, :n, :n] += system.smooth.F.dense() @ slopes
         found = _in_mode(full, n, on[points[0]], off[points[0]])
-        if worst is None or (not found.strong, found.modulus) > (not worst.strong, worst.modulus):
+        if worst is None or found.badness > worst.badness:
             worst = found
     assert worst is not None  # there is a point, hence a mode
     return worst

@@ -149,17 +149,21 @@ def test_sampling_of_these_runs_is_complete():
     assert sampling(STOP / 1e-7, 10) == (1, 1)
 
 
-def test_a_network_at_rest_is_not_free_of_laws():
-    """0.7 A circulate in a short: a microvolt across it is no rounding, 1e-20 V are."""
-    text = "rest\nL1 a 0 38m IC=0\nL2 0 a 0.3m IC=-0.7\nD1 0 a\nD2 a 0\n"
+def stepped(text, analysis):
+    """Return the runner of a deck after implicit steps to the end, and what it recorded of them."""
     circuit = nsspice.read(text)
-    analysis = Tran(stop=1e-6, row_step=1e-7, uic=True)
     settings = Settings("moreau", 1.0)
     runner = IslandRunner(circuit, 0, circuit.islands[0], [], analysis, settings, None, None)
     runner.start()
     while runner.advance(1000).shape[0]:
         pass
-    steps = runner.stepper.take_records()
+    return runner, runner.stepper.take_records()
+
+
+def test_a_network_at_rest_is_not_free_of_laws():
+    """0.7 A circulate in a short: a microvolt across it is no rounding, 1e-20 V are."""
+    text = "rest\nL1 a 0 38m IC=0\nL2 0 a 0.3m IC=-0.7\nD1 0 a\nD2 a 0\n"
+    runner, steps = stepped(text, Tran(stop=1e-6, row_step=1e-7, uic=True))
     a = runner.mna.unknowns.index("v(a)")
     for volts, passes in (1e-20, True), (1e-6, False):
         z = steps.z.copy()
@@ -173,14 +177,7 @@ def test_a_diode_of_a_part_that_hardly_conducts_is_not_free_of_its_voltage():
         "part\nV1 n1 0 10\nR1 n2 0 14\nC1 n2 0 6u IC=0.8\nR2 n1 n2 13\n"
         "D1 n2 f2\nD2 f1 f2\nR3 f2 f3 1k\nD3 f3 f4\nD4 n1 f4\nD5 f1 0\nI1 n2 0 1\n"
     )
-    circuit = nsspice.read(text)
-    analysis = Tran(stop=3e-4, row_step=5e-5, max_step=5e-5, uic=True)
-    settings = Settings("moreau", 1.0)
-    runner = IslandRunner(circuit, 0, circuit.islands[0], [], analysis, settings, None, None)
-    runner.start()
-    while runner.advance(1000).shape[0]:
-        pass
-    steps = runner.stepper.take_records()
+    runner, steps = stepped(text, Tran(stop=3e-4, row_step=5e-5, max_step=5e-5, uic=True))
     part = [runner.mna.unknowns.index(name) for name in ("v(f2)", "v(f3)")]
     clamp = runner.mna.unknowns.index("v(f1)")
     for volts, passes in (1e-14, True), (1e-6, False):
