@@ -356,7 +356,7 @@ impl Lu {
         let mut x = self.solve(b);
         let mut correction = x.clone();
         for _ in 0..REFINEMENTS {
-            correction = self.solve(&residual(a, &x, b));
+            correction = self.solve(&super::wide::residual(a, &x, b));
             x.add_scaled(1.0, &correction);
         }
         (x, correction)
@@ -368,7 +368,8 @@ const REFINEMENTS: usize = 3;
 
 /// `B - A X` as if computed with twice the precision and rounded once (T. Ogita, S. M. Rump,
 /// S. Oishi, SIAM J. Sci. Comput. 26, 2005).
-fn residual(a: &Matrix, x: &Matrix, b: &Matrix) -> Matrix {
+#[inline(always)]
+pub(super) fn residual(a: &Matrix, x: &Matrix, b: &Matrix) -> Matrix {
     let (mut high, mut low) = (b.clone(), Matrix::zeros(b.rows, b.cols));
     for r in 0..a.rows {
         for (k, &f) in a.row(r).iter().enumerate().filter(|f| *f.1 != 0.0) {

@@ -1,7 +1,7 @@
 //! Loops compiled twice: for every processor, and for those with registers of four numbers. Both do
 //! the same operations in the same order, so that results do not depend on the machine.
 
-use super::matrix::{dot, Matrix};
+use super::matrix::{self, dot, Matrix};
 use super::rank_one;
 
 /// Defines a function by one or two of the same arguments: what it is where there are registers of
@@ -12,12 +12,14 @@ macro_rules! widest {
         $(#[$doc])*
         $visible fn $name $(<const $flag: bool>)? ($($arg: $kind),*) $(-> $out)? {
             #[cfg(target_arch = "x86_64")]
-            #[target_feature(enable = "avx2")]
+            #[target_feature(enable = "avx2,fma")]
             fn wide $(<const $flag: bool>)? ($($arg: $kind),*) $(-> $out)? {
                 $wide
             }
             #[cfg(target_arch = "x86_64")]
-            if std::arch::is_x86_feature_detected!("avx2") {
+            if std::arch::is_x86_feature_detected!("avx2")
+                && std::arch::is_x86_feature_detected!("fma")
+            {
                 // SAFETY: the processor has just been asked
                 return unsafe { wide $(::<$flag>)? ($($arg),*) };
             }
@@ -103,6 +105,11 @@ pub(super) fn product(a: &Matrix, b: &Matrix, out: &mut Matrix) {
 /// The first columns of `out` become `a b'`; `a` may have more columns than `b`.
 pub(super) fn product_transposed(a: &Matrix, b: &Matrix, out: &mut Matrix) {
     fastest_tiles::<true>(a, b, out);
+}
+
+widest! {
+    /// `B - A X`, see [`matrix::residual`].
+    pub(super) fn residual(a: &Matrix, x: &Matrix, b: &Matrix) -> Matrix = matrix::residual(a, x, b)
 }
 
 widest! {

@@ -38,10 +38,15 @@ struct Kernel {
 struct Joint {
     /// active pairs that are unknowns
     touching: Vec<usize>,
-    /// of the equations
-    inverse: Matrix,
+    matrix: Matrix,
+    factor: Lu,
     /// right-hand sides by `[a | v]`
     right: Tracked,
+}
+
+/// Whether kernel unknowns see a pair.
+fn touches(net: &Network, p: usize) -> bool {
+    net.bn.row(p).iter().any(|v| *v != 0.0)
 }
 
 impl Joint {
@@ -52,8 +57,8 @@ impl Joint {
         if active.iter().any(|&p| net.d[(p, p)] == 0.0) {
             return None;
         }
-        let sees = |&p: &usize| net.bn.row(p).iter().any(|v| *v != 0.0);
-        let mut touching: Vec<usize> = active.iter().copied().filter(sees).collect();
+        let mut touching: Vec<usize> =
+            active.iter().copied().filter(|&p| touches(net, p)).collect();
         let mut conducting = Vec::new();
         if touching.len() > UNKNOWNS {
             std::mem::swap(&mut touching, &mut conducting);
@@ -81,27 +86,26 @@ impl Joint {
             }
         }
         let factor = Lu::new(&knn);
-        let unit = Matrix::identity(knn.rows);
-        let inverse = (factor.ratio > 0.0).then(|| factor.solve_refined(&knn, &unit))?;
-        Some(Joint { touching, inverse, right })
+        (factor.ratio > 0.0).then_some(Joint { touching, matrix: knn, factor, right })
+    }
+
+    fn answers_to(&self, right: &Matrix) -> Matrix {
+        self.factor.solve_refined(&self.matrix, right)
+    }
+
+    /// The resistance that an inactive pair sees besides its own.
+    fn seen_by(&self, net: &Network, p: usize) -> f64 {
+        let mut injected = net.na.col(p);
+        injected.resize(self.matrix.rows, 0.0);
+        let column = Matrix { rows: injected.len(), cols: 1, data: injected };
+        dot(net.bn.row(p), &self.answers_to(&column).data[..net.kernel.cols])
     }
 }
 
 impl Kernel {
-    fn new(net: &Network, active: &[usize]) -> Option<Kernel> {
-        let Joint { touching, inverse, right } = Joint::new(net, active)?;
-        Some(Kernel { touching, answers: right.under(&inverse) })
+    fn new(joint: Joint, inverse: &Matrix) -> Kernel {
+        Kernel { answers: joint.right.under(inverse), touching: joint.touching }
     }
-}
-
-/// The resistance that a pair sees besides its own.
-fn seen_by(net: &Network, p: usize, active: &[usize]) -> Option<f64> {
-    let inverse = Joint::new(net, active)?.inverse;
-    let mut injected = net.na.col(p);
-    injected.resize(inverse.cols, 0.0);
-    let mut answer = vec![0.0; inverse.rows];
-    inverse.apply(&injected, &mut answer);
-    Some(dot(net.bn.row(p), &answer[..net.kernel.cols]))
 }
 
 /// Guards in modal coordinates: slacks, and for active pairs what they would be without the series
@@ -199,10 +203,17 @@ impl Mode {
                 false
             }
         };
-        let kernel = Kernel::new(net, &active)?;
-        // the resistance that the pair sees, from the mode in which it is inactive
-        let inactive = if was_on { &active } else { &self.active };
-        let resistance = net.d[(p, p)] + seen_by(net, p, inactive)?;
+        let joint = Joint::new(net, &active)?;
+        let inverse = joint.answers_to(&Matrix::identity(joint.matrix.rows));
+        // the resistance that the pair sees where it is inactive: in this mode, in the other one, or
+        // what is left in the other one without the unknowns before it, whose inverse is an entry
+        let resistance = match joint.touching.binary_search(&p) {
+            Ok(at) => 1.0 / inverse[(net.kernel.cols + at, net.kernel.cols + at)],
+            _ if !touches(net, p) => net.d[(p, p)],
+            _ if was_on => net.d[(p, p)] + joint.seen_by(net, p),
+            _ => net.d[(p, p)] + Joint::new(net, &self.active)?.seen_by(net, p),
+        };
+        let kernel = Kernel::new(joint, &inverse);
         if resistance <= 0.0 || !resistance.is_finite() {
             return None;
         }
