@@ -26,6 +26,11 @@ const SHOWN: f64 = 1e-3;
 /// The part of the largest charge (flux) so far that has to move for that.
 const CONTRADICTED: f64 = 1e-4;
 
+/// Corrections that make a short step end with given charges, at most, and how much of the largest
+/// charge may be missed in the end.
+const HOLDS: usize = 8;
+const HELD: f64 = 1e-10;
+
 /// What steps from where an impulsive one led say of it, worst first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Rest {
@@ -41,8 +46,9 @@ pub(super) enum Rest {
     Calm,
 }
 
-/// A short step and the limit of several, if they need no impulse.
-pub(super) type Settled = Option<(Short, Short)>;
+/// A short step, the values where it begins, and the part of the largest charge that these leave
+/// open, if they need no impulse.
+pub(super) type Settled = Option<(Short, Short, f64)>;
 
 /// Second difference of three equidistant points, relative to the largest value.
 fn bend_of(points: impl Iterator<Item = (f64, f64, f64)>) -> f64 {
@@ -77,7 +83,7 @@ impl Stepper {
 
     /// Do the steps that follow an impulsive one move charges (fluxes) as only a jump does?
     fn contradicted(&mut self, leap: &Leap) -> bool {
-        let Some((once, settled)) = &leap.settled else { return false };
+        let Some((once, settled, _)) = &leap.settled else { return false };
         if !self.jumped(None, &leap.after, &once.z, &settled.z, CONTRADICTED) {
             return false;
         }
@@ -166,7 +172,11 @@ impl Stepper {
             }
         }
         if let Some((_, once, settled)) = best {
-            return Ok((Some((once, settled)), rest));
+            let (settled, missed) = match rest {
+                Rest::Calm | Rest::Bent => self.held(after, &once, settled),
+                _ => (settled, 0.0),
+            };
+            return Ok((Some((once, settled, missed)), rest));
         }
         let length = AFTER_JUMP[0] * shortest;
         let once = match last {
@@ -175,9 +185,44 @@ impl Stepper {
         };
         let pair = once.map(|once| {
             let settled = Short { z: once.z.clone(), l: once.l.clone(), length: once.length };
-            (once, settled)
+            (once, settled, 0.0)
         });
         Ok((pair, Rest::Unclear))
+    }
+
+    /// The values at which a short step ends with the charges of `after`, if they obey the signs as
+    /// well as the limit of several: the step begins with as much more as it loses, which deferred
+    /// correction finds.  All laws without storage then hold as well as in any step, whatever the
+    /// rates are; an extrapolation has the rounding and the curvature of all its points.
+    fn held(&mut self, after: &[f64], once: &Short, limit: Short) -> (Short, f64) {
+        if self.smooth.is_some() {
+            return (limit, 0.0);
+        }
+        let mut from = after.to_vec();
+        let mut last = f64::INFINITY;
+        for _ in 0..HOLDS {
+            if self.short_step(None, &from, once.length, Start::Warm).is_err() {
+                return (limit, 0.0);
+            }
+            let missed: Vec<f64> = after.iter().zip(&self.z).map(|(a, z)| a - z).collect();
+            let (mut gap, mut size) = (vec![0.0; missed.len()], vec![0.0; missed.len()]);
+            self.sys.linear.e.mul_add(1.0, &missed, &mut gap);
+            self.sys.linear.e.abs_mul_add(&once.z, &mut size);
+            let largest = |v: &[f64]| v.iter().fold(0.0f64, |a, v| a.max(v.abs()));
+            let share = largest(&gap) / largest(&size).max(f64::MIN_POSITIVE);
+            if share.is_nan() || share >= 0.5 * last {
+                break;
+            }
+            last = share;
+            from.iter_mut().zip(&missed).for_each(|(f, m)| *f += m);
+        }
+        let held = Short { z: self.z.clone(), l: self.l.clone(), length: 0.0 };
+        let broken = [&held, &limit].map(|s| self.broken(&s.z, &s.l, once));
+        if last <= HELD && broken[0] <= broken[1].max(SIGNS) {
+            (held, last)
+        } else {
+            (limit, 0.0)
+        }
     }
 
     /// The largest current or voltage of the wrong sign among all pairs, relative to the largest; that

@@ -25,9 +25,11 @@ const LESS: f64 = 0.1;
 const NO_JUMP: f64 = 1e-9;
 /// Rounding of voltages and currents, relative to the largest.
 const ROUNDING: f64 = 1e-13;
+/// Charges that miss laws by more than this part of the largest call for that, too.
+const MISSED: f64 = 1e-13;
 /// An impulsive step that its own end contradicts is continued from there by longer ones, in which
 /// less can hide.
-const CONTINUED: [f64; 2] = [1e-6, 1e-4];
+const CONTINUED: [f64; 3] = [JUMP, 1e-6, 1e-4];
 /// Jumps kept in full; later ones are only counted.
 const MAX_JUMPS: usize = 4096;
 
@@ -124,6 +126,13 @@ pub(super) struct Leap {
     pub rest: Rest,
 }
 
+impl Leap {
+    /// The part of the largest charge by which what it led to breaks the laws that tie charges.
+    fn missed(&self) -> f64 {
+        self.settled.as_ref().map_or(0.0, |(.., missed)| *missed)
+    }
+}
+
 /// Value at length 0 from those at length 1 and 2.
 fn limit(once: &[f64], twice: Option<&Vec<f64>>) -> Vec<f64> {
     match twice {
@@ -185,13 +194,13 @@ impl Stepper {
         }
         for part in CONTINUED {
             // less is hidden where the first step was long
-            if rest == Rest::Calm || leap.part >= IMPACT {
+            if rest == Rest::Calm && leap.missed() <= MISSED || leap.part >= IMPACT {
                 break;
             }
             (self.z, self.l) = (leap.after.clone(), leap.multipliers.clone());
             let Ok(next) = self.leap(None, part, shortest, Start::Warm) else { continue };
             let found = self.rest(&next);
-            if found <= rest {
+            if found < rest || found == rest && next.missed() >= leap.missed() {
                 continue;
             }
             rest = found;
@@ -228,7 +237,7 @@ impl Stepper {
                 });
             }
         }
-        let Some((once, settled)) = settled else {
+        let Some((once, settled, _)) = settled else {
             self.z.copy_from_slice(&after);
             self.forget_functions();
             return;

@@ -12,6 +12,8 @@ use std::sync::Arc;
 /// Where the step equations and those for increments differ by more than this part, the former have
 /// lost digits.
 pub(super) const ROUNDED: f64 = 1e-12;
+/// The part of what has come into a store that a map may lose.
+const LOST: f64 = 1e-9;
 /// Increments that are wrong by more than this part: the mode is singular up to rounding.
 const UNSOUND: f64 = 1e-2;
 /// Singular modes of up to so many unknowns and pairs are solved for increments too.
@@ -160,6 +162,31 @@ impl StepMatrices {
             *x += z;
         }
         true
+    }
+
+    /// Whether in `x = [z; l]`, the end of a step, the charge (flux) that came into some store is not
+    /// the one that flowed: where the sum of two large voltages is stored, each of which a map gives
+    /// to its own digits, more may be lost than rounding of the two.
+    pub fn loses_charge(&self, ends: Ends, active: &[bool], x: &[f64], work: &mut [f64]) -> bool {
+        let (z, l) = x.split_at(self.n);
+        self.increment(ends, active, work);
+        (0..self.n).any(|i| {
+            let (indices, values) = self.carry_rows.col(i);
+            let (mut came, mut held) = (0.0, 0.0f64);
+            for (&j, &v) in indices.iter().zip(values) {
+                came += v * (z[j] - ends.z0[j]);
+                held += (v * z[j]).abs();
+            }
+            if held == 0.0 {
+                return false;
+            }
+            let (indices, values) = self.g_rows.col(i);
+            let moved = indices.iter().zip(values).map(|(&j, v)| v * (z[j] - ends.z0[j]));
+            let (indices, values) = self.a_rows.col(i);
+            let carried = indices.iter().zip(values).filter(|(&j, _)| active[j]);
+            let flow = work[i] - moved.sum::<f64>() - carried.map(|(&j, v)| v * l[j]).sum::<f64>();
+            (flow - came).abs() > LOST * came.abs() + 16.0 * f64::EPSILON * held
+        })
     }
 
     /// Right-hand side of the rows of z.
