@@ -24,6 +24,7 @@ pub mod pick;
 pub mod registry;
 mod rows;
 mod run;
+mod scales;
 mod share;
 mod sides;
 pub mod spectrum;

@@ -2,6 +2,7 @@
 
 use super::block::row_norm;
 use super::cluster::clustered;
+use super::scales::Scales;
 use crate::dense::{complex, eigen, eigen_symmetric, Complex, Eigen, Lu, Matrix};
 
 /// Condition of the eigenvectors above which the closed form loses too many digits.
@@ -150,6 +151,12 @@ impl Spectrum {
             let from_modal = vectors;
             return Some(Spectrum { poles, blocks: Vec::new(), to_modal, from_modal });
         }
+        if let Some(scales) = Scales::new(j) {
+            let [slow, fast] = [0, 1].map(|k| Spectrum::new(&scales.parts[k], false));
+            if let (Some(slow), Some(fast)) = (slow, fast) {
+                return Some(Spectrum::of_scales(&scales, slow, fast));
+            }
+        }
         let whole = || {
             let unit = Matrix::identity(n);
             (n <= PLAIN).then(|| Spectrum {
@@ -177,6 +184,29 @@ impl Spectrum {
             (grouped, better) if better < CONDITION => grouped,
             _ if condition < LAST_CONDITION && n > PLAIN => plain,
             _ => whole(),
+        }
+    }
+
+    /// From those of two motions.  Blocks come after all poles.
+    fn of_scales(scales: &Scales, slow: Spectrum, fast: Spectrum) -> Spectrum {
+        let n = slow.from_modal.cols;
+        let of_poles = |s: &Spectrum| s.blocks.first().map_or(s.from_modal.cols, |b| b.0);
+        let (first, second) = (of_poles(&slow), of_poles(&fast));
+        // where a coordinate of the slow motion goes, and one of the fast motion
+        let placed = |k: usize| if k < first { k } else { k + second };
+        let moved = |k: usize| if k < second { k + first } else { k + n };
+        let mut order = vec![0; n + fast.from_modal.cols];
+        (0..n).for_each(|k| order[placed(k)] = k);
+        (0..fast.from_modal.cols).for_each(|k| order[moved(k)] = n + k);
+        let mut poles = slow.poles;
+        poles.extend(fast.poles.iter().map(|p| Pole { at: moved(p.at), ..*p }));
+        let mut blocks: Vec<_> = slow.blocks.into_iter().map(|(k, b)| (placed(k), b)).collect();
+        blocks.extend(fast.blocks.into_iter().map(|(k, b)| (moved(k), b)));
+        Spectrum {
+            poles,
+            blocks,
+            from_modal: scales.from(&slow.from_modal, &fast.from_modal).select_cols(&order),
+            to_modal: scales.to(&slow.to_modal, &fast.to_modal).select_rows(&order),
         }
     }
 
