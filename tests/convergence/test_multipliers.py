@@ -69,3 +69,20 @@ def test_a_long_chain_at_rest_starts_with_values_below_rounding():
     assert stepped.islands[0].method == "moreau"
     for node in ("v(b1)", "v(b20)", "v(b40)"):  # implicit Euler's error: half a step in time
         assert np.abs(sol[node] - stepped[node]).max() < 1e-3 * sol[node].max()
+
+
+@pytest.mark.parametrize("reltol", [1e-4, 1e-5, 1e-6])
+def test_error_control_does_not_stop_at_every_diode(reltol):
+    """Diodes that change within nanoseconds, one after the other, have kinks and no jumps."""
+    circuit, last = nsspice.read(deck(16)), "v(b16)"
+    exact = nsspice.tran(circuit, stop=2e-3, row_step=4e-5, uic=True, method="modewise")
+    sol = nsspice.tran(circuit, stop=2e-3, row_step=4e-5, uic=True, method="sdirk", reltol=reltol)
+    assert sol.certificate.passed
+    # each located end of a mode takes a step at least; a change in ten steps would be 5000
+    assert sol.stats["steps"] < 2 * exact.stats["segments"]
+    assert sol.stats["passed"] > sol.stats["located"]
+    assert sol.stats["forced"] <= 5
+    # resistances lie between all stores
+    assert sol.stats["jumps"] == 0
+    # errors of some hundred steps
+    assert np.abs(sol[last] - exact[last]).max() <= 10 * reltol * exact[last].max()

@@ -442,6 +442,7 @@ impl PyStepper {
         if let Some(c) = sdirk.map(|c| c.counters) {
             out.set_item("rejected", c.rejected)?;
             out.set_item("located", c.located)?;
+            out.set_item("passed", c.passed)?;
             out.set_item("forced", c.forced)?;
             out.set_item("matrices", c.matrices)?;
         }

@@ -8,7 +8,7 @@ use crate::mlcp::Start;
 /// Lengths of the steps that show the values right after a jump, longest first: the extrapolation of
 /// three of them errs by the cube of this, rounding by its inverse.  Shorter ones serve where these
 /// do not end in one mode.
-const AFTER_JUMP: [f64; 4] = [2e-4, 1e-6, 1e-8, 1e-10];
+pub(super) const AFTER_JUMP: [f64; 4] = [2e-4, 1e-6, 1e-8, 1e-10];
 /// The last of them shows little but rounding.  It serves where the curve straightens by so much from
 /// one to the next: then something goes on that is faster than all that is known of the circuit.
 const STRAIGHTENS: f64 = 0.1;

@@ -7,7 +7,7 @@ use crate::mlcp::Start;
 
 /// Length of an impulsive step relative to the nominal step and to the fastest time constant: short
 /// enough that nothing but the jump happens in it, long enough that `E/h` does not drown `G`.
-const JUMP: f64 = 1e-8;
+pub(super) const JUMP: f64 = 1e-8;
 /// The same where a gap may close at speed: its rounding counts by the inverse of this, what is not
 /// the impact by the square.
 pub(super) const IMPACT: f64 = 1e-5;
@@ -273,7 +273,7 @@ impl Stepper {
 
     /// Moves charges and fluxes by a very short step (this part of `shortest`), then shows what
     /// currents and voltages they lead to.
-    fn leap(
+    pub(super) fn leap(
         &mut self,
         charges: Option<&[f64]>,
         part: f64,

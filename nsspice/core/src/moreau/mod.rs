@@ -24,6 +24,7 @@ mod stage;
 mod step;
 mod stepper;
 mod storage;
+mod turns;
 mod witness;
 
 pub use aftermath::to_zero;

@@ -17,7 +17,7 @@ use crate::waveform::{Side, Waveform};
 use std::time::{Duration, Instant};
 
 /// Events kept in full; later ones are only counted.
-const MAX_EVENTS: usize = 1 << 16;
+pub(super) const MAX_EVENTS: usize = 1 << 16;
 /// Steps between two looks at the clock.
 const LOOK: u64 = 64;
 /// Switch reactions at one instant before it is called chatter.

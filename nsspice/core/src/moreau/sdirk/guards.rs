@@ -110,6 +110,12 @@ impl Scales {
         pairs.chain((0..s.switches.len()).map(|k| self.switch_margin(s, k, z)))
     }
 
+    /// Whether a switch changes at `z`.
+    pub fn switches_turn(&self, s: &Stepper, z: &[f64]) -> bool {
+        let margin = |k| self.switch_margin(s, k, z);
+        (0..s.switches.len()).any(|k| margin(k) < -VIOLATED || margin(k).is_nan())
+    }
+
     /// Distance of a switch to the threshold that would change it, relative to its scale.
     fn switch_margin(&self, s: &Stepper, k: usize, z: &[f64]) -> f64 {
         let switch = &s.switches[k];

@@ -48,6 +48,8 @@ pub struct Ladder {
     pub made: u64,
     /// unknowns that carry storage
     pub stored: Vec<usize>,
+    /// the mode in which the last complementarity problem was solved
+    pub met: Vec<bool>,
 }
 
 /// How the equations of a mode came out.
@@ -85,6 +87,7 @@ impl Ladder {
             deepest: RUNGS - 1,
             made: 0,
             stored,
+            met: Vec::new(),
         }
     }
 
@@ -155,7 +158,7 @@ impl Ladder {
         x: &mut [f64],
     ) -> Fit {
         if s.smooth.is_some() {
-            return self.solve_smooth(s, level, t, from, u, near, x);
+            return self.solve_smooth(s, level, t, from, u, near, x, false);
         }
         let n = s.z.len();
         let stage = &mut self.rung(s, level).stage;
@@ -227,9 +230,7 @@ impl Ladder {
         stage.release();
         x.copy_from_slice(near);
         let (z, l) = x.split_at_mut(n);
-        for (l, _) in l.iter_mut().zip(&s.active).filter(|(_, &active)| !active) {
-            *l = 0.0;
-        }
+        decode(l, &s.active, &s.roles, resistance);
         let solved = stage.driver.solve(&s.rhs, &s.sys.linear.q, &s.roles, z, l, Start::Warm);
         if solved.is_err() {
             return Fit::Contradiction;
@@ -247,25 +248,46 @@ impl Ladder {
                 x.copy_from_slice(&sharp);
             }
         }
-        let (z, l) = x.split_at_mut(n);
-        s.sys.linear.slacks(z, l, &mut s.w);
-        for ((l, &w), &active) in l.iter_mut().zip(&s.w).zip(&s.active) {
-            *l = if active { *l - w.max(0.0) / resistance } else { w - l.max(0.0) * resistance };
-        }
+        self.met = active;
+        encode(s, x, resistance);
         Fit::Open
+    }
+
+    /// As `solve`, but in whatever mode the laws ask for at this instant; `met` tells which one.  The
+    /// guards are those of [`Ladder::solve_open`].
+    #[allow(clippy::too_many_arguments)] // the data of one stage
+    pub fn cross(
+        &mut self,
+        s: &mut Stepper,
+        level: usize,
+        t: f64,
+        from: &[f64],
+        u: &[f64],
+        near: &[f64],
+        x: &mut [f64],
+    ) -> Fit {
+        if s.smooth.is_some() {
+            return self.solve_smooth(s, level, t, from, u, near, x, true);
+        }
+        let n = s.z.len();
+        let fit = self.solve(s, level, t, from, u, near, x);
+        if fit == Fit::Open {
+            return fit;
+        }
+        if fit == Fit::Solved && s.diodes.iter().all(|&i| x[n + i] >= 0.0) {
+            self.met.clone_from(&s.active);
+            return Fit::Open;
+        }
+        self.rung(s, level).stage.matrices.right_hand_side(from, u, u, &mut s.rhs);
+        self.solve_open(s, level, from, u, near, x)
     }
 
     /// The multiplier of a pair from its guard, of a stage that [`Fit`] calls `open` or not.
     pub fn multiplier(&self, guard: f64, active: bool, role: Role, open: bool) -> f64 {
-        match (active, open && role == Role::Diode) {
-            (true, false) => guard,
-            (false, false) => 0.0,
-            (true, true) => guard.max(0.0),
-            (false, true) => (-guard / self.resistance).max(0.0),
-        }
+        multiplier(guard, active, role, open, self.resistance)
     }
 
-    /// The same with smooth functions, by Newton's method.
+    /// The same with smooth functions, by Newton's method; in the present mode or a `free` one.
     #[allow(clippy::too_many_arguments)] // the data of one stage
     fn solve_smooth(
         &mut self,
@@ -276,19 +298,21 @@ impl Ladder {
         u: &[f64],
         near: &[f64],
         x: &mut [f64],
+        free: bool,
     ) -> Fit {
         let (n, m) = (s.z.len(), s.l.len());
+        let resistance = self.resistance;
         let rate = 1.0 / self.stage_length(level);
         self.roles.clear();
-        self.roles.extend(s.active.iter().map(|&a| if a { Role::Closed } else { Role::Open }));
+        let fixed = |active| if active { Role::Closed } else { Role::Open };
+        let roles = s.roles.iter().zip(&s.active);
+        self.roles.extend(roles.map(|(&role, &a)| if free { role } else { fixed(a) }));
         let roles = std::mem::take(&mut self.roles);
         self.rung(s, level).stage.matrices.right_hand_side(&from[..n], u, u, &mut s.rhs);
         x.copy_from_slice(near);
         let (z, rest) = x.split_at_mut(n);
         let (l, f) = rest.split_at_mut(m);
-        for (l, _) in l.iter_mut().zip(&s.active).filter(|(_, &active)| !active) {
-            *l = 0.0;
-        }
+        decode(l, &s.active, &roles, resistance);
         let Some(smooth) = &mut s.smooth else { return Fit::Contradiction };
         let newton = &mut smooth.newton;
         newton.add_stored(rate, &from[n..], &mut s.rhs);
@@ -299,6 +323,13 @@ impl Ladder {
             Ok(solved) => {
                 newton.values(f);
                 s.stats.linearised += u64::from(solved.iterations);
+                if free {
+                    self.met.clear();
+                    self.met.extend_from_slice(newton.active());
+                    s.note(solved.residual);
+                    encode(s, &mut x[..n + m], resistance);
+                    return Fit::Open;
+                }
                 s.note(solved.residual);
                 let matrices = &self.rung(s, level).stage.matrices;
                 matrices.guards(&mut x[..n + m], &s.active, true, &mut s.w);
@@ -337,5 +368,31 @@ impl Ladder {
         let stage = &mut self.rung(s, level).stage;
         stage.matrices.right_hand_side(from, u, u, &mut s.rhs);
         stage.driver.residual(&s.rhs, &s.sys.linear.q, &s.roles, z, l)
+    }
+}
+
+/// See [`Ladder::multiplier`].
+fn multiplier(guard: f64, active: bool, role: Role, open: bool, resistance: f64) -> f64 {
+    match (active, open && role == Role::Diode) {
+        (true, false) => guard,
+        (false, false) => 0.0,
+        (true, true) => guard.max(0.0),
+        (false, true) => (-guard / resistance).max(0.0),
+    }
+}
+
+/// Multipliers from guards.
+fn decode(l: &mut [f64], active: &[bool], roles: &[Role], resistance: f64) {
+    for ((l, &active), &role) in l.iter_mut().zip(active).zip(roles) {
+        *l = multiplier(*l, active, role, true, resistance);
+    }
+}
+
+/// Guards from multipliers in `x`, see [`Ladder::solve_open`].
+fn encode(s: &mut Stepper, x: &mut [f64], resistance: f64) {
+    let (z, l) = x.split_at_mut(s.z.len());
+    s.sys.linear.slacks(z, l, &mut s.w);
+    for ((l, &w), &active) in l.iter_mut().zip(&s.w).zip(&s.active) {
+        *l = if active { *l - w.max(0.0) / resistance } else { w - l.max(0.0) * resistance };
     }
 }

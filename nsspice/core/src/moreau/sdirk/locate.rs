@@ -34,8 +34,9 @@ impl Locator<'_> {
         }
     }
 
-    /// The end of the mode within `(0, end]`, None if it lasts.
-    pub fn first_violation(&mut self, end: f64) -> Option<f64> {
+    /// A place within `(0, end]` behind the end of the mode, and how negative a guard is there, relative
+    /// to its scale; None if the mode lasts.
+    pub fn violation(&mut self, end: f64) -> Option<(f64, f64)> {
         let (tableau, scales) = (self.tableau, self.scales);
         let last = tableau.stages() - 1;
         let mut order: [usize; STAGES] = std::array::from_fn(|i| i);
@@ -44,9 +45,12 @@ impl Locator<'_> {
         for &i in order.iter().filter(|&&i| tableau.c[i] <= end) {
             // inner stages are of low order: where the
             // continuous solution is fine, they prove nothing
-            let negative = violated(scales.margin(self.s, &self.trial.stages[i]));
-            if negative && (i == last || violated(self.margin(tableau.c[i]))) {
-                return Some(self.root(0.0, tableau.c[i]));
+            let mut margin = scales.margin(self.s, &self.trial.stages[i]);
+            if violated(margin) && i != last {
+                margin = self.margin(tableau.c[i]);
+            }
+            if violated(margin) {
+                return Some((tableau.c[i], -margin));
             }
         }
         if self.s.diodes.is_empty() && self.s.switches.is_empty() {
@@ -57,8 +61,9 @@ impl Locator<'_> {
         let mut samples = [Vec::new(), Vec::new()];
         if !whole {
             for (sample, theta) in samples.iter_mut().zip([middle, end]) {
-                if violated(self.margin(theta)) {
-                    return Some(self.root(0.0, theta));
+                let margin = self.margin(theta);
+                if violated(margin) {
+                    return Some((theta, -margin));
                 }
                 sample.extend_from_slice(&self.trial.point);
             }
@@ -70,13 +75,14 @@ impl Locator<'_> {
         };
         let place =
             scales.dip(self.s, [0.0, middle, end], [&self.trial.first, at_middle, at_end])?;
-        violated(self.margin(place)).then(|| self.root(0.0, place))
+        let margin = self.margin(place);
+        violated(margin).then_some((place, -margin))
     }
 
-    /// The root of the margin in `(low, high]`, where it is negative at `high`: the latest point
-    /// found at which it is not above zero.
-    pub fn root(&mut self, low: f64, high: f64) -> f64 {
-        let (mut a, mut b) = (low, high);
+    /// The end of the mode, the root of the margin in `(0, high]`, where it is negative at `high`: the
+    /// latest point found at which it is not above zero.
+    pub fn root(&mut self, high: f64) -> f64 {
+        let (mut a, mut b) = (0.0f64, high);
         // the stage value that raised the alarm may differ from the continuous solution
         let mut fb = self.margin(b);
         if fb >= 0.0 {

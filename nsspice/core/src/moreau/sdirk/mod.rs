@@ -3,10 +3,11 @@
 //! Between two events the mode (which pairs conduct) is fixed, and a step is a few implicit stages
 //! with one matrix `E/(gamma h) + G`.  The guards - multipliers of conducting pairs, slacks of the
 //! others, distances of switches to their thresholds - are watched at the stages, at the output rows
-//! and between them; where one becomes negative, the step is cut by its continuous solution at the
-//! root, and the complementarity problem of a very short implicit step finds the next mode.  Step
-//! lengths are taken from a ladder of powers of two, so that matrices are seldom factorised; a step
-//! that would end beyond a corner of a source is cut there.
+//! and between them; where one becomes negative, each stage takes the mode that its laws ask for if the
+//! error stays small, else the step is cut by its continuous solution at the root, and the
+//! complementarity problem of a short implicit step finds the next mode.  Step lengths are taken from
+//! a ladder of powers of two, so that matrices are seldom factorised; a step that would end beyond a
+//! corner of a source is cut there.
 //!
 //! Where modes change so fast that nothing can be located (accumulations, sliding), single implicit
 //! steps with complementarity pass over it.
@@ -18,8 +19,10 @@
 mod guards;
 mod ladder;
 mod locate;
+mod pass;
 mod points;
 mod predict;
+mod restart;
 mod rows;
 mod run;
 mod step;

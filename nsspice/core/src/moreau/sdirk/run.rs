@@ -7,6 +7,7 @@ use super::super::stepper::{Failure, Progress, Stepper};
 use super::guards::Scales;
 use super::ladder::{Ladder, RUNGS, SMALL};
 use super::locate::Locator;
+use super::pass::{Passage, Patience, NOTICED};
 use super::points::PointRows;
 use super::rows::Rows;
 use super::step::Trial;
@@ -14,7 +15,6 @@ use super::stored::StoredRows;
 use super::witness::{sum_up, Witness};
 use super::{Accuracy, Tableau};
 use crate::audit::Taken;
-use crate::mlcp::Start;
 use crate::waveform::Side;
 use std::time::{Duration, Instant};
 
@@ -23,8 +23,7 @@ const STAGE_ACCURACY: f64 = 1e-6;
 /// First level of a run with error control.
 const FIRST_LEVEL: usize = 12;
 /// Level of the implicit steps that pass over what cannot be located.
-const FORCED_LEVEL: usize = 20;
-const LONGEST_FORCED: usize = 10;
+pub(super) const FORCED_LEVEL: usize = 20;
 /// Events in a row, without an accepted whole step between them, before a step is forced.
 const IN_A_ROW: u32 = 12;
 /// Steps without a solution, while the time hardly moves, before one is forced.
@@ -52,6 +51,8 @@ pub struct Counters {
     pub rejected: u64,
     /// instants at which a mode was found to end
     pub located: u64,
+    /// steps over ends of modes that need no location
+    pub passed: u64,
     /// single implicit steps over events that could not be located
     pub forced: u64,
     /// matrices assembled
@@ -60,7 +61,7 @@ pub struct Counters {
 
 /// Why a step ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum End {
+pub(super) enum End {
     Plain,
     Corner { jump: bool },
     Event,
@@ -68,40 +69,44 @@ enum End {
 
 /// An accepted step whose rows are being written.
 #[derive(Clone, Copy, Debug)]
-struct Accepted {
-    theta: f64,
-    time: f64,
+pub(super) struct Accepted {
+    pub theta: f64,
+    pub time: f64,
     end: End,
 }
 
 /// The controller of one run; the state is the stepper's.
 pub struct Sdirk {
-    method: &'static Tableau,
+    pub(super) method: &'static Tableau,
     /// that of the present step
-    tableau: &'static Tableau,
-    accuracy: Accuracy,
-    rows: Rows,
-    stop: f64,
-    ladder: Ladder,
-    scales: Scales,
-    trial: Trial,
-    accepted: Option<Accepted>,
-    level: usize,
-    in_a_row: u32,
+    pub(super) tableau: &'static Tableau,
+    pub(super) accuracy: Accuracy,
+    pub(super) rows: Rows,
+    pub(super) stop: f64,
+    pub(super) ladder: Ladder,
+    pub(super) scales: Scales,
+    pub(super) trial: Trial,
+    pub(super) accepted: Option<Accepted>,
+    pub(super) level: usize,
+    pub(super) in_a_row: u32,
     /// length and error of the last step that was free to grow
-    last_error: (f64, f64),
+    pub(super) last_error: (f64, f64),
     /// the last event did not end the mode
-    futile: bool,
+    pub(super) futile: bool,
     /// when the last guard was violated [s]
-    troubled: f64,
+    pub(super) troubled: f64,
     /// since when steps without a solution keep the time from moving [s], and how many
-    stuck: (f64, u32),
-    forced_level: usize,
-    begun: bool,
-    corner: (f64, bool),
-    points: PointRows,
-    witness: Witness,
-    stored: StoredRows,
+    pub(super) stuck: (f64, u32),
+    pub(super) forced_level: usize,
+    pub(super) begun: bool,
+    pub(super) corner: (f64, bool),
+    pub(super) points: PointRows,
+    pub(super) witness: Witness,
+    pub(super) stored: StoredRows,
+    /// whether steps over ends of modes are worth a trial
+    pub(super) patience: Patience,
+    /// unknowns whose error is that of their rates, in the step estimated last
+    pub(super) tied: Vec<bool>,
     /// counters
     pub counters: Counters,
 }
@@ -147,6 +152,8 @@ impl Sdirk {
             points: PointRows::default(),
             witness: Witness::default(),
             stored: StoredRows::new(s),
+            patience: Patience::default(),
+            tied: vec![false; s.z.len()],
             counters: Counters::default(),
         }
     }
@@ -235,7 +242,7 @@ impl Sdirk {
     }
 
     /// Remembers the state from which the next step starts; its functions may be `known`.
-    fn begin_step(&mut self, s: &mut Stepper, known: bool) {
+    pub(super) fn begin_step(&mut self, s: &mut Stepper, known: bool) {
         self.stored.forget();
         if !known {
             self.ladder.deepest = RUNGS - 1;
@@ -314,8 +321,20 @@ impl Sdirk {
             let (ladder, scales) = (&mut self.ladder, &self.scales);
             let trial = &mut self.trial;
             let mut locator = Locator { s, ladder, scales, tableau, trial };
-            let found = locator.first_violation(limit);
-            if let Some(theta) = found {
+            let found = locator.violation(limit);
+            let passage = found.map(|(_, depth)| self.pass(s, level, depth));
+            let (passed, error) = match passage {
+                Some(Passage::Open(error)) => (true, error),
+                _ => (false, error),
+            };
+            if passage == Some(Passage::Narrow) {
+                self.level = level + 1;
+                continue;
+            }
+            if let (Some((high, _)), false) = (found, passed) {
+                let (ladder, scales) = (&mut self.ladder, &self.scales);
+                let trial = &mut self.trial;
+                let theta = Locator { s, ladder, scales, tableau, trial }.root(high);
                 self.in_a_row += 1;
                 self.troubled = s.time;
                 if self.futile && theta < EARLY {
@@ -337,7 +356,7 @@ impl Sdirk {
                 };
                 self.accepted = Some(Accepted { theta: limit, time, end });
                 let clear = self.ladder.length(FORCED_LEVEL);
-                if whole && time > self.troubled + clear {
+                if whole && (time > self.troubled + clear || passed) {
                     self.in_a_row = 0;
                     self.futile = false;
                     self.forced_level = FORCED_LEVEL;
@@ -396,7 +415,7 @@ impl Sdirk {
     }
 
     /// Estimated error of the trial step relative to what is allowed.
-    fn error(&mut self, s: &mut Stepper) -> f64 {
+    pub(super) fn error(&mut self, s: &mut Stepper) -> f64 {
         self.trial.estimate(s, &mut self.ladder, self.tableau);
         let end = &self.trial.stages[self.tableau.stages() - 1];
         let mut largest = self.scales.largest;
@@ -413,6 +432,7 @@ impl Sdirk {
             let rounding = ROUNDING * self.trial.terms[j].max(largest[kind]);
             let ratio = self.trial.slope[j].abs()
                 / (self.accuracy.relative * size + allowed[kind] + rounding + f64::MIN_POSITIVE);
+            self.tied[j] = self.trial.constrained[j] && ratio > NOTICED;
             worst = if ratio <= worst { worst } else { ratio }; // NaN is the worst
         }
         worst
@@ -428,10 +448,10 @@ impl Sdirk {
         let trial = &mut self.trial;
         trial.take_end(s, self.tableau);
         let (z, guards) = trial.point.split_at_mut(n);
-        for ((g, &active), role) in guards.iter_mut().zip(&s.active).zip(&s.roles) {
+        for (g, (&active, &role)) in guards.iter_mut().zip(s.active.iter().zip(&s.roles)) {
             // a step that is going to be cut may end beyond the root of a guard
-            let sign = *role == crate::mlcp::Role::Diode;
-            *g = if !active || (sign && *g < 0.0) { 0.0 } else { *g };
+            let sign = trial.crossing || role == crate::mlcp::Role::Diode && active;
+            *g = self.ladder.multiplier(*g, active, role, sign);
         }
         let base = &trial.bases[last];
         let found = self.ladder.residual(s, trial.level, base, &trial.u, z, guards);
@@ -458,8 +478,8 @@ impl Sdirk {
         }
         let (z, rest) = self.trial.point.split_at_mut(n);
         let (guards, f) = rest.split_at_mut(m);
-        for (g, &active) in guards.iter_mut().zip(&s.active) {
-            *g = if active { *g } else { 0.0 };
+        for (g, (&active, &role)) in guards.iter_mut().zip(s.active.iter().zip(&s.roles)) {
+            *g = self.ladder.multiplier(*g, active, role, self.trial.crossing);
         }
         row[0] = label;
         let (rates, slope) = self.trial.slope.split_at(n);
@@ -479,14 +499,18 @@ impl Sdirk {
             self.trial.take_end(s, self.tableau);
         } else {
             self.trial.evaluate(s, &mut self.ladder, self.tableau, accepted.theta);
+            if self.trial.crossing {
+                self.trial.mode.clone_from(&self.ladder.met);
+            }
         }
         let (trial, ladder, tableau) = (&self.trial, &self.ladder, self.tableau);
         self.witness.step(s, trial, ladder, tableau, accepted.theta, accepted.time);
         sum_up(s, trial, ladder, tableau, accepted.theta);
         let (z, guards) = self.trial.point.split_at(n);
         s.z.copy_from_slice(z);
-        for ((l, &g), &active) in s.l.iter_mut().zip(guards).zip(&s.active) {
-            *l = if active { g } else { 0.0 };
+        let pairs = guards.iter().zip(s.active.iter().zip(&s.roles));
+        for (l, (&g, (&active, &role))) in s.l.iter_mut().zip(pairs) {
+            *l = ladder.multiplier(g, active, role, trial.crossing);
         }
         if s.outputs.needs_rates() {
             s.rates.copy_from_slice(&self.trial.slope[..n]);
@@ -499,6 +523,9 @@ impl Sdirk {
             smooth.rates.copy_from_slice(&self.trial.slope[n..]);
         }
         self.scales.note(s, &s.z, &s.l);
+        if self.trial.crossing {
+            self.enter_mode(s);
+        }
         let plain = accepted.end == End::Plain;
         if plain && self.method.continues() {
             self.trial.continue_rates();
@@ -510,10 +537,13 @@ impl Sdirk {
                 self.points.note_left(s);
                 evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
                 let before = s.active.clone();
-                if accepted.end == End::Event {
-                    self.scales.turn_switches(s, &self.trial.point[..n]);
+                if accepted.end == End::Event
+                    && !self.scales.turn_switches(s, &self.trial.point[..n])
+                {
+                    self.turn(s);
+                } else {
+                    self.restart(s);
                 }
-                self.restart(s);
                 self.futile = accepted.end == End::Event && before == s.active;
             }
         }
@@ -522,77 +552,5 @@ impl Sdirk {
         }
         self.tableau = self.method.next(plain);
         self.begin_step(s, plain);
-    }
-
-    /// Finds the mode from here on; charges and fluxes may jump.
-    fn restart(&mut self, s: &mut Stepper) {
-        s.throw_by_sources();
-        // a failure is left to the next step, which can be certified
-        let _ = s.impulse_or_leave();
-        let (z, l) = (s.z.clone(), s.l.clone());
-        let changed = s.react();
-        if s.settle_after(changed).is_err() {
-            s.z = z;
-            s.l = l;
-        }
-        s.log_events();
-    }
-
-    /// A single implicit step with complementarity, over what cannot be located.
-    fn force(&mut self, s: &mut Stepper) -> Result<(), Box<Failure>> {
-        let target = self.corner.0.min(self.stop);
-        let remaining = target - s.time;
-        let wanted = self.ladder.stage_length(self.forced_level);
-        let length = if wanted >= remaining * (1.0 - 1e-9) { remaining } else { wanted };
-        let at_corner = length == remaining && target == self.corner.0;
-        self.forced_level = self.forced_level.saturating_sub(1).max(LONGEST_FORCED);
-        let time = s.time;
-        let end = if length == remaining { target } else { time + length };
-        evaluate(&s.waveforms, end, Side::Left, &mut s.u1);
-        let k = s.stage_index(length, true);
-        let (from, u) = (s.z.clone(), s.u1.clone());
-        s.stages[k].matrices.right_hand_side(&from, &u, &u, &mut s.rhs);
-        s.carry_stored(&from, 1.0 / length);
-        s.forget_functions();
-        s.time = end;
-        if let Err(failure) = s.solve(k, length, Start::Warm) {
-            s.time = time;
-            return Err(failure);
-        }
-        if s.outputs.needs_rates() {
-            for ((rate, z), old) in s.rates.iter_mut().zip(&s.z).zip(&from) {
-                *rate = (z - old) / length;
-            }
-        }
-        if let Some(smooth) = &mut s.smooth {
-            let old = &self.trial.first[s.z.len() + s.l.len()..];
-            for (rate, (new, old)) in smooth.rates.iter_mut().zip(smooth.f.iter().zip(old)) {
-                *rate = (new - old) / length;
-            }
-        }
-        s.sum_up(length, true);
-        if s.witness.watches() {
-            s.z_recorded.copy_from_slice(&from);
-            s.record(length);
-        }
-        s.stats.steps += 1;
-        self.trial.leave(self.tableau, 1.0, false);
-        self.tableau = self.method.next(false);
-        self.counters.forced += 1;
-        self.in_a_row = 0;
-        self.futile = false;
-        self.level = self.level.min(FORCED_LEVEL);
-        self.points.note_left(s);
-        s.u0.copy_from_slice(&s.u1);
-        if at_corner {
-            evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
-            self.restart(s);
-        } else {
-            let changed = s.react();
-            s.settle_after(changed)?;
-            s.log_events();
-        }
-        self.begin_step(s, false);
-        Ok(())
     }
 }

@@ -12,6 +12,9 @@ const PATIENT: usize = 24;
 /// A smoothed error below this part of the plain one belongs to a constrained unknown.
 const CONSTRAINED: f64 = 1e-6;
 
+/// How the equations of a stage are solved: [`Ladder::solve`] or [`Ladder::cross`].
+type Way = fn(&mut Ladder, &mut Stepper, usize, f64, &[f64], &[f64], &[f64], &mut [f64]) -> Fit;
+
 /// A step from `start`: stages, rates, and what is needed to evaluate it anywhere.
 pub struct Trial {
     n: usize,
@@ -28,8 +31,13 @@ pub struct Trial {
     pub first: Vec<f64>,
     /// the same at the end of each stage
     pub stages: Vec<Vec<f64>>,
-    /// stages, and last the point, that were solved in a mode that leaves something open
+    /// stages, and last the point, that were solved in a mode that leaves something open, or in any
     pub open: Vec<bool>,
+    /// each stage is solved in the mode that its laws ask for
+    pub crossing: bool,
+    /// then: the mode at the end of the step, and whether any stage is in another than its begin
+    pub mode: Vec<bool>,
+    pub crossed: bool,
     /// where each stage begins: unknowns, then functions
     pub bases: Vec<Vec<f64>>,
     /// rate of each stage: of the unknowns that carry storage, then of the functions
@@ -97,6 +105,9 @@ impl Trial {
             first: vec![0.0; n + m + p],
             stages: many(n + m + p),
             open: vec![false; tableau.stages() + 1],
+            crossing: false,
+            mode: vec![false; m],
+            crossed: false,
             bases: many(n + p),
             rates: many(n + p),
             past: Past::new(tableau.stages(), n + m + p),
@@ -107,6 +118,15 @@ impl Trial {
             slope: vec![0.0; n + p],
             n,
             m,
+        }
+    }
+
+    /// How a point is solved.
+    fn way(&self) -> Way {
+        if self.crossing {
+            Ladder::cross
+        } else {
+            Ladder::solve
         }
     }
 
@@ -121,6 +141,8 @@ impl Trial {
         let (n, m) = (self.n, self.m);
         self.level = level;
         self.length = ladder.length(level);
+        self.crossed = false;
+        let solve = self.way();
         let h = self.length;
         let rate = 1.0 / (tableau.gamma * h);
         if tableau.first() > 0 {
@@ -145,9 +167,13 @@ impl Trial {
                 }
                 smooth.newton.be_brief(level < PATIENT);
             }
-            let fit = ladder.solve(s, level, t, base, &self.u, near, x);
+            let fit = solve(ladder, s, level, t, base, &self.u, near, x);
             if fit == Fit::Contradiction {
                 return Err(Broken { at: tableau.c[i] });
+            }
+            if self.crossing {
+                self.mode.clone_from(&ladder.met);
+                self.crossed |= self.mode != s.active;
             }
             self.open[i] = fit == Fit::Open;
             let stored = x[..n].iter().chain(&x[n + m..]);
@@ -176,8 +202,17 @@ impl Trial {
         if s.smooth.is_some() {
             ladder.respond(s, self.level, &self.raw, &mut self.slope);
         } else {
+            // of a step from mode to mode, in the last
+            let mut turn = |s: &mut Stepper| {
+                if self.crossing {
+                    std::mem::swap(&mut self.mode, &mut s.active);
+                    s.epoch += 1;
+                }
+            };
+            turn(s);
             let (x, t) = (&mut self.point, self.start + self.length);
             ladder.solve(s, self.level, t, &self.from, &self.u, &self.stages[last], x);
+            turn(s);
             for ((d, x), end) in self.slope.iter_mut().zip(&x[..n]).zip(&self.stages[last]) {
                 *d = x - end;
             }
@@ -252,7 +287,8 @@ impl Trial {
         let t = if theta == 1.0 { self.start + h } else { self.start + theta * h };
         sources(&s.waveforms, t, self.start, self.corner, &mut self.u);
         let near = &self.stages[tableau.stages() - 1];
-        let fit = ladder.solve(s, self.level, t, &self.from, &self.u, near, &mut self.point);
+        let solve = self.way();
+        let fit = solve(ladder, s, self.level, t, &self.from, &self.u, near, &mut self.point);
         self.open[tableau.stages()] = fit == Fit::Open;
         let stored = self.point[..n].iter().chain(&self.point[n + m..]);
         for ((d, x), b) in self.slope.iter_mut().zip(stored).zip(&self.from) {

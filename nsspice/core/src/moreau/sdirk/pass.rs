@@ -1,0 +1,126 @@
+//! Steps over the end of a mode that need not be located.
+//!
+//! Where a diode with resistances begins or ceases to conduct, the rates of what is stored have a kink
+//! and no more.  In a step over it each stage takes the mode that its laws ask for, and the embedded
+//! formula sees the kink as it sees any other lack of smoothness: where the error that it estimates is
+//! allowed, an instant of the change has no meaning within the tolerance.  Where rates jump, or where
+//! the kink counts, the estimate says so, and the end of the mode is located.
+
+use super::super::stepper::{Stepper, MAX_EVENTS};
+use super::run::Sdirk;
+
+/// A step over the end of a mode may have this part of the error of another: for a kink the estimate
+/// is of the size of the error, but may miss a part of it.
+const SHARE: f64 = 0.25;
+/// The error over a kink of a step half as long is this part.
+const SHORTER: f64 = 4.0;
+/// Smaller parts of the tolerance are no error at all.
+pub(super) const NOTICED: f64 = 1e-3;
+/// After failures so many ends of modes at most are located without a trial.
+const MOST: u32 = 16;
+
+/// Whether a step may go on over the end of a mode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Passage {
+    /// with this error
+    Open(f64),
+    /// one half as long may
+    Narrow,
+    /// the end has to be located; the step is as it was
+    Closed,
+}
+
+/// How many ends of modes are located before a step over one is tried again.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Patience {
+    wait: u32,
+    left: u32,
+}
+
+impl Patience {
+    /// Whether the next one is to be tried.
+    fn tries(&mut self) -> bool {
+        let tries = self.left == 0;
+        self.left = self.left.saturating_sub(1);
+        tries
+    }
+
+    fn note(&mut self, passed: bool) {
+        self.wait = if passed { 0 } else { (2 * self.wait + 1).min(MOST) };
+        self.left = self.wait;
+    }
+}
+
+impl Sdirk {
+    /// Tries the step at `level`, in which the mode ends by a guard this negative, as one from mode to
+    /// mode.
+    pub(super) fn pass(&mut self, s: &mut Stepper, level: usize, depth: f64) -> Passage {
+        if self.accuracy.relative >= 1.0 || !self.patience.tries() {
+            return Passage::Closed;
+        }
+        let tableau = self.tableau;
+        let tied = self.tied.clone();
+        self.trial.crossing = true;
+        let solved = self.trial.compute(s, &mut self.ladder, tableau, level).is_ok();
+        let scales = &self.scales;
+        let turns = |s: &Stepper, stages: &[Vec<f64>]| {
+            stages.iter().any(|x| scales.switches_turn(s, &x[..s.z.len()]))
+        };
+        // no stage in another mode: the guard dips below zero between them
+        let shows = self.trial.crossed || depth <= SHARE * self.accuracy.relative;
+        let sound = solved && shows && !turns(s, &self.trial.stages);
+        let error = if sound { self.error(s) } else { f64::INFINITY };
+        // what is a rate in one mode and tied by the laws in the other has no kink but a jump
+        let error = if self.tied == tied { error } else { f64::INFINITY };
+        let near = error <= SHARE * SHORTER;
+        self.patience.note(near);
+        if error <= SHARE {
+            self.counters.passed += 1;
+            return Passage::Open(error);
+        }
+        self.trial.crossing = false;
+        if near {
+            return Passage::Narrow;
+        }
+        // what was solved before is solved again
+        let _ = self.trial.compute(s, &mut self.ladder, tableau, level);
+        Passage::Closed
+    }
+
+    /// Takes the mode at the end of a step from mode to mode, and notes when its pairs changed.
+    pub(super) fn enter_mode(&mut self, s: &mut Stepper) {
+        let mut changes = Vec::new();
+        for i in 0..s.active.len() {
+            if s.active[i] != self.trial.mode[i] {
+                changes.push((self.instant(s, i), i, self.trial.mode[i]));
+            }
+        }
+        if !changes.is_empty() {
+            changes.sort_by(|a, b| a.0.total_cmp(&b.0));
+            s.active.copy_from_slice(&self.trial.mode);
+            s.epoch += 1;
+            s.stats.mode_changes += 1;
+            s.stats.events += changes.len() as u64;
+            let room = MAX_EVENTS.saturating_sub(s.events.len());
+            s.events.extend(changes.into_iter().take(room));
+            s.logged.copy_from_slice(&s.active);
+            s.logged_epoch = s.epoch;
+        }
+        self.trial.crossing = false;
+    }
+
+    /// When the guard of a pair vanished in the step, by a line between the stages around.
+    fn instant(&self, s: &Stepper, i: usize) -> f64 {
+        let (trial, tableau, guard) = (&self.trial, self.tableau, s.z.len() + i);
+        let mut points: Vec<(f64, f64)> = vec![(0.0, trial.first[guard].max(0.0))];
+        let stages = tableau.first()..tableau.stages();
+        points.extend(stages.map(|k| (tableau.c[k], trial.stages[k][guard])));
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let around = points.windows(2).find(|w| w[0].1 >= 0.0 && w[1].1 < 0.0);
+        let part = around.map_or(1.0, |w| {
+            let (before, behind) = (w[0].1, w[1].1);
+            w[0].0 + (w[1].0 - w[0].0) * before / (before - behind)
+        });
+        (trial.start + part * trial.length).min(s.time)
+    }
+}

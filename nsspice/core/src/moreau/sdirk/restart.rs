@@ -1,0 +1,128 @@
+//! Behind an event: the next mode; and single implicit steps over what cannot be located.
+
+use super::super::clock::evaluate;
+use super::super::stepper::{Failure, Stepper};
+use super::super::turns::Turn;
+use super::ladder::SMALL;
+use super::run::{Sdirk, FORCED_LEVEL};
+use crate::mlcp::Start;
+use crate::waveform::Side;
+
+const LONGEST_FORCED: usize = 10;
+/// A step that errs by less than this part of the tolerance may be an implicit one.
+const SHARE: f64 = 0.1;
+
+impl Sdirk {
+    /// Finds the mode behind the end of one at which pairs change but no switch: in passive networks
+    /// nothing jumps there.
+    pub(super) fn turn(&mut self, s: &mut Stepper) {
+        if self.accuracy.relative >= 1.0 {
+            return self.restart(s); // steps of fixed length cannot look closer
+        }
+        match s.turn(self.trial.length) {
+            Turn::Begun => s.log_events(),
+            Turn::Step(length, end) if self.is_short(s, length, &end) => {
+                if self.implicit(s, length, s.time + length).is_err() {
+                    self.restart(s);
+                }
+                s.log_events();
+            }
+            Turn::Step(..) | Turn::Nothing => {} // the next step looks closer
+            Turn::Jump => self.restart(s),
+        }
+    }
+
+    /// Whether a step may be an implicit one: of what it moves it errs by the part that its length is of
+    /// the length in which rates change.
+    fn is_short(&self, s: &Stepper, length: f64, end: &[f64]) -> bool {
+        let (n, e) = (end.len(), &s.sys.linear.e);
+        let moved: Vec<f64> = end.iter().zip(&s.z).map(|(a, b)| a - b).collect();
+        let (mut charges, mut allowed) = (vec![0.0; n], vec![0.0; n]);
+        e.mul_add(1.0, &moved, &mut charges);
+        let share = SHARE * self.accuracy.relative * self.trial.length / length;
+        let sizes = self.scales.unknown.iter().zip(&s.sys.linear.row_kind);
+        let least = |kind: &u8| SMALL * self.scales.largest[usize::from(*kind)];
+        let sizes: Vec<f64> = sizes.map(|(size, kind)| share * size.max(least(kind))).collect();
+        e.abs_mul_add(&sizes, &mut allowed);
+        let near = charges.iter().zip(&allowed).all(|(moved, allowed)| moved.abs() <= *allowed);
+        let remaining = self.corner.0.min(self.stop) - s.time;
+        near && length < 0.5 * remaining
+    }
+
+    /// Finds the mode from here on; charges and fluxes may jump.
+    pub(super) fn restart(&mut self, s: &mut Stepper) {
+        s.throw_by_sources();
+        // a failure is left to the next step, which can be certified
+        let _ = s.impulse_or_leave();
+        let (z, l) = (s.z.clone(), s.l.clone());
+        let changed = s.react();
+        if s.settle_after(changed).is_err() {
+            s.z = z;
+            s.l = l;
+        }
+        s.log_events();
+    }
+
+    /// A single implicit step with complementarity, over what cannot be located.
+    pub(super) fn force(&mut self, s: &mut Stepper) -> Result<(), Box<Failure>> {
+        let target = self.corner.0.min(self.stop);
+        let remaining = target - s.time;
+        let wanted = self.ladder.stage_length(self.forced_level);
+        let length = if wanted >= remaining * (1.0 - 1e-9) { remaining } else { wanted };
+        let at_corner = length == remaining && target == self.corner.0;
+        self.forced_level = self.forced_level.saturating_sub(1).max(LONGEST_FORCED);
+        self.implicit(s, length, if length == remaining { target } else { s.time + length })?;
+        self.counters.forced += 1;
+        self.in_a_row = 0;
+        self.futile = false;
+        self.level = self.level.min(FORCED_LEVEL);
+        if at_corner {
+            evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
+            self.restart(s);
+        } else {
+            let changed = s.react();
+            s.settle_after(changed)?;
+            s.log_events();
+        }
+        self.begin_step(s, false);
+        Ok(())
+    }
+
+    /// An implicit step of a length to its `end`.
+    fn implicit(&mut self, s: &mut Stepper, length: f64, end: f64) -> Result<(), Box<Failure>> {
+        let time = s.time;
+        evaluate(&s.waveforms, end, Side::Left, &mut s.u1);
+        let k = s.stage_index(length, true);
+        let (from, u) = (s.z.clone(), s.u1.clone());
+        s.stages[k].matrices.right_hand_side(&from, &u, &u, &mut s.rhs);
+        s.carry_stored(&from, 1.0 / length);
+        s.forget_functions();
+        s.time = end;
+        if let Err(failure) = s.solve(k, length, Start::Warm) {
+            s.time = time;
+            return Err(failure);
+        }
+        if s.outputs.needs_rates() {
+            for ((rate, z), old) in s.rates.iter_mut().zip(&s.z).zip(&from) {
+                *rate = (z - old) / length;
+            }
+        }
+        if let Some(smooth) = &mut s.smooth {
+            let old = &self.trial.first[s.z.len() + s.l.len()..];
+            for (rate, (new, old)) in smooth.rates.iter_mut().zip(smooth.f.iter().zip(old)) {
+                *rate = (new - old) / length;
+            }
+        }
+        s.sum_up(length, true);
+        if s.witness.watches() {
+            s.z_recorded.copy_from_slice(&from);
+            s.record(length);
+        }
+        s.stats.steps += 1;
+        self.trial.leave(self.tableau, 1.0, false);
+        self.tableau = self.method.next(false);
+        self.points.note_left(s);
+        s.u0.copy_from_slice(&s.u1);
+        Ok(())
+    }
+}

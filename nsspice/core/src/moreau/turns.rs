@@ -1,0 +1,74 @@
+//! Where diodes change but nothing jumps: the next mode, and the values with which it begins.
+//!
+//! In a passive network charges and fluxes are continuous unless a source or a switch acts.  The mode
+//! that follows is that of a step from where the last one ended, short beside all that moves, but long
+//! enough for the change to show: what has just become zero is zero up to rounding after a shorter one.
+
+use super::aftermath::AFTER_JUMP;
+use super::jumps::JUMP;
+use super::stepper::Stepper;
+use crate::mlcp::Start;
+
+/// Ratio of the lengths tried.
+const LONGER: f64 = 8.0;
+
+/// What was found behind an instant at which guards vanish.
+pub(super) enum Turn {
+    /// something may jump here: the state is as it was
+    Jump,
+    /// no change: the state is as it was
+    Nothing,
+    /// the next mode, and the values with which it begins
+    Begun,
+    /// a step of this length [s] ends in the next mode, with these unknowns; shorter ones do not tell, and
+    /// the state is as it was
+    Step(f64, Vec<f64>),
+}
+
+impl Stepper {
+    /// Finds the mode behind an instant at which guards vanish, from steps of at most `longest`.
+    pub(super) fn turn(&mut self, longest: f64) -> Turn {
+        if self.impacts.active || self.smooth.is_some() || self.storage.tight() {
+            return Turn::Jump;
+        }
+        let (z, l, active) = (self.z.clone(), self.l.clone(), self.active.clone());
+        let shortest = self.step_length.min(self.fastest);
+        let mut length = AFTER_JUMP[0] * shortest;
+        while length <= longest {
+            let solved = self.short_step(None, &z, length, Start::Warm).is_ok();
+            let turned = solved && self.active != active;
+            let end = self.z.clone();
+            if turned && self.begin_mode(&z, shortest) {
+                return Turn::Begun;
+            }
+            self.z.copy_from_slice(&z);
+            self.l.copy_from_slice(&l);
+            if self.active != active {
+                self.active.copy_from_slice(&active);
+                self.epoch += 1;
+            }
+            if turned {
+                return Turn::Step(length, end);
+            }
+            length *= LONGER;
+        }
+        Turn::Nothing
+    }
+
+    /// The values at the begin of the mode just found, from shorter steps that stay in it; false if
+    /// there are none.
+    fn begin_mode(&mut self, z: &[f64], shortest: f64) -> bool {
+        let mode = self.active.clone();
+        self.z.copy_from_slice(z);
+        // what should vanish, but does not quite where the last mode ended, is thrown out
+        let Ok(leap) = self.leap(None, JUMP, shortest, Start::Warm) else { return false };
+        if self.active != mode {
+            return false;
+        }
+        self.enter(None, z.to_vec(), leap);
+        if let Some(sums) = &mut self.sums {
+            sums.jump(z, &self.z);
+        }
+        true
+    }
+}
