@@ -254,6 +254,7 @@ impl Sdirk {
             self.ladder.resistance = voltage / current;
         }
         self.trial.start = s.time;
+        self.trial.unsolved = 0;
         let (z, guards) = self.trial.first.split_at_mut(n);
         let (guards, f) = guards.split_at_mut(m);
         match &mut s.smooth {
@@ -298,6 +299,7 @@ impl Sdirk {
             let (ladder, tableau) = (&mut self.ladder, self.tableau);
             if let Err(broken) = self.trial.compute(s, ladder, tableau, level) {
                 self.level = level + if broken.at < 0.5 { 2 } else { 1 };
+                self.trial.unsolved += 1;
                 // a law that jumps against the motion has no solution near the jump, at any length
                 if s.time > self.stuck.0 + self.ladder.length(FORCED_LEVEL) {
                     self.stuck = (s.time, 0);

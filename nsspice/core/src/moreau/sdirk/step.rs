@@ -6,8 +6,10 @@ use super::predict::Past;
 use super::tableau::Tableau;
 use crate::waveform::{Side, Waveform};
 
-/// Steps from this level on are so short that another way has to be tried.
+/// Steps from this level on are so short that another way has to be tried, as after so many steps without
+/// a solution from one point: behind a fold of the laws shorter ones have none either.
 const PATIENT: usize = 24;
+const TRIED: u32 = 3;
 
 /// A smoothed error below this part of the plain one belongs to a constrained unknown.
 const CONSTRAINED: f64 = 1e-6;
@@ -27,6 +29,8 @@ pub struct Trial {
     pub level: usize,
     /// first corner of a source after the begin [s]
     pub corner: f64,
+    /// steps from here that had no solution
+    pub unsolved: u32,
     /// unknowns, guards and functions at the begin
     pub first: Vec<f64>,
     /// the same at the end of each stage
@@ -102,6 +106,7 @@ impl Trial {
             length: 0.0,
             level: 0,
             corner: f64::INFINITY,
+            unsolved: 0,
             first: vec![0.0; n + m + p],
             stages: many(n + m + p),
             open: vec![false; tableau.stages() + 1],
@@ -165,7 +170,7 @@ impl Trial {
                 if past.predict(tableau, i, h, &self.first, done, &mut self.guess) {
                     smooth.newton.predict(&self.guess);
                 }
-                smooth.newton.be_brief(level < PATIENT);
+                smooth.newton.be_brief(level < PATIENT && self.unsolved < TRIED);
             }
             let fit = solve(ladder, s, level, t, base, &self.u, near, x);
             if fit == Fit::Contradiction {
