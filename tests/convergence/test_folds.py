@@ -48,7 +48,7 @@ def test_the_instant_of_a_fold_is_found_to_the_tolerance(reltol: float) -> None:
 
 
 def test_steps_jump_over_a_fold_where_they_are_not_tiny():
-    """A magnitude in a loop: no solution near its kink goes on, and shorter steps have none either."""
+    """A magnitude in a loop: near its kink no solution goes on, shorter steps have none either."""
     circuit = nsspice.read("""a current follows the magnitude of a voltage that it makes
 V1 n0 0 SIN(0 12 5944)
 Rs n0 n1 45.9

@@ -52,7 +52,8 @@ SHORT = [("degenerate", 90063)]
 EIGENVECTORS = [("large", 60008), ("large", 60017), ("stiff", 60015), ("large", 50002)]
 #: mode by mode: rows of a matrix that were zero but for rounding were scaled up to their columns
 BALANCED = [("large", 310004)]
-#: mode by mode: 1 pF beside 1 H; what slow motions leave on it was known to rounding of the large store
+#: mode by mode: 1 pF beside 1 H; what slow motions leave on it was known to rounding of the
+#: large store
 SCALES = [("stiff", 510015)]
 #: mode by mode: what sources force in milliseconds, 5.6 kA, cancels within nanoseconds but for 1 pA
 CANCELLED = [("stiff", 300006)]
