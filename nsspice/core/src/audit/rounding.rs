@@ -102,6 +102,21 @@ impl Reach {
         meet(&self.acting[row], largest)
     }
 
+    /// The largest voltage and current, but no less than what the rounding of the other, this part of
+    /// it, makes of them: where a current goes round in a loop of ideal elements it drives no voltage
+    /// at all, and those of the nodes are what its rounding leaves there.
+    fn stirred(&self, kinds: &[u8], largest: &[f64; 2], rate: f64, part: f64) -> [f64; 2] {
+        let mut out = *largest;
+        for ((stored, acting), &kind) in self.stored.iter().zip(&self.acting).zip(kinds) {
+            let own = usize::from(kind);
+            let slope = acting[own] + rate * stored[own];
+            if slope > 0.0 {
+                out[own] = out[own].max(part * acting[1 - own] * largest[1 - own] / slope);
+            }
+        }
+        out
+    }
+
     /// Takes unknowns and multipliers into the largest voltage and current.
     pub fn see(&self, kinds: &[u8], z: &[f64], l: &[f64], largest: &mut [f64; 2]) {
         for (v, &kind) in z.iter().zip(kinds).chain(l.iter().zip(&self.pairs)) {
@@ -132,6 +147,7 @@ impl Auditor {
         // what underflows, a value or a product with it, is off by the rounding of the smallest
         // number (section 2.1 there)
         let largest = largest.map(|v| v.max(f64::MIN_POSITIVE));
+        let largest = self.reach.stirred(&self.kinds, &largest, rate, share * TOLERANCE);
         // of laws of currents and of voltages
         let mut least = [0, 1].map(|kind| share.max(settled) * largest[1 - kind]);
         let rows = self.reach.stored.iter().zip(&self.reach.acting).zip(&self.kinds);

@@ -355,7 +355,7 @@ impl Engine {
         let indistinct = self.end - self.time <= SAME * self.end;
         for (k, u) in out.iter_mut().enumerate() {
             let (driven, rate) = (self.inputs.value_of(k, v), self.inputs.rate_of(k, d));
-            let rounding = 8.0 * f64::EPSILON * (time * rate).abs();
+            let rounding = SAME * (time * rate).abs();
             if indistinct || (*u - driven).abs() <= rounding + 1e-12 * u.abs().max(driven.abs()) {
                 *u = driven;
             }

@@ -30,6 +30,9 @@ const CONTRADICTED: f64 = 1e-4;
 /// charge may be missed in the end.
 const HOLDS: usize = 8;
 const HELD: f64 = 1e-10;
+/// Steps of these parts of the length: a resistance in a pair makes time constants that are not known
+/// of the circuit.
+const SHORTER: [f64; 3] = [1.0, 1e-3, 1e-6];
 
 /// What steps from where an impulsive one led say of it, worst first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -191,38 +194,60 @@ impl Stepper {
     }
 
     /// The values at which a short step ends with the charges of `after`, if they obey the signs as
-    /// well as the limit of several: the step begins with as much more as it loses, which deferred
-    /// correction finds.  All laws without storage then hold as well as in any step, whatever the
-    /// rates are; an extrapolation has the rounding and the curvature of all its points.
+    /// well as the limit of several, and the part of the largest charge that they miss.
     fn held(&mut self, after: &[f64], once: &Short, limit: Short) -> (Short, f64) {
-        if self.smooth.is_some() {
-            return (limit, 0.0);
+        let mut open = 0.0;
+        if self.smooth.is_none() {
+            for part in SHORTER {
+                let Some((held, missed)) = self.hold(after, &once.z, part * once.length) else {
+                    break;
+                };
+                let broken = [&held, &limit].map(|s| self.broken(&s.z, &s.l, once));
+                if missed <= HELD && broken[0] <= broken[1].max(SIGNS) {
+                    return (held, missed);
+                }
+                // motion is missed less by shorter steps, a law that ties charges is not
+                open = if missed <= LOOSE { missed } else { 0.0 };
+            }
         }
+        (limit, open)
+    }
+
+    /// Deferred correction: the step begins with as much more as it loses.  All laws without storage
+    /// then hold as well as in any step, whatever the rates are; an extrapolation has the rounding
+    /// and the curvature of all its points.
+    fn hold(&mut self, after: &[f64], sizes: &[f64], length: f64) -> Option<(Short, f64)> {
         let mut from = after.to_vec();
         let mut last = f64::INFINITY;
         for _ in 0..HOLDS {
-            if self.short_step(None, &from, once.length, Start::Warm).is_err() {
-                return (limit, 0.0);
-            }
+            self.short_step(None, &from, length, Start::Warm).ok()?;
             let missed: Vec<f64> = after.iter().zip(&self.z).map(|(a, z)| a - z).collect();
-            let (mut gap, mut size) = (vec![0.0; missed.len()], vec![0.0; missed.len()]);
-            self.sys.linear.e.mul_add(1.0, &missed, &mut gap);
-            self.sys.linear.e.abs_mul_add(&once.z, &mut size);
-            let largest = |v: &[f64]| v.iter().fold(0.0f64, |a, v| a.max(v.abs()));
-            let share = largest(&gap) / largest(&size).max(f64::MIN_POSITIVE);
+            let share = self.part_of_charges(&missed, sizes);
             if share.is_nan() || share >= 0.5 * last {
                 break;
             }
             last = share;
+            if share <= f64::EPSILON {
+                break;
+            }
             from.iter_mut().zip(&missed).for_each(|(f, m)| *f += m);
         }
-        let held = Short { z: self.z.clone(), l: self.l.clone(), length: 0.0 };
-        let broken = [&held, &limit].map(|s| self.broken(&s.z, &s.l, once));
-        if last <= HELD && broken[0] <= broken[1].max(SIGNS) {
-            (held, last)
-        } else {
-            (limit, 0.0)
+        Some((Short { z: self.z.clone(), l: self.l.clone(), length: 0.0 }, last))
+    }
+
+    /// The largest charge (flux) of a change, relative to the largest of a state.
+    fn part_of_charges(&self, change: &[f64], state: &[f64]) -> f64 {
+        let n = state.len();
+        let (mut gaps, mut sizes) = (vec![0.0; n], vec![0.0; n]);
+        self.sys.linear.e.mul_add(1.0, change, &mut gaps);
+        self.sys.linear.e.abs_mul_add(state, &mut sizes);
+        let (mut gap, mut size) = ([0.0f64; 2], [0.0f64; 2]);
+        for ((&kind, g), s) in self.sys.linear.row_kind.iter().zip(gaps).zip(sizes) {
+            let kind = usize::from(kind);
+            (gap[kind], size[kind]) = (gap[kind].max(g.abs()), size[kind].max(s));
         }
+        let part = |kind: usize| if gap[kind] > 0.0 { gap[kind] / size[kind] } else { 0.0 };
+        part(0).max(part(1))
     }
 
     /// The largest current or voltage of the wrong sign among all pairs, relative to the largest; that

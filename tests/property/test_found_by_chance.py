@@ -1,0 +1,76 @@
+"""Decks that random ones have led to: runs that were (nearly) right failed their certificate."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import nsspice
+
+#: a pulse begins anew at the very end of the run, which the exact engine cuts to 2e-16 s there
+CORNER_AT_THE_END = """corner at the end
+V1 n0 0 5
+Rs n0 n1 23.8
+R2 n2 0 13.7
+R3 n3 0 6.94k
+C4 n4 n3 4.29u
+D0 n1 0 DR
+D1 n4 n2 DI
+Vg g 0 PULSE(0 5 0 2.9277e-07 2.9277e-07 0.0013175 0.0029277)
+S2 n4 0 g 0 SW2
+.model DI D(ideal)
+.model DR D(Ron=10m Roff=1meg)
+.model SW2 SW(VT=2.5 VH=1 RON=1m ROFF=10meg)
+.tran 1.4639e-05 0.0058554
+.end
+"""
+
+#: a current goes round in an inductor and an ideal diode and drives no voltage but rounding
+FREEWHEELING = """nothing but a current that goes round
+V1 n0 0 PULSE(0 1 0.002191244555328472 8.765e-07 8.765e-07 0.003506 0.008765)
+Rs n0 n1 11.4
+R2 n2 n1 30
+R3 n3 0 148
+R4 n4 n1 245
+R5 n5 n3 8.55e+03
+D0 0 n3 DZ
+R91 n1 0 165
+L12 n4 n2 1.31
+D3 n2 n4 DI
+C14 n3 0 2.29e-05 IC=-1
+D5 0 n5 DR
+.model DI D(ideal)
+.model DZ D(Vfwd=0.7 Vrev=5 Ron=0.1)
+.model DR D(Ron=10m Roff=1meg)
+.tran 4.3825e-05 0.01753 uic
+.end
+"""
+
+#: a switch discharges a capacitor in less than a nanosecond, and a source follows its voltage
+FAST_SWITCH = """a source follows a capacitor that a switch discharges
+V1 n0 0 PULSE(0 12 63.5377u 25.415n 25.415n 101.66u 254.15u)
+Rs n0 n1 20.1
+R4 n4 n1 32.7
+Vg g 0 PULSE(0 5 31.769u 25.415n 25.415n 114.37u 254.15u)
+S0 n4 0 g 0 SW2
+E1 y1 0 n4 0 2
+Ry1 y1 n4 244
+C12 n4 0 0.679u IC=-1
+.model SW2 SW(VT=2.5 VH=1 RON=1m ROFF=10meg)
+.tran 1.2708u 762.45u uic
+.end
+"""
+
+
+@pytest.mark.parametrize("method", ["modewise", "moreau", "sdirk"])
+@pytest.mark.parametrize("deck", [CORNER_AT_THE_END, FREEWHEELING, FAST_SWITCH])
+def test_is_certified(deck: str, method: str) -> None:
+    assert nsspice.tran(nsspice.read(deck), method=method).certificate.passed
+
+
+@pytest.mark.parametrize("method", ["moreau", "sdirk"])
+def test_what_follows_a_capacitor_follows_it_in_every_row(method: str) -> None:
+    """Right after a switching, too: off by 4 uV and 1e-4 of their size before."""
+    run = nsspice.tran(nsspice.read(FAST_SWITCH), method=method, all_points=True)
+    difference = np.abs(run["v(y1)"] - 2.0 * run["v(n4)"])
+    assert (difference <= 1e-9 * np.abs(run["v(y1)"]) + 1e-12 * 12.0).all()
