@@ -108,6 +108,7 @@ class IslandRunner:
             # whether there are several solutions is a question of short steps here
             self.examiner = Examiner(self.mna, step=_SHORT * self.analysis.stop)
             stepper.watch(self.sides is not None)
+            self.examiner.auditor.accompany(stepper)
             return
         distance = self.step or self.analysis.row_distance
         size = 2 * system.n + system.m + 2 * len(system.waveforms)
@@ -171,7 +172,7 @@ class IslandRunner:
             jumps,
             self.charges,
             len(jumps) == stats["jumps"],
-            None if isinstance(self.stepper, ModewiseStepper) else self.stepper.balance,
+            self.stepper.balance,
         )
         followed = self.method in PATH_METHODS
         return of_linearised(certificate, stats) if followed else certificate

@@ -65,7 +65,7 @@ def _certificate(c: Certificate) -> list[str]:
     if not c.passed and c.worst:
         lines[0] += f", worst at {c.worst}"
     e = c.energy
-    if e is not None and e.steps:
+    if e is not None and (e.steps or e.complete):
         part = "" if e.complete else f" in {e.steps} of {e.of} steps"
         lines.append(
             f"  energy{part}: delivered {number(e.delivered, 'J')}, "

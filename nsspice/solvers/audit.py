@@ -22,8 +22,8 @@ from .. import _core
 from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem
 from .mlcp import core_linear, core_matrix
-from .moreau import MoreauStepper, Records, core_smooth
-from .stepper import Jump
+from .moreau import Records, core_smooth
+from .stepper import Jump, Stepper
 from .stretches import Stretches
 
 
@@ -74,11 +74,11 @@ class Auditor:
         """
         self._core.take_steps(records, frozen)
 
-    def accompany(self, stepper: MoreauStepper) -> None:
+    def accompany(self, stepper: Stepper) -> None:
         """Let a stepper add up the energies of all its steps; call it before the run.
 
         The sums are made from the arrays of this auditor, and take a few numbers whatever the
-        length of the run; :attr:`MoreauStepper.balance` tells what they came to.
+        length of the run; :attr:`Stepper.balance` tells what they came to.
         """
         stepper.take_along(self._core)
 

@@ -267,19 +267,6 @@ class MoreauStepper(Stepper):
         """
         self._core.watch(every, window, sides)
 
-    def take_along(self, auditor: _core.Auditor) -> None:
-        """Let the balance of energy of an auditor go with the run."""
-        self._core.accompany(auditor)
-
-    @property
-    def balance(self) -> dict[str, float] | None:
-        """The balance of energy over all steps up to now [J], None if none goes with the run.
-
-        ``stored`` (jumps aside), ``delivered``, ``dissipated``, ``scheme``, the relative error
-        ``drift`` of their sum, and the number of ``steps``.
-        """
-        return self._core.balance()
-
     def take_records(self) -> Records:
         """Return the steps recorded since the last call."""
         return Records.of(self._core.take_records(), self.system)

@@ -158,6 +158,19 @@ class Stepper(ABC):
         """
         self._core.show_all_points(start)
 
+    def take_along(self, auditor: _core.Auditor) -> None:
+        """Let the balance of energy of an auditor go with the run; call it before the start."""
+        self._core.accompany(auditor)
+
+    @property
+    def balance(self) -> dict[str, float] | None:
+        """The balance of energy over all steps up to now [J], None if none goes with the run.
+
+        ``stored`` (jumps aside), ``delivered``, ``dissipated``, ``scheme``, the relative error
+        ``drift`` of their sum, and the number of ``steps``.
+        """
+        return self._core.balance()  # type: ignore[no-any-return]
+
     @property
     def waiting(self) -> int:
         """Amount of records and rows that wait to be taken [numbers]."""

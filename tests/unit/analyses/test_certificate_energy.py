@@ -45,7 +45,7 @@ R2 c 0 1k
 .end
 """
 CASES = [(LINEAR, "moreau", 1.0), (LINEAR, "moreau", 0.5), (LINEAR, "sdirk", 1.0),
-         (SMOOTH, "moreau", 1.0), (SMOOTH, "sdirk", 1.0)]  # fmt: skip
+         (LINEAR, "modewise", 1.0), (SMOOTH, "moreau", 1.0), (SMOOTH, "sdirk", 1.0)]  # fmt: skip
 
 
 def other(system, factor):
@@ -62,7 +62,8 @@ def finished(text, method, theta, factor=1.0):
     runner = IslandRunner(circuit, 0, circuit.islands[0], [], analysis, settings, None, None)
     if factor != 1.0:
         stepper = runner.stepper
-        Auditor(other(runner.mna.system, factor), stepper.H, stepper.Hs).accompany(stepper)
+        averaging = (None, None) if method == "modewise" else (stepper.H, stepper.Hs)
+        Auditor(other(runner.mna.system, factor), *averaging).accompany(stepper)
     runner.start()
     while runner.advance(1000).shape[0]:
         pass

@@ -64,6 +64,19 @@ impl Form {
         sum
     }
 
+    /// `x' M y`
+    pub fn between(&self, x: &[f64], y: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        for &(i, j, sign, c) in &self.pairs {
+            let (i, j) = (i as usize, j as usize);
+            sum += c * (x[i] + sign * x[j]) * (y[i] + sign * y[j]);
+        }
+        for &(i, c) in &self.single {
+            sum += c * x[i as usize] * y[i as usize];
+        }
+        sum
+    }
+
     /// `sum w_ij k_i' M k_j` over the points `k` of a step.
     pub fn products(&self, count: usize, point: impl Fn(usize, usize) -> f64, w: &[f64]) -> f64 {
         let mut sum = 0.0;
@@ -113,6 +126,9 @@ mod tests {
         let direct: f64 = entries.iter().map(|&(r, c, v)| x[r] * v * x[c]).sum();
         assert!((form.at(|k| x[k]) - direct).abs() < 1e-14 * direct.abs());
         let (y, w) = ([2.0, 1.0, 0.0, -1.0], [1.0, 0.5, 0.5, -3.0]);
+        let symmetric = entries.iter().filter(|e| e.2.abs() < 7.0);
+        let direct: f64 = symmetric.map(|&(r, c, v)| x[r] * v * y[c]).sum();
+        assert!((form.between(&x, &y) - direct).abs() < 1e-14 * direct.abs());
         let points = [x, y];
         let mut expected = 0.0;
         for (i, a) in points.iter().enumerate() {

@@ -20,6 +20,7 @@ use super::lanes::{
 use super::matrix::Entries;
 use super::rounding::{share, Reach};
 use super::{ratio, ITERATED, TOLERANCE};
+use crate::dense::{dot, Matrix};
 use crate::descriptor::Linear;
 use crate::newton::Smooth;
 use crate::sparse::Csc;
@@ -327,6 +328,49 @@ impl Sums {
         }
     }
 
+    /// The state from which a run begins, whose steps are handed over one by one.
+    pub fn start(&mut self, z: &[f64]) {
+        self.lanes = None;
+        self.first = None;
+        self.begin(z);
+    }
+
+    /// Powers as forms of points, each given by its unknowns, multipliers and sources: what resistors
+    /// and set-valued elements dissipate, and what sources deliver.
+    pub fn powers(&self, z: &Matrix, l: &Matrix, u: &Matrix) -> [Matrix; 2] {
+        let currents = |matrix: &Bilinear, factors: &Matrix| {
+            let mut out = Matrix::zeros(z.rows, z.cols);
+            for k in 0..z.rows {
+                matrix.columns.mul_add(1.0, factors.row(k), out.row_mut(k));
+            }
+            out
+        };
+        let (by_pairs, by_sources) = (currents(&self.a, l), currents(&self.s, u));
+        let [mut lost, mut given] = [0; 2].map(|_| Matrix::zeros(z.rows, z.rows));
+        for i in 0..z.rows {
+            for j in 0..=i {
+                let both = |x: &Matrix| 0.5 * (dot(z.row(i), x.row(j)) + dot(z.row(j), x.row(i)));
+                let power = self.resisted.between(z.row(i), z.row(j)) + both(&by_pairs);
+                (lost[(i, j)], lost[(j, i)]) = (power, power);
+                let power = both(&by_sources);
+                (given[(i, j)], given[(j, i)]) = (power, power);
+            }
+        }
+        [lost, given]
+    }
+
+    /// Takes a motion of some length, of which the integrals of both powers are known.
+    pub fn motion(&mut self, length: f64, [dissipated, delivered]: [f64; 2]) {
+        self.time += length;
+        self.points += 1;
+        self.add_one(delivered, dissipated, 0.0);
+    }
+
+    /// Takes the largest voltage and current from a point.
+    pub fn see(&mut self, z: &[f64], l: &[f64]) {
+        self.look(z, l);
+    }
+
     /// Takes a jump.
     pub fn jump(&mut self, before: &[f64], after: &[f64]) {
         if self.first.is_none() {
@@ -422,5 +466,78 @@ mod tests {
             }
             assert!(drift(count, None, 1.0 + 1e-6).drift > TOLERANCE);
         }
+    }
+
+    /// A discharge in motions of which the heat is known, with a jump in the middle.
+    fn by_motions(wrong: Option<usize>, reported: bool) -> Balance {
+        let one = Csc::from_triplets(1, 1, &[(0, 0, 1.0)]);
+        let linear = Linear {
+            e: one.clone(),
+            g: one,
+            a: Csc::zeros(1, 0),
+            b: Csc::zeros(0, 1),
+            d: Csc::zeros(0, 0),
+            q: Vec::new(),
+            s: Csc::zeros(1, 0),
+            row_kind: vec![0],
+        };
+        let mut sums = Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!());
+        let mut z = 1.0f64;
+        sums.start(&[z]);
+        for k in 0..100 {
+            if wrong == Some(k) {
+                z *= 1.0 + 1e-6;
+            }
+            if k == 50 {
+                if reported {
+                    sums.jump(&[z], &[0.5 * z]);
+                }
+                z *= 0.5;
+            }
+            let next = z * (-0.01f64).exp();
+            sums.motion(0.01, [0.5 * (z * z - next * next), 0.0]);
+            z = next;
+        }
+        sums.balance(&[z])
+    }
+
+    #[test]
+    fn states_that_change_between_motions_are_noticed() {
+        let right = by_motions(None, true);
+        assert!(right.drift < 1e-14, "{right:?}");
+        assert_eq!(right.steps, 100);
+        for k in [1, 17, 60] {
+            assert!(by_motions(Some(k), true).drift > TOLERANCE);
+        }
+        assert!(by_motions(None, false).drift > 0.1);
+    }
+
+    #[test]
+    fn powers_as_forms_are_those_of_points() {
+        // a resistor between two nodes, a diode, a source
+        let linear = Linear {
+            e: Csc::from_triplets(2, 2, &[(0, 0, 1.0)]),
+            g: Csc::from_triplets(2, 2, &[(0, 0, 2.0), (0, 1, -2.0), (1, 0, -2.0), (1, 1, 5.0)]),
+            a: Csc::from_triplets(2, 1, &[(0, 0, 1.0), (1, 0, -1.0)]),
+            b: Csc::zeros(1, 2),
+            d: Csc::zeros(1, 1),
+            q: vec![0.0],
+            s: Csc::from_triplets(2, 1, &[(1, 0, 3.0)]),
+            row_kind: vec![0; 2],
+        };
+        let sums = Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!());
+        let rows = |cols: usize, data: &[f64]| Matrix { rows: 2, cols, data: data.to_vec() };
+        let (z, l, u) =
+            (rows(2, &[1.0, 2.0, -1.0, 0.5]), rows(1, &[0.3, -2.0]), rows(1, &[4.0, 1.0]));
+        let [lost, given] = sums.powers(&z, &l, &u);
+        let y = [0.7, -1.3];
+        let at = |m: &Matrix, k: usize| y[0] * m[(0, k)] + y[1] * m[(1, k)];
+        let (a, b, current, source) = (at(&z, 0), at(&z, 1), at(&l, 0), at(&u, 0));
+        let form = |q: &Matrix| {
+            (0..2).map(|i| (0..2).map(|j| y[i] * q[(i, j)] * y[j]).sum::<f64>()).sum::<f64>()
+        };
+        let expected = 2.0 * (a - b).powi(2) + 3.0 * b * b + current * (a - b);
+        assert!((form(&lost) - expected).abs() < 1e-13);
+        assert!((form(&given) - 3.0 * b * source).abs() < 1e-13);
     }
 }

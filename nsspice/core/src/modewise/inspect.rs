@@ -64,6 +64,7 @@ impl Engine {
         self.segment.rates(&v, &mut d);
         let (mut z, mut l) = (vec![0.0; n], vec![0.0; m]);
         self.unknowns(mode, &x, &v, &d, &mut z, &mut l);
+        self.tally_look(&z, &l);
         // E z' = E R a'
         let mut rate = vec![0.0; mode.n];
         self.path.state_rate(&self.point, &mut rate);
@@ -118,8 +119,7 @@ impl Engine {
         if change <= NO_JUMP * self.scale.a {
             return;
         }
-        self.stats.jumps += 1;
-        self.witness_end();
+        self.count_jump(origin);
         if self.jumps.len() >= MAX_JUMPS {
             return;
         }
@@ -151,6 +151,13 @@ impl Engine {
         let jump =
             Jump { time, before, after, multipliers, unknowns, sources, length, span, shortest };
         self.jumps.push(jump);
+    }
+
+    /// Counts a jump from `origin` to the present energy coordinates.
+    pub(super) fn count_jump(&mut self, origin: &[f64]) {
+        self.stats.jumps += 1;
+        self.witness_end();
+        self.tally_jump(origin);
     }
 
     /// Takes note of the size of the state at the present point.

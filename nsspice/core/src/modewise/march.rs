@@ -41,6 +41,8 @@ pub struct March {
     roots: Vec<(f64, usize)>,
     /// intervals looked at
     pub intervals: u64,
+    /// the same before the last walk
+    before: u64,
 }
 
 #[derive(PartialEq)]
@@ -65,6 +67,7 @@ impl March {
         begin: f64,
     ) -> (f64, Ending) {
         self.crossing.clear();
+        self.before = self.intervals;
         self.to.t = f64::NAN;
         let count = guards.count;
         if count == 0 || horizon <= 0.0 {
@@ -128,6 +131,11 @@ impl March {
             std::mem::swap(&mut self.old, &mut self.new);
             h = 2.0 * length;
         }
+    }
+
+    /// Intervals looked at in the last walk.
+    pub fn lately(&self) -> usize {
+        (self.intervals - self.before) as usize
     }
 
     /// The terms at the time reached, if they have been evaluated there.

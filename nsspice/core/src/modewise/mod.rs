@@ -5,8 +5,9 @@
 //! coordinates ([`network`], [`staircase`], [`mode`]); a segment is a sum of exponentials
 //! ([`trajectory`]); guards (multipliers of active pairs, slacks of the others, controls of switches)
 //! are watched by bounds ([`march`]), and the mode that follows is proved before it is entered
-//! ([`pick`], [`verify`]). Where nothing can be proved, implicit steps go on ([`fixed`]).
+//! ([`pick`], [`verify`]). Its energies are added up from its two ends ([`tally`]). Where nothing can be proved, implicit steps go on ([`fixed`]).
 
+mod apart;
 mod block;
 pub mod bundle;
 mod cluster;
@@ -15,12 +16,14 @@ mod guard_rows;
 pub mod implicit;
 pub mod inputs;
 mod inspect;
+mod integral;
 pub mod march;
 pub mod mode;
 pub mod neighbour;
 mod network;
 pub mod outputs;
 pub mod pick;
+mod products;
 pub mod registry;
 mod rows;
 mod run;
@@ -31,6 +34,7 @@ pub mod spectrum;
 pub mod staircase;
 mod stride;
 mod strike;
+mod tally;
 pub mod terms;
 pub mod tracked;
 pub mod trajectory;

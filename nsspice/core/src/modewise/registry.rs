@@ -3,6 +3,7 @@
 use super::mode::{Mode, SwitchLaw};
 use super::network::Network;
 use super::outputs::OutputRows;
+use super::tally::Powers;
 use crate::dense::RankOne;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -23,6 +24,7 @@ struct Entry {
     gates: Box<[bool]>,
     made: Option<Result<Arc<Mode>, String>>,
     outputs: Option<Arc<OutputRows>>,
+    powers: Option<Box<Powers>>,
     used: u64,
     bytes: usize,
     /// (cause, follower)
@@ -68,6 +70,7 @@ impl Registry {
             gates: gates.into(),
             made: None,
             outputs: None,
+            powers: None,
             used: 0,
             bytes: 0,
             next: Vec::new(),
@@ -164,6 +167,7 @@ impl Registry {
                 entry.bytes = 0;
                 entry.made = None;
                 entry.outputs = None;
+                entry.powers = None;
             }
         }
     }
@@ -177,6 +181,22 @@ impl Registry {
         let made = Arc::new(make());
         entry.outputs = Some(made.clone());
         made
+    }
+
+    /// The powers of a mode, to be given back.
+    pub fn take_powers(&mut self, id: Id) -> Option<Box<Powers>> {
+        self.entries[id].powers.take()
+    }
+
+    /// Keeps the powers of a mode that has them for the first time, or again.
+    pub fn keep_powers(&mut self, id: Id, powers: Box<Powers>, known: bool) {
+        let entry = &mut self.entries[id];
+        if !known {
+            let bytes = 8 * powers.size();
+            entry.bytes += bytes;
+            self.bytes += bytes;
+        }
+        entry.powers = Some(powers);
     }
 
     /// What followed this mode after this cause.

@@ -3,6 +3,7 @@
 use super::fixed::Stepped;
 use super::implicit::Implicit;
 use super::inputs::{Inputs, Segment};
+use super::integral::Turn;
 use super::march::{Ending, March};
 use super::mode::{Mode, SwitchLaw, Watch};
 use super::network::{Assembly, Network};
@@ -11,6 +12,7 @@ use super::pick::{cause_of, roles, settle, Picker, Scene};
 use super::registry::{Id, Registry};
 use super::rows::Inside;
 use super::sides::Ends;
+use super::tally::Tally;
 use super::terms::Point;
 use super::trajectory::Trajectory;
 use super::verify::Scale;
@@ -124,6 +126,9 @@ pub struct Engine {
     checked: Vec<bool>,
     pub(super) ends: Ends,
     pub(super) witness: Witness,
+    pub(super) tally: Tally,
+    /// rotations and decays among the inputs
+    pub(super) turns: Vec<Turn>,
     pub(super) logged: Vec<bool>,
     pub(super) log_open: bool,
     /// counters
@@ -185,6 +190,8 @@ impl Engine {
             checked: Vec::new(),
             ends: Ends::default(),
             witness: Witness::default(),
+            tally: Tally::default(),
+            turns: inputs.turns(),
             logged: vec![false; m],
             log_open: false,
             stats: Statistics::default(),
@@ -227,6 +234,7 @@ impl Engine {
         self.net.energy(charges, &mut self.a);
         self.scale.see_state(&self.a);
         self.witness_end();
+        self.tally_start();
         self.time = 0.0;
         self.guess_scale();
         self.present = None;
@@ -433,9 +441,10 @@ impl Engine {
 
     /// Leaves the segment: state at its end, and on.
     fn finish(&mut self) -> Result<(), Failure> {
-        let Some((_, mode)) = self.present.clone() else { return Ok(()) };
+        let Some((id, mode)) = self.present.clone() else { return Ok(()) };
         self.path.state(&self.point, &mut self.x);
         self.path.inputs(&self.segment, &self.point, &mut self.v);
+        self.tally_segment(id, &mode);
         self.note_left();
         mode.leave_x.apply(&self.x, &mut self.a);
         mode.leave_v.apply_add(&self.v, &mut self.a);

@@ -57,9 +57,8 @@ impl Engine {
         }
         let before = self.unknowns_from(&self.a);
         let [after, unknowns, multipliers] = [1, 2, 3].map(|k| to_zero(of(k)));
-        self.a = a;
-        self.stats.jumps += 1;
-        self.witness_end();
+        let origin = std::mem::replace(&mut self.a, a);
+        self.count_jump(&origin);
         if self.jumps.len() < MAX_JUMPS {
             let (time, sources) = (self.time, self.sources(self.time));
             let (length, span, shortest) = (h, 0.0, h);

@@ -43,16 +43,16 @@ const GONE: f64 = 1e-16;
 const MOST: usize = 40;
 /// Two instants closer than this, relatively, cannot be told apart.
 const SAME: f64 = 64.0 * f64::EPSILON;
-/// Price of a stretch in segments, so that records cost a twentieth of a run, and how many can be
+/// Price of a stretch in segments, so that records cost some hundredths of a run, and how many can be
 /// had at once.
-const PRICE: u64 = 128;
-const STOCK: u64 = 32 * PRICE;
+const PRICE: u64 = 256;
+const STOCK: u64 = 8 * PRICE;
 /// Modes whose first segment begins with a stretch that is recorded whatever it costs: reducing
 /// each cost more.
-const FIRST_MODES: usize = 1024;
-/// States up to which the beginning of every segment is compared with the end of the last motion;
-/// with more, one of so many.
-const FEW: usize = 64;
+const FIRST_MODES: usize = 256;
+/// Segments up to which the beginning of each is compared with the end of the last motion; later one
+/// of so many, the balance of energy sees the others.
+const FEW: u64 = 64;
 const SEAMS: u64 = 8;
 /// Records are handed over when they hold this many numbers.
 const FULL: usize = 1 << 18;
@@ -152,10 +152,11 @@ impl Engine {
         if !self.witness.watches {
             return;
         }
-        let mut from = vec![0.0; self.net.n];
-        self.net.big_r.apply(&self.a, &mut from);
         let sources = self.inputs.waveforms().len();
         let u: Vec<f64> = (0..sources).map(|k| self.inputs.value_of(k, v)).collect();
+        self.tally_step(length, &u);
+        let mut from = vec![0.0; self.net.n];
+        self.net.big_r.apply(&self.a, &mut from);
         let roles = if self.switches.is_empty() { &[] } else { roles };
         let (z, l) = (&self.implicit.z, &self.implicit.l);
         let roles = roles.iter().map(|&r| r as u8);
@@ -172,7 +173,7 @@ impl Engine {
     /// A motion begins: keeps its beginning and the end of the last one if they differ most so far,
     /// or if more is stored there than anywhere else.
     pub(super) fn witness_begin(&mut self, mode: &Mode) {
-        let often = self.net.states <= FEW || self.stats.segments.is_multiple_of(SEAMS);
+        let often = self.stats.segments < FEW || self.stats.segments.is_multiple_of(SEAMS);
         let w = &mut self.witness;
         if !w.watches || !often || w.left.len() != self.net.states {
             return;

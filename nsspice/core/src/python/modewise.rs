@@ -1,6 +1,6 @@
 //! The mode-wise engine as a Python class.
 
-use super::audit::{record_dict, stretch_dict};
+use super::audit::{balance_dict, record_dict, stretch_dict, PyAuditor};
 use super::linear::{misfit, read, LinearSpec};
 use super::{
     event_arrays, failure_dict, fill, invalid, made, switches_of, EventArrays, Floats, SwitchSpec,
@@ -121,6 +121,16 @@ impl PyModewise {
     /// Whether points are left for the certificate.
     fn watch(&mut self, watches: bool) {
         self.inner.watch(watches);
+    }
+
+    /// Lets the balance of energy of an auditor go with the run.
+    fn accompany(&mut self, auditor: &mut PyAuditor) {
+        self.inner.accompany(auditor.sums.take());
+    }
+
+    /// The balance of energy of the run up to now, None without one, or if it cost too much.
+    fn balance<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        self.inner.balance().map(|b| balance_dict(py, &b)).transpose()
     }
 
     /// Numbers that wait to be taken.
