@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .. import _core
 from ..problems.csc import Floats
 from ..problems.descriptor import DescriptorSystem
 from .certificate import Certificate

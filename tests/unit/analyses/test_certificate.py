@@ -275,7 +275,7 @@ def test_laws_of_long_exact_runs_are_sampled_and_energies_are_whole():
 
 
 def test_energies_of_many_large_modes_stay_sampled():
-    """Forms of each mode would cost more than the run: 16 stages of a multiplier, a mode each time."""
+    """Forms of each mode would cost more than the run: 16 stages, a new mode each time."""
     lines = ["multiplier", "V1 in 0 SIN(0 10 1k)", "Rs in a0 1"]
     for s in range(1, 17):
         low = "0" if s == 1 else f"b{s - 1}"

@@ -1,4 +1,4 @@
-"""The energies of exact runs, all segments together, against closed forms and quadratures of them."""
+"""The energies of exact runs, all segments together, against closed forms and quadratures."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_a_step_through_a_coil():
     assert found.stored == pytest.approx(0.5e-3 * (10.0 * rest) ** 2, rel=EXACT)
 
 
-#: sources: what is read, its values, its rates, the beginning of a smooth part of it
+#: sources: what is read, and its values
 SOURCES = {
     "sine": ("SIN(1 10 700 0 200)", lambda t: 1 + 10 * np.exp(-200 * t) * np.sin(1400 * np.pi * t)),
     "fast sine": ("SIN(0 10 40k)", lambda t: 10 * np.sin(8e4 * np.pi * t)),
@@ -80,14 +80,12 @@ SOURCES = {
 @pytest.mark.parametrize("name", SOURCES)
 @pytest.mark.parametrize("resistance", [1.0, 1e3])
 def test_what_sources_deliver_into_r_and_c(name, resistance):
-    """The charge follows v' = (u - v) / RC, here by the exponential of its equations as a convolution."""
+    """The charge follows v' = (u - v) / RC, here by Gauss collocation of order 8."""
     text, source = SOURCES[name]
     stop, capacitance = 5e-3, 1e-6
     deck = f"V1 a 0 {text}\nR1 a b {resistance}\nC1 b 0 1u IC=0\n.tran 5u 5m uic\n"
     found = energy(deck)
     rate = 1.0 / (resistance * capacitance)
-    # v by steps that integrate the source's cubic interpolant exactly would be code of its own: Gauss
-    # collocation of order 8 for the scalar equation
     pieces = 40_000
     nodes = 0.5 * (1 + np.polynomial.legendre.leggauss(4)[0])
     weights = 0.5 * np.polynomial.legendre.leggauss(4)[1]
@@ -157,12 +155,12 @@ V1 g 0 PULSE(0 1 0.5m 0 0 1m 2m)
 """)
     # each time the joint discharges with 2 ms for 1 ms, then the second one alone with 1 ms
     a, b, heat, lost = 2.0, 0.0, 0.0, 0.0
-    for _ in range(5):
+    for turn in range(5):
         joint = 0.5 * (a + b)
         lost += 0.5e-6 * (a * a + b * b - 2.0 * joint * joint)
         after = joint * math.exp(-0.5)
         heat += 1e-6 * (joint**2 - after**2)
-        length = 0.5e-3 if _ == 4 else 1e-3
+        length = 0.5e-3 if turn == 4 else 1e-3
         a, b = after, after * math.exp(-length / 1e-3)
         heat += 0.5e-6 * (after * after - b * b)
     assert found.lost == pytest.approx(lost, rel=EXACT)
