@@ -17,6 +17,7 @@ from ..solvers.stretches import Stretches
 from .certificate import Certificate
 from .energy import Energy, worse
 from .impulses import delivered, start_of, stored_functions
+from .sources import SourceCheck
 from .uniqueness import Watcher
 
 #: Numbers recorded at most if every step is: some milliseconds of checking.
@@ -73,6 +74,8 @@ class Examiner:
         The time that smooth functions see [s], if that of the records counts something else.
     step : float, optional
         Solver step [s]; None where nothing is stored.
+    timed : bool
+        The records are of instants, at which sources have the values of their waveforms.
     """
 
     def __init__(
@@ -83,8 +86,10 @@ class Examiner:
         system: DescriptorSystem | None = None,
         frozen: float | None = None,
         step: float | None = None,
+        timed: bool = False,
     ) -> None:
         self.mna, self.frozen = mna, frozen
+        self._sources = SourceCheck(mna.system.waveforms) if timed else None
         system = system or mna.system
         self.auditor = Auditor(system, H, Hs)
         self._step = step
@@ -98,10 +103,16 @@ class Examiner:
             return
         if self._active is not None:
             self._active.take(records)
+        if self._sources is not None:
+            self._sources.take(records.time, records.u)
         self.auditor.check(records, self.frozen)
 
     def take_stretches(self, stretches: Stretches) -> None:
         """Check recorded stretches of continuous solutions."""
+        if self._sources is not None:
+            # stages behind the end of a step see a law of a source that has ended
+            inside = stretches.time <= stretches.end[:, None]
+            self._sources.take(stretches.time[inside], stretches.u[inside])
         if stretches.begin.size or stretches.seam_end.size:
             self.auditor.check_stretches(stretches)
 
@@ -146,14 +157,18 @@ class Examiner:
         energy = None
         if "energy" in found:
             energy = Energy.from_checks(found, steps, sums, kept)
+        laws, worst = found["laws"], self._name(found["worst_row"])
+        sources = self._sources
+        if sources is not None and sources.worst is not None and worse(sources.error, laws):
+            laws, worst = sources.error, self._source(sources.worst)
         return Certificate(
-            found["laws"],
+            laws,
             found["complementarity"],
             found["checks"],
             undetermined,
             energy,
             balance,
-            self._name(found["worst_row"]),
+            worst,
             self.several,
         )
 
@@ -194,6 +209,13 @@ class Examiner:
                 )
             )
         return out
+
+    def _source(self, column: int) -> str:
+        """Return the source of a column: an element, or the node that it feeds."""
+        S = self.mna.system.S
+        row = int(S.indices[S.columns == column][0])
+        element = self.mna.row_elements[row]
+        return element if element is not None else f"the source at node {self.mna.row_nodes[row]}"
 
     def _name(self, row: int | None) -> str:
         """Return the law of a row: an element, or the current law of a node."""

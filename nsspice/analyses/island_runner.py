@@ -106,7 +106,7 @@ class IslandRunner:
         system, stepper = self.mna.system, self.stepper
         if isinstance(stepper, ModewiseStepper):
             # whether there are several solutions is a question of short steps here
-            self.examiner = Examiner(self.mna, step=_SHORT * self.analysis.stop)
+            self.examiner = Examiner(self.mna, step=_SHORT * self.analysis.stop, timed=True)
             stepper.watch(self.sides is not None)
             self.examiner.auditor.accompany(stepper)
             return
@@ -115,7 +115,7 @@ class IslandRunner:
         every, window = sampling(self.analysis.stop / distance, size)
         if self.method == "sdirk":
             every = _NEVER  # it chooses itself; jumps and single implicit steps are left
-        self.examiner = Examiner(self.mna, stepper.H, stepper.Hs, step=self.step)
+        self.examiner = Examiner(self.mna, stepper.H, stepper.Hs, step=self.step, timed=True)
         self.judge = Judge(self.mna, system) if self.step is None and Judge.wanted(system) else None
         stepper.watch(every, window, self.sides is not None)
         if self.method == "sdirk" or sums_up(self.analysis.stop / distance, size, system):

@@ -39,14 +39,14 @@ const REACH: f64 = 0.8;
 /// takes its rate for that of a part of them.
 const SMALL: f64 = 1e-6;
 const GONE: f64 = 1e-16;
-/// Most stretches of one segment; the rest of it is left out.
-const MOST: usize = 40;
 /// Two instants closer than this, relatively, cannot be told apart.
 const SAME: f64 = 64.0 * f64::EPSILON;
 /// Price of a stretch in segments, so that records cost some hundredths of a run, and how many can be
-/// had at once.
+/// had at once; what is left of a segment is left out.
 const PRICE: u64 = 256;
-const STOCK: u64 = 8 * PRICE;
+const STOCK: u64 = 16 * PRICE;
+/// Part of it that one segment may take.
+const PART: u64 = 4;
 /// Modes whose first segment begins with a stretch that is recorded whatever it costs: reducing
 /// each cost more.
 const FIRST_MODES: usize = 256;
@@ -232,7 +232,8 @@ impl Engine {
         }
         let swing = self.swing(mode, length);
         let w = &mut self.witness;
-        let most = usize::from(first).max(((w.tokens / PRICE) as usize).min(MOST));
+        let quota = w.tokens.div_ceil(PART * PRICE).min(w.tokens / PRICE) as usize;
+        let most = usize::from(first).max(quota);
         let (mut begin, mut count) = (0.0, 0);
         self.make_room(if length <= self.reach(0.0, length) { 1 } else { most });
         while count < most {
