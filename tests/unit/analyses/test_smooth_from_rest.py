@@ -83,3 +83,24 @@ def test_a_floating_charge_starts_within_the_laws(method: str) -> None:
     assert d - c == pytest.approx(0.3, rel=1e-9)
     # no charge in b: what comes from a goes to c
     assert (a - b) / 600.0 == pytest.approx((b - c) / 1e3, rel=1e-9)
+
+
+def test_picofarads_of_a_transistor_are_charged_and_do_not_jump():
+    """10 Ohm charge 3 pF in 30 ps; the step of the run is millions of times as long."""
+    circuit = nsspice.read("""a source of 1 V at once, nothing charged
+V1 n0 0 SIN(1 5 193.9)
+Rs n0 n1 9.82
+R2 n2 n1 248
+Ry n2 0 139
+D1 n1 0 DM
+Q2 n1 0 n2 QN
+C4 0 n2 22.6u IC=0
+.model DM D(IS=1e-12)
+.model QN NPN(IS=1e-14 BF=100 VAF=80 CJE=5p CJC=3p TF=1n)
+.tran 51.58u 5.158m uic
+""")
+    run = nsspice.tran(circuit, method="sdirk", signals=["v(n1)", "v(n2)"])
+    assert run.certificate.passed
+    assert run.stats["jumps"] == 0
+    # what a millionth of the time constant leaves of 1 V
+    assert abs(run["v(n1)"][0]) < 1e-5

@@ -4,6 +4,7 @@ use super::aftermath::{Rest, Settled};
 use super::stage::System;
 use super::stepper::{Failure, Outcome, Stepper, MAX_REACTIONS};
 use crate::mlcp::Start;
+use crate::sparse::Csc;
 
 /// Length of an impulsive step relative to the nominal step and to the fastest time constant: short
 /// enough that nothing but the jump happens in it, long enough that `E/h` does not drown `G`.
@@ -17,6 +18,8 @@ const TIGHT: f64 = 1e-3;
 /// A stored unknown that differs by more than this from what the jump left is not determined by what
 /// is stored: the potential of a floating capacitor.
 pub(super) const LOOSE: f64 = 1e-6;
+/// Times of junctions are estimates, and their charges small: beside them 1e-5 is short.
+const OF_FUNCTIONS: f64 = 1e3;
 /// Ratio of lengths on the way down to a short step that is too hard at once.
 const DESCENT: f64 = 1e-2;
 /// A change that a step shorter by that ratio reduces to this part was motion.
@@ -58,11 +61,11 @@ pub struct Jump {
 
 /// An estimate of the fastest time constant [s]: largest rate at which stored quantities act on each
 /// other, directly or through one algebraic unknown, in coordinates with unit storage.
-pub(super) fn fastest_time(sys: &System) -> f64 {
-    let n = sys.linear.g.nrows;
+pub(super) fn fastest_time(e: &Csc, g: &Csc) -> f64 {
+    let n = g.nrows;
     let mut storage = vec![0.0; n];
     let mut diagonal = vec![0.0; n];
-    for (matrix, out) in [(&sys.linear.e, &mut storage), (&sys.linear.g, &mut diagonal)] {
+    for (matrix, out) in [(e, &mut storage), (g, &mut diagonal)] {
         for (_, c, v) in matrix.iter().filter(|e| e.0 == e.1) {
             out[c] = v.abs().sqrt();
         }
@@ -70,7 +73,7 @@ pub(super) fn fastest_time(sys: &System) -> f64 {
     // strongest coupling of each algebraic unknown to stored quantities, as row and as column
     let (mut into, mut from) = (vec![0.0f64; n], vec![0.0f64; n]);
     let mut rate = 0.0f64;
-    for (r, c, v) in sys.linear.g.iter() {
+    for (r, c, v) in g.iter() {
         match (storage[r] > 0.0, storage[c] > 0.0) {
             (true, true) => rate = rate.max(v.abs() / (storage[r] * storage[c])),
             (false, true) if diagonal[r] > 0.0 => {
@@ -169,6 +172,15 @@ impl Stepper {
         Ok(())
     }
 
+    /// What impulsive steps have to be short beside [s]: charges of junctions move in times that the
+    /// present state tells.
+    fn shortest_time(&mut self) -> f64 {
+        let known = self.step_length.min(self.fastest);
+        let (linear, u, time) = (&self.sys.linear, &self.u0, self.time);
+        let stored = self.smooth.as_mut().and_then(|s| s.stored(linear, &self.z, u, time));
+        stored.map_or(known, |e| known.min(OF_FUNCTIONS * fastest_time(&e, &linear.g)))
+    }
+
     /// The impulsive step from the present state, which is left undefined; the first steps have
     /// this part of the shortest time.
     pub(super) fn find_leap(
@@ -177,7 +189,7 @@ impl Stepper {
         part: f64,
         start: Start,
     ) -> Result<Leap, Box<Failure>> {
-        let shortest = self.step_length.min(self.fastest);
+        let shortest = self.shortest_time();
         let begun = (self.z.clone(), self.l.clone());
         let mut leap = self.leap(charges, part, shortest, start)?;
         // the residual of so short a step is relative to multipliers of size 1/length, and may hide

@@ -142,14 +142,18 @@ impl SmoothPart {
         u: &[f64],
         t: f64,
     ) -> Option<Storage> {
+        self.stored(linear, z, u, t).map(|e| Storage::new(&e, &linear.row_kind))
+    }
+
+    /// The storage matrix at a state; None if the functions store nothing.
+    pub(super) fn stored(&mut self, linear: &Linear, z: &[f64], u: &[f64], t: f64) -> Option<Csc> {
         if !self.newton.stores() {
             return None;
         }
         let clock = self.clock(t);
         let mut entries: Vec<_> = linear.e.iter().collect();
         entries.extend(self.newton.stored_slopes(z, u, clock));
-        let e = Csc::from_triplets(linear.e.nrows, linear.e.ncols, &entries);
-        Some(Storage::new(&e, &linear.row_kind))
+        Some(Csc::from_triplets(linear.e.nrows, linear.e.ncols, &entries))
     }
 
     /// Computes the functions and their rates.

@@ -247,7 +247,7 @@ impl Stepper {
             sweeping: false,
             retry: None,
             step_length: f64::INFINITY,
-            fastest: fastest_time(&sys),
+            fastest: fastest_time(&sys.linear.e, &sys.linear.g),
             storage: Storage::new(&sys.linear.e, &sys.linear.row_kind),
             time: 0.0,
             smooth_time: 0.0,
