@@ -61,9 +61,66 @@ C12 n4 0 0.679u IC=-1
 .end
 """
 
+#: 0.7 uC jump through ideal diodes; the exact engine leaves 2e-19 V s in a coil
+CHARGE_BESIDE_A_COIL = """a charge is lost beside a coil without current
+V1 n0 0 PULSE(0 5 0 86.654n 86.654n 346.61u 866.54u)
+Rs n0 n1 7.6
+R2 n2 n1 69
+D0 n1 n2 DI
+C11 n1 0 109n
+L12 0 n1 0.321
+C13 n2 0 667n IC=-1
+D4 0 n1 DI
+C15 n2 0 10.9u
+.model DI D(ideal)
+.tran 4.3327u 2.5996m uic
+.end
+"""
+
+#: from rest, where 1 A passes an ideal diode at once and nothing has a voltage but rounding
+CURRENT_FROM_REST = """a step of current into capacitors
+V1 n0 0 PWL(0 0 5.4276e-07 5 1.0855e-06 5 1.6283e-06 -5 2.171e-06 0)
+Rs n0 n1 0.935
+C2 n2 n1 2.53e-09
+C3 n3 n2 2.45e-08
+C4 n4 n2 1.79e-08
+R5 n5 n3 9.2e+03
+R6 n6 n3 119
+I0 n3 n6 PULSE(0 1 0 0 0 4.3421e-07 1.0855e-06)
+D1 n2 n1 DZ
+D2 n6 n4 DI
+.model DI D(ideal)
+.model DZ D(Vfwd=0.7 Vrev=5 Ron=0.1)
+.tran 5.4276e-09 2.7138e-06
+.end
+"""
+
+#: a capacitor ends in a node without anything else, and has the rounding of 44 A in its other one
+OPEN_CAPACITOR = """a capacitor without a way for its current
+V1 n0 0 PWL(0 0 0.004478 5 0.0089559 5 0.013434 -5 0.017912 0)
+Rs n0 n1 0.113
+C2 n2 n1 1.29e-05
+E0 y0 0 n2 0 2
+Ry0 y0 0 1.81e+03
+R91 0 n1 766
+D2 0 n1 DI
+.model DI D(ideal)
+.tran 4.478e-05 0.02239 uic
+.end
+"""
+
+DECKS = [
+    CORNER_AT_THE_END,
+    FREEWHEELING,
+    FAST_SWITCH,
+    CHARGE_BESIDE_A_COIL,
+    CURRENT_FROM_REST,
+    OPEN_CAPACITOR,
+]
+
 
 @pytest.mark.parametrize("method", ["modewise", "moreau", "sdirk"])
-@pytest.mark.parametrize("deck", [CORNER_AT_THE_END, FREEWHEELING, FAST_SWITCH])
+@pytest.mark.parametrize("deck", DECKS)
 def test_is_certified(deck: str, method: str) -> None:
     assert nsspice.tran(nsspice.read(deck), method=method).certificate.passed
 

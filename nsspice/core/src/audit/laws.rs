@@ -205,9 +205,12 @@ impl Auditor {
             let size = size.max(2.0 * self.reach.content(row, &largest) + usual + stored[row]);
             least[usize::from(kind)] = least[usize::from(kind)].max(3.0 * self.share * size);
         }
-        // a closed form turns states of equal energy into one another: charge becomes flux by rounding
-        let energy = sides.iter().fold(0.0f64, |a, z| a.max(0.5 * self.e.form(z, z).0));
-        let energy = if length > 0.0 { 0.0 } else { energy };
+        // states of equal energy are turned into one another: charge becomes flux by rounding
+        let mut energy = sides.iter().fold(0.0f64, |a, z| a.max(0.5 * self.e.form(z, z).0));
+        // given charges stand in no unknowns
+        for (row, (&charge, &kind)) in sizes.iter().zip(&self.kinds).enumerate() {
+            energy = energy.max(self.reach.energy(row, kind, charge));
+        }
         // short steps: an impulse that flows in windings without leakage is a difference of large fluxes,
         // and the charge of a capacitor one of the potentials to which an impulse lifts both its nodes
         let mut flowing = vec![0.0; self.n];

@@ -17,7 +17,7 @@
 //!
 //! A current (voltage) that another law determines brings the rounding of that law along: currents
 //! that meet in a node without storage, of a capacitor elsewhere, are known to the rounding of its
-//! `C v / h`.  The largest sum of each kind is therefore the least for all laws that add up currents
+//! `C v / h`, and that of a capacitor between two nodes to the rounding of both.  The largest sum of each kind is therefore the least for all laws that add up currents
 //! (voltages) themselves.
 //!
 //! Voltages of zero, across diodes that carry currents, have the rounding of `R i` although no law says
@@ -44,6 +44,8 @@ pub struct Reach {
     /// of each row: of `E`, and of `G` and `A`
     stored: Vec<[f64; 2]>,
     acting: Vec<[f64; 2]>,
+    /// rows that share what they store with another one
+    shared: Vec<bool>,
     /// of each pair: its multiplier is a voltage (0) or a current (1)
     pairs: Vec<u8>,
 }
@@ -70,6 +72,8 @@ impl Reach {
             }
         };
         add(e, &mut stored);
+        let mut shared = vec![false; n];
+        e.entries().filter(|(r, c, v)| r != c && *v != 0.0).for_each(|(r, ..)| shared[r] = true);
         add(g, &mut acting);
         averaging.iter().for_each(|h| add(h, &mut acting));
         let mut carried = vec![0; pairs];
@@ -79,7 +83,7 @@ impl Reach {
         for (row, pair, value) in a.entries() {
             acting[row][usize::from(carried[pair])] += value.abs();
         }
-        Reach { stored, acting, pairs: carried }
+        Reach { stored, acting, shared, pairs: carried }
     }
 
     /// Charge or flux in a row that the largest voltage and current would store.
@@ -95,6 +99,16 @@ impl Reach {
     /// Charge or flux that an energy would be in the element of a row alone.
     pub fn holding(&self, row: usize, kind: u8, energy: f64) -> f64 {
         (2.0 * energy * self.stored[row][usize::from(kind)]).sqrt()
+    }
+
+    /// Energy of a charge or flux in the element of a row alone.
+    pub fn energy(&self, row: usize, kind: u8, charge: f64) -> f64 {
+        let stored = self.stored[row][usize::from(kind)];
+        if stored > 0.0 {
+            0.5 * charge * charge / stored
+        } else {
+            0.0
+        }
     }
 
     /// Currents or voltages that the largest voltage and current would bring to a law.
@@ -156,9 +170,9 @@ impl Auditor {
             *own = (share * (acting + 2.0 * rate * meet(stored, &largest))).max(settled * acting);
             least[usize::from(kind)] = least[usize::from(kind)].max(*own);
         }
-        let rows = self.reach.acting.iter().zip(&self.kinds);
-        for (own, (acting, &kind)) in floor.iter_mut().zip(rows) {
-            let added = acting[usize::from(1 - kind)].min(1.0);
+        let rows = self.reach.acting.iter().zip(&self.reach.shared).zip(&self.kinds);
+        for (own, ((acting, &shared), &kind)) in floor.iter_mut().zip(rows) {
+            let added = if shared { 1.0 } else { acting[usize::from(1 - kind)].min(1.0) };
             *own = own.max(added * least[usize::from(kind)]);
         }
         least

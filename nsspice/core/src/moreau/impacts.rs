@@ -159,7 +159,7 @@ impl Stepper {
         let sources = std::mem::replace(&mut self.u0, self.u1.clone());
         let leap = self.find_leap(None, IMPACT, Start::Warm).ok();
         self.u0 = sources;
-        let leap = leap.filter(|l| self.noticed(None, &state.0, &l.first, &l.after))?;
+        let leap = leap.filter(|l| self.noticed(None, [&state.0, &l.first, &l.after], &[]))?;
         (self.z, self.l, self.rates) = state;
         let label = if whole { target.label } else { time };
         let cut = Target { time, label, length, row: whole && target.row, jump: false };

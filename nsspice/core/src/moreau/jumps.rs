@@ -192,6 +192,8 @@ impl Stepper {
         let shortest = self.shortest_time();
         let begun = (self.z.clone(), self.l.clone());
         let mut leap = self.leap(charges, part, shortest, start)?;
+        // what only begins to move misses nothing
+        let mut leapt = self.leapt(charges, &begun.0, &leap);
         // the residual of so short a step is relative to multipliers of size 1/length, and may hide
         // a voltage; seen from where it led, it is in plain sight
         let mut rest = self.rest(&leap);
@@ -206,7 +208,7 @@ impl Stepper {
         }
         for part in CONTINUED {
             // less is hidden where the first step was long
-            if rest == Rest::Calm && leap.missed() <= MISSED || leap.part >= IMPACT {
+            if rest == Rest::Calm && !(leapt && leap.missed() > MISSED) || leap.part >= IMPACT {
                 break;
             }
             (self.z, self.l) = (leap.after.clone(), leap.multipliers.clone());
@@ -216,9 +218,19 @@ impl Stepper {
                 continue;
             }
             rest = found;
-            let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + b).collect();
+            leapt |= self.leapt(None, &leap.after, &next);
+            let sum = |a: &[f64], b: &[f64]| -> Vec<f64> {
+                a.iter().zip(b).map(|(a, b)| a + b).collect()
+            };
+            // of mere motion in both, the sum
+            let motion = || next.first.iter().zip(&leap.after).map(|(a, b)| a - b);
+            let first = if leapt {
+                next.after.clone()
+            } else {
+                leap.first.iter().zip(motion()).map(|(a, b)| a + b).collect()
+            };
             leap = Leap {
-                first: next.after.clone(),
+                first,
                 impulses: [0, 1].map(|k| sum(&leap.impulses[k], &next.impulses[k])),
                 length: leap.length + next.length,
                 span: leap.span + next.span,
@@ -229,10 +241,18 @@ impl Stepper {
         Ok(leap)
     }
 
+    /// Whether an impulsive step has moved anything but as motion does.
+    fn leapt(&mut self, charges: Option<&[f64]>, before: &[f64], leap: &Leap) -> bool {
+        let (ones, mut largest) = (vec![1.0; before.len()], self.largest);
+        let sides = [before, &leap.first, &leap.after];
+        self.moved(sides, charges, NO_JUMP, &ones, &mut largest, &[])
+    }
+
     /// Goes where an impulsive step has led, and notes what jumped.
     pub(super) fn enter(&mut self, charges: Option<&[f64]>, before: Vec<f64>, leap: Leap) {
         let Leap { first, after, impulses, length, span, shortest, settled, .. } = leap;
-        if self.noticed(charges, &before, &first, &after) {
+        let values = settled.as_ref().map_or(&[][..], |s| &s.1.z);
+        if self.noticed(charges, [&before, &first, &after], values) {
             self.stats.jumps += 1;
             if self.jumps.len() < MAX_JUMPS {
                 let [unknowns, multipliers] = impulses;
@@ -437,23 +457,22 @@ impl Stepper {
     ) -> bool {
         let ones = vec![1.0; before.len()];
         let mut largest = self.largest;
-        let found = self.moved([before, first, after], charges, share, &ones, &mut largest);
+        let found = self.moved([before, first, after], charges, share, &ones, &mut largest, &[]);
         self.largest = largest;
         found
     }
 
-    /// Is there a jump to report?  A charge `q` of a capacitor `C` counts as `q / sqrt(C)`, the root
+    /// Is there a jump to report, beside `values` to which it leads?  A charge `q` of a capacitor `C` counts as `q / sqrt(C)`, the root
     /// of its energy: a small one beside large ones may jump too.
     pub(super) fn noticed(
         &mut self,
         charges: Option<&[f64]>,
-        before: &[f64],
-        first: &[f64],
-        after: &[f64],
+        sides: [&[f64]; 3],
+        values: &[f64],
     ) -> bool {
         let weights = std::mem::take(&mut self.weights);
         let mut largest = self.heaviest;
-        let found = self.moved([before, first, after], charges, NO_JUMP, &weights, &mut largest);
+        let found = self.moved(sides, charges, NO_JUMP, &weights, &mut largest, values);
         self.heaviest = largest;
         self.weights = weights;
         found
@@ -470,6 +489,7 @@ impl Stepper {
         share: f64,
         weights: &[f64],
         largest_so_far: &mut [f64; 2],
+        values: &[f64],
     ) -> bool {
         let n = before.len();
         let (sys, u, time) = (&self.sys, &self.u0, self.time);
@@ -486,8 +506,10 @@ impl Stepper {
         let (once, new) = (stored(first), stored(after));
         // what rounding of the largest voltage (current) makes of each charge (flux)
         let mut largest = [0.0f64; 2];
-        for (i, v) in after.iter().enumerate() {
-            let kind = usize::from(self.sys.linear.row_kind[i]);
+        for (v, &kind) in
+            [after, values].iter().flat_map(|list| list.iter().zip(&self.sys.linear.row_kind))
+        {
+            let kind = usize::from(kind);
             largest[kind] = largest[kind].max(v.abs());
         }
         let scale: Vec<f64> =
@@ -501,10 +523,12 @@ impl Stepper {
             // against the largest so far: a flux that has just decayed to rounding does not jump
             let largest = &mut largest_so_far[usize::from(kind)];
             *largest = sizes.fold(*largest, f64::max);
+            // a current that flows on through other stores is extrapolated to rounding of it
+            let most = rows().fold(0.0f64, |a, i| a.max((once[i] - old[i]).abs()));
             found |= rows().any(|i| {
                 let (change, moved) = (new[i] - old[i], once[i] - old[i]);
                 weights[i] * change.abs() > share * *largest
-                    && change.abs() > ROUNDING * noise[i]
+                    && change.abs() > ROUNDING * noise[i].max(most)
                     && change.abs() > 0.1 * moved.abs()
                     && change.signum() == moved.signum()
             });
