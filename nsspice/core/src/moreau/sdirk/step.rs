@@ -9,7 +9,7 @@ use crate::waveform::{Side, Waveform};
 /// Steps from this level on are so short that another way has to be tried, as after so many steps without
 /// a solution from one point: behind a fold of the laws shorter ones have none either.
 const PATIENT: usize = 24;
-const TRIED: u32 = 3;
+const TRIED: u32 = 4;
 
 /// A smoothed error below this part of the plain one belongs to a constrained unknown.
 const CONSTRAINED: f64 = 1e-6;
