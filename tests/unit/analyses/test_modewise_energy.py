@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from chattering_deck import CHATTER
 
 import nsspice
 
@@ -191,13 +192,5 @@ V2 g 0 PULSE(0 1 0 0 0 5u 10u)
 
 def test_implicit_steps_are_among_the_segments():
     """No state of the switch holds: it chatters, and implicit steps go on."""
-    found = energy("""V1 in 0 SIN(10 1 300)
-R1 in a 1k
-S1 a c ref c COMPARE
-C1 c 0 1u IC=0
-R2 c 0 1k
-Vr ref 0 DC 1
-.model COMPARE SW(VT=0 VH=0)
-.tran 1u 2m uic
-""")
+    found = energy(CHATTER.partition("\n")[2])
     assert found.scheme > 0.0

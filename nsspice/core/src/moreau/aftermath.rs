@@ -91,10 +91,7 @@ impl Stepper {
             return false;
         }
         // against the charges that the voltages of the network would store: theirs may be nearly 0
-        let mut largest = [0.0f64; 2];
-        for (v, &kind) in leap.after.iter().zip(&self.sys.linear.row_kind) {
-            largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
-        }
+        let largest = self.sys.largest(&[&leap.after]);
         let n = leap.after.len();
         let scale: Vec<f64> =
             self.sys.linear.row_kind.iter().map(|&k| largest[usize::from(k)]).collect();
@@ -241,11 +238,7 @@ impl Stepper {
         let (mut gaps, mut sizes) = (vec![0.0; n], vec![0.0; n]);
         self.sys.linear.e.mul_add(1.0, change, &mut gaps);
         self.sys.linear.e.abs_mul_add(state, &mut sizes);
-        let (mut gap, mut size) = ([0.0f64; 2], [0.0f64; 2]);
-        for ((&kind, g), s) in self.sys.linear.row_kind.iter().zip(gaps).zip(sizes) {
-            let kind = usize::from(kind);
-            (gap[kind], size[kind]) = (gap[kind].max(g.abs()), size[kind].max(s));
-        }
+        let [gap, size] = [&gaps[..], &sizes].map(|list| self.sys.largest(&[list]));
         let part = |kind: usize| if gap[kind] > 0.0 { gap[kind] / size[kind] } else { 0.0 };
         part(0).max(part(1))
     }
@@ -255,11 +248,7 @@ impl Stepper {
     fn broken(&self, z: &[f64], l: &[f64], once: &Short) -> f64 {
         let mut w = vec![0.0; l.len()];
         self.sys.linear.slacks(z, l, &mut w);
-        let kinds = self.sys.linear.row_kind.iter().chain(&self.sys.linear.row_kind);
-        let mut largest = [0.0f64; 2];
-        for (v, &kind) in z.iter().chain(&once.z).zip(kinds) {
-            largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
-        }
+        let largest = self.sys.largest(&[z, &once.z]);
         let size = |list: &[f64], floor: f64| list.iter().fold(floor, |a, v| a.max(v.abs()));
         let share = |list: &[f64], size: f64| {
             let least = self.diodes.iter().fold(0.0f64, |a, &i| a.min(list[i]));

@@ -280,13 +280,8 @@ impl Stepper {
                 *rate = (new - old) / once.length;
             }
         }
-        let mut largest = [0.0f64; 2];
         // the short steps count too: where all currents vanish, rounding of theirs is all that is left
-        for z in [&self.z, &once.z] {
-            for (v, &kind) in z.iter().zip(&self.sys.linear.row_kind) {
-                largest[usize::from(kind)] = largest[usize::from(kind)].max(v.abs());
-            }
-        }
+        let largest = self.sys.largest(&[&self.z, &once.z]);
         let slack = |j: usize| LOOSE * largest[usize::from(self.sys.linear.row_kind[j])];
         let (u, time) = (&self.u0, self.time);
         let smooth = self.smooth.as_mut();
@@ -353,10 +348,7 @@ impl Stepper {
     fn stay(&mut self, before: &[f64], after: &mut [f64], length: f64) -> Outcome {
         self.short_step(Some(&vec![0.0; before.len()]), before, DESCENT * length, Start::Warm)?;
         let kind = |j: usize| usize::from(self.sys.linear.row_kind[j]);
-        let mut largest = [0.0f64; 2];
-        for (j, v) in after.iter().enumerate() {
-            largest[kind(j)] = largest[kind(j)].max(v.abs());
-        }
+        let largest = self.sys.largest(&[after]);
         let motion =
             |j: usize| self.z[j].abs() <= LESS * f64::abs(after[j]) + ROUNDING * largest[kind(j)];
         if self.storage.unknowns().all(motion) {
@@ -462,8 +454,8 @@ impl Stepper {
         found
     }
 
-    /// Is there a jump to report, beside `values` to which it leads?  A charge `q` of a capacitor `C` counts as `q / sqrt(C)`, the root
-    /// of its energy: a small one beside large ones may jump too.
+    /// Is there a jump to report, beside `values` to which it leads?  A charge `q` of a capacitor `C`
+    /// counts as `q / sqrt(C)`, the root of its energy: a small one beside large ones may jump too.
     pub(super) fn noticed(
         &mut self,
         charges: Option<&[f64]>,
@@ -505,13 +497,7 @@ impl Stepper {
         let old = charges.map_or_else(|| stored(before), <[f64]>::to_vec);
         let (once, new) = (stored(first), stored(after));
         // what rounding of the largest voltage (current) makes of each charge (flux)
-        let mut largest = [0.0f64; 2];
-        for (v, &kind) in
-            [after, values].iter().flat_map(|list| list.iter().zip(&self.sys.linear.row_kind))
-        {
-            let kind = usize::from(kind);
-            largest[kind] = largest[kind].max(v.abs());
-        }
+        let largest = self.sys.largest(&[after, values]);
         let scale: Vec<f64> =
             self.sys.linear.row_kind.iter().map(|&k| largest[usize::from(k)]).collect();
         let mut noise = vec![0.0; n];

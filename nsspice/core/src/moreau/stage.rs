@@ -59,6 +59,16 @@ pub struct StepMatrices {
 }
 
 impl System {
+    /// The largest voltage and current in some lists of unknowns.
+    pub fn largest(&self, lists: &[&[f64]]) -> [f64; 2] {
+        let mut out = [0.0f64; 2];
+        for (v, &kind) in lists.iter().flat_map(|list| list.iter().zip(&self.linear.row_kind)) {
+            let kind = usize::from(kind);
+            out[kind] = out[kind].max(v.abs());
+        }
+        out
+    }
+
     /// The largest difference of two states, relative to the largest voltage and current in them and
     /// in the one they come from.
     pub fn apart(&self, a: &[f64], b: &[f64], from: &[f64]) -> f64 {

@@ -215,15 +215,13 @@ impl Stepper {
         multipliers(guards, &self.active, &mut self.w);
         let found = stage.driver.residual(&self.rhs, &self.sys.linear.q, &self.roles, z, &self.w);
         if found.worst() <= ACCEPT {
-            let slot = stage.slot(&self.active, self.epoch);
-            let mapped = slot.map.take();
             let ends = Ends { z0: &self.z, u0: &self.u0, u1: &self.u1 };
-            if mapped.is_some()
+            if stage.slot(&self.active, self.epoch).map.is_some()
                 && stage.matrices.loses_charge(ends, &self.active, &self.x, &mut self.work)
             {
+                stage.slot(&self.active, self.epoch).map = None;
                 return false;
             }
-            stage.slot(&self.active, self.epoch).map = mapped;
             self.note(found);
             return true;
         }
