@@ -47,6 +47,14 @@ CHAINED = [("bridge", 90530)]
 #: energies of 1e-35 J in runs so short that no step had been looked at for rounding
 SHORT = [("degenerate", 90063)]
 
+#: a current goes round in ideal diodes: 1e-50 V across them, the rounding of what it drops in the
+#: resistance of another diode; 1e-45 V beside the threshold of a Zener diode without current
+GOING_ROUND = [("floating", 230573), ("floating", 230066)]
+#: an inductor only begins to move, in two impulsive steps after each other
+BEGINNING = [("floating", 230055)]
+#: 0.4 uV forward across a diode without current, between others that block, beside 5 kV elsewhere
+FORWARD = [("floating", 230366)]
+
 #: mode by mode: eigenvectors from an inverse without a digit (laws off by up to 3e-3 of their
 #: currents and voltages), and nearly parallel ones of ten rates that vanish
 EIGENVECTORS = [("large", 60008), ("large", 60017), ("stiff", 60015), ("large", 50002)]
@@ -95,6 +103,9 @@ def solved(kind, seed):
         *UNSEEN,
         *CHAINED,
         *SHORT,
+        *GOING_ROUND,
+        *BEGINNING,
+        *FORWARD,
     ],
 )
 def test_a_right_run_is_certified(kind, seed):

@@ -124,14 +124,16 @@ impl Auditor {
         let full = |(h, hs): &(Csc, Csc)| (Entries::new(h), Entries::new(hs));
         let g = Entries::new(&linear.g);
         let averaging = averaging.map(full);
+        let d = Entries::new(&linear.d);
+        let h = averaging.as_ref().map(|h| &h.0);
         Auditor {
             n,
             m,
             p,
-            reach: Reach::new(&linear.row_kind, m, &e, &g, &a, averaging.as_ref().map(|h| &h.0)),
+            reach: Reach::new(&linear.row_kind, m, &e, &g, &a, h, (&d, &linear.q)),
             g,
             b: Entries::new(&linear.b),
-            d: Entries::new(&linear.d),
+            d,
             s: Entries::new(&linear.s),
             q: linear.q.clone(),
             kinds: linear.row_kind.clone(),

@@ -20,6 +20,10 @@
 //! `C v / h`, and that of a capacitor between two nodes to the rounding of both.  The largest sum of each kind is therefore the least for all laws that add up currents
 //! (voltages) themselves.
 //!
+//! The slack of a pair is such a sum as well: where ideal diodes short-circuit whatever a current
+//! goes round in, voltages are known to the rounding of what it drops in resistances of pairs, and to
+//! that of their thresholds.
+//!
 //! Voltages of zero, across diodes that carry currents, have the rounding of `R i` although no law says
 //! so: a voltage that changes the currents of its nodes by no more than their rounding is none.
 //! Neither is one whose current is below the rounding that other laws bring to that of its node, so
@@ -48,6 +52,9 @@ pub struct Reach {
     shared: Vec<bool>,
     /// of each pair: its multiplier is a voltage (0) or a current (1)
     pairs: Vec<u8>,
+    /// what slacks that are currents and those that are voltages take from multipliers, and from no
+    /// unknown, at most
+    slacks: [([f64; 2], f64); 2],
 }
 
 /// What sums of sizes make of the largest voltage and current.
@@ -63,6 +70,7 @@ impl Reach {
         g: &Entries,
         a: &Entries,
         averaging: Option<&Entries>,
+        (d, q): (&Entries, &[f64]),
     ) -> Reach {
         let n = kinds.len();
         let (mut stored, mut acting) = (vec![[0.0; 2]; n], vec![[0.0; 2]; n]);
@@ -83,7 +91,20 @@ impl Reach {
         for (row, pair, value) in a.entries() {
             acting[row][usize::from(carried[pair])] += value.abs();
         }
-        Reach { stored, acting, shared, pairs: carried }
+        let mut slacks = [([0.0f64; 2], 0.0f64); 2];
+        for (&kind, given) in carried.iter().zip(q) {
+            let most = &mut slacks[usize::from(kind)].1;
+            *most = most.max(given.abs());
+        }
+        let mut sums = vec![[0.0; 2]; pairs];
+        for (pair, from, value) in d.entries() {
+            sums[pair][usize::from(carried[from])] += value.abs();
+        }
+        for (&kind, sums) in carried.iter().zip(sums) {
+            let most = &mut slacks[usize::from(kind)].0;
+            *most = [0, 1].map(|from| most[from].max(sums[from]));
+        }
+        Reach { stored, acting, shared, pairs: carried, slacks }
     }
 
     /// Charge or flux in a row that the largest voltage and current would store.
@@ -163,7 +184,10 @@ impl Auditor {
         let largest = largest.map(|v| v.max(f64::MIN_POSITIVE));
         let largest = self.reach.stirred(&self.kinds, &largest, rate, share * TOLERANCE);
         // of laws of currents and of voltages
-        let mut least = [0, 1].map(|kind| share.max(settled) * largest[1 - kind]);
+        let mut least = [0, 1].map(|kind: usize| {
+            let (sums, given) = &self.reach.slacks[kind];
+            (share.max(settled) * largest[1 - kind]).max(share * (given + meet(sums, &largest)))
+        });
         let rows = self.reach.stored.iter().zip(&self.reach.acting).zip(&self.kinds);
         for (own, ((stored, acting), &kind)) in floor.iter_mut().zip(rows) {
             let acting = *own + meet(acting, &largest) + f64::MIN_POSITIVE;

@@ -129,11 +129,13 @@ impl Sums {
             return None;
         }
         let (e, g, a) = (&linear.e, &linear.g, &linear.a);
-        let [entries_e, entries_g, entries_a] = [e, g, a].map(Entries::new);
+        let [entries_e, entries_g, entries_a, entries_d] = [e, g, a, &linear.d].map(Entries::new);
+        let pairs = (&entries_d, &linear.q[..]);
         let h = averaging.map(|(h, _)| Entries::new(h));
         let kinds = linear.row_kind.clone();
         let size = g.nrows + a.ncols;
-        let reach = Reach::new(&kinds, a.ncols, &entries_e, &entries_g, &entries_a, h.as_ref());
+        let average = h.as_ref();
+        let reach = Reach::new(&kinds, a.ncols, &entries_e, &entries_g, &entries_a, average, pairs);
         let (sources, functions) = (linear.s.ncols, smooth.map_or(0, |laws| laws.f.ncols));
         let turned = if averaging.is_some() { sources } else { 0 };
         let known = if smooth.is_some() { ITERATED / TOLERANCE } else { 0.0 };

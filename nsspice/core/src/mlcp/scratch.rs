@@ -19,9 +19,11 @@ const NOTHING: f64 = 1e-13;
 /// Sign tests ignore violations below this part of the terms they are the sum of.
 const SIGN: f64 = 1e-13;
 
-/// Slacks (multipliers) that should vanish are flaws from this part of the largest voltage (multiplier)
-/// of the pairs on, unless they are rounding of what meets in the rows.
+/// Slacks (multipliers) that should vanish are flaws from this part of the terms of their own on,
 const FLAW: f64 = 1e-9;
+/// unless they are rounding of the largest voltage (multiplier) of the pairs,
+const FINE: f64 = 1e-12;
+/// or of what meets in the rows.
 const FINEST: f64 = 1e-14;
 
 /// Against which size rounding errors are judged in sign tests.
@@ -252,8 +254,9 @@ impl Scratch {
     /// As `judge`, but a point with flaws is only kept.
     ///
     /// The residual measures slacks by all voltages of the network.  In very short steps those of
-    /// the inductors are so large that volts hide behind them; here slacks are measured by the
-    /// voltages of nodes and pairs alone, and multipliers by each other, but for rounding.
+    /// the inductors are so large that volts hide behind them, and beside kilovolts elsewhere a diode
+    /// might bear microvolts forward; here slacks are measured by the voltages that meet in them, and
+    /// multipliers by the currents that they balance, but for rounding.
     pub fn judge_strictly(&mut self) -> Option<Residual> {
         let found = self.judge()?;
         if self.flawless() {
@@ -274,10 +277,12 @@ impl Scratch {
         for (i, &size) in terms[..n].iter().enumerate() {
             rows[model.kind(i)] = rows[model.kind(i)].max(size);
         }
-        let current = (FLAW * largest(&x[n..])).max(FINEST * rows[0]);
-        let voltage = (FLAW * largest(&terms[n..])).max(FINEST * rows[1]);
+        let current = (FINE * largest(&x[n..])).max(FINEST * rows[0]);
+        let voltage = (FINE * largest(&terms[n..])).max(FINEST * rows[1]);
         roles.iter().enumerate().all(|(i, role)| {
             let (l, w) = (x[n + i], -defect[n + i]);
+            let current = current.max(FLAW * model.multiplier_terms(i, terms));
+            let voltage = voltage.max(FLAW * terms[n + i]);
             let (no_l, no_w) = (l.abs() <= current, w.abs() <= voltage);
             match role {
                 Role::Diode => (no_l && w >= -voltage) || (no_w && l >= -current),

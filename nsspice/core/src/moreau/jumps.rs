@@ -310,11 +310,18 @@ impl Stepper {
         let (before, multipliers) = (self.z.clone(), self.l.clone());
         let (once, twice) = self.two_steps(charges, &before, part * shortest, start)?;
         let mut after = limit(&once.z, twice.as_ref().map(|t| &t.z));
-        if twice.is_none() && charges.is_some_and(|q| q.iter().all(|q| *q == 0.0)) {
+        let none = |q: &[f64]| q.iter().all(|q| *q == 0.0);
+        let linear = self.smooth.is_none();
+        let at_rest = || linear && self.storage.unknowns().all(|j| before[j] == 0.0);
+        if twice.is_none() && charges.map_or_else(at_rest, none) {
             // a step that is too hard tells nothing
             let _ = self.stay(&before, &mut after, once.length);
         }
         self.storage.project(&mut after);
+        if linear {
+            // with junctions charges depend on potentials
+            self.storage.lower(&before, &mut after);
+        }
         let impulses = [(|s| &s.z) as fn(&Short) -> &Vec<f64>, |s| &s.l].map(|of| {
             let scaled = |s: &Short| of(s).iter().map(|v| v * s.length).collect::<Vec<_>>();
             limit(&scaled(&once), twice.as_ref().map(scaled).as_ref())

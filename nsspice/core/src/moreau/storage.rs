@@ -100,12 +100,21 @@ impl Storage {
         !self.tight.is_empty()
     }
 
-    /// Takes out of `z` the currents of windings without leakage that no flux depends on: in a jump
-    /// they carry impulses.
+    /// Takes out of `z`, the state right after a jump, the currents of windings without leakage that
+    /// no flux depends on: they carry impulses.
     pub fn project(&self, z: &mut [f64]) {
         for tight in &self.tight {
             let seen = tight.seen(z);
             tight.currents.iter().zip(seen).for_each(|(&j, v)| z[j] = v);
+        }
+    }
+
+    /// Gives floating groups the potential of another state: an impulse may have lifted them to
+    /// gigavolts, of which steps from there would have the rounding.
+    pub fn lower(&self, to: &[f64], z: &mut [f64]) {
+        for group in &self.floating {
+            let shift = z[group[0]] - to[group[0]];
+            group.iter().for_each(|&j| z[j] -= shift);
         }
     }
 
@@ -183,6 +192,8 @@ mod tests {
         let mut z = [7.0, 6.0 + 1e-9, 1.0 + 1e-9, 2.0 + 1e-9, 9.0];
         storage.restore(&[1.0, 0.0, 1.0, 2.0, 0.0], &mut z, |_| 1e-6);
         assert_eq!(z, [7.0, 6.0, 1.0, 2.0, 9.0]);
+        storage.lower(&[-1.0, 5.0, 0.0, 0.0, 0.0], &mut z);
+        assert_eq!(z, [-1.0, -2.0, 1.0, 2.0, 9.0]);
         // a gigavolt knows no tenth of a microvolt
         let mut high = [7.0, 6.0 + 1e-7, 1.0, 2.0, 9.0];
         storage.restore(&[1e9, 1e9 - 1.0, 0.0, 2.0, 0.0], &mut high, |_| 1e-6);
