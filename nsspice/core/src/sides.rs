@@ -73,6 +73,12 @@ impl Sides {
         }
     }
 
+    /// A row of the table whose place comes before all that follows.
+    pub fn wait(&mut self, row: &[f64]) {
+        self.see(row);
+        self.waiting.extend_from_slice(row);
+    }
+
     /// True if no row waits for its place in the table.
     pub fn is_empty(&self) -> bool {
         self.waiting.is_empty()

@@ -5,6 +5,8 @@ use crate::mlcp::Role;
 
 /// A guard counts as negative beyond this part of its scale.
 pub const VIOLATED: f64 = 1e-11;
+/// A parabola errs by less than this part of its height.
+const CLOSE: f64 = 0.05;
 
 /// Scales of the guards: the largest voltage and current so far.
 pub struct Scales {
@@ -144,8 +146,8 @@ impl Scales {
         any
     }
 
-    /// Where, between three samples at `0`, `middle` and `end`, some guard may dip below zero
-    /// although it is positive at the samples: the place of the deepest dip of the parabolas.
+    /// Where, between three samples at the places `at`, some guard may dip below zero although it is
+    /// positive at the samples: the place of the deepest dip of the parabolas, of those that come near.
     pub fn dip(&self, s: &Stepper, at: [f64; 3], x: [&[f64]; 3]) -> Option<f64> {
         let n = s.z.len();
         let mut deepest: Option<(f64, f64)> = None;
@@ -161,7 +163,8 @@ impl Scales {
                 return;
             }
             let value = g[0] + (place - at[0]) * (first + (place - at[1]) * second);
-            if value < -VIOLATED && deepest.is_none_or(|d| value < d.1) {
+            let near = CLOSE * (g[0].max(g[2]) - value) - VIOLATED;
+            if value < near && deepest.is_none_or(|d| value < d.1) {
                 deepest = Some((place, value));
             }
         };

@@ -52,6 +52,21 @@ pub struct Ladder {
     pub met: Vec<bool>,
 }
 
+/// The implicit step that a stage is.
+#[derive(Clone, Copy)]
+pub struct StageProblem<'a> {
+    /// which length
+    pub level: usize,
+    /// its end [s]
+    pub t: f64,
+    /// unknowns and functions with which it begins
+    pub from: &'a [f64],
+    /// sources at its end
+    pub u: &'a [f64],
+    /// the point to begin with, or to stay close to where the mode leaves something open
+    pub near: &'a [f64],
+}
+
 /// How the equations of a mode came out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fit {
@@ -143,23 +158,13 @@ impl Ladder {
         rung
     }
 
-    /// One implicit step to time `t` from `from` (unknowns, then functions) with sources `u` in the
-    /// present mode, whatever the signs of its guards; `x` takes unknowns, guards and functions.
-    /// `near` is the point to begin with, or to stay close to where the mode leaves something open.
-    #[allow(clippy::too_many_arguments)] // the data of one stage
-    pub fn solve(
-        &mut self,
-        s: &mut Stepper,
-        level: usize,
-        t: f64,
-        from: &[f64],
-        u: &[f64],
-        near: &[f64],
-        x: &mut [f64],
-    ) -> Fit {
+    /// One implicit step in the present mode, whatever the signs of its guards; `x` takes unknowns, guards
+    /// and functions.
+    pub fn solve(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
         if s.smooth.is_some() {
-            return self.solve_smooth(s, level, t, from, u, near, x, false);
+            return self.solve_smooth(s, problem, x, false);
         }
+        let StageProblem { level, from, u, .. } = problem;
         let n = s.z.len();
         let stage = &mut self.rung(s, level).stage;
         let factor = stage.factor(&s.active, s.epoch);
@@ -207,26 +212,19 @@ impl Ladder {
             }
             return Fit::Solved;
         }
-        stage.matrices.right_hand_side(from, u, u, &mut s.rhs);
         s.stats.undetermined += 1;
-        self.solve_open(s, level, from, u, near, x)
+        self.solve_open(s, problem, x)
     }
 
     /// A mode that leaves something open: the complementarity problem is solved, which moves what is
     /// open so that all signs hold if that is possible.  Where it finds another mode, the guard of a
     /// pair that has changed is minus the quantity that has become positive.
-    fn solve_open(
-        &mut self,
-        s: &mut Stepper,
-        level: usize,
-        from: &[f64],
-        u: &[f64],
-        near: &[f64],
-        x: &mut [f64],
-    ) -> Fit {
+    fn solve_open(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
+        let StageProblem { level, from, u, near, .. } = problem;
         let n = s.z.len();
         let resistance = self.resistance;
         let stage = &mut self.rung(s, level).stage;
+        stage.matrices.right_hand_side(from, u, u, &mut s.rhs);
         stage.release();
         x.copy_from_slice(near);
         let (z, l) = x.split_at_mut(n);
@@ -255,22 +253,12 @@ impl Ladder {
 
     /// As `solve`, but in whatever mode the laws ask for at this instant; `met` tells which one.  The
     /// guards are those of [`Ladder::solve_open`].
-    #[allow(clippy::too_many_arguments)] // the data of one stage
-    pub fn cross(
-        &mut self,
-        s: &mut Stepper,
-        level: usize,
-        t: f64,
-        from: &[f64],
-        u: &[f64],
-        near: &[f64],
-        x: &mut [f64],
-    ) -> Fit {
+    pub fn cross(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
         if s.smooth.is_some() {
-            return self.solve_smooth(s, level, t, from, u, near, x, true);
+            return self.solve_smooth(s, problem, x, true);
         }
         let n = s.z.len();
-        let fit = self.solve(s, level, t, from, u, near, x);
+        let fit = self.solve(s, problem, x);
         if fit == Fit::Open {
             return fit;
         }
@@ -278,8 +266,7 @@ impl Ladder {
             self.met.clone_from(&s.active);
             return Fit::Open;
         }
-        self.rung(s, level).stage.matrices.right_hand_side(from, u, u, &mut s.rhs);
-        self.solve_open(s, level, from, u, near, x)
+        self.solve_open(s, problem, x)
     }
 
     /// The multiplier of a pair from its guard, of a stage that [`Fit`] calls `open` or not.
@@ -288,18 +275,14 @@ impl Ladder {
     }
 
     /// The same with smooth functions, by Newton's method; in the present mode or a `free` one.
-    #[allow(clippy::too_many_arguments)] // the data of one stage
     fn solve_smooth(
         &mut self,
         s: &mut Stepper,
-        level: usize,
-        t: f64,
-        from: &[f64],
-        u: &[f64],
-        near: &[f64],
+        problem: StageProblem,
         x: &mut [f64],
         free: bool,
     ) -> Fit {
+        let StageProblem { level, t, from, u, near } = problem;
         let (n, m) = (s.z.len(), s.l.len());
         let resistance = self.resistance;
         let rate = 1.0 / self.stage_length(level);

@@ -8,6 +8,10 @@ use super::tableau::{Tableau, MOST as STAGES};
 
 /// Evaluations spent on one root.
 const MOST: usize = 80;
+/// Points at which a guard is looked at that may dip below zero between the stages.
+const LOOKS: usize = 4;
+/// A dip this near to a sample, as a part of the distance of the samples, is as deep as that.
+const SETTLED: f64 = 1e-3;
 /// Width of the bracket at which the search ends, as a part of the step.
 const NARROW: f64 = 1e-14;
 
@@ -73,10 +77,25 @@ impl Locator<'_> {
         } else {
             (&samples[0][..], &samples[1][..])
         };
-        let place =
-            scales.dip(self.s, [0.0, middle, end], [&self.trial.first, at_middle, at_end])?;
-        let margin = self.margin(place);
-        violated(margin).then_some((place, -margin))
+        let mut at = [0.0, middle, end];
+        let mut points = [self.trial.first.clone(), at_middle.to_vec(), at_end.to_vec()];
+        for _ in 0..LOOKS {
+            let place = scales.dip(self.s, at, [&points[0], &points[1], &points[2]])?;
+            let margin = self.margin(place);
+            if violated(margin) {
+                return Some((place, -margin));
+            }
+            // closer, between the middle sample and the one beyond the dip
+            let away = place - at[1];
+            if away.abs() <= SETTLED * (at[2] - at[0]) {
+                return None;
+            }
+            let point = std::mem::replace(&mut points[1], self.trial.point.clone());
+            let side = if away > 0.0 { 0 } else { 2 };
+            (at[side], points[side]) = (at[1], point);
+            at[1] = place;
+        }
+        None
     }
 
     /// The end of the mode, the root of the margin in `(0, high]`, where it is negative at `high`: the

@@ -10,10 +10,11 @@ use super::super::stepper::{Stepper, MAX_EVENTS};
 use super::run::Sdirk;
 
 /// A step over the end of a mode may have this part of the error of another: for a kink the estimate
-/// is of the size of the error, but may miss a part of it.
-const SHARE: f64 = 0.25;
-/// The error over a kink of a step half as long is this part.
-const SHORTER: f64 = 4.0;
+/// is of the size of the error, but may miss a part of it, and errors over many kinks add up.
+const SHARE: f64 = 0.0625;
+/// With an error up to here steps over the end of a mode are taken shorter; the error over a kink of one
+/// half as long is a quarter.
+const NARROWED: f64 = 4.0;
 /// Smaller parts of the tolerance are no error at all.
 pub(super) const NOTICED: f64 = 1e-3;
 /// After failures so many ends of modes at most are located without a trial.
@@ -24,8 +25,8 @@ const MOST: u32 = 16;
 pub(super) enum Passage {
     /// with this error
     Open(f64),
-    /// one half as long may
-    Narrow,
+    /// one so many levels shorter may
+    Narrow(usize),
     /// the end has to be located; the step is as it was
     Closed,
 }
@@ -72,7 +73,7 @@ impl Sdirk {
         let error = if sound { self.error(s) } else { f64::INFINITY };
         // what is a rate in one mode and tied by the laws in the other has no kink but a jump
         let error = if self.tied == tied { error } else { f64::INFINITY };
-        let near = error <= SHARE * SHORTER;
+        let near = error <= NARROWED;
         self.patience.note(near);
         if error <= SHARE {
             self.counters.passed += 1;
@@ -80,7 +81,7 @@ impl Sdirk {
         }
         self.trial.crossing = false;
         if near {
-            return Passage::Narrow;
+            return Passage::Narrow((0.5 * (error / SHARE).log2()).ceil() as usize);
         }
         // what was solved before is solved again
         let _ = self.trial.compute(s, &mut self.ladder, tableau, level);

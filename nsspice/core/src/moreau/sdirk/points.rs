@@ -40,6 +40,11 @@ impl PointRows {
         self.rows.see(row);
     }
 
+    /// A row of the table inside a step whose end follows.
+    pub fn wait(&mut self, row: &[f64]) {
+        self.rows.wait(row);
+    }
+
     /// True if no row waits for its place in the table.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()

@@ -22,6 +22,7 @@ impl Sdirk {
         match s.turn(self.trial.length) {
             Turn::Begun => s.log_events(),
             Turn::Step(length, end) if self.is_short(s, length, &end) => {
+                self.show_point(s); // nothing jumps here
                 if self.implicit(s, length, s.time + length).is_err() {
                     self.restart(s);
                 }
@@ -92,6 +93,8 @@ impl Sdirk {
     fn implicit(&mut self, s: &mut Stepper, length: f64, end: f64) -> Result<(), Box<Failure>> {
         let time = s.time;
         evaluate(&s.waveforms, end, Side::Left, &mut s.u1);
+        let mut before = vec![0.0; s.columns()];
+        s.write(time, &mut before);
         let k = s.stage_index(length, true);
         let (from, u) = (s.z.clone(), s.u1.clone());
         s.stages[k].matrices.right_hand_side(&from, &u, &u, &mut s.rhs);
@@ -121,8 +124,24 @@ impl Sdirk {
         s.stats.steps += 1;
         self.trial.leave(self.tableau, 1.0, false);
         self.tableau = self.method.next(false);
+        self.write_between(s, time, &before);
         self.points.note_left(s);
         s.u0.copy_from_slice(&s.u1);
         Ok(())
+    }
+
+    /// The rows inside a single implicit step from `begin`, with the row `before` there: it is a line.
+    fn write_between(&mut self, s: &mut Stepper, begin: f64, before: &[f64]) {
+        let length = s.time - begin;
+        while self.rows.time() < s.time - 1e-12 * length {
+            let label = self.rows.time();
+            let part = ((label - begin) / length).max(0.0);
+            s.write_left(label);
+            for (end, begin) in s.left.iter_mut().zip(before).skip(1) {
+                *end = begin + part * (*end - begin);
+            }
+            self.points.wait(&s.left);
+            self.rows.next += 1;
+        }
     }
 }

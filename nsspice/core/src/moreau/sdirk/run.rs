@@ -274,7 +274,7 @@ impl Sdirk {
     }
 
     /// Rows at the end of a step that has been finished, where they are wanted.
-    fn show_point(&mut self, s: &mut Stepper) {
+    pub(super) fn show_point(&mut self, s: &mut Stepper) {
         let next = self.rows.time();
         let row = ((next - s.time).abs() <= 1e-9 * self.trial.length).then_some(next);
         self.points.note_right(s, row);
@@ -329,8 +329,9 @@ impl Sdirk {
                 Some(Passage::Open(error)) => (true, error),
                 _ => (false, error),
             };
-            if passage == Some(Passage::Narrow) {
-                self.level = level + 1;
+            if let Some(Passage::Narrow(shorter)) = passage {
+                self.counters.rejected += 1;
+                self.level = level + shorter;
                 continue;
             }
             if let (Some((high, _)), false) = (found, passed) {
@@ -419,6 +420,9 @@ impl Sdirk {
     /// Estimated error of the trial step relative to what is allowed.
     pub(super) fn error(&mut self, s: &mut Stepper) -> f64 {
         self.trial.estimate(s, &mut self.ladder, self.tableau);
+        if self.tableau.looks_back() {
+            self.trial.look_back(s, &mut self.ladder, self.tableau);
+        }
         let end = &self.trial.stages[self.tableau.stages() - 1];
         let mut largest = self.scales.largest;
         for (v, &kind) in end.iter().zip(&s.sys.linear.row_kind) {

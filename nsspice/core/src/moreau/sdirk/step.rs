@@ -1,7 +1,7 @@
 //! One step in a fixed mode, its error, and its continuous solution.
 
 use super::super::stepper::Stepper;
-use super::ladder::{Fit, Ladder};
+use super::ladder::{Fit, Ladder, StageProblem};
 use super::predict::Past;
 use super::tableau::Tableau;
 use crate::waveform::{Side, Waveform};
@@ -14,8 +14,11 @@ const TRIED: u32 = 4;
 /// A smoothed error below this part of the plain one belongs to a constrained unknown.
 const CONSTRAINED: f64 = 1e-6;
 
+/// Rows behind a jump or corner may err by the inverse of this part of the tolerance.
+const ROWS: f64 = 0.3;
+
 /// How the equations of a stage are solved: [`Ladder::solve`] or [`Ladder::cross`].
-type Way = fn(&mut Ladder, &mut Stepper, usize, f64, &[f64], &[f64], &[f64], &mut [f64]) -> Fit;
+type Way = fn(&mut Ladder, &mut Stepper, StageProblem, &mut [f64]) -> Fit;
 
 /// A step from `start`: stages, rates, and what is needed to evaluate it anywhere.
 pub struct Trial {
@@ -44,14 +47,20 @@ pub struct Trial {
     pub crossed: bool,
     /// where each stage begins: unknowns, then functions
     pub bases: Vec<Vec<f64>>,
+    /// the sources at the end of each stage
+    pub inputs: Vec<Vec<f64>>,
     /// rate of each stage: of the unknowns that carry storage, then of the functions
     pub rates: Vec<Vec<f64>>,
     /// unknowns whose error is that of their rates
     pub constrained: Vec<bool>,
-    /// what the stored part of each unknown is a sum of: the sizes of its terms at the end of the step
+    /// what each unknown is known from: the sizes of the terms of its law at the end of the step, by what
+    /// its own part there is
     pub terms: Vec<f64>,
-    /// diagonal of the storage matrix
+    /// the same of what is not stored
+    flows: Vec<f64>,
+    /// diagonals of the storage matrix and of the other
     storage: Vec<f64>,
+    conducted: Vec<f64>,
     /// unknowns that smooth stored functions see by themselves, not in differences alone
     own: Vec<bool>,
     /// where Newton's method begins
@@ -90,6 +99,10 @@ impl Trial {
         for (_, c, v) in s.sys.linear.e.iter().filter(|e| e.0 == e.1) {
             storage[c] = v;
         }
+        let mut conducted = vec![0.0; n];
+        for (_, c, v) in s.sys.linear.g.iter().filter(|g| g.0 == g.1) {
+            conducted[c] = v.abs();
+        }
         let mut own = vec![false; n];
         for j in s.smooth.iter().flat_map(|smooth| smooth.newton.stored_unknowns()) {
             own[j] = true;
@@ -97,6 +110,8 @@ impl Trial {
         Trial {
             own,
             storage,
+            conducted,
+            flows: vec![0.0; n],
             constrained: vec![false; n],
             terms: vec![0.0; n],
             raw: vec![0.0; n + p],
@@ -114,6 +129,7 @@ impl Trial {
             mode: vec![false; m],
             crossed: false,
             bases: many(n + p),
+            inputs: many(s.u0.len()),
             rates: many(n + p),
             past: Past::new(tableau.stages(), n + m + p),
             guess: vec![0.0; n],
@@ -152,10 +168,13 @@ impl Trial {
         let rate = 1.0 / (tableau.gamma * h);
         if tableau.first() > 0 {
             self.stages[0].copy_from_slice(&self.first);
+            self.inputs[0].copy_from_slice(&s.u0);
         }
         for i in tableau.first()..tableau.stages() {
             let t = self.start + tableau.c[i] * h;
-            sources(&s.waveforms, t, self.start, self.corner, &mut self.u);
+            let u = &mut self.inputs[i];
+            sources(&s.waveforms, t, self.start, self.corner, u);
+            self.u.copy_from_slice(u);
             let (done, rest) = self.stages.split_at_mut(i);
             let (base, x) = (&mut self.bases[i], &mut rest[0]);
             base[..n].copy_from_slice(&self.first[..n]);
@@ -172,7 +191,7 @@ impl Trial {
                 }
                 smooth.newton.be_brief(level < PATIENT && self.unsolved < TRIED);
             }
-            let fit = solve(ladder, s, level, t, base, &self.u, near, x);
+            let fit = solve(ladder, s, StageProblem { level, t, from: base, u: &self.u, near }, x);
             if fit == Fit::Contradiction {
                 return Err(Broken { at: tableau.c[i] });
             }
@@ -216,7 +235,8 @@ impl Trial {
             };
             turn(s);
             let (x, t) = (&mut self.point, self.start + self.length);
-            ladder.solve(s, self.level, t, &self.from, &self.u, &self.stages[last], x);
+            let (level, near) = (self.level, &self.stages[last][..]);
+            ladder.solve(s, StageProblem { level, t, from: &self.from, u: &self.u, near }, x);
             turn(s);
             for ((d, x), end) in self.slope.iter_mut().zip(&x[..n]).zip(&self.stages[last]) {
                 *d = x - end;
@@ -227,8 +247,13 @@ impl Trial {
         s.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
         self.terms.fill(0.0);
         s.sys.linear.e.abs_mul_add(&self.stages[last][..n], &mut self.terms);
-        for (terms, &storage) in self.terms.iter_mut().zip(&self.storage) {
-            *terms = if storage > 0.0 { *terms / storage } else { 0.0 };
+        self.flows.fill(0.0);
+        s.sys.linear.g.abs_mul_add(&self.stages[last][..n], &mut self.flows);
+        let h = self.length;
+        let parts = self.storage.iter().zip(self.flows.iter().zip(&self.conducted));
+        for (terms, (&storage, (flow, conducted))) in self.terms.iter_mut().zip(parts) {
+            let whole = (*terms + h * flow) / (storage + h * conducted);
+            *terms = if storage > 0.0 { whole } else { 0.0 };
         }
         self.smoothed.fill(0.0);
         s.sys.linear.e.mul_add(1.0, &self.slope[..n], &mut self.smoothed);
@@ -249,6 +274,24 @@ impl Trial {
                 (true, _) => raw / storage,
                 (false, false) => smoothed / storage,
             };
+        }
+    }
+
+    /// Adds to the estimate how far the continuous solution is from the state with which it begins, where
+    /// the rates there do not count: it shows what changes faster than the stages follow.
+    pub fn look_back(&mut self, s: &mut Stepper, ladder: &mut Ladder, tableau: &Tableau) {
+        let n = self.n;
+        self.smoothed.copy_from_slice(&self.slope[..n]);
+        let fit = self.evaluate(s, ladder, tableau, 0.0);
+        for (raw, (x, z)) in self.raw.iter_mut().zip(self.point[..n].iter().zip(&self.first)) {
+            *raw = if fit == Fit::Contradiction { 0.0 } else { x - z };
+        }
+        self.stored.fill(0.0);
+        s.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
+        for j in 0..n {
+            let storage = self.storage[j];
+            let missed = if storage > 0.0 { self.stored[j] / storage } else { self.raw[j] };
+            self.slope[j] = self.smoothed[j].abs().max(ROWS * missed.abs());
         }
     }
 
@@ -293,7 +336,8 @@ impl Trial {
         sources(&s.waveforms, t, self.start, self.corner, &mut self.u);
         let near = &self.stages[tableau.stages() - 1];
         let solve = self.way();
-        let fit = solve(ladder, s, self.level, t, &self.from, &self.u, near, &mut self.point);
+        let (level, from, u) = (self.level, &self.from[..], &self.u[..]);
+        let fit = solve(ladder, s, StageProblem { level, t, from, u, near }, &mut self.point);
         self.open[tableau.stages()] = fit == Fit::Open;
         let stored = self.point[..n].iter().chain(&self.point[n + m..]);
         for ((d, x), b) in self.slope.iter_mut().zip(stored).zip(&self.from) {

@@ -215,6 +215,12 @@ impl Tableau {
         self.starter.is_some()
     }
 
+    /// The rates at the begin of a step count for nothing, and it has to be seen whether the continuous
+    /// solution begins where the step does.
+    pub fn looks_back(&self) -> bool {
+        self.first() > 0 && !self.continues()
+    }
+
     /// The method of the next step, where the rates at its begin are `known` or not.
     pub fn next(&'static self, known: bool) -> &'static Tableau {
         self.starter.filter(|_| !known).unwrap_or(self)

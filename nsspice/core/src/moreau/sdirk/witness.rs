@@ -2,7 +2,7 @@
 
 use super::super::stepper::Stepper;
 use super::ladder::Ladder;
-use super::step::{sources, Trial};
+use super::step::Trial;
 use super::tableau::{Tableau, MOST};
 use crate::audit::{Points, Taken};
 
@@ -79,13 +79,11 @@ pub fn sum_up(s: &mut Stepper, trial: &Trial, ladder: &Ladder, tableau: &Tableau
         }
     }
     let [mut z, mut rate, mut f, mut f_rate] = [[&[][..]; POINTS]; 4];
-    let (mut l, mut u) = (Vec::with_capacity(count * m), vec![0.0; count * p]);
+    let (mut l, mut u) = (Vec::with_capacity(count * m), Vec::with_capacity(count * p));
     for i in 0..count {
         let inside = i < tableau.stages();
         let (place, i) = (i, standing(tableau, i));
-        let part = if inside { tableau.c[i] } else { theta };
-        let t = trial.start + part * trial.length;
-        sources(&s.waveforms, t, trial.start, trial.corner, &mut u[place * p..][..p]);
+        u.extend_from_slice(if inside { &trial.inputs[i] } else { &trial.u });
         let x = if inside { &trial.stages[i] } else { &trial.point };
         let rates = if inside { &trial.rates[i] } else { &trial.slope };
         (z[place], f[place]) = (&x[..n], &x[n + m..]);
@@ -152,7 +150,7 @@ impl Witness {
             return;
         }
         self.spent += PRICE;
-        let (n, m, p) = (s.z.len(), s.l.len(), s.u0.len());
+        let (n, m) = (s.z.len(), s.l.len());
         let (stages, h) = (tableau.stages(), trial.length);
         let Weights { own, inner, .. } = Weights::new(tableau, theta, h);
         let taken = &mut self.taken;
@@ -168,13 +166,11 @@ impl Witness {
         if !s.switches.is_empty() {
             taken.roles.extend(s.roles.iter().map(|&r| r as u8));
         }
-        let mut u = vec![0.0; p];
         for i in 0..=stages {
             let inside = i < stages;
             let i = standing(tableau, i);
             let part = if inside { tableau.c[i] } else { theta };
             let t = trial.start + part * h;
-            sources(&s.waveforms, t, trial.start, trial.corner, &mut u);
             let x = if inside { &trial.stages[i] } else { &trial.point };
             let rates = if inside { &trial.rates[i] } else { &trial.slope };
             taken.time.push(t);
@@ -182,7 +178,7 @@ impl Witness {
             let guards = x[n..n + m].iter().zip(s.active.iter().zip(&s.roles));
             let open = trial.open[i];
             taken.l.extend(guards.map(|(&g, (&on, &role))| ladder.multiplier(g, on, role, open)));
-            taken.u.extend_from_slice(&u);
+            taken.u.extend_from_slice(if inside { &trial.inputs[i] } else { &trial.u });
             taken.rate.extend_from_slice(&rates[..n]);
             taken.function_rate.extend_from_slice(&rates[n..]);
             taken.inner.extend_from_slice(&inner[i][..=stages]);
