@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..circuit import MnaSystem
+from ..devices.signals import shown
 from ..errors import Diagnostic
 from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem
@@ -19,6 +21,9 @@ from .energy import Energy, worse
 from .impulses import delivered, start_of, stored_functions
 from .sources import SourceCheck
 from .uniqueness import Watcher
+
+if TYPE_CHECKING:
+    from .expressions import ExpressionCheck
 
 #: Numbers recorded at most if every step is: some milliseconds of checking.
 _ALL = 40_000
@@ -90,6 +95,8 @@ class Examiner:
     ) -> None:
         self.mna, self.frozen = mna, frozen
         self._sources = SourceCheck(mna.system.waveforms) if timed else None
+        smooth = mna.system.smooth is not None
+        self._written = _expressions(mna) if smooth and mna.layout.readings else None
         system = system or mna.system
         self.auditor = Auditor(system, H, Hs)
         self._step = step
@@ -105,6 +112,8 @@ class Examiner:
             self._active.take(records)
         if self._sources is not None:
             self._sources.take(records.time, records.u)
+        if self._written is not None:
+            self._written.take(records.time, records.z, records.u)
         self.auditor.check(records, self.frozen)
 
     def take_stretches(self, stretches: Stretches) -> None:
@@ -113,6 +122,10 @@ class Examiner:
             # stages behind the end of a step see a law of a source that has ended
             inside = stretches.time <= stretches.end[:, None]
             self._sources.take(stretches.time[inside], stretches.u[inside])
+        if self._written is not None:
+            n, p = stretches.z.shape[-1], stretches.u.shape[-1]
+            z, u = stretches.z.reshape(-1, n), stretches.u.reshape(-1, p)
+            self._written.take(stretches.time.ravel(), z, u)
         if stretches.begin.size or stretches.seam_end.size:
             self.auditor.check_stretches(stretches)
 
@@ -161,6 +174,9 @@ class Examiner:
         sources = self._sources
         if sources is not None and sources.worst is not None and worse(sources.error, laws):
             laws, worst = sources.error, self._source(sources.worst)
+        written = self._written
+        if written is not None and written.worst is not None and worse(written.error, laws):
+            laws, worst = written.error, f"the expression {shown(written.worst.expression)}"
         return Certificate(
             laws,
             found["complementarity"],
@@ -223,6 +239,13 @@ class Examiner:
             return ""
         element = self.mna.row_elements[row]
         return element if element is not None else f"node {self.mna.row_nodes[row]}"
+
+
+def _expressions(mna: MnaSystem) -> ExpressionCheck:
+    """Return the check of the expressions of a deck; most have none."""
+    from .expressions import ExpressionCheck
+
+    return ExpressionCheck(mna)
 
 
 def _list(names: Sequence[str]) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..netlist.expression import Expression
 from .behaviour import Compiler
-from .stamper import Stamper
+from .stamper import Stamper, Written
 
 if TYPE_CHECKING:
     from .device import Device
@@ -87,4 +87,7 @@ def register_of(
         element = name[2:-1]
         return stamper.register(element, sources[element].current(layout))
 
-    return Compiler(tape, signal).compile(expression.node)
+    register = Compiler(tape, signal).compile(expression.node)
+    signals = {name: signal(name) for name in sorted(expression.variables())}
+    layout.readings.append(Written(expression, register, signals))
+    return register

@@ -10,11 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from ..problems.descriptor import Functional, Switch, Waveform
 from ..problems.elements import TwoTerminal
 from ..problems.tape import TapeBuilder
+
+if TYPE_CHECKING:
+    from ..netlist.expression import Expression
 
 Terms = list[tuple[int, float]]
 AnalysisKind = Literal["dc", "tran"]
@@ -47,6 +50,14 @@ class Conditions:
     nominal: float = 27.0
 
 
+class Written(NamedTuple):
+    """An expression on a tape: its register, and those of the signals that it reads."""
+
+    expression: Expression
+    register: int
+    signals: dict[str, int]
+
+
 class Layout:
     """Numbers of the unknowns, pairs, source columns and functions of one assembled island.
 
@@ -57,7 +68,7 @@ class Layout:
     conditions : Conditions
     """
 
-    __slots__ = ("branches", "columns", "conditions", "functions", "nodes", "pairs")
+    __slots__ = ("branches", "columns", "conditions", "functions", "nodes", "pairs", "readings")
 
     def __init__(self, nodes: list[str], conditions: Conditions) -> None:
         self.nodes: dict[str, int] = {name: k for k, name in enumerate(nodes)}
@@ -68,6 +79,8 @@ class Layout:
         self.columns: dict[str, int] = {}
         #: smooth functions by the name of the current or charge that they give
         self.functions: dict[str, int] = {}
+        #: expressions on the tape
+        self.readings: list[Written] = []
 
     def voltage(self, a: str, b: str, factor: float = 1.0) -> tuple[tuple[int, float], ...]:
         """Return ``factor (va - vb)`` as terms of z; ground has none."""

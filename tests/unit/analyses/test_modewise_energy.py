@@ -194,3 +194,64 @@ def test_implicit_steps_are_among_the_segments():
     """No state of the switch holds: it chatters, and implicit steps go on."""
     found = energy(CHATTER.partition("\n")[2])
     assert found.scheme > 0.0
+
+
+#: 24 states are more than become forms; rates of sources below and above those of the line
+LINES = {**SOURCES, "tone": ("SIN(2 5 9k 0 0 40)", lambda t: 2 + 5 * np.sin(18e3 * np.pi * t + 2 * np.pi / 9))}
+
+
+@pytest.mark.parametrize("coil", [None, 1e-3])
+@pytest.mark.parametrize("name", LINES)
+def test_what_sources_deliver_into_a_long_line(name, coil):
+    """Sections of 50 Ohm, 1 uF and, if any, a coil; the equations by exponentials of small pieces."""
+    text, source = LINES[name]
+    sections, stop, pieces = 24 if coil is None else 12, 2e-3, 4000
+    lines = [f"V1 n0 0 {text}"]
+    for k in range(1, sections + 1):
+        middle = f"n{k}" if coil is None else f"m{k}"
+        lines += [f"R{k} n{k - 1} {middle} 50", f"C{k} n{k} 0 1u IC=0"]
+        if coil is not None:
+            lines.append(f"L{k} {middle} n{k} {coil!r} IC=0")
+    found = energy("\n".join(lines) + f"\n.tran 20u {stop!r} uic\n")
+    size = sections if coil is None else 2 * sections
+    # states: voltages, then currents of coils; x' = m x + b u
+    m, b = np.zeros((size, size)), np.zeros(size)
+    for k in range(sections):
+        for other, sign in ((k, -1.0), (k - 1, 1.0)):
+            if coil is None:
+                # the current of section k flows into node k and out of node k - 1
+                for node, way in ((k, sign), (k - 1, -sign)):
+                    if node >= 0 and other >= 0:
+                        m[node, other] += way / 50.0 / 1e-6
+            elif other >= 0:
+                m[sections + k, other] += sign / coil
+        if coil is not None:
+            m[sections + k, sections + k] -= 50.0 / coil
+            m[k, sections + k] += 1e6
+            if k > 0:
+                m[k - 1, sections + k] -= 1e6
+    b[sections if coil else 0] = 1.0 / coil if coil else 1.0 / 50.0 / 1e-6
+    h = stop / pieces
+    nodes = 0.5 * (1 + np.polynomial.legendre.leggauss(4)[0])
+    weights = 0.5 * np.polynomial.legendre.leggauss(4)[1]
+    powers = np.arange(4)
+    table = (nodes[:, None] ** (powers + 1) / (powers + 1)) @ np.linalg.inv(
+        nodes[:, None] ** powers
+    )
+    # Gauss collocation of order 8, all stages of a piece at once
+    inverse = np.linalg.inv(np.eye(4 * size) - h * np.kron(table, m))
+    x, delivered, lost = np.zeros(size), 0.0, 0.0
+    u = source(np.arange(pieces)[:, None] * h + nodes * h)
+    for row in u:
+        right = np.tile(x, 4) + h * np.kron(table @ row, b)
+        stages = (inverse @ right).reshape(4, size)
+        if coil is None:
+            ahead = np.column_stack((row, stages[:, :-1]))
+            currents = (ahead - stages) / 50.0
+        else:
+            currents = stages[:, sections:]
+        delivered += h * float(weights @ (row * currents[:, 0]))
+        lost += h * float(weights @ np.sum(50.0 * currents**2, axis=1))
+        x = x + h * (weights @ (stages @ m.T + np.outer(row, b)))
+    assert abs(found.delivered - delivered) < 1e-9 * (abs(delivered) + lost)
+    assert abs(found.dissipated - lost) < 1e-9 * (abs(delivered) + lost)

@@ -67,6 +67,8 @@ pub struct Points<'a> {
 pub struct Sums {
     stored: Form,
     resisted: Form,
+    /// `E` and `G` row by row
+    laws: [Csc; 2],
     a: Bilinear,
     s: Bilinear,
     averaging: Option<(Bilinear, Bilinear)>,
@@ -91,6 +93,9 @@ pub struct Sums {
     steps: u64,
     points: u64,
     largest: [f64; 2],
+    /// charge and flux by which laws are missed
+    missed: [f64; 2],
+    residual: Vec<f64>,
 }
 
 /// A sparse matrix between two lists of numbers.
@@ -142,6 +147,7 @@ impl Sums {
         Some(Sums {
             stored: Form::new(e),
             resisted: Form::new(g),
+            laws: [e.clone(), g.clone()],
             lanes: Lanes::new([g.nrows, a.ncols, sources, turned, functions, functions, g.nrows]),
             a: Bilinear::new(a),
             s: Bilinear::new(&linear.s),
@@ -161,6 +167,8 @@ impl Sums {
             steps: 0,
             points: 0,
             largest: [0.0; 2],
+            missed: [0.0; 2],
+            residual: Vec::new(),
         })
     }
 
@@ -368,6 +376,25 @@ impl Sums {
         self.add_one(delivered, dissipated, 0.0);
     }
 
+    /// Takes integrals of the rates of what is stored, unknowns, multipliers and sources over a motion:
+    /// what they miss the laws by is charge and flux that times its unknown is missing in the balance.
+    pub fn miss(&mut self, rate: &[f64], z: &[f64], l: &[f64], u: &[f64]) {
+        self.residual.clear();
+        self.residual.resize(z.len(), 0.0);
+        self.laws[0].mul_add(1.0, rate, &mut self.residual);
+        self.laws[1].mul_add(1.0, z, &mut self.residual);
+        self.a.columns.mul_add(1.0, l, &mut self.residual);
+        self.s.columns.mul_add(-1.0, u, &mut self.residual);
+        for (missed, &kind) in self.residual.iter().zip(&self.kinds) {
+            self.missed[usize::from(kind)] += missed.abs();
+        }
+    }
+
+    /// Steps so far.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
     /// Takes the largest voltage and current from a point.
     pub fn see(&mut self, z: &[f64], l: &[f64]) {
         self.look(z, l);
@@ -406,12 +433,14 @@ impl Sums {
         let held = self.share * (2.0 * points * content + self.time * acting);
         let added = points * f64::EPSILON / TOLERANCE * self.moved;
         let scale = self.moved + self.peak + first.abs() + last.abs() + held + added;
+        let missing = dot(&self.missed, &self.largest);
+        let error = (last - self.expected()).abs() + missing;
         Balance {
             stored: last - first - self.jumped,
             delivered: self.delivered,
             dissipated: self.dissipated,
             scheme: self.scheme,
-            drift: ratio((last - self.expected()).abs(), scale.max(f64::MIN_POSITIVE / TOLERANCE)),
+            drift: ratio(error, scale.max(f64::MIN_POSITIVE / TOLERANCE)),
             steps: self.steps,
         }
     }

@@ -126,6 +126,9 @@ impl Matrix {
             out[..self.rows].fill(0.0);
             return;
         }
+        if self.cols >= super::wide::LONG {
+            return super::wide::apply(&self.data, x, out);
+        }
         for (o, row) in out.iter_mut().zip(self.data.chunks_exact(self.cols)) {
             *o = dot(row, x);
         }

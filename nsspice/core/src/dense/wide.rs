@@ -166,6 +166,21 @@ widest! {
         looks_any(factor, with, out)
 }
 
+/// Rows of this length are worth the question what the processor can.
+pub(super) const LONG: usize = 16;
+
+#[inline(always)]
+fn apply_any(rows: &[f64], x: &[f64], out: &mut [f64]) {
+    for (o, row) in out.iter_mut().zip(rows.chunks_exact(x.len().max(1))) {
+        *o = dot(row, x);
+    }
+}
+
+widest! {
+    /// Scalar products of rows with a vector as long as they are.
+    pub(super) fn apply(rows: &[f64], x: &[f64], out: &mut [f64]) = apply_any(rows, x, out)
+}
+
 #[inline(always)]
 fn collapse_any(row: &[f64], common: &[f64], own: &[f64], out: &mut [f64]) {
     let n = row.len();

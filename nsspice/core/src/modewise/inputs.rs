@@ -208,10 +208,10 @@ impl Inputs {
         out
     }
 
-    /// One waveform where `[1; inputs]` are `v`.
+    /// One waveform where `[1; inputs]`, or a multiple of them, are `v`.
     pub fn value_of(&self, waveform: usize, v: &[f64]) -> f64 {
         let (constant, parts) = &self.parts[waveform];
-        parts.iter().fold(*constant, |sum, &(i, f)| sum + f * v[1 + i])
+        parts.iter().fold(constant * v[0], |sum, &(i, f)| sum + f * v[1 + i])
     }
 
     /// Rate of one waveform where the rates of `[1; inputs]` are `d`.

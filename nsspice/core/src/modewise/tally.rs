@@ -9,6 +9,7 @@ use super::integral::{Motion, SLOW};
 use super::mode::Mode;
 use super::products::{Integral, Two};
 use super::registry::Id;
+use super::retrace::Retrace;
 use super::run::{Engine, Phase};
 use super::terms::Point;
 use crate::audit::{Balance, Sums};
@@ -29,6 +30,8 @@ const KEPT: usize = 8;
 /// advance, some two milliseconds.
 const SHARE: f64 = 0.1;
 const STOCK: f64 = 3e6;
+/// Largest modes whose powers become forms: a segment of larger ones is followed for less.
+const FORMED: usize = 16;
 /// Cost of what is made once for a mode, with so many coordinates.
 fn making(size: usize) -> f64 {
     5.0 * size.pow(3) as f64 + 8000.0
@@ -46,6 +49,7 @@ pub(super) struct Tally {
     x: Vec<f64>,
     v: Vec<f64>,
     d: Vec<f64>,
+    retrace: Retrace,
 }
 
 impl Powers {
@@ -99,7 +103,7 @@ impl Engine {
         let Some(mut sums) = self.tally.sums.take() else { return };
         let slots = (self.march.lately() * mode.guards.x.rows * self.path.slots) as f64;
         self.tally.credit += SHARE * (2000.0 + 4.0 * slots);
-        if let Some(energies) = self.energies(&sums, id, mode) {
+        if let Some(energies) = self.energies(&mut sums, id, mode) {
             sums.motion(self.point.t, energies);
             if self.stats.segments.is_power_of_two() || self.tally.fresh {
                 self.see_end(&mut sums, mode);
@@ -126,7 +130,7 @@ impl Engine {
             self.x.resize(mode.n, 0.0);
             self.path.state(&self.point, &mut self.x);
             self.path.inputs(&self.segment, &self.point, &mut self.v);
-            let energies = self.energies(&sums, id, &mode)?;
+            let energies = self.energies(&mut sums, id, &mode)?;
             sums.motion(self.point.t, energies);
             self.see_end(&mut sums, &mode);
             mode.leave_x.apply(&self.x, &mut a);
@@ -135,19 +139,33 @@ impl Engine {
         Some(sums.balance(&unknowns_of(&self.net.big_r, &a)))
     }
 
-    /// What is dissipated and delivered in the segment; None if it would cost too much.
-    fn energies(&mut self, sums: &Sums, id: Id, mode: &Mode) -> Option<Two> {
-        let h = self.point.t;
-        if h <= 0.0 {
+    /// What is dissipated and delivered in the segment; None if neither way can tell.
+    fn energies(&mut self, sums: &mut Sums, id: Id, mode: &Mode) -> Option<Two> {
+        if self.point.t <= 0.0 {
             return Some([0.0; 2]);
         }
         self.tally.fresh = false;
+        self.by_forms(sums, id, mode).or_else(|| self.retraced(sums, mode))
+    }
+
+    /// The same by the forms of the mode; None if it would cost too much.
+    fn by_forms(&mut self, sums: &Sums, id: Id, mode: &Mode) -> Option<Two> {
+        let h = self.point.t;
         let (mut powers, known) = match self.registry.take_powers(id) {
             Some(powers) => (powers, true),
+            None if mode.n > FORMED && mode.blocks.is_empty() => return None,
             None => (Box::new(self.powers(mode)?), false),
         };
         let found = self.integrated(sums, &mut powers, h);
         self.registry.keep_powers(id, powers, known);
+        found
+    }
+
+    /// The same by way of the laws: the segment once more, and what it misses.
+    fn retraced(&mut self, sums: &mut Sums, mode: &Mode) -> Option<Two> {
+        let mut retrace = std::mem::take(&mut self.tally.retrace);
+        let found = retrace.segment(self, sums, mode);
+        self.tally.retrace = retrace;
         found
     }
 

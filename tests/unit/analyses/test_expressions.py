@@ -1,0 +1,77 @@
+"""Expressions of the certificate: the trees that were read against what the engines compute with."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import nsspice
+from nsspice.analyses.cards import Tran
+from nsspice.analyses.expressions import ExpressionCheck
+from nsspice.analyses.island_runner import IslandRunner
+from nsspice.analyses.settings import Settings
+from nsspice.netlist.expression import Expression
+
+#: what is read, with the voltage of a driven node, its capacitor's current, the time
+WRITTEN = [
+    "v(a)*v(b)/10 + 0.1*sin(6283*time)",
+    "exp(-1000*time)*2 + sqrt(1 + v(a)^2)",
+    "time > 0.7m ? 1 : v(b)",
+    "atan(i(v1)*1e3) + pwl(v(a), -1, 0, 0, 1, 2, 3)",
+    "limit(v(a,b), -0.3, 0.4)*tanh(v(b))",
+    "log10(1 + v(a)^2) + min(v(a), v(b), 0.2)",
+]
+DECK = (
+    "expressions\nV1 a 0 SIN(0 2 1k)\nRa a b 1k\nC1 b 0 100n IC=0\n"
+    + "".join(f"B{k} c{k} 0 V={{{text}}}\nR{k} c{k} 0 1k\n" for k, text in enumerate(WRITTEN))
+    + "B9 0 d I={1m*v(a)*v(a)}\nC9 d 0 1u IC=0\nR9 d 0 V={10*i + 1e4*i^3}\n"
+)
+
+
+def finished(method: str, wrong: int | None = None) -> IslandRunner:
+    """Return the runner of a whole run; one expression is off by a millionth."""
+    circuit = nsspice.read(DECK)
+    analysis = Tran(stop=2e-3, row_step=2e-5, uic=True)
+    settings = Settings(method, 1.0)
+    runner = IslandRunner(circuit, 0, circuit.islands[0], [], analysis, settings, None, None)
+    if wrong is not None:
+        readings = runner.mna.layout.readings
+        text = readings[wrong].expression.text
+        readings[wrong] = readings[wrong]._replace(expression=Expression.parse(f"({text})*1.000001"))
+        runner.examiner._written = ExpressionCheck(runner.mna)
+    runner.start()
+    while runner.advance(1000).shape[0]:
+        pass
+    return runner
+
+
+@pytest.mark.parametrize("method", ["moreau", "sdirk"])
+def test_engines_compute_with_what_was_read(method):
+    runner = finished(method)
+    assert len(runner.mna.layout.readings) == len(WRITTEN) + 2
+    assert runner.certificate().passed
+    assert runner.examiner._written.error < 1e-12
+
+
+@pytest.mark.parametrize("method", ["moreau", "sdirk"])
+@pytest.mark.parametrize("wrong", range(len(WRITTEN) + 2))
+def test_a_wrong_expression_is_named(method, wrong):
+    runner = finished(method, wrong)
+    text = runner.mna.layout.readings[wrong].expression.text
+    found = runner.certificate()
+    assert not found.passed
+    assert found.laws > 1e-8
+    assert found.worst.startswith("the expression {")
+    assert text.replace(" ", "")[:20] in found.worst.replace(" ", "")
+
+
+def test_beside_a_jump_both_of_its_sides_are_right():
+    """u(t - 1) at 1 s is that of 1 s and the rounding of a few units, not that of 1.0001 s."""
+    mna = nsspice.read("jump\nB1 a 0 V={3*u(time - 1)}\nR1 a 0 1\n").islands[0].assemble(27.0)
+    z, u = np.zeros((1, mna.system.n)), np.zeros((1, len(mna.system.waveforms)))
+    for instant, right in (("1", True), ("1.000000000000001", True), ("1.0001", False)):
+        other = Expression.parse(f"3*u(time - {instant})")
+        mna.layout.readings[0] = mna.layout.readings[0]._replace(expression=other)
+        check = ExpressionCheck(mna)
+        check.take(np.array([1.0]), z, u)
+        assert (check.error == 0.0) == right
