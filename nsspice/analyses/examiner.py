@@ -30,9 +30,6 @@ _ALL = 40_000
 #: Otherwise one of so many steps is recorded, and those that change the mode: each of the first
 #: thousand, later as many as cost little beside the run.
 _EVERY = 128
-#: Numbers of all linear fixed steps together up to which their energies are added up: some
-#: milliseconds.
-_SUMMED = 400_000
 _WINDOW = 1
 
 
@@ -45,24 +42,6 @@ def sampling(steps: float, size: int) -> tuple[int, int]:
     ((1, 1), (128, 1))
     """
     return (1 if steps * size <= _ALL else _EVERY), _WINDOW
-
-
-def sums_up(steps: float, size: int, system: DescriptorSystem) -> bool:
-    """Return whether the energies of all fixed steps are added up, for a run of so many of a size.
-
-    A step by Newton's method costs much more than its energies.  Where a step is a product with a
-    small matrix they would cost a third of it, so that long runs of that kind go without.
-
-    Examples
-    --------
-    >>> from ..problems import Csc
-    >>> none = Csc.zeros
-    >>> linear = DescriptorSystem(none((1, 1)), none((1, 1)), none((1, 0)), none((0, 1)),
-    ...     none((0, 0)), np.zeros(0), none((1, 0)), row_kind=np.zeros(1, np.uint8))
-    >>> sums_up(1000, 10, linear), sums_up(1e7, 10, linear)
-    (True, False)
-    """
-    return system.smooth is not None or steps * size <= _SUMMED
 
 
 class Examiner:
@@ -123,9 +102,9 @@ class Examiner:
             inside = stretches.time <= stretches.end[:, None]
             self._sources.take(stretches.time[inside], stretches.u[inside])
         if self._written is not None:
-            n, p = stretches.z.shape[-1], stretches.u.shape[-1]
-            z, u = stretches.z.reshape(-1, n), stretches.u.reshape(-1, p)
-            self._written.take(stretches.time.ravel(), z, u)
+            time = stretches.time.ravel()
+            z, u = (v.reshape(time.size, v.shape[-1]) for v in (stretches.z, stretches.u))
+            self._written.take(time, z, u)
         if stretches.begin.size or stretches.seam_end.size:
             self.auditor.check_stretches(stretches)
 

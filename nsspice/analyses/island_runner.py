@@ -16,7 +16,7 @@ from .cards import Tran
 from .certificate import Certificate
 from .curve import Floats
 from .events import Events
-from .examiner import Examiner, sampling, sums_up
+from .examiner import Examiner, sampling
 from .failure import named_failure
 from .following import PATH_METHODS, Following, of_linearised
 from .impulses import jumps_of
@@ -118,8 +118,7 @@ class IslandRunner:
         self.examiner = Examiner(self.mna, stepper.H, stepper.Hs, step=self.step, timed=True)
         self.judge = Judge(self.mna, system) if self.step is None and Judge.wanted(system) else None
         stepper.watch(every, window, self.sides is not None)
-        if self.method == "sdirk" or sums_up(self.analysis.stop / distance, size, system):
-            self.examiner.auditor.accompany(stepper)
+        self.examiner.auditor.accompany(stepper)
 
     def start(self) -> None:
         """Find the first state and plan the instants."""

@@ -276,7 +276,7 @@ def test_laws_of_long_exact_runs_are_sampled_and_energies_are_whole():
 
 
 def cockcroft_walton(stages=16, **values):
-    """Return a multiplier with a new mode at nearly every switching; values replace those of elements."""
+    """Return a multiplier, with other values of some elements: a new mode at most switchings."""
     lines = ["multiplier", "V1 in 0 SIN(0 10 1k)", f"Rs in a0 {values.get('Rs', 1.0)!r}"]
     for s in range(1, stages + 1):
         low = "0" if s == 1 else f"b{s - 1}"
@@ -306,7 +306,7 @@ def test_energies_of_many_large_modes_are_whole():
     "wrong", [{"Ca3": 1.000001e-6}, {"Cb16": 1.000001e-6}, {"Rs": 1.000001}, {"RL": 1.01e6}]
 )
 def test_energies_of_many_large_modes_under_other_laws_fail(wrong):
-    """A millionth in a capacitor or in the source; the load takes a ten-thousandth of the energy."""
+    """A millionth of a capacitor or of Rs; the load takes a ten-thousandth of the energy."""
     circuit = nsspice.read(cockcroft_walton())
     other = nsspice.read(cockcroft_walton(**wrong)).islands[0].assemble(27.0)
     analysis = Tran(stop=2e-3, row_step=2e-4, uic=True)

@@ -1,4 +1,4 @@
-"""Expressions of the certificate: the trees that were read against what the engines compute with."""
+"""Expressions of the certificate: trees that were read against what engines compute with."""
 
 from __future__ import annotations
 
@@ -37,7 +37,8 @@ def finished(method: str, wrong: int | None = None) -> IslandRunner:
     if wrong is not None:
         readings = runner.mna.layout.readings
         text = readings[wrong].expression.text
-        readings[wrong] = readings[wrong]._replace(expression=Expression.parse(f"({text})*1.000001"))
+        other = Expression.parse(f"({text})*1.000001")
+        readings[wrong] = readings[wrong]._replace(expression=other)
         runner.examiner._written = ExpressionCheck(runner.mna)
     runner.start()
     while runner.advance(1000).shape[0]:

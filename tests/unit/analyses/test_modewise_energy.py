@@ -197,13 +197,14 @@ def test_implicit_steps_are_among_the_segments():
 
 
 #: 24 states are more than become forms; rates of sources below and above those of the line
-LINES = {**SOURCES, "tone": ("SIN(2 5 9k 0 0 40)", lambda t: 2 + 5 * np.sin(18e3 * np.pi * t + 2 * np.pi / 9))}
+TONE = ("SIN(2 5 9k 0 0 40)", lambda t: 2 + 5 * np.sin(18e3 * np.pi * t + 2 * np.pi / 9))
+LINES = {**SOURCES, "tone": TONE}
 
 
 @pytest.mark.parametrize("coil", [None, 1e-3])
 @pytest.mark.parametrize("name", LINES)
 def test_what_sources_deliver_into_a_long_line(name, coil):
-    """Sections of 50 Ohm, 1 uF and, if any, a coil; the equations by exponentials of small pieces."""
+    """Sections of 50 Ohm, 1 uF and, if any, a coil, here by Gauss collocation of order 8."""
     text, source = LINES[name]
     sections, stop, pieces = 24 if coil is None else 12, 2e-3, 4000
     lines = [f"V1 n0 0 {text}"]
@@ -238,7 +239,7 @@ def test_what_sources_deliver_into_a_long_line(name, coil):
     table = (nodes[:, None] ** (powers + 1) / (powers + 1)) @ np.linalg.inv(
         nodes[:, None] ** powers
     )
-    # Gauss collocation of order 8, all stages of a piece at once
+    # all stages of a piece at once
     inverse = np.linalg.inv(np.eye(4 * size) - h * np.kron(table, m))
     x, delivered, lost = np.zeros(size), 0.0, 0.0
     u = source(np.arange(pieces)[:, None] * h + nodes * h)

@@ -2,6 +2,7 @@
 //! costs as much in loops as in numbers.
 
 use super::form::Form;
+use crate::dense::widest;
 
 /// Steps taken together.
 pub const LANES: usize = 16;
@@ -100,11 +101,7 @@ impl Lanes {
     pub fn close(&mut self) {
         let width = self.start[PARTS - 1];
         let (data, changes) = self.data.split_at_mut(width);
-        for (k, row) in self.rows.chunks_exact(width).take(self.count).enumerate() {
-            for (lane, value) in data.iter_mut().zip(row) {
-                lane[k] = *value;
-            }
-        }
+        turn(&self.rows[..self.count * width], data);
         let last = self.count.saturating_sub(1);
         for ((before, z), change) in self.before.iter_mut().zip(data).zip(changes) {
             change[0] = z[0] - *before;
@@ -129,29 +126,63 @@ impl Lanes {
 
     /// Adds `x' M x` of each step for a part of it.
     pub fn squares(&self, form: &Form, part: usize, out: &mut Lane) {
-        let x = self.part(part);
-        for &(i, j, sign, c) in &form.pairs {
-            let (a, b) = (&x[i as usize], &x[j as usize]);
-            for (out, (a, b)) in out.iter_mut().zip(a.iter().zip(b)) {
-                let v = a + sign * b;
-                *out += c * v * v;
-            }
-        }
-        for &(i, c) in &form.single {
-            for (out, a) in out.iter_mut().zip(&x[i as usize]) {
-                *out += c * a * a;
-            }
-        }
+        add_squares(form, self.part(part), out);
     }
 
     /// Adds `z' M x` of each step for a part `x` of it.
     pub fn products(&self, entries: &[(u32, u32, f64)], part: usize, out: &mut Lane) {
-        let (z, x) = (self.part(UNKNOWN), self.part(part));
-        for &(i, j, c) in entries {
-            let (a, b) = (&z[i as usize], &x[j as usize]);
-            for (out, (a, b)) in out.iter_mut().zip(a.iter().zip(b)) {
-                *out += c * a * b;
-            }
+        if !entries.is_empty() {
+            add_products(entries, self.part(UNKNOWN), self.part(part), out);
         }
     }
+}
+
+/// Rows become columns.
+fn turn(rows: &[f64], data: &mut [Lane]) {
+    let width = data.len();
+    for (k, row) in rows.chunks_exact(width.max(1)).enumerate() {
+        for (lane, value) in data.iter_mut().zip(row) {
+            lane[k] = *value;
+        }
+    }
+}
+
+#[inline(always)]
+fn squares_any(form: &Form, x: &[Lane], out: &mut Lane) {
+    let mut sum = *out;
+    for &(i, j, sign, c) in &form.pairs {
+        let (a, b) = (&x[i as usize], &x[j as usize]);
+        for k in 0..LANES {
+            let v = a[k] + sign * b[k];
+            sum[k] += c * v * v;
+        }
+    }
+    for &(i, c) in &form.single {
+        let a = &x[i as usize];
+        for k in 0..LANES {
+            sum[k] += c * a[k] * a[k];
+        }
+    }
+    *out = sum;
+}
+
+#[inline(always)]
+fn products_any(entries: &[(u32, u32, f64)], z: &[Lane], x: &[Lane], out: &mut Lane) {
+    let mut sum = *out;
+    for &(i, j, c) in entries {
+        let (a, b) = (&z[i as usize], &x[j as usize]);
+        for k in 0..LANES {
+            sum[k] += c * a[k] * b[k];
+        }
+    }
+    *out = sum;
+}
+
+widest! {
+    fn add_squares(form: &Form, x: &[Lane], out: &mut Lane) = squares_any(form, x, out)
+}
+
+widest! {
+    fn add_products(entries: &[(u32, u32, f64)], z: &[Lane], x: &[Lane], out: &mut Lane) =
+        products_any(entries, z, x, out)
 }
