@@ -15,6 +15,8 @@ from .energy import worse
 _MOST = 256
 #: An instant is known to this part of itself: beside an edge both of its sides are right.
 _INSTANT = 64.0 * float(np.finfo(np.float64).eps)
+#: Part of the largest value that is rounding wherever the instant is.
+_SAME = 1e-13
 
 
 def waveform_values(waveform: Waveform, t: Floats) -> Floats:
@@ -145,17 +147,26 @@ class SourceCheck:
             return
         stride = -(-time.size // _MOST)
         time, u = time[::stride], u[::stride]
-        known = _INSTANT * np.abs(time) + np.finfo(np.float64).tiny
-        around = np.stack((time - known, time, time + known))
         for k, waveform in enumerate(self._waveforms):
             found = u[:, k]
-            values = waveform_values(waveform, around)
-            low, high = values.min(axis=0), values.max(axis=0)
-            # a line that is continued over the rounding of its end leaves its range by as much
-            off = np.maximum(low - found, found - high) - (high - low)
-            self._largest[k] = max(self._largest[k], float(np.max(np.abs(values))))
-            error = float(np.max(off))  # nan is kept
+            values = waveform_values(waveform, time)
+            largest = self._largest[k] = max(self._largest[k], float(np.abs(values).max()))
+            off = np.abs(found - values)
+            error = float(off.max())  # nan is kept
+            if error <= _SAME * largest:
+                continue
+            far = ~(off <= _SAME * largest)
+            error = _outside(waveform, time[far], found[far])
             if error > 0.0 or error != error:
-                error = error / self._largest[k] if self._largest[k] > 0.0 else math.inf
+                error = error / largest if largest > 0.0 else math.inf
                 if worse(error, self.error):
                     self.error, self.worst = error, k
+
+
+def _outside(waveform: Waveform, time: Floats, found: Floats) -> float:
+    """Return how far values are from those of a waveform around instants."""
+    known = _INSTANT * np.abs(time) + np.finfo(np.float64).tiny
+    values = waveform_values(waveform, np.stack((time - known, time, time + known)))
+    low, high = values.min(axis=0), values.max(axis=0)
+    # a line that is continued over the rounding of its end leaves its range by as much
+    return float(np.max(np.maximum(low - found, found - high) - (high - low)))
