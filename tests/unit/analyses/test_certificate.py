@@ -353,7 +353,7 @@ def stepped_verdict(runner, stretches) -> Certificate:
 
 
 def test_a_run_with_error_control_passes():
-    runner, stretches = stepped(stop=3e-3)
+    runner, stretches = stepped(stop=2e-3)
     found = stepped_verdict(runner, stretches)
     assert found.passed
     assert found.energy.steps >= 64
