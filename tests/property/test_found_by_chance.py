@@ -130,6 +130,25 @@ D2 0 n1 DI
 .end
 """
 
+#: coupled windings on a switch of 1 GOhm: while it was open their slow swing grew, which
+#: the balance of energy showed
+WINDINGS_ON_A_SWITCH = """SEPIC with coupled windings, the wrong way round
+Vin in 0 DC 9
+L1 in a 22u
+L2 b 0 22u
+K1 L1 L2 0.98
+Cs a b 4.7u
+S1 a 0 g 0 SW
+D1 b out DS
+Co out 0 47u
+RL out 0 6
+Vg g 0 PULSE(0 5 0 10n 10n 2.24u 5u)
+.model SW SW(VT=2.5 RON=20m ROFF=1G)
+.model DS D(Vfwd=0.35 Ron=15m)
+.tran 1u 300u uic
+.end
+"""
+
 DECKS = [
     CORNER_AT_THE_END,
     FREEWHEELING,
@@ -138,6 +157,7 @@ DECKS = [
     CURRENT_FROM_REST,
     FLUX_FROM_REST,
     OPEN_CAPACITOR,
+    WINDINGS_ON_A_SWITCH,
 ]
 
 

@@ -7,6 +7,7 @@
 //! are watched by bounds ([`march`]), and the mode that follows is proved before it is entered
 //! ([`pick`], [`verify`]). Its energies are added up from its two ends ([`tally`]). Where nothing can be proved, implicit steps go on ([`fixed`]).
 
+mod align;
 mod apart;
 mod block;
 pub mod bundle;

@@ -7,6 +7,7 @@
 //! `Q` is orthonormal, so that in passive networks a jump is the projection `x = Q' a`; what the
 //! constraints take away leaves as impulses.
 
+use super::align::fastest_first;
 use super::block::row_norm;
 use super::guard_rows::{control_rows, guard_rows, impulse_rows};
 use super::network::Network;
@@ -226,7 +227,7 @@ impl Mode {
         });
         // constraints H a = F v with orthonormal rows, enforced through the columns of Hf
         let ties = stairs.tie_rows.cols;
-        let (q2, yc, pi, ties_h, ties_f, tie_cols, solve_g);
+        let (mut q2, yc, mut pi, ties_h, ties_f, tie_cols, solve_g);
         if ties == 0 {
             q2 = Matrix::identity(r);
             pi = Matrix::identity(r);
@@ -289,6 +290,21 @@ impl Mode {
                 hf.times(&solve_g).times(&ties_f)
             };
         }
+        // the regular block of the algebraic equations
+        let block = Matrix::from_fn(stairs.rows.len(), stairs.cols.len(), |i, j| {
+            knn[(stairs.rows[i], stairs.cols[j])]
+        });
+        let factor = Lu::new(&block);
+        if factor.ratio == 0.0 {
+            return Err("its algebraic equations are singular".into());
+        }
+        let inverse = inverse_of(&block, &factor);
+        let forcing = kna.select_rows(&stairs.rows);
+        let response = inverse.times(&forcing.times(&q2));
+        let indirect = pi.times(&kan.select_cols(&stairs.cols).times(&response));
+        if let Some(turn) = fastest_first(&indirect, &pi.times(&net.rgr.times(&q2))) {
+            (q2, pi) = (q2.times(&turn), turn.transpose_times(&pi));
+        }
         let n = q2.cols;
         // columns [x | v | v']
         let width = n + 2 * nv;
@@ -304,18 +320,9 @@ impl Mode {
             })
         };
         let states = Tracked::exact(place(&q2, &yc, None));
-        // the regular block of the algebraic equations
-        let block = Matrix::from_fn(stairs.rows.len(), stairs.cols.len(), |i, j| {
-            knn[(stairs.rows[i], stairs.cols[j])]
-        });
-        let factor = Lu::new(&block);
-        if factor.ratio == 0.0 {
-            return Err("its algebraic equations are singular".into());
-        }
-        let inverse = inverse_of(&block, &factor);
         let zeros_x = Matrix::zeros(stairs.rows.len(), n);
         let mut right = Tracked::exact(place(&zeros_x, &force.select_rows(&stairs.rows), None));
-        right.add(-1.0, &states.under(&kna.select_rows(&stairs.rows)));
+        right.add(-1.0, &states.under(&forcing));
         let part = right.under(&inverse);
         let mut algebraic = Tracked::zeros(size, width);
         for (i, &c) in stairs.cols.iter().enumerate() {
