@@ -80,6 +80,8 @@ pub(super) struct Assembly {
     open: bool,
     /// the last solution took one step: the next ones may, too, with the same factors
     pub steady: bool,
+    /// so many of the next guesses need not be judged
+    pub unjudged: u8,
     /// product of the two scales of each entry
     weight: Vec<f64>,
     jacobian: Csc,
@@ -128,6 +130,7 @@ impl Assembly {
             scalings: 0,
             open: false,
             steady: false,
+            unjudged: 0,
             weight: vec![1.0; linear.values.len()],
             jacobian: linear.clone(),
             linear,

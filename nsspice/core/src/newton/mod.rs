@@ -28,6 +28,7 @@ mod linear;
 mod path;
 mod solve;
 mod state;
+mod stored;
 #[cfg(test)]
 mod tests;
 mod track;

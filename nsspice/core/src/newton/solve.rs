@@ -21,6 +21,8 @@ const COARSEST: f64 = 1e-11;
 const SURE: f64 = 0.1;
 /// Largest relative residual of an accepted solution: where rounding allows no better.
 const ACCEPT: f64 = 1e-10;
+/// Guesses that are not judged after one that was not good enough: in a circuit at rest they are.
+const UNJUDGED: u8 = 7;
 /// Rates whose matrices are kept.
 const RATES: usize = 12;
 /// Iterations from a good start.
@@ -119,6 +121,7 @@ impl Newton {
                 begin: zeros.clone(),
                 leave: vec![(1.0, 0); size],
                 given: zeros.clone(),
+                stopped: false,
                 reach: (0, (0.0, 0.0)),
                 bounded: true,
                 best: (NOWHERE, zeros.clone()),
@@ -310,55 +313,6 @@ impl Newton {
         self.values(out);
     }
 
-    /// `out += factor Q f` with the functions `f`.
-    pub fn add_stored(&self, factor: f64, f: &[f64], out: &mut [f64]) {
-        for t in self.eq.terms.iter().filter(|t| t.q != 0.0) {
-            out[t.row as usize] += factor * t.q * f[t.function as usize];
-        }
-    }
-
-    /// Sets the right-hand side to `right + rate (E z + Q f(z))` for the point `x = [z; l]`.
-    pub(super) fn hold_stored(&mut self, right: &[f64], x: &[f64], rate: f64) {
-        let Newton { eq, tape, state: s, .. } = self;
-        s.right.copy_from_slice(right);
-        for (c, &value) in x[..eq.n].iter().enumerate() {
-            for at in eq.pattern.colptr[c]..eq.pattern.colptr[c + 1] {
-                s.right[eq.pattern.rowidx[at]] += rate * eq.storage[at] * value;
-            }
-        }
-        tape.evaluate(&x[..eq.n], &s.u, s.t, Linearisation::Exact);
-        for t in eq.terms.iter().filter(|t| t.q != 0.0) {
-            s.right[t.row as usize] += rate * t.q * tape.value(t.function as usize);
-        }
-    }
-
-    /// Whether some function is stored: its rate counts.
-    pub fn stores(&self) -> bool {
-        self.eq.terms.iter().any(|t| t.q != 0.0)
-    }
-
-    /// Rows in which rates of functions stand.
-    pub fn storing_rows(&self) -> impl Iterator<Item = usize> + '_ {
-        self.eq.terms.iter().filter(|t| t.q != 0.0).map(|t| t.row as usize)
-    }
-
-    /// What stored functions add to the storage matrix at a point.
-    pub fn stored_slopes(&mut self, z: &[f64], u: &[f64], t: f64) -> Vec<(usize, usize, f64)> {
-        self.tape.evaluate(z, u, t, Linearisation::Exact);
-        let slopes = self.tape.slopes();
-        let stored = self.eq.entries.iter().filter(|e| e.q != 0.0);
-        stored.map(|e| (e.row as usize, e.column as usize, e.q * slopes[e.slot as usize])).collect()
-    }
-
-    /// Unknowns that stored functions depend on.
-    pub fn stored_unknowns(&self) -> Vec<usize> {
-        let mut list: Vec<usize> =
-            self.eq.entries.iter().filter(|e| e.q != 0.0).map(|e| e.column as usize).collect();
-        list.sort_unstable();
-        list.dedup();
-        list
-    }
-
     /// Active pairs of the solution found last.
     pub fn active(&self) -> &[bool] {
         &self.state.active
@@ -383,12 +337,20 @@ impl Newton {
         let s = &mut self.state;
         s.best.0 = NOWHERE;
         s.begin.copy_from_slice(&s.x);
-        s.leave.fill((1.0, 0));
+        if s.stopped {
+            s.leave.fill((1.0, 0));
+            s.stopped = false;
+        }
         s.bounded = true;
         s.reach.0 = 0; // no scaling has this number
         for round in 0..=limit {
             self.evaluate_at_x(how, pull);
             how = Linearisation::Careful;
+            if round == 0 && pull.is_none() && self.needs_a_step() {
+                before = 0.0; // not known: the next step has a Jacobian of its own
+                self.advance_again();
+                continue;
+            }
             let found = self.judge();
             if !found.residual.rows.is_finite() {
                 // outside the domain of some function: part of the way back
@@ -411,8 +373,11 @@ impl Newton {
             let done = if round == 0 { GUESSED * accuracy } else { accuracy };
             if found.residual.worst() <= done {
                 if !self.tape.limited() {
-                    if round > 0 {
-                        self.assemblies[self.present].steady = round == 1 && pull.is_none();
+                    let assembly = &mut self.assemblies[self.present];
+                    if round == 0 {
+                        assembly.unjudged = 0;
+                    } else {
+                        assembly.steady = round == 1 && pull.is_none();
                     }
                     return Some(found);
                 }
@@ -430,7 +395,9 @@ impl Newton {
                 let s = &mut self.state;
                 if found.residual.worst() < s.best.0.residual.worst() {
                     s.best.0 = found;
-                    s.best.1.copy_from_slice(&s.x);
+                    if found.residual.worst() <= ACCEPT {
+                        s.best.1.copy_from_slice(&s.x);
+                    }
                 } else if s.best.0.residual.worst() <= ACCEPT {
                     break; // rounding: no better than before
                 }
@@ -447,6 +414,9 @@ impl Newton {
                 2.0 * worst / before * worst <= SURE * accuracy
             };
             before = worst;
+            if round == 0 {
+                self.assemblies[self.present].unjudged = UNJUDGED;
+            }
             let moved = if near && pull.is_none() && self.eq.m == 0 && !self.tape.limited() {
                 self.advance_again()
             } else {
@@ -471,6 +441,19 @@ impl Newton {
         x.copy_from_slice(&best.1);
         self.evaluate_at_x(Linearisation::Exact, pull);
         Some(self.judge())
+    }
+
+    /// Whether the guess at `state.x`, just evaluated, needs no judgement: the last ones were not good
+    /// enough, and one step with the same Jacobian made them so.
+    fn needs_a_step(&mut self) -> bool {
+        let assembly = &mut self.assemblies[self.present];
+        if !assembly.steady || assembly.unjudged == 0 || self.eq.m > 0 || self.tape.limited() {
+            return false;
+        }
+        assembly.unjudged -= 1;
+        let (size, s) = (self.eq.size(), &mut self.state);
+        s.given.copy_from_slice(&s.balance.terms[..size]);
+        true
     }
 
     /// Evaluates the functions at `state.x` and the balance there.

@@ -43,6 +43,8 @@ pub(super) struct State {
     pub leave: Vec<(f64, u8)>,
     /// size of the terms of every row where the iteration began: what sources and functions give
     pub given: Vec<f64>,
+    /// some unknown has been stopped
+    pub stopped: bool,
     /// the reach of all, voltages and others, and for which scaling it was computed
     pub reach: (u32, (f64, f64)),
     /// whether unknowns are stopped at all
@@ -78,21 +80,35 @@ impl State {
 
     /// Sets `trial` to `x + step`, no unknown beyond its reach.
     pub fn move_within_reach(&mut self, eq: &Equations, assembly: &Assembly) {
-        if self.bounded && self.reach.0 != assembly.scalings {
+        // what does not reach further than where it began, doubled, need not be looked at: the reach
+        // is that of the largest
+        let mut far = self.stopped;
+        let ends = self.trial.iter_mut().zip(&self.x).zip(&self.step).zip(&self.begin);
+        for (((trial, x), step), begin) in ends {
+            *trial = x + step;
+            far |= trial.abs() > REACH * begin.abs();
+        }
+        if far && self.bounded {
+            self.stop_at_reach(eq, assembly);
+        }
+    }
+
+    /// Stops unknowns of `trial` at their reach.
+    fn stop_at_reach(&mut self, eq: &Equations, assembly: &Assembly) {
+        if self.reach.0 != assembly.scalings {
             self.reach = (assembly.scalings, self.reach(eq, assembly));
         }
-        let unbounded = (f64::INFINITY, f64::INFINITY);
-        let (voltage, scaled) = if self.bounded { self.reach.1 } else { unbounded };
+        let (voltage, scaled) = self.reach.1;
         for i in 0..self.x.len() {
             let leave = &mut self.leave[i];
             let node = i < eq.n && eq.kind(i) == 0 && voltage.is_finite();
             let far = leave.0 * if node { voltage } else { scaled * assembly.scale[i] };
-            let t = self.x[i] + self.step[i];
-            self.trial[i] = t;
+            let t = self.trial[i];
             if t.abs() <= far {
                 leave.1 = 0;
                 continue;
             }
+            self.stopped = true;
             self.trial[i] = far.copysign(t);
             self.step[i] = self.trial[i] - self.x[i];
             leave.1 += 1;

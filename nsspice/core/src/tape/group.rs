@@ -127,8 +127,8 @@ struct Pieces {
     key: Vec<u32>,
     /// program's variables, and registers, of the terminals
     terminals: Vec<(usize, u32)>,
-    /// terminals between which each input lies; the second may be missing
-    inputs: Vec<(u32, Option<u32>)>,
+    /// terminals between which each input lies; one of them may be ground
+    inputs: Vec<[Option<u32>; 2]>,
     constants: Vec<f64>,
     parameters: Vec<f64>,
     points: Vec<u32>,
@@ -174,9 +174,7 @@ impl Group {
         }
         let zero = program.code.len() as u32;
         let ends = |p: &Pieces, k: usize| {
-            let (first, second) = p.inputs[k];
-            let register = |t: u32| p.terminals[t as usize].1;
-            [register(first), second.map_or(zero, register)]
+            p.inputs[k].map(|end| end.map_or(zero, |t| p.terminals[t as usize].1))
         };
         let mut group = Group {
             derivatives,
@@ -312,13 +310,13 @@ impl Pieces {
             }
             for &a in &i.args[..i.op.arity()] {
                 if is_variable(code[a as usize].op) {
-                    own.input(program, a, None);
+                    own.input(program, [Some(a), None]);
                 }
             }
         }
         own.shape.inputs = own.inputs.len();
-        for &(first, second) in &own.inputs {
-            own.key.extend([first, second.unwrap_or(u32::MAX)]);
+        for ends in &own.inputs {
+            own.key.extend(ends.map(|end| end.unwrap_or(u32::MAX)));
         }
         let leaves = own_code.iter().flat_map(|i| &i.args[..i.op.arity()]);
         own.shape.constants = leaves.filter(|&&a| code[a as usize].op == Op::Constant).count();
@@ -346,7 +344,7 @@ impl Pieces {
                     Op::Constant => {
                         own.constant(program.constants[code[a as usize].args[0] as usize])
                     }
-                    op if is_leaf(op) => own.input(program, a, None),
+                    op if is_leaf(op) => own.input(program, [Some(a), None]),
                     _ => local[&a],
                 };
                 own.key.push(*arg);
@@ -420,8 +418,8 @@ impl Pieces {
         for (t, &(variable, _)) in (0..).zip(&self.terminals) {
             let before = self.shape.shares.len();
             for (k, link) in self.shape.links.iter().enumerate().skip(first) {
-                let (plus, minus) = self.inputs[link.2 as usize];
-                let shares = [(plus == t, 1.0), (minus == Some(t), -1.0)];
+                let [plus, minus] = self.inputs[link.2 as usize];
+                let shares = [(plus == Some(t), 1.0), (minus == Some(t), -1.0)];
                 let shares = shares.iter().filter(|share| share.0);
                 self.shape.shares.extend(shares.map(|share| (k as u32, share.1)));
             }
@@ -435,17 +433,21 @@ impl Pieces {
         (begin == end).then_some(())
     }
 
-    /// The input that a difference of two variables is.
+    /// The input that a difference of two variables is, or the negative of one.
     fn voltage(&mut self, program: &Program, i: &Instruction) -> Option<u32> {
         let [a, b, _] = i.args;
-        let variables = [a, b].map(|a| program.code.get(a as usize).map(|i| i.op));
-        let differ = variables.iter().all(|op| op.is_some_and(is_variable));
-        let is = i.op == Op::Sub && differ && program.variable_of(a) != program.variable_of(b);
-        is.then(|| self.input(program, a, Some(b)))
+        let variable = |a: u32| program.code.get(a as usize).is_some_and(|i| is_variable(i.op));
+        let ends = match i.op {
+            Op::Neg if variable(a) => [None, Some(a)],
+            Op::Sub if variable(a) && variable(b) => [Some(a), Some(b)],
+            _ => return None,
+        };
+        let differ = ends.map(|end| end.map(|a| program.variable_of(a)));
+        (differ[0] != differ[1]).then(|| self.input(program, ends))
     }
 
-    /// Local register of a variable, or of its difference to another.
-    fn input(&mut self, program: &Program, register: u32, minus: Option<u32>) -> u32 {
+    /// Local register of a voltage between the registers of two variables, or ground.
+    fn input(&mut self, program: &Program, registers: [Option<u32>; 2]) -> u32 {
         let mut terminal = |register: u32| {
             let variable = program.variable_of(register);
             let known = self.terminals.iter().position(|t| t.0 == variable);
@@ -454,7 +456,7 @@ impl Pieces {
                 self.terminals.len() - 1
             }) as u32
         };
-        let ends = (terminal(register), minus.map(terminal));
+        let ends = registers.map(|end| end.map(&mut terminal));
         let known = self.inputs.iter().position(|input| *input == ends);
         known.unwrap_or_else(|| {
             self.inputs.push(ends);

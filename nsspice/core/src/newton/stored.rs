@@ -1,0 +1,55 @@
+//! Functions whose rates count: what they store.
+
+use super::solve::Newton;
+use crate::tape::Linearisation;
+
+impl Newton {
+    /// `out += factor Q f` with the functions `f`.
+    pub fn add_stored(&self, factor: f64, f: &[f64], out: &mut [f64]) {
+        for t in self.eq.terms.iter().filter(|t| t.q != 0.0) {
+            out[t.row as usize] += factor * t.q * f[t.function as usize];
+        }
+    }
+
+    /// Sets the right-hand side to `right + rate (E z + Q f(z))` for the point `x = [z; l]`.
+    pub(super) fn hold_stored(&mut self, right: &[f64], x: &[f64], rate: f64) {
+        let Newton { eq, tape, state: s, .. } = self;
+        s.right.copy_from_slice(right);
+        for (c, &value) in x[..eq.n].iter().enumerate() {
+            for at in eq.pattern.colptr[c]..eq.pattern.colptr[c + 1] {
+                s.right[eq.pattern.rowidx[at]] += rate * eq.storage[at] * value;
+            }
+        }
+        tape.evaluate(&x[..eq.n], &s.u, s.t, Linearisation::Exact);
+        for t in eq.terms.iter().filter(|t| t.q != 0.0) {
+            s.right[t.row as usize] += rate * t.q * tape.value(t.function as usize);
+        }
+    }
+
+    /// Whether some function is stored: its rate counts.
+    pub fn stores(&self) -> bool {
+        self.eq.terms.iter().any(|t| t.q != 0.0)
+    }
+
+    /// Rows in which rates of functions stand.
+    pub fn storing_rows(&self) -> impl Iterator<Item = usize> + '_ {
+        self.eq.terms.iter().filter(|t| t.q != 0.0).map(|t| t.row as usize)
+    }
+
+    /// What stored functions add to the storage matrix at a point.
+    pub fn stored_slopes(&mut self, z: &[f64], u: &[f64], t: f64) -> Vec<(usize, usize, f64)> {
+        self.tape.evaluate(z, u, t, Linearisation::Exact);
+        let slopes = self.tape.slopes();
+        let stored = self.eq.entries.iter().filter(|e| e.q != 0.0);
+        stored.map(|e| (e.row as usize, e.column as usize, e.q * slopes[e.slot as usize])).collect()
+    }
+
+    /// Unknowns that stored functions depend on.
+    pub fn stored_unknowns(&self) -> Vec<usize> {
+        let mut list: Vec<usize> =
+            self.eq.entries.iter().filter(|e| e.q != 0.0).map(|e| e.column as usize).collect();
+        list.sort_unstable();
+        list.dedup();
+        list
+    }
+}
