@@ -37,3 +37,40 @@ fn smooth_and_set_valued_diodes_share_a_node() {
         }
     }
 }
+
+/// `source -- 1 kOhm -- z`, a junction from z to ground.
+fn rectifier() -> Newton {
+    let ops = [code("unknown"), code("junction")];
+    let constants = [1e-14, 0.0259];
+    let program = Program::new(&ops, &[[0, 0, 0], [0, 0, 0]], &constants, &[1], 1, 0).unwrap();
+    let one = |v: f64| Csc::from_triplets(1, 1, &[(0, 0, v)]);
+    let none = |r, c| Csc::from_triplets(r, c, &[]);
+    let smooth = Smooth { tape: Tape::new(Arc::new(program)), f: one(1.0), q: one(0.0) };
+    let (a, b) = (none(1, 0), none(0, 1));
+    Newton::new(&one(0.0), &one(1e-3), &a, &b, &none(0, 0), &[0], smooth)
+}
+
+/// Guesses are not all judged while the source moves; solutions are the same, and at rest guesses are
+/// judged again and stand as they are.
+#[test]
+fn guesses_that_are_not_judged_change_no_solution() {
+    let mut newton = rectifier();
+    let mut z = [0.0];
+    let solve = |newton: &mut Newton, volts: f64, z: &mut [f64], start| {
+        newton.solve(&[1e-3 * volts], &[], 0.0, &[], &[], z, &mut [], start).unwrap()
+    };
+    solve(&mut newton, 0.0, &mut z, Start::Cold);
+    let law = |v: f64| 1e-3 * v + 1e-14 * (v / 0.0259).exp_m1();
+    for k in 1..=4000 {
+        let volts = 5.0 * (1e-3 * f64::from(k)).sin();
+        let found = solve(&mut newton, volts, &mut z, Start::Warm);
+        // rounding of z moves its current by up to 16 units times z / nVt
+        let sure = 1e-14 + 16.0 * f64::EPSILON * (1.0 + z[0].abs() / 0.0259);
+        let size = 2e-3 * volts.abs().max(z[0].abs());
+        assert!((law(z[0]) - 1e-3 * volts).abs() <= sure * size, "{k} {found:?}");
+    }
+    let volts = 5.0 * 4.0f64.sin();
+    let rest: Vec<u32> =
+        (0..9).map(|_| solve(&mut newton, volts, &mut z, Start::Warm).iterations).collect();
+    assert_eq!(rest[8], 0, "{rest:?}");
+}

@@ -76,6 +76,39 @@ fn careful_values_lie_on_a_tangent_and_arrive() {
 }
 
 #[test]
+fn diodes_from_ground_and_to_ground_are_mirrored() {
+    // junctions at z0 and at -z1, one each, and at z0 - z1
+    let list =
+        [("unknown", [0; 3]), ("unknown", [1, 0, 0]), ("neg", [1, 0, 0]), ("sub", [0, 1, 0])];
+    let junctions = [0, 2, 3].map(|at| ("junction", [at, 0, 0]));
+    let all: Vec<_> = list.iter().chain(&junctions).collect();
+    let ops: Vec<u8> = all.iter().map(|i| code(i.0)).collect();
+    let args: Vec<[i32; 3]> = all.iter().map(|i| i.1).collect();
+    let program = Program::new(&ops, &args, &[1e-14, 0.025], &[4, 5, 6], 2, 0).unwrap();
+    let mut t = Tape::new(Arc::new(program));
+    for v in [[0.6, -0.62], [0.6 + 1e-12, -0.62], [-3.0, 4.0], [0.3, 0.0]] {
+        t.evaluate(&v, &[], 0.0, Linearisation::Exact);
+        let law = |v: f64| [1e-14 * (v / 0.025).exp_m1(), 1e-14 / 0.025 * (v / 0.025).exp()];
+        let [to, from, between] = [v[0], -v[1], v[0] - v[1]].map(law);
+        let expected: [(f64, &[(usize, f64)]); 3] = [
+            (to[0], &[(0, to[1])]),
+            (from[0], &[(1, -from[1])]),
+            (between[0], &[(0, between[1]), (1, -between[1])]),
+        ];
+        for (k, (value, slopes)) in expected.into_iter().enumerate() {
+            // 1 unit in the last place of an argument of up to 160 units
+            let near = |a: f64, b: f64| (a - b).abs() <= 160.0 * f64::EPSILON * b.abs();
+            assert!(near(t.value(k), value), "{k} {v:?}");
+            let found: Vec<_> = t.derivatives(k).collect();
+            assert_eq!(found.len(), slopes.len());
+            for ((variable, slot), &(expected, slope)) in found.into_iter().zip(slopes) {
+                assert!(variable == expected && near(t.slopes()[slot], slope), "{k} {v:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn a_newton_iteration_in_series_with_a_resistor_converges_however_sharp() {
     for unit in [0.0259, 2.59e-3, 2.59e-4, 2.59e-5, 2.59e-6] {
         let list = [("unknown", [0, 0, 0]), ("junction", [0, 0, 0])];
