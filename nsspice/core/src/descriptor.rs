@@ -35,3 +35,35 @@ impl Linear {
         self.d.mul_add(1.0, l, w);
     }
 }
+
+/// Rows of the storage matrix that sum to this part of their terms sum to zero.
+const ROUNDING: f64 = 1e-12;
+
+/// Unknowns that store together: groups on whose common value nothing that is stored depends (the
+/// potential of capacitors without a connection to ground), and the others.
+pub fn stored_groups(e: &Csc) -> [Vec<Vec<usize>>; 2] {
+    let n = e.nrows;
+    let (mut parent, mut sum, mut size) =
+        ((0..n).collect::<Vec<_>>(), vec![0.0; n], vec![0.0f64; n]);
+    fn root(parent: &mut [usize], mut i: usize) -> usize {
+        while parent[i] != i {
+            parent[i] = parent[parent[i]];
+            i = parent[i];
+        }
+        i
+    }
+    for (r, c, v) in e.iter() {
+        let (a, b) = (root(&mut parent, r), root(&mut parent, c));
+        parent[a] = b;
+        sum[r] += v;
+        size[r] += v.abs();
+    }
+    let mut groups: Vec<Vec<usize>> = vec![Vec::new(); n];
+    for j in (0..n).filter(|&j| size[j] > 0.0) {
+        groups[root(&mut parent, j)].push(j);
+    }
+    let free = |g: &Vec<usize>| g.iter().all(|&j| f64::abs(sum[j]) <= ROUNDING * size[j]);
+    let stored = groups.into_iter().filter(|g| !g.is_empty());
+    let (floating, others) = stored.partition(free);
+    [floating, others]
+}

@@ -14,7 +14,10 @@ from nsspice.analyses.energy import Energy
 from nsspice.analyses.examiner import Examiner
 from nsspice.analyses.island_runner import IslandRunner
 from nsspice.analyses.settings import Settings
+from nsspice.problems.csc import Csc
+from nsspice.problems.descriptor import DescriptorSystem
 from nsspice.solvers.audit import Auditor
+from nsspice.solvers.moreau import Records
 
 DECK = """rectifier with a ripple
 V1 a 0 SIN(0 10 50)
@@ -405,3 +408,31 @@ def test_a_source_of_few_last_digits_is_solved_or_refused_by_name():
     with pytest.raises(nsspice.NsspiceError, match="no solution was found") as refusal:
         nsspice.tran(nsspice.read(deck), stop=1e-3, row_step=1e-5, method="moreau")
     assert refusal.value.code == "NS3002"
+
+
+@pytest.mark.parametrize(("volts", "holds"), [(1.0, True), (1.001, False)])
+def test_right_after_a_jump_currents_pass_a_floating_capacitor(volts, holds):
+    """2 A into one of its nodes, 1 Ohm to ground at both: 1 V each, whatever its own current is."""
+
+    def matrix(shape, *entries):
+        rows, columns, values = (list(part) for part in zip(*entries, strict=True))
+        return Csc.from_triplets(shape, rows, columns, values)
+
+    c = 1e-6
+    system = DescriptorSystem(
+        matrix((2, 2), (0, 0, c), (0, 1, -c), (1, 0, -c), (1, 1, c)),
+        matrix((2, 2), (0, 0, 1.0), (1, 1, 1.0)),
+        Csc.zeros((2, 0)),
+        Csc.zeros((0, 2)),
+        Csc.zeros((0, 0)),
+        np.zeros(0),
+        matrix((2, 1), (0, 0, 1.0)),
+        row_kind=np.zeros(2, np.uint8),
+    )
+    auditor = Auditor(system)
+    z, still = np.full((1, 2), volts), np.zeros((1, 2))
+    # a negative length: the state right after a jump
+    after = np.full(1, -1e-9)
+    none, source = np.zeros((1, 0)), np.full((1, 1), 2.0)
+    auditor.check(Records(np.zeros(1), after, z, still, none, source, np.zeros((1, 1)), None))
+    assert (auditor.result()["laws"] < TOLERANCE) == holds

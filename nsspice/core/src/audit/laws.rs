@@ -6,7 +6,7 @@ use super::points::Block;
 use super::rounding::{share, Reach};
 use super::stretches::Seams;
 use super::{ratio, worse};
-use crate::descriptor::Linear;
+use crate::descriptor::{stored_groups, Linear};
 use crate::newton::Smooth;
 use crate::sparse::Csc;
 use crate::tape::{Linearisation, Tape};
@@ -69,6 +69,8 @@ pub struct Auditor {
     pub(super) smooth: Option<Functions>,
     /// rows that hold at every instant: no charge or flux in them
     pub(super) algebraic: Vec<bool>,
+    /// laws of currents whose sum holds at every instant: of nodes that capacitors tie together
+    pub(super) groups: Vec<Vec<usize>>,
     /// of each pair, the laws of currents that it feeds
     pub(super) touched: Vec<Vec<usize>>,
     /// sums of the sizes of entries
@@ -115,6 +117,10 @@ impl Auditor {
         for (row, _) in e.places().chain(stored) {
             algebraic[row] = false;
         }
+        let varying: Vec<usize> =
+            smooth.iter().flat_map(|s| s.q.places()).map(|place| place.0).collect();
+        let [mut groups, _] = stored_groups(&linear.e);
+        groups.retain(|group| group.iter().all(|row| !varying.contains(row)));
         let a = Entries::new(&linear.a);
         let mut touched = vec![Vec::new(); m];
         for (row, pair) in a.places().filter(|e| linear.row_kind[e.0] == 0) {
@@ -140,6 +146,7 @@ impl Auditor {
             averaging,
             smooth,
             algebraic,
+            groups,
             touched,
             largest: [0.0; 2],
             share: share(n + m),

@@ -16,7 +16,8 @@ pub struct Point<'a> {
     pub f: &'a [f64],
     /// 0 complementary pair, 1 closed (w = 0), 2 open (lambda = 0); empty if all are complementary
     pub roles: &'a [u8],
-    /// a state right after a jump: laws with storage say nothing
+    /// a state right after a jump: laws with storage say nothing, but sums of those of groups do,
+    /// beyond what rounding of charges makes of currents
     pub after_jump: bool,
     /// signs of the pairs are not promised here
     pub unsigned: bool,
@@ -79,7 +80,15 @@ impl Auditor {
         if let Some(smooth) = &self.smooth {
             smooth.f.add_both(1.0, point.f, error, scale);
         }
+        let mut tied = (0.0, None);
         if point.after_jump {
+            for group in &self.groups {
+                let sum = |list: &[f64]| group.iter().map(|&row| list[row]).sum::<f64>();
+                let found = ratio(sum(error).abs(), sum(scale).max(sum(floor)));
+                if worse(found, tied.0) {
+                    tied = (found, Some(group[0]));
+                }
+            }
             let stored = error.iter_mut().zip(&self.algebraic).filter(|e| !e.1);
             stored.for_each(|(error, _)| *error = 0.0);
         }
@@ -96,6 +105,9 @@ impl Auditor {
         }
         block.unsigned.push(point.unsigned);
         block.slack.resize(pairs + m, [0.0; 2]);
+        if let (found, Some(row)) = tied {
+            self.note_law(found, row);
+        }
     }
 
     /// The last points of the block, a stretch, belong to instants that are known up to this part

@@ -290,6 +290,7 @@ impl Stepper {
         if let Some(smooth) = &mut self.smooth {
             smooth.after_jump(&after, &once.z, &self.z, u, time, once.length);
         }
+        self.tie_groups();
         if self.witness.jumped() {
             self.u1.copy_from_slice(&self.u0);
             // a state, not a step; the short one tells what its rounding is measured by

@@ -14,6 +14,7 @@ mod clock;
 mod controls;
 mod gates;
 mod impacts;
+mod instant;
 mod jumps;
 mod map;
 mod record;

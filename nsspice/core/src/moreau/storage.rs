@@ -1,11 +1,12 @@
 //! Which unknowns the stored charges and fluxes determine, and which only up to a common potential.
 
 use crate::dense::{eigen_symmetric, Matrix};
+use crate::descriptor::stored_groups;
 use crate::sparse::Csc;
 
 /// Windings that are looked at together.
 const MOST: usize = 64;
-/// Rows of the storage matrix that sum to this part of their terms sum to zero.
+/// Eigenvalues of even inductances that are none.
 const ROUNDING: f64 = 1e-12;
 
 /// The unknowns that store something, in groups that store together.
@@ -68,29 +69,7 @@ impl Tight {
 impl Storage {
     /// Finds the groups of a storage matrix.
     pub fn new(e: &Csc, row_kind: &[u8]) -> Storage {
-        let n = e.nrows;
-        let (mut parent, mut sum, mut size) =
-            ((0..n).collect::<Vec<_>>(), vec![0.0; n], vec![0.0f64; n]);
-        fn root(parent: &mut [usize], mut i: usize) -> usize {
-            while parent[i] != i {
-                parent[i] = parent[parent[i]];
-                i = parent[i];
-            }
-            i
-        }
-        for (r, c, v) in e.iter() {
-            let (a, b) = (root(&mut parent, r), root(&mut parent, c));
-            parent[a] = b;
-            sum[r] += v;
-            size[r] += v.abs();
-        }
-        let mut groups: Vec<Vec<usize>> = vec![Vec::new(); n];
-        for j in (0..n).filter(|&j| size[j] > 0.0) {
-            groups[root(&mut parent, j)].push(j);
-        }
-        let free = |g: &Vec<usize>| g.iter().all(|&j| f64::abs(sum[j]) <= ROUNDING * size[j]);
-        let stored = groups.into_iter().filter(|g| !g.is_empty());
-        let (floating, fixed): (Vec<_>, Vec<_>) = stored.partition(free);
+        let [floating, fixed] = stored_groups(e);
         let tight = fixed.iter().filter_map(|group| Tight::new(e, row_kind, group)).collect();
         Storage { floating, fixed: fixed.into_iter().flatten().collect(), tight }
     }
@@ -150,6 +129,11 @@ impl Storage {
                 }
             }
         }
+    }
+
+    /// Groups of capacitors without a connection to ground.
+    pub fn floating(&self) -> &[Vec<usize>] {
+        &self.floating
     }
 
     /// The unknowns that store something.
