@@ -51,7 +51,9 @@ def command(
 
     Each run is measured against a reference that is far more accurate; the table tells how that was
     made and how sure it is.  Ladders: modewise, sdirk (order 4), sdirk2, moreau (theta = 1),
-    moreau-half, and ngspice with two kinds of substitutes for ideal diodes where it is installed.
+    moreau-half, and those of ngspice where it is installed: Gear's method (ngspice), the trapezoid
+    (ngspice-trap), that with reltol = 1e-6 (ngspice-tight), exponential junctions in place of ideal
+    diodes (ngspice-junction).
     """
     from ..analyses.load import read
     from ..compare.cost import cost

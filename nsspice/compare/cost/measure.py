@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
-
-import numpy as np
 
 from ...analyses.settings import Settings
 from ...circuit import Circuit
 from ...errors import NsspiceError, UsageError, suggest
+from . import ngspice_ladders
 from .problem import Problem
 from .reference import Reference, make_reference
 from .report import CostReport, Measurement
@@ -24,14 +22,13 @@ _TOLERANCES = tuple(10.0**-k for k in range(2, 13))
 _DIVISIONS = tuple(4**k for k in range(16))
 _SHORT = 0.1  # [s] shorter runs are repeated until so much is spent, the least time counts
 _REPEATS = (2, 19)  # at least and at most
-_NGSPICE = 6.0  # [s] patience with one run of ngspice at least
 
 #: steps with error control are at most this part of the run, whatever ``tmax`` of the deck, which
 #: would set the price of all loose tolerances
 _LONGEST = 50.0
 
 #: ladders by name: settings that vary along them
-LADDERS = ("modewise", "sdirk", "sdirk2", "moreau", "moreau-half", "ngspice", "ngspice-junction")
+LADDERS = ("modewise", "sdirk", "sdirk2", "moreau", "moreau-half", *ngspice_ladders.LADDERS)
 
 
 def cost(
@@ -54,7 +51,9 @@ def cost(
         The ladders go down to this error at least, if ``limit`` allows.
     methods : sequence of str, optional
         Of ``LADDERS``; all that apply by default.  ``sdirk2`` is the method of order two,
-        ``moreau-half`` that with theta = 0.5, ``ngspice-junction`` has diodes of N = 0.01.
+        ``moreau-half`` that with theta = 0.5.  The longest step of ngspice varies: ``ngspice`` is
+        Gear's method, ``ngspice-trap`` the trapezoid, ``ngspice-tight`` that with reltol = 1e-6,
+        ``ngspice-junction`` has diodes of N = 0.01.
     signals : sequence of str, optional
         What errors are measured in; voltages of capacitors and currents of inductors by default.
     limit : float
@@ -93,8 +92,10 @@ def cost(
         if name not in LADDERS:
             raise _unknown(name)
         try:
-            if name.startswith("ngspice"):
-                _ngspice(report, problem, name, limit, say)
+            if name in ngspice_ladders.LADDERS:
+                report.rows += ngspice_ladders.measure(
+                    problem, name, reference, limit, _repeats, say
+                )
             else:
                 _ladder(report, problem, name, goal, limit, say)
         except NsspiceError as error:
@@ -170,39 +171,3 @@ def _repeats(spent: float) -> int:
 
 def _steps(stats: dict[str, Any]) -> int:
     return int(stats.get("steps", 0) or stats.get("segments", 0))
-
-
-def _ngspice(report: CostReport, problem: Problem, name: str, limit: float, say: Notice) -> None:
-    from .. import ngspice
-
-    rows = problem.analysis.rows()
-    tried: list[str] = []
-    for reltol in (1e-3, 1e-4, 1e-6):
-        say(f"{name} reltol={reltol:g}")
-        junction = 0.01 if name == "ngspice-junction" else "auto"
-        go = partial(
-            ngspice.run,
-            problem.circuit,
-            problem.analysis,
-            problem.signals,
-            junction=junction,
-            reltol=reltol,
-            timeout=max(_NGSPICE, 10.0 * limit),
-        )
-        try:
-            run = go()
-            seconds = min([run.seconds, *(go().seconds for _ in range(_repeats(run.seconds)))])
-        except ngspice.NgspiceError as failure:
-            nan = float("nan")
-            note = f"fails: {failure.reason}"
-            tried.append(failure.reason)
-            report.rows.append(Measurement(name, "reltol", reltol, 0, nan, nan, nan, nan, note))
-            if "time-out" in tried:
-                return  # a tighter tolerance takes no less time
-            continue
-        table = np.column_stack([np.interp(rows, run.time, run[s]) for s in problem.signals])
-        error, l1 = report.reference.distance(table)
-        report.rows.append(Measurement(name, "reltol", reltol, run.points, error, l1, seconds))
-        if run.translation.exact and name == "ngspice-junction":
-            report.rows.pop()  # no set-valued diode: the same run once more
-            return

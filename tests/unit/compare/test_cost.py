@@ -11,9 +11,10 @@ from click.testing import CliRunner
 
 import nsspice
 from nsspice.cli.app import app
-from nsspice.compare.cost import CostReport, Measurement, make_reference
+from nsspice.compare.cost import CostReport, Measurement, make_reference, ngspice_ladders
 from nsspice.compare.cost.problem import Problem
 from nsspice.compare.cost.reference import Reference
+from nsspice.compare.cost.report import price
 
 RC = """RC
 V1 a 0 SIN(0 1 1k)
@@ -53,6 +54,15 @@ def test_reference_without_the_exact_engine():
     reference = make_reference(Problem.of(nsspice.read(SMOOTH)))
     assert "sdirk" in reference.how
     assert 0.0 < reference.error < 1e-6
+
+
+def test_a_reference_whose_longest_step_rules_is_compared_with_another_one():
+    # steps of a nanosecond: every tolerance takes the same ones, and finds the same again
+    text = SMOOTH.replace("50u 1m", "5n 1u")
+    reference = make_reference(Problem.of(nsspice.read(text)))
+    finer = make_reference(Problem.of(nsspice.read(text.replace("5n 1u", "5n 1u 0 1n"))))
+    error, _ = reference.distance(finer.values)
+    assert 0.0 < error <= reference.error
 
 
 def test_errors_of_what_is_constant_are_shares_of_its_size():
@@ -106,6 +116,28 @@ def test_cheapest_way_is_measured_or_extrapolated_by_the_order():
     assert (slow.method, slow.measured) == ("slow", False)
     assert slow.seconds == pytest.approx(1000.0)
     assert "quick" in report.describe(1e-6).splitlines()[-2]
+
+
+def test_what_an_error_costs_lies_between_runs_or_beyond_the_longest():
+    ladder = [made("m", 1e-2, 1.0), made("m", 1e-4, 4.0), made("m", 2e-4, 9.0)]
+    assert price(ladder, 1e-1) == (1.0, True)
+    assert price(ladder, 1e-3) == (pytest.approx(2.0), True)
+    # a finer run that errs more shows that the best one cannot simply go on
+    assert price(ladder, 1e-6) == (pytest.approx(90.0), False)
+    assert price([made("exact", 0.0, 3.0), made("exact", 1e-9, 1.0)], 1e-12) == (3.0, True)
+
+
+def test_longest_steps_of_ngspice_make_its_ladder():
+    problem = Problem.of(nsspice.read(SMOOTH))
+    report = nsspice.cost(problem.circuit, methods=list(ngspice_ladders.LADDERS), limit=1.0)
+    ladders = report.ladders()
+    # no ideal diode whose place a sharp junction could take
+    assert set(ladders) == {"ngspice", "ngspice-trap", "ngspice-tight"}
+    steps = [row.value for row in ladders["ngspice-trap"]]
+    assert steps[1] == pytest.approx(1e-7)
+    assert steps == sorted(steps, reverse=True)
+    errors = [row.error for row in ladders["ngspice-trap"]]
+    assert errors[-1] < 0.1 * errors[0]
 
 
 def test_nothing_to_measure_is_told():

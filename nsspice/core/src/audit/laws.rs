@@ -117,10 +117,12 @@ impl Auditor {
         for (row, _) in e.places().chain(stored) {
             algebraic[row] = false;
         }
-        let varying: Vec<usize> =
-            smooth.iter().flat_map(|s| s.q.places()).map(|place| place.0).collect();
+        let mut varying = vec![false; n];
+        for (row, _) in smooth.iter().flat_map(|s| s.q.places()) {
+            varying[row] = true;
+        }
         let [mut groups, _] = stored_groups(&linear.e);
-        groups.retain(|group| group.iter().all(|row| !varying.contains(row)));
+        groups.retain(|group| group.iter().all(|&row| !varying[row]));
         let a = Entries::new(&linear.a);
         let mut touched = vec![Vec::new(); m];
         for (row, pair) in a.places().filter(|e| linear.row_kind[e.0] == 0) {

@@ -2,10 +2,13 @@
 //! linear system, integrated in closed form; only the instants of switching are searched for.
 //!
 //! A *mode* is a set of active pairs. Its equations are reduced to a minimal linear system in energy
-//! coordinates ([`network`], [`staircase`], [`mode`]); a segment is a sum of exponentials
+//! coordinates ([`network`], [`staircase`], [`mode`], turned by [`align`] where resistances differ by many
+//! digits); a segment is a sum of exponentials
 //! ([`trajectory`]); guards (multipliers of active pairs, slacks of the others, controls of switches)
 //! are watched by bounds ([`march`]), and the mode that follows is proved before it is entered
-//! ([`pick`], [`verify`]). Its energies are added up from its two ends ([`tally`]). Where nothing can be proved, implicit steps go on ([`fixed`]).
+//! ([`pick`], [`verify`]). Its energies are added up from its two ends ([`tally`]), those of large modes
+//! by following it once more ([`retrace`], [`course`]). Where nothing can be proved, implicit steps go on
+//! ([`fixed`]).
 
 mod align;
 mod apart;

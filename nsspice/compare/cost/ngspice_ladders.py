@@ -1,0 +1,105 @@
+"""The ladders of ngspice: what bounds its error is its longest step, not its tolerance alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ...analyses.cards import Tran
+from .problem import Problem
+from .reference import Reference
+from .report import Measurement
+
+#: ladders by name: what distinguishes them.  ngspice's own integration method is the trapezoid, and
+#: its own tolerance 1e-3; with Gear's method sharp diodes do not ring.
+LADDERS: Mapping[str, Mapping[str, Any]] = {
+    "ngspice": {"method": "gear", "reltol": 1e-3},
+    "ngspice-trap": {"method": "trap", "reltol": 1e-3},
+    "ngspice-tight": {"method": "trap", "reltol": 1e-6},
+    "ngspice-junction": {"method": "gear", "reltol": 1e-3, "junction": 0.01},
+}
+
+#: longest steps, in units of the usual one
+_STEPS = (4.0, 1.0, 1.0 / 4.0, 1.0 / 16.0)
+_POINTS = 1e4  # of a run with the usual longest step at least
+_PATIENCE = 6.0  # [s] with one run of ngspice at least, its start included
+
+
+def usual_step(analysis: Tran) -> float:
+    """Return half the distance of the rows, or a ten-thousandth of the run if that is less [s].
+
+    Lines are drawn between ngspice's points, so that longer steps would be judged by the lines.
+
+    Examples
+    --------
+    >>> usual_step(Tran(stop=1e-3, row_step=1e-6))
+    1e-07
+    """
+    return min(analysis.row_distance / 2.0, (analysis.stop - analysis.start) / _POINTS)
+
+
+def measure(
+    problem: Problem,
+    name: str,
+    reference: Reference,
+    limit: float,
+    repeats: Callable[[float], int],
+    say: Callable[[str], None],
+) -> list[Measurement]:
+    """Run one ladder of ngspice from coarse to fine.
+
+    Parameters
+    ----------
+    problem : Problem
+    name : str
+        Of ``LADDERS``.
+    reference : Reference
+    limit : float
+        The ladder ends before a run that would take longer [s].
+    repeats : callable
+        How often a run is repeated that took so long [s]; the least time counts.
+    say : callable
+        Called with a sentence before each run.
+
+    Returns
+    -------
+    list of Measurement
+        Also of runs that failed; none if ngspice would do the same as in another ladder.
+    """
+    from .. import ngspice
+
+    rows, nan = problem.analysis.rows(), float("nan")
+    found: list[Measurement] = []
+
+    def once(step: float) -> ngspice.NgspiceRun:
+        return ngspice.run(
+            problem.circuit,
+            problem.analysis,
+            problem.signals,
+            max_step=step,
+            timeout=max(_PATIENCE, 10.0 * limit),
+            **LADDERS[name],
+        )
+
+    for part in _STEPS:
+        step = part * usual_step(problem.analysis)
+        say(f"{name} h<={step:.3g}")
+        try:
+            run = once(step)
+        except ngspice.NgspiceError as failure:
+            note = f"fails: {failure.reason}"
+            found.append(Measurement(name, "h<", step, 0, nan, nan, nan, nan, note))
+            if failure.reason == "time-out":
+                break  # shorter steps take no less time
+            continue
+        if run.translation.exact and name == "ngspice-junction":
+            return []  # no set-valued diode: the same runs once more
+        seconds = min([run.seconds, *(once(step).seconds for _ in range(repeats(run.seconds)))])
+        table = np.column_stack([np.interp(rows, run.time, run[s]) for s in problem.signals])
+        error, l1 = reference.distance(table)
+        found.append(Measurement(name, "h<", step, run.points, error, l1, seconds))
+        if 4.0 * seconds > limit:
+            break
+    return found
