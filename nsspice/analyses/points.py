@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -38,7 +38,9 @@ class Totals:
     unknowns: int = 0
     pairs: int = 0
     method: str = "point by point"
-    verdict: Verdict | None = None
+    verdict: Callable[[], Verdict] | None = None
+    #: the verdict on an operating point that is one of several
+    several: Verdict | None = None
 
 
 class PointsOfIsland:
@@ -110,7 +112,9 @@ class PointsOfIsland:
                 self.totals.certificates.append(found)
             if judge is not None:
                 alone = count == 1 and not self.sources and not self.others
-                self.totals.verdict = judge.with_search(stepper) if alone else judge.verdict()
+                if alone:
+                    self.totals.several = judge.search(stepper)
+                self.totals.verdict = judge.verdict
             near = stepper.state
 
     def _system(self, first: int, last: int) -> tuple[MnaSystem, DescriptorSystem]:
@@ -176,5 +180,5 @@ def report_of(number: int, island: Island, totals: Totals) -> IslandRun:
         totals.unknowns,
         totals.pairs,
         stats=stats,
-        regularity=totals.verdict,
+        judge=totals.verdict,
     )

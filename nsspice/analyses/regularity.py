@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..circuit import MnaSystem
-from ..circuit.regularity import DcUniqueness, dc_uniqueness, largest_sources
+from ..circuit.regularity import dc_uniqueness, largest_sources
 from ..errors import Diagnostic
 from ..problems.csc import Floats
 from ..problems.descriptor import DescriptorSystem
@@ -79,7 +79,7 @@ class Verdict:
 
 @dataclass(slots=True)
 class Judge:
-    """Collects points of one island's static problem and judges them in the end.
+    """Collects points of one island's static problem, and judges them when somebody asks.
 
     Parameters
     ----------
@@ -90,9 +90,12 @@ class Judge:
 
     mna: MnaSystem
     system: DescriptorSystem
-    _worst: Regularity | None = None
     _points: int = 0
-    _found: DcUniqueness | None = field(default=None)
+    #: of some records: unknowns, sources, multipliers, roles
+    _kept: list[tuple[Floats, Floats, Floats, npt.NDArray[np.uint8] | None]] = field(
+        default_factory=list
+    )
+    _verdict: Verdict | None = None
 
     @staticmethod
     def wanted(system: DescriptorSystem) -> bool:
@@ -100,7 +103,7 @@ class Judge:
         return system.m > 0 or system.smooth is not None
 
     def take(self, records: Records) -> None:
-        """Judge some of the recorded points."""
+        """Keep some of the recorded points."""
         system = self.system
         left = _POINTS - self._points
         count = records.time.size
@@ -108,20 +111,31 @@ class Judge:
             return
         left = min(left, count)
         chosen = np.arange(left) * (count - 1) // max(left - 1, 1)
-        z, u = records.z[chosen], records.u[chosen]
-        jacobians = np.zeros((chosen.size, 0, system.n))
-        if system.smooth is not None:
-            jacobians = function_slopes(system.smooth.tape, z, u, np.zeros(chosen.size))
         roles = None if records.roles is None else records.roles[chosen]
-        self._points += len(chosen)
-        found = strong_regularity(system, jacobians, z, records.lam[chosen], roles)
-        if self._worst is None or found.badness > self._worst.badness:
-            self._worst = found
+        self._points += left
+        self._kept.append((records.z[chosen], records.u[chosen], records.lam[chosen], roles))
+
+    def _worst(self) -> Regularity | None:
+        """Return the least regular of the points, None without any."""
+        worst, system = None, self.system
+        for z, u, lam, roles in self._kept:
+            jacobians = np.zeros((len(z), 0, system.n))
+            if system.smooth is not None:
+                jacobians = function_slopes(system.smooth.tape, z, u, np.zeros(len(z)))
+            found = strong_regularity(system, jacobians, z, lam, roles)
+            if worst is None or found.badness > worst.badness:
+                worst = found
+        return worst
 
     def verdict(self) -> Verdict:
-        """Return what is known, without a search for further solutions."""
-        found = self._found = self._found or dc_uniqueness(self.mna)
-        worst = self._worst
+        """Return what is known."""
+        if self._verdict is None:
+            self._verdict = self._judged()
+        return self._verdict
+
+    def _judged(self) -> Verdict:
+        """Return what is known without a search for further solutions."""
+        found, worst = dc_uniqueness(self.mna), self._worst()
         modulus, place = None, ""
         if worst is not None and worst.strong:
             modulus, place = worst.modulus, self._place(worst)
@@ -146,23 +160,27 @@ class Judge:
     def _node(self, row: int) -> str:
         return f"node {self.mna.row_nodes[row]}"
 
-    def with_search(self, stepper: MoreauStepper) -> Verdict:
-        """Return the verdict on one operating point, further solutions sought if need be."""
+    def search(self, stepper: MoreauStepper) -> Verdict | None:
+        """Seek further solutions beside the one operating point of a stepper, if need be.
+
+        Returns
+        -------
+        Verdict or None
+            None if no others were found; ``verdict`` then returns what is known.
+        """
         verdict = self.verdict()
         system = self.system
         if verdict.kind == "unique" or system.n + system.m > _ROWS:
-            return verdict
-        if system.smooth is None and system.m == 0:
-            return verdict
+            return None
         z, lam = stepper.state
         others = _search(system, z, lam, largest_sources(self.mna))
         if not others:
-            return verdict
+            return None
         names = self.mna.unknowns
         solutions = tuple(
             dict(zip(names, map(float, point), strict=False)) for point in (z, *others)
         )
-        return Verdict(
+        self._verdict = Verdict(
             "several",
             f"{len(solutions)} solutions were found, and there may be more",
             verdict.elements,
@@ -171,6 +189,7 @@ class Judge:
             solutions,
             verdict.points,
         )
+        return self._verdict
 
 
 def _search(system: DescriptorSystem, z: Floats, lam: Floats, size: float) -> list[Floats]:

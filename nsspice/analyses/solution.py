@@ -129,8 +129,8 @@ class IslandRun:
         Why it was not another method, empty if there is nothing to say.
     reltol : float or None
         Relative tolerance of each step, of a method with step control.
-    regularity : Verdict or None
-        For static islands with set-valued or smooth elements: whether the solution is the only one.
+    judge : callable or None
+        Returns the verdict ``regularity`` of static islands with set-valued or smooth elements.
     """
 
     number: int
@@ -144,7 +144,15 @@ class IslandRun:
     stats: dict[str, Any] = field(default_factory=dict)
     note: str = ""
     reltol: float | None = None
-    regularity: Verdict | None = None
+    judge: Callable[[], Verdict] | None = None
+
+    @property
+    def regularity(self) -> Verdict | None:
+        """Whether the solution is the only one, None if that is no question.
+
+        It costs more than the run of a small circuit, and is found when somebody asks.
+        """
+        return None if self.judge is None else self.judge()
 
 
 @dataclass(slots=True)

@@ -236,11 +236,7 @@ def _solve(
         outer + columns,
         islands=[report_of(k, circuit.islands[k], part) for k, part in enumerate(totals)],
         certificate=Certificate.total(c for part in totals for c in part.certificates),
-        warnings=[
-            several_warning(part.verdict)
-            for part in totals
-            if part.verdict is not None and part.verdict.solutions
-        ],
+        warnings=[several_warning(part.several) for part in totals if part.several is not None],
         interrupted=interrupted,
         wall_time=clock.perf_counter() - begin,
     )
