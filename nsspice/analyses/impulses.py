@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -119,28 +119,6 @@ def stored_functions(mna: MnaSystem, jump: Jump, z: Floats) -> Floats:
 def delivered(mna: MnaSystem, jump: Jump) -> float:
     """Return the energy that the sources give during a jump [J]."""
     return float(jump.unknowns @ mna.system.S.dot(jump.sources))
-
-
-def initial_energy(mna: MnaSystem, ic: Mapping[str, float]) -> float:
-    """Return the energy [J] of the initial values of the deck.
-
-    It may exceed that of the charges at the nodes: capacitors in parallel with unequal voltages
-    lose the difference when they are joined.
-    """
-    system = mna.system
-    energy = 0.0
-    for store in mna.capacitors:
-        voltage = store.ic
-        if voltage is None:
-            voltage = sum(c * ic.get(mna.unknowns[j][2:-1], 0.0) for j, c in store.functional.z)
-        energy += 0.5 * store.value * voltage * voltage
-    if not mna.inductors:
-        return energy
-    currents = np.zeros(system.n)
-    for store in mna.inductors:
-        value = store.ic if store.ic is not None else ic.get(f"i({store.name})", 0.0)
-        currents[mna.layout.branches[store.name]] = value
-    return energy + 0.5 * float(currents @ system.E.dot(currents))
 
 
 def _charges(mna: MnaSystem, jump: Jump) -> Iterator[tuple[str, float]]:

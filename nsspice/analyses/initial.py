@@ -17,7 +17,6 @@ from ..solvers.modewise import ModewiseStepper
 from ..solvers.moreau import MoreauStepper
 from .cards import Tran
 from .curve import Floats
-from .impulses import initial_energy
 
 
 def start(
@@ -46,8 +45,7 @@ def start(
     """
     held = _voltages(circuit.deck.initial, mna)
     if step is not None and analysis.uic:
-        charges = mna.initial_charges(held)
-        energy = initial_energy(mna, held)
+        charges, energy = mna.initial_state(held)
     elif step is not None and held:
         charges, energy = _stored(mna.system, _held_point(mna, held))
     else:

@@ -7,10 +7,13 @@ stretch of work.
 
 from __future__ import annotations
 
-import signal
 import threading
+from signal import SIGINT, default_int_handler
 from types import FrameType, TracebackType
 from typing import Any
+
+# the module signal wraps these in look-ups of enumerations that take as long as a small circuit
+from _signal import getsignal, signal  # type: ignore[import-not-found]  # isort: skip
 
 
 class Interrupts:
@@ -21,8 +24,9 @@ class Interrupts:
 
     Examples
     --------
+    >>> from signal import raise_signal
     >>> with Interrupts() as interrupts:
-    ...     signal.raise_signal(signal.SIGINT)
+    ...     raise_signal(SIGINT)
     ...     print("noted:", interrupts.pressed)
     noted: True
     """
@@ -33,8 +37,8 @@ class Interrupts:
 
     def __enter__(self) -> Interrupts:
         main = threading.current_thread() is threading.main_thread()
-        if main and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-            self._before = signal.signal(signal.SIGINT, self._note)
+        if main and getsignal(SIGINT) is default_int_handler:
+            self._before = signal(SIGINT, self._note)
         return self
 
     def __exit__(
@@ -44,7 +48,7 @@ class Interrupts:
         trace: TracebackType | None,
     ) -> None:
         if self._before is not None:
-            signal.signal(signal.SIGINT, self._before)
+            signal(SIGINT, self._before)
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         if self.pressed:

@@ -160,38 +160,51 @@ class MnaSystem:
             Node voltages [V] of ``.ic`` by node; ``i(l1)`` gives a current [A].  ``IC=`` of an
             element goes before them; everything else starts at 0.
         """
-        ic = ic or {}
+        return self.initial_state(ic or {})[0]
+
+    def initial_state(self, ic: Mapping[str, float]) -> tuple[Floats, float]:
+        """Return the charges and fluxes of :meth:`initial_charges`, and their energy [J].
+
+        It may exceed that of the charges at the nodes: capacitors in parallel with unequal voltages
+        lose the difference when they are joined.  Smooth laws take no part in it.
+        """
         layout = self.layout
-        result = np.zeros(self.system.n)
-        currents: dict[str, float] = {}
+        result, energy = [0.0] * self.system.n, 0.0
         for device in self.devices:
             if isinstance(device, Capacitor):
                 a, b = device.nodes
                 voltage = device.ic
                 if voltage is None:
                     voltage = _node_voltage(ic, a) - _node_voltage(ic, b)
-                for index, charge in layout.voltage(a, b, voltage * device.capacitance(layout)):
-                    result[index] += charge
+                charge = voltage * device.capacitance(layout)
+                energy += 0.5 * voltage * charge
+                for index, share in layout.voltage(a, b, charge):
+                    result[index] += share
             elif isinstance(device, Inductor):
-                value = device.ic
-                current = ic.get(f"i({device.name})", 0.0) if value is None else value * device.m
-                currents[device.name] = current
-                result[layout.branches[device.name]] += device.inductance(layout) * current
+                current = _current(ic, device)
+                flux = device.inductance(layout) * current
+                energy += 0.5 * current * flux
+                result[layout.branches[device.name]] += flux
             elif isinstance(device, Coupling):
                 for one, two, mutual in device.mutual(layout):
-                    # couplings stand after their inductors or before; both currents are needed
-                    for here, there in ((one, two), (two, one)):
-                        start = there.ic * there.m if there.ic is not None else None
-                        if start is None:
-                            start = ic.get(f"i({there.name})", 0.0)
-                        result[layout.branches[here.name]] += mutual * start
+                    first, second = _current(ic, one), _current(ic, two)
+                    energy += mutual * first * second
+                    result[layout.branches[one.name]] += mutual * second
+                    result[layout.branches[two.name]] += mutual * first
             elif device.smooth and device.stores_energy:
                 for a, b, charge in device.initial_charges(
                     layout, lambda node: _node_voltage(ic, node)
                 ):
                     for index, share in layout.voltage(a, b, charge):
                         result[index] += share
-        return result
+        return np.array(result), energy
+
+
+def _current(ic: Mapping[str, float], inductor: Inductor) -> float:
+    """Return the initial current of an inductor, of all ``m`` together."""
+    if inductor.ic is not None:
+        return inductor.ic * inductor.m
+    return ic.get(f"i({inductor.name})", 0.0)
 
 
 def _node_voltage(ic: Mapping[str, float], node: str) -> float:
