@@ -1,30 +1,73 @@
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from .solvers.moreau import Records
-from .solvers.stretches import Stretches
+from .solvers.moreau import Records as MadeRecords
+from .solvers.stretches import Stretches as MadeStretches
 
 _Floats = npt.NDArray[np.float64]
 _Bytes = npt.NDArray[np.uint8]
 _Matrix = tuple[Any, ...]
 _Linear = tuple[Any, ...]
-_Waveform = tuple[str, list[float], float, float]
-_Switch = tuple[int, list[tuple[int, float]], float, float, bool, bool]
+_Waveform = tuple[str, Sequence[float], float, float]
+_Terms = Sequence[tuple[int, float]]
+_Switch = tuple[int, _Terms, float, float, bool, bool]
 _Events = tuple[_Floats, npt.NDArray[np.uintp], npt.NDArray[np.bool_]]
-_Terms = list[tuple[int, float]]
 _Tape = tuple[_Bytes, npt.NDArray[np.int32], _Floats, npt.NDArray[np.int32]]
+
+class System:
+    def __init__(
+        self,
+        linear: _Linear,
+        waveforms: Sequence[_Waveform],
+        switches: Sequence[_Switch],
+        smooth: tuple[Any, ...] | None,
+        capacitors: Sequence[tuple[int, int, float]],
+        conductors: Sequence[tuple[int, int, float]],
+    ) -> None: ...
+
+class Stretches:
+    begin: _Floats
+    end: _Floats
+    grain: _Floats
+    swing: _Floats
+    steps: _Bytes
+    signed: _Bytes
+    first: _Floats
+    first_u: _Floats
+    time: _Floats
+    weight: _Floats
+    inner: _Floats
+    z: _Floats
+    rate: _Floats
+    lam: _Floats
+    u: _Floats
+    function_rate: _Floats
+    roles: _Bytes
+    seam_end: _Floats
+    seam_begin: _Floats
+    seams: int
+    known: float
+
+class Records:
+    time: _Floats
+    length: _Floats
+    z: _Floats
+    change: _Floats
+    lam: _Floats
+    u: _Floats
+    source_change: _Floats
+    roles: _Bytes | None
+    def __len__(self) -> int: ...
 
 class Stepper:
     def __init__(
         self,
-        linear: _Linear,
-        averaging: tuple[_Matrix, _Matrix],
-        waveforms: list[_Waveform],
-        switches: list[_Switch],
-        outputs: list[tuple[_Terms, _Terms, _Terms, _Terms, _Terms, _Terms]],
-        smooth: tuple[_Tape, _Matrix, _Matrix] | None,
+        system: System,
+        averaging: tuple[_Matrix, _Matrix] | None,
+        outputs: Sequence[tuple[_Terms, _Terms, _Terms, _Terms, _Terms, _Terms]],
     ) -> None: ...
     def start_dc(
         self, time: float, guess: tuple[_Floats, _Floats] | None = None
@@ -41,8 +84,8 @@ class Stepper:
     def waiting(self) -> int: ...
     def accompany(self, auditor: Auditor) -> None: ...
     def balance(self) -> dict[str, float] | None: ...
-    def take_records(self) -> dict[str, Any]: ...
-    def take_stretches(self) -> dict[str, Any]: ...
+    def take_records(self) -> Records: ...
+    def take_stretches(self) -> Stretches: ...
     def take_sides(self) -> _Floats: ...
     def plan_sdirk(
         self,
@@ -70,13 +113,7 @@ class Stepper:
 
 class Modewise:
     def __init__(
-        self,
-        linear: _Linear,
-        waveforms: list[_Waveform],
-        switches: list[_Switch],
-        outputs: list[tuple[_Terms, _Terms, _Terms, _Terms]],
-        capacitors: list[tuple[int, int, float]],
-        conductors: list[tuple[int, int, float]],
+        self, system: System, outputs: Sequence[tuple[_Terms, _Terms, _Terms, _Terms]]
     ) -> None: ...
     def plan(self, stop: float, out_start: float, out_step: float, fixed_step: float) -> int: ...
     def gates_by_sources(self) -> list[bool] | None: ...
@@ -91,8 +128,8 @@ class Modewise:
     def accompany(self, auditor: Auditor) -> None: ...
     def balance(self) -> dict[str, float] | None: ...
     def waiting(self) -> int: ...
-    def take_records(self) -> dict[str, Any]: ...
-    def take_stretches(self) -> dict[str, Any]: ...
+    def take_records(self) -> Records: ...
+    def take_stretches(self) -> Stretches: ...
     def keep_sides(self, keep: bool) -> None: ...
     def show_all_points(self, from_time: float) -> None: ...
     def take_sides(self) -> _Floats: ...
@@ -101,14 +138,9 @@ class Modewise:
     def statistics(self) -> dict[str, Any]: ...
 
 class Auditor:
-    def __init__(
-        self,
-        linear: _Linear,
-        averaging: tuple[_Matrix, _Matrix] | None,
-        smooth: tuple[_Tape, _Matrix, _Matrix] | None,
-    ) -> None: ...
-    def take_steps(self, records: Records, frozen: float | None = None) -> None: ...
-    def take_stretches(self, stretches: Stretches) -> None: ...
+    def __init__(self, system: System, averaging: tuple[_Matrix, _Matrix] | None) -> None: ...
+    def take_steps(self, records: Records | MadeRecords, frozen: float | None = None) -> None: ...
+    def take_stretches(self, stretches: Stretches | MadeStretches) -> None: ...
     def jump_error(
         self,
         moved: _Floats,

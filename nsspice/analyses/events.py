@@ -38,7 +38,7 @@ class Events(Sequence[Event]):
     Parameters
     ----------
     times : ndarray, shape (k,)
-        [s]
+        [s], in order
     numbers : ndarray of int, shape (k,)
         Positions in ``names``.
     on : ndarray of bool, shape (k,)
@@ -47,9 +47,9 @@ class Events(Sequence[Event]):
     Examples
     --------
     >>> numbers, on = np.array([0, 1]), np.array([True, False])
-    >>> events = Events(np.array([2.0, 1.0]), numbers, on, ("d1", "d2"))
+    >>> events = Events(np.array([1.0, 2.0]), numbers, on, ("d1", "d2"))
     >>> [(e.time, e.element, e.change) for e in events]
-    [(1.0, 'd2', 'off'), (2.0, 'd1', 'on')]
+    [(1.0, 'd1', 'on'), (2.0, 'd2', 'off')]
     """
 
     def __init__(
@@ -59,9 +59,6 @@ class Events(Sequence[Event]):
         on: npt.NDArray[np.bool_],
         names: Sequence[str],
     ) -> None:
-        if np.any(times[1:] < times[:-1]):
-            order = np.argsort(times, kind="stable")
-            times, numbers, on = times[order], numbers[order], on[order]
         self.times, self.numbers, self.on, self.names = times, numbers, on, names
 
     @classmethod
@@ -74,10 +71,13 @@ class Events(Sequence[Event]):
             none = np.zeros(0)
             return cls(none, none.astype(np.uintp), none.astype(bool), ())
         offsets = np.cumsum([0, *(len(part.names) for part in parts)]).astype(np.uintp)
+        times = np.concatenate([part.times for part in parts])
+        numbers = [part.numbers + k for part, k in zip(parts, offsets, strict=False)]
+        order = np.argsort(times, kind="stable")
         return cls(
-            np.concatenate([part.times for part in parts]),
-            np.concatenate([part.numbers + k for part, k in zip(parts, offsets, strict=False)]),
-            np.concatenate([part.on for part in parts]),
+            times[order],
+            np.concatenate(numbers)[order],
+            np.concatenate([part.on for part in parts])[order],
             [name for part in parts for name in part.names],
         )
 

@@ -13,9 +13,9 @@ from ..errors import Diagnostic
 from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem
 from ..solvers.audit import Auditor
-from ..solvers.moreau import Records
+from ..solvers.moreau import Recorded
 from ..solvers.stepper import Jump
-from ..solvers.stretches import Stretches
+from ..solvers.stretches import Recording
 from .certificate import Certificate
 from .energy import Energy, worse
 from .impulses import delivered, start_of, stored_functions
@@ -83,9 +83,9 @@ class Examiner:
         if not system.passive:
             self._active = Watcher(system, H, step)
 
-    def take(self, records: Records) -> None:
+    def take(self, records: Recorded) -> None:
         """Check recorded steps."""
-        if records.time.size == 0:
+        if not len(records):
             return
         if self._active is not None:
             self._active.take(records)
@@ -95,7 +95,7 @@ class Examiner:
             self._written.take(records.time, records.z, records.u)
         self.auditor.check(records, self.frozen)
 
-    def take_stretches(self, stretches: Stretches) -> None:
+    def take_stretches(self, stretches: Recording) -> None:
         """Check recorded stretches of continuous solutions."""
         if self._sources is not None:
             # stages behind the end of a step see a law of a source that has ended

@@ -15,7 +15,7 @@ from ..errors import Diagnostic
 from ..problems.csc import Floats
 from ..problems.descriptor import DescriptorSystem
 from ..problems.regularity import Regularity, strong_regularity
-from ..solvers.moreau import MoreauStepper, Records, function_slopes
+from ..solvers.moreau import MoreauStepper, Recorded, function_slopes
 from ..solvers.stepper import UnsolvedStep
 
 _ROWS = 150  # unknowns and pairs up to which single points are judged
@@ -102,11 +102,11 @@ class Judge:
         """Return whether there is something to judge: a linear system speaks for itself."""
         return system.m > 0 or system.smooth is not None
 
-    def take(self, records: Records) -> None:
+    def take(self, records: Recorded) -> None:
         """Keep some of the recorded points."""
         system = self.system
         left = _POINTS - self._points
-        count = records.time.size
+        count = len(records)
         if system.n + system.m > _ROWS or left <= 0 or count == 0:
             return
         left = min(left, count)

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from ..problems.csc import Csc, Floats, weighted_sum
 from ..problems.descriptor import DescriptorSystem
 from ..problems.passivity import MOST_ROWS
-from ..solvers.moreau import Records
+from ..solvers.moreau import Recorded
 
 _MOST_PAIRS = 10  # 1023 minors
 _MOST_MODES = 16
@@ -65,7 +65,7 @@ class Watcher:
         self._modes: set[bytes] = set()
         self._small = system.n + system.m <= MOST_ROWS
 
-    def take(self, records: Records) -> None:
+    def take(self, records: Recorded) -> None:
         """Note the modes of recorded steps."""
         if self.step is None or not self._small or len(self._modes) >= _MOST_MODES:
             return

@@ -72,7 +72,8 @@ class Csc:
     @classmethod
     def zeros(cls, shape: tuple[int, int]) -> Csc:
         """Return the zero matrix."""
-        return cls.from_triplets(shape, [], [], [])
+        none = np.zeros(0, dtype=np.int64)
+        return cls(shape, np.zeros(shape[1] + 1, dtype=np.int64), none, np.zeros(0))
 
     @classmethod
     def from_dense(cls, matrix: Floats) -> Csc:

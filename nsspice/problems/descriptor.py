@@ -103,7 +103,7 @@ class SmoothTerms:
     Q: Csc
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DescriptorSystem:
     """Arrays of one complementarity descriptor system.
 

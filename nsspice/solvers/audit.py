@@ -21,10 +21,10 @@ from typing import Any
 from .. import _core
 from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem
-from .mlcp import core_linear, core_matrix
-from .moreau import Records, core_smooth
+from .compiled import compiled, core_matrix
+from .moreau import Recorded
 from .stepper import Jump, Stepper
-from .stretches import Stretches
+from .stretches import Recording
 
 
 class Auditor:
@@ -41,6 +41,7 @@ class Auditor:
     A current of 1 A into 2 Ohm gives 2 V; 3 V miss the law of currents by 0.5 of 1.5 + 1 A:
 
     >>> import numpy as np
+    >>> from nsspice.solvers.moreau import Records
     >>> half, none = Csc.from_triplets((1, 1), [0], [0], [0.5]), Csc.zeros
     >>> system = DescriptorSystem(none((1, 1)), half, none((1, 0)), none((0, 1)), none((0, 0)),
     ...     np.zeros(0), Csc.from_triplets((1, 1), [0], [0], [1.0]), row_kind=np.zeros(1, np.uint8))
@@ -61,14 +62,14 @@ class Auditor:
         averaging = None
         if H is not None and Hs is not None and (H.data.size or Hs.data.size):
             averaging = (core_matrix(H), core_matrix(Hs))
-        self._core = _core.Auditor(core_linear(system), averaging, core_smooth(system.smooth))
+        self._core = _core.Auditor(compiled(system), averaging)
 
-    def check(self, records: Records, frozen: float | None = None) -> None:
+    def check(self, records: Recorded, frozen: float | None = None) -> None:
         """Take recorded steps into the worst errors and the energies.
 
         Parameters
         ----------
-        records : Records
+        records : Records, as an engine left them or made by hand
         frozen : float, optional
             The time that smooth functions see [s], if that of the records counts something else.
         """
@@ -82,7 +83,7 @@ class Auditor:
         """
         stepper.take_along(self._core)
 
-    def check_stretches(self, stretches: Stretches) -> None:
+    def check_stretches(self, stretches: Recording) -> None:
         """Take recorded stretches of continuous solutions into the worst errors and energies."""
         self._core.take_stretches(stretches)
 

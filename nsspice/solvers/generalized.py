@@ -17,8 +17,7 @@ import numpy.typing as npt
 from .. import _core
 from ..problems.csc import Floats
 from ..problems.generalized import GeneralizedEquation
-from .mlcp import core_matrix
-from .moreau import core_smooth
+from .compiled import core_matrix, core_smooth
 from .stepper import UnsolvedStep
 
 #: p(t) as a function of a time, or its values row by row
@@ -106,6 +105,7 @@ def follow(
     times = np.ascontiguousarray(t, dtype=np.float64)
     system = problem.system()
     smooth = system.smooth
+    assert smooth is not None  # equations without functions have a tape that is empty
     options = dict(tracking or {})
     begin = None
     if start is not None:

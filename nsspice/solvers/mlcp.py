@@ -3,48 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
 from ..problems.csc import Csc, Floats
-from ..problems.descriptor import DescriptorSystem
 from .certificate import infeasibility
-
-
-def core_matrix(m: Csc) -> tuple[Any, ...]:
-    """Return a matrix as the compiled core takes it."""
-    return (m.shape[0], m.shape[1], m.indptr, m.indices, m.data)
-
-
-def core_linear(system: DescriptorSystem) -> tuple[Any, ...]:
-    """Return the linear part of a system as the compiled core takes it."""
-    matrices = (system.E, system.G, system.A, system.B, system.D)
-    return (*map(core_matrix, matrices), system.q, core_matrix(system.S), system.row_kind)
-
-
-def core_waveforms(system: DescriptorSystem) -> list[tuple[str, list[float], float, float]]:
-    """Return the sources of a system as the compiled core takes them."""
-    return [(w.kind, list(w.values), w.repeat, w.scale) for w in system.waveforms]
-
-
-def core_switches(
-    system: DescriptorSystem,
-) -> list[tuple[int, list[tuple[int, float]], float, float, bool, bool]]:
-    """Return the switches of a system as the compiled core takes them."""
-    return [
-        (
-            s.pair,
-            list(s.control),
-            s.on_above,
-            s.off_below,
-            s.closed != s.inverted,  # the core keeps the state of the control
-            s.inverted,
-        )
-        for s in system.switches
-    ]
+from .compiled import core_matrix
 
 
 @dataclass(frozen=True, slots=True)

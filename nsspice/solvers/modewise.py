@@ -28,12 +28,10 @@ import numpy as np
 from .. import _core
 from ..problems.csc import Floats, weighted_sum
 from ..problems.descriptor import DescriptorSystem, Functional
-from ..problems.elements import elements_of
 from .certificate import infeasibility
-from .mlcp import core_linear, core_switches, core_waveforms
-from .moreau import MoreauStepper, Records
+from .compiled import compiled
+from .moreau import MoreauStepper
 from .stepper import Jump, Stepper, UnsolvedStep
-from .stretches import Stretches
 
 #: Unknowns and pairs together up to which a mode is reduced with dense matrices.
 DENSE_LIMIT = 600
@@ -107,16 +105,8 @@ class ModewiseStepper(Stepper):
         if reason is not None:
             raise NotModewise(reason)
         self._core: _core.Modewise
-        elements = elements_of(system)
         try:
-            core = _core.Modewise(
-                core_linear(system),
-                core_waveforms(system),
-                core_switches(system),
-                [(list(f.z), list(f.lam), list(f.dz), list(f.u)) for f in outputs],
-                list(elements.capacitors),
-                list(elements.conductors),
-            )
+            core = _core.Modewise(compiled(system), [(f.z, f.lam, f.dz, f.u) for f in outputs])
         except ValueError as error:
             raise NotModewise(str(error)) from error
         super().__init__(system, core, 1 + len(outputs))
@@ -209,13 +199,13 @@ class ModewiseStepper(Stepper):
         self._core.watch(True)
         self._core.keep_sides(sides)
 
-    def take_stretches(self) -> Stretches:
+    def take_stretches(self) -> _core.Stretches:
         """Return the stretches of segments recorded since the last call."""
-        return Stretches.of(self._core.take_stretches(), self.system)
+        return self._core.take_stretches()
 
-    def take_records(self) -> Records:
+    def take_records(self) -> _core.Records:
         """Return the implicit steps taken since the last call, where no mode could be proved."""
-        return Records.of(self._core.take_records(), self.system)
+        return self._core.take_records()
 
     @property
     def active(self) -> list[bool]:

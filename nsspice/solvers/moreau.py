@@ -15,7 +15,7 @@ analysis in engineering and economics (2015), section 3.3.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -26,13 +26,16 @@ from ..problems.csc import Csc, Floats, weighted_sum
 from ..problems.descriptor import DescriptorSystem, Functional, SmoothTerms
 from ..problems.tape import Tape
 from .certificate import infeasibility
-from .mlcp import core_linear, core_matrix, core_switches, core_waveforms
+from .compiled import compiled, core_matrix, core_tape
 from .stepper import Jump, Stepper, UnsolvedStep
 
 
 @dataclass(frozen=True, slots=True)
 class Records:
     """Some accepted steps as the solver took them, for checks that share no code with it.
+
+    Engines leave them as objects of the compiled core with these attributes, whose arrays are made
+    when somebody looks; this is the form that can be made and altered.
 
     Parameters
     ----------
@@ -58,19 +61,16 @@ class Records:
     roles: npt.NDArray[np.uint8] | None
 
     @classmethod
-    def of(cls, flat: dict[str, Any], system: DescriptorSystem) -> Records:
-        """Give the flat arrays of the core their shapes."""
-        count, n, m, p = flat["time"].size, system.n, system.m, len(system.waveforms)
-        return cls(
-            flat["time"],
-            flat["length"],
-            flat["z"].reshape(count, n),
-            flat["change"].reshape(count, n),
-            flat["lam"].reshape(count, m),
-            flat["u"].reshape(count, p),
-            flat["source_change"].reshape(count, p),
-            flat["roles"].reshape(count, m) if system.switches else None,
-        )
+    def of(cls, records: _core.Records) -> Records:
+        """Return what an engine has left in the form that can be altered."""
+        return cls(*(getattr(records, field.name) for field in fields(cls)))
+
+    def __len__(self) -> int:
+        return self.time.size
+
+
+#: as an engine left them, or made by hand
+Recorded = Records | _core.Records
 
 
 def function_slopes(tape: Tape, z: Floats, u: Floats, t: Floats) -> Floats:
@@ -91,18 +91,6 @@ def function_slopes(tape: Tape, z: Floats, u: Floats, t: Floats) -> Floats:
         if variable < z.shape[1]:
             out[:, function, variable] += table[:, entry]
     return out
-
-
-def core_smooth(smooth: SmoothTerms | None) -> tuple[Any, ...] | None:
-    """Return smooth terms as the compiled core takes them."""
-    if smooth is None:
-        return None
-    return (core_tape(smooth.tape), core_matrix(smooth.F), core_matrix(smooth.Q))
-
-
-def core_tape(tape: Tape) -> tuple[Any, ...]:
-    """Return a tape as the compiled core takes it."""
-    return (tape.ops, tape.args, tape.constants, tape.outputs)
 
 
 def function_values(tape: Tape, z: Floats, u: Floats, t: Floats) -> Floats:
@@ -153,20 +141,12 @@ class MoreauStepper(Stepper):
         H: Csc | None = None,
         Hs: Csc | None = None,
     ) -> None:
-        n, p = system.n, len(system.waveforms)
-        self.H = H if H is not None else Csc.zeros((n, n))
-        self.Hs = Hs if Hs is not None else Csc.zeros((n, p))
+        self.H, self.Hs = H, Hs
         self._core: _core.Stepper
         core = _core.Stepper(
-            core_linear(system),
-            (core_matrix(self.H), core_matrix(self.Hs)),
-            core_waveforms(system),
-            core_switches(system),
-            [
-                (list(f.z), list(f.lam), list(f.dz), list(f.u), list(f.f), list(f.df))
-                for f in outputs
-            ],
-            core_smooth(system.smooth),
+            compiled(system),
+            None if H is None or Hs is None else (core_matrix(H), core_matrix(Hs)),
+            [(f.z, f.lam, f.dz, f.u, f.f, f.df) for f in outputs],
         )
         super().__init__(system, core, 1 + len(outputs))
 
@@ -267,9 +247,9 @@ class MoreauStepper(Stepper):
         """
         self._core.watch(every, window, sides)
 
-    def take_records(self) -> Records:
+    def take_records(self) -> _core.Records:
         """Return the steps recorded since the last call."""
-        return Records.of(self._core.take_records(), self.system)
+        return self._core.take_records()
 
     def plan_points(self, times: Floats) -> int:
         """Plan static solutions at the given points, one row each."""
@@ -281,7 +261,8 @@ class MoreauStepper(Stepper):
         length = failure["length"]
         matrix = system.G
         if np.isfinite(length):
-            matrix = weighted_sum([(system.E, 1.0 / length), (system.G, 1.0), (self.H, 1.0)])
+            terms = [(system.E, 1.0 / length), (system.G, 1.0)]
+            matrix = weighted_sum(terms if self.H is None else [*terms, (self.H, 1.0)])
         A, B, rhs = system.A, system.B, failure["rhs"]
         if system.smooth is not None:
             matrix, A, B, rhs = _freed(matrix, A, B, rhs, system.smooth)

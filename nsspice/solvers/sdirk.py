@@ -14,9 +14,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from .. import _core
 from ..problems.descriptor import DescriptorSystem, Functional
 from .moreau import MoreauStepper
-from .stretches import Stretches
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,9 +81,9 @@ class SdirkStepper(MoreauStepper):
         super().__init__(system, outputs)
         self.accuracy = accuracy or Accuracy()
 
-    def take_stretches(self) -> Stretches:
+    def take_stretches(self) -> _core.Stretches:
         """Return the steps recorded since the last call, with all their stages."""
-        return Stretches.of(self._core.take_stretches(), self.system)
+        return self._core.take_stretches()
 
     def plan(
         self, start: float, stop: float, step: float, out_start: float, out_step: float

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
 
+from .. import _core
 from ..problems.csc import Floats
-from ..problems.descriptor import DescriptorSystem
 
 
 @dataclass(frozen=True, slots=True)
 class Stretches:
     """k stretches with s points each: nodes of a quadrature, or stages of a Runge-Kutta step.
+
+    Engines leave them as objects of the compiled core with these attributes, whose arrays are made
+    when somebody looks; this is the form that can be made and altered.
 
     Parameters
     ----------
@@ -75,28 +77,10 @@ class Stretches:
     known: float
 
     @classmethod
-    def of(cls, flat: dict[str, Any], system: DescriptorSystem) -> Stretches:
-        """Give the flat arrays of the core their shapes."""
-        n, m, p = system.n, system.m, len(system.waveforms)
-        k, s = flat["begin"].size, flat.pop("nodes")
-        functions = 0 if system.smooth is None else system.smooth.F.shape[1]
-        shapes = {
-            "first": (k, n),
-            "first_u": (k, p),
-            "time": (k, s),
-            "weight": (k, s),
-            "z": (k, s, n),
-            "rate": (k, s, n),
-            "lam": (k, s, m),
-            "u": (k, s, p),
-            "function_rate": (k, s, functions),
-        }
-        for name in ("seam_end", "seam_begin"):
-            shapes[name] = (flat[name].size // max(n, 1), n)
-        for name, shape in shapes.items():
-            flat[name] = flat[name].reshape(shape)
-        if flat["inner"].size:
-            flat["inner"] = flat["inner"].reshape(k, s, s)
-        if flat["roles"].size:
-            flat["roles"] = flat["roles"].reshape(k, m)
-        return cls(**flat)
+    def of(cls, stretches: _core.Stretches) -> Stretches:
+        """Return what an engine has left in the form that can be altered."""
+        return cls(*(getattr(stretches, field.name) for field in fields(cls)))
+
+
+#: as an engine left them, or made by hand
+Recording = Stretches | _core.Stretches

@@ -3,6 +3,7 @@
 use crate::sparse::Csc;
 
 /// `E z' + G z + A l = S u`, `w = q - B z + D l`.
+#[derive(Clone)]
 pub struct Linear {
     /// storage matrix
     pub e: Csc,

@@ -1,17 +1,18 @@
 //! The Python face of the core; all bindings stand in this file and in its folder.
 
 mod audit;
-mod linear;
 mod modewise;
 mod newton;
+mod points;
+mod system;
 
 use crate::audit::Taken;
-use linear::{has_shape, misfit, read, LinearSpec};
+use points::{PyRecords, PyStretches};
+use system::{misfit, PySystem, Sizes};
 
 use crate::mlcp::{Driver, Problem, Role, Start};
 use crate::moreau::{Accuracy, Clock, Failure, Outputs, Part, Plan, Progress, Sdirk, Stepper};
-use crate::moreau::{Switch, System, Tableau, Witness};
-use crate::newton::Smooth;
+use crate::moreau::{System, Tableau, Witness};
 use crate::sparse::Csc;
 use crate::tape::{Program, Tape};
 use crate::waveform::Waveform;
@@ -53,12 +54,6 @@ fn csc(m: &Matrix) -> PyResult<Csc> {
     Ok(Csc { nrows, ncols, colptr, rowidx, values })
 }
 
-fn made(waveforms: &[WaveformSpec]) -> PyResult<Vec<Waveform>> {
-    let make =
-        |(kind, values, repeat, scale): &WaveformSpec| Waveform::new(kind, values, *repeat, *scale);
-    waveforms.iter().map(make).collect::<Result<_, _>>().map_err(invalid)
-}
-
 /// Lets `advance` fill rows of `out` without the interpreter's lock; returns the number of rows and
 /// 0 more, 1 done, 2 failed.
 fn fill(
@@ -87,7 +82,12 @@ fn fill(
 type EventArrays<'py> =
     (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<usize>>, Bound<'py, PyArray1<bool>>);
 
+/// In the order of time: an engine may tell of one event behind the next.
 fn event_arrays<'py>(py: Python<'py>, events: &[(f64, usize, bool)]) -> EventArrays<'py> {
+    let mut events = std::borrow::Cow::Borrowed(events);
+    if !events.is_sorted_by(|a, b| a.0 <= b.0) {
+        events.to_mut().sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
     (
         PyArray1::from_iter(py, events.iter().map(|e| e.0)),
         PyArray1::from_iter(py, events.iter().map(|e| e.1)),
@@ -136,18 +136,6 @@ fn tape(spec: &TapeSpec, unknowns: usize, sources: usize) -> PyResult<Tape> {
 /// pair, control, on_above, off_below, closed, inverted
 type SwitchSpec = (usize, Vec<(usize, f64)>, f64, f64, bool, bool);
 
-fn switches_of(specs: Vec<SwitchSpec>) -> Vec<Switch> {
-    let one = |(pair, control, on_above, off_below, closed, inverted)| Switch {
-        pair,
-        control,
-        on_above,
-        off_below,
-        closed,
-        inverted,
-    };
-    specs.into_iter().map(one).collect()
-}
-
 /// kind, values, repeat, scale
 type WaveformSpec = (String, Vec<f64>, f64, f64);
 
@@ -156,6 +144,7 @@ struct PyStepper {
     inner: Stepper,
     /// controls the steps of a run by SDIRK
     sdirk: Option<Box<Sdirk>>,
+    sizes: Sizes,
 }
 
 fn failure_dict<'py>(py: Python<'py>, f: &Failure) -> PyResult<Bound<'py, PyDict>> {
@@ -188,34 +177,18 @@ fn jump_dict<'py>(py: Python<'py>, j: &crate::moreau::Jump) -> PyResult<Bound<'p
 impl PyStepper {
     #[new]
     fn new(
-        linear: LinearSpec,
-        averaging: (Matrix, Matrix),
-        waveforms: Vec<WaveformSpec>,
-        switches: Vec<SwitchSpec>,
+        system: &PySystem,
+        averaging: Option<(Matrix, Matrix)>,
         outputs: Vec<OutputSpec>,
-        smooth: Option<SmoothSpec>,
     ) -> PyResult<Self> {
-        let linear = read(&linear)?;
-        let (n, m, p) = linear.sizes();
-        let smooth = match &smooth {
-            Some((spec, f, q)) => Some(Smooth { tape: tape(spec, n, p)?, f: csc(f)?, q: csc(q)? }),
-            None => None,
-        };
-        let functions = smooth.as_ref().map_or(0, |s| s.tape.program().len());
-        let (h, hs) = (csc(&averaging.0)?, csc(&averaging.1)?);
-        let fits = has_shape(&h, n, n)
-            && has_shape(&hs, n, p)
-            && smooth.iter().all(|s| [&s.f, &s.q].iter().all(|c| has_shape(c, n, functions)))
-            && waveforms.len() == p;
-        if !fits {
+        let [n, m, p, functions] = system.sizes();
+        if system.waveforms.len() != p {
             return Err(misfit());
         }
-        let sys = System { linear, h, hs, smooth };
-        let waveforms = made(&waveforms)?;
-        let switches = switches_of(switches);
-        if switches.iter().any(|s| s.pair >= m || s.control.iter().any(|c| c.0 >= n)) {
-            return Err(invalid("a switch refers to a pair or unknown that does not exist"));
-        }
+        let zeros = || (Csc::zeros(n, n), Csc::zeros(n, p));
+        let (h, hs) = system.averaging(&averaging)?.unwrap_or_else(zeros);
+        let linear = system.linear.clone();
+        let sys = System { linear, h, hs, smooth: system.smooth.clone() };
         let parts = [
             Part::Unknown,
             Part::Multiplier,
@@ -236,8 +209,9 @@ impl PyStepper {
             }
             terms.push(list);
         }
+        let (waveforms, switches) = (system.waveforms.clone(), system.switches.clone());
         let inner = Stepper::new(sys, waveforms, switches, Outputs::new(&terms, sizes));
-        Ok(PyStepper { inner, sdirk: None })
+        Ok(PyStepper { inner, sdirk: None, sizes: system.sizes() })
     }
 
     /// Returns None, or the failure as a dict.
@@ -315,15 +289,15 @@ impl PyStepper {
         self.inner.witness.waiting() + self.sdirk.as_ref().map_or(0, |s| s.waiting())
     }
 
-    /// The steps with error control recorded since the last call, as a dict of flat arrays.
-    fn take_stretches<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    /// The steps with error control recorded since the last call.
+    fn take_stretches(&mut self) -> PyStretches {
         let taken = self.sdirk.as_mut().map_or_else(Taken::default, |s| s.take_stretches());
-        audit::stretch_dict(py, &taken)
+        PyStretches { taken, sizes: self.sizes }
     }
 
-    /// The recorded steps since the last call, as a dict of flat arrays.
-    fn take_records<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        audit::record_dict(py, &self.inner.witness.take_records())
+    /// The recorded steps since the last call.
+    fn take_records(&mut self) -> PyRecords {
+        PyRecords { records: self.inner.witness.take_records(), sizes: self.sizes }
     }
 
     /// Rows of both sides of jumps since the last call, flat.
@@ -560,6 +534,9 @@ fn waveform_values<'py>(
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PySystem>()?;
+    module.add_class::<PyStretches>()?;
+    module.add_class::<PyRecords>()?;
     module.add_class::<PyStepper>()?;
     module.add_class::<modewise::PyModewise>()?;
     module.add_class::<audit::PyAuditor>()?;

@@ -18,6 +18,7 @@ from nsspice.problems.csc import Csc
 from nsspice.problems.descriptor import DescriptorSystem
 from nsspice.solvers.audit import Auditor
 from nsspice.solvers.moreau import Records
+from nsspice.solvers.stretches import Stretches
 
 DECK = """rectifier with a ripple
 V1 a 0 SIN(0 10 50)
@@ -38,7 +39,7 @@ def recorded(text=DECK, theta=1.0):
     runner.start()
     while runner.advance(1000).shape[0]:
         pass
-    return runner, runner.stepper.take_records()
+    return runner, Records.of(runner.stepper.take_records())
 
 
 def verdict(runner, records) -> Certificate:
@@ -163,7 +164,7 @@ def exact(text=CHOPPER, stop=100e-6):
     runner.start()
     while runner.advance(1000).shape[0]:
         pass
-    return runner, runner.stepper.take_stretches()
+    return runner, Stretches.of(runner.stepper.take_stretches())
 
 
 def exact_verdict(runner, stretches) -> Certificate:
@@ -345,7 +346,7 @@ def stepped(text=CLAMP, stop=2e-3):
     runner.start()
     while runner.advance(1000).shape[0]:
         pass
-    return runner, runner.stepper.take_stretches()
+    return runner, Stretches.of(runner.stepper.take_stretches())
 
 
 def stepped_verdict(runner, stretches) -> Certificate:

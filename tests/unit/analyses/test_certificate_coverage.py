@@ -17,6 +17,8 @@ from nsspice.analyses.island_runner import IslandRunner
 from nsspice.analyses.settings import Settings
 from nsspice.cli.app import app
 from nsspice.solvers.modewise import ModewiseStepper
+from nsspice.solvers.moreau import Records
+from nsspice.solvers.stretches import Stretches
 
 #: which of the parallel diodes carries the current is open
 OPEN = """open
@@ -42,7 +44,8 @@ def finished(text, method, stop):
     runner.start()
     while runner.advance(1000).shape[0]:
         pass
-    return runner, runner.stepper.take_stretches(), runner.stepper.take_records()
+    stretches = Stretches.of(runner.stepper.take_stretches())
+    return runner, stretches, Records.of(runner.stepper.take_records())
 
 
 def verdict(runner, stretches, records):
@@ -98,7 +101,7 @@ def test_a_wrong_implicit_step_ends_with_exit_code_3(tmp_path, monkeypatch):
     take = ModewiseStepper.take_records
 
     def tampered(self):
-        records = take(self)
+        records = Records.of(take(self))
         z = records.z.copy()
         z[-1:] *= 1.0 + 1e-6
         return replace(records, z=z)

@@ -12,6 +12,8 @@ from nsspice.analyses.cards import Tran
 from nsspice.analyses.examiner import Examiner, sampling
 from nsspice.analyses.island_runner import IslandRunner
 from nsspice.analyses.settings import Settings
+from nsspice.solvers.moreau import Records
+from nsspice.solvers.stretches import Stretches
 
 #: a boost converter: switchings by a source, a diode that ends by itself, a resonance beside
 BOOST = """boost
@@ -40,8 +42,10 @@ def run(method, **values):
     runner.start()
     while runner.advance(1000).shape[0]:
         pass
-    steps = runner.stepper.take_records() if method != "modewise" else None
-    stretches = runner.stepper.take_stretches() if method != "moreau" else None
+    steps = Records.of(runner.stepper.take_records()) if method != "modewise" else None
+    stretches = None
+    if method != "moreau":
+        stretches = Stretches.of(runner.stepper.take_stretches())
     return runner, steps, stretches
 
 
@@ -157,7 +161,7 @@ def stepped(text, analysis):
     runner.start()
     while runner.advance(1000).shape[0]:
         pass
-    return runner, runner.stepper.take_records()
+    return runner, Records.of(runner.stepper.take_records())
 
 
 def test_a_network_at_rest_is_not_free_of_laws():

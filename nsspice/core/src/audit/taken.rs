@@ -1,6 +1,8 @@
 //! Stretches on their way from an engine to the checks.
 
-/// Recorded stretches, flat; see [`super::Stretches`].
+use super::Stretches;
+
+/// Recorded stretches, flat; see [`Stretches`].
 #[derive(Clone, Debug, Default)]
 #[allow(missing_docs)] // as there
 pub struct Taken {
@@ -29,6 +31,33 @@ pub struct Taken {
 }
 
 impl Taken {
+    /// The same for the checks.
+    pub fn view(&self) -> Stretches<'_> {
+        Stretches {
+            nodes: self.nodes,
+            known: self.known,
+            begin: &self.begin,
+            end: &self.end,
+            grain: &self.grain,
+            swing: &self.swing,
+            steps: &self.steps,
+            signed: &self.signed,
+            first: &self.first,
+            first_u: &self.first_u,
+            time: &self.time,
+            weight: &self.weight,
+            inner: &self.inner,
+            z: &self.z,
+            rate: &self.rate,
+            l: &self.l,
+            u: &self.u,
+            function_rate: &self.function_rate,
+            roles: &self.roles,
+            seam_end: &self.seam_end,
+            seam_begin: &self.seam_begin,
+        }
+    }
+
     /// Numbers that wait.
     pub fn size(&self) -> usize {
         2 * self.z.len()

@@ -1,11 +1,10 @@
 //! The checks of the certificate as a Python class.
 
-use super::linear::{has_shape, misfit, read, LinearSpec};
-use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec};
-use crate::audit::{Auditor, Balance, Steps, Stretches, Sums, Taken};
-use crate::moreau::Records;
-use crate::newton::Smooth;
-use numpy::{PyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use super::points::{PyRecords, PyStretches};
+use super::system::PySystem;
+use super::{invalid, Floats, Matrix};
+use crate::audit::{Auditor, Balance, Steps, Stretches, Sums};
+use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -29,38 +28,34 @@ where
 #[pymethods]
 impl PyAuditor {
     #[new]
-    fn new(
-        linear: LinearSpec,
-        averaging: Option<(Matrix, Matrix)>,
-        smooth: Option<SmoothSpec>,
-    ) -> PyResult<Self> {
-        let linear = read(&linear)?;
-        let (n, _, p) = linear.sizes();
-        let smooth = match &smooth {
-            Some((spec, f, q)) => Some(Smooth { tape: tape(spec, n, p)?, f: csc(f)?, q: csc(q)? }),
-            None => None,
-        };
-        let averaging = match &averaging {
-            Some((h, hs)) => Some((csc(h)?, csc(hs)?)),
-            None => None,
-        };
-        let functions = smooth.as_ref().map_or(0, |s| s.tape.program().len());
-        let fits = linear.row_kind.iter().all(|&k| k < 2)
-            && averaging.iter().all(|(h, hs)| has_shape(h, n, n) && has_shape(hs, n, p))
-            && smooth.iter().all(|s| [&s.f, &s.q].iter().all(|c| has_shape(c, n, functions)));
-        if !fits {
-            return Err(misfit());
-        }
+    fn new(system: &PySystem, averaging: Option<(Matrix, Matrix)>) -> PyResult<Self> {
+        let [.., functions] = system.sizes();
+        let (linear, smooth) = (&system.linear, system.smooth.as_ref());
+        let averaging = system.averaging(&averaging)?;
         Ok(PyAuditor {
-            inner: Auditor::new(&linear, averaging.as_ref(), smooth.as_ref()),
+            inner: Auditor::new(linear, averaging.as_ref(), smooth),
             functions,
-            sums: Sums::new(&linear, averaging.as_ref(), smooth.as_ref()),
+            sums: Sums::new(linear, averaging.as_ref(), smooth),
         })
     }
 
-    /// Checks recorded steps, `nsspice.solvers.moreau.Records`.
+    /// Checks recorded steps as an engine left them, or `nsspice.solvers.moreau.Records`.
     #[pyo3(signature = (records, frozen=None))]
     fn take_steps(&mut self, records: &Bound<'_, PyAny>, frozen: Option<f64>) -> PyResult<()> {
+        if let Ok(own) = records.cast::<PyRecords>() {
+            let r = &own.get().records;
+            return self.steps(&Steps {
+                time: &r.time,
+                length: &r.length,
+                z: &r.z,
+                change: &r.change,
+                l: &r.l,
+                u: &r.u,
+                source_change: &r.source_change,
+                roles: &r.roles,
+                frozen,
+            });
+        }
         let floats = |name: &str| part::<f64>(records, name);
         let (time, length) = (floats("time")?, floats("length")?);
         let (z, change, l) = (floats("z")?, floats("change")?, floats("lam")?);
@@ -69,7 +64,7 @@ impl PyAuditor {
             none if none.is_none() => None,
             _ => Some(part::<u8>(records, "roles")?),
         };
-        let steps = Steps {
+        self.steps(&Steps {
             time: time.as_slice()?,
             length: length.as_slice()?,
             z: z.as_slice()?,
@@ -79,23 +74,14 @@ impl PyAuditor {
             source_change: du.as_slice()?,
             roles: roles.as_ref().map_or(Ok(&[][..]), |r| r.as_slice())?,
             frozen,
-        };
-        let (n, m, p) = self.inner.sizes();
-        let k = steps.time.len();
-        let fits = steps.length.len() == k
-            && [steps.z.len(), steps.change.len()] == [k * n; 2]
-            && steps.l.len() == k * m
-            && [steps.u.len(), steps.source_change.len()] == [k * p; 2]
-            && (steps.roles.is_empty() || steps.roles.len() == k * m);
-        if !fits {
-            return Err(invalid("the recorded arrays do not fit the system"));
-        }
-        self.inner.take_steps(&steps);
-        Ok(())
+        })
     }
 
-    /// Checks recorded stretches, `nsspice.solvers.stretches.Stretches`.
+    /// Checks recorded stretches as an engine left them, or `nsspice.solvers.stretches.Stretches`.
     fn take_stretches(&mut self, records: &Bound<'_, PyAny>) -> PyResult<()> {
+        if let Ok(own) = records.cast::<PyStretches>() {
+            return self.stretches(&own.get().taken.view());
+        }
         let floats = |name: &str| part::<f64>(records, name);
         let known: f64 = records.getattr("known")?.extract()?;
         let (begin, end) = (floats("begin")?, floats("end")?);
@@ -107,7 +93,7 @@ impl PyAuditor {
         let (z, rate, l, u) = (floats("z")?, floats("rate")?, floats("lam")?, floats("u")?);
         let function_rate = floats("function_rate")?;
         let roles = part::<u8>(records, "roles")?;
-        let all = Stretches {
+        self.stretches(&Stretches {
             nodes: time.shape().get(1).copied().unwrap_or(0),
             known,
             begin: begin.as_slice()?,
@@ -129,29 +115,7 @@ impl PyAuditor {
             roles: roles.as_slice()?,
             seam_end: seam_end.as_slice()?,
             seam_begin: seam_begin.as_slice()?,
-        };
-        let (n, m, p) = self.inner.sizes();
-        let (k, nodes) = (all.begin.len(), all.nodes);
-        let points = k * nodes;
-        let either = |len: usize, full: usize| len == 0 || len == full;
-        let fits = [all.end.len(), all.grain.len(), all.swing.len()] == [k; 3]
-            && [all.steps.len(), all.signed.len()] == [k; 2]
-            && all.seam_end.len() == all.seam_begin.len()
-            && all.seam_end.len().is_multiple_of(n.max(1))
-            && all.first.len() == k * n
-            && all.first_u.len() == k * p
-            && [all.time.len(), all.weight.len()] == [points; 2]
-            && either(all.inner.len(), points * nodes)
-            && [all.z.len(), all.rate.len()] == [points * n; 2]
-            && all.l.len() == points * m
-            && all.u.len() == points * p
-            && all.function_rate.len() == points * self.functions
-            && either(all.roles.len(), k * m);
-        if !fits {
-            return Err(invalid("the recorded arrays do not fit the system"));
-        }
-        self.inner.take_stretches(&all);
-        Ok(())
+        })
     }
 
     /// Relative error of the balance of charge and flux over a jump.
@@ -224,6 +188,48 @@ impl PyAuditor {
     }
 }
 
+impl PyAuditor {
+    fn steps(&mut self, steps: &Steps) -> PyResult<()> {
+        let (n, m, p) = self.inner.sizes();
+        let k = steps.time.len();
+        let fits = steps.length.len() == k
+            && [steps.z.len(), steps.change.len()] == [k * n; 2]
+            && steps.l.len() == k * m
+            && [steps.u.len(), steps.source_change.len()] == [k * p; 2]
+            && (steps.roles.is_empty() || steps.roles.len() == k * m);
+        if !fits {
+            return Err(invalid("the recorded arrays do not fit the system"));
+        }
+        self.inner.take_steps(steps);
+        Ok(())
+    }
+
+    fn stretches(&mut self, all: &Stretches) -> PyResult<()> {
+        let (n, m, p) = self.inner.sizes();
+        let (k, nodes) = (all.begin.len(), all.nodes);
+        let points = k * nodes;
+        let either = |len: usize, full: usize| len == 0 || len == full;
+        let fits = [all.end.len(), all.grain.len(), all.swing.len()] == [k; 3]
+            && [all.steps.len(), all.signed.len()] == [k; 2]
+            && all.seam_end.len() == all.seam_begin.len()
+            && all.seam_end.len().is_multiple_of(n.max(1))
+            && all.first.len() == k * n
+            && all.first_u.len() == k * p
+            && [all.time.len(), all.weight.len()] == [points; 2]
+            && either(all.inner.len(), points * nodes)
+            && [all.z.len(), all.rate.len()] == [points * n; 2]
+            && all.l.len() == points * m
+            && all.u.len() == points * p
+            && all.function_rate.len() == points * self.functions
+            && either(all.roles.len(), k * m);
+        if !fits {
+            return Err(invalid("the recorded arrays do not fit the system"));
+        }
+        self.inner.take_stretches(all);
+        Ok(())
+    }
+}
+
 /// The balance of energy over a run as a dict.
 pub(super) fn balance_dict<'py>(py: Python<'py>, b: &Balance) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
@@ -233,57 +239,5 @@ pub(super) fn balance_dict<'py>(py: Python<'py>, b: &Balance) -> PyResult<Bound<
     out.set_item("scheme", b.scheme)?;
     out.set_item("drift", b.drift)?;
     out.set_item("steps", b.steps)?;
-    Ok(out)
-}
-
-/// Recorded steps as a dict of flat arrays.
-pub(super) fn record_dict<'py>(py: Python<'py>, r: &Records) -> PyResult<Bound<'py, PyDict>> {
-    let out = PyDict::new(py);
-    for (name, values) in [
-        ("time", &r.time),
-        ("length", &r.length),
-        ("z", &r.z),
-        ("change", &r.change),
-        ("lam", &r.l),
-        ("u", &r.u),
-        ("source_change", &r.source_change),
-    ] {
-        out.set_item(name, PyArray1::from_slice(py, values))?;
-    }
-    out.set_item("roles", PyArray1::from_slice(py, &r.roles))?;
-    Ok(out)
-}
-
-/// Recorded stretches as a dict of flat arrays.
-pub(super) fn stretch_dict<'py>(py: Python<'py>, taken: &Taken) -> PyResult<Bound<'py, PyDict>> {
-    let out = PyDict::new(py);
-    out.set_item("nodes", taken.nodes)?;
-    out.set_item("known", taken.known)?;
-    out.set_item("seams", taken.seams)?;
-    for (name, values) in [
-        ("begin", &taken.begin),
-        ("end", &taken.end),
-        ("grain", &taken.grain),
-        ("swing", &taken.swing),
-        ("seam_end", &taken.seam_end),
-        ("seam_begin", &taken.seam_begin),
-        ("first", &taken.first),
-        ("first_u", &taken.first_u),
-        ("time", &taken.time),
-        ("weight", &taken.weight),
-        ("inner", &taken.inner),
-        ("z", &taken.z),
-        ("rate", &taken.rate),
-        ("lam", &taken.l),
-        ("u", &taken.u),
-        ("function_rate", &taken.function_rate),
-    ] {
-        out.set_item(name, PyArray1::from_slice(py, values))?;
-    }
-    for (name, values) in
-        [("steps", &taken.steps), ("signed", &taken.signed), ("roles", &taken.roles)]
-    {
-        out.set_item(name, PyArray1::from_slice(py, values))?;
-    }
     Ok(out)
 }

@@ -1,12 +1,10 @@
 //! The mode-wise engine as a Python class.
 
-use super::audit::{balance_dict, record_dict, stretch_dict, PyAuditor};
-use super::linear::{misfit, read, LinearSpec};
-use super::{
-    event_arrays, failure_dict, fill, invalid, made, switches_of, EventArrays, Floats, SwitchSpec,
-    WaveformSpec,
-};
-use crate::modewise::{Assembly, Edge, Engine, Inputs, SwitchLaw};
+use super::audit::{balance_dict, PyAuditor};
+use super::points::{PyRecords, PyStretches};
+use super::system::{misfit, PySystem, Sizes};
+use super::{event_arrays, failure_dict, fill, invalid, EventArrays, Floats};
+use crate::modewise::{Assembly, Engine, Inputs, SwitchLaw};
 use crate::moreau::Switch;
 use numpy::{PyArray1, PyReadwriteArray2};
 use pyo3::prelude::*;
@@ -17,34 +15,27 @@ pub(super) struct PyModewise {
     inner: Engine,
     /// as they stand before the start
     switches: Vec<Switch>,
+    sizes: Sizes,
 }
 
 #[pymethods]
 impl PyModewise {
     #[new]
-    fn new(
-        linear: LinearSpec,
-        waveforms: Vec<WaveformSpec>,
-        switches: Vec<SwitchSpec>,
-        outputs: Vec<[Vec<(usize, f64)>; 4]>,
-        capacitors: Vec<Edge>,
-        conductors: Vec<Edge>,
-    ) -> PyResult<Self> {
-        let linear = read(&linear)?;
-        let (n, m, p) = linear.sizes();
-        let inside = |&(i, j, _): &Edge| i < n as isize && j < n as isize;
-        let fits = waveforms.len() == p
-            && capacitors.iter().all(inside)
-            && conductors.iter().all(inside)
-            && switches.iter().all(|s| s.0 < m && s.1.iter().all(|c| c.0 < n))
-            && outputs.iter().all(|o| {
-                o.iter().zip([n, m, n, p]).all(|(part, size)| part.iter().all(|e| e.0 < size))
-            });
+    fn new(system: &PySystem, outputs: Vec<[Vec<(usize, f64)>; 4]>) -> PyResult<Self> {
+        let [n, m, p, _] = system.sizes();
+        let inside = |o: &[Vec<(usize, f64)>; 4]| {
+            o.iter().zip([n, m, n, p]).all(|(part, size)| part.iter().all(|e| e.0 < size))
+        };
+        let fits = system.waveforms.len() == p && outputs.iter().all(inside);
         if !fits {
             return Err(misfit());
         }
-        let sys = Assembly { linear, capacitors, conductors };
-        let switches = switches_of(switches);
+        let sys = Assembly {
+            linear: system.linear.clone(),
+            capacitors: system.capacitors.clone(),
+            conductors: system.conductors.clone(),
+        };
+        let switches = system.switches.clone();
         let laws = switches
             .iter()
             .map(|s| SwitchLaw {
@@ -55,9 +46,9 @@ impl PyModewise {
                 inverted: s.inverted,
             })
             .collect();
-        let inputs = Inputs::new(made(&waveforms)?).map_err(invalid)?;
+        let inputs = Inputs::new(system.waveforms.clone()).map_err(invalid)?;
         let inner = Engine::new(sys, inputs, laws, outputs).map_err(invalid)?;
-        Ok(PyModewise { inner, switches })
+        Ok(PyModewise { inner, switches, sizes: system.sizes() })
     }
 
     /// Rows from `out_start` to `stop`; implicit steps, where needed, of at most `fixed_step`.
@@ -138,14 +129,14 @@ impl PyModewise {
         self.inner.waiting()
     }
 
-    /// The stretches recorded since the last call, as a dict of flat arrays.
-    fn take_stretches<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        stretch_dict(py, &self.inner.take_stretches())
+    /// The stretches recorded since the last call.
+    fn take_stretches(&mut self) -> PyStretches {
+        PyStretches { taken: self.inner.take_stretches(), sizes: self.sizes }
     }
 
-    /// The implicit steps recorded since the last call, as a dict of flat arrays.
-    fn take_records<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        record_dict(py, &self.inner.take_records())
+    /// The implicit steps recorded since the last call.
+    fn take_records(&mut self) -> PyRecords {
+        PyRecords { records: self.inner.take_records(), sizes: self.sizes }
     }
 
     /// Whether rows on both sides of jumps are kept.

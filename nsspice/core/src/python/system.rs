@@ -1,0 +1,152 @@
+//! A system as engines and checks take it: its arrays, read and measured once for all of its runs.
+
+use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec, SwitchSpec, WaveformSpec};
+use crate::descriptor::Linear;
+use crate::modewise::Edge;
+use crate::moreau::Switch;
+use crate::newton::Smooth;
+use crate::sparse::Csc;
+use crate::waveform::Waveform;
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+
+/// E, G, A, B, D, q, S, kinds of rows
+type LinearSpec<'py> = (
+    Matrix<'py>,
+    Matrix<'py>,
+    Matrix<'py>,
+    Matrix<'py>,
+    Matrix<'py>,
+    Floats<'py>,
+    Matrix<'py>,
+    PyReadonlyArray1<'py, u8>,
+);
+
+/// Unknowns, pairs, sources, smooth functions.
+pub(super) type Sizes = [usize; 4];
+
+#[pyclass(name = "System", module = "nsspice._core", frozen)]
+pub(super) struct PySystem {
+    pub linear: Linear,
+    pub waveforms: Vec<Waveform>,
+    pub switches: Vec<Switch>,
+    pub smooth: Option<Smooth>,
+    /// the elements behind the matrices
+    pub capacitors: Vec<Edge>,
+    pub conductors: Vec<Edge>,
+}
+
+#[pymethods]
+impl PySystem {
+    #[new]
+    fn new(
+        linear: LinearSpec,
+        waveforms: Vec<WaveformSpec>,
+        switches: Vec<SwitchSpec>,
+        smooth: Option<SmoothSpec>,
+        capacitors: Vec<Edge>,
+        conductors: Vec<Edge>,
+    ) -> PyResult<Self> {
+        let linear = read(&linear)?;
+        let (n, m, p) = linear.sizes();
+        let smooth = match &smooth {
+            Some((spec, f, q)) => Some(Smooth { tape: tape(spec, n, p)?, f: csc(f)?, q: csc(q)? }),
+            None => None,
+        };
+        let inside = |&(i, j, _): &Edge| i < n as isize && j < n as isize;
+        let system = PySystem {
+            linear,
+            waveforms: made(&waveforms)?,
+            switches: switches_of(switches),
+            smooth,
+            capacitors,
+            conductors,
+        };
+        let [.., functions] = system.sizes();
+        let fits = system.linear.row_kind.iter().all(|&k| k < 2)
+            && system.capacitors.iter().all(inside)
+            && system.conductors.iter().all(inside)
+            && system.switches.iter().all(|s| s.pair < m && s.control.iter().all(|c| c.0 < n))
+            && system
+                .smooth
+                .iter()
+                .all(|s| [&s.f, &s.q].iter().all(|c| has_shape(c, n, functions)));
+        if fits {
+            Ok(system)
+        } else {
+            Err(misfit())
+        }
+    }
+}
+
+impl PySystem {
+    pub fn sizes(&self) -> Sizes {
+        let (n, m, p) = self.linear.sizes();
+        [n, m, p, self.smooth.as_ref().map_or(0, |s| s.tape.program().len())]
+    }
+
+    /// Averaging terms of a theta scheme, by unknowns and by sources.
+    pub fn averaging(&self, given: &Option<(Matrix, Matrix)>) -> PyResult<Option<(Csc, Csc)>> {
+        let Some((h, hs)) = given else { return Ok(None) };
+        let (n, _, p) = self.linear.sizes();
+        let (h, hs) = (csc(h)?, csc(hs)?);
+        if has_shape(&h, n, n) && has_shape(&hs, n, p) {
+            Ok(Some((h, hs)))
+        } else {
+            Err(misfit())
+        }
+    }
+}
+
+fn has_shape(c: &Csc, rows: usize, columns: usize) -> bool {
+    c.nrows == rows && c.ncols == columns
+}
+
+/// Reads the arrays; an error if their shapes do not fit together.
+fn read((e, g, a, b, d, q, s, row_kind): &LinearSpec) -> PyResult<Linear> {
+    let linear = Linear {
+        e: csc(e)?,
+        g: csc(g)?,
+        a: csc(a)?,
+        b: csc(b)?,
+        d: csc(d)?,
+        q: q.as_slice()?.to_vec(),
+        s: csc(s)?,
+        row_kind: row_kind.as_slice()?.to_vec(),
+    };
+    let (n, m, p) = linear.sizes();
+    let fits = [&linear.e, &linear.g].iter().all(|c| has_shape(c, n, n))
+        && has_shape(&linear.a, n, m)
+        && has_shape(&linear.b, m, n)
+        && has_shape(&linear.d, m, m)
+        && has_shape(&linear.s, n, p)
+        && linear.q.len() == m
+        && linear.row_kind.len() == n;
+    if fits {
+        Ok(linear)
+    } else {
+        Err(misfit())
+    }
+}
+
+fn made(waveforms: &[WaveformSpec]) -> PyResult<Vec<Waveform>> {
+    let make =
+        |(kind, values, repeat, scale): &WaveformSpec| Waveform::new(kind, values, *repeat, *scale);
+    waveforms.iter().map(make).collect::<Result<_, _>>().map_err(invalid)
+}
+
+fn switches_of(specs: Vec<SwitchSpec>) -> Vec<Switch> {
+    let one = |(pair, control, on_above, off_below, closed, inverted)| Switch {
+        pair,
+        control,
+        on_above,
+        off_below,
+        closed,
+        inverted,
+    };
+    specs.into_iter().map(one).collect()
+}
+
+pub(super) fn misfit() -> PyErr {
+    invalid("the matrices of the system do not fit together")
+}
