@@ -19,7 +19,6 @@ from ..solvers.stretches import Recording
 from .certificate import Certificate
 from .energy import Energy, worse
 from .impulses import delivered, start_of, stored_functions
-from .sources import SourceCheck
 from .uniqueness import Watcher
 
 if TYPE_CHECKING:
@@ -73,11 +72,10 @@ class Examiner:
         timed: bool = False,
     ) -> None:
         self.mna, self.frozen = mna, frozen
-        self._sources = SourceCheck(mna.system.waveforms) if timed else None
         smooth = mna.system.smooth is not None
         self._written = _expressions(mna) if smooth and mna.layout.readings else None
         system = system or mna.system
-        self.auditor = Auditor(system, H, Hs)
+        self.auditor = Auditor(system, H, Hs, timed)
         self._step = step
         self._active: Watcher | None = None
         if not system.passive:
@@ -89,24 +87,17 @@ class Examiner:
             return
         if self._active is not None:
             self._active.take(records)
-        if self._sources is not None:
-            self._sources.take(records.time, records.u)
         if self._written is not None:
             self._written.take(records.time, records.z, records.u)
         self.auditor.check(records, self.frozen)
 
     def take_stretches(self, stretches: Recording) -> None:
         """Check recorded stretches of continuous solutions."""
-        if self._sources is not None:
-            # stages behind the end of a step see a law of a source that has ended
-            inside = stretches.time <= stretches.end[:, None]
-            self._sources.take(stretches.time[inside], stretches.u[inside])
         if self._written is not None:
             time = stretches.time.ravel()
             z, u = (v.reshape(time.size, v.shape[-1]) for v in (stretches.z, stretches.u))
             self._written.take(time, z, u)
-        if stretches.begin.size or stretches.seam_end.size:
-            self.auditor.check_stretches(stretches)
+        self.auditor.check_stretches(stretches)
 
     def certificate(
         self,
@@ -150,9 +141,9 @@ class Examiner:
         if "energy" in found:
             energy = Energy.from_checks(found, steps, sums, kept)
         laws, worst = found["laws"], self._name(found["worst_row"])
-        sources = self._sources
-        if sources is not None and sources.worst is not None and worse(sources.error, laws):
-            laws, worst = sources.error, self._source(sources.worst)
+        source = found.get("worst_source")
+        if source is not None and worse(found["sources"], laws):
+            laws, worst = found["sources"], self._source(source)
         written = self._written
         if written is not None and written.worst is not None and worse(written.error, laws):
             laws, worst = written.error, f"the expression {shown(written.worst.expression)}"

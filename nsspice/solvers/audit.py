@@ -9,7 +9,8 @@ charge and flux that its scheme gives.  Checked are
     0 \\le \\lambda \\perp w \\ge 0
 
 (Kirchhoff's laws and the element laws row by row, signs and products of the set-valued ones), each
-relative to the currents and voltages that meet in it.  The products are formed from the assembled
+relative to the currents and voltages that meet in it, and the sources u against the waveforms of
+the deck.  The products are formed from the assembled
 arrays in a module of the core of its own; no factor, map, scaling or residual of a solver takes
 part.
 """
@@ -35,6 +36,8 @@ class Auditor:
     system : DescriptorSystem
     H, Hs : Csc, optional
         Averaging terms of a theta scheme, shapes (n, n) and (n, p); its rates contain them.
+    timed : bool
+        The points belong to instants, at which sources have the values of their waveforms.
 
     Examples
     --------
@@ -56,13 +59,17 @@ class Auditor:
     """
 
     def __init__(
-        self, system: DescriptorSystem, H: Csc | None = None, Hs: Csc | None = None
+        self,
+        system: DescriptorSystem,
+        H: Csc | None = None,
+        Hs: Csc | None = None,
+        timed: bool = False,
     ) -> None:
         self.system = system
         averaging = None
         if H is not None and Hs is not None and (H.data.size or Hs.data.size):
             averaging = (core_matrix(H), core_matrix(Hs))
-        self._core = _core.Auditor(compiled(system), averaging)
+        self._core = _core.Auditor(compiled(system), averaging, timed)
 
     def check(self, records: Recorded, frozen: float | None = None) -> None:
         """Take recorded steps into the worst errors and the energies.

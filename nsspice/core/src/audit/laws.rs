@@ -4,6 +4,7 @@ use super::energy::Ledger;
 use super::matrix::Entries;
 use super::points::Block;
 use super::rounding::{share, Reach};
+use super::sources::Sources;
 use super::stretches::Seams;
 use super::{ratio, worse};
 use crate::descriptor::{stored_groups, Linear};
@@ -94,6 +95,8 @@ pub struct Auditor {
     pub checks: u64,
     /// energies; none where nothing is stored
     pub ledger: Option<Ledger>,
+    /// source values; none where records do not tell instants
+    pub sources: Option<Sources>,
 }
 
 impl Auditor {
@@ -160,6 +163,7 @@ impl Auditor {
             worst_pair: None,
             checks: 0,
             ledger: stores.then(Ledger::default),
+            sources: None,
             e,
             a,
         }

@@ -19,6 +19,7 @@ mod laws;
 mod matrix;
 mod points;
 mod rounding;
+mod sources;
 mod steps;
 mod stretches;
 mod sums;
@@ -26,6 +27,7 @@ mod taken;
 
 pub use energy::Energy;
 pub use laws::Auditor;
+pub use sources::{Described, Sources};
 pub use steps::Steps;
 pub use stretches::Stretches;
 pub use sums::{Balance, Points, Sums};

@@ -45,6 +45,10 @@ impl Auditor {
     /// Checks recorded steps.
     pub fn take_steps(&mut self, steps: &Steps) {
         let (n, m, p) = (self.n, self.m, self.p);
+        if let Some(sources) = &mut self.sources {
+            let rows = steps.time.iter().enumerate().map(|(i, &t)| (t, i));
+            sources.take(&rows.collect::<Vec<_>>(), steps.u);
+        }
         let (mut rates, mut floor) = (vec![0.0; n], vec![0.0; n]);
         let (mut old_z, mut old_u) = (vec![0.0; n], vec![0.0; p]);
         let (mut f, mut f_old, mut f_change) = (Vec::new(), Vec::new(), Vec::new());

@@ -98,6 +98,11 @@ impl Auditor {
         let (n, m, p, s) = (self.n, self.m, self.p, all.nodes);
         let count = all.begin.len();
         let functions = self.smooth.as_ref().map_or(0, |f| f.tape.program().len());
+        if let Some(sources) = &mut self.sources {
+            // stages behind the end of a step see a law of a source that has ended
+            let rows = all.time.iter().enumerate().filter(|(i, t)| **t <= all.end[i / s]);
+            sources.take(&rows.map(|(i, &t)| (t, i)).collect::<Vec<_>>(), all.u);
+        }
         let (mut charge_rate, mut floor) = (vec![0.0; n], vec![0.0; n]);
         let (mut f, mut f_first) = (Vec::new(), Vec::new());
         // what has decayed keeps the rounding of what it was: a closed form is a sum of terms that

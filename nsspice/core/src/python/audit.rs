@@ -1,9 +1,9 @@
 //! The checks of the certificate as a Python class.
 
 use super::points::{PyRecords, PyStretches};
-use super::system::PySystem;
+use super::system::{misfit, PySystem};
 use super::{invalid, Floats, Matrix};
-use crate::audit::{Auditor, Balance, Steps, Stretches, Sums};
+use crate::audit::{Auditor, Balance, Sources, Steps, Stretches, Sums};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -27,16 +27,21 @@ where
 
 #[pymethods]
 impl PyAuditor {
+    /// `timed`: what is recorded belongs to instants, at which sources have the values of their
+    /// waveforms.
     #[new]
-    fn new(system: &PySystem, averaging: Option<(Matrix, Matrix)>) -> PyResult<Self> {
+    fn new(system: &PySystem, averaging: Option<(Matrix, Matrix)>, timed: bool) -> PyResult<Self> {
         let [.., functions] = system.sizes();
         let (linear, smooth) = (&system.linear, system.smooth.as_ref());
         let averaging = system.averaging(&averaging)?;
-        Ok(PyAuditor {
-            inner: Auditor::new(linear, averaging.as_ref(), smooth),
-            functions,
-            sums: Sums::new(linear, averaging.as_ref(), smooth),
-        })
+        let mut inner = Auditor::new(linear, averaging.as_ref(), smooth);
+        if timed {
+            if system.described.len() != linear.s.ncols {
+                return Err(misfit());
+            }
+            inner.sources = Some(Sources::new(&system.described));
+        }
+        Ok(PyAuditor { inner, functions, sums: Sums::new(linear, averaging.as_ref(), smooth) })
     }
 
     /// Checks recorded steps as an engine left them, or `nsspice.solvers.moreau.Records`.
@@ -168,6 +173,10 @@ impl PyAuditor {
         out.set_item("worst_pair", self.inner.worst_pair)?;
         out.set_item("checks", self.inner.checks)?;
         out.set_item("seams", self.inner.seams.error())?;
+        if let Some(sources) = &self.inner.sources {
+            out.set_item("sources", sources.error)?;
+            out.set_item("worst_source", sources.worst)?;
+        }
         if let Some(ledger) = &self.inner.ledger {
             let e = &ledger.energy;
             let energy = PyDict::new(py);

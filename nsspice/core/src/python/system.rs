@@ -1,6 +1,7 @@
 //! A system as engines and checks take it: its arrays, read and measured once for all of its runs.
 
 use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec, SwitchSpec, WaveformSpec};
+use crate::audit::Described;
 use crate::descriptor::Linear;
 use crate::modewise::Edge;
 use crate::moreau::Switch;
@@ -29,6 +30,8 @@ pub(super) type Sizes = [usize; 4];
 pub(super) struct PySystem {
     pub linear: Linear,
     pub waveforms: Vec<Waveform>,
+    /// the same for the checks
+    pub described: Vec<Described>,
     pub switches: Vec<Switch>,
     pub smooth: Option<Smooth>,
     /// the elements behind the matrices
@@ -56,7 +59,8 @@ impl PySystem {
         let inside = |&(i, j, _): &Edge| i < n as isize && j < n as isize;
         let system = PySystem {
             linear,
-            waveforms: made(&waveforms)?,
+            waveforms: made(&waveforms, Waveform::new)?,
+            described: made(&waveforms, Described::new)?,
             switches: switches_of(switches),
             smooth,
             capacitors,
@@ -129,10 +133,13 @@ fn read((e, g, a, b, d, q, s, row_kind): &LinearSpec) -> PyResult<Linear> {
     }
 }
 
-fn made(waveforms: &[WaveformSpec]) -> PyResult<Vec<Waveform>> {
-    let make =
-        |(kind, values, repeat, scale): &WaveformSpec| Waveform::new(kind, values, *repeat, *scale);
-    waveforms.iter().map(make).collect::<Result<_, _>>().map_err(invalid)
+/// Waveforms made from their kinds, values, repeats and scales.
+fn made<T>(
+    waveforms: &[WaveformSpec],
+    make: impl Fn(&str, &[f64], f64, f64) -> Result<T, String>,
+) -> PyResult<Vec<T>> {
+    let one = |(kind, values, repeat, scale): &WaveformSpec| make(kind, values, *repeat, *scale);
+    waveforms.iter().map(one).collect::<Result<_, _>>().map_err(invalid)
 }
 
 fn switches_of(specs: Vec<SwitchSpec>) -> Vec<Switch> {
