@@ -38,39 +38,41 @@ class Recorder:
     _order: list[int] = field(default_factory=list)
     #: True if the recorded columns are the signals already, in order
     direct: bool = False
-    _first: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    _factor: Floats = field(default_factory=lambda: np.zeros(0))
+    _first: npt.NDArray[np.int64] = field(init=False)
+    _factor: Floats = field(init=False)
     _more: list[tuple[int, list[tuple[int, float]]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.local = [[] for _ in self.circuit.islands]
+        circuit = self.circuit
+        self.local = [[] for _ in circuit.islands]
         places: dict[tuple[int, str], int] = {}
         numbered: list[tuple[int, int]] = []  # island, place among its names
 
-        def place(home: int, name: str) -> int:
-            key = (home, name)
-            if key not in places:
-                places[key] = len(numbered)
-                numbered.append((home, len(self.local[home])))
-                self.local[home].append(name)
-            return places[key]
-
         def linear(name: str) -> list[tuple[int, float]]:
-            return [(place(home, local), f) for home, local, f in self.circuit.parts(name)]
+            terms = []
+            for home, local, factor in circuit.parts(name):
+                place = places.get((home, local))
+                if place is None:
+                    place = places[home, local] = len(numbered)
+                    numbered.append((home, len(self.local[home])))
+                    self.local[home].append(local)
+                terms.append((place, factor))
+            return terms
 
         for column, name in enumerate(self.names):
             if name.startswith("p("):
-                for current, a, b in self.circuit.device(name[2:-1]).powers:
+                for current, a, b in circuit.device(name[2:-1]).powers:
                     self._sums += [linear(f"v({a},{b})"), linear(f"i({current})")]
                     self._products.append((column, len(self._sums) - 2, len(self._sums) - 1))
                 self._order.append(-1)
             else:
+                self._order.append(len(self._sums))
                 self._sums.append(linear(name))
-                self._order.append(len(self._sums) - 1)
         # islands stand side by side in the recorded block: renumber from order of appearance
-        starts = list(accumulate(map(len, self.local), initial=0))
-        position = [starts[home] + index for home, index in numbered]
-        self._sums = [[(position[k], f) for k, f in terms] for terms in self._sums]
+        if len(self.local) > 1:
+            starts = list(accumulate(map(len, self.local), initial=0))
+            position = [starts[home] + index for home, index in numbered]
+            self._sums = [[(position[k], f) for k, f in terms] for terms in self._sums]
         in_order = [[(k, 1.0)] for k in range(len(self.names))]
         self.direct = not self._products and self._sums == in_order
         if self.direct:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+from collections.abc import Mapping, Sequence
 
 from ..circuit import Circuit
 from ..errors import Diagnostic, NumericalError, UsageError
@@ -202,12 +201,13 @@ def run_tran(
         if sink is not None and (failure is None or outlet.rows):
             sink.close()
     jumps = sorted((j for runner in runners for j in runner.jumps()), key=lambda j: j.time)
+    table = outlet.table
     solution = Solution(
         "tran",
         circuit.deck.title,
         "time",
-        outlet.table[:, 0],
-        {name: outlet.table[:, 1 + k] for k, name in enumerate(names)},
+        table[:, 0],
+        {name: table[:, 1 + k] for k, name in enumerate(names)},
         columns,
         events=Events.merged(runner.events() for runner in runners),
         impulses=[impulse for jump in jumps for impulse in jump.impulses],
@@ -221,24 +221,25 @@ def run_tran(
     for runner in runners:
         solution.warnings += runner.warnings()
     if any(runner.sides for runner in runners):
-        solution.fine = _fine(runners, recorder, outlet.table)
+        solution.fine = _Fine(runners, recorder, table)
     if failure is not None:
         failure.partial = solution
         raise failure
     return solution
 
 
-def _fine(
-    runners: Sequence[IslandRunner], recorder: Recorder, table: Floats
-) -> Callable[[], FinePoints | None]:
-    """Return what puts both sides of all jumps into the rows, the first time that it is called."""
-    sides = [runner.sides or [] for runner in runners]
-    widths = [runner.width for runner in runners]
+class _Fine:
+    """Puts both sides of all jumps into the rows, the first time that somebody asks."""
 
-    @cache
-    def fine() -> FinePoints | None:
-        from .all_points import with_sides
+    def __init__(self, runners: Sequence[IslandRunner], recorder: Recorder, table: Floats) -> None:
+        self._sides = [runner.sides or [] for runner in runners]
+        self._widths = [runner.width for runner in runners]
+        self._recorder, self._table = recorder, table
+        self._found: tuple[FinePoints | None] | None = None
 
-        return with_sides(sides, widths, recorder, table)
+    def __call__(self) -> FinePoints | None:
+        if self._found is None:
+            from .all_points import with_sides
 
-    return fine
+            self._found = (with_sides(self._sides, self._widths, self._recorder, self._table),)
+        return self._found[0]
