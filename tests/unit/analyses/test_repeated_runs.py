@@ -1,0 +1,142 @@
+"""Runs of one circuit again and again: what is kept between them never shows."""
+
+from __future__ import annotations
+
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import nsspice
+from nsspice.analyses import regularity
+from nsspice.solvers.compiled import compiled
+from nsspice.solvers.moreau import Records
+from nsspice.solvers.stretches import Stretches
+
+RECTIFIER = """rectifier
+V1 a 0 SIN(0 10 50)
+D1 a b X
+R1 b 0 100
+C1 b 0 100u IC=0
+L1 b c 1m IC=0
+R2 c 0 50
+.model X D({diode})
+.tran 0.1m 20m uic
+"""
+IDEAL, SMOOTH = RECTIFIER.format(diode="Vfwd=0.7"), RECTIFIER.format(diode="IS=1e-14 TT=1n")
+STATIC = """clamp
+V1 a 0 SIN(0 10 50)
+R1 a b 1k
+D1 b 0 X
+D2 0 b Z
+.model X D(IS=1e-14)
+.model Z D(Vfwd=0.7)
+.tran 0.1m 20m
+"""
+DECKS = {"exact": IDEAL, "controlled": SMOOTH, "static": STATIC}
+
+
+def numbers(solution):
+    """Return all that a run has computed but its time."""
+    rows = np.column_stack([solution.axis, *solution.signals.values()])
+    stats = {k: v for k, v in solution.stats.items() if k != "wall_time"}
+    events = [(e.time, e.element, e.change) for e in solution.events]
+    return rows.tobytes(), stats, events, solution.certificate.to_dict()
+
+
+@pytest.mark.parametrize("text", DECKS.values(), ids=DECKS)
+def test_a_run_is_that_of_a_circuit_that_never_ran(text):
+    changes = [
+        {},
+        {"values": {"r1": 220.0}},
+        {},
+        {"values": {"v1": 3.0}},
+        {"temperature": 80.0},
+        {"stop": 7e-3, "row_step": 1e-4, "uic": True},
+        {},
+    ]
+    circuit = nsspice.read(text)
+    repeated = [numbers(nsspice.tran(circuit, **change)) for change in changes]
+    fresh = [numbers(nsspice.tran(nsspice.read(text), **change)) for change in changes]
+    assert repeated == fresh
+    assert len({found[0] for found in fresh}) >= 4  # the changes are seen
+
+
+def test_the_values_of_a_step_are_those_of_decks_of_their_own():
+    stepped = nsspice.read(IDEAL + ".step r1 list 50 100 50\n").run()
+    alone = [nsspice.read(IDEAL.replace("0 100\n", f"0 {r}\n")).run()[0] for r in (50, 100, 50)]
+    assert [numbers(s) for s in stepped] == [numbers(s) for s in alone]
+
+
+@pytest.mark.parametrize("text", DECKS.values(), ids=DECKS)
+def test_threads_share_a_circuit(text):
+    circuit = nsspice.read(text)
+    loads = [100.0, 220.0, 470.0, 1000.0] * 3
+    with ThreadPoolExecutor(4) as pool:
+        at_once = pool.map(lambda r: numbers(nsspice.tran(circuit, values={"r1": r})), loads)
+    apart = [numbers(nsspice.tran(nsspice.read(text), values={"r1": r})) for r in loads]
+    assert list(at_once) == apart
+
+
+def test_a_system_is_read_once_and_forgotten_with_it():
+    island = nsspice.read(IDEAL).islands[0]
+    system = island.assemble(27.0).system
+    assert compiled(system) is compiled(system)
+    other = island.assemble(27.0, {"r1": 1.0}).system
+    assert compiled(other) is not compiled(system)
+
+
+def test_the_verdict_on_a_static_island_is_found_when_somebody_asks(monkeypatch):
+    judged = []
+    judge = regularity.strong_regularity
+
+    def counted(*args):
+        judged.append(1)
+        return judge(*args)
+
+    monkeypatch.setattr(regularity, "strong_regularity", counted)
+    solution = nsspice.tran(nsspice.read(STATIC))
+    assert not judged
+    (island,) = solution.islands
+    assert island.regularity.kind == "unique"
+    assert island.regularity.points > 50
+    assert len(judged) == 1
+
+
+@pytest.mark.parametrize("text", DECKS.values(), ids=DECKS)
+def test_solutions_can_be_sent_to_other_processes(text):
+    solution = nsspice.tran(nsspice.read(text))
+    sent = pickle.loads(pickle.dumps(solution))
+    assert numbers(sent) == numbers(solution)
+    verdicts = [str(s.islands[0].regularity) for s in (sent, solution)]
+    assert verdicts[0] == verdicts[1]
+    assert numbers(sent.with_jumps())[0] == numbers(solution.with_jumps())[0]
+
+
+@pytest.mark.parametrize(("text", "method"), [(IDEAL, "modewise"), (SMOOTH, "sdirk")])
+def test_what_an_engine_leaves_opens_as_arrays(text, method, monkeypatch):
+    from nsspice.analyses.examiner import Examiner
+
+    seen = []
+    for name, kind in ("take", Records), ("take_stretches", Stretches):
+        check = getattr(Examiner, name)
+
+        def kept(self, left, check=check, kind=kind):
+            seen.append(left)
+            check(self, kind.of(left))  # the checks find the same in arrays
+
+        monkeypatch.setattr(Examiner, name, kept)
+    circuit = nsspice.read(text)
+    by_arrays = nsspice.tran(circuit, method=method)
+    monkeypatch.undo()
+    assert numbers(nsspice.tran(circuit, method=method)) == numbers(by_arrays)
+    stretches = Stretches.of(seen[0])
+    k, s, n = stretches.z.shape
+    system = circuit.islands[0].assemble(tstep=1e-4, tstop=20e-3).system
+    assert n == system.n
+    assert k > 0
+    assert stretches.lam.shape == (k, s, system.m)
+    assert stretches.time.shape == stretches.weight.shape == (k, s)
+    with pytest.raises(AttributeError):
+        _ = seen[0].colour
