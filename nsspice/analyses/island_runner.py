@@ -243,7 +243,7 @@ class IslandRunner:
             stats,
             self.note,
             self.settings.reltol if self.method == "sdirk" else None,
-            self.judge.verdict if self.judge is not None else None,
+            self.judge.later() if self.judge is not None else None,
         )
 
 

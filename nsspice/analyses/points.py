@@ -38,7 +38,7 @@ class Totals:
     unknowns: int = 0
     pairs: int = 0
     method: str = "point by point"
-    verdict: Callable[[], Verdict] | None = None
+    verdict: Callable[[], Verdict] | Verdict | None = None
     #: the verdict on an operating point that is one of several
     several: Verdict | None = None
 
@@ -114,7 +114,7 @@ class PointsOfIsland:
                 alone = count == 1 and not self.sources and not self.others
                 if alone:
                     self.totals.several = judge.search(stepper)
-                self.totals.verdict = judge.verdict
+                self.totals.verdict = judge.later()
             near = stepper.state
 
     def _system(self, first: int, last: int) -> tuple[MnaSystem, DescriptorSystem]:

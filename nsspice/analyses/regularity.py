@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -104,10 +105,9 @@ class Judge:
 
     def take(self, records: Recorded) -> None:
         """Keep some of the recorded points."""
-        system = self.system
         left = _POINTS - self._points
         count = len(records)
-        if system.n + system.m > _ROWS or left <= 0 or count == 0:
+        if self._large or left <= 0 or count == 0:
             return
         left = min(left, count)
         chosen = np.arange(left) * (count - 1) // max(left - 1, 1)
@@ -132,6 +132,14 @@ class Judge:
         if self._verdict is None:
             self._verdict = self._judged()
         return self._verdict
+
+    def later(self) -> Callable[[], Verdict] | Verdict:
+        """Return what finds the verdict; of a large system the verdict, not to keep it alive."""
+        return self.verdict() if self._large else self.verdict
+
+    @property
+    def _large(self) -> bool:
+        return self.system.n + self.system.m > _ROWS
 
     def _judged(self) -> Verdict:
         """Return what is known without a search for further solutions."""
@@ -170,7 +178,7 @@ class Judge:
         """
         verdict = self.verdict()
         system = self.system
-        if verdict.kind == "unique" or system.n + system.m > _ROWS:
+        if verdict.kind == "unique" or self._large:
             return None
         z, lam = stepper.state
         others = _search(system, z, lam, largest_sources(self.mna))

@@ -129,8 +129,9 @@ class IslandRun:
         Why it was not another method, empty if there is nothing to say.
     reltol : float or None
         Relative tolerance of each step, of a method with step control.
-    judge : callable or None
-        Returns the verdict ``regularity`` of static islands with set-valued or smooth elements.
+    judge : Verdict, callable or None
+        The verdict ``regularity`` of static islands with set-valued or smooth elements, or what
+        returns it.
     """
 
     number: int
@@ -144,7 +145,7 @@ class IslandRun:
     stats: dict[str, Any] = field(default_factory=dict)
     note: str = ""
     reltol: float | None = None
-    judge: Callable[[], Verdict] | None = None
+    judge: Callable[[], Verdict] | Verdict | None = None
 
     @property
     def regularity(self) -> Verdict | None:
@@ -152,7 +153,9 @@ class IslandRun:
 
         It costs more than the run of a small circuit, and is found when somebody asks.
         """
-        return None if self.judge is None else self.judge()
+        if callable(self.judge):
+            self.judge = self.judge()
+        return self.judge
 
 
 @dataclass(slots=True)

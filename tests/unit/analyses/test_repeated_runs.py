@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import pickle
+import weakref
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -102,6 +104,21 @@ def test_the_verdict_on_a_static_island_is_found_when_somebody_asks(monkeypatch)
     assert island.regularity.kind == "unique"
     assert island.regularity.points > 50
     assert len(judged) == 1
+
+
+def test_a_solution_does_not_keep_large_systems_or_those_that_were_judged():
+    ladder = "".join(f"R{k} n{k} n{k + 1} 1k\nD{k} n{k + 1} 0 Z\n" for k in range(80))
+    large = f"ladder\nV1 n0 0 SIN(0 10 50)\n{ladder}.model Z D(Vfwd=0.7)\n.tran 1m 20m\n"
+    for text, rows, kept in (STATIC, 1e-4, True), (large, 1e-3, False):
+        circuit = nsspice.read(text)
+        solution = nsspice.tran(circuit)
+        system = weakref.ref(circuit.islands[0].assemble(tstep=rows, tstop=20e-3).system)
+        del circuit
+        gc.collect()
+        assert (system() is not None) == kept
+        assert solution.islands[0].regularity.kind in ("unique", "not known")
+        gc.collect()
+        assert system() is None
 
 
 @pytest.mark.parametrize("text", DECKS.values(), ids=DECKS)
