@@ -10,13 +10,14 @@ import pytest
 from convergence.test_multipliers import deck as multiplier
 
 import nsspice
+from nsspice.analyses.estimate import stored_quantities
 
 NETLISTS = Path(__file__).resolve().parents[2] / "netlists"
 LADDER = tuple(10.0**-k for k in range(2, 9))
 
 #: steps of a run may err by reltol each; in what is lossless between switchings they add up over a
 #: few switchings, until the next charge from the source sets things right
-ADDED = 10.0
+ADDED = 3.0
 
 
 def ladder(circuit, tolerances, **span):
@@ -37,6 +38,7 @@ def ladder(circuit, tolerances, **span):
         ("rectifiers/half_wave_capacitor", ["v(out)"]),
         ("rectifiers/full_bridge_capacitor", ["v(p,n)"]),
         ("rectifiers/half_wave_inductive", ["i(l1)"]),
+        ("rectifiers/cockcroft_walton_4", ["v(in,a1)", "v(a3,a4)", "v(s3,s4)"]),
         ("thesis/ex423_zener_rlc", ["i(l1)", "v(n3)"]),
         ("thesis/ex424_bridge_oscillator", ["i(l1)", "v(n1)"]),
     ],
@@ -51,6 +53,57 @@ def test_errors_are_of_the_order_of_the_tolerance_and_steps_grow(deck, signals):
     assert all(finer >= coarser - max(5, coarser // 50) for coarser, finer in pairwise(steps)), (
         steps
     )
+
+
+@pytest.mark.parametrize(
+    ("deck", "signals"),
+    [
+        ("boost", ["i(l1)", "v(out)"]),
+        ("buck", ["i(l1)", "v(out)"]),
+        ("flyback", ["v(out)"]),
+    ],
+)
+def test_errors_of_five_hundred_periods_stay_of_the_order_of_the_tolerance(deck, signals):
+    circuit = nsspice.read(NETLISTS / "converters" / f"{deck}.net")
+    tolerances = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+    errors, _ = ladder(circuit, tolerances, step=1e-4, signals=signals)
+    assert np.all(errors <= ADDED * np.array(tolerances)), errors
+
+
+@pytest.mark.parametrize("deck", ["bridge", "buck", "clamp", "half_wave_capacitor", "multiplier"])
+def test_rows_in_steps_in_which_junctions_begin_to_conduct_err_by_the_tolerance(deck):
+    """Shockley diodes: knees inside of steps; the buck converter has a ripple on 4.5 V."""
+    circuit = nsspice.read(NETLISTS / "smooth" / f"{deck}.net")
+    signals = stored_quantities(circuit)
+    card = circuit.deck.analyses[0]
+    span = {"step": (card.tstop - card.tstart) / 50, "method": "sdirk", "signals": signals}
+
+    def table(reltol):
+        run = nsspice.tran(circuit, reltol=reltol, **span)
+        assert run.certificate.passed
+        return np.column_stack([run[name] for name in signals])
+
+    fine = table(1e-9)
+    tolerances = np.array([1e-3, 1e-4, 1e-5, 1e-6])
+    errors = [(np.abs(table(t) - fine) / np.ptp(fine, axis=0)).max() for t in tolerances]
+    assert np.all(errors <= ADDED * tolerances), errors
+
+
+def test_a_ripple_on_a_large_voltage_has_the_accuracy_of_its_range():
+    """0.4 V on a capacitor at 1000 V."""
+    circuit = nsspice.read(
+        """ripple
+V1 in 0 DC 1k
+I1 0 out SIN(0 1 1k)
+R1 in out 1
+C1 out 0 1m IC=1k
+"""
+    )
+    span = {"stop": 5e-3, "row_step": 5e-6, "step": 1e-3, "uic": True, "signals": ["v(out)"]}
+    tolerances = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+    errors, steps = ladder(circuit, tolerances, **span)
+    assert np.all(errors <= ADDED * np.array(tolerances)), errors
+    assert steps == sorted(steps)
 
 
 def test_multipliers_take_more_steps_for_more_digits():

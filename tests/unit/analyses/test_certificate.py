@@ -337,6 +337,16 @@ R3 e 0 50
 """
 
 
+RELAY = """a capacitor charged to 7 V, discharged to 3 V, and again
+V1 in 0 10
+R1 in c 1k
+C1 c 0 1u IC=0
+S1 c d c 0 SX
+R2 d 0 50
+.model SX SW(VT=5 VH=2)
+"""
+
+
 def stepped(text=CLAMP, stop=2e-3):
     """Return the runner of a run with error control and its steps, untouched."""
     circuit = nsspice.read(text)
@@ -361,8 +371,13 @@ def test_a_run_with_error_control_passes():
     found = stepped_verdict(runner, stretches)
     assert found.passed
     assert found.energy.steps >= 64
-    # some recorded step was cut at an event: its end is no stage
-    assert np.any(stretches.weight[:, -1] > 0.0)
+
+
+def test_steps_that_are_cut_at_the_threshold_of_a_switch_are_recorded_and_pass():
+    """Steps do not pass over thresholds: the end of one that is cut there is no stage."""
+    runner, stretches = stepped(RELAY, stop=5e-3)
+    assert stepped_verdict(runner, stretches).passed
+    assert np.count_nonzero(stretches.weight[:, -1] > 0.0) >= 4
 
 
 @pytest.mark.parametrize("name", ["first", "z", "rate", "lam", "u", "weight"])

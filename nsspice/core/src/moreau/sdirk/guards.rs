@@ -17,7 +17,10 @@ pub struct Scales {
     slack: Vec<u8>,
     control: Vec<u8>,
     /// largest magnitude of each unknown so far
-    pub unknown: Vec<f64>,
+    unknown: Vec<f64>,
+    /// the least and the largest value of each unknown so far; infinitely apart where the charge of a
+    /// junction goes with the voltage itself
+    range: Vec<[f64; 2]>,
     /// scratch: sums of the laws
     sums: Vec<f64>,
 }
@@ -45,6 +48,10 @@ impl Scales {
                 slack[r] = 1; // its unknown is a branch current
             }
         }
+        let mut range = vec![[f64::INFINITY, f64::NEG_INFINITY]; n];
+        for j in s.smooth.iter().flat_map(|smooth| smooth.newton.stored_unknowns()) {
+            range[j] = [f64::NEG_INFINITY, f64::INFINITY];
+        }
         let control = |c: &[(usize, f64)]| u8::from(c.iter().any(|e| kinds[e.0] == 1));
         Scales {
             largest: [0.0; 2],
@@ -52,12 +59,16 @@ impl Scales {
             slack,
             control: s.switches.iter().map(|w| control(&w.control)).collect(),
             unknown: vec![0.0; n],
+            range,
             sums: vec![0.0; n],
         }
     }
 
     /// Takes notice of a state.
     pub fn note(&mut self, s: &Stepper, z: &[f64], l: &[f64]) {
+        for (&z, [least, most]) in z.iter().zip(&mut self.range) {
+            (*least, *most) = (least.min(z), most.max(z));
+        }
         for ((z, size), &kind) in z.iter().zip(&mut self.unknown).zip(&s.sys.linear.row_kind) {
             *size = size.max(z.abs());
             let largest = &mut self.largest[usize::from(kind)];
@@ -73,6 +84,13 @@ impl Scales {
         for (sum, _) in self.sums.iter().zip(&s.sys.linear.row_kind).filter(|e| *e.1 == 0) {
             self.largest[1] = self.largest[1].max(sum.abs());
         }
+    }
+
+    /// What errors of an unknown are measured by, with a value that it may take next: its range so far
+    /// and how far it may go beyond, or its magnitude where that is less.
+    pub fn size(&self, j: usize, value: f64, beyond: f64) -> f64 {
+        let [least, most] = self.range[j];
+        self.unknown[j].max(value.abs()).min(most.max(value) - least.min(value) + beyond)
     }
 
     /// The largest voltage or current so far.

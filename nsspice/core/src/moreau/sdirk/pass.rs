@@ -54,9 +54,11 @@ impl Patience {
 
 impl Sdirk {
     /// Tries the step at `level`, in which the mode ends by a guard this negative, as one from mode to
-    /// mode.
+    /// mode.  Behind a change of mode it is always tried: what such a step says of the instant at which the
+    /// next pair changes is of low order, and diodes often change one right behind the other.
     pub(super) fn pass(&mut self, s: &mut Stepper, level: usize, depth: f64) -> Passage {
-        if self.accuracy.relative >= 1.0 || !self.patience.tries() {
+        let first = self.tableau.looks_back();
+        if self.accuracy.relative >= 1.0 || !(first || self.patience.tries()) {
             return Passage::Closed;
         }
         let tableau = self.tableau;
@@ -74,7 +76,9 @@ impl Sdirk {
         // what is a rate in one mode and tied by the laws in the other has no kink but a jump
         let error = if self.tied == tied { error } else { f64::INFINITY };
         let near = error <= NARROWED;
-        self.patience.note(near);
+        if !first {
+            self.patience.note(near);
+        }
         if error <= SHARE {
             self.counters.passed += 1;
             return Passage::Open(error);

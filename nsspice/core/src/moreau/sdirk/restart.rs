@@ -41,7 +41,7 @@ impl Sdirk {
         let (mut charges, mut allowed) = (vec![0.0; n], vec![0.0; n]);
         e.mul_add(1.0, &moved, &mut charges);
         let share = SHARE * self.accuracy.relative * self.trial.length / length;
-        let sizes = self.scales.unknown.iter().zip(&s.sys.linear.row_kind);
+        let sizes = (0..n).map(|j| self.scales.size(j, end[j], 0.0)).zip(&s.sys.linear.row_kind);
         let least = |kind: &u8| SMALL * self.scales.largest[usize::from(*kind)];
         let sizes: Vec<f64> = sizes.map(|(size, kind)| share * size.max(least(kind))).collect();
         e.abs_mul_add(&sizes, &mut allowed);

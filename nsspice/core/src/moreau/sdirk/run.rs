@@ -82,6 +82,7 @@ pub struct Sdirk {
     pub(super) tableau: &'static Tableau,
     pub(super) accuracy: Accuracy,
     pub(super) rows: Rows,
+    start: f64,
     pub(super) stop: f64,
     pub(super) ladder: Ladder,
     pub(super) scales: Scales,
@@ -135,6 +136,7 @@ impl Sdirk {
             tableau: method.next(false),
             accuracy,
             rows: Rows::new(out_start, out_step, stop),
+            start: s.time,
             stop,
             ladder: Ladder::new(s, longest, method.gamma, accuracy.relative),
             scales: Scales::new(s),
@@ -422,6 +424,9 @@ impl Sdirk {
         self.trial.estimate(s, &mut self.ladder, self.tableau);
         if self.tableau.looks_back() {
             self.trial.look_back(s, &mut self.ladder, self.tableau);
+        } else if s.smooth.is_some() || self.trial.crossing {
+            // elsewhere the motion in a mode is smooth: the ends of steps tell enough
+            self.trial.look_inside(s, &mut self.ladder, self.tableau);
         }
         let end = &self.trial.stages[self.tableau.stages() - 1];
         let mut largest = self.scales.largest;
@@ -430,11 +435,15 @@ impl Sdirk {
             *largest = largest.max(v.abs());
         }
         let allowed = [self.accuracy.voltage, self.accuracy.current];
+        // within the first of the longest steps little of the ranges has been seen: they go on as now
+        let young = s.time < self.start + self.ladder.longest;
+        let ahead = if young { self.ladder.longest / self.trial.length } else { 0.0 };
         let mut worst = 0.0f64;
         for &j in &self.ladder.stored {
             let kind = usize::from(s.sys.linear.row_kind[j]);
+            let beyond = ahead * (end[j] - self.trial.first[j]).abs();
             let small = if self.trial.constrained[j] { 1.0 } else { SMALL };
-            let size = self.scales.unknown[j].max(end[j].abs()).max(small * largest[kind]);
+            let size = self.scales.size(j, end[j], beyond).max(small * largest[kind]);
             let rounding = ROUNDING * self.trial.terms[j].max(largest[kind]);
             let ratio = self.trial.slope[j].abs()
                 / (self.accuracy.relative * size + allowed[kind] + rounding + f64::MIN_POSITIVE);

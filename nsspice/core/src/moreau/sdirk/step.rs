@@ -3,7 +3,7 @@
 use super::super::stepper::Stepper;
 use super::ladder::{Fit, Ladder, StageProblem};
 use super::predict::Past;
-use super::tableau::Tableau;
+use super::tableau::{Tableau, FIRST};
 use crate::waveform::{Side, Waveform};
 
 /// Steps from this level on are so short that another way has to be tried, as after so many steps without
@@ -13,9 +13,6 @@ const TRIED: u32 = 4;
 
 /// A smoothed error below this part of the plain one belongs to a constrained unknown.
 const CONSTRAINED: f64 = 1e-6;
-
-/// Rows behind a jump or corner may err by the inverse of this part of the tolerance.
-const ROWS: f64 = 0.3;
 
 /// How the equations of a stage are solved: [`Ladder::solve`] or [`Ladder::cross`].
 type Way = fn(&mut Ladder, &mut Stepper, StageProblem, &mut [f64]) -> Fit;
@@ -63,6 +60,8 @@ pub struct Trial {
     conducted: Vec<f64>,
     /// unknowns that smooth stored functions see by themselves, not in differences alone
     own: Vec<bool>,
+    /// there are such
+    mixed: bool,
     /// where Newton's method begins
     past: Past,
     guess: Vec<f64>,
@@ -108,6 +107,7 @@ impl Trial {
             own[j] = true;
         }
         Trial {
+            mixed: own.contains(&true),
             own,
             storage,
             conducted,
@@ -277,6 +277,33 @@ impl Trial {
         }
     }
 
+    /// Adds to the estimate what the continuous solution has beyond Hermite's cubic: inside a step in which
+    /// a diode begins to conduct it errs more than at the end.
+    pub fn look_inside(&mut self, s: &mut Stepper, ladder: &mut Ladder, tableau: &Tableau) {
+        let n = self.n;
+        if tableau.inside.is_empty() {
+            return;
+        }
+        self.raw.fill(0.0);
+        for (&w, k) in tableau.inside.iter().zip(&self.rates) {
+            add(w * self.length, k, &mut self.raw);
+        }
+        self.stored.fill(0.0);
+        s.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
+        self.smoothed.fill(0.0);
+        if self.mixed {
+            ladder.respond(s, self.level, &self.raw, &mut self.smoothed);
+        }
+        for (j, d) in self.slope[..n].iter_mut().enumerate() {
+            let swing = match (self.own[j], self.storage[j]) {
+                (true, _) => (self.raw[j] * self.smoothed[j]).abs().sqrt(),
+                (false, 0.0) => self.smoothed[j].abs(),
+                (false, storage) => (self.stored[j] / storage).abs(),
+            };
+            *d = d.abs().max(swing);
+        }
+    }
+
     /// Adds to the estimate how far the continuous solution is from the state with which it begins, where
     /// the rates there do not count: it shows what changes faster than the stages follow.
     pub fn look_back(&mut self, s: &mut Stepper, ladder: &mut Ladder, tableau: &Tableau) {
@@ -291,7 +318,7 @@ impl Trial {
         for j in 0..n {
             let storage = self.storage[j];
             let missed = if storage > 0.0 { self.stored[j] / storage } else { self.raw[j] };
-            self.slope[j] = self.smoothed[j].abs().max(ROWS * missed.abs());
+            self.slope[j] = self.smoothed[j].abs().max(FIRST * missed.abs());
         }
     }
 

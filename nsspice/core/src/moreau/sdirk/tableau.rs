@@ -37,6 +37,8 @@ pub struct Tableau {
     pub smoothed: bool,
     /// the error estimate is proportional to this power of the step
     pub error_order: i32,
+    /// weights of the rates in what the continuous solution has beyond Hermite's cubic, at its largest
+    pub inside: &'static [f64],
     /// per stage the coefficients of theta, theta^2, ... in the continuous solution
     pub dense: &'static [&'static [f64]],
     /// the stage nearest to the middle of the step
@@ -62,6 +64,7 @@ pub static SECOND: Tableau = Tableau {
     error: &[-WEIGHT2, WEIGHT2],
     smoothed: true,
     error_order: 2,
+    inside: &[],
     dense: &[&[1.0 + RATIO2, -FRAC_1_SQRT_2], &[-RATIO2, FRAC_1_SQRT_2]],
     middle: 0,
     predictors: &[&[Past(2), Past(0), Begin], &[Past(0), Begin, Stage(0)]],
@@ -97,8 +100,9 @@ const Q4: [f64; 6] = [
     0.9671720593632138,
     -0.21916320987022808,
 ];
-/// Scale of the estimate: such that errors of whole runs have about the size of the tolerance.
+/// Scales of the estimates: such that errors of whole runs have about the size of the tolerance.
 const WEIGHT4: f64 = 4.0;
+pub const FIRST: f64 = 2.0;
 const A31: f64 = (1.0 - SQRT_2) / 8.0;
 const A41: f64 = (5.0 - 7.0 * SQRT_2) / 64.0;
 const A51: f64 = -(13796.0 + 54539.0 * SQRT_2) / 125000.0;
@@ -136,6 +140,8 @@ pub static FOURTH: Tableau = Tableau {
     // smoothed with the slope at the end it would hide a diode that has begun to conduct
     smoothed: false,
     error_order: 4,
+    // the quartic term is `theta^2 (1 - theta)^2` times this
+    inside: &[Q4[0] / 16.0, Q4[1] / 16.0, Q4[2] / 16.0, Q4[3] / 16.0, Q4[4] / 16.0, Q4[5] / 16.0],
     dense: &[
         &[1.0, 3.0 * B4[0] - 2.0 + Q4[0], 1.0 - 2.0 * (B4[0] + Q4[0]), Q4[0]],
         &[0.0, 3.0 * B4[1] + Q4[1], -2.0 * (B4[1] + Q4[1]), Q4[1]],
@@ -171,9 +177,17 @@ pub static START: Tableau = Tableau {
         &[0.0, 371.0 / 1360.0, -137.0 / 2720.0, 15.0 / 544.0],
         &[0.0, 25.0 / 24.0, -49.0 / 48.0, 125.0 / 16.0, -85.0 / 12.0],
     ],
-    error: &[0.0, -3.0 / 16.0, -27.0 / 32.0, 25.0 / 32.0, 0.0, 0.25],
+    error: &[
+        0.0,
+        FIRST * (-3.0 / 16.0),
+        FIRST * (-27.0 / 32.0),
+        FIRST * (25.0 / 32.0),
+        0.0,
+        FIRST * 0.25,
+    ],
     smoothed: true,
     error_order: 4,
+    inside: &[],
     dense: &[
         &[],
         &[11.0 / 3.0, -463.0 / 72.0, 217.0 / 36.0, -20.0 / 9.0],
@@ -303,6 +317,24 @@ mod tests {
         let a = full(&FOURTH);
         for (row, c) in a.iter().zip(FOURTH.c) {
             assert!((dot(row, FOURTH.c) - 0.5 * c * c).abs() < 1e-15, "{c}");
+        }
+    }
+
+    /// The term is as large as it says, in the middle of the step, and of the order of the estimate.
+    #[test]
+    fn the_term_beyond_a_cubic_is_largest_in_the_middle() {
+        let t = &FOURTH;
+        let last = full(t)[t.stages() - 1].clone();
+        let middle = t.weights(0.5).0;
+        for (j, inside) in t.inside.iter().enumerate() {
+            // Hermite's cubic from the ends and the slopes there
+            let slopes = [t.weights(0.0).1[j], t.weights(1.0).1[j]];
+            let cubic = 0.5 * last[j] + (slopes[0] - slopes[1]) / 8.0;
+            assert!((middle[j] - cubic - inside).abs() < 1e-14);
+        }
+        let parts: Vec<f64> = last.iter().zip(t.inside).map(|(b, e)| b - e).collect();
+        for (p, defect) in conditions(t, &parts, 1.0) {
+            assert!(p >= t.error_order || defect.abs() < 1e-14, "order {p}: {defect}");
         }
     }
 
