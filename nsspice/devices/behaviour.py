@@ -134,10 +134,10 @@ class Compiler:
         return write("if", write("gt", x, registers[0]), total, registers[1])
 
 
-def linear_form(node: Node) -> tuple[float, dict[str, float]] | None:
+def linear_form(node: Node, timed: bool = False) -> tuple[float, dict[str, float]] | None:
     """Return a tree as a constant plus multiples of signals, None if it is not of that form.
 
-    ``time`` is not a signal that linear elements have.
+    ``time`` is not a signal that linear elements have, unless they are ``timed``.
 
     Examples
     --------
@@ -152,13 +152,14 @@ def linear_form(node: Node) -> tuple[float, dict[str, float]] | None:
         return float(node.value), {}
     if op == "var":
         name = str(node.value)
-        return None if name in ("time", "temper") else (0.0, {name: 1.0})
+        foreign = name == "temper" or (name == "time" and not timed)
+        return None if foreign else (0.0, {name: 1.0})
     if op == "neg":
-        return _scaled(linear_form(args[0]), -1.0)
+        return _scaled(linear_form(args[0], timed), -1.0)
     if op == "add":
         constant, factors = 0.0, dict[str, float]()
         for arg in args:
-            term = linear_form(arg)
+            term = linear_form(arg, timed)
             if term is None:
                 return None
             constant += term[0]
@@ -166,16 +167,16 @@ def linear_form(node: Node) -> tuple[float, dict[str, float]] | None:
                 factors[name] = factors.get(name, 0.0) + value
         return constant, factors
     if op in ("mul", "inv"):
-        return _product(args if op == "mul" else (node,))
+        return _product(args if op == "mul" else (node,), timed)
     return None
 
 
-def _product(args: tuple[Node, ...]) -> tuple[float, dict[str, float]] | None:
+def _product(args: tuple[Node, ...], timed: bool) -> tuple[float, dict[str, float]] | None:
     """Return a product in which at most one factor, not a divisor, varies."""
     total: tuple[float, dict[str, float]] = (1.0, {})
     for arg in args:
         divides = arg.op == "inv"
-        factor = linear_form(arg.args[0] if divides else arg)
+        factor = linear_form(arg.args[0] if divides else arg, timed)
         if factor is None or (factor[1] and (divides or total[1])):
             return None
         if divides:

@@ -1,8 +1,9 @@
 """Laws given by an expression: ``B``, ``R V=``, and ``E F G H`` with VALUE, TABLE or POLY.
 
-The expression may hold voltages, currents of other elements, the element's own current (``R``), the
-time and the temperature.  One that is linear in them is stamped as linear elements are; any other
-is a smooth law, whose value is a function on the tape of the system.
+The expression may hold voltages, currents of other elements, the element's own current (``R``),
+the time and the temperature.  Its comparisons become switches (``comparators``).  What is left is
+stamped as linear elements are if it is linear; anything else is a smooth law, whose value is a
+function on the tape of the system.
 """
 
 from __future__ import annotations
@@ -11,9 +12,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from ..netlist.expression import Expression
-from ..netlist.node import num
-from ..problems.descriptor import Functional, Waveform
+from ..netlist.node import Node, num
+from ..problems.descriptor import Functional, Switch, Waveform
 from .behaviour import linear_form
+from .comparators import Comparator, split
 from .device import NO_VALUES, Context, Device, Edge, check_flags
 from .effect import Effect
 from .outputs import plus, scaled
@@ -23,6 +25,13 @@ from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element
+
+#: from the node of a comparator to ground [S]: a milliampere at 1 V
+CONDUCTANCE = 1e-3
+#: end of the clock [s]
+_LONGEST = 1e9
+
+_Terms = tuple[tuple[int, float], ...]
 
 _SHARED = (
     refused("tc1", "linear temperature coefficient", "write it into the expression: temper"),
@@ -42,15 +51,29 @@ class Reading(Device):
     """Base of the laws that are one expression."""
 
     late = True
-    __slots__ = ("expression", "form", "smooth", "sources")
+    __slots__ = ("comparators", "expression", "form", "law", "smooth", "sources")
 
     def __init__(self, element: Element, expression: Expression) -> None:
         super().__init__(element)
         self.expression = expression
+        node, self.comparators = split(expression.node, self.name)
+        #: the expression with its comparators in place of comparisons
+        self.law = Expression(node, expression.span) if self.comparators else expression
         #: constant and factors of a linear expression, None for a smooth law
-        self.form = linear_form(expression.node)
-        self.smooth = self.form is None
+        self.form = linear_form(node)
+        self.smooth = self.form is None or any(
+            linear_form(c.control, timed=True) is None for c in self.comparators
+        )
         self.sources: dict[str, Device] = {}
+
+    @property
+    def pair_count(self) -> int:
+        """Return one for each comparator."""
+        return len(self.comparators)
+
+    def switching(self) -> tuple[Effect, ...]:
+        """Return the effects of the comparators."""
+        return tuple(Effect(f"switching, where {_short(c.control)} = 0") for c in self.comparators)
 
     @property
     def expressions(self) -> tuple[Expression, ...]:
@@ -70,9 +93,50 @@ class Reading(Device):
         return linear_output(layout, self.form, self.sources, self.name, parallel)
 
     def prepare(self, stamper: Stamper) -> None:
-        """Give the constant of a linear expression a column among the sources."""
+        """Reserve what comparators need, and the column of the constant of a linear expression."""
+        pairs = []
+        for comparator in self.comparators:
+            node = stamper.internal_node(comparator.signal[2:-1], self.name)
+            stamper.conductance(node, "0", CONDUCTANCE)
+            pairs.append(stamper.pair(node, self.name, "0", node, -1.0, 0.0))
+        if pairs:
+            stamper.layout.pairs[self.name] = tuple(pairs)
         if self.form is not None:
             constant_column(stamper, self.form, self.name)
+
+    def control(self, stamper: Stamper) -> None:
+        """Write the controls of the comparators."""
+        pairs = stamper.layout.pairs.get(self.name, ())
+        for pair, comparator in zip(pairs, self.comparators, strict=True):
+            terms, threshold = self._control(stamper, comparator)
+            stamper.switches.append(Switch(pair, terms, threshold, threshold, comparator.closed))
+
+    def _control(self, stamper: Stamper, comparator: Comparator) -> tuple[_Terms, float]:
+        """Return unknowns with factors, and above which value of their sum a comparator closes."""
+        name = f"{comparator.signal[2:-1]}.control"
+        form = linear_form(comparator.control, timed=True)
+        if form is None:
+            law = Expression(comparator.control, self.expression.span)
+            function = stamper.function(register_of(stamper, law, self.sources))
+            return ((stamper.as_unknown(name, Functional(f=((function, 1.0),))), 1.0),), 0.0
+        constant, factors = form
+        if "time" in factors:
+            stamper.layout.columns["time"] = stamper.column(_clock(stamper))
+        total = linear_output(stamper.layout, (0.0, factors), self.sources, self.name)
+        if total.lam or total.dz or total.u or total.f or total.df or not total.z:
+            return ((stamper.as_unknown(name, total), 1.0),), -constant
+        return total.z, -constant
+
+
+def _clock(stamper: Stamper) -> Waveform:
+    """Return the time as a source: 0 in a DC solution."""
+    if stamper.layout.conditions.analysis == "dc":
+        return Waveform("dc", (0.0,))
+    return Waveform("pwl", (0.0, 0.0, _LONGEST, _LONGEST))
+
+
+def _short(node: Node) -> str:
+    return shown(Expression(node))[1:-1]
 
 
 def constant_column(stamper: Stamper, form: tuple[float, dict[str, float]], name: str) -> None:
@@ -107,6 +171,8 @@ def linear_output(
     for signal, value in factors.items():
         if signal == "i":
             term = scaled(layout.branch(name), 1.0 / parallel)
+        elif signal == "time":
+            term = Functional(u=((layout.columns["time"], 1.0),))
         elif signal[0] == "v":
             a, b = (*signal[2:-1].split(","), "0")[:2]
             term = Functional(z=layout.voltage(a, b))
@@ -133,7 +199,7 @@ class Behavioural(Reading):
         self.keeps = False
         self.shows_current = self.quantity == "v"
         what = "voltage" if self.quantity == "v" else "current"
-        self.effects = (Effect(f"{what} {shown(expression)}"),)
+        self.effects = (Effect(f"{what} {shown(expression)}"), *self.switching())
 
     @classmethod
     def read(cls, element: Element, context: Context) -> Behavioural | None:
@@ -163,6 +229,7 @@ class Behavioural(Reading):
 
     def stamp(self, stamper: Stamper) -> None:
         """Write ``-(va - vb) + V = 0``, or let the current flow from a through the source to b."""
+        self.control(stamper)
         a, b = self.ends
         row = stamper.layout.branches.get(self.name)
         if self.quantity == "v":
@@ -182,7 +249,7 @@ class Behavioural(Reading):
         if self.form is not None:
             stamper.add(row, self.linear(stamper.layout), factor)
             return
-        function = stamper.function(register_of(stamper, self.expression, self.sources))
+        function = stamper.function(register_of(stamper, self.law, self.sources))
         stamper.layout.functions[self.name] = function
         stamper.F.add(row, function, factor)
 
@@ -216,7 +283,7 @@ class BehaviouralResistor(Reading):
         self.ohmic = element.quantity != "v"
         what = "resistance" if self.ohmic else "voltage"
         self.smooth = self.smooth or self.ohmic
-        self.effects = (Effect(f"{what} {shown(expression)}"),)
+        self.effects = (Effect(f"{what} {shown(expression)}"), *self.switching())
 
     @classmethod
     def read(cls, element: Element, context: Context) -> BehaviouralResistor | None:
@@ -242,12 +309,13 @@ class BehaviouralResistor(Reading):
 
     def stamp(self, stamper: Stamper) -> None:
         """Write ``-(va - vb) + V(i/m) = 0``."""
+        self.control(stamper)
         branch = stamper.layout.branches[self.name]
         stamper.connect(branch, *self.ends)
         if not self.smooth:
             stamper.add(branch, self.linear(stamper.layout, self.m))
             return
-        stamp_drop(stamper, branch, self.expression, self.sources, self.m, self.ohmic)
+        stamp_drop(stamper, branch, self.law, self.sources, self.m, self.ohmic)
 
     def current(self, layout: Layout) -> Functional:
         """Return the unknown current."""

@@ -67,11 +67,11 @@ def test_a_wrong_expression_is_named(method, wrong):
 
 
 def test_beside_a_jump_both_of_its_sides_are_right():
-    """u(t - 1) at 1 s is that of 1 s and the rounding of a few units, not that of 1.0001 s."""
-    mna = nsspice.read("jump\nB1 a 0 V={3*u(time - 1)}\nR1 a 0 1\n").islands[0].assemble(27.0)
+    """sgn(t - 1) at 1 s is that of 1 s and the rounding of a few units, not that of 1.0001 s."""
+    mna = nsspice.read("jump\nB1 a 0 V={3*sgn(time - 1)}\nR1 a 0 1\n").islands[0].assemble(27.0)
     z, u = np.zeros((1, mna.system.n)), np.zeros((1, len(mna.system.waveforms)))
     for instant, right in (("1", True), ("1.000000000000001", True), ("1.0001", False)):
-        other = Expression.parse(f"3*u(time - {instant})")
+        other = Expression.parse(f"3*sgn(time - {instant})")
         mna.layout.readings[0] = mna.layout.readings[0]._replace(expression=other)
         check = ExpressionCheck(mna)
         check.take(np.array([1.0]), z, u)

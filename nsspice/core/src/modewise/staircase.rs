@@ -11,6 +11,9 @@ use crate::dense::{equilibrate, norm, Echelon, Matrix};
 /// Relative size below which numerical ranks see zero; only networks with controlled sources.
 const RANK: f64 = 1e-11;
 
+/// Entries of a kernel vector below this part of its largest are what rounding left of nothing.
+const TRACE: f64 = 1e-13;
+
 /// The directions; columns live on the algebraic unknowns `[kernel part; active multipliers]`.
 pub struct Staircase {
     /// constraints: combinations of equations
@@ -181,8 +184,10 @@ fn pivoted(a: &Matrix) -> (Vec<usize>, Matrix) {
             x[i] = (-w[(i, f)] - sum) / w[(i, order[i])];
         }
         kernel[(f, k)] = 1.0;
+        let largest = x.iter().fold(1.0f64, |m, v| m.max(v.abs()));
         for (i, v) in x.iter().enumerate() {
-            kernel[(order[i], k)] = *v;
+            // a trace of the reflections would be a constraint of its own once its row has unit length
+            kernel[(order[i], k)] = if v.abs() > TRACE * largest { *v } else { 0.0 };
         }
     }
     order.truncate(rank);

@@ -366,8 +366,8 @@ impl Stepper {
     }
 
     /// Steps of length `2 length` and `length` from the same charges; the longer one is left out
-    /// if the two end in different modes.  Where so short a step is too hard, the shortest one that
-    /// could be solved stands for both.
+    /// if the two end in modes of different values.  Where so short a step is too hard, the shortest one
+    /// that could be solved stands for both.
     pub(super) fn two_steps(
         &mut self,
         charges: Option<&[f64]>,
@@ -377,13 +377,28 @@ impl Stepper {
     ) -> Result<(Short, Option<Short>), Box<Failure>> {
         let reached = self.approach(charges, before, 2.0 * length, start)?;
         let twice = Short { z: self.z.clone(), l: self.l.clone(), length: reached };
-        let epoch = self.epoch;
+        let (epoch, active) = (self.epoch, self.active.clone());
         if reached > 2.0 * length || self.short_step(charges, before, length, Start::Warm).is_err()
         {
             return Ok((twice, None));
         }
         let once = Short { z: self.z.clone(), l: self.l.clone(), length };
-        Ok((once, (self.epoch == epoch).then_some(twice)))
+        let alike = self.epoch == epoch || {
+            let ends = [(&twice, &active[..]), (&once, &self.active)];
+            ends.iter().all(|(end, on)| self.without_voltage(end, on, &active))
+        };
+        Ok((once, alike.then_some(twice)))
+    }
+
+    /// Whether no voltage lies across the pairs that block in the mode `on` of a short step and conduct
+    /// in the other one of `active` and the present: closed switches and diodes beside each other share
+    /// their current in many ways.
+    fn without_voltage(&self, end: &Short, on: &[bool], active: &[bool]) -> bool {
+        let mut w = vec![0.0; end.l.len()];
+        self.sys.linear.slacks(&end.z, &end.l, &mut w);
+        let largest = w.iter().fold(self.sys.largest(&[&end.z])[0], |a, w| a.max(w.abs()));
+        let turned = active.iter().zip(&self.active).zip(on).zip(&w);
+        turned.filter(|(((a, b), on), _)| a != b && !**on).all(|(_, w)| w.abs() <= LOOSE * largest)
     }
 
     /// Solves a short step, if need be from an ordinary one down by steps of ever smaller length,

@@ -1,0 +1,188 @@
+r"""Comparisons of signals in expressions, as switches: where a law jumps, the instant is an event.
+
+``if(v(ref) > v(saw), 5, 0)`` is no smooth function, and a solver that meets it as a number finds
+the jump only by accident.  Here a comparison whose truth is all that counts becomes a *comparator*:
+an ideal switch between 1 V and a node with a resistor to ground, closed while it is true,
+
+.. math::
+
+    c = 1 \text{ V if closed, } 0 \text{ if open}, \qquad
+    \texttt{if}(a > b,\, x,\, y) = y + (x - y)\, c \quad (x, y \text{ constant}),
+
+so that its instants are located like those of any switch, and exactly where all else is linear.
+What follows from several comparisons (``&&``, ``||``) is one more comparator, of their sum.
+
+A choice between laws, ``if(v(a) > 0, v(a), 0)``, stays what it is, since it may be continuous.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..netlist.node import ONE, Node, add, mul, neg, num, var
+from .behaviour import linear_form
+
+#: comparisons by what they are true of: the sign of ``left - right``, and truth at equality
+_COMPARED = {"gt": (1.0, False), "ge": (1.0, True), "lt": (-1.0, False), "le": (-1.0, True)}
+#: steps by where they jump, and whether down; ``sgn`` has a third value, which counts at rest
+_STEPS = {"u": (0.0, False), "buf": (0.5, False), "inv": (0.5, True)}
+
+
+class Comparator(NamedTuple):
+    """A switch that an expression asks for.
+
+    Parameters
+    ----------
+    signal : str
+        ``v(node)``: 1 while the control is positive, else 0.
+    control : Node
+        Of the signals of the deck and of comparators before this one.
+    closed : bool
+        True if it is closed while the control is zero, as long as it was nowhere else.
+    """
+
+    signal: str
+    control: Node
+    closed: bool
+
+
+def split(node: Node, name: str) -> tuple[Node, list[Comparator]]:
+    """Return an expression without its comparisons, and the comparators that it reads instead.
+
+    Parameters
+    ----------
+    node : Node
+    name : str
+        Of the element; its comparators are the nodes ``name#1``, ``name#2`` ...
+
+    Examples
+    --------
+    >>> from nsspice.netlist.expression import Expression
+    >>> from nsspice.netlist.node import show
+    >>> pwm = Expression.parse("if(v(ref) > v(saw), 12, -12)")
+    >>> tree, (comparator,) = split(pwm.node, "b1")
+    >>> show(tree), comparator.signal, show(comparator.control)
+    ('-12 + 24*v(b1#1)', 'v(b1#1)', 'v(ref) - v(saw)')
+    >>> show(split(Expression.parse("v(a)*(v(b) > 1)").node, "b1")[0])
+    'v(a)*v(b1#1)'
+    >>> split(Expression.parse("if(v(a) > 0, v(a), 0)").node, "b1")[1]
+    []
+    """
+    reader = _Reader(name)
+    return reader.replace(node), reader.found
+
+
+class _Reader:
+    """Walks one tree and collects its comparators."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.found: list[Comparator] = []
+        self._known: dict[int, Node] = {}
+        self._pairs: dict[frozenset[str], str] = {}
+
+    def replace(self, node: Node) -> Node:
+        """Return a tree with its jumping parts replaced."""
+        known = self._known.get(id(node))
+        if known is None:
+            known = self._known[id(node)] = self._replace(node)
+        return known
+
+    def _replace(self, node: Node) -> Node:
+        if not _reads(node):
+            return node
+        truth = self._truth(node)
+        if truth is not None:
+            return truth
+        if node.op == "if":
+            condition, *chosen = node.args
+            then, other = map(self.replace, chosen)
+            steady = all(_steady(branch, self.name) for branch in (then, other))
+            truth = self._truth(condition, plain=True) if steady else None
+            if truth is None:
+                return Node("if", (condition, then, other))
+            return add([other, *self._product(truth, _difference(then, other))])
+        args = tuple(map(self.replace, node.args))
+        if all(new is old for new, old in zip(args, node.args, strict=True)):
+            return node
+        if node.op == "add":
+            return add(args)
+        if node.op == "mul":
+            return mul(args)
+        return Node(node.op, args, node.value)
+
+    def _truth(self, node: Node, plain: bool = False) -> Node | None:
+        """Return a tree that is 1 where a condition is true and 0 where it is false, else None.
+
+        ``plain``: numbers are conditions, too, true if not zero.
+        """
+        op, args = node.op, node.args
+        if op in _COMPARED:
+            sign, closed = _COMPARED[op]
+            left, right = map(self.replace, args)
+            control = _difference(left, right) if sign > 0.0 else _difference(right, left)
+            return self._switch(control, closed)
+        if op == "not":
+            inner = self._truth(args[0], plain=True)
+            return None if inner is None else _difference(ONE, inner)
+        if op in ("and", "or"):
+            parts = [self._truth(arg, plain=True) for arg in args]
+            if any(part is None for part in parts):
+                return None
+            least = len(parts) - 0.5 if op == "and" else 0.5
+            return self._switch(add([*(p for p in parts if p is not None), num(-least)]), False)
+        if op == "call" and node.value in _STEPS:
+            limit, falls = _STEPS[str(node.value)]
+            truth = self._switch(_difference(self.replace(args[0]), num(limit)), False)
+            return _difference(ONE, truth) if falls else truth
+        if plain and op == "num":
+            return num(float(node.value != 0.0))
+        return None
+
+    def _product(self, one: Node, two: Node) -> list[Node]:
+        """Return the terms of a product of combinations of comparators, as a combination, too."""
+        first, second = linear_form(one), linear_form(two)
+        if first is None or second is None:
+            return [mul([one, two])]
+        total = {"": first[0] * second[0]}
+        for constant, (_, factors) in ((first[0], second), (second[0], first)):
+            for name, factor in factors.items():
+                total[name] = total.get(name, 0.0) + constant * factor
+        for a, f in first[1].items():
+            for b, g in second[1].items():
+                both = a if a == b else self._both(a, b)
+                total[both] = total.get(both, 0.0) + f * g
+        return [mul([num(f), var(name)]) if name else num(f) for name, f in total.items() if f]
+
+    def _both(self, a: str, b: str) -> str:
+        """Return the signal that is 1 where two are."""
+        known = self._pairs.get(frozenset((a, b)))
+        if known is None:
+            node = self._switch(add([var(a), var(b), num(-1.5)]), False)
+            known = self._pairs[frozenset((a, b))] = str(node.value)
+        return known
+
+    def _switch(self, control: Node, closed: bool) -> Node:
+        """Return the signal of a new comparator."""
+        signal = f"v({self.name}#{len(self.found) + 1})"
+        self.found.append(Comparator(signal, control, closed))
+        return var(signal)
+
+
+def _difference(left: Node, right: Node) -> Node:
+    """Return ``left - right``, a number if both are numbers."""
+    if left.op == right.op == "num":
+        return num(float(left.value) - float(right.value))
+    return add([left, neg(right)])
+
+
+def _reads(node: Node) -> bool:
+    """Return whether a tree holds a signal."""
+    return node.op == "var" or any(map(_reads, node.args))
+
+
+def _steady(node: Node, name: str) -> bool:
+    """Return whether a tree reads nothing but comparators of the element."""
+    if node.op == "var":
+        return str(node.value).startswith(f"v({name}#")
+    return all(_steady(arg, name) for arg in node.args)
