@@ -36,6 +36,8 @@ def named_failure(
         where = "at the start" if starting else f"at t = {problem.time:.9g} s"
     else:
         where = f"at {where}" if where else "in the DC solution"
+    if problem.restless is not None:
+        return _restless(circuit, mna, problem, where)
     certificate = problem.certificate
     if certificate is None and problem.worst_row is not None:
         return _no_convergence(circuit, mna, problem, where)
@@ -68,6 +70,22 @@ def named_failure(
         Diagnostic("NS3001", message, _span(circuit, elements), _advice(elements, nodes, starting)),
         elements=elements,
         nodes=nodes,
+        time=problem.time,
+        residual=problem.residual,
+    )
+
+
+def _restless(circuit: Circuit, mna: MnaSystem, problem: UnsolvedStep, where: str) -> StepError:
+    """Return the error of a switch whose law holds in neither state."""
+    name = mna.pair_elements[problem.restless or 0]
+    return StepError(
+        Diagnostic(
+            "NS3007",
+            f"{name} has no state {where}: open it is told to close, closed to open",
+            _span(circuit, [name]),
+            "nothing stores what it switches: give it hysteresis (VH), or a capacitor that delays "
+            "its control",
+        ),
         time=problem.time,
         residual=problem.residual,
     )

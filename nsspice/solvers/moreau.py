@@ -257,6 +257,10 @@ class MoreauStepper(Stepper):
 
     def _diagnose(self, failure: Mapping[str, Any]) -> UnsolvedStep | None:
         """Ask for a proof of infeasibility; None if the suspect solution proves genuine."""
+        if failure["restless"] is not None:
+            problem = UnsolvedStep(failure["time"], failure["residual"], None)
+            problem.restless = failure["restless"]
+            return problem
         system = self.system
         length = failure["length"]
         matrix = system.G

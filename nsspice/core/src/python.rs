@@ -156,6 +156,7 @@ fn failure_dict<'py>(py: Python<'py>, f: &Failure) -> PyResult<Bound<'py, PyDict
     out.set_item("residual", f.residual)?;
     out.set_item("suspect", f.suspect)?;
     out.set_item("worst_row", f.worst_row)?;
+    out.set_item("restless", f.restless)?;
     Ok(out)
 }
 

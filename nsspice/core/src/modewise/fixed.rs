@@ -100,6 +100,7 @@ impl Engine {
                 residual,
                 suspect,
                 worst_row: None,
+                restless: None,
             });
         }
         if step != length {

@@ -561,6 +561,9 @@ impl Stepper {
             changed = self.react();
         }
         self.stats.chatter += u64::from(changed);
+        if changed && self.static_system {
+            return Err(self.unsettled());
+        }
         Ok(())
     }
 }

@@ -400,7 +400,15 @@ impl Stepper {
             residual,
             suspect,
             worst_row,
+            restless: None,
         })
+    }
+
+    /// A switch of a static circuit has found no state.
+    pub(super) fn unsettled(&self) -> Box<Failure> {
+        let mut failure = self.failed(f64::INFINITY, 1.0, false, None);
+        failure.restless = self.last_thrown.map(|k| self.switches[k].pair);
+        failure
     }
 
     pub(super) fn solve_static(&mut self, start: Start) -> Outcome {
@@ -440,6 +448,7 @@ impl Stepper {
     /// Takes note of a switch that has changed.
     fn thrown(&mut self, k: usize) {
         self.stats.switchings += 1;
+        self.last_thrown = Some(k);
         let (pair, role) = (self.switches[k].pair, self.switches[k].role());
         self.roles[pair] = role;
         self.active[pair] = role == Role::Closed;

@@ -67,6 +67,8 @@ pub struct Failure {
     pub suspect: bool,
     /// the row that the best point of Newton's method violates most
     pub worst_row: Option<usize>,
+    /// the pair of a switch that finds no state: closed it opens, open it closes
+    pub restless: Option<usize>,
 }
 
 /// Counters of a run.
@@ -155,6 +157,8 @@ pub struct Stepper {
     pub(super) heaviest: [f64; 2],
     /// pairs that close at speed
     pub(super) impacts: Impacts,
+    /// the switch that has changed last
+    pub(super) last_thrown: Option<usize>,
     pub(super) fastest: f64,
     pub(super) time: f64,
     /// time of the state where smooth functions were evaluated last [s]
@@ -288,6 +292,7 @@ impl Stepper {
             sys,
             waveforms,
             switches,
+            last_thrown: None,
         }
     }
 
@@ -399,7 +404,10 @@ impl Stepper {
             }
         }
         self.stats.chatter += 1;
-        Ok(())
+        if self.static_system {
+            return Err(*self.unsettled());
+        }
+        Ok(()) // what is stored lets go of such a start, or slides
     }
 
     /// Lets the ideal edges of sources at the start act on the static solution.
