@@ -36,6 +36,12 @@ class Branch(NamedTuple):
     b: int
     number: int
 
+    @property
+    def voltage(self) -> dict[int, float]:
+        """Its voltage as factors of node voltages."""
+        ends = ((self.a, 1.0), (self.b, -1.0)) if self.a != self.b else ()
+        return {node: sign for node, sign in ends if node >= 0}
+
 
 @dataclass(frozen=True, slots=True)
 class NormalTree:
@@ -71,7 +77,7 @@ def branches_of(mna: MnaSystem) -> list[Branch]:
     result: list[Branch] = []
     for device in mna.devices:
         pairs = iter(layout.pairs.get(device.name, ()))
-        for edge in device.edges(layout.conditions.values):
+        for edge in (*device.edges(layout.conditions.values), *device.inner_edges()):
             index = -1
             if edge.kind == "P":
                 index = next(pairs)
@@ -93,7 +99,9 @@ def normal_tree(mna: MnaSystem, windings: Sequence[Winding] = ()) -> NormalTree:
     """
     branches = branches_of(mna)
     layout = mna.layout
-    count = len(layout.nodes) - 1
+    # nodes inside elements are numbered among the branches
+    nodes = sorted(index for index in layout.nodes.values() if index >= 0)
+    count = nodes[-1] + 1 if nodes else 0
     basis: Basis = LinearBasis() if windings else GraphBasis(count)
     in_tree = [False] * len(branches)
     follow = tied(windings)
@@ -105,9 +113,7 @@ def normal_tree(mna: MnaSystem, windings: Sequence[Winding] = ()) -> NormalTree:
             touches = branch.a < 0 or branch.b < 0
             if branch.kind != kind or grounded not in (None, touches):
                 continue
-            if branch.device.name not in follow and basis.add(
-                dict(layout.voltage(*branch.device.ends))
-            ):
+            if branch.device.name not in follow and basis.add(branch.voltage):
                 in_tree[k] = True
             else:
                 closing.append(k)
@@ -135,7 +141,7 @@ def normal_tree(mna: MnaSystem, windings: Sequence[Winding] = ()) -> NormalTree:
     }
     roots = [
         node
-        for node in range(count)
+        for node in nodes
         if parts.find(node + 1) not in ({0} | steered) and basis.add({node: 1.0})
     ]
     return NormalTree(tuple(branches), tuple(in_tree), tuple(redundant), tuple(roots))

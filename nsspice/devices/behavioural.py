@@ -71,6 +71,11 @@ class Reading(Device):
         """Return one for each comparator."""
         return len(self.comparators)
 
+    def inner_edges(self) -> tuple[Edge, ...]:
+        """Return a pair and a resistor for each comparator."""
+        nodes = [comparator.signal[2:-1] for comparator in self.comparators]
+        return tuple(edge for c in nodes for edge in (Edge("P", "0", c), Edge("R", c, "0")))
+
     def switching(self) -> tuple[Effect, ...]:
         """Return the effects of the comparators."""
         return tuple(Effect(f"switching, where {_short(c.control)} = 0") for c in self.comparators)

@@ -138,6 +138,10 @@ class Device:
         """Return the branches of the element in the circuit graph."""
         return ()
 
+    def inner_edges(self) -> tuple[Edge, ...]:
+        """Return the branches at nodes inside the element, which no other one sees."""
+        return ()
+
     def allocate(self, stamper: Stamper) -> None:
         """Reserve unknowns and pairs; only for laws that stamp late."""
 

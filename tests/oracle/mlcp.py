@@ -45,7 +45,8 @@ def solve(p: Mlcp, z0: Floats | None = None, lam0: Floats | None = None) -> Poin
     guess = _fix(p, lam0 > p.slack(z0, lam0))
     best = _newton(p, guess, z0, lam0)
     if best is None:
-        best = _by_force(p, guess, z0, lam0) if p.m <= ENUMERATE_UP_TO else None
+        free = np.count_nonzero(~p.switch)
+        best = _by_force(p, guess, z0, lam0) if free <= ENUMERATE_UP_TO else None
     if best is None:
         best = _proximal(p, z0, lam0)
     if best is None:

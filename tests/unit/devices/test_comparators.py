@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import nsspice
+from nsspice.circuit.dlcp import dlcp_form
 from nsspice.devices.comparators import split
 from nsspice.netlist.expression import Expression
 
@@ -120,3 +121,21 @@ def test_static_solutions_follow_comparisons() -> None:
     )
     sweep = circuit.run()[0]
     assert np.array_equal(sweep["v(a)"], np.where(sweep["v(x)"] > 1.0, 5.0, 0.0))
+
+
+def test_the_circuit_has_a_dlcp_form_and_midpoint_steps() -> None:
+    """The comparator is one pair of the form: its slack drives the filter."""
+    circuit = nsspice.read(
+        "pwm\nB1 a 0 V=if(v(r) > v(c), 10, 0)\nVr r 0 0.2\nVc c 0 PULSE(-1 1 0 5u 5u 0 10u)\n"
+        "L1 a b 1m IC=0\nR1 b 0 10\n.tran 1u 2m uic\n"
+    )
+    form = dlcp_form(circuit.islands[0].assemble(27.0))
+    assert (form.states, form.inputs, form.outputs) == (["i[l1]"], ["w[b1#1]"], ["i[b1#1]"])
+    assert form.B[0, 0] == pytest.approx(1e3 * 10.0)  # 10 V for 1 V of the comparator, over 1 mH
+    # i' = (v - 10 i) / 1 mH, v = 10 V for 0.6 of each period: 0.6 A in the mean
+    exact = nsspice.tran(circuit)
+    run = nsspice.tran(circuit, method="moreau", theta=0.5, step=1e-8)
+    late = run.time > 1e-3
+    assert np.mean(exact["i(l1)"][late]) == pytest.approx(0.6, abs=0.01)
+    # each turn up to a step late: 10 V / 1 mH for 1e-8 s, and 100 of them within L/R
+    assert np.abs(run["i(l1)"] - exact["i(l1)"]).max() <= 1e4 * 1e-8 * 20
