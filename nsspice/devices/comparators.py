@@ -19,13 +19,16 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ..netlist.node import ONE, Node, add, mul, neg, num, var
+from ..netlist.expression import Expression
+from ..netlist.node import ONE, Node, TooLarge, add, mul, neg, num, var
 from .behaviour import linear_form
 
 #: comparisons by what they are true of: the sign of ``left - right``, and truth at equality
 _COMPARED = {"gt": (1.0, False), "ge": (1.0, True), "lt": (-1.0, False), "le": (-1.0, True)}
 #: steps by where they jump, and whether down; ``sgn`` has a third value, which counts at rest
 _STEPS = {"u": (0.0, False), "buf": (0.5, False), "inv": (0.5, True)}
+#: most comparators for one product of others: nested choices would double them with each level
+_MOST = 8
 
 
 class Comparator(NamedTuple):
@@ -68,8 +71,13 @@ def split(node: Node, name: str) -> tuple[Node, list[Comparator]]:
     >>> split(Expression.parse("if(v(a) > 0, v(a), 0)").node, "b1")[1]
     []
     """
+    if not Expression(node).jumps():
+        return node, []
     reader = _Reader(name)
-    return reader.replace(node), reader.found
+    try:
+        return reader.replace(node), reader.found
+    except TooLarge:
+        return node, []  # deep already: evaluated as it stands
 
 
 class _Reader:
@@ -79,6 +87,7 @@ class _Reader:
         self.name = name
         self.found: list[Comparator] = []
         self._known: dict[int, Node] = {}
+        self._truths: dict[int, Node] = {}
         self._pairs: dict[frozenset[str], str] = {}
 
     def replace(self, node: Node) -> Node:
@@ -91,17 +100,20 @@ class _Reader:
     def _replace(self, node: Node) -> Node:
         if not _reads(node):
             return node
-        truth = self._truth(node)
-        if truth is not None:
-            return truth
+        if _is_condition(node, plain=False):
+            return self._truth(node)
         if node.op == "if":
             condition, *chosen = node.args
             then, other = map(self.replace, chosen)
             steady = all(_steady(branch, self.name) for branch in (then, other))
-            truth = self._truth(condition, plain=True) if steady else None
-            if truth is None:
+            if not steady or not _is_condition(condition, plain=True):
                 return Node("if", (condition, then, other))
-            return add([other, *self._product(truth, _difference(then, other))])
+            truth = self._truth(condition)
+            terms = self._product(truth, _difference(then, other))
+            if terms is not None:
+                return add([other, *terms])
+            # no longer linear, but constant between events all the same
+            return add([mul([truth, then]), mul([_difference(ONE, truth), other])])
         args = tuple(map(self.replace, node.args))
         if all(new is old for new, old in zip(args, node.args, strict=True)):
             return node
@@ -111,39 +123,36 @@ class _Reader:
             return mul(args)
         return Node(node.op, args, node.value)
 
-    def _truth(self, node: Node, plain: bool = False) -> Node | None:
-        """Return a tree that is 1 where a condition is true and 0 where it is false, else None.
+    def _truth(self, node: Node) -> Node:
+        """Return a tree that is 1 where a condition is true and 0 where it is false."""
+        known = self._truths.get(id(node))
+        if known is None:
+            known = self._truths[id(node)] = self._new_truth(node)
+        return known
 
-        ``plain``: numbers are conditions, too, true if not zero.
-        """
+    def _new_truth(self, node: Node) -> Node:
         op, args = node.op, node.args
+        if op == "num":
+            return num(float(node.value != 0.0))
         if op in _COMPARED:
             sign, closed = _COMPARED[op]
             left, right = map(self.replace, args)
             control = _difference(left, right) if sign > 0.0 else _difference(right, left)
             return self._switch(control, closed)
         if op == "not":
-            inner = self._truth(args[0], plain=True)
-            return None if inner is None else _difference(ONE, inner)
+            return _difference(ONE, self._truth(args[0]))
         if op in ("and", "or"):
-            parts = [self._truth(arg, plain=True) for arg in args]
-            if any(part is None for part in parts):
-                return None
-            least = len(parts) - 0.5 if op == "and" else 0.5
-            return self._switch(add([*(p for p in parts if p is not None), num(-least)]), False)
-        if op == "call" and node.value in _STEPS:
-            limit, falls = _STEPS[str(node.value)]
-            truth = self._switch(_difference(self.replace(args[0]), num(limit)), False)
-            return _difference(ONE, truth) if falls else truth
-        if plain and op == "num":
-            return num(float(node.value != 0.0))
-        return None
+            least = len(args) - 0.5 if op == "and" else 0.5
+            return self._switch(add([*map(self._truth, args), num(-least)]), False)
+        limit, falls = _STEPS[str(node.value)]
+        truth = self._switch(_difference(self.replace(args[0]), num(limit)), False)
+        return _difference(ONE, truth) if falls else truth
 
-    def _product(self, one: Node, two: Node) -> list[Node]:
-        """Return the terms of a product of combinations of comparators, as a combination, too."""
+    def _product(self, one: Node, two: Node) -> list[Node] | None:
+        """Return the terms of a product of combinations of comparators; None if they are many."""
         first, second = linear_form(one), linear_form(two)
-        if first is None or second is None:
-            return [mul([one, two])]
+        if first is None or second is None or len(first[1]) * len(second[1]) > _MOST:
+            return None
         total = {"": first[0] * second[0]}
         for constant, (_, factors) in ((first[0], second), (second[0], first)):
             for name, factor in factors.items():
@@ -167,6 +176,18 @@ class _Reader:
         signal = f"v({self.name}#{len(self.found) + 1})"
         self.found.append(Comparator(signal, control, closed))
         return var(signal)
+
+
+def _is_condition(node: Node, plain: bool) -> bool:
+    """Return whether a tree is nothing but truth: comparisons and what follows from them.
+
+    ``plain``: numbers are conditions, too, true if not zero.
+    """
+    if node.op in ("and", "or", "not"):
+        return all(_is_condition(arg, plain=True) for arg in node.args)
+    if node.op == "call":
+        return node.value in _STEPS
+    return node.op in _COMPARED or (plain and node.op == "num")
 
 
 def _difference(left: Node, right: Node) -> Node:

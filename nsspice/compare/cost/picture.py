@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _COLOURS = (
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C564B",
 )  # fmt: skip
-_MARKERS = "os^Dv<>P"
+_MARKERS = "os^Dv<>PX*h"  # not as many as colours, so that no pair of both comes twice
 
 
 def draw(report: CostReport, path: str | Path | None = None) -> Any:

@@ -56,7 +56,7 @@ def test_the_value_stays_that_of_the_expression(text: str) -> None:
         ("if(v(a) > 0, v(a), 0)", 0),  # continuous
         ("sgn(v(a))", 0),  # at rest it is zero
         ("max(v(a), 0)", 0),
-        ("if(v(a) && v(b) > 1, 1, 0)", 1),  # not zero is true: no comparison
+        ("if(v(a) && v(b) > 1, 1, 0)", 0),  # not zero is true: no comparison
         ("if(v(a) > 1, 1, 0)", 1),
         ("if(v(a) > 1 && v(b) > 1, 1, 0)", 3),
         ("v(a) > 2 ? 0 : v(a) < 1 ? 5 : 2.5", 3),
@@ -64,6 +64,16 @@ def test_the_value_stays_that_of_the_expression(text: str) -> None:
 )
 def test_which_comparisons_are_switches(text: str, count: int) -> None:
     assert len(split(Expression.parse(text).node, "b1")[1]) == count
+
+
+def test_nested_choices_take_few_switches() -> None:
+    """A quantiser of 40 steps: not every product of conditions is a switch of its own."""
+    text = "40"
+    for k in reversed(range(40)):
+        text = f"if(v(a) < {k + 0.5}, {k}, {text})"
+    assert len(split(Expression.parse(text).node, "b1")[1]) < 80
+    for level in (0.0, 0.6, 17.2, 39.4, 39.6, 100.0):
+        assert value(text, {"v(a)": level}) == min(round(level), 40)
 
 
 def test_what_only_chooses_between_numbers_keeps_a_circuit_linear() -> None:

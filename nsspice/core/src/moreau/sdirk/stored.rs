@@ -110,7 +110,9 @@ impl Groups {
 /// Whether every output of `s` is a combination of quantities that linear capacitors and inductors
 /// store, with sources, and no such quantity is determined by the laws alone.
 fn outputs_are_stored(s: &Stepper) -> bool {
-    let Some(smooth) = &s.smooth else { return false };
+    if s.smooth.is_none() {
+        return false;
+    }
     let linear = &s.sys.linear;
     let (n, kind) = (s.z.len(), &linear.row_kind);
     let mut groups = Groups { parent: (0..=n).collect(), ground: n };
@@ -129,12 +131,6 @@ fn outputs_are_stored(s: &Stepper) -> bool {
             groups.join(r, groups.ground);
         }
     }
-    // charges of smooth functions are no polynomials of their unknowns
-    let mut unfit = vec![false; n + 1];
-    for r in smooth.newton.storing_rows() {
-        let group = groups.find(r);
-        unfit[group] = true;
-    }
     let fit = |groups: &mut Groups, output: &[(usize, f64)]| {
         let mut sums = vec![(0.0f64, 0.0f64); n + 1];
         for &(j, factor) in output {
@@ -145,7 +141,7 @@ fn outputs_are_stored(s: &Stepper) -> bool {
                 continue;
             }
             let group = groups.find(j);
-            if unfit[group] || !stores[j] {
+            if !stores[j] {
                 return false;
             }
             sums[group].0 += factor;
