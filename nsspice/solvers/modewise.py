@@ -31,7 +31,7 @@ from ..problems.descriptor import DescriptorSystem, Functional
 from .certificate import infeasibility
 from .compiled import compiled
 from .moreau import MoreauStepper
-from .stepper import Jump, Stepper, UnsolvedStep
+from .stepper import Jump, Stepper, UnsolvedStep, restless
 
 #: Unknowns and pairs together up to which a mode is reduced with dense matrices.
 DENSE_LIMIT = 600
@@ -181,6 +181,8 @@ class ModewiseStepper(Stepper):
 
     def _diagnose(self, failure: Mapping[str, Any]) -> UnsolvedStep:
         """Ask for a proof of infeasibility."""
+        if failure["restless"] is not None:
+            return restless(failure)
         system = self.system
         matrix = weighted_sum([(system.E, 1.0 / failure["length"]), (system.G, 1.0)])
         certificate = infeasibility(

@@ -27,7 +27,7 @@ from ..problems.descriptor import DescriptorSystem, Functional, SmoothTerms
 from ..problems.tape import Tape
 from .certificate import infeasibility
 from .compiled import compiled, core_matrix, core_tape
-from .stepper import Jump, Stepper, UnsolvedStep
+from .stepper import Jump, Stepper, UnsolvedStep, restless
 
 
 @dataclass(frozen=True, slots=True)
@@ -258,9 +258,7 @@ class MoreauStepper(Stepper):
     def _diagnose(self, failure: Mapping[str, Any]) -> UnsolvedStep | None:
         """Ask for a proof of infeasibility; None if the suspect solution proves genuine."""
         if failure["restless"] is not None:
-            problem = UnsolvedStep(failure["time"], failure["residual"], None)
-            problem.restless = failure["restless"]
-            return problem
+            return restless(failure)
         system = self.system
         length = failure["length"]
         matrix = system.G

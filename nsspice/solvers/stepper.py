@@ -49,6 +49,11 @@ class UnsolvedStep(Exception):
         super().__init__(f"no solution at {time!r} (residual {residual:.2g})")
 
 
+def restless(failure: Mapping[str, Any]) -> UnsolvedStep:
+    """Return the failure of a switch that finds no state."""
+    return UnsolvedStep(failure["time"], failure["residual"], None, restless=failure["restless"])
+
+
 @dataclass(frozen=True, slots=True)
 class Jump:
     """A jump of stored charges or fluxes, with the impulses that caused it.

@@ -22,6 +22,16 @@ def test_a_relay_around_resistors_is_refused(switch: str, name: str, card: str) 
     assert caught.value.diagnostics[0].code == "NS3007"
 
 
+@pytest.mark.parametrize("method", ["auto", "sdirk", "moreau"])
+@pytest.mark.parametrize(("switch", "name"), [(SWITCH, "s1"), (SOURCE, "b1")])
+def test_what_is_stored_elsewhere_does_not_help(switch: str, name: str, method: str) -> None:
+    """The divider takes the control across the threshold at once, whatever the capacitor holds."""
+    more = "R3 p c 10k\nC1 c 0 1u IC=0"
+    circuit = nsspice.read(RELAY.format(switch=switch, more=more, card=".tran 1u 1m uic"))
+    with pytest.raises(StepError, match=f"{name} has no state"):
+        nsspice.tran(circuit, method=method)
+
+
 @pytest.mark.parametrize("switch", [SWITCH, SOURCE])
 def test_what_is_stored_lets_it_slide(switch: str) -> None:
     """The voltage of a capacitor stays at the threshold, up to what one step moves."""

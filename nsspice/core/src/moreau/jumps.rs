@@ -560,8 +560,8 @@ impl Stepper {
             }
             changed = self.react();
         }
-        self.stats.chatter += u64::from(changed);
-        if changed && self.static_system {
+        if changed {
+            self.stats.chatter += 1;
             return Err(self.unsettled());
         }
         Ok(())

@@ -57,9 +57,10 @@ impl Sdirk {
         let _ = s.impulse_or_leave();
         let (z, l) = (s.z.clone(), s.l.clone());
         let changed = s.react();
-        if s.settle_after(changed).is_err() {
+        if let Err(failure) = s.settle_after(changed) {
             s.z = z;
             s.l = l;
+            self.restless = failure.restless.map(|_| failure);
         }
         s.log_events();
     }

@@ -108,6 +108,8 @@ pub struct Sdirk {
     pub(super) patience: Patience,
     /// unknowns whose error is that of their rates, in the step estimated last
     pub(super) tied: Vec<bool>,
+    /// a switch has found no state behind the last event
+    pub(super) restless: Option<Box<Failure>>,
     /// counters
     pub counters: Counters,
 }
@@ -156,6 +158,7 @@ impl Sdirk {
             stored: StoredRows::new(s),
             patience: Patience::default(),
             tied: vec![false; s.z.len()],
+            restless: None,
             counters: Counters::default(),
         }
     }
@@ -284,6 +287,9 @@ impl Sdirk {
 
     /// Finds the next accepted step, its length and how it ends.
     fn step(&mut self, s: &mut Stepper) -> Result<(), Box<Failure>> {
+        if let Some(failure) = self.restless.take() {
+            return Err(failure);
+        }
         let fixed = self.accuracy.relative >= 1.0;
         let (end, jump) = self.corner;
         let (target, at_corner) = if end <= self.stop { (end, true) } else { (self.stop, false) };
