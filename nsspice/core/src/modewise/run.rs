@@ -349,19 +349,7 @@ impl Engine {
         }
         self.stats.chatter += 1;
         let last = self.picker.verifier.thrown.last();
-        Err(Failure {
-            time: self.time,
-            length: f64::INFINITY,
-            rhs: vec![0.0; self.net.n],
-            roles: roles(self.net.m, &self.switches, &self.gates)
-                .iter()
-                .map(|&r| r as u8)
-                .collect(),
-            residual: 1.0,
-            suspect: false,
-            worst_row: None,
-            restless: last.map(|&s| self.switches[s].pair),
-        })
+        Err(Failure::restless(self.time, last.map(|&s| self.switches[s].pair)))
     }
 
     /// Switches whose control is a source react before anything else is looked at.

@@ -404,11 +404,10 @@ impl Stepper {
         })
     }
 
-    /// A switch of a static circuit has found no state.
+    /// A switch has found no state.
     pub(super) fn unsettled(&self) -> Box<Failure> {
-        let mut failure = self.failed(f64::INFINITY, 1.0, false, None);
-        failure.restless = self.last_thrown.map(|k| self.switches[k].pair);
-        failure
+        let pair = self.last_thrown.map(|k| self.switches[k].pair);
+        Box::new(Failure::restless(self.time, pair))
     }
 
     pub(super) fn solve_static(&mut self, start: Start) -> Outcome {

@@ -71,6 +71,16 @@ pub struct Failure {
     pub restless: Option<usize>,
 }
 
+impl Failure {
+    /// A switch has found no state: nothing is left to certify.
+    pub fn restless(time: f64, pair: Option<usize>) -> Failure {
+        let (rhs, roles) = (Vec::new(), Vec::new());
+        let (length, residual) = (f64::INFINITY, 1.0);
+        let restless = pair;
+        Failure { time, length, rhs, roles, residual, suspect: false, worst_row: None, restless }
+    }
+}
+
 /// Counters of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Statistics {
