@@ -123,14 +123,12 @@ class Reading(Device):
         if form is None:
             law = Expression(comparator.control, self.expression.span)
             function = stamper.function(register_of(stamper, law, self.sources))
-            return ((stamper.as_unknown(name, Functional(f=((function, 1.0),))), 1.0),), 0.0
+            return stamper.of_unknowns(name, Functional(f=((function, 1.0),))), 0.0
         constant, factors = form
         if "time" in factors:
             stamper.layout.columns["time"] = stamper.column(_clock(stamper))
         total = linear_output(stamper.layout, (0.0, factors), self.sources, self.name)
-        if total.lam or total.dz or total.u or total.f or total.df or not total.z:
-            return ((stamper.as_unknown(name, total), 1.0),), -constant
-        return total.z, -constant
+        return stamper.of_unknowns(name, total), -constant
 
 
 def _clock(stamper: Stamper) -> Waveform:

@@ -17,6 +17,7 @@ A choice between laws, ``if(v(a) > 0, v(a), 0)``, stays what it is, since it may
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from ..netlist.expression import Expression
@@ -92,10 +93,7 @@ class _Reader:
 
     def replace(self, node: Node) -> Node:
         """Return a tree with its jumping parts replaced."""
-        known = self._known.get(id(node))
-        if known is None:
-            known = self._known[id(node)] = self._replace(node)
-        return known
+        return _once(self._known, node, self._replace)
 
     def _replace(self, node: Node) -> Node:
         if not _reads(node):
@@ -125,10 +123,7 @@ class _Reader:
 
     def _truth(self, node: Node) -> Node:
         """Return a tree that is 1 where a condition is true and 0 where it is false."""
-        known = self._truths.get(id(node))
-        if known is None:
-            known = self._truths[id(node)] = self._new_truth(node)
-        return known
+        return _once(self._truths, node, self._new_truth)
 
     def _new_truth(self, node: Node) -> Node:
         op, args = node.op, node.args
@@ -176,6 +171,14 @@ class _Reader:
         signal = f"v({self.name}#{len(self.found) + 1})"
         self.found.append(Comparator(signal, control, closed))
         return var(signal)
+
+
+def _once(known: dict[int, Node], node: Node, make: Callable[[Node], Node]) -> Node:
+    """Return what is made of a node, which shared ones stand for once."""
+    found = known.get(id(node))
+    if found is None:
+        found = known[id(node)] = make(node)
+    return found
 
 
 def _is_condition(node: Node, plain: bool) -> bool:

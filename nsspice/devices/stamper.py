@@ -297,6 +297,13 @@ class Stamper:
             self.add(row, functional, -1.0)
         return branches[name]
 
+    def of_unknowns(self, name: str, functional: Functional) -> tuple[tuple[int, float], ...]:
+        """Return an output as a combination of unknowns, a new one where it is more than that."""
+        f = functional
+        if f.lam or f.dz or f.u or f.f or f.df:
+            return ((self.as_unknown(name, f), 1.0),)
+        return f.z
+
     def enter(self, a: str, b: str, current: int, factor: float = 1.0) -> None:
         """Let ``factor`` times a smooth function flow from a through the element to b."""
         for row, sign in self.layout.voltage(a, b, factor):

@@ -221,10 +221,7 @@ class CurrentSwitch(_Switch):
         """Write the control; a current that is no unknown yet becomes one."""
         layout = stamper.layout
         control = self.control.current(layout) if self.control is not None else Functional()
-        terms = control.z
-        if control.lam or control.dz or control.u or control.f or control.df:
-            terms = ((stamper.as_unknown(self.controls[0], control), 1.0),)
-        self._stamp_control(stamper, terms)
+        self._stamp_control(stamper, stamper.of_unknowns(self.controls[0], control))
 
 
 _EFFECTS = {

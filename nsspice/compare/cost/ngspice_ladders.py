@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from ...analyses.cards import Tran
 from .problem import Problem
 from .reference import Reference
 from .report import Measurement
@@ -23,21 +22,7 @@ LADDERS: Mapping[str, Mapping[str, Any]] = {
 
 #: longest steps, in units of the usual one
 _STEPS = (4.0, 1.0, 1.0 / 4.0, 1.0 / 16.0)
-_POINTS = 1e4  # of a run with the usual longest step at least
 _PATIENCE = 6.0  # [s] with one run of ngspice at least, its start included
-
-
-def usual_step(analysis: Tran) -> float:
-    """Return half the distance of the rows, or a ten-thousandth of the run if that is less [s].
-
-    Lines are drawn between ngspice's points, so that longer steps would be judged by the lines.
-
-    Examples
-    --------
-    >>> usual_step(Tran(stop=1e-3, row_step=1e-6))
-    1e-07
-    """
-    return min(analysis.row_distance / 2.0, (analysis.stop - analysis.start) / _POINTS)
 
 
 def measure(
@@ -69,6 +54,7 @@ def measure(
         Also of runs that failed; none if ngspice would do the same as in another ladder.
     """
     from .. import ngspice
+    from ..ngspice.translate import usual_step
 
     rows, nan = problem.analysis.rows(), float("nan")
     found: list[Measurement] = []

@@ -129,12 +129,23 @@ def complete(options: Options, analysis: AnyAnalysis) -> Options:
     max_step = options.max_step
     if isinstance(analysis, Tran):
         if max_step is None:
-            # lines between ngspice's points are compared with rows: corners need short ones
-            finest = min(analysis.row_distance / 2.0, analysis.stop / 10_000.0)
-            max_step = min(analysis.max_step or math.inf, finest)
+            max_step = min(analysis.max_step or math.inf, usual_step(analysis))
         edge = options.edge or 1e-3 * max_step
         return replace(options, max_step=max_step, edge=edge)
     return options
+
+
+def usual_step(analysis: Tran) -> float:
+    """Return half the distance of the rows, or a ten-thousandth of the run if that is less [s].
+
+    Lines between ngspice's points are compared with rows: corners need short ones.
+
+    Examples
+    --------
+    >>> usual_step(Tran(stop=1e-3, row_step=1e-6))
+    1e-07
+    """
+    return min(analysis.row_distance / 2.0, analysis.stop / 10_000.0)
 
 
 def _conditions(

@@ -31,11 +31,6 @@ impl Newton {
         self.eq.terms.iter().any(|t| t.q != 0.0)
     }
 
-    /// Rows in which rates of functions stand.
-    pub fn storing_rows(&self) -> impl Iterator<Item = usize> + '_ {
-        self.eq.terms.iter().filter(|t| t.q != 0.0).map(|t| t.row as usize)
-    }
-
     /// What stored functions add to the storage matrix at a point.
     pub fn stored_slopes(&mut self, z: &[f64], u: &[f64], t: f64) -> Vec<(usize, usize, f64)> {
         self.tape.evaluate(z, u, t, Linearisation::Exact);
