@@ -13,7 +13,7 @@ _Matrix = tuple[Any, ...]
 _Linear = tuple[Any, ...]
 _Waveform = tuple[str, Sequence[float], float, float]
 _Terms = Sequence[tuple[int, float]]
-_Switch = tuple[int, _Terms, float, float, bool, bool]
+_Switch = tuple[int, _Terms, float, float, bool, bool, bool]
 _Events = tuple[_Floats, npt.NDArray[np.uintp], npt.NDArray[np.bool_]]
 _Tape = tuple[_Bytes, npt.NDArray[np.int32], _Floats, npt.NDArray[np.int32]]
 

@@ -55,6 +55,7 @@ def jumps_of(
     currents = float(np.max(np.append(ordinary[is_current], np.abs(state[1])), initial=0.0))
     voltages = float(np.max(ordinary[~is_current], initial=0.0))
     weights = _weights(system)
+    held = weights * system.E.dot(ordinary)
     found = []
     for number, jump in enumerate(jumps):
         charges, energy = start_of(mna, jump, start if number == 0 else None)
@@ -67,6 +68,8 @@ def jumps_of(
             amount = float(np.max(moved[rows], initial=0.0))
             change = float(np.max((weights * moved)[rows], initial=0.0))
             least = _NOTICED * float(np.max((weights * size)[rows], initial=0.0))
+            # the start from an operating point moves rounding of zero charges
+            least = max(least, _ROUNDING * float(np.max(np.abs(held)[rows], initial=0.0)))
             if change <= least or amount <= _INSTANT * step * usual:
                 continue
             jumped = True

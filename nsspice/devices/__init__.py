@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from .isource import CurrentSource
     from .junction import JunctionLaw
     from .junction_diode import JunctionDiode
+    from .latching_thyristor import LatchingThyristor
     from .parameter import Parameter, Table
     from .resistor import Resistor
     from .stamper import Conditions, Layout, Stamper
@@ -58,6 +59,7 @@ _HOME = {
     "Inductor": ".inductor",
     "JunctionDiode": ".junction_diode",
     "JunctionLaw": ".junction",
+    "LatchingThyristor": ".latching_thyristor",
     "Layout": ".stamper",
     "PairLaw": ".characteristic",
     "Parameter": ".parameter",
@@ -134,6 +136,7 @@ __all__ = [
     "Inductor",
     "JunctionDiode",
     "JunctionLaw",
+    "LatchingThyristor",
     "Layout",
     "PairLaw",
     "Parameter",

@@ -12,6 +12,9 @@ by breakover voltage, holding voltage and holding current:
 
 The current ``ig`` from gate to cathode lowers the breakover, at ``Igt`` to the holding voltage: the
 thyristor then is a diode.  Once the current exceeds ``Ih`` the gate has no more influence.
+
+A card with neither a curve nor a holding current is the ideal thyristor of
+``latching_thyristor.py``.
 """
 
 from __future__ import annotations
@@ -26,39 +29,13 @@ from .device import NO_VALUES, Context, Device, Edge, check_flags
 from .effect import Effect
 from .leg_device import SIZE, series_drop, size_of
 from .outputs import plus, scaled
-from .parameter import Parameter, Table, inert
+from .parameter import Table, inert
 from .signals import register_of, shown
 from .stamper import Layout, Stamper
+from .thyristor_card import CARD, EFFECTS, check_card, latches
 
 if TYPE_CHECKING:
-    from ..netlist.deck import Element, Model
-    from ..netlist.findings import Findings
-
-_CARD = Table(
-    Parameter("vbo", "breakover voltage without gate current", "V"),
-    Parameter("vh", "holding voltage", "V", 0.0, aliases=("vfwd",)),
-    Parameter("ih", "holding current", "A"),
-    Parameter("ron", "resistance while it conducts, with v= beyond alpha", "Ohm", 0.0),
-    Parameter("alpha", "current up to which v= holds", "A", math.inf),
-    Parameter("vrev", "reverse breakdown voltage, positive", "V"),
-    Parameter("rrev", "resistance in reverse breakdown, default ron", "Ohm"),
-    Parameter("igt", "gate current that triggers", "A"),
-    Parameter("vgt", "voltage between gate and cathode while gate current flows", "V", 0.0),
-    Parameter("rg", "resistance of the gate", "Ohm", 0.0),
-    *(inert(name, "rating or note") for name in ("mfg", "type", "iave", "vpk", "irms", "ipk")),
-)
-_EFFECTS = (
-    ("vbo", "breakover", "V", 0),
-    ("vh", "holding voltage", "V", 0),
-    ("ih", "holding current", "A", 1),
-    ("alpha", "end of the curve", "A", 1),
-    ("ron", "on-resistance", "Ohm", -1),
-    ("vrev", "reverse breakdown", "V", 0),
-    ("rrev", "breakdown resistance", "Ohm", -1),
-    ("igt", "gate trigger current", "A", 1),
-    ("vgt", "gate drop", "V", 0),
-    ("rg", "gate resistance", "Ohm", -1),
-)
+    from ..netlist.deck import Element
 
 
 class Thyristor(Device):
@@ -72,7 +49,7 @@ class Thyristor(Device):
         inert("temp", "temperature (the law has none)", "C"),
         inert("dtemp", "temperature difference", "K"),
     )
-    MODEL = _CARD
+    MODEL = CARD
     terminals = ("a", "k", "g")
     shows_current = True
     smooth = True
@@ -91,7 +68,7 @@ class Thyristor(Device):
         listed = [Effect("thyristor")] if curve is None else [Effect(f"curve {shown(curve)}")]
         listed += [
             Effect(name, key, card[key] * parallel**factor, unit)
-            for key, name, unit, factor in _EFFECTS
+            for key, name, unit, factor in EFFECTS
             if key in card
         ]
         self.effects = tuple(listed)
@@ -109,13 +86,17 @@ class Thyristor(Device):
         card = context.cards.get(id(model))
         if card is None:
             params = {key: p for key, p in model.params.items() if key != "v"}
-            card = _CARD.read(params, f"model {model.name}", findings)
+            card = CARD.read(params, f"model {model.name}", findings)
             context.cards[id(model)] = card
         before = len(findings.errors)
         curve = series_drop(element, model, findings)
-        _check(element, model, card, curve, findings)
+        check_card(element, model, card, curve, findings)
         if parallel is None or len(findings.errors) > before:
             return None
+        if latches(card, curve):
+            from .latching_thyristor import LatchingThyristor
+
+            return LatchingThyristor(element, card, None, parallel)
         return cls(element, card, curve, parallel)
 
     @property
@@ -139,6 +120,22 @@ class Thyristor(Device):
         main = tuple(Edge("P", a, k) for _ in range(1 + ("vrev" in self.card)))
         return main if self.gate is None else (*main, Edge("P", self.gate, k))
 
+    def _stamp_pairs(self, stamper: Stamper, forward: int) -> int | None:
+        """Write reverse breakdown and gate; return the gate current, None without one."""
+        a, k = self.ends
+        name, card, layout = self.name, self.card, stamper.layout
+        pairs, gate = [forward], None
+        if "vrev" in card:
+            slope = card.get("rrev", card.get("ron", 0.0)) / self.parallel
+            pairs.append(stamper.pair(f"{name}.rev", name, k, a, card["vrev"], slope))
+        if self.gate is not None:
+            series = card.get("rg", 0.0) / self.parallel
+            drop = card.get("vgt", 0.0)
+            pairs.append(stamper.pair(f"{name}.gate", name, self.gate, k, drop, series))
+            gate = stamper.as_unknown(f"{name}.g", Functional(lam=((pairs[-1], 1.0),)))
+        layout.pairs[name] = tuple(pairs)
+        return gate
+
     def allocate(self, stamper: Stamper) -> None:
         """Reserve the current of the forward branch, which its curve reads."""
         stamper.branch(self.name)
@@ -146,21 +143,11 @@ class Thyristor(Device):
     def stamp(self, stamper: Stamper) -> None:
         """Write ``-(va - vx) + phi(i, ig) = 0``, the pairs, and the gate."""
         a, k = self.ends
-        name, card, layout = self.name, self.card, stamper.layout
-        branch = layout.branches[name]
+        name = self.name
+        branch = stamper.layout.branches[name]
         inner = stamper.internal_node(f"{name}#drop", name)
         stamper.connect(branch, a, inner)
-        pairs = [stamper.pair(f"{name}.fwd", name, inner, k, 0.0, 0.0)]
-        if "vrev" in card:
-            slope = card.get("rrev", card.get("ron", 0.0)) / self.parallel
-            pairs.append(stamper.pair(f"{name}.rev", name, k, a, card["vrev"], slope))
-        gate: int | None = None
-        if self.gate is not None:
-            series = card.get("rg", 0.0) / self.parallel
-            drop = card.get("vgt", 0.0)
-            pairs.append(stamper.pair(f"{name}.gate", name, self.gate, k, drop, series))
-            gate = stamper.as_unknown(f"{name}.g", Functional(lam=((pairs[-1], 1.0),)))
-        layout.pairs[name] = tuple(pairs)
+        gate = self._stamp_pairs(stamper, stamper.pair(f"{name}.fwd", name, inner, k, 0.0, 0.0))
         register = (
             self._curve(stamper, branch) if self.curve else self._thyristor(stamper, branch, gate)
         )
@@ -221,10 +208,14 @@ class Thyristor(Device):
             return scaled(both, -1.0)
         if terminal == "g":
             return Functional() if self.gate is None else layout.branch(f"{self.name}.g")
-        forward = layout.branch(self.name)
+        forward = self._forward(layout)
         if "vrev" not in self.card:
             return forward
         return plus(forward, Functional(lam=((layout.pairs[self.name][1], -1.0),)))
+
+    def _forward(self, layout: Layout) -> Functional:
+        """Return the forward current."""
+        return layout.branch(self.name)
 
     def current(self, layout: Layout) -> Functional:
         """Return the current into the anode."""
@@ -235,45 +226,3 @@ class Thyristor(Device):
         """Return current and two nodes of each product that adds to the power."""
         main = (self.name, *self.ends)
         return (main,) if self.gate is None else (main, (f"{self.name}.g", self.gate, self.ends[1]))
-
-
-def _check(
-    element: Element,
-    model: Model,
-    card: Mapping[str, float],
-    curve: Expression | None,
-    findings: Findings,
-) -> None:
-    """Report parameters that are missing, superfluous or impossible."""
-
-    def wrong(key: str, message: str, hint: str) -> None:
-        span = model.params[key].span if key in model.params else model.span
-        findings.error("NS2005", f"model {model.name}: {message}", span, hint)
-
-    form = "give vbo, vh, ih and ron, or the curve V={expr(i)} with alpha and ron"
-    gated = len(element.nodes) > 2
-    if curve is None:
-        for key in ("vbo", "ih", *(("igt",) if gated else ())):
-            if key not in card:
-                wrong(key, f"{key} is missing for {element.name}", form)
-            elif card[key] <= 0.0:
-                wrong(key, f"{key}={card[key]:g} must be positive", form)
-        if card.get("vbo", math.inf) < card.get("vh", 0.0):
-            wrong("vbo", "the breakover lies below the holding voltage", "give vbo > vh")
-        if "alpha" in card:
-            wrong("alpha", "alpha belongs to a curve V={expr(i)}", form)
-    else:
-        for key in ("vbo", "vh", "ih", "igt"):
-            if key in card:
-                wrong(key, f"{key} is given beside a curve V={{expr(i)}}", form)
-        if gated:
-            wrong(
-                "v", f"{element.name} has a gate, which a curve V={{expr(i)}} does not read", form
-            )
-        if card.get("alpha", 1.0) <= 0.0:
-            wrong("alpha", "alpha must be positive", form)
-    for key in ("ron", "rrev", "rg", "vh", "vgt"):
-        if card.get(key, 0.0) < 0.0:
-            wrong(key, f"{key}={card[key]:g} must not be negative", "give a positive number")
-    if card.get("vrev", 1.0) < 0.0:
-        wrong("vrev", "vrev must not be negative", "it is the height of the reverse breakdown")

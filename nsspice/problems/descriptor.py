@@ -70,6 +70,9 @@ class Switch:
         State of the pair before the first evaluation: True if it conducts.
     inverted : bool
         True if the pair is active while the control is *below* (a switch with RON > ROFF).
+    latching : bool
+        True for a thyristor: while it is closed the pair is a diode (lam >= 0), and it opens no
+        sooner than that diode conducts no more.
     """
 
     pair: int
@@ -78,6 +81,7 @@ class Switch:
     off_below: float
     closed: bool = False
     inverted: bool = False
+    latching: bool = False
 
 
 @dataclass(frozen=True, slots=True)

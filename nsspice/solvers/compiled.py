@@ -53,6 +53,7 @@ def compiled(system: DescriptorSystem) -> _core.System:
                 s.off_below,
                 s.closed != s.inverted,  # the core keeps the state of the control
                 s.inverted,
+                s.latching,
             )
             for s in system.switches
         ],

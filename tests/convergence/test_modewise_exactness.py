@@ -227,3 +227,22 @@ def test_a_step_or_theta_that_is_asked_for_means_stepping():
     assert nsspice.tran(circuit).islands[0].method == "modewise"
     assert nsspice.tran(circuit, step=1e-5).islands[0].method == "moreau"
     assert nsspice.tran(circuit, theta=0.5).islands[0].method == "moreau"
+
+
+def test_rounding_between_a_loop_and_a_trapped_charge_is_no_guard():
+    deck = """an inductor across the source, and a charge that nothing moves: both do not decay
+V1 a 0 SIN(0 325 50)
+R1 c 0 9751
+L1 a 0 1.073m
+C1 c x 5.96u
+R2 x b 30.21
+C2 0 y 2.709u
+R3 y b 19.9
+D1 c a
+D2 c 0
+.tran 0.2m 60m
+"""
+    run = nsspice.tran(nsspice.read(deck))
+    assert run.stats["fixed_steps"] == 0
+    exact = 325 / (100 * np.pi * 1.073e-3) * (1 - np.cos(100 * np.pi * run.time))
+    assert np.max(np.abs(run["i(l1)"] - exact)) < 1e-12 * np.max(exact)

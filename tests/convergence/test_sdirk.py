@@ -313,3 +313,36 @@ def test_tight_tolerances_end_where_all_currents_begin_at_zero(reltol):
     for name in LINE:
         # at each switching something may jump that takes a nanosecond: 1e5 A/s for 1 ns in 270 A
         assert np.max(np.abs(run[name] - exact[name])) < 1e-6 * np.ptp(exact[name]), name
+
+
+BESIDE_A_JUNCTION = """thyristor, gate current through a resistor, freewheeling junction
+V1 a 0 SIN(0 325 50)
+D1 a b g thyristor
+V2 gg b PULSE(0 10 3m 0 0 1m 20m)
+R2 gg g 100
+D2 0 b junction
+L1 b c 50m
+R1 c 0 10
+.model thyristor SCR(Igt=20m Vgt=0.7 Rg=20 Vh=1.1 Ron=5m)
+.model junction D(IS=1e-12 N=1.2)
+.tran 0.1m 60m
+"""
+
+
+@pytest.mark.parametrize("reltol", [1e-5, 1e-7, 1e-9, 1e-10])
+def test_a_row_at_an_edge_shows_what_follows(reltol: float):
+    run = nsspice.tran(nsspice.read(BESIDE_A_JUNCTION), method="sdirk", reltol=reltol)
+    # 9.3 V over 120 Ohm from the edges at 3, 23 and 43 ms on, of which the last is a multiple of
+    # the row distance but for rounding; nothing from those 1 ms later on
+    gate = {t: run["i(v2)"][np.argmin(np.abs(run.time - 1e-3 * t))] for t in (3, 4, 23, 24, 43, 44)}
+    assert [gate[t] for t in (3, 23, 43)] == pytest.approx([-9.3 / 120] * 3, rel=1e-9)
+    assert [gate[t] for t in (4, 24, 44)] == pytest.approx([0.0] * 3, abs=1e-12)
+
+
+def test_currents_that_are_rounding_are_not_followed():
+    bridge = (NETLISTS / "rectifiers" / "thyristor_bridge.net").read_text()
+    junction = "D7 n p junction\n.model junction D(IS=1e-10)\nR2 n 0 1meg\n"
+    deck = bridge.replace("L1 p m", junction + "L1 p m")
+    run = nsspice.tran(nsspice.read(deck), method="sdirk")
+    # before the first firing nothing flows; what is left of the operating point decays in 80 ps
+    assert run.stats["steps"] < 1000

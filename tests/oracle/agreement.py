@@ -143,7 +143,7 @@ def _static(
         problem = network.dc(u)
         point = solve(problem, z, lam)
         for _ in range(8):
-            if not network.toggle(point.z):
+            if not network.toggle(point.z, point.lam):
                 break
             problem = network.dc(u)
             point = solve(problem, point.z, point.lam)

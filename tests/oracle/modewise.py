@@ -59,7 +59,7 @@ class Check:
         self.B, self.D, self.S = (x.dense() for x in (system.B, system.D, system.S))
         self.q = system.q
         self.sources = [Source(w, 0.0, 1.1 * stop) for w in system.waveforms]
-        self.switched = {s.pair for s in system.switches}
+        self.switched = {s.pair for s in system.switches}  # thyristors too: they block forward
         outputs = [Functional(z=((j, 1.0),)) for j in range(self.n)]
         outputs += [Functional(lam=((j, 1.0),)) for j in range(self.m)]
         self.stepper = ModewiseStepper(system, outputs)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from nsspice.problems.descriptor import DescriptorSystem
+from nsspice.problems.descriptor import DescriptorSystem, Switch
 
 from .mlcp import OracleInfeasible, OracleStuck, Point, solve
 from .residual import Bools, Floats, Mlcp
@@ -71,8 +71,7 @@ class Network:
         self.on = [switch.closed for switch in s.switches]
         self.closed = np.zeros(s.m, dtype=bool)
         for switch in s.switches:
-            self.switch[switch.pair] = True
-            self.closed[switch.pair] = switch.closed != switch.inverted
+            self.place(switch, switch.closed)
 
     def u(self, t: float, side: Side) -> Floats:
         """Return the source values at t."""
@@ -107,19 +106,32 @@ class Network:
         b = (self.E / h + self.H) @ z0 + (self.S - self.Hs) @ u1 + self.Hs @ u0
         return self.problem(self.E / h + self.G + self.H, b)
 
-    def toggle(self, z: Floats) -> bool:
-        """Apply every switch's law to the unknowns z; return whether any switch moved."""
+    def place(self, switch: Switch, on: bool) -> None:
+        """Let the pair of a switch be closed or open; that of a fired thyristor is a diode."""
+        closed = on != switch.inverted
+        self.switch[switch.pair] = not (switch.latching and closed)
+        self.closed[switch.pair] = closed and not switch.latching
+
+    def toggle(self, z: Floats, lam: Floats) -> bool:
+        """Apply every switch's law to the unknowns z; return whether any switch moved.
+
+        A thyristor that carries a current stays closed.  One that opens carries none: nothing
+        moves.
+        """
+        rounding = 1e-12 * np.abs(lam).max(initial=0.0)
         moved = False
         for k, switch in enumerate(self.system.switches):
+            if switch.latching and self.on[k] and lam[switch.pair] > rounding:
+                continue
             value = sum(c * z[j] for j, c in switch.control)
             slack = 8 * np.finfo(float).eps * sum(abs(c * z[j]) for j, c in switch.control)
             if self.on[k]:
                 new = bool(value >= switch.off_below - slack)
             else:
                 new = bool(value > switch.on_above + slack)
-            moved |= new != self.on[k]
+            moved |= new != self.on[k] and (new or not switch.latching)
             self.on[k] = new
-            self.closed[switch.pair] = new != switch.inverted
+            self.place(switch, new)
         return moved
 
 
@@ -236,20 +248,20 @@ class Runner:
             # the switches belong to the state that the charges lead to
             for _ in range(REACTIONS):
                 now = self._impulse("start", t, charges, z)
-                if not net.toggle(now.z):
+                if not net.toggle(now.z, now.point.lam):
                     break
                 self.records.pop()
             return now
         now = self._solve("dc", t, net.dc(self.u), z, None)
         for _ in range(REACTIONS):
-            if not net.toggle(now.z):
+            if not net.toggle(now.z, now.point.lam):
                 break
             now = self._solve("dc", t, net.dc(self.u), now.z, now.point.lam)
         return now
 
     def _settle(self, now: Record) -> Record:
         for _ in range(REACTIONS):
-            if not self.network.toggle(now.z):
+            if not self.network.toggle(now.z, now.point.lam):
                 break
             now = self._try_impulse("gate", now)
         return now

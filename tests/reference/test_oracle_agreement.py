@@ -49,6 +49,9 @@ BEYOND = {
     # the oracle spreads an impact over two steps
     ("jump_train_of_wagons", 1.0),
     ("jump_train_of_wagons", 0.5),
+    # no current flows before the first firing: at that instant there is nothing but rounding
+    ("thyristor_bridge", 1.0),
+    ("thyristor_bridge", 0.5),
     # steps of 1e10 periods: samples of the sine are rounding
     ("extreme_gigahertz_for_kiloseconds", 1.0),
     ("extreme_gigahertz_for_kiloseconds", 0.5),

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ...devices import Thyristor
+from ...devices import LatchingThyristor, Thyristor
 from ...devices.characteristic import Decomposition, PairLaw
 from ...devices.leg import CurveBody, Leg
-from .deck_writer import DeckWriter
+from .deck_writer import DeckWriter, untranslatable
 from .diodes import write_leg
 from .expression import spice_expression
 
@@ -16,6 +16,11 @@ from .expression import spice_expression
 def write_thyristor(writer: DeckWriter, thyristor: Thyristor) -> None:
     """Write forward branch, reverse breakdown and gate."""
     name, card, m = thyristor.name, thyristor.card, thyristor.parallel
+    if isinstance(thyristor, LatchingThyristor):
+        raise untranslatable(
+            f"{name}: ngspice has no ideal thyristor",
+            "give vbo and ih as well: a falling characteristic can be said in ngspice",
+        )
     anode, cathode, *rest = writer.ends(name, thyristor.nodes, "akg")
     inner = writer.names.inner(f"{name}_drop")
     forward = writer.metered_node(f"{name}.fwd", anode)

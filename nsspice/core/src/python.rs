@@ -133,8 +133,8 @@ fn tape(spec: &TapeSpec, unknowns: usize, sources: usize) -> PyResult<Tape> {
     Ok(Tape::new(Arc::new(program)))
 }
 
-/// pair, control, on_above, off_below, closed, inverted
-type SwitchSpec = (usize, Vec<(usize, f64)>, f64, f64, bool, bool);
+/// pair, control, on_above, off_below, closed, inverted, latching
+type SwitchSpec = (usize, Vec<(usize, f64)>, f64, f64, bool, bool, bool);
 
 /// kind, values, repeat, scale
 type WaveformSpec = (String, Vec<f64>, f64, f64);

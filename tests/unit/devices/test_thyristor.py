@@ -99,7 +99,7 @@ def test_explain_and_wrong_models():
         assert part in shown
     assert "thyristor d1" in shown
     base = "V1 a 0 1\nR1 a b 1\nD1 b 0 {}\n.model m1 {}"
-    assert codes(base.format("m1", "scr(vh=1)")) == ["NS2005", "NS2005"]
+    assert codes(base.format("m1", "scr(ih=1)")) == ["NS2005"]
     assert codes(base.format("a m1", "scr(vbo=5 ih=1)")) == ["NS2005"]
     assert codes(base.format("m1", "scr(vbo=5 ih=1 vh=9)")) == ["NS2005"]
     assert codes(base.format("m1", "scr(vbo=5 ih=1 V={i})")) == ["NS2005", "NS2005"]

@@ -135,9 +135,9 @@ impl Engine {
             row[0] = label;
             self.outputs.write(&self.z, &self.l, &rates, &u, &mut row[1..]);
         }
-        self.react();
+        self.react(&on);
         for (law, &gate) in self.switches.iter().zip(&self.gates) {
-            on[law.pair] = gate != law.inverted;
+            on[law.pair] = law.conducts(gate).unwrap_or(on[law.pair]);
         }
         let id = self.registry.id(&on, &self.gates.clone());
         self.log(id);
@@ -149,9 +149,12 @@ impl Engine {
         })
     }
 
-    /// Applies the switch laws to the present unknowns.
-    fn react(&mut self) {
+    /// Applies the switch laws to the present unknowns and the pairs that conduct.
+    fn react(&mut self, on: &[bool]) {
         for (law, gate) in self.switches.iter().zip(&mut self.gates) {
+            if law.latching && *gate && on[law.pair] {
+                continue; // a thyristor that conducts does not hear its gate
+            }
             let value: f64 = law.control.iter().map(|&(j, c)| c * self.z[j]).sum();
             let closed = if *gate { value >= law.off_below } else { value > law.on_above };
             if closed != *gate {

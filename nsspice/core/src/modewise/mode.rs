@@ -39,6 +39,16 @@ pub struct SwitchLaw {
     pub off_below: f64,
     /// the pair conducts while the control is low
     pub inverted: bool,
+    /// closed it is a diode, and it does not open while that conducts
+    pub latching: bool,
+}
+
+impl SwitchLaw {
+    /// Whether the pair conducts with the control in a state; None where its signs decide.
+    pub fn conducts(&self, gate: bool) -> Option<bool> {
+        let closed = gate != self.inverted;
+        (!(self.latching && closed)).then_some(closed)
+    }
 }
 
 /// Rows over `[modal state; v; v']`.
@@ -126,6 +136,8 @@ pub struct Mode {
     pub watch: Vec<Watch>,
     /// which guards are voltages (slacks, controls), the others being currents
     pub slack: Vec<bool>,
+    /// guards of thyristors that stay closed while that of their pair, which follows, is positive
+    pub held: Vec<(usize, usize)>,
     /// guards of switches that depend on the inputs alone, with their switches
     pub direct: Vec<(usize, usize)>,
     /// their sizes
@@ -357,6 +369,8 @@ impl Mode {
             diodes = guard_rows(net, on, &active, &states, &algebraic, n);
         }
         diodes.clean(net.n + net.m);
+        let fixed = switches.iter().zip(gates).filter(|(s, &gate)| s.conducts(gate).is_some());
+        let switched: Vec<usize> = fixed.map(|(s, _)| s.pair).collect();
         let impulses = (ties > 0).then(|| {
             let joint = Matrix::from_fn(ties, r + nv, |i, c| {
                 if c < r {
@@ -378,8 +392,7 @@ impl Mode {
             }
             guards.clean(net.n + net.m);
             let diode = |&i: &usize| {
-                switches.iter().all(|s| s.pair != i)
-                    && guards.value.row(i).iter().any(|v| *v != 0.0)
+                !switched.contains(&i) && guards.value.row(i).iter().any(|v| *v != 0.0)
             };
             let pairs = (0..net.m).filter(diode).collect();
             Impulses {
@@ -402,7 +415,6 @@ impl Mode {
             v: Matrix::from_fn(t.rows, nv, |i, c| t[(i, n + c)]),
             d: Matrix::from_fn(t.rows, nv, |i, c| t[(i, n + nv + c)]),
         };
-        let switched: Vec<usize> = switches.iter().map(|s| s.pair).collect();
         let mut kept = Vec::new();
         let mut watch = Vec::new();
         for i in 0..net.m {
@@ -413,8 +425,11 @@ impl Mode {
         }
         let mut all = diodes.rows(&kept);
         let controls = control_rows(net, switches, gates, &states, &algebraic, n, width);
-        for (s, _) in switches.iter().enumerate() {
+        let mut held = Vec::new();
+        for (s, law) in switches.iter().enumerate() {
             if controls.value.row(s).iter().any(|v| *v != 0.0) {
+                let pair = kept.iter().position(|&i| i == law.pair && law.latching && on[i]);
+                held.extend(pair.map(|pair| (watch.len(), pair)));
                 watch.push(Watch::Switch(s));
                 let row = controls.rows(&[s]);
                 all = Tracked {
@@ -433,7 +448,12 @@ impl Mode {
             .iter()
             .enumerate()
             .filter_map(|(j, w)| match *w {
-                Watch::Switch(s) if all.value.row(j)[..n].iter().all(|v| *v == 0.0) => Some((j, s)),
+                Watch::Switch(s)
+                    if all.value.row(j)[..n].iter().all(|v| *v == 0.0)
+                        && held.iter().all(|h| h.0 != j) =>
+                {
+                    Some((j, s))
+                }
                 _ => None,
             })
             .collect();
@@ -453,6 +473,7 @@ impl Mode {
             guards: to_rows(&all.value),
             slack: watch.iter().map(|w| !matches!(w, Watch::Pair(i) if on[*i])).collect(),
             watch,
+            held,
             direct,
             sizes,
             consistency: consistency.value,

@@ -254,6 +254,7 @@ impl Mode {
             guards,
             watch: (0..net.m).map(Watch::Pair).collect(),
             slack,
+            held: Vec::new(),
             direct: Vec::new(),
             sizes,
             consistency: self.consistency.clone(),

@@ -81,7 +81,11 @@ pub struct Picker {
 pub fn roles(m: usize, switches: &[SwitchLaw], gates: &[bool]) -> Vec<Role> {
     let mut out = vec![Role::Diode; m];
     for (law, &gate) in switches.iter().zip(gates) {
-        out[law.pair] = if gate != law.inverted { Role::Closed } else { Role::Open };
+        out[law.pair] = match law.conducts(gate) {
+            Some(true) => Role::Closed,
+            Some(false) => Role::Open,
+            None => Role::Diode,
+        };
     }
     out
 }
@@ -189,7 +193,7 @@ impl Picker {
             self.on.clear();
             self.on.extend_from_slice(registry.on(from));
             for (law, &gate) in scene.switches.iter().zip(gates) {
-                self.on[law.pair] = gate != law.inverted;
+                self.on[law.pair] = law.conducts(gate).unwrap_or(self.on[law.pair]);
             }
             let chosen: &[usize] = if k == 0 { &pairs } else { &pairs[k - 1..k] };
             for &i in chosen {

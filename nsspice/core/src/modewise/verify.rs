@@ -144,9 +144,18 @@ impl Verifier {
         self.clear.clear();
         self.clear.resize(count, 0.0);
         let mut worst = (0usize, 0.0f64);
+        for &(j, pair) in &mode.held {
+            self.clear[j] = horizon;
+            let carries = self.looks.value[pair] > self.noise[pair];
+            if let (Watch::Switch(s), false) = (mode.watch[j], carries) {
+                if self.looks.value[j] < -self.noise[j] {
+                    self.thrown.push(s);
+                }
+            }
+        }
         for j in 0..count {
             let (g, noise) = (self.looks.value[j], self.noise[j]);
-            if g > noise {
+            if g > noise || self.clear[j] > 0.0 {
                 continue;
             }
             // a steep ramp that has just risen through zero, but for the rounding of that instant
@@ -202,6 +211,7 @@ impl Verifier {
     fn measure_noise(&mut self, mode: &Mode, scale: &Scale) {
         self.noise.clear();
         let mut floor = [0.0f64; 2]; // of multipliers and of slacks
+        let widened = scale.widened.max(1.0);
         for (j, size) in mode.sizes.iter().enumerate() {
             let inputs: f64 =
                 mode.guards.v.row(j).iter().zip(&scale.v).map(|(g, v)| g.abs() * v).sum();
@@ -211,9 +221,9 @@ impl Verifier {
             let sum = self.looks.bound[j];
             let whole = size.x * scale.a + inputs + rates;
             let kind = usize::from(mode.slack[j]);
-            floor[kind] = floor[kind].max(1e-15 * whole);
+            floor[kind] = floor[kind].max(1e-15 * whole * widened);
             let noise = 1e-13 * whole + 2e-15 * size.bound * scale.a + 4e-15 * sum;
-            self.noise.push((noise * scale.widened.max(1.0)).max(f64::MIN_POSITIVE));
+            self.noise.push((noise * widened).max(f64::MIN_POSITIVE));
         }
         for (noise, &slack) in self.noise.iter_mut().zip(&mode.slack) {
             *noise = noise.max(floor[usize::from(slack)]);

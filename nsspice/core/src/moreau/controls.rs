@@ -99,7 +99,7 @@ pub fn by_sources(linear: &Linear, switches: &[Switch], u: &[f64]) -> Option<Vec
     controls.fill(&linear.s, u, &mut z);
     let states = switches.iter().enumerate().map(|(k, switch)| {
         let mut switch = switch.clone();
-        switch.update(&z);
+        switch.update(&z, false);
         controls.decide(k).then_some(switch.closed)
     });
     states.collect()
@@ -144,6 +144,7 @@ mod tests {
             off_below: 1.0,
             closed,
             inverted: false,
+            latching: false,
         };
         let high = switch(vec![(1, 1.0)], false); // 5 V
         let kept = switch(vec![(1, 1.0), (0, -1.0)], true); // 3 V: between the thresholds

@@ -42,8 +42,8 @@ pub struct Impacts {
 
 impl Impacts {
     /// Looks at a system.
-    pub fn new(sys: &System, diodes: &[usize]) -> Impacts {
-        let active = !diodes.is_empty() && !passive(sys);
+    pub fn new(sys: &System, diodes: bool) -> Impacts {
+        let active = diodes && !passive(sys);
         let possible = active && sys.smooth.is_none();
         let m = if possible { sys.linear.a.ncols } else { 0 };
         Impacts { active, possible, harmless: vec![0; m], before: vec![false; m] }

@@ -149,7 +149,8 @@ impl Stepper {
     /// step has to resolve it.
     pub(super) fn impulse_or_leave(&mut self) -> Outcome {
         let (z, l) = (self.z.clone(), self.l.clone());
-        if self.impulse(None, Start::Warm).is_err() {
+        self.stale = self.impulse(None, Start::Warm).is_err();
+        if self.stale {
             self.z = z;
             self.l = l;
             self.forget_functions();

@@ -69,6 +69,15 @@ impl System {
         out
     }
 
+    /// The least and the largest conductance of a resistor [S], 0 without any.
+    pub fn conductances(&self) -> [f64; 2] {
+        let kinds = &self.linear.row_kind;
+        let own = self.linear.g.iter().filter(|&(r, c, v)| kinds[r] + kinds[c] == 0 && v != 0.0);
+        let sizes: Vec<f64> = own.map(|e| e.2.abs()).collect();
+        let of = |pick: fn(f64, f64) -> f64| sizes.iter().copied().reduce(pick).unwrap_or(0.0);
+        [of(f64::min), of(f64::max)]
+    }
+
     /// The largest difference of two states, relative to the largest voltage and current in them and
     /// in the one they come from.
     pub fn apart(&self, a: &[f64], b: &[f64], from: &[f64]) -> f64 {

@@ -24,6 +24,8 @@ pub(super) const ACCEPT: f64 = 1e-10;
 const NEARLY: f64 = 1e-10;
 /// Steps for which the sizes of rounding errors serve before they are computed again.
 const NOISE_LASTS: u64 = 16;
+/// A current below this part of the largest is rounding.
+const NO_CURRENT: f64 = 1e-12;
 
 /// How a mode went through a step.
 enum Quick {
@@ -64,6 +66,7 @@ impl Stepper {
         } else {
             evaluate(&self.waveforms, target.time, Side::Left, &mut self.u1);
             let cut = self.take_to(target)?;
+            self.stale = false;
             if (target.jump || cut.is_some()) && self.shows_sides() {
                 self.write_left(cut.as_ref().map_or(target.label, |c| c.target.label));
                 self.two_sided = true;
@@ -421,8 +424,10 @@ impl Stepper {
     pub(super) fn react(&mut self) -> bool {
         let mut changed = false;
         for k in 0..self.switches.len() {
-            if self.switches[k].update(&self.z) {
-                changed = true;
+            let conducts = self.carries(k);
+            if self.switches[k].update(&self.z, conducts) {
+                // a thyristor that opens carries no current: nothing else changes
+                changed |= !self.switches[k].latching || self.switches[k].closed || self.stale;
                 self.thrown(k);
             }
         }
@@ -438,20 +443,49 @@ impl Stepper {
         let mut z = self.z.clone();
         self.controls.fill(&self.sys.linear.s, &self.u0, &mut z);
         for k in 0..self.switches.len() {
-            if self.controls.decide(k) && self.switches[k].update(&z) {
+            let conducts = self.carries(k);
+            if self.controls.decide(k) && self.switches[k].update(&z, conducts) {
                 self.thrown(k);
             }
         }
     }
 
+    /// Opens the thyristors that conduct no more; that changes nothing else.
+    pub(super) fn unlatch(&mut self) {
+        for k in 0..self.switches.len() {
+            let conducts = self.carries(k);
+            let switch = &mut self.switches[k];
+            if switch.latching && switch.closed && switch.update(&self.z, conducts) {
+                self.thrown(k);
+            }
+        }
+    }
+
+    /// Whether a thyristor carries a current: one that has come to zero up to rounding is none.
+    fn carries(&self, k: usize) -> bool {
+        let pair = self.switches[k].pair;
+        if !(self.switches[k].latching && self.active[pair]) {
+            return false;
+        }
+        let [voltage, current] = self.sys.largest(&[&self.z]);
+        let largest = self.l.iter().fold(current, |a, l| a.max(l.abs()));
+        self.l[pair] > NO_CURRENT * largest + f64::EPSILON * self.conductances[1] * voltage
+    }
+
     /// Takes note of a switch that has changed.
-    fn thrown(&mut self, k: usize) {
+    pub(super) fn thrown(&mut self, k: usize) {
         self.stats.switchings += 1;
         self.last_thrown = Some(k);
         let (pair, role) = (self.switches[k].pair, self.switches[k].role());
         self.roles[pair] = role;
         self.active[pair] = role == Role::Closed;
         self.epoch += 1;
+        if self.switches[k].latching {
+            self.diodes.retain(|&i| i != pair);
+            if role == Role::Diode {
+                self.diodes.push(pair);
+            }
+        }
     }
 
     pub(super) fn keep_for_rates(&mut self) {

@@ -169,6 +169,10 @@ pub struct Stepper {
     pub(super) impacts: Impacts,
     /// the switch that has changed last
     pub(super) last_thrown: Option<usize>,
+    /// the least and the largest conductance of a resistor [S]
+    pub(super) conductances: [f64; 2],
+    /// the unknowns are those before the sources or switches that changed last: no jump has been found
+    pub(super) stale: bool,
     pub(super) fastest: f64,
     pub(super) time: f64,
     /// time of the state where smooth functions were evaluated last [s]
@@ -242,13 +246,15 @@ impl Stepper {
         let static_system = sys.linear.e.values.iter().all(|&v| v == 0.0)
             && !smooth.as_ref().is_some_and(|s| s.newton.stores());
         let active = roles.iter().map(|&r| r == Role::Closed).collect();
-        let impacts = Impacts::new(&sys, &diodes);
+        let impacts = Impacts::new(&sys, !diodes.is_empty() || switches.iter().any(|s| s.latching));
         let controls = Controls::new(&sys.linear, &switches);
         let weights = jump_weights(&sys);
+        let conductances = sys.conductances();
         Stepper {
             impacts,
             controls,
             weights,
+            conductances,
             heaviest: [0.0; 2],
             constants: waveforms.iter().map(Waveform::constant).collect(),
             static_system,
@@ -303,6 +309,7 @@ impl Stepper {
             waveforms,
             switches,
             last_thrown: None,
+            stale: false,
         }
     }
 

@@ -44,6 +44,7 @@ impl PyModewise {
                 on_above: s.on_above,
                 off_below: s.off_below,
                 inverted: s.inverted,
+                latching: s.latching,
             })
             .collect();
         let inputs = Inputs::new(system.waveforms.clone()).map_err(invalid)?;

@@ -143,13 +143,14 @@ fn made<T>(
 }
 
 fn switches_of(specs: Vec<SwitchSpec>) -> Vec<Switch> {
-    let one = |(pair, control, on_above, off_below, closed, inverted)| Switch {
+    let one = |(pair, control, on_above, off_below, closed, inverted, latching)| Switch {
         pair,
         control,
         on_above,
         off_below,
         closed,
         inverted,
+        latching,
     };
     specs.into_iter().map(one).collect()
 }

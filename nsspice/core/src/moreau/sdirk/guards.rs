@@ -1,7 +1,6 @@
 //! What tells that a mode has ended: signs of the pairs, thresholds of the switches.
 
 use super::super::stepper::Stepper;
-use crate::mlcp::Role;
 
 /// A guard counts as negative beyond this part of its scale.
 pub const VIOLATED: f64 = 1e-11;
@@ -23,6 +22,8 @@ pub struct Scales {
     range: Vec<[f64; 2]>,
     /// scratch: sums of the laws
     sums: Vec<f64>,
+    /// the least conductance of a resistor [S], 0 without any
+    conductance: f64,
 }
 
 /// Not `f64::min`, which would overlook NaN.
@@ -61,6 +62,7 @@ impl Scales {
             unknown: vec![0.0; n],
             range,
             sums: vec![0.0; n],
+            conductance: s.conductances[0],
         }
     }
 
@@ -84,6 +86,9 @@ impl Scales {
         for (sum, _) in self.sums.iter().zip(&s.sys.linear.row_kind).filter(|e| *e.1 == 0) {
             self.largest[1] = self.largest[1].max(sum.abs());
         }
+        // where nothing flows, rounding of the voltages makes currents: they are none
+        let rounded = f64::EPSILON * self.conductance * self.largest[0];
+        self.largest[1] = self.largest[1].max(rounded);
     }
 
     /// What errors of an unknown are measured by, with a value that it may take next: its range so far
@@ -139,6 +144,9 @@ impl Scales {
     /// Distance of a switch to the threshold that would change it, relative to its scale.
     fn switch_margin(&self, s: &Stepper, k: usize, z: &[f64]) -> f64 {
         let switch = &s.switches[k];
+        if switch.held(s.active[switch.pair]) {
+            return f64::INFINITY;
+        }
         let value: f64 = switch.control.iter().map(|&(j, c)| c * z[j]).sum();
         let scale = self.largest[usize::from(self.control[k])].max(f64::MIN_POSITIVE);
         let distance =
@@ -155,11 +163,7 @@ impl Scales {
             }
             any = true;
             s.switches[k].closed ^= true;
-            s.stats.switchings += 1;
-            let (pair, role) = (s.switches[k].pair, s.switches[k].role());
-            s.roles[pair] = role;
-            s.active[pair] = role == Role::Closed;
-            s.epoch += 1;
+            s.thrown(k);
         }
         any
     }

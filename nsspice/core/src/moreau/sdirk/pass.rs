@@ -58,7 +58,9 @@ impl Sdirk {
     /// next pair changes is of low order, and diodes often change one right behind the other.
     pub(super) fn pass(&mut self, s: &mut Stepper, level: usize, depth: f64) -> Passage {
         let first = self.tableau.looks_back();
-        if self.accuracy.relative >= 1.0 || !(first || self.patience.tries()) {
+        // a thyristor that has stopped conducting does not begin again, whatever its signs say
+        let latched = s.switches.iter().any(|w| w.latching && w.closed);
+        if self.accuracy.relative >= 1.0 || latched || !(first || self.patience.tries()) {
             return Passage::Closed;
         }
         let tableau = self.tableau;

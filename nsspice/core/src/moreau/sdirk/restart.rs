@@ -31,6 +31,7 @@ impl Sdirk {
             Turn::Step(..) | Turn::Nothing => {} // the next step looks closer
             Turn::Jump => self.restart(s),
         }
+        s.unlatch();
     }
 
     /// Whether a step may be an implicit one: of what it moves it errs by the part that its length is of

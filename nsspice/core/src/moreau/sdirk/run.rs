@@ -209,7 +209,7 @@ impl Sdirk {
             }
             if let Some(accepted) = self.accepted {
                 let label = self.rows.time();
-                if label < accepted.time - 1e-12 * self.trial.length {
+                if label < accepted.time - self.at_once(accepted.time) {
                     self.write_inside(s, label, row);
                     rows += 1;
                     continue;
@@ -219,7 +219,7 @@ impl Sdirk {
                 self.show_point(s);
                 continue;
             }
-            if self.rows.time() <= s.time + 1e-12 * self.trial.length {
+            if self.rows.time() <= s.time + self.at_once(s.time) {
                 s.write(self.rows.time(), row);
                 self.rows.next += 1;
                 rows += 1;
@@ -244,6 +244,12 @@ impl Sdirk {
         let written = self.accepted.is_none() && self.rows.next >= self.rows.count;
         let done = rows == capacity && written && self.points.is_empty();
         (rows, if done { Progress::Done } else { Progress::More })
+    }
+
+    /// A row this near to the end of a step belongs to it: the corner of a source and the multiple of the
+    /// row distance that are one instant differ by rounding.
+    fn at_once(&self, time: f64) -> f64 {
+        1e-12 * self.trial.length + 2.0 * f64::EPSILON * time
     }
 
     /// Remembers the state from which the next step starts; its functions may be `known`.
