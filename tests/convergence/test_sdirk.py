@@ -101,15 +101,59 @@ R2 b 0 500
 def test_rows_of_stored_quantities_need_no_solve_and_agree_with_the_laws():
     circuit = nsspice.read((NETLISTS / "smooth" / "multiplier.net").read_text())
     names = ["v(in,a)", "v(out)"]
-    plain = nsspice.tran(circuit, method="sdirk", step=4e-4, reltol=1e-6, signals=names)
-    solved = nsspice.tran(
-        circuit, method="sdirk", step=4e-4, reltol=1e-6, signals=[*names, "i(d1)"]
-    )
-    assert plain.stats["steps"] == solved.stats["steps"]
-    assert plain.stats["linearised"] < solved.stats["linearised"] - 5000  # of 10001 rows
+    setup = {"method": "sdirk", "step": 4e-4, "reltol": 1e-6}
+    plain = nsspice.tran(circuit, **setup, signals=names)
+    solved = nsspice.tran(circuit, **setup, signals=[*names, "i(d1)"])
+    few = nsspice.tran(circuit, **setup, signals=names, stop=20e-3, row_step=3e-4, uic=True)
+    assert plain.stats["steps"] == solved.stats["steps"] == few.stats["steps"]
+    assert plain.stats["linearised"] < few.stats["linearised"] + 5000  # of 10001 rows
     for name in names:
         # nearer than the tolerance of a step, at its middle; not much farther elsewhere
         assert sup(plain[name], solved[name]) <= 1e-6 * np.abs(solved[name]).max()
+
+
+@pytest.mark.parametrize(
+    ("deck", "stop", "rows"),
+    # the second distance of rows leaves too few in a step for a polynomial
+    [
+        ("half_wave_capacitor", 60e-3, (10e-6, 100e-6)),
+        ("clamp", 10e-3, (1e-6, 20e-6)),
+        ("multiplier", 20e-3, (0.5e-6, 40e-6)),
+    ],
+)
+@pytest.mark.parametrize("reltol", [1e-4, 1e-6])
+def test_many_rows_in_a_step_need_few_solves_and_agree_with_the_laws(deck, stop, rows, reltol):
+    circuit = nsspice.read((NETLISTS / "smooth" / f"{deck}.net").read_text())
+    setup = {"method": "sdirk", "stop": stop, "step": stop / 50, "uic": True, "reltol": reltol}
+    dense, laws = (nsspice.tran(circuit, **setup, row_step=row) for row in rows)
+    assert dense.stats["steps"] == laws.stats["steps"]
+    assert dense.stats["linearised"] < laws.stats["linearised"] + 0.6 * len(dense.time)
+    every = round(rows[1] / rows[0])
+    for name in laws.signals:
+        # a tenth of the tolerance where they are compared
+        error = sup(dense[name][::every][: len(laws.time)], laws[name])
+        assert error <= 0.2 * reltol * np.abs(dense[name]).max(), name
+
+
+def test_a_sharp_current_inside_a_step_is_that_of_the_laws_in_every_row():
+    circuit = nsspice.read("""diodes cut the tops of a sine, beside a slow capacitor
+V1 in 0 SIN(0 5 50)
+R1 in a 1k
+D1 a b DX
+V2 b 0 3
+R2 in c 100k
+C1 c 0 1u IC=0
+.model DX D(IS=1e-12)
+.tran 20u 40m uic
+""")
+    names = ["v(a)", "i(d1)", "v(c)"]
+    setup = {"method": "sdirk", "stop": 40e-3, "step": 4e-3, "uic": True, "reltol": 1e-4}
+    dense = nsspice.tran(circuit, **setup, row_step=20e-6, signals=names)
+    laws = nsspice.tran(circuit, **setup, row_step=500e-6, signals=names)
+    assert dense.stats["steps"] == laws.stats["steps"]
+    for name in names:
+        error = sup(dense[name][::25], laws[name])
+        assert error <= 0.2e-4 * np.abs(dense[name]).max(), name
 
 
 def test_a_capacitor_across_a_source_has_its_voltage_in_every_row():

@@ -143,6 +143,29 @@ impl Outputs {
         self.start.windows(2).map(terms).collect()
     }
 
+    /// What each output is of sources alone, where the `known` unknowns are such sums themselves.
+    pub fn of_sources(
+        &self,
+        known: &[Option<Vec<(usize, f64)>>],
+    ) -> Vec<Option<Vec<(usize, f64)>>> {
+        let [n, m, r, p, ..] = self.sizes;
+        let first = n + m + r;
+        let sum = |ends: &[usize]| {
+            let mut sum = Vec::new();
+            for k in ends[0]..ends[1] {
+                let (index, factor) = (self.index[k] as usize, self.factor[k]);
+                if (first..first + p).contains(&index) {
+                    sum.push((index - first, factor));
+                } else {
+                    let parts = known.get(index)?.as_ref()?;
+                    sum.extend(parts.iter().map(|&(j, f)| (j, f * factor)));
+                }
+            }
+            Some(sum)
+        };
+        self.start.windows(2).map(sum).collect()
+    }
+
     /// Writes one row.
     pub fn write(&mut self, quantities: &Quantities, row: &mut [f64]) {
         let [n, m, r, p, f, _] = self.sizes;

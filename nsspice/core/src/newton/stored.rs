@@ -26,6 +26,11 @@ impl Newton {
         }
     }
 
+    /// The rows in which functions stand.
+    pub fn rows_of_functions(&self) -> impl Iterator<Item = usize> + '_ {
+        self.eq.terms.iter().map(|t| t.row as usize)
+    }
+
     /// Whether some function is stored: its rate counts.
     pub fn stores(&self) -> bool {
         self.eq.terms.iter().any(|t| t.q != 0.0)

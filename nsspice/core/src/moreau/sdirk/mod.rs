@@ -16,6 +16,8 @@
 //! Ordinary Differential Equations II* (1996), sections IV.6 and VII; C. A. Kennedy, M. H. Carpenter,
 //! Appl. Numer. Math. 146 (2019) 221.
 
+mod between;
+mod driven;
 mod guards;
 mod ladder;
 mod locate;

@@ -88,9 +88,80 @@ impl Past {
     }
 }
 
+/// How far solutions inside a step were from its polynomial: the next one nearby is as far.
+pub struct Beside {
+    /// distances of the last solutions, the last one first
+    errors: [Vec<f64>; 2],
+    /// where they were, as parts of the step
+    places: [f64; 2],
+    count: usize,
+}
+
+impl Beside {
+    pub fn new(size: usize) -> Beside {
+        Beside { errors: [vec![0.0; size], vec![0.0; size]], places: [0.0; 2], count: 0 }
+    }
+
+    /// Another step begins.
+    pub fn forget(&mut self) {
+        self.count = 0;
+    }
+
+    /// Keeps how far the solution at `theta` is from the polynomial.
+    pub fn keep(&mut self, theta: f64, polynomial: &[f64], solution: &[f64]) {
+        self.errors.swap(0, 1);
+        self.places = [theta, self.places[0]];
+        for ((e, p), x) in self.errors[0].iter_mut().zip(polynomial).zip(solution) {
+            *e = x - p;
+        }
+        self.count = (self.count + 1).min(2);
+    }
+
+    /// Adds to the polynomial at `theta` what it probably errs by.
+    pub fn correct(&self, theta: f64, out: &mut [f64]) {
+        let [last, before] = self.places;
+        let line = (theta - before) / (last - before);
+        let near = self.count == 2 && line.abs() <= FARTHEST; // NaN is not
+        let weights = match self.count {
+            0 => return,
+            _ if near => [line, 1.0 - line],
+            _ => [1.0, 0.0],
+        };
+        for (w, e) in weights.iter().zip(&self.errors) {
+            if *w != 0.0 {
+                for (out, e) in out.iter_mut().zip(e) {
+                    *out += w * e;
+                }
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What two solutions inside a step are beside its polynomial goes on along a line.
+    #[test]
+    fn solutions_beside_a_polynomial_are_continued() {
+        let mut beside = Beside::new(1);
+        let correction = |beside: &Beside, theta: f64| {
+            let mut out = [5.0];
+            beside.correct(theta, &mut out);
+            out[0] - 5.0
+        };
+        assert_eq!(correction(&beside, 0.5), 0.0);
+        beside.keep(0.1, &[1.0], &[1.25]);
+        assert_eq!(correction(&beside, 0.5), 0.25);
+        beside.keep(0.2, &[1.0], &[1.5]);
+        assert!((correction(&beside, 0.3) - 0.75).abs() < 1e-15);
+        // far away, and at the same place again, the last one alone counts
+        assert_eq!(correction(&beside, 0.9), 0.5);
+        beside.keep(0.2, &[1.0], &[1.5]);
+        assert_eq!(correction(&beside, 0.3), 0.5);
+        beside.forget();
+        assert_eq!(correction(&beside, 0.3), 0.0);
+    }
 
     /// Cubics are predicted exactly where four points are known, parabolas where three are.
     #[test]

@@ -1,9 +1,9 @@
 //! The loop: steps, rows, corners and events, resumable.
 
 use super::super::clock::{evaluate, next_corner};
-use super::super::record::Quantities;
 use super::super::step::ACCEPT;
 use super::super::stepper::{Failure, Progress, Stepper};
+use super::between::Between;
 use super::guards::Scales;
 use super::ladder::{Ladder, RUNGS, SMALL};
 use super::locate::Locator;
@@ -104,6 +104,7 @@ pub struct Sdirk {
     pub(super) points: PointRows,
     pub(super) witness: Witness,
     pub(super) stored: StoredRows,
+    pub(super) between: Between,
     /// whether steps over ends of modes are worth a trial
     pub(super) patience: Patience,
     /// unknowns whose error is that of their rates, in the step estimated last
@@ -156,6 +157,7 @@ impl Sdirk {
             points: PointRows::default(),
             witness: Witness::default(),
             stored: StoredRows::new(s),
+            between: Between::new(s),
             patience: Patience::default(),
             tied: vec![false; s.z.len()],
             restless: None,
@@ -255,6 +257,7 @@ impl Sdirk {
     /// Remembers the state from which the next step starts; its functions may be `known`.
     pub(super) fn begin_step(&mut self, s: &mut Stepper, known: bool) {
         self.stored.forget();
+        self.between.forget();
         if !known {
             self.ladder.deepest = RUNGS - 1;
         }
@@ -492,27 +495,21 @@ impl Sdirk {
 
     /// A row inside the accepted step.
     fn write_inside(&mut self, s: &mut Stepper, label: f64, row: &mut [f64]) {
-        let (n, m) = (s.z.len(), s.l.len());
         let theta = (label - self.trial.start) / self.trial.length;
         let end = self.accepted.map_or(1.0, |a| a.theta);
         let rows = (end - theta) * self.trial.length / self.rows.step;
         let (trial, ladder) = (&mut self.trial, &mut self.ladder);
         let tolerance = self.accuracy.relative;
+        row[0] = label;
         if self.stored.plain(s, trial, ladder, self.tableau, end, rows, tolerance) {
             self.trial.interpolate(s, self.tableau, theta);
+            self.trial.write(s, &self.ladder, &mut row[1..]);
+        } else if self.between.serves(s, trial, ladder, self.tableau, end, rows, tolerance) {
+            self.between.write(s, trial, theta, &mut row[1..]);
         } else {
             self.trial.evaluate(s, &mut self.ladder, self.tableau, theta);
+            self.trial.write(s, &self.ladder, &mut row[1..]);
         }
-        let (z, rest) = self.trial.point.split_at_mut(n);
-        let (guards, f) = rest.split_at_mut(m);
-        for (g, (&active, &role)) in guards.iter_mut().zip(s.active.iter().zip(&s.roles)) {
-            *g = self.ladder.multiplier(*g, active, role, self.trial.crossing);
-        }
-        row[0] = label;
-        let (rates, slope) = self.trial.slope.split_at(n);
-        let u = &self.trial.u;
-        let quantities = Quantities { z, l: guards, rates, u, f: [f, slope] };
-        s.outputs.write(&quantities, &mut row[1..]);
         if s.witness.keep_sides {
             self.points.see(row);
         }

@@ -1,8 +1,9 @@
 //! One step in a fixed mode, its error, and its continuous solution.
 
+use super::super::record::Quantities;
 use super::super::stepper::Stepper;
 use super::ladder::{Fit, Ladder, StageProblem};
-use super::predict::Past;
+use super::predict::{Beside, Past};
 use super::tableau::{Tableau, FIRST};
 use crate::waveform::{Side, Waveform};
 
@@ -65,6 +66,8 @@ pub struct Trial {
     /// where Newton's method begins
     past: Past,
     guess: Vec<f64>,
+    plain: Vec<f64>,
+    beside: Beside,
     /// scratch
     from: Vec<f64>,
     raw: Vec<f64>,
@@ -133,6 +136,8 @@ impl Trial {
             rates: many(n + p),
             past: Past::new(tableau.stages(), n + m + p),
             guess: vec![0.0; n],
+            plain: vec![0.0; n],
+            beside: Beside::new(n),
             from: vec![0.0; n + p],
             u: vec![0.0; s.u0.len()],
             point: vec![0.0; n + m + p],
@@ -161,6 +166,7 @@ impl Trial {
     ) -> Result<(), Broken> {
         let (n, m) = (self.n, self.m);
         self.level = level;
+        self.beside.forget();
         self.length = ladder.length(level);
         self.crossed = false;
         let solve = self.way();
@@ -329,6 +335,11 @@ impl Trial {
         for (k, v) in self.rates.iter().zip(&value) {
             add(self.length * v, &k[..n], &mut self.point[..n]);
         }
+        self.look_up_sources(s, theta);
+    }
+
+    /// The sources at `theta`, into `u`.
+    pub fn look_up_sources(&mut self, s: &Stepper, theta: f64) {
         let t = self.start + theta * self.length;
         sources(&s.waveforms, t, self.start, self.corner, &mut self.u);
     }
@@ -357,6 +368,8 @@ impl Trial {
             for (k, v) in self.rates.iter().zip(&value) {
                 add(h * v, &k[..n], &mut self.guess);
             }
+            self.plain.copy_from_slice(&self.guess);
+            self.beside.correct(theta, &mut self.guess);
             smooth.newton.predict(&self.guess);
         }
         let t = if theta == 1.0 { self.start + h } else { self.start + theta * h };
@@ -365,12 +378,26 @@ impl Trial {
         let solve = self.way();
         let (level, from, u) = (self.level, &self.from[..], &self.u[..]);
         let fit = solve(ladder, s, StageProblem { level, t, from, u, near }, &mut self.point);
+        if s.smooth.is_some() && fit != Fit::Contradiction {
+            self.beside.keep(theta, &self.plain, &self.point);
+        }
         self.open[tableau.stages()] = fit == Fit::Open;
         let stored = self.point[..n].iter().chain(&self.point[n + m..]);
         for ((d, x), b) in self.slope.iter_mut().zip(stored).zip(&self.from) {
             *d = (x - b) / stage;
         }
         fit
+    }
+
+    /// The outputs at `point`.
+    pub fn write(&mut self, s: &mut Stepper, ladder: &Ladder, row: &mut [f64]) {
+        let (z, rest) = self.point.split_at_mut(self.n);
+        let (guards, f) = rest.split_at_mut(self.m);
+        for (g, (&active, &role)) in guards.iter_mut().zip(s.active.iter().zip(&s.roles)) {
+            *g = ladder.multiplier(*g, active, role, self.crossing);
+        }
+        let (rates, slope) = self.slope.split_at(self.n);
+        s.outputs.write(&Quantities { z, l: guards, rates, u: &self.u, f: [f, slope] }, row);
     }
 
     /// The step has been accepted up to `theta`; what follows is its `smooth` continuation, or not.
