@@ -198,10 +198,10 @@ class IslandRunner:
         """Return the changes of set-valued elements so far."""
         return Events(*self.stepper.events, self.mna.pairs)
 
-    def advance(self, rows: int) -> Floats:
+    def advance(self, rows: int, into: Floats | None = None) -> Floats:
         """Return the next rows, fewer than asked for if that takes too long."""
         try:
-            block, done = self.stepper.advance(rows, BUDGET)
+            block, done = self.stepper.advance(rows, BUDGET, into)
             if self.stepper.waiting > self._wait:
                 self._hand_over()
             if done and self._by_points and self._planned < self.analysis.row_count:

@@ -36,13 +36,19 @@ class Outlet:
         """The rows kept."""
         return self.store.table
 
-    def write(self, block: Floats) -> None:
-        """Take complete rows: time, then the recorded columns."""
+    def room(self, rows: int) -> Floats | None:
+        """Return the place of the next rows in the table, None if they cannot be made there."""
+        return self.store.room(rows) if self.keep and self.recorder.direct else None
+
+    def write(self, block: Floats, placed: bool = False) -> None:
+        """Take complete rows: time, then the recorded columns; ``placed`` in what ``room`` gave."""
         if block.shape[0] == 0:
             return
         if not self.recorder.direct:
             block = np.column_stack([block[:, 0], self.recorder.signals(block[:, 1:])])
-        if self.keep:
+        if placed:
+            self.store.filled += block.shape[0]
+        elif self.keep:
             self.store.write(block)
         else:
             self._keep_ends(block)
@@ -86,8 +92,9 @@ def advance_all(
         want = min(size, rows - outlet.rows)
         begin = clock.perf_counter()
         if len(runners) == 1:
-            block, failed = _pass_on(runners[0], want, analysis, progress)
-            outlet.write(block)
+            room = outlet.room(want)
+            block, failed = _pass_on(runners[0], want, analysis, progress, room)
+            outlet.write(block, room is not None)
         else:
             block, got = buffer[:want], [0] * len(runners)
             try:
@@ -111,11 +118,15 @@ def advance_all(
 
 
 def _pass_on(
-    runner: IslandRunner, want: int, analysis: Tran, progress: Progress | None
+    runner: IslandRunner,
+    want: int,
+    analysis: Tran,
+    progress: Progress | None,
+    room: Floats | None,
 ) -> tuple[Floats, tuple[IslandRunner, UnsolvedStep] | None]:
     """Return the next rows of the only island as they come, without copying them."""
     try:
-        block, failed = runner.advance(want), None
+        block, failed = runner.advance(want, room), None
     except Stopped as stopped:
         block, failed = stopped.rows, (runner, stopped.problem)
     if progress is not None and block.shape[0] == 0:

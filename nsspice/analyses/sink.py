@@ -58,6 +58,10 @@ class Store:
         self._data[self.filled : end] = block
         self.filled = end
 
+    def room(self, rows: int) -> Floats:
+        """Return the place of the next rows, for those who write there and raise ``filled``."""
+        return self._data[self.filled : self.filled + rows]
+
     @property
     def table(self) -> Floats:
         """The rows written so far, shape (filled, columns)."""

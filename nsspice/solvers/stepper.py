@@ -118,7 +118,9 @@ class Stepper(ABC):
         jumps = self.jumps
         return jumps[0] if jumps else None
 
-    def advance(self, max_rows: int, budget: float = 0.1) -> tuple[Floats, bool]:
+    def advance(
+        self, max_rows: int, budget: float = 0.1, into: Floats | None = None
+    ) -> tuple[Floats, bool]:
         """Compute the next rows.
 
         Parameters
@@ -127,11 +129,13 @@ class Stepper(ABC):
             Upper bound of the rows returned.
         budget : float
             Time after which to come back with what is there [s].
+        into : ndarray, shape (max_rows, 1 + outputs), optional
+            Where the rows go; C-contiguous.
 
         Returns
         -------
         rows : ndarray, shape (k, 1 + outputs)
-            Time first.  A view of a buffer that the next call overwrites.
+            Time first.  A view of ``into``, or of a buffer that the next call overwrites.
         done : bool
             True when the plan is finished.
 
@@ -140,10 +144,13 @@ class Stepper(ABC):
         UnsolvedStep
             If the laws have no solution; ``pending`` then holds the rows computed before it.
         """
-        if self._buffer.shape[0] < max_rows:
-            # kept, since the first touch of fresh memory costs more than computing what goes there
-            self._buffer = np.empty((max_rows, self._columns))
-        rows = self._buffer[:max_rows]
+        if into is not None:
+            rows = into
+        else:
+            if self._buffer.shape[0] < max_rows:
+                # kept: the first touch of fresh memory costs more than computing what goes there
+                self._buffer = np.empty((max_rows, self._columns))
+            rows = self._buffer[:max_rows]
         self.pending = rows[:0]
         filled = 0
         while True:

@@ -37,6 +37,7 @@ mod scales;
 mod share;
 mod sides;
 pub mod spectrum;
+mod spread;
 pub mod staircase;
 mod stride;
 mod strike;

@@ -8,33 +8,43 @@ use crate::dense::{add_scaled, norm, Matrix};
 /// One output: (index, factor) for z, multipliers, z' and sources.
 pub type Spec = [Vec<(usize, f64)>; 4];
 
+/// Outputs in one mode, over modal coordinates, inputs and their rates: column by column, since many
+/// outputs of few quantities are added up faster so.
+pub struct Columns {
+    /// factors of the modal coordinates, one row each
+    pub x: Matrix,
+    /// factors of the inputs
+    pub v: Matrix,
+    /// factors of their rates
+    pub d: Matrix,
+}
+
+impl Columns {
+    fn new(rows: &Rows) -> Columns {
+        let [x, v, d] = [&rows.x, &rows.v, &rows.d].map(Matrix::transpose);
+        Columns { x, v, d }
+    }
+
+    /// Number of outputs.
+    pub fn count(&self) -> usize {
+        self.v.cols
+    }
+}
+
 /// Value and rate parts of the outputs in one mode.
 pub struct OutputRows {
     /// what multiplies values
-    pub value: Rows,
+    pub value: Columns,
     /// what multiplies derivatives, if any output has such a part
-    pub rate: Option<Rows>,
+    pub rate: Option<Columns>,
     /// norms of the factors of the modal coordinates
     norms: Vec<f64>,
-    /// the factors of modal coordinates, inputs and their rates, column by column: many outputs of
-    /// few quantities are added up faster so
-    columns: Matrix,
 }
 
 impl OutputRows {
-    fn new(value: Rows, rate: Option<Rows>) -> OutputRows {
+    fn new(value: &Rows, rate: Option<&Rows>) -> OutputRows {
         let norms = (0..value.x.rows).map(|o| norm(value.x.row(o))).collect();
-        let [x, v, d] = [&value.x, &value.v, &value.d];
-        let columns = Matrix::from_fn(x.cols + v.cols + d.cols, v.rows, |k, o| {
-            if k < x.cols {
-                x[(o, k)]
-            } else if k < x.cols + v.cols {
-                v[(o, k - x.cols)]
-            } else {
-                d[(o, k - x.cols - v.cols)]
-            }
-        });
-        OutputRows { value, rate, norms, columns }
+        OutputRows { value: Columns::new(value), rate: rate.map(Columns::new), norms }
     }
 
     /// What values contribute to the outputs at a state, with inputs and their rates; raises sizes
@@ -46,19 +56,26 @@ impl OutputRows {
             *value = 0.0;
             *size = larger(state * norm, *size);
         }
-        for (k, &y) in x.iter().chain(v).chain(d).enumerate() {
-            if y == 0.0 {
-                continue;
+        for (k, &y) in x.iter().enumerate().filter(|(_, y)| **y != 0.0) {
+            add_scaled(out, y, self.value.x.row(k));
+        }
+        for (list, factors) in [(v, &self.value.v), (d, &self.value.d)] {
+            for (k, &y) in list.iter().enumerate().filter(|(_, y)| **y != 0.0) {
+                for ((value, size), c) in out.iter_mut().zip(sizes.iter_mut()).zip(factors.row(k)) {
+                    let term = c * y;
+                    *value += term;
+                    *size = larger(term.abs(), *size);
+                }
             }
-            let column = self.columns.row(k);
-            if k < x.len() {
-                add_scaled(out, y, column);
-                continue;
-            }
-            for ((value, size), c) in out.iter_mut().zip(sizes.iter_mut()).zip(column) {
-                let term = c * y;
-                *value += term;
-                *size = larger(term.abs(), *size);
+        }
+    }
+
+    /// Adds what derivatives contribute: those of the state, of the inputs, and of their rates.
+    pub fn add_rates(&self, rates: [&[f64]; 3], out: &mut [f64]) {
+        let Some(factors) = &self.rate else { return };
+        for (list, factors) in rates.into_iter().zip([&factors.x, &factors.v, &factors.d]) {
+            for (k, &y) in list.iter().enumerate() {
+                add_scaled(out, y, factors.row(k));
             }
         }
     }
@@ -138,7 +155,7 @@ impl Outputs {
             add_scaled(value.v.row_mut(o), 1.0, &self.sources[o]);
         }
         let rate = self.rated.then(|| build(&self.rate_r, &self.rate_n));
-        OutputRows::new(value, rate)
+        OutputRows::new(&value, rate.as_ref())
     }
 
     /// One row from unknowns, multipliers, rates and source values.

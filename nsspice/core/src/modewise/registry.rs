@@ -23,7 +23,7 @@ struct Entry {
     on: Box<[bool]>,
     gates: Box<[bool]>,
     made: Option<Result<Arc<Mode>, String>>,
-    outputs: Option<Arc<OutputRows>>,
+    outputs: Option<Box<OutputRows>>,
     powers: Option<Box<Powers>>,
     used: u64,
     bytes: usize,
@@ -173,14 +173,8 @@ impl Registry {
     }
 
     /// The outputs of a mode, made by `make` the first time.
-    pub fn outputs(&mut self, id: Id, make: impl FnOnce() -> OutputRows) -> Arc<OutputRows> {
-        let entry = &mut self.entries[id];
-        if let Some(found) = &entry.outputs {
-            return found.clone();
-        }
-        let made = Arc::new(make());
-        entry.outputs = Some(made.clone());
-        made
+    pub fn outputs(&mut self, id: Id, make: impl FnOnce() -> OutputRows) -> &OutputRows {
+        self.entries[id].outputs.get_or_insert_with(|| Box::new(make()))
     }
 
     /// The powers of a mode, to be given back.

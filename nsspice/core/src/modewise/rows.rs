@@ -1,31 +1,40 @@
-//! Rows inside segments: evaluated where they stand.
+//! Rows inside segments: evaluated where they stand, those of a run in one product of matrices.
 
-use super::bundle::Bundle;
 use super::run::{Engine, SAME};
+use super::spread::Spread;
 use super::stride::{Strides, FEW, RUN};
 use super::terms::Point;
+use super::trajectory::Trajectory;
 
 /// The outputs along the present segment.
 #[derive(Default)]
 pub(super) struct Inside {
     /// what is below belongs to the present segment
     pub ready: bool,
-    values: Bundle,
-    rates: Bundle,
+    values: Spread,
+    rates: Spread,
     rated: bool,
     strides: Strides,
     anchor: Point,
-    point: Point,
+    /// instants of a run of rows since the start of the segment, and the terms there
+    times: Vec<f64>,
+    terms: [Vec<f64>; 2],
 }
 
 impl Inside {
-    /// The outputs at a point.
-    fn write(&self, point: &Point, row: &mut [f64]) {
-        for (j, value) in row.iter_mut().enumerate() {
-            *value = self.values.value(j, point);
-            if self.rated {
-                *value += self.rates.slope(j, point);
-            }
+    /// The outputs at the instants of the run: the first from all terms anew, the others from it.
+    fn write(&mut self, path: &Trajectory, table: &mut [f64], columns: usize) {
+        let Inside { values, rates, strides, anchor, times, terms: [value, slope], .. } = self;
+        path.at(times[0], anchor);
+        let (mut points, mut slopes) = (&anchor.value, &anchor.slope);
+        if times.len() > 1 {
+            strides.anchor(path, anchor);
+            strides.run(path, anchor, times, value, self.rated.then_some(&mut *slope));
+            (points, slopes) = (value, slope);
+        }
+        values.write(points, path.slots, table, columns);
+        if self.rated {
+            rates.write_add(slopes, path.slots, table, columns);
         }
     }
 }
@@ -46,31 +55,27 @@ impl Engine {
             self.inside.strides.begin(&self.path, step);
         }
         let Engine { rows: clock, path, inside, .. } = self;
-        // rows since the last one that was evaluated anew, and its time
-        let (mut run, mut anchor) = (RUN, first);
-        let mut count = 0;
-        for row in out.chunks_exact_mut(columns) {
-            let Some(target) = clock.peek().filter(within) else { break };
-            let t = (target - time).max(0.0);
-            // the last row need not stand where the others would have it
-            let regular = (anchor + run as f64 * step - target).abs() <= SAME * target;
-            row[0] = target;
-            if evenly && run < RUN && regular {
-                let mut point = std::mem::take(&mut inside.point);
-                inside.strides.at(path, &inside.anchor, run, t, &mut point);
-                inside.write(&point, &mut row[1..]);
-                inside.point = point;
-            } else {
-                (run, anchor) = (0, target);
-                path.at(t, &mut inside.anchor);
-                if evenly {
-                    inside.strides.anchor(path, &inside.anchor);
+        let (mut rest, mut count) = (out, 0);
+        while let Some(first) = clock.peek().filter(within) {
+            let most = if evenly { RUN } else { 1 };
+            inside.times.clear();
+            for (k, row) in rest.chunks_exact_mut(columns).take(most).enumerate() {
+                let Some(target) = clock.peek().filter(within) else { break };
+                // the last row need not stand where the others would have it
+                if (first + k as f64 * step - target).abs() > SAME * target {
+                    break;
                 }
-                inside.write(&inside.anchor, &mut row[1..]);
+                row[0] = target;
+                inside.times.push((target - time).max(0.0));
+                clock.advance();
             }
-            run += 1;
-            count += 1;
-            clock.advance();
+            if inside.times.is_empty() {
+                break;
+            }
+            let table;
+            (table, rest) = rest.split_at_mut(inside.times.len() * columns);
+            inside.write(path, table, columns);
+            count += inside.times.len();
         }
         count
     }
@@ -85,10 +90,10 @@ impl Engine {
         inside.ready = true;
         let outputs = &self.outputs;
         let rows = self.registry.outputs(*id, || outputs.rows(mode));
-        self.path.bundle(&rows.value, &self.segment, &mut inside.values);
+        self.path.spread(&rows.value, &self.segment, &mut inside.values);
         inside.rated = rows.rate.is_some();
         if let Some(rate) = &rows.rate {
-            self.path.bundle(rate, &self.segment, &mut inside.rates);
+            self.path.spread(rate, &self.segment, &mut inside.rates);
         }
     }
 }

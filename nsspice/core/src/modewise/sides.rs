@@ -62,14 +62,14 @@ impl Engine {
         let sizes = &mut ends.rows.sizes;
         sizes.resize(row.len(), 0.0);
         rows.apply([x, v, &ends.d], &mut row[1..], &mut sizes[1..]);
-        if let Some(rate) = &rows.rate {
+        if rows.rate.is_some() {
             if !left {
                 path.at(0.0, &mut ends.point);
             }
             ends.x.resize(mode.n, 0.0);
             path.state_rate(if left { &self.point } else { &ends.point }, &mut ends.x);
             segment.curvatures(&ends.d, &mut ends.v);
-            rate.apply_add([&ends.x, &ends.d, &ends.v], &mut row[1..]);
+            rows.add_rates([&ends.x, &ends.d, &ends.v], &mut row[1..]);
         }
     }
 

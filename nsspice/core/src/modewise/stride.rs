@@ -15,6 +15,7 @@ use super::terms::{Point, Term};
 use super::trajectory::Trajectory;
 use crate::dense::{complex, Complex};
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 
 /// Rows from one evaluation to the next.
 pub const RUN: usize = 16;
@@ -30,12 +31,36 @@ type Table = [[Complex; 2]; RUN];
 /// A term by kind and bits of its rates.
 type Key = (u8, [u64; 4]);
 
+/// A hash of bits of rates, which are looked up for every term of every segment: nobody chooses them
+/// so that they collide, which is what the usual hash guards against at several times the price.
+#[derive(Default)]
+struct Bits(u64);
+
+impl Hasher for Bits {
+    fn write(&mut self, bytes: &[u8]) {
+        for chunk in bytes.chunks(8) {
+            let mut word = [0; 8];
+            word[..chunk.len()].copy_from_slice(chunk);
+            self.write_u64(u64::from_le_bytes(word));
+        }
+    }
+
+    fn write_u64(&mut self, word: u64) {
+        self.0 = (self.0.rotate_left(5) ^ word).wrapping_mul(0x517c_c1b7_2722_0a95);
+    }
+
+    /// Round numbers have zeros at the end of their bits, and their products too.
+    fn finish(&self) -> u64 {
+        self.0.rotate_left(26)
+    }
+}
+
 /// How terms grow from row to row.
 #[derive(Default)]
 pub struct Strides {
     step: f64,
     tables: Vec<Table>,
-    known: HashMap<Key, usize>,
+    known: HashMap<Key, usize, BuildHasherDefault<Bits>>,
     /// of each term of the present segment: its table, and `E` at the anchor
     present: Vec<(usize, Complex)>,
 }
@@ -94,38 +119,61 @@ impl Strides {
         }
     }
 
-    /// All terms `k` rows after the anchor, at the time `t` since the start of the segment.
-    pub fn at(&self, path: &Trajectory, anchor: &Point, k: usize, t: f64, out: &mut Point) {
-        out.t = t;
-        out.value.resize(path.slots, 0.0);
-        out.slope.resize(path.slots, 0.0);
-        let d = k as f64 * self.step;
+    /// All terms at the anchor and at the rows after it, whose times since the start of the segment
+    /// are given: one row of slots each, and of derivatives if they are wanted.
+    pub fn run(
+        &self,
+        path: &Trajectory,
+        anchor: &Point,
+        times: &[f64],
+        values: &mut Vec<f64>,
+        mut slopes: Option<&mut Vec<f64>>,
+    ) {
+        let (slots, zero) = (path.slots, complex(0.0, 0.0));
+        values.resize(slots * times.len(), 0.0);
+        if let Some(slopes) = &mut slopes {
+            slopes.resize(slots * times.len(), 0.0);
+        }
         for (placed, &(table, e)) in path.terms.iter().zip(&self.present) {
             let (s, width) = (placed.slot, placed.width);
-            let (f, slope) = match placed.term {
-                Term::One => (complex(1.0, 0.0), complex(0.0, 0.0)),
-                // not a closed form: such segments have no strides
-                Term::Numerical { .. } => continue,
-                Term::Time => (complex(t, 0.0), complex(1.0, 0.0)),
-                Term::Exp { rate } => {
-                    let [f, _] = read(anchor, s, width);
-                    let f = f * self.tables[table][k][0];
-                    (f, rate * f)
+            let mut put = |k: usize, f: Complex, slope: Complex| {
+                let at = k * slots + s;
+                values[at] = f.re;
+                if width == 2 {
+                    values[at + 1] = f.im;
                 }
-                Term::Near { own, apart, .. } => {
-                    let ([old, _], [grown, near]) = (read(anchor, s, width), self.tables[table][k]);
-                    let f = grown * old + near * e;
-                    (f, grown * (e + apart * old) + own * f)
-                }
-                Term::Ramp { .. } => {
-                    let ([old, rise], [risen, ramp]) =
-                        (read(anchor, s, width), self.tables[table][k]);
-                    (old + rise.scale(d) + ramp * e, rise + risen * e)
+                if let Some(slopes) = &mut slopes {
+                    slopes[at] = slope.re;
+                    if width == 2 {
+                        slopes[at + 1] = slope.im;
+                    }
                 }
             };
-            (out.value[s], out.slope[s]) = (f.re, slope.re);
-            if width == 2 {
-                (out.value[s + 1], out.slope[s + 1]) = (f.im, slope.im);
+            let [old, rise] = read(anchor, s, width);
+            let rows = times.iter().enumerate();
+            match placed.term {
+                Term::One => rows.for_each(|(k, _)| put(k, complex(1.0, 0.0), zero)),
+                // not a closed form: such segments have no strides
+                Term::Numerical { .. } => {}
+                Term::Time => rows.for_each(|(k, &t)| put(k, complex(t, 0.0), complex(1.0, 0.0))),
+                Term::Exp { rate } => {
+                    for (k, [grown, _]) in self.tables[table][..times.len()].iter().enumerate() {
+                        let f = old * *grown;
+                        put(k, f, rate * f);
+                    }
+                }
+                Term::Near { own, apart, .. } => {
+                    for (k, [grown, near]) in self.tables[table][..times.len()].iter().enumerate() {
+                        let f = *grown * old + *near * e;
+                        put(k, f, *grown * (e + apart * old) + own * f);
+                    }
+                }
+                Term::Ramp { .. } => {
+                    for (k, [risen, ramp]) in self.tables[table][..times.len()].iter().enumerate() {
+                        let d = k as f64 * self.step;
+                        put(k, old + rise.scale(d) + *ramp * e, rise + *risen * e);
+                    }
+                }
             }
         }
     }
@@ -168,19 +216,19 @@ mod tests {
             path.slots += width;
         }
         let mut strides = Strides::default();
-        let (mut anchor, mut near, mut exact) =
-            (Point::default(), Point::default(), Point::default());
+        let (mut anchor, mut exact) = (Point::default(), Point::default());
+        let (mut values, mut slopes) = (Vec::new(), Vec::new());
         for step in [1e-4, 0.02] {
             strides.begin(&path, step);
             for start in [0.0, 0.37] {
                 path.at(start, &mut anchor);
                 strides.anchor(&path, &anchor);
-                for k in 1..RUN {
-                    let t = start + k as f64 * step;
-                    strides.at(&path, &anchor, k, t, &mut near);
+                let times: [f64; RUN] = std::array::from_fn(|k| start + k as f64 * step);
+                strides.run(&path, &anchor, &times, &mut values, Some(&mut slopes));
+                for (k, t) in times.into_iter().enumerate() {
                     path.at(t, &mut exact);
-                    let pairs = near.value.iter().zip(&exact.value);
-                    let slopes = near.slope.iter().zip(&exact.slope);
+                    let pairs = values[k * path.slots..].iter().zip(&exact.value);
+                    let slopes = slopes[k * path.slots..].iter().zip(&exact.slope);
                     // a few roundings of numbers of size 1
                     assert!(pairs.chain(slopes).all(|(a, b)| (a - b).abs() < 4e-15), "{k} {t}");
                 }

@@ -4,6 +4,8 @@ use super::block::Block;
 use super::bundle::Bundle;
 use super::inputs::Segment;
 use super::mode::{Mode, Rows};
+use super::outputs::Columns;
+use super::spread::Spread;
 use super::terms::{Placed, Point, Term};
 use crate::dense::{collapse, complex, dot, Complex, Matrix};
 
@@ -321,6 +323,53 @@ impl Trajectory {
                         c[own.slot + 1] = -w * hi;
                     }
                 }
+            }
+        }
+    }
+
+    /// The same of outputs that are kept column by column.
+    pub fn spread(&self, rows: &Columns, segment: &Segment, out: &mut Spread) {
+        out.clear(rows.count(), self.slots);
+        let (v, d) = (|k: usize| rows.v.row(k), |k: usize| rows.d.row(k));
+        for (k, (level, slope)) in segment.level.iter().zip(&segment.slope).enumerate() {
+            out.add(0, *level, v(k));
+            if *slope != 0.0 {
+                out.add(0, *slope, d(k));
+                out.add(1, *slope, v(k));
+            }
+        }
+        let mut slot = if segment.sloped { 2 } else { 1 };
+        for tone in &segment.tones {
+            let (s, c) = (tone.index, tone.index + 1);
+            let (begin, change) = (tone.start, tone.rate * tone.start);
+            for (turn, sin, cos) in [(begin, v(s), v(c)), (change, d(s), d(c))] {
+                out.add(slot, turn.re, cos);
+                out.add(slot, turn.im, sin);
+                out.add(slot + 1, -turn.im, cos);
+                out.add(slot + 1, turn.re, sin);
+            }
+            slot += 2;
+        }
+        for decay in &segment.decays {
+            out.add(slot, decay.start, v(decay.index));
+            out.add(slot, decay.rate * decay.start, d(decay.index));
+            slot += 1;
+        }
+        for (k, common) in self.common.chunks_exact(self.shared.max(1)).enumerate() {
+            for (slot, &c) in common.iter().enumerate() {
+                out.add(slot, c, rows.x.row(k));
+            }
+        }
+        for own in &self.own {
+            let (x, (hr, hi)) = (rows.x.row(own.at), (own.factor.re, own.factor.im));
+            out.add(own.slot, hr, x);
+            if own.pair {
+                let y = rows.x.row(own.at + 1);
+                out.add(own.slot, hi, y);
+                out.add(own.slot + 1, hr, y);
+            }
+            if own.wide {
+                out.add(own.slot + 1, -hi, x);
             }
         }
     }
