@@ -36,7 +36,19 @@ D2 0 b Z
 .model Z D(Vfwd=0.7)
 .tran 0.1m 20m
 """
-DECKS = {"exact": IDEAL, "controlled": SMOOTH, "static": STATIC}
+# resistors and capacitors alone: modes are derived from one another, on a way of each run's own
+DOUBLER = """doubler
+V1 a 0 SIN(0 10 50)
+R1 a b 100
+C1 b c 10u IC=0
+D1 0 c X
+D2 c d X
+C2 d 0 10u IC=0
+R2 d 0 10k
+.model X D(Ron=0.1 Roff=1G)
+.tran 0.1m 20m uic
+"""
+DECKS = {"exact": IDEAL, "derived": DOUBLER, "controlled": SMOOTH, "static": STATIC}
 
 
 def numbers(solution):

@@ -99,6 +99,7 @@ impl Segment {
 }
 
 /// The inputs of a system.
+#[derive(Clone)]
 pub struct Inputs {
     waveforms: Vec<Waveform>,
     kinds: Vec<Kind>,

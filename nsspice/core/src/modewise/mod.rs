@@ -17,6 +17,7 @@ pub mod bundle;
 mod cluster;
 mod course;
 mod fixed;
+mod ground;
 mod guard_rows;
 pub mod implicit;
 pub mod inputs;
@@ -48,6 +49,7 @@ pub mod trajectory;
 pub mod verify;
 mod witness;
 
+pub use ground::Ground;
 pub use inputs::Inputs;
 pub use mode::SwitchLaw;
 pub use network::{Assembly, Edge};

@@ -1,5 +1,6 @@
 //! The modes met so far, which of them followed which, and how much memory they may take.
 
+use super::ground::Reduced;
 use super::mode::{Mode, SwitchLaw};
 use super::network::Network;
 use super::outputs::OutputRows;
@@ -42,7 +43,9 @@ pub struct Registry {
     /// the two modes asked for last
     recent: [Id; 2],
     /// the mode without active pairs, if others can be derived from it
-    none: Option<Option<Mode>>,
+    none: Option<Option<Arc<Mode>>>,
+    /// modes that other runs have reduced
+    reduced: Arc<Reduced>,
     turn: RankOne,
     /// reductions made
     pub built: u64,
@@ -51,6 +54,11 @@ pub struct Registry {
 }
 
 impl Registry {
+    /// No mode yet but those of other runs.
+    pub fn new(reduced: Arc<Reduced>) -> Registry {
+        Registry { reduced, ..Registry::default() }
+    }
+
     /// The number of a mode.
     pub fn id(&mut self, on: &[bool], gates: &[bool]) -> Id {
         self.key.clear();
@@ -105,13 +113,12 @@ impl Registry {
             return made.clone();
         }
         let made = match self.derived(id, net, switches) {
-            Some(made) => Ok(made),
+            Some(made) => Ok(Arc::new(made)),
             None => {
                 let entry = &self.entries[id];
-                Mode::new(net, switches, &entry.on, &entry.gates)
+                self.reduced.mode(net, switches, &entry.on, &entry.gates)
             }
         };
-        let made = made.map(Arc::new);
         let entry = &mut self.entries[id];
         entry.bytes = made.as_ref().map_or(256, |m| m.bytes());
         entry.made = Some(made.clone());
@@ -149,7 +156,8 @@ impl Registry {
         }
         let none = self.none.get_or_insert_with(|| {
             let off = vec![false; net.m];
-            Mode::new(net, switches, &off, &[]).ok().filter(|mode| mode.generation.is_some())
+            let mode = self.reduced.mode(net, switches, &off, &[]).ok();
+            mode.filter(|mode| mode.generation.is_some())
         });
         let pairs: Vec<usize> = (0..net.m).filter(|&i| self.entries[id].on[i]).collect();
         walk(none.as_ref()?, &pairs, net, &mut self.turn)

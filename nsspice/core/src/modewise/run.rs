@@ -1,6 +1,7 @@
 //! The run: segment after segment, rows evaluated where they stand.
 
 use super::fixed::Stepped;
+use super::ground::Ground;
 use super::implicit::Implicit;
 use super::inputs::{Inputs, Segment};
 use super::integral::Turn;
@@ -79,10 +80,10 @@ pub(super) enum Phase {
 
 /// One system in the course of its simulation.
 pub struct Engine {
-    pub(super) sys: Assembly,
-    pub(super) net: Network,
+    pub(super) sys: Arc<Assembly>,
+    pub(super) net: Arc<Network>,
     pub(super) inputs: Inputs,
-    pub(super) switches: Vec<SwitchLaw>,
+    pub(super) switches: Arc<[SwitchLaw]>,
     pub(super) gates: Vec<bool>,
     pub(super) outputs: Outputs,
     pub(super) registry: Registry,
@@ -142,23 +143,20 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Reduces a system; the error says why it cannot be treated mode by mode.
-    pub fn new(
-        sys: Assembly,
-        inputs: Inputs,
-        switches: Vec<SwitchLaw>,
-        outputs: Vec<Spec>,
-    ) -> Result<Engine, String> {
-        let net = Network::new(&sys, &inputs)?;
+    /// Prepares a run of a system.
+    pub fn new(ground: &Ground, outputs: Vec<Spec>) -> Engine {
+        let (sys, net, switches) =
+            (ground.sys.clone(), ground.net.clone(), ground.switches.clone());
+        let inputs = ground.inputs.clone();
         let (n, m, r) = (net.n, net.m, net.states);
         let outputs = Outputs::new(outputs, &net, &inputs);
         let count = 1 + inputs.len();
         let scale = Scale { v: vec![0.0; count], rate: vec![0.0; count], ..Scale::default() };
-        Ok(Engine {
+        Engine {
             implicit: Implicit::new(n, m),
             gates: vec![false; switches.len()],
             outputs,
-            registry: Registry::default(),
+            registry: Registry::new(ground.modes.clone()),
             picker: Picker::default(),
             march: March::default(),
             path: Trajectory::default(),
@@ -202,7 +200,7 @@ impl Engine {
             net,
             inputs,
             switches,
-        })
+        }
     }
 
     /// Whether lists of charges and switch states have the right lengths.

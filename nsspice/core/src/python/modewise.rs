@@ -4,7 +4,7 @@ use super::audit::{balance_dict, PyAuditor};
 use super::points::{PyRecords, PyStretches};
 use super::system::{misfit, PySystem, Sizes};
 use super::{event_arrays, failure_dict, fill, invalid, EventArrays, Floats};
-use crate::modewise::{Assembly, Engine, Inputs, SwitchLaw};
+use crate::modewise::Engine;
 use crate::moreau::Switch;
 use numpy::{PyArray1, PyReadwriteArray2};
 use pyo3::prelude::*;
@@ -30,26 +30,8 @@ impl PyModewise {
         if !fits {
             return Err(misfit());
         }
-        let sys = Assembly {
-            linear: system.linear.clone(),
-            capacitors: system.capacitors.clone(),
-            conductors: system.conductors.clone(),
-        };
-        let switches = system.switches.clone();
-        let laws = switches
-            .iter()
-            .map(|s| SwitchLaw {
-                pair: s.pair,
-                control: s.control.clone(),
-                on_above: s.on_above,
-                off_below: s.off_below,
-                inverted: s.inverted,
-                latching: s.latching,
-            })
-            .collect();
-        let inputs = Inputs::new(system.waveforms.clone()).map_err(invalid)?;
-        let inner = Engine::new(sys, inputs, laws, outputs).map_err(invalid)?;
-        Ok(PyModewise { inner, switches, sizes: system.sizes() })
+        let inner = Engine::new(system.ground().map_err(invalid)?, outputs);
+        Ok(PyModewise { inner, switches: system.switches.clone(), sizes: system.sizes() })
     }
 
     /// Rows from `out_start` to `stop`; implicit steps, where needed, of at most `fixed_step`.

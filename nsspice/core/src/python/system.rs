@@ -3,13 +3,14 @@
 use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec, SwitchSpec, WaveformSpec};
 use crate::audit::Described;
 use crate::descriptor::Linear;
-use crate::modewise::Edge;
+use crate::modewise::{Assembly, Edge, Ground, Inputs, SwitchLaw};
 use crate::moreau::Switch;
 use crate::newton::Smooth;
 use crate::sparse::Csc;
 use crate::waveform::Waveform;
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
+use std::sync::OnceLock;
 
 /// E, G, A, B, D, q, S, kinds of rows
 type LinearSpec<'py> = (
@@ -37,6 +38,8 @@ pub(super) struct PySystem {
     /// the elements behind the matrices
     pub capacitors: Vec<Edge>,
     pub conductors: Vec<Edge>,
+    /// what the mode-wise engine makes of it, when it is asked for the first time
+    ground: OnceLock<Result<Ground, String>>,
 }
 
 #[pymethods]
@@ -65,6 +68,7 @@ impl PySystem {
             smooth,
             capacitors,
             conductors,
+            ground: OnceLock::new(),
         };
         let [.., functions] = system.sizes();
         let fits = system.linear.row_kind.iter().all(|&k| k < 2)
@@ -87,6 +91,28 @@ impl PySystem {
     pub fn sizes(&self) -> Sizes {
         let (n, m, p) = self.linear.sizes();
         [n, m, p, self.smooth.as_ref().map_or(0, |s| s.tape.program().len())]
+    }
+
+    /// The system as the mode-wise engine sees it, or why it cannot treat it.
+    pub fn ground(&self) -> Result<&Ground, String> {
+        let made = self.ground.get_or_init(|| {
+            let law = |s: &Switch| SwitchLaw {
+                pair: s.pair,
+                control: s.control.clone(),
+                on_above: s.on_above,
+                off_below: s.off_below,
+                inverted: s.inverted,
+                latching: s.latching,
+            };
+            let sys = Assembly {
+                linear: self.linear.clone(),
+                capacitors: self.capacitors.clone(),
+                conductors: self.conductors.clone(),
+            };
+            let inputs = Inputs::new(self.waveforms.clone())?;
+            Ground::new(sys, inputs, self.switches.iter().map(law).collect())
+        });
+        made.as_ref().map_err(String::clone)
     }
 
     /// Averaging terms of a theta scheme, by unknowns and by sources.

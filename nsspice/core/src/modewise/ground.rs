@@ -1,0 +1,68 @@
+//! What all runs of a system have in common: its reduction, and the modes that follow from it alone.
+//!
+//! A mode that was derived from another one differs by rounding with the way there, so that none of
+//! these is kept: what a run computes does not depend on the runs before it.
+
+use super::inputs::Inputs;
+use super::mode::{Mode, SwitchLaw};
+use super::network::{Assembly, Network};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Memory for modes kept from run to run [bytes]; later ones are reduced in each run that meets them.
+const BUDGET: usize = 4 << 20;
+
+/// Active pairs and switch states.
+type Key = (Box<[bool]>, Box<[bool]>);
+
+/// Modes that were reduced from the network.
+#[derive(Default)]
+pub struct Reduced {
+    known: Mutex<(HashMap<Key, Arc<Mode>>, usize)>,
+}
+
+impl Reduced {
+    /// A mode; the error tells what is wrong with it.
+    pub fn mode(
+        &self,
+        net: &Network,
+        switches: &[SwitchLaw],
+        on: &[bool],
+        gates: &[bool],
+    ) -> Result<Arc<Mode>, String> {
+        let key = (on.into(), gates.into());
+        if let Some(found) = self.known.lock().unwrap_or_else(PoisonError::into_inner).0.get(&key) {
+            return Ok(found.clone());
+        }
+        let made = Arc::new(Mode::new(net, switches, on, gates)?);
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if known.1 + made.bytes() <= BUDGET {
+            known.1 += made.bytes();
+            known.0.insert(key, made.clone());
+        }
+        Ok(made)
+    }
+}
+
+/// A system that can be treated mode by mode.
+pub struct Ground {
+    /// as assembled
+    pub sys: Arc<Assembly>,
+    /// its reduction
+    pub net: Arc<Network>,
+    /// switches
+    pub switches: Arc<[SwitchLaw]>,
+    /// sources
+    pub inputs: Inputs,
+    /// modes
+    pub modes: Arc<Reduced>,
+}
+
+impl Ground {
+    /// Reduces a system; the error says why it cannot be treated mode by mode.
+    pub fn new(sys: Assembly, inputs: Inputs, switches: Vec<SwitchLaw>) -> Result<Ground, String> {
+        let net = Arc::new(Network::new(&sys, &inputs)?);
+        let (sys, switches, modes) = (Arc::new(sys), switches.into(), Arc::default());
+        Ok(Ground { sys, net, switches, inputs, modes })
+    }
+}
