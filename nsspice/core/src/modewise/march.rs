@@ -24,6 +24,10 @@ const PATIENCE: u64 = 20_000;
 /// Guards evaluated at a time: often an early one decides already that the interval is too long.
 const GROUP: usize = 16;
 
+/// After an interval on which all guards could be judged the next one is so many times as long: fast
+/// motions have decayed further, and an interval that is too long costs one look.
+const GROWTH: f64 = 3.0;
+
 /// Work space of the march.
 #[derive(Default)]
 pub struct March {
@@ -129,7 +133,7 @@ impl March {
             t = end;
             std::mem::swap(&mut self.from, &mut self.to);
             std::mem::swap(&mut self.old, &mut self.new);
-            h = 2.0 * length;
+            h = GROWTH * length;
         }
     }
 
@@ -150,6 +154,11 @@ impl March {
         let guards = self.old.value.iter().zip(&self.old.slope).zip(&self.old.bound);
         for ((value, slope), &m4) in guards {
             if m4 == 0.0 {
+                continue;
+            }
+            // most guards do not shorten it: roots are drawn of those that do
+            let cube = m4 * h * h * h;
+            if 7.0 * slope.abs() >= cube || 200.0 * value.abs() >= cube * h {
                 continue;
             }
             let by_slope = (7.0 * slope.abs() / m4).cbrt();

@@ -12,6 +12,13 @@ use crate::dense::{collapse, complex, dot, Complex, Matrix};
 /// A mode's share of a slow or resonant forcing is kept apart while `|difference| horizon` is below.
 const NEAR: f64 = 1.0;
 
+/// Whether a rate is slow against the horizon; asked for every term of every segment, where a square
+/// root would be felt.
+fn is_near(rate: Complex, horizon: f64) -> bool {
+    let (re, im) = (rate.re * horizon, rate.im * horizon);
+    re * re + im * im < NEAR * NEAR
+}
+
 /// A term that belongs to one pole.
 #[derive(Clone, Copy, Debug)]
 struct Own {
@@ -125,7 +132,7 @@ impl Trajectory {
         let drive = mode.drive.row(at);
         let own = complex(lambda, 0.0);
         let mut h = self.start[at];
-        let slow = lambda.abs() * horizon < NEAR;
+        let slow = is_near(own, horizon);
         let mut slot = 1;
         let level = dot(drive, &seg.level);
         if level != 0.0 {
@@ -155,7 +162,7 @@ impl Trajectory {
             let beta = complex(drive[tone.index + 1], -drive[tone.index]) * tone.start;
             let apart = tone.rate - own;
             if beta.re != 0.0 || beta.im != 0.0 {
-                if apart.abs() * horizon < NEAR {
+                if is_near(apart, horizon) {
                     let size = tone.rate.abs().max(lambda.abs());
                     self.add_own(at, false, Term::Near { own, apart, size }, true, beta);
                 } else {
@@ -189,7 +196,7 @@ impl Trajectory {
         let shared = self.shared;
         let (re, im) = (mode.drive.row(at), mode.drive.row(at + 1));
         let mut h = complex(self.start[at], self.start[at + 1]);
-        let slow = own.abs() * horizon < NEAR;
+        let slow = is_near(own, horizon);
         let zero = complex(0.0, 0.0);
         let (row, next) = (at * shared, (at + 1) * shared);
         let mut slot = 1;
@@ -233,7 +240,7 @@ impl Trajectory {
                     continue;
                 }
                 let apart = rate - own;
-                if apart.abs() * horizon < NEAR {
+                if is_near(apart, horizon) {
                     let size = rate.abs().max(own.abs());
                     self.add_own(at, true, Term::Near { own, apart, size }, true, beta);
                 } else {
@@ -251,7 +258,7 @@ impl Trajectory {
             let beta = complex(re[decay.index], im[decay.index]).scale(decay.start);
             let apart = complex(decay.rate, 0.0) - own;
             if beta != zero {
-                if apart.abs() * horizon < NEAR {
+                if is_near(apart, horizon) {
                     let size = decay.rate.abs().max(own.abs());
                     self.add_own(at, true, Term::Near { own, apart, size }, true, beta);
                 } else {
