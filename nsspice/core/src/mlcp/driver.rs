@@ -66,7 +66,11 @@ pub struct Unsolved {
 impl Driver {
     /// Prepares the matrices.
     pub fn new(problem: Problem) -> Driver {
-        let model = Arc::new(Model::new(problem));
+        Driver::of(Arc::new(Model::new(problem)))
+    }
+
+    /// The same of matrices that have been prepared before.
+    pub(crate) fn of(model: Arc<Model>) -> Driver {
         Driver { scratch: Scratch::new(model), statistics: Statistics::default() }
     }
 

@@ -26,6 +26,7 @@ mod tests;
 
 pub use driver::{Driver, Solved, Statistics, Unsolved};
 pub(crate) use equilibrate::equilibrate;
+pub(crate) use model::Model;
 pub use modes::{work_len, ModeFactor};
 pub use problem::{Problem, Role, Start};
 pub use residual::Residual;

@@ -3,6 +3,7 @@
 //! A mode that was derived from another one differs by rounding with the way there, so that none of
 //! these is kept: what a run computes does not depend on the runs before it.
 
+use super::implicit::Models;
 use super::inputs::Inputs;
 use super::mode::{Mode, SwitchLaw};
 use super::network::{Assembly, Network};
@@ -56,13 +57,16 @@ pub struct Ground {
     pub inputs: Inputs,
     /// modes
     pub modes: Arc<Reduced>,
+    /// implicit steps
+    pub models: Arc<Models>,
 }
 
 impl Ground {
     /// Reduces a system; the error says why it cannot be treated mode by mode.
     pub fn new(sys: Assembly, inputs: Inputs, switches: Vec<SwitchLaw>) -> Result<Ground, String> {
         let net = Arc::new(Network::new(&sys, &inputs)?);
-        let (sys, switches, modes) = (Arc::new(sys), switches.into(), Arc::default());
-        Ok(Ground { sys, net, switches, inputs, modes })
+        let (sys, switches) = (Arc::new(sys), switches.into());
+        let (modes, models) = (Arc::default(), Arc::default());
+        Ok(Ground { sys, net, switches, inputs, modes, models })
     }
 }

@@ -3,15 +3,52 @@
 
 use super::inputs::Segment;
 use super::network::{Assembly, Network};
-use crate::mlcp::{Driver, Problem, Residual, Role, Start, Unsolved};
+use crate::mlcp::{Driver, Model, Problem, Residual, Role, Start, Unsolved};
 use crate::sparse::Csc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Step lengths whose matrices are kept.
 const KEPT: usize = 24;
 
+/// Lengths whose matrices are kept from run to run: runs begin alike.
+const SHARED: usize = 4;
+
+/// The matrices of the first implicit steps, for all runs of a system.
+#[derive(Default)]
+pub struct Models {
+    known: Mutex<Vec<(f64, Arc<Model>)>>,
+}
+
+impl Models {
+    /// The matrices of a step of the length `h`.
+    fn of(&self, sys: &Assembly, h: f64) -> Arc<Model> {
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, model)) = known.iter().find(|k| k.0 == h) {
+            return model.clone();
+        }
+        let mut k: Vec<_> = sys.linear.g.iter().collect();
+        if h.is_finite() {
+            k.extend(sys.linear.e.iter().map(|(r, c, v)| (r, c, v / h)));
+        }
+        let n = sys.linear.g.nrows;
+        let model = Arc::new(Model::new(Problem {
+            k: Csc::from_triplets(n, n, &k),
+            a: sys.linear.a.clone(),
+            b: sys.linear.b.clone(),
+            d: sys.linear.d.clone(),
+            row_kind: sys.linear.row_kind.clone(),
+        }));
+        if known.len() < SHARED {
+            known.push((h, model.clone()));
+        }
+        model
+    }
+}
+
 /// Implicit steps of any length.
 pub struct Implicit {
     drivers: Vec<(f64, Driver)>,
+    models: Arc<Models>,
     /// unknowns of the last step
     pub z: Vec<f64>,
     /// multipliers of the last step
@@ -36,9 +73,10 @@ pub struct Taken {
 
 impl Implicit {
     /// No step yet.
-    pub fn new(n: usize, m: usize) -> Implicit {
+    pub fn new(n: usize, m: usize, models: Arc<Models>) -> Implicit {
         Implicit {
             drivers: Vec::new(),
+            models,
             z: vec![0.0; n],
             l: vec![0.0; m],
             rhs: vec![0.0; n],
@@ -52,22 +90,10 @@ impl Implicit {
         if let Some(k) = self.drivers.iter().position(|d| d.0 == h) {
             self.drivers[k..].rotate_left(1);
         } else {
-            let mut k: Vec<_> = sys.linear.g.iter().collect();
-            if h.is_finite() {
-                k.extend(sys.linear.e.iter().map(|(r, c, v)| (r, c, v / h)));
-            }
-            let n = sys.linear.g.nrows;
-            let problem = Problem {
-                k: Csc::from_triplets(n, n, &k),
-                a: sys.linear.a.clone(),
-                b: sys.linear.b.clone(),
-                d: sys.linear.d.clone(),
-                row_kind: sys.linear.row_kind.clone(),
-            };
             if self.drivers.len() >= KEPT {
                 self.drivers.remove(0);
             }
-            self.drivers.push((h, Driver::new(problem)));
+            self.drivers.push((h, Driver::of(self.models.of(sys, h))));
         }
         let last = self.drivers.len() - 1;
         &mut self.drivers[last].1

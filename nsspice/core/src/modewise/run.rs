@@ -153,7 +153,7 @@ impl Engine {
         let count = 1 + inputs.len();
         let scale = Scale { v: vec![0.0; count], rate: vec![0.0; count], ..Scale::default() };
         Engine {
-            implicit: Implicit::new(n, m),
+            implicit: Implicit::new(n, m, ground.models.clone()),
             gates: vec![false; switches.len()],
             outputs,
             registry: Registry::new(ground.modes.clone()),
