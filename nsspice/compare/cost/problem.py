@@ -17,6 +17,7 @@ from ...analyses.transient import run_tran
 from ...circuit import Circuit, build
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import TranCard
+from ...solvers.compiled import compiled
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +70,7 @@ class Problem:
         """
         circuit, analysis = build(self.circuit.deck), self.analysis
         for island in circuit.islands:
-            island.assemble(tstep=analysis.row_distance, tstop=analysis.stop)
+            compiled(island.assemble(tstep=analysis.row_distance, tstop=analysis.stop).system)
         begin = time.perf_counter()
         solution = run_tran(circuit, self.analysis, settings, signals=self.signals)
         spent = time.perf_counter() - begin
