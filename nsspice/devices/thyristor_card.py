@@ -101,7 +101,9 @@ def _missing(card: Mapping[str, float], curve: Expression | None, gated: bool) -
     if curve is not None:
         return []
     if latches(card, curve):
-        needed = ["igt"] if gated and "vgt" not in card else [] if gated else ["vbo"]
+        if gated:
+            return [] if "igt" in card or "vgt" in card else ["igt or vgt"]
+        needed = ["vbo"]
     else:
         needed = ["vbo", "igt"] if gated else ["vbo"]
     return [key for key in needed if key not in card]
