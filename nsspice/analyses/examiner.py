@@ -163,7 +163,7 @@ class Examiner:
         """Set-valued elements of an island whose steps may have several solutions."""
         if self._active is None or not self._active.verdict().several:
             return ()
-        switched = {s.pair for s in self.mna.system.switches if not s.latching}
+        switched = self.mna.system.switched
         names = (e for k, e in enumerate(self.mna.pair_elements) if k not in switched)
         return tuple(dict.fromkeys(names))
 

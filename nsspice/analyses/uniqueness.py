@@ -85,7 +85,7 @@ class Watcher:
     def _may_have_several(self) -> bool:
         """Return whether the P-test fails, with all switches open."""
         system = self.system
-        switched = {s.pair for s in system.switches if not s.latching}
+        switched = system.switched
         pairs = [k for k in range(system.m) if k not in switched]
         if not pairs:
             return False

@@ -157,6 +157,11 @@ class DescriptorSystem:
         return self.A.shape[1]
 
     @property
+    def switched(self) -> frozenset[int]:
+        """The pairs that switches hold open or closed; that of a thyristor keeps its signs."""
+        return frozenset(s.pair for s in self.switches if not s.latching)
+
+    @property
     def static(self) -> bool:
         """True if nothing stores energy (E = 0, no charge functions)."""
         return self.E.data.size == 0 and (self.smooth is None or self.smooth.Q.data.size == 0)

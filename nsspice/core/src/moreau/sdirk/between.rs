@@ -31,8 +31,6 @@ struct Polynomial {
 
 /// The rows of one step.
 pub struct Between {
-    /// for the present step
-    decided: Option<bool>,
     /// the part of the step that the polynomial is for
     end: f64,
     polynomial: Polynomial,
@@ -82,7 +80,6 @@ impl Between {
     pub fn new(s: &Stepper) -> Between {
         let zeros = vec![0.0; s.outputs.len()];
         Between {
-            decided: None,
             end: 1.0,
             polynomial: Polynomial::new(zeros.len()),
             driven: Driven::new(s),
@@ -90,11 +87,6 @@ impl Between {
             plain: zeros.clone(),
             largest: zeros,
         }
-    }
-
-    /// A step has ended.
-    pub fn forget(&mut self) {
-        self.decided = None;
     }
 
     /// Whether the polynomial gives the rows of the step `trial` up to `end` (as a part of it), so many
@@ -110,17 +102,10 @@ impl Between {
         rows: f64,
         tolerance: f64,
     ) -> bool {
-        if let Some(decided) = self.decided {
-            return decided;
-        }
         // steps of fixed length have no tolerance
         let open = s.smooth.is_none() || trial.crossing || tolerance >= 1.0;
-        let serves = !open && rows >= WORTH && {
-            self.end = end;
-            self.agrees(s, trial, ladder, tableau, tolerance)
-        };
-        self.decided = Some(serves);
-        serves
+        self.end = end;
+        !open && rows >= WORTH && self.agrees(s, trial, ladder, tableau, tolerance)
     }
 
     fn agrees(

@@ -1,4 +1,15 @@
-//! When rows are written.
+//! When rows are written, and where those inside a step come from.
+
+/// Where the rows inside a step come from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Origin {
+    /// the continuous solution: they are stored quantities
+    Continuous,
+    /// a polynomial through some that obey the laws
+    Between,
+    /// the laws, row by row
+    Laws,
+}
 
 /// Instants at which rows are written.
 #[derive(Clone, Copy, Debug)]

@@ -9,7 +9,7 @@ use super::ladder::{Ladder, RUNGS, SMALL};
 use super::locate::Locator;
 use super::pass::{Passage, Patience, NOTICED};
 use super::points::PointRows;
-use super::rows::Rows;
+use super::rows::{Origin, Rows};
 use super::step::Trial;
 use super::stored::StoredRows;
 use super::witness::{sum_up, Witness};
@@ -103,6 +103,8 @@ pub struct Sdirk {
     pub(super) corner: (f64, bool),
     pub(super) points: PointRows,
     pub(super) witness: Witness,
+    /// where the rows of the present step come from, once that has been found out
+    origin: Option<Origin>,
     pub(super) stored: StoredRows,
     pub(super) between: Between,
     /// whether steps over ends of modes are worth a trial
@@ -156,6 +158,7 @@ impl Sdirk {
             corner: (f64::NEG_INFINITY, false),
             points: PointRows::default(),
             witness: Witness::default(),
+            origin: None,
             stored: StoredRows::new(s),
             between: Between::new(s),
             patience: Patience::default(),
@@ -256,8 +259,7 @@ impl Sdirk {
 
     /// Remembers the state from which the next step starts; its functions may be `known`.
     pub(super) fn begin_step(&mut self, s: &mut Stepper, known: bool) {
-        self.stored.forget();
-        self.between.forget();
+        self.origin = None;
         if !known {
             self.ladder.deepest = RUNGS - 1;
         }
@@ -501,14 +503,25 @@ impl Sdirk {
         let (trial, ladder) = (&mut self.trial, &mut self.ladder);
         let tolerance = self.accuracy.relative;
         row[0] = label;
-        if self.stored.plain(s, trial, ladder, self.tableau, end, rows, tolerance) {
-            self.trial.interpolate(s, self.tableau, theta);
-            self.trial.write(s, &self.ladder, &mut row[1..]);
-        } else if self.between.serves(s, trial, ladder, self.tableau, end, rows, tolerance) {
-            self.between.write(s, trial, theta, &mut row[1..]);
-        } else {
-            self.trial.evaluate(s, &mut self.ladder, self.tableau, theta);
-            self.trial.write(s, &self.ladder, &mut row[1..]);
+        let tableau = self.tableau;
+        let origin = *self.origin.get_or_insert_with(|| {
+            if self.stored.plain(s, trial, ladder, tableau, end, rows, tolerance) {
+                Origin::Continuous
+            } else if self.between.serves(s, trial, ladder, tableau, end, rows, tolerance) {
+                Origin::Between
+            } else {
+                Origin::Laws
+            }
+        });
+        match origin {
+            Origin::Between => self.between.write(s, trial, theta, &mut row[1..]),
+            Origin::Continuous => trial.interpolate(s, tableau, theta),
+            Origin::Laws => {
+                trial.evaluate(s, ladder, tableau, theta);
+            }
+        }
+        if origin != Origin::Between {
+            trial.write(s, ladder, &mut row[1..]);
         }
         if s.witness.keep_sides {
             self.points.see(row);

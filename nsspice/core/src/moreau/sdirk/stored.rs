@@ -1,7 +1,6 @@
 //! Outputs that are stored quantities: voltages across capacitors, currents of inductors.  The
 //! continuous solution gives them without solving for the rest.
 
-use super::super::record::Quantities;
 use super::super::stepper::Stepper;
 use super::ladder::Ladder;
 use super::step::Trial;
@@ -16,8 +15,6 @@ const NEAR: f64 = 0.1;
 /// stiffer than the step is short it tells less than the laws do.
 pub struct StoredRows {
     possible: bool,
-    /// for the present step
-    decided: Option<bool>,
     /// largest outputs so far
     largest: Vec<f64>,
     exact: Vec<f64>,
@@ -29,16 +26,10 @@ impl StoredRows {
         let zeros = vec![0.0; s.outputs.len()];
         StoredRows {
             possible: outputs_are_stored(s),
-            decided: None,
             largest: zeros.clone(),
             exact: zeros.clone(),
             plain: zeros,
         }
-    }
-
-    /// A step has ended.
-    pub fn forget(&mut self) {
-        self.decided = None;
     }
 
     /// Whether the polynomial gives the rows of the step `trial` up to `end` (as a part of it), so
@@ -54,34 +45,19 @@ impl StoredRows {
         rows: f64,
         tolerance: f64,
     ) -> bool {
-        if !self.possible {
-            return false;
-        }
-        if let Some(decided) = self.decided {
-            return decided;
-        }
-        let mut near = rows > WORTH;
+        let mut near = self.possible && rows > WORTH;
         if near {
             trial.evaluate(s, ladder, tableau, 0.5 * end);
-            write(s, trial, &mut self.exact);
+            trial.write(s, ladder, &mut self.exact);
             trial.interpolate(s, tableau, 0.5 * end);
-            write(s, trial, &mut self.plain);
+            trial.write(s, ladder, &mut self.plain);
             for ((a, b), largest) in self.exact.iter().zip(&self.plain).zip(&mut self.largest) {
                 *largest = largest.max(a.abs());
                 near &= (a - b).abs() <= NEAR * tolerance * *largest;
             }
         }
-        self.decided = Some(near);
         near
     }
-}
-
-/// The outputs at the point of `trial`, of which unknowns and sources count.
-fn write(s: &mut Stepper, trial: &Trial, row: &mut [f64]) {
-    let (z, rest) = trial.point.split_at(s.z.len());
-    let (l, f) = rest.split_at(s.l.len());
-    let (rates, slope) = trial.slope.split_at(s.z.len());
-    s.outputs.write(&Quantities { z, l, rates, u: &trial.u, f: [f, slope] }, row);
 }
 
 /// Unknowns joined by capacitors; in each group all differences are stored.
