@@ -84,7 +84,8 @@ class Csc:
     @cached_property
     def columns(self) -> Ints:
         """Column number of every stored entry, shape (nnz,)."""
-        return np.repeat(np.arange(self.shape[1], dtype=np.int64), np.diff(self.indptr))
+        ends = self.indptr  # np.diff costs several times this difference
+        return np.repeat(np.arange(self.shape[1], dtype=np.int64), ends[1:] - ends[:-1])
 
     def dense(self) -> Floats:
         """Return the matrix as an array, shape ``self.shape``."""
@@ -97,6 +98,26 @@ class Csc:
         products = self.data * x[self.columns]
         sums = np.bincount(self.indices, weights=products, minlength=self.shape[0])
         return np.asarray(sums, dtype=np.float64)  # integers where nothing is stored
+
+    def transposes(self, other: Csc) -> bool:
+        """Return whether this is the transpose of another matrix, entry by entry.
+
+        Examples
+        --------
+        >>> row = Csc.from_triplets((1, 2), [0, 0], [0, 1], [1.0, 2.0])
+        >>> column = Csc.from_triplets((2, 1), [0, 1], [0, 0], [1.0, 2.0])
+        >>> row.transposes(column), row.transposes(row)
+        (True, False)
+        """
+        if self.shape != other.shape[::-1] or self.data.size != other.data.size:
+            return False
+        # by columns of this one, as its own entries: other's are in order of its columns, our rows
+        order = np.argsort(other.indices, kind="stable")
+        return bool(
+            (other.columns[order] == self.indices).all()
+            and (other.indices[order] == self.columns).all()
+            and (other.data[order] == self.data).all()
+        )
 
     def abs(self) -> Csc:
         """Return the matrix of absolute values."""

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .csc import Csc, Floats, weighted_sum
+from .csc import Csc, Floats
 
 if TYPE_CHECKING:
     from .descriptor import DescriptorSystem
 
-MOST_ROWS = 120  #: unknowns and pairs together, for dense matrices
+MOST_ROWS = 120  #: of a matrix whose eigenvalues may be asked for
 
 
 def passive(system: DescriptorSystem) -> bool:
@@ -34,12 +34,7 @@ def passive(system: DescriptorSystem) -> bool:
     """
     if system.smooth is not None:
         return True  # judged by Newton's method, not here
-    a, b = system.A, system.B
-    if system.n + system.m <= MOST_ROWS:  # full matrices are faster
-        transposes = np.array_equal(a.dense().T, b.dense())
-    else:
-        transposes = _equal(Csc.from_triplets(b.shape, a.columns, a.indices, a.data), b)
-    if not (transposes and _semidefinite(system.D)):
+    if not (system.A.transposes(system.B) and _semidefinite(system.D)):
         return False
     return _semidefinite(system.G) or _semidefinite(_acting(system))
 
@@ -83,16 +78,13 @@ def _acting(system: DescriptorSystem) -> Csc:
     return Csc.from_triplets(G.shape, G.indices[kept], G.columns[kept], G.data[kept])
 
 
-def _equal(a: Csc, b: Csc) -> bool:
-    return weighted_sum([(a, 1.0), (b, -1.0)]).data.size == 0
-
-
 def _semidefinite_full(full: Floats) -> bool:
     """Return True if the symmetric part is positive semidefinite, by dominance or eigenvalues."""
     both = full + full.T
     diagonal = both.diagonal()
-    others = np.abs(both).sum(axis=0) - np.abs(diagonal)
-    if (diagonal >= others * (1.0 - 1e-12)).all():
+    columns = np.abs(both).sum(axis=0)
+    # as diagonal >= (1 - 1e-12) times the others, |diagonal| being in both sums
+    if (diagonal + np.abs(diagonal) >= columns * (1.0 - 1e-12)).all():
         return True
     values = np.linalg.eigvalsh(both)
     return bool(values[0] >= -1e-12 * max(abs(values[0]), abs(values[-1])))
@@ -100,11 +92,11 @@ def _semidefinite_full(full: Floats) -> bool:
 
 def _semidefinite(matrix: Csc) -> bool:
     """Return the same for a sparse matrix; a large one is judged by dominance alone."""
+    if matrix.data.size == 0:
+        return True
     n = matrix.shape[0]
     if n <= MOST_ROWS:
         return _semidefinite_full(matrix.dense())
-    if matrix.data.size == 0:
-        return True
     rows = np.concatenate([matrix.indices, matrix.columns])
     cols = np.concatenate([matrix.columns, matrix.indices])
     both = Csc.from_triplets((n, n), rows, cols, np.concatenate([matrix.data, matrix.data]))
