@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from typing import TYPE_CHECKING, Any
 
 from ..analyses.names import unit
@@ -67,10 +68,12 @@ def _certificate(c: Certificate) -> list[str]:
     e = c.energy
     if e is not None and (e.steps or e.complete):
         part = "" if e.complete else f" in {e.steps} of {e.of} steps"
+        parts = e.delivered, e.dissipated, e.stored, e.lost, e.scheme
+        nothing = sys.float_info.epsilon * max(map(abs, parts))
+        shown = [number(v if abs(v) > nothing else 0.0, "J") for v in parts]
         lines.append(
-            f"  energy{part}: delivered {number(e.delivered, 'J')}, "
-            f"dissipated {number(e.dissipated, 'J')}, stored {number(e.stored, 'J')}, "
-            f"lost in jumps {number(e.lost, 'J')}, taken by the scheme {number(e.scheme, 'J')} "
+            f"  energy{part}: delivered {shown[0]}, dissipated {shown[1]}, stored {shown[2]}, "
+            f"lost in jumps {shown[3]}, taken by the scheme {shown[4]} "
             f"(error {max(e.imbalance, e.drift):.1e})"
         )
     if c.several:

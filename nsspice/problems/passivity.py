@@ -44,7 +44,9 @@ def _acting(system: DescriptorSystem) -> Csc:
 
     An unknown that stands in one law alone, and in no pair, follows from that law: both can go.  So
     go the current of a controlled source with the current law of its node, then the voltage of
-    that node with the law of the source, and whatever only that source has seen.
+    that node with the law of the source, and whatever only that source has seen.  The law of a node
+    where nothing but the source ends, such as a gate, says that it carries no current: there go
+    that law and that current as well, wherever the other end of the source is.
     """
     n = system.n
     laws: list[set[int]] = [set() for _ in range(n)]
@@ -53,22 +55,27 @@ def _acting(system: DescriptorSystem) -> Csc:
         for row, column in zip(matrix.indices.tolist(), matrix.columns.tolist(), strict=True):
             laws[column].add(row)
             unknowns[row].add(column)
-    in_pairs = set(system.A.indices.tolist()), set(system.B.columns.tolist())
+    acted, sensed = set(system.A.indices.tolist()), set(system.B.columns.tolist())
     rows, columns = set(range(n)), set(range(n))
-    waiting = [j for j in range(n) if len(laws[j]) == 1]
+    waiting = list(range(n))
     while waiting:
         j = waiting.pop()
-        if j not in columns or j in in_pairs[1] or len(laws[j]) != 1:
+        if j not in columns or j in sensed or len(laws[j]) != 1:
             continue
         (i,) = laws[j]
-        if i == j or i in in_pairs[0]:  # a node with its own conductance acts upon itself
+        if i == j or i in acted:  # a node with its own conductance acts upon itself
             continue
-        rows.discard(i)
-        columns.discard(j)
-        for k in unknowns[i]:
-            laws[k].discard(i)
-            if len(laws[k]) == 1:
+        gone = {(i, j)}
+        if unknowns[j] == {i} and j in rows and i in columns and not (j in acted or i in sensed):
+            gone.add((j, i))
+        for row, column in gone:
+            rows.discard(row)
+            columns.discard(column)
+            for k in unknowns[row]:
+                laws[k].discard(row)
                 waiting.append(k)
+            for k in laws[column]:
+                unknowns[k].discard(column)
     if rows != columns or len(rows) == n:
         return system.G
     G = system.G

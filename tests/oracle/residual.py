@@ -55,8 +55,12 @@ class Mlcp:
         return self.q - self.B @ z + self.D @ lam
 
 
-def residual(p: Mlcp, z: Floats, lam: Floats) -> float:
-    """Return the larger of the row residual and the complementarity residual."""
+def residual(p: Mlcp, z: Floats, lam: Floats, volts_before: float = 0.0) -> float:
+    """Return the larger of the row residual and the complementarity residual.
+
+    Charges keep the rounding of the largest voltage before, and slacks too where nothing moves it:
+    a capacitor that was at 360 V once may bear 1e-18 V backward for ever.
+    """
     if not (np.all(np.isfinite(z)) and np.all(np.isfinite(lam))):
         return float("inf")
     if p.n == 0 and p.m == 0:
@@ -79,6 +83,7 @@ def residual(p: Mlcp, z: Floats, lam: Floats) -> float:
     size = np.abs(p.B) @ np.abs(z) + np.abs(p.D) @ np.abs(lam) + np.abs(p.q)
     volt = max(size.max(initial=0.0), scale[p.voltage_row].max(initial=0.0), volts)
     li = lam / amps if amps > 0 else lam
+    w = np.where(np.abs(w) <= 4.0 * np.finfo(float).eps * volts_before, np.maximum(w, 0.0), w)
     wi = w / volt if volt > 0 else w
     gap = np.minimum(li, wi)
     gap = np.where(p.switch, np.where(p.closed, wi, li), gap)

@@ -46,3 +46,46 @@ def test_an_inverter_is_not_warned_about() -> None:
     run = nsspice.tran(nsspice.read(BRIDGE + FROM_SOURCES))
     assert not [w for w in run.warnings if w.code == "NS3050"]
     assert run.certificate.several == ()
+
+
+#: a half-controlled bridge; where all four conduct, nothing tells how they share their currents
+CONTROLLED = """Bridge of two thyristors and two diodes, gates by expressions, which float
+V1 a 0 SIN(0 100 50)
+Ls a x 1m
+D1 x p g1 thyristor
+D2 0 p g2 thyristor
+D3 n x diode
+D4 n 0 diode
+L1 p m 20m
+R1 m n 10
+B1 g1 p V={v(a)>50 ? 5 : 0}
+B2 g2 p V={v(a)<-50 ? 5 : 0}
+.model thyristor SCR(Vgt=1)
+.model diode D(ideal)
+.tran 0.1m 60m
+"""
+
+
+def test_sources_of_floating_gates_are_no_gain() -> None:
+    (island,) = nsspice.read(CONTROLLED).islands
+    assert island.assemble().system.passive
+    # a source that carries a current of the network acts upon it
+    loaded = CONTROLLED.replace("B1 g1 p V", "R2 g1 n 100\nB1 g1 p V")
+    (island,) = nsspice.read(loaded).islands
+    assert not island.assemble().system.passive
+
+
+@pytest.mark.parametrize("method", ["modewise", "sdirk", "moreau"])
+def test_a_controlled_bridge_is_told_of_without_noise(method: str) -> None:
+    """Steps count once, however many stages; what mends errors of steps is no jump."""
+    run = nsspice.tran(nsspice.read(CONTROLLED), method=method)
+    assert run.warnings == []
+    assert run.certificate is not None
+    assert run.certificate.passed
+    assert run.certificate.several == ()
+    assert run.jumps == []
+    (island,) = run.islands
+    assert island.stats["jumps"] == 0
+    if method == "sdirk":
+        # commutation takes arccos(1/2 - 2 w L i / V) - pi/3 of 2 pi at most, once in 10 ms
+        assert 0 < run.certificate.undetermined < 0.2 * island.stats["steps"]

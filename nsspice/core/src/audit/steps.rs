@@ -52,13 +52,13 @@ impl Auditor {
         let (mut rates, mut floor) = (vec![0.0; n], vec![0.0; n]);
         let (mut old_z, mut old_u) = (vec![0.0; n], vec![0.0; p]);
         let (mut f, mut f_old, mut f_change) = (Vec::new(), Vec::new(), Vec::new());
-        if self.smooth.is_some() {
-            // Newton's method comes from other points, and brings their rounding along
-            for k in 0..steps.time.len() {
-                let (z, l) = (&steps.z[k * n..][..n], &steps.l[k * m..][..m]);
-                self.reach.see(&self.kinds, z, l, &mut self.largest);
-            }
+        for k in 0..steps.time.len() {
+            let (z, l) = (&steps.z[k * n..][..n], &steps.l[k * m..][..m]);
+            self.reach.see(&self.kinds, z, l, &mut self.largest);
         }
+        // Newton's method comes from other points, and brings their rounding along; what is less
+        // than rounding of what was there once has no digits that are right
+        let part = if self.smooth.is_some() { 1.0 } else { f64::EPSILON };
         for k in 0..steps.time.len() {
             let of = |list: &'_ [f64], size: usize| -> std::ops::Range<usize> {
                 debug_assert!(list.len() >= (k + 1) * size);
@@ -76,7 +76,7 @@ impl Auditor {
             }
             rates.fill(0.0);
             self.e.add(1.0 / size, change, &mut rates);
-            let mut largest = if self.smooth.is_some() { self.largest } else { [0.0; 2] };
+            let mut largest = self.largest.map(|v| part * v);
             self.reach.see(&self.kinds, z, l, &mut largest);
             self.reach.see(&self.kinds, &old_z, &[], &mut largest);
             if let Some(smooth) = &mut self.smooth {

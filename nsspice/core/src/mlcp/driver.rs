@@ -166,7 +166,7 @@ impl Driver {
         s.x[..n].copy_from_slice(z);
         s.x[n..].copy_from_slice(l);
         let Scratch { model, roles, f, x, terms, defect, .. } = s;
-        residual(model, roles, f, x, terms, defect)
+        residual(model, roles, f, x, 0.0, terms, defect)
     }
 
     /// Below which sizes the sign tests of `solve` ignore negative multipliers (of active pairs) and

@@ -69,6 +69,12 @@ impl Model {
         usize::from(self.row_kind[row] != 0)
     }
 
+    /// Sum of the sizes of the conductances (resistances) in a row: what multiplies unknowns of its kind.
+    pub fn own_kind(&self, row: usize) -> f64 {
+        let own = self.h.iter().filter(|&(r, c, _)| r == row && c < self.n);
+        own.filter(|&(_, c, _)| self.kind(c) == self.kind(row)).map(|(.., v)| v.abs()).sum()
+    }
+
     /// `out = f - H x`
     pub fn defect(&self, f: &[f64], x: &[f64], out: &mut [f64]) {
         out.copy_from_slice(f);

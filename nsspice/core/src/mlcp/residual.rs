@@ -29,6 +29,9 @@ const FLOOR: f64 = 1e-6;
 
 /// Residual of `x = [z; l]` for the right-hand side `f = [b; -q]`.
 ///
+/// With `grain`, no law is measured by less than that part of what the largest voltage drives through
+/// its conductances (the largest current through its resistances).
+///
 /// `terms` receives `|H| |x| + |f|`, `defect` receives `f - H x` with `H = [[K, A], [-B, D]]`
 /// (so that `w` is minus its second part).
 pub(crate) fn residual(
@@ -36,6 +39,7 @@ pub(crate) fn residual(
     roles: &[Role],
     f: &[f64],
     x: &[f64],
+    grain: f64,
     terms: &mut [f64],
     defect: &mut [f64],
 ) -> Residual {
@@ -46,18 +50,22 @@ pub(crate) fn residual(
     model.defect_and_terms(f, x, defect, terms);
 
     let mut largest = [0.0f64; 2]; // terms of KCL and KVL rows
-    let mut node = 0.0f64; // largest node voltage
+    let mut unknown = [0.0f64; 2]; // largest node voltage and branch current
     for i in 0..n {
         let kind = model.kind(i);
         largest[kind] = largest[kind].max(terms[i]);
-        if kind == 0 {
-            node = node.max(x[i].abs());
-        }
+        unknown[kind] = unknown[kind].max(x[i].abs());
     }
+    let node = unknown[0];
     let floor = [FLOOR * largest[0], FLOOR * largest[1].max(node)];
     let mut rows = 0.0f64;
     for i in 0..n {
-        rows = worse(rows, defect[i].abs(), terms[i].max(floor[model.kind(i)]));
+        let kind = model.kind(i);
+        let mut scale = terms[i].max(floor[kind]);
+        if grain > 0.0 && defect[i].abs() > grain * scale {
+            scale = scale.max(grain * unknown[kind] * model.own_kind(i));
+        }
+        rows = worse(rows, defect[i].abs(), scale);
     }
 
     let mut current = 0.0f64; // scale of the multipliers

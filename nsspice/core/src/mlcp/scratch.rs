@@ -214,12 +214,14 @@ impl Scratch {
     /// Residual of `x` if it is small enough to accept; the best one is remembered.
     ///
     /// Where all voltages (or all currents) of a network vanish, rounding is all that is left to
-    /// compare them with: then unknowns that are nothing but rounding are set to zero.
+    /// compare them with: then unknowns that are nothing but rounding are set to zero, and the laws
+    /// need to hold up to rounding of the largest voltage and current.
     pub fn judge(&mut self) -> Option<Residual> {
-        let found = self.rate();
-        if found.is_some() {
-            return found;
-        }
+        self.rate(false).or_else(|| self.without_rounding()).or_else(|| self.rate(true))
+    }
+
+    /// Residual of `x` without what is nothing but rounding, if that is accepted.
+    fn without_rounding(&mut self) -> Option<Residual> {
         let Scratch { model, x, work, .. } = self;
         let largest = x.iter().zip(&model.scale).fold(0.0f64, |a, (v, s)| a.max((v / s).abs()));
         let before = &mut work[..x.len()];
@@ -232,7 +234,7 @@ impl Scratch {
         if before == x {
             return None;
         }
-        let found = self.rate();
+        let found = self.rate(false);
         if found.is_none() {
             let Scratch { x, work, .. } = self;
             x.copy_from_slice(&work[..self.model.size()]);
@@ -240,9 +242,12 @@ impl Scratch {
         found
     }
 
-    fn rate(&mut self) -> Option<Residual> {
+    /// Residual of `x` if it is small enough; with `coarse`, laws are measured by no less than what
+    /// makes rounding of the largest voltage (current) acceptable.
+    fn rate(&mut self, coarse: bool) -> Option<Residual> {
         let Scratch { model, roles, f, x, terms, defect, .. } = self;
-        let found = residual(model, roles, f, x, terms, defect);
+        let grain = if coarse { f64::EPSILON / ACCEPT } else { 0.0 };
+        let found = residual(model, roles, f, x, grain, terms, defect);
         if found.worst() < self.best_residual.worst() {
             self.best_residual = found;
             self.best.copy_from_slice(&self.x);

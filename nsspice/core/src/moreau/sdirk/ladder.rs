@@ -50,6 +50,8 @@ pub struct Ladder {
     pub stored: Vec<usize>,
     /// the mode in which the last complementarity problem was solved
     pub met: Vec<bool>,
+    /// the mode of a stage since the last step has left something open
+    pub open: bool,
 }
 
 /// The implicit step that a stage is.
@@ -103,6 +105,7 @@ impl Ladder {
             made: 0,
             stored,
             met: Vec::new(),
+            open: false,
         }
     }
 
@@ -212,7 +215,7 @@ impl Ladder {
             }
             return Fit::Solved;
         }
-        s.stats.undetermined += 1;
+        self.open = true;
         self.solve_open(s, problem, x)
     }
 

@@ -395,6 +395,7 @@ impl Sdirk {
                 self.level = self.level.saturating_sub(1);
             }
             s.stats.steps += 1;
+            s.stats.undetermined += u64::from(std::mem::take(&mut self.ladder.open));
             self.counters.matrices = self.ladder.made;
             self.certify(s);
             return Ok(());
