@@ -133,7 +133,7 @@ fn tape(spec: &TapeSpec, unknowns: usize, sources: usize) -> PyResult<Tape> {
     Ok(Tape::new(Arc::new(program)))
 }
 
-/// pair, control, on_above, off_below, closed, inverted, latching
+/// pair, control, on_above, off_below, state of the gate, inverted, latching
 type SwitchSpec = (usize, Vec<(usize, f64)>, f64, f64, bool, bool, bool);
 
 /// kind, values, repeat, scale
@@ -211,7 +211,8 @@ impl PyStepper {
             terms.push(list);
         }
         let (waveforms, switches) = (system.waveforms.clone(), system.switches.clone());
-        let inner = Stepper::new(sys, waveforms, switches, Outputs::new(&terms, sizes));
+        let (gates, outputs) = (system.gates.clone(), Outputs::new(&terms, sizes));
+        let inner = Stepper::new(sys, waveforms, switches, gates, outputs);
         Ok(PyStepper { inner, sdirk: None, sizes: system.sizes() })
     }
 
@@ -391,9 +392,9 @@ impl PyStepper {
         self.inner.time()
     }
 
-    /// State of each switch's control: above its thresholds.
+    /// State of each switch's gate.
     fn gates(&self) -> Vec<bool> {
-        self.inner.gates()
+        self.inner.gates().to_vec()
     }
 
     fn jumps<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {

@@ -3,7 +3,7 @@
 //! soon as the mode of a step holds.
 
 use super::implicit::later;
-use super::pick::{roles, Scene};
+use super::pick::{fix, roles, Scene};
 use super::run::{Engine, Phase};
 use crate::mlcp::Start;
 use crate::moreau::Failure;
@@ -136,9 +136,7 @@ impl Engine {
             self.outputs.write(&self.z, &self.l, &rates, &u, &mut row[1..]);
         }
         self.react(&on);
-        for (law, &gate) in self.switches.iter().zip(&self.gates) {
-            on[law.pair] = law.conducts(gate).unwrap_or(on[law.pair]);
-        }
+        fix(&self.switches, &self.gates, &mut on);
         let id = self.registry.id(&on, &self.gates.clone());
         self.log(id);
         self.resume(id, h);
@@ -149,16 +147,11 @@ impl Engine {
         })
     }
 
-    /// Applies the switch laws to the present unknowns and the pairs that conduct.
+    /// Turns the switches that the present unknowns and the pairs that conduct turn.
     fn react(&mut self, on: &[bool]) {
-        for (law, gate) in self.switches.iter().zip(&mut self.gates) {
-            if law.latching && *gate && on[law.pair] {
-                continue; // a thyristor that conducts does not hear its gate
-            }
-            let value: f64 = law.control.iter().map(|&(j, c)| c * self.z[j]).sum();
-            let closed = if *gate { value >= law.off_below } else { value > law.on_above };
-            if closed != *gate {
-                *gate = closed;
+        for (switch, gate) in self.switches.iter().zip(&mut self.gates) {
+            if switch.turns(*gate, &self.z, on[switch.pair]) {
+                *gate = !*gate;
                 self.stats.switchings += 1;
             }
         }

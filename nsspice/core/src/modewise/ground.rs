@@ -5,8 +5,9 @@
 
 use super::implicit::Models;
 use super::inputs::Inputs;
-use super::mode::{Mode, SwitchLaw};
+use super::mode::Mode;
 use super::network::{Assembly, Network};
+use crate::switch::Switch;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -27,7 +28,7 @@ impl Reduced {
     pub fn mode(
         &self,
         net: &Network,
-        switches: &[SwitchLaw],
+        switches: &[Switch],
         on: &[bool],
         gates: &[bool],
     ) -> Result<Arc<Mode>, String> {
@@ -52,7 +53,7 @@ pub struct Ground {
     /// its reduction
     pub net: Arc<Network>,
     /// switches
-    pub switches: Arc<[SwitchLaw]>,
+    pub switches: Arc<[Switch]>,
     /// sources
     pub inputs: Inputs,
     /// modes
@@ -63,10 +64,9 @@ pub struct Ground {
 
 impl Ground {
     /// Reduces a system; the error says why it cannot be treated mode by mode.
-    pub fn new(sys: Assembly, inputs: Inputs, switches: Vec<SwitchLaw>) -> Result<Ground, String> {
+    pub fn new(sys: Assembly, inputs: Inputs, switches: Arc<[Switch]>) -> Result<Ground, String> {
         let net = Arc::new(Network::new(&sys, &inputs)?);
-        let (sys, switches) = (Arc::new(sys), switches.into());
-        let (modes, models) = (Arc::default(), Arc::default());
+        let (sys, modes, models) = (Arc::new(sys), Arc::default(), Arc::default());
         Ok(Ground { sys, net, switches, inputs, modes, models })
     }
 }

@@ -1,9 +1,9 @@
 //! Guards as rows over the columns of a mode: multipliers, slacks, distances from thresholds.
 
-use super::mode::SwitchLaw;
 use super::network::Network;
 use super::tracked::Tracked;
 use crate::dense::Matrix;
+use crate::switch::Switch;
 
 /// Multipliers of active pairs and slacks of the others, over `[x | v | v']`.
 pub(super) fn guard_rows(
@@ -58,7 +58,7 @@ pub(super) fn impulse_rows(
 /// Distances of the controls from the thresholds that would change them.
 pub(super) fn control_rows(
     net: &Network,
-    switches: &[SwitchLaw],
+    switches: &[Switch],
     gates: &[bool],
     states: &Tracked,
     algebraic: &Tracked,
@@ -67,22 +67,23 @@ pub(super) fn control_rows(
 ) -> Tracked {
     let k = net.kernel.cols;
     let mut out = Tracked::zeros(switches.len(), width);
-    for (s, law) in switches.iter().enumerate() {
+    for (s, switch) in switches.iter().enumerate() {
         let combine = |m: &Matrix| {
-            Matrix::from_fn(1, m.cols, |_, c| law.control.iter().map(|&(u, f)| f * m[(u, c)]).sum())
+            Matrix::from_fn(1, m.cols, |_, c| {
+                switch.control.iter().map(|&(u, f)| f * m[(u, c)]).sum()
+            })
         };
         let mut row = states.under(&combine(&net.big_r));
         let part: Vec<usize> = (0..k).collect();
         row.add(1.0, &algebraic.rows(&part).under(&combine(&net.kernel)));
         row.clean(net.n + net.m);
-        // closed: value - off_below, open: on_above - value
-        let (sign, level) = if gates[s] { (1.0, law.off_below) } else { (-1.0, law.on_above) };
+        let (threshold, sign) = switch.edge(gates[s]);
         for c in 0..width {
             out.value[(s, c)] = sign * row.value[(0, c)];
             out.bound[(s, c)] = row.bound[(0, c)];
         }
-        out.value[(s, n)] -= sign * level;
-        out.bound[(s, n)] += level.abs();
+        out.value[(s, n)] -= sign * threshold;
+        out.bound[(s, n)] += threshold.abs();
     }
     out
 }

@@ -51,7 +51,6 @@ mod witness;
 
 pub use ground::Ground;
 pub use inputs::Inputs;
-pub use mode::SwitchLaw;
 pub use network::{Assembly, Edge};
 pub use outputs::Spec;
 pub use run::{Engine, Statistics};

@@ -16,6 +16,8 @@ use super::spectrum::{Pole, Spectrum};
 use super::staircase::{Algebra, Staircase};
 use super::tracked::Tracked;
 use crate::dense::{add_scaled, dot, norm, Lu, Matrix};
+use crate::mlcp::Role;
+use crate::switch::Switch;
 
 /// What a guard watches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,31 +26,6 @@ pub enum Watch {
     Pair(usize),
     /// distance of a switch's control from its threshold
     Switch(usize),
-}
-
-/// A switch as the modes see it.
-#[derive(Clone, Debug)]
-pub struct SwitchLaw {
-    /// pair that it opens and closes
-    pub pair: usize,
-    /// control value by unknown
-    pub control: Vec<(usize, f64)>,
-    /// closes above
-    pub on_above: f64,
-    /// opens below
-    pub off_below: f64,
-    /// the pair conducts while the control is low
-    pub inverted: bool,
-    /// closed it is a diode, and it does not open while that conducts
-    pub latching: bool,
-}
-
-impl SwitchLaw {
-    /// Whether the pair conducts with the control in a state; None where its signs decide.
-    pub fn conducts(&self, gate: bool) -> Option<bool> {
-        let closed = gate != self.inverted;
-        (!(self.latching && closed)).then_some(closed)
-    }
 }
 
 /// Rows over `[modal state; v; v']`.
@@ -217,7 +194,7 @@ impl Mode {
     /// Reduces the equations of a mode; the error tells what is wrong with it.
     pub fn new(
         net: &Network,
-        switches: &[SwitchLaw],
+        switches: &[Switch],
         on: &[bool],
         gates: &[bool],
     ) -> Result<Mode, String> {
@@ -369,7 +346,7 @@ impl Mode {
             diodes = guard_rows(net, on, &active, &states, &algebraic, n);
         }
         diodes.clean(net.n + net.m);
-        let fixed = switches.iter().zip(gates).filter(|(s, &gate)| s.conducts(gate).is_some());
+        let fixed = switches.iter().zip(gates).filter(|(s, &gate)| s.role(gate) != Role::Diode);
         let switched: Vec<usize> = fixed.map(|(s, _)| s.pair).collect();
         let impulses = (ties > 0).then(|| {
             let joint = Matrix::from_fn(ties, r + nv, |i, c| {
@@ -426,9 +403,10 @@ impl Mode {
         let mut all = diodes.rows(&kept);
         let controls = control_rows(net, switches, gates, &states, &algebraic, n, width);
         let mut held = Vec::new();
-        for (s, law) in switches.iter().enumerate() {
+        for (s, switch) in switches.iter().enumerate() {
             if controls.value.row(s).iter().any(|v| *v != 0.0) {
-                let pair = kept.iter().position(|&i| i == law.pair && law.latching && on[i]);
+                let latch = |&i: &usize| i == switch.pair && switch.held(gates[s], on[i]);
+                let pair = kept.iter().position(latch);
                 held.extend(pair.map(|pair| (watch.len(), pair)));
                 watch.push(Watch::Switch(s));
                 let row = controls.rows(&[s]);

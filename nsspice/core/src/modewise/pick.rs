@@ -2,12 +2,13 @@
 
 use super::implicit::{later, Implicit};
 use super::inputs::Segment;
-use super::mode::{Mode, SwitchLaw, Watch};
+use super::mode::{Mode, Watch};
 use super::network::{Assembly, Network};
 use super::registry::{fingerprint, Id, Registry};
 use super::trajectory::Trajectory;
 use super::verify::{Finding, Scale, Verifier};
 use crate::mlcp::{Role, Start};
+use crate::switch::Switch;
 use std::sync::Arc;
 
 /// Relative lengths of implicit steps tried one after the other.
@@ -43,7 +44,7 @@ pub struct Scene<'a> {
     /// its reduction
     pub net: &'a Network,
     /// switches
-    pub switches: &'a [SwitchLaw],
+    pub switches: &'a [Switch],
     /// inputs from here on
     pub segment: &'a Segment,
     /// longest duration of the segment
@@ -78,16 +79,22 @@ pub struct Picker {
 }
 
 /// Role of each pair for given switch states.
-pub fn roles(m: usize, switches: &[SwitchLaw], gates: &[bool]) -> Vec<Role> {
+pub fn roles(m: usize, switches: &[Switch], gates: &[bool]) -> Vec<Role> {
     let mut out = vec![Role::Diode; m];
-    for (law, &gate) in switches.iter().zip(gates) {
-        out[law.pair] = match law.conducts(gate) {
-            Some(true) => Role::Closed,
-            Some(false) => Role::Open,
-            None => Role::Diode,
-        };
+    for (switch, &gate) in switches.iter().zip(gates) {
+        out[switch.pair] = switch.role(gate);
     }
     out
+}
+
+/// Turns pairs on and off as the switches tell for given states, but for those that are diodes.
+pub(super) fn fix(switches: &[Switch], gates: &[bool], on: &mut [bool]) {
+    for (switch, &gate) in switches.iter().zip(gates) {
+        match switch.role(gate) {
+            Role::Diode => {}
+            role => on[switch.pair] = role == Role::Closed,
+        }
+    }
 }
 
 impl Picker {
@@ -192,9 +199,7 @@ impl Picker {
         for k in 0..sets {
             self.on.clear();
             self.on.extend_from_slice(registry.on(from));
-            for (law, &gate) in scene.switches.iter().zip(gates) {
-                self.on[law.pair] = law.conducts(gate).unwrap_or(self.on[law.pair]);
-            }
+            fix(scene.switches, gates, &mut self.on);
             let chosen: &[usize] = if k == 0 { &pairs } else { &pairs[k - 1..k] };
             for &i in chosen {
                 self.on[i] = !self.on[i];

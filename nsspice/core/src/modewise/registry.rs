@@ -1,11 +1,12 @@
 //! The modes met so far, which of them followed which, and how much memory they may take.
 
 use super::ground::Reduced;
-use super::mode::{Mode, SwitchLaw};
+use super::mode::Mode;
 use super::network::Network;
 use super::outputs::OutputRows;
 use super::tally::Powers;
 use crate::dense::RankOne;
+use crate::switch::Switch;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -101,7 +102,7 @@ impl Registry {
         &mut self,
         id: Id,
         net: &Network,
-        switches: &[SwitchLaw],
+        switches: &[Switch],
     ) -> Result<Arc<Mode>, String> {
         self.clock += 1;
         let clock = self.clock;
@@ -132,7 +133,7 @@ impl Registry {
 
     /// The mode by pivots from one of those used last, or from that in which no pair is active: its
     /// slow rates are not drowned by the fast ones of conducting pairs, and pivots keep them.
-    fn derived(&mut self, id: Id, net: &Network, switches: &[SwitchLaw]) -> Option<Mode> {
+    fn derived(&mut self, id: Id, net: &Network, switches: &[Switch]) -> Option<Mode> {
         if !net.symmetric || !switches.is_empty() {
             return None;
         }

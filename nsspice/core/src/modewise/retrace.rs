@@ -292,7 +292,7 @@ mod tests {
         let sine = Smooth::Sin { offset, amplitude, frequency, delay, damping, phase };
         let inputs = Inputs::new(vec![Waveform::Smooth(sine)]).unwrap_or_else(|_| unreachable!());
         let sys = Assembly { linear, capacitors, conductors };
-        let ground = Ground::new(sys, inputs, Vec::new()).unwrap_or_else(|_| unreachable!());
+        let ground = Ground::new(sys, inputs, [].into()).unwrap_or_else(|_| unreachable!());
         let mut engine = Engine::new(&ground, Vec::new());
         engine.accompany(Some(sums.clone()));
         engine.plan(1.0, 0.0, 1.0, 0.01);

@@ -6,7 +6,7 @@ use super::implicit::Implicit;
 use super::inputs::{Inputs, Segment};
 use super::integral::Turn;
 use super::march::{Ending, March};
-use super::mode::{Mode, SwitchLaw, Watch};
+use super::mode::{Mode, Watch};
 use super::network::{Assembly, Network};
 use super::outputs::{Outputs, RowClock, Spec};
 use super::pick::{cause_of, roles, settle, Picker, Scene};
@@ -18,7 +18,8 @@ use super::terms::Point;
 use super::trajectory::Trajectory;
 use super::verify::Scale;
 use super::witness::Witness;
-use crate::moreau::{by_sources, Failure, Jump, Progress, Switch};
+use crate::moreau::{by_sources, Failure, Jump, Progress};
+use crate::switch::Switch;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -83,7 +84,7 @@ pub struct Engine {
     pub(super) sys: Arc<Assembly>,
     pub(super) net: Arc<Network>,
     pub(super) inputs: Inputs,
-    pub(super) switches: Arc<[SwitchLaw]>,
+    pub(super) switches: Arc<[Switch]>,
     pub(super) gates: Vec<bool>,
     pub(super) outputs: Outputs,
     pub(super) registry: Registry,
@@ -226,7 +227,7 @@ impl Engine {
         self.rows.rows()
     }
 
-    /// Starts at time 0 from charges and fluxes `E z`, with the switches' controls in given states.
+    /// Starts at time 0 from charges and fluxes `E z`, with the gates in given states.
     pub fn start(&mut self, charges: &[f64], gates: &[bool]) -> Result<(), Failure> {
         self.gates.copy_from_slice(gates);
         self.net.energy(charges, &mut self.a);
@@ -243,9 +244,9 @@ impl Engine {
         Ok(())
     }
 
-    /// The states of the switches' controls at the start, if the sources alone decide about them.
-    pub fn gates_by_sources(&self, switches: &[Switch]) -> Option<Vec<bool>> {
-        by_sources(&self.sys.linear, switches, &self.sources(0.0))
+    /// The states of the gates at the start from those `before`, if the sources alone decide about them.
+    pub fn gates_by_sources(&self, before: &[bool]) -> Option<Vec<bool>> {
+        by_sources(&self.sys.linear, &self.switches, before, &self.sources(0.0))
     }
 
     pub(super) fn present_id(&self) -> Id {

@@ -1,8 +1,8 @@
 //! Switches that the sources alone decide about: their states need no solution.
 
-use super::gates::Switch;
 use crate::descriptor::Linear;
 use crate::sparse::Csc;
+use crate::switch::Switch;
 
 /// An unknown that follows from sources and those before it: the rest of its row, by its factor.
 #[derive(Clone, Debug)]
@@ -91,16 +91,19 @@ impl Controls {
     }
 }
 
-/// The state of each switch's control where the sources are `u`, from the states `before`; None if
-/// that depends on more than sources.
-pub fn by_sources(linear: &Linear, switches: &[Switch], u: &[f64]) -> Option<Vec<bool>> {
+/// The state of each switch's gate where the sources are `u`, from the states `before`; None if that
+/// depends on more than sources.
+pub fn by_sources(
+    linear: &Linear,
+    switches: &[Switch],
+    before: &[bool],
+    u: &[f64],
+) -> Option<Vec<bool>> {
     let controls = Controls::new(linear, switches);
     let mut z = vec![f64::NAN; linear.g.nrows];
     controls.fill(&linear.s, u, &mut z);
-    let states = switches.iter().enumerate().map(|(k, switch)| {
-        let mut switch = switch.clone();
-        switch.update(&z, false);
-        controls.decide(k).then_some(switch.closed)
+    let states = switches.iter().zip(before).enumerate().map(|(k, (switch, &gate))| {
+        controls.decide(k).then(|| gate != switch.turns(gate, &z, false))
     });
     states.collect()
 }
@@ -137,22 +140,22 @@ mod tests {
             s: Csc::from_triplets(5, 2, &[(2, 0, -1.0), (3, 1, -1.0)]),
             row_kind: vec![0, 0, 1, 1, 0],
         };
-        let switch = |control: Vec<(usize, f64)>, closed| Switch {
+        let switch = |control: Vec<(usize, f64)>| Switch {
             pair: 0,
             control,
             on_above: 4.5,
             off_below: 1.0,
-            closed,
             inverted: false,
             latching: false,
         };
-        let high = switch(vec![(1, 1.0)], false); // 5 V
-        let kept = switch(vec![(1, 1.0), (0, -1.0)], true); // 3 V: between the thresholds
-        let low = switch(vec![(0, -1.0)], true);
+        let high = switch(vec![(1, 1.0)]); // 5 V
+        let kept = switch(vec![(1, 1.0), (0, -1.0)]); // 3 V: between the thresholds
+        let low = switch(vec![(0, -1.0)]);
         let u = [2.0, 3.0];
-        let found = by_sources(&linear, &[high.clone(), kept, low], &u);
+        let found = by_sources(&linear, &[high.clone(), kept, low], &[false, true, true], &u);
         assert_eq!(found, Some(vec![true, true, false]));
-        assert_eq!(by_sources(&linear, &[high, switch(vec![(4, 1.0)], false)], &u), None);
-        assert_eq!(by_sources(&linear, &[], &u), Some(vec![]));
+        let stored = [high, switch(vec![(4, 1.0)])];
+        assert_eq!(by_sources(&linear, &stored, &[false, false], &u), None);
+        assert_eq!(by_sources(&linear, &[], &[], &u), Some(vec![]));
     }
 }

@@ -12,7 +12,6 @@
 mod aftermath;
 mod clock;
 mod controls;
-mod gates;
 mod impacts;
 mod instant;
 mod jumps;
@@ -31,7 +30,6 @@ mod witness;
 pub use aftermath::to_zero;
 pub use clock::{Clock, Target};
 pub use controls::by_sources;
-pub use gates::Switch;
 pub use jumps::Jump;
 pub use record::{Outputs, Part};
 pub use sdirk::{Accuracy, Sdirk, Tableau};

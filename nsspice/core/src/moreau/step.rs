@@ -424,11 +424,10 @@ impl Stepper {
     pub(super) fn react(&mut self) -> bool {
         let mut changed = false;
         for k in 0..self.switches.len() {
-            let conducts = self.carries(k);
-            if self.switches[k].update(&self.z, conducts) {
+            if self.turns(k, &self.z) {
+                self.throw(k);
                 // a thyristor that opens carries no current: nothing else changes
-                changed |= !self.switches[k].latching || self.switches[k].closed || self.stale;
-                self.thrown(k);
+                changed |= !self.switches[k].latching || self.gates[k] || self.stale;
             }
         }
         changed
@@ -443,9 +442,8 @@ impl Stepper {
         let mut z = self.z.clone();
         self.controls.fill(&self.sys.linear.s, &self.u0, &mut z);
         for k in 0..self.switches.len() {
-            let conducts = self.carries(k);
-            if self.controls.decide(k) && self.switches[k].update(&z, conducts) {
-                self.thrown(k);
+            if self.controls.decide(k) && self.turns(k, &z) {
+                self.throw(k);
             }
         }
     }
@@ -453,18 +451,26 @@ impl Stepper {
     /// Opens the thyristors that conduct no more; that changes nothing else.
     pub(super) fn unlatch(&mut self) {
         for k in 0..self.switches.len() {
-            let conducts = self.carries(k);
-            let switch = &mut self.switches[k];
-            if switch.latching && switch.closed && switch.update(&self.z, conducts) {
-                self.thrown(k);
+            if self.latched(k) && self.turns(k, &self.z) {
+                self.throw(k);
             }
         }
+    }
+
+    /// Whether a switch is a thyristor that has been fired.
+    pub(super) fn latched(&self, k: usize) -> bool {
+        self.switches[k].role(self.gates[k]) == Role::Diode
+    }
+
+    /// Whether a switch turns where the unknowns are `z`.
+    fn turns(&self, k: usize, z: &[f64]) -> bool {
+        self.switches[k].turns(self.gates[k], z, self.carries(k))
     }
 
     /// Whether a thyristor carries a current: one that has come to zero up to rounding is none.
     fn carries(&self, k: usize) -> bool {
         let pair = self.switches[k].pair;
-        if !(self.switches[k].latching && self.active[pair]) {
+        if !(self.latched(k) && self.active[pair]) {
             return false;
         }
         let [voltage, current] = self.sys.largest(&[&self.z]);
@@ -472,11 +478,12 @@ impl Stepper {
         self.l[pair] > NO_CURRENT * largest + f64::EPSILON * self.conductances[1] * voltage
     }
 
-    /// Takes note of a switch that has changed.
-    pub(super) fn thrown(&mut self, k: usize) {
+    /// Turns a switch.
+    pub(super) fn throw(&mut self, k: usize) {
+        self.gates[k] = !self.gates[k];
         self.stats.switchings += 1;
         self.last_thrown = Some(k);
-        let (pair, role) = (self.switches[k].pair, self.switches[k].role());
+        let (pair, role) = (self.switches[k].pair, self.switches[k].role(self.gates[k]));
         self.roles[pair] = role;
         self.active[pair] = role == Role::Closed;
         self.epoch += 1;

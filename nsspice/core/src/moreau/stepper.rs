@@ -2,7 +2,6 @@
 
 use super::clock::{evaluate, Clock, Target};
 use super::controls::Controls;
-use super::gates::Switch;
 use super::impacts::Impacts;
 use super::jumps::{fastest_time, jump_weights, Jump};
 use super::record::{Outputs, Quantities};
@@ -13,7 +12,9 @@ use super::witness::Witness;
 use crate::audit::{Balance, Sums, ITERATED};
 use crate::mlcp::{work_len, Role, Start};
 use crate::newton::Tracking;
+use crate::switch::Switch;
 use crate::waveform::{Side, Waveform};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Events kept in full; later ones are only counted.
@@ -144,7 +145,9 @@ pub struct Stepper {
     /// Newton's method, for a system with smooth nonlinear terms
     pub(super) smooth: Option<Box<SmoothPart>>,
     pub(super) waveforms: Vec<Waveform>,
-    pub(super) switches: Vec<Switch>,
+    pub(super) switches: Arc<[Switch]>,
+    /// state of each switch's gate
+    pub(super) gates: Vec<bool>,
     pub(super) outputs: Outputs,
     pub(super) constants: Vec<Option<f64>>,
     pub(super) diodes: Vec<usize>,
@@ -233,14 +236,15 @@ impl Stepper {
     pub fn new(
         mut sys: System,
         waveforms: Vec<Waveform>,
-        switches: Vec<Switch>,
+        switches: Arc<[Switch]>,
+        gates: Vec<bool>,
         outputs: Outputs,
     ) -> Stepper {
         let smooth = sys.smooth.take().map(|smooth| Box::new(SmoothPart::new(&sys, smooth)));
         let (n, m, p) = (sys.linear.g.nrows, sys.linear.a.ncols, waveforms.len());
         let mut roles = vec![Role::Diode; m];
-        for s in &switches {
-            roles[s.pair] = s.role();
+        for (s, &gate) in switches.iter().zip(&gates) {
+            roles[s.pair] = s.role(gate);
         }
         let diodes: Vec<usize> = (0..m).filter(|&i| roles[i] == Role::Diode).collect();
         let static_system = sys.linear.e.values.iter().all(|&v| v == 0.0)
@@ -308,6 +312,7 @@ impl Stepper {
             sys,
             waveforms,
             switches,
+            gates,
             last_thrown: None,
             stale: false,
         }
@@ -349,9 +354,9 @@ impl Stepper {
         self.time
     }
 
-    /// State of each switch's control: above its thresholds.
-    pub fn gates(&self) -> Vec<bool> {
-        self.switches.iter().map(|s| s.closed).collect()
+    /// State of each switch's gate.
+    pub fn gates(&self) -> &[bool] {
+        &self.gates
     }
 
     /// Distinct modes seen at the nominal step length.

@@ -5,7 +5,6 @@ use super::points::{PyRecords, PyStretches};
 use super::system::{misfit, PySystem, Sizes};
 use super::{event_arrays, failure_dict, fill, invalid, EventArrays, Floats};
 use crate::modewise::Engine;
-use crate::moreau::Switch;
 use numpy::{PyArray1, PyReadwriteArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -13,8 +12,8 @@ use pyo3::types::PyDict;
 #[pyclass(name = "Modewise", module = "nsspice._core")]
 pub(super) struct PyModewise {
     inner: Engine,
-    /// as they stand before the start
-    switches: Vec<Switch>,
+    /// states of the switches before the start
+    gates: Vec<bool>,
     sizes: Sizes,
 }
 
@@ -31,7 +30,7 @@ impl PyModewise {
             return Err(misfit());
         }
         let inner = Engine::new(system.ground().map_err(invalid)?, outputs);
-        Ok(PyModewise { inner, switches: system.switches.clone(), sizes: system.sizes() })
+        Ok(PyModewise { inner, gates: system.gates.clone(), sizes: system.sizes() })
     }
 
     /// Rows from `out_start` to `stop`; implicit steps, where needed, of at most `fixed_step`.
@@ -39,9 +38,9 @@ impl PyModewise {
         self.inner.plan(stop, out_start, out_step, fixed_step)
     }
 
-    /// States of the switches' controls at the start, None if more than sources decides about them.
+    /// States of the switches at the start, None if more than sources decides about them.
     fn gates_by_sources(&self) -> Option<Vec<bool>> {
-        self.inner.gates_by_sources(&self.switches)
+        self.inner.gates_by_sources(&self.gates)
     }
 
     /// Starts at 0 from charges and fluxes; returns None, or the failure as a dict.

@@ -3,14 +3,14 @@
 use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec, SwitchSpec, WaveformSpec};
 use crate::audit::Described;
 use crate::descriptor::Linear;
-use crate::modewise::{Assembly, Edge, Ground, Inputs, SwitchLaw};
-use crate::moreau::Switch;
+use crate::modewise::{Assembly, Edge, Ground, Inputs};
 use crate::newton::Smooth;
 use crate::sparse::Csc;
+use crate::switch::Switch;
 use crate::waveform::Waveform;
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// E, G, A, B, D, q, S, kinds of rows
 type LinearSpec<'py> = (
@@ -33,7 +33,9 @@ pub(super) struct PySystem {
     pub waveforms: Vec<Waveform>,
     /// the same for the checks
     pub described: Vec<Described>,
-    pub switches: Vec<Switch>,
+    pub switches: Arc<[Switch]>,
+    /// their states before the start
+    pub gates: Vec<bool>,
     pub smooth: Option<Smooth>,
     /// the elements behind the matrices
     pub capacitors: Vec<Edge>,
@@ -60,11 +62,13 @@ impl PySystem {
             None => None,
         };
         let inside = |&(i, j, _): &Edge| i < n as isize && j < n as isize;
+        let (switches, gates): (Vec<Switch>, Vec<bool>) = switches.into_iter().map(switch).unzip();
         let system = PySystem {
             linear,
             waveforms: made(&waveforms, Waveform::new)?,
             described: made(&waveforms, Described::new)?,
-            switches: switches_of(switches),
+            switches: switches.into(),
+            gates,
             smooth,
             capacitors,
             conductors,
@@ -96,21 +100,13 @@ impl PySystem {
     /// The system as the mode-wise engine sees it, or why it cannot treat it.
     pub fn ground(&self) -> Result<&Ground, String> {
         let made = self.ground.get_or_init(|| {
-            let law = |s: &Switch| SwitchLaw {
-                pair: s.pair,
-                control: s.control.clone(),
-                on_above: s.on_above,
-                off_below: s.off_below,
-                inverted: s.inverted,
-                latching: s.latching,
-            };
             let sys = Assembly {
                 linear: self.linear.clone(),
                 capacitors: self.capacitors.clone(),
                 conductors: self.conductors.clone(),
             };
             let inputs = Inputs::new(self.waveforms.clone())?;
-            Ground::new(sys, inputs, self.switches.iter().map(law).collect())
+            Ground::new(sys, inputs, self.switches.clone())
         });
         made.as_ref().map_err(String::clone)
     }
@@ -168,17 +164,10 @@ fn made<T>(
     waveforms.iter().map(one).collect::<Result<_, _>>().map_err(invalid)
 }
 
-fn switches_of(specs: Vec<SwitchSpec>) -> Vec<Switch> {
-    let one = |(pair, control, on_above, off_below, closed, inverted, latching)| Switch {
-        pair,
-        control,
-        on_above,
-        off_below,
-        closed,
-        inverted,
-        latching,
-    };
-    specs.into_iter().map(one).collect()
+/// A switch and the state of its gate.
+fn switch(spec: SwitchSpec) -> (Switch, bool) {
+    let (pair, control, on_above, off_below, gate, inverted, latching) = spec;
+    (Switch { pair, control, on_above, off_below, inverted, latching }, gate)
 }
 
 pub(super) fn misfit() -> PyErr {

@@ -143,15 +143,13 @@ impl Scales {
 
     /// Distance of a switch to the threshold that would change it, relative to its scale.
     fn switch_margin(&self, s: &Stepper, k: usize, z: &[f64]) -> f64 {
-        let switch = &s.switches[k];
-        if switch.held(s.active[switch.pair]) {
+        let (switch, gate) = (&s.switches[k], s.gates[k]);
+        if switch.held(gate, s.active[switch.pair]) {
             return f64::INFINITY;
         }
-        let value: f64 = switch.control.iter().map(|&(j, c)| c * z[j]).sum();
+        let (threshold, sign) = switch.edge(gate);
         let scale = self.largest[usize::from(self.control[k])].max(f64::MIN_POSITIVE);
-        let distance =
-            if switch.closed { value - switch.off_below } else { switch.on_above - value };
-        distance / scale
+        sign * (switch.value(z) - threshold) / scale
     }
 
     /// Changes the switches whose thresholds have been reached at `z`; true if there are any.
@@ -162,8 +160,7 @@ impl Scales {
                 continue;
             }
             any = true;
-            s.switches[k].closed ^= true;
-            s.thrown(k);
+            s.throw(k);
         }
         any
     }

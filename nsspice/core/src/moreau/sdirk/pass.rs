@@ -59,7 +59,7 @@ impl Sdirk {
     pub(super) fn pass(&mut self, s: &mut Stepper, level: usize, depth: f64) -> Passage {
         let first = self.tableau.looks_back();
         // a thyristor that has stopped conducting does not begin again, whatever its signs say
-        let latched = s.switches.iter().any(|w| w.latching && w.closed);
+        let latched = (0..s.switches.len()).any(|k| s.latched(k));
         if self.accuracy.relative >= 1.0 || latched || !(first || self.patience.tries()) {
             return Passage::Closed;
         }

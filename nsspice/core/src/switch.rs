@@ -1,0 +1,110 @@
+//! Switches as the engines see them: a gate that follows a control, and what it makes of a pair.
+//!
+//! The gate is up above one threshold, down below the other, and unchanged in between.  It opens and
+//! closes a pair, or lets one be a diode that it cannot open while a current flows: a thyristor.  What a
+//! switch is stands here; the states of the gates are those of the engine that runs it.
+
+use crate::mlcp::Role;
+
+/// A switch.
+#[derive(Clone, Debug)]
+pub struct Switch {
+    /// the pair that it opens and closes
+    pub pair: usize,
+    /// control value as a combination of unknowns
+    pub control: Vec<(usize, f64)>,
+    /// the gate goes up above this
+    pub on_above: f64,
+    /// the gate goes down below this
+    pub off_below: f64,
+    /// the pair conducts while the gate is down
+    pub inverted: bool,
+    /// closed it is a diode, and it does not open while that conducts
+    pub latching: bool,
+}
+
+impl Switch {
+    /// Role of the pair with the gate in a state.
+    #[inline]
+    pub fn role(&self, gate: bool) -> Role {
+        match (gate != self.inverted, self.latching) {
+            (true, false) => Role::Closed,
+            (true, true) => Role::Diode,
+            (false, _) => Role::Open,
+        }
+    }
+
+    /// Whether the gate stays as it is whatever the control does, if the pair `conducts`.
+    #[inline]
+    pub fn held(&self, gate: bool, conducts: bool) -> bool {
+        conducts && self.role(gate) == Role::Diode
+    }
+
+    /// The threshold that turns the gate, and the sign of the control's distance to it.
+    #[inline]
+    pub fn edge(&self, gate: bool) -> (f64, f64) {
+        if gate {
+            (self.off_below, 1.0)
+        } else {
+            (self.on_above, -1.0)
+        }
+    }
+
+    /// The control where the unknowns are `z`.
+    #[inline]
+    pub fn value(&self, z: &[f64]) -> f64 {
+        self.control.iter().map(|&(j, c)| c * z[j]).sum()
+    }
+
+    /// Whether the gate turns where the unknowns are `z`, if the pair `conducts` or not.
+    pub fn turns(&self, gate: bool, z: &[f64], conducts: bool) -> bool {
+        let (threshold, sign) = self.edge(gate);
+        let size: f64 = self.control.iter().map(|&(j, c)| (c * z[j]).abs()).sum();
+        // a control that sits on its threshold up to rounding has not crossed it
+        let slack = 8.0 * f64::EPSILON * size;
+        !self.held(gate, conducts) && sign * self.value(z) < sign * threshold - slack
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thyristor_stays_on_while_it_conducts() {
+        let mut switch = Switch {
+            pair: 0,
+            control: vec![(0, 1.0)],
+            on_above: 2.0,
+            off_below: 2.0,
+            inverted: false,
+            latching: true,
+        };
+        assert_eq!([false, true].map(|gate| switch.role(gate)), [Role::Open, Role::Diode]);
+        assert!(!switch.turns(false, &[2.0], false));
+        assert!(switch.turns(false, &[2.1], false));
+        assert!(!switch.turns(true, &[0.0], true));
+        assert!(switch.turns(true, &[0.0], false));
+        switch.latching = false;
+        assert_eq!(switch.role(true), Role::Closed);
+        assert!(switch.turns(true, &[0.0], true));
+    }
+
+    #[test]
+    fn rounding_crosses_no_threshold() {
+        let switch = Switch {
+            pair: 0,
+            control: vec![(0, 1.0), (1, -1.0)],
+            on_above: 0.1,
+            off_below: 0.1,
+            inverted: true,
+            latching: false,
+        };
+        assert_eq!([false, true].map(|gate| switch.role(gate)), [Role::Closed, Role::Open]);
+        for value in [1.1 - 4e-16, 1.1, 1.1 + 4e-16] {
+            assert!([false, true].iter().all(|&gate| !switch.turns(gate, &[value, 1.0], false)));
+        }
+        assert!(switch.turns(false, &[1.2, 1.0], false));
+        assert!(switch.turns(true, &[1.0, 1.0], false));
+    }
+}
