@@ -7,9 +7,7 @@
 
 use super::super::stepper::Stepper;
 use super::driven::Driven;
-use super::ladder::{Fit, Ladder};
-use super::step::Trial;
-use super::tableau::Tableau;
+use super::rows::Inside;
 use std::f64::consts::PI;
 
 /// Points that the polynomial goes through.
@@ -89,41 +87,18 @@ impl Between {
         }
     }
 
-    /// Whether the polynomial gives the rows of the step `trial` up to `end` (as a part of it), so many
-    /// of them, to a part of the `tolerance`.
-    #[allow(clippy::too_many_arguments)] // a step and what has been asked of it
-    pub fn serves(
-        &mut self,
-        s: &mut Stepper,
-        trial: &mut Trial,
-        ladder: &mut Ladder,
-        tableau: &Tableau,
-        end: f64,
-        rows: f64,
-        tolerance: f64,
-    ) -> bool {
+    /// Whether the polynomial gives the rows of a step to a part of the tolerance.
+    pub(super) fn serves(&mut self, step: &mut Inside) -> bool {
         // steps of fixed length have no tolerance
-        let open = s.smooth.is_none() || trial.crossing || tolerance >= 1.0;
-        self.end = end;
-        !open && rows >= WORTH && self.agrees(s, trial, ladder, tableau, tolerance)
+        let open = step.s.smooth.is_none() || step.trial.crossing || step.tolerance >= 1.0;
+        self.end = step.end;
+        !open && step.rows >= WORTH && self.agrees(step)
     }
 
-    fn agrees(
-        &mut self,
-        s: &mut Stepper,
-        trial: &mut Trial,
-        ladder: &mut Ladder,
-        tableau: &Tableau,
-        tolerance: f64,
-    ) -> bool {
+    fn agrees(&mut self, step: &mut Inside) -> bool {
         let Between { end, polynomial, exact, plain, largest, .. } = self;
-        let mut solve = |place: f64, row: &mut [f64]| {
-            let solved = trial.evaluate(s, ladder, tableau, *end * place) == Fit::Solved;
-            trial.write(s, ladder, row);
-            solved
-        };
         for (at, row) in polynomial.places.iter().zip(&mut polynomial.values) {
-            if !solve(*at, row) {
+            if !step.by_laws(*end * at, row) {
                 return false;
             }
             for (largest, v) in largest.iter_mut().zip(row) {
@@ -132,19 +107,19 @@ impl Between {
         }
         LOOKS.iter().all(|look| {
             let at = place(2 * look);
-            let solved = solve(at, exact);
+            let solved = step.by_laws(*end * at, exact);
             polynomial.write(at, plain);
             let mut outputs = exact.iter().zip(&*plain).zip(&*largest);
-            solved && outputs.all(|((a, b), size)| (a - b).abs() <= NEAR * tolerance * size)
+            solved && outputs.all(|((a, b), size)| (a - b).abs() <= NEAR * step.tolerance * size)
         })
     }
 
     /// The outputs at the part `theta` of the step.
-    pub fn write(&self, s: &Stepper, trial: &mut Trial, theta: f64, row: &mut [f64]) {
+    pub(super) fn write(&self, step: &mut Inside, theta: f64, row: &mut [f64]) {
         self.polynomial.write(theta / self.end, row);
         if !self.driven.is_empty() {
-            trial.look_up_sources(s, theta);
-            self.driven.write(&trial.u, row);
+            step.trial.look_up_sources(step.s, theta);
+            self.driven.write(&step.trial.u, row);
         }
     }
 }

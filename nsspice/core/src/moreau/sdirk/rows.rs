@@ -1,7 +1,12 @@
 //! When rows are written, and where those inside a step come from.
 
+use super::super::stepper::Stepper;
+use super::ladder::{Fit, Ladder};
+use super::step::Trial;
+use super::tableau::Tableau;
+
 /// Where the rows inside a step come from.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Origin {
     /// the continuous solution: they are stored quantities
     Continuous,
@@ -9,6 +14,35 @@ pub(super) enum Origin {
     Between,
     /// the laws, row by row
     Laws,
+}
+
+/// A step that has been accepted, and what is asked of its rows.
+pub(super) struct Inside<'a> {
+    pub s: &'a mut Stepper,
+    pub trial: &'a mut Trial,
+    pub ladder: &'a mut Ladder,
+    pub tableau: &'a Tableau,
+    /// where it ends, as a part of the step that was tried
+    pub end: f64,
+    /// rows up to there
+    pub rows: f64,
+    /// errors of the outputs, as parts of their sizes
+    pub tolerance: f64,
+}
+
+impl Inside<'_> {
+    /// The outputs at the part `theta` of the step by the laws; true if these could be solved.
+    pub fn by_laws(&mut self, theta: f64, row: &mut [f64]) -> bool {
+        let fit = self.trial.evaluate(self.s, self.ladder, self.tableau, theta);
+        self.trial.write(self.s, self.ladder, row);
+        fit == Fit::Solved
+    }
+
+    /// The same by the continuous solution alone: right for what is stored.
+    pub fn continuous(&mut self, theta: f64, row: &mut [f64]) {
+        self.trial.interpolate(self.s, self.tableau, theta);
+        self.trial.write(self.s, self.ladder, row);
+    }
 }
 
 /// Instants at which rows are written.

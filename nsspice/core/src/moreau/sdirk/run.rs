@@ -9,7 +9,7 @@ use super::ladder::{Ladder, RUNGS, SMALL};
 use super::locate::Locator;
 use super::pass::{Passage, Patience, NOTICED};
 use super::points::PointRows;
-use super::rows::{Origin, Rows};
+use super::rows::{Inside, Origin, Rows};
 use super::step::Trial;
 use super::stored::StoredRows;
 use super::witness::{sum_up, Witness};
@@ -501,28 +501,26 @@ impl Sdirk {
         let theta = (label - self.trial.start) / self.trial.length;
         let end = self.accepted.map_or(1.0, |a| a.theta);
         let rows = (end - theta) * self.trial.length / self.rows.step;
-        let (trial, ladder) = (&mut self.trial, &mut self.ladder);
+        let (trial, ladder, tableau) = (&mut self.trial, &mut self.ladder, self.tableau);
         let tolerance = self.accuracy.relative;
-        row[0] = label;
-        let tableau = self.tableau;
+        let mut step = Inside { s, trial, ladder, tableau, end, rows, tolerance };
         let origin = *self.origin.get_or_insert_with(|| {
-            if self.stored.plain(s, trial, ladder, tableau, end, rows, tolerance) {
+            if self.stored.plain(&mut step) {
                 Origin::Continuous
-            } else if self.between.serves(s, trial, ladder, tableau, end, rows, tolerance) {
+            } else if self.between.serves(&mut step) {
                 Origin::Between
             } else {
                 Origin::Laws
             }
         });
+        row[0] = label;
+        let outputs = &mut row[1..];
         match origin {
-            Origin::Between => self.between.write(s, trial, theta, &mut row[1..]),
-            Origin::Continuous => trial.interpolate(s, tableau, theta),
+            Origin::Between => self.between.write(&mut step, theta, outputs),
+            Origin::Continuous => step.continuous(theta, outputs),
             Origin::Laws => {
-                trial.evaluate(s, ladder, tableau, theta);
+                step.by_laws(theta, outputs);
             }
-        }
-        if origin != Origin::Between {
-            trial.write(s, ladder, &mut row[1..]);
         }
         if s.witness.keep_sides {
             self.points.see(row);

@@ -2,9 +2,7 @@
 //! continuous solution gives them without solving for the rest.
 
 use super::super::stepper::Stepper;
-use super::ladder::Ladder;
-use super::step::Trial;
-use super::tableau::Tableau;
+use super::rows::Inside;
 
 /// With fewer rows than this in a step it is not worth while to look.
 const WORTH: f64 = 3.0;
@@ -32,28 +30,16 @@ impl StoredRows {
         }
     }
 
-    /// Whether the polynomial gives the rows of the step `trial` up to `end` (as a part of it), so
-    /// many of them; at its middle it is compared with what the laws say.
-    #[allow(clippy::too_many_arguments)] // a step and what has been asked of it
-    pub fn plain(
-        &mut self,
-        s: &mut Stepper,
-        trial: &mut Trial,
-        ladder: &mut Ladder,
-        tableau: &Tableau,
-        end: f64,
-        rows: f64,
-        tolerance: f64,
-    ) -> bool {
-        let mut near = self.possible && rows > WORTH;
+    /// Whether the polynomial gives the rows of a step; at its middle it is compared with what the laws
+    /// say.
+    pub(super) fn plain(&mut self, step: &mut Inside) -> bool {
+        let mut near = self.possible && step.rows > WORTH;
         if near {
-            trial.evaluate(s, ladder, tableau, 0.5 * end);
-            trial.write(s, ladder, &mut self.exact);
-            trial.interpolate(s, tableau, 0.5 * end);
-            trial.write(s, ladder, &mut self.plain);
+            step.by_laws(0.5 * step.end, &mut self.exact);
+            step.continuous(0.5 * step.end, &mut self.plain);
             for ((a, b), largest) in self.exact.iter().zip(&self.plain).zip(&mut self.largest) {
                 *largest = largest.max(a.abs());
-                near &= (a - b).abs() <= NEAR * tolerance * *largest;
+                near &= (a - b).abs() <= NEAR * step.tolerance * *largest;
             }
         }
         near
