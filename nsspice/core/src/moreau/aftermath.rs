@@ -1,7 +1,6 @@
 //! Right after a jump: what a few longer steps from where it led show of it.
 
 use super::jumps::{Leap, Short, LOOSE};
-use super::step::ACCEPT;
 use super::stepper::{Failure, Stepper};
 use crate::mlcp::Start;
 
@@ -157,7 +156,7 @@ impl Stepper {
                 bend <= BEND && broken <= 1.0 && !self.jumped(None, after, &once.z, &z, LOOSE);
             let fault = bend.max(BEND * broken);
             impulsive |= bend > IMPULSIVE;
-            rest = if bend > IMPULSIVE || (impulsive && !self.shows(&once)) {
+            rest = if bend > IMPULSIVE || (impulsive && !self.shows(after, &once)) {
                 Rest::Impulsive
             } else if fine {
                 Rest::Calm
@@ -261,17 +260,26 @@ impl Stepper {
         share(l, size(l, size(&once.l, largest[1]))).max(share(&w, size(&w, largest[0])))
     }
 
-    /// Whether the residual of a short step, relative to what is stored by its length, leaves
-    /// anything to be seen of ordinary voltages and currents.
-    fn shows(&self, short: &Short) -> bool {
-        let n = short.z.len();
+    /// Whether the residual of a short step from `after` leaves anything to be seen of ordinary voltages
+    /// and currents.
+    fn shows(&self, after: &[f64], short: &Short) -> bool {
+        let (n, linear) = (short.z.len(), &self.sys.linear);
+        let moved: Vec<f64> =
+            short.z.iter().zip(after).map(|(z, a)| (z - a) / short.length).collect();
+        let mut missed = vec![0.0; n];
+        linear.e.mul_add(1.0, &moved, &mut missed);
+        linear.g.mul_add(1.0, &short.z, &mut missed);
+        linear.a.mul_add(1.0, &short.l, &mut missed);
+        linear.s.mul_add(-1.0, &self.u0, &mut missed);
         let mut stored = vec![0.0; n];
         let sizes: Vec<f64> = short.z.iter().map(|v| v.abs()).collect();
-        self.sys.linear.e.abs_mul_add(&sizes, &mut stored);
+        linear.e.abs_mul_add(&sizes, &mut stored);
         let (mut hidden, mut largest) = ([0.0f64; 2], [0.0f64; 2]);
-        for (i, &kind) in self.sys.linear.row_kind.iter().enumerate() {
+        for (i, &kind) in linear.row_kind.iter().enumerate() {
             let kind = usize::from(kind);
-            hidden[kind] = hidden[kind].max(ACCEPT * stored[i] / short.length);
+            // what is there, and what rounding of that which is stored may hide from it
+            let here = missed[i].abs() + f64::EPSILON * stored[i] / short.length;
+            hidden[kind] = hidden[kind].max(here);
             // voltages of nodes belong to laws of voltages, currents to laws of currents
             largest[1 - kind] = largest[1 - kind].max(sizes[i]);
         }

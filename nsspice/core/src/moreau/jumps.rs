@@ -1,6 +1,7 @@
 //! Jumps of charges and fluxes: the impulsive step, and what switches do at one instant.
 
 use super::aftermath::{Rest, Settled};
+use super::motion::behind;
 use super::stage::System;
 use super::stepper::{Failure, Outcome, Stepper, MAX_REACTIONS};
 use crate::mlcp::Start;
@@ -25,7 +26,7 @@ const DESCENT: f64 = 1e-2;
 /// A change that a step shorter by that ratio reduces to this part was motion.
 const LESS: f64 = 0.1;
 /// Changes below this part of the largest charge (or flux) so far are no jump.
-const NO_JUMP: f64 = 1e-9;
+pub(super) const NO_JUMP: f64 = 1e-9;
 /// Rounding of voltages and currents, relative to the largest.
 const ROUNDING: f64 = 1e-13;
 /// Charges that miss laws by more than this part of the largest call for that, too.
@@ -192,15 +193,17 @@ impl Stepper {
     ) -> Result<Leap, Box<Failure>> {
         let shortest = self.shortest_time();
         let begun = (self.z.clone(), self.l.clone());
-        let mut leap = self.leap(charges, part, shortest, start)?;
+        let leap = self.leap(charges, part, shortest, start)?;
+        let mut leap = self.without_motion(charges, &begun, leap, shortest, start);
         // what only begins to move misses nothing
         let mut leapt = self.leapt(charges, &begun.0, &leap);
         // the residual of so short a step is relative to multipliers of size 1/length, and may hide
         // a voltage; seen from where it led, it is in plain sight
         let mut rest = self.rest(&leap);
         if rest != Rest::Calm && self.storage.tight() {
-            (self.z, self.l) = begun;
+            (self.z, self.l) = begun.clone();
             if let Ok(next) = self.leap(charges, TIGHT, shortest, start) {
+                let next = self.without_motion(charges, &begun, next, shortest, start);
                 let found = self.rest(&next);
                 if found >= rest {
                     (leap, rest) = (next, found);
@@ -243,7 +246,7 @@ impl Stepper {
     }
 
     /// Whether an impulsive step has moved anything but as motion does.
-    fn leapt(&mut self, charges: Option<&[f64]>, before: &[f64], leap: &Leap) -> bool {
+    pub(super) fn leapt(&mut self, charges: Option<&[f64]>, before: &[f64], leap: &Leap) -> bool {
         let (ones, mut largest) = (vec![1.0; before.len()], self.largest);
         let sides = [before, &leap.first, &leap.after];
         self.moved(sides, charges, NO_JUMP, &ones, &mut largest, &[])
@@ -253,7 +256,8 @@ impl Stepper {
     pub(super) fn enter(&mut self, charges: Option<&[f64]>, before: Vec<f64>, leap: Leap) {
         let Leap { first, after, impulses, length, span, shortest, settled, .. } = leap;
         let values = settled.as_ref().map_or(&[][..], |s| &s.1.z);
-        if self.noticed(charges, [&before, &first, &after], values) {
+        let begun = behind(&after, span, settled.as_ref());
+        if self.noticed(charges, [&before, &first, &begun], values) {
             self.stats.jumps += 1;
             if self.jumps.len() < MAX_JUMPS {
                 let [unknowns, multipliers] = impulses;
@@ -508,18 +512,8 @@ impl Stepper {
         values: &[f64],
     ) -> bool {
         let n = before.len();
-        let (sys, u, time) = (&self.sys, &self.u0, self.time);
-        let mut smooth = self.smooth.as_mut();
-        let mut stored = |z: &[f64]| {
-            let mut out = vec![0.0; n];
-            sys.linear.e.mul_add(1.0, z, &mut out);
-            if let Some(smooth) = &mut smooth {
-                smooth.add_stored_at(z, u, time, 1.0, &mut out);
-            }
-            out
-        };
-        let old = charges.map_or_else(|| stored(before), <[f64]>::to_vec);
-        let (once, new) = (stored(first), stored(after));
+        let old = charges.map_or_else(|| self.stored_at(before), <[f64]>::to_vec);
+        let [once, new] = [first, after].map(|z| self.stored_at(z));
         // what rounding of the largest voltage (current) makes of each charge (flux)
         let largest = self.sys.largest(&[after, values]);
         let scale: Vec<f64> =

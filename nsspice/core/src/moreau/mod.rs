@@ -16,6 +16,7 @@ mod impacts;
 mod instant;
 mod jumps;
 mod map;
+mod motion;
 mod record;
 mod refine;
 mod sdirk;

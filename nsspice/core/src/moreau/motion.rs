@@ -1,0 +1,77 @@
+//! Jump or motion: what an impulsive step moved has to be the same in a shorter one.
+//!
+//! Impulsive steps are short beside the time constants of a circuit.  What ends motion between two set-valued
+//! elements is no time constant: a voltage drives the current of a small inductance to where the next
+//! diode takes over, in nanoseconds, and a step longer than that ends behind it whatever its length.
+
+use super::aftermath::Rest;
+use super::jumps::{Leap, Short, JUMP, NO_JUMP};
+use super::stepper::Stepper;
+use crate::mlcp::Start;
+
+/// Ratio of lengths at which a jump is looked at again.
+const AGAIN: f64 = 1e-3;
+/// The part of what moved by which the two may differ.
+const ALIKE: f64 = 0.1;
+
+/// Where a jump has led, less what the rates right after it move during the one short step, of the length
+/// `span`, that had to show it.
+pub(super) fn behind(after: &[f64], span: f64, settled: Option<&(Short, Short, f64)>) -> Vec<f64> {
+    let Some((once, begin, _)) = settled.filter(|s| span > 0.0 && s.0.length > s.1.length) else {
+        return after.to_vec();
+    };
+    let part = span / (once.length - begin.length);
+    let moved = once.z.iter().zip(&begin.z).map(|(end, begin)| part * (end - begin));
+    after.iter().zip(moved).map(|(z, moved)| z - moved).collect()
+}
+
+impl Stepper {
+    /// Charges and fluxes of a state.
+    pub(super) fn stored_at(&mut self, z: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; z.len()];
+        self.sys.linear.e.mul_add(1.0, z, &mut out);
+        if let Some(smooth) = &mut self.smooth {
+            smooth.add_stored_at(z, &self.u0, self.time, 1.0, &mut out);
+        }
+        out
+    }
+
+    /// An impulsive step from the state `begun` that has moved something, or a shorter one in which most of
+    /// that did not move.
+    pub(super) fn without_motion(
+        &mut self,
+        charges: Option<&[f64]>,
+        begun: &(Vec<f64>, Vec<f64>),
+        mut leap: Leap,
+        shortest: f64,
+        start: Start,
+    ) -> Leap {
+        while leap.part > JUMP && self.leapt(charges, &begun.0, &leap) {
+            (self.z, self.l) = begun.clone();
+            let part = (AGAIN * leap.part).max(JUMP);
+            let Ok(next) = self.leap(charges, part, shortest, start) else { break };
+            if self.alike(charges, &begun.0, [&leap, &next])
+                || self.rest(&next) < self.rest(&leap).min(Rest::Bent)
+            {
+                break;
+            }
+            leap = next;
+        }
+        leap
+    }
+
+    /// Whether two impulsive steps from the state `before` have moved the same.
+    fn alike(&mut self, charges: Option<&[f64]>, before: &[f64], leaps: [&Leap; 2]) -> bool {
+        let old = charges.map_or_else(|| self.stored_at(before), <[f64]>::to_vec);
+        let [once, again] = leaps.map(|leap| self.stored_at(&leap.after));
+        let kinds = &self.sys.linear.row_kind;
+        let largest = |a: &[f64], b: &[f64], of: usize| {
+            let rows = a.iter().zip(b).zip(kinds).filter(|row| usize::from(*row.1) == of);
+            rows.fold(0.0f64, |most, ((a, b), _)| most.max((a - b).abs()))
+        };
+        (0..2).all(|kind| {
+            let moved = largest(&once, &old, kind);
+            moved <= NO_JUMP * self.largest[kind] || largest(&once, &again, kind) <= ALIKE * moved
+        })
+    }
+}
