@@ -1,8 +1,10 @@
 //! The system as arrays: one pattern for the Jacobians of all modes, points and step lengths.
 
+use super::floating::Floating;
 use crate::linear::ordering;
 use crate::sparse::{Csc, Ordering};
 use crate::tape::Tape;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Where no resistor tells what a usual conductance is [S].
@@ -22,6 +24,17 @@ pub struct Smooth {
     pub q: Csc,
 }
 
+/// Where something counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Part {
+    /// in a law, and in the equation that it is
+    Both,
+    /// in a law in whose place a sum of laws stands
+    Law,
+    /// in a sum of laws
+    Sum,
+}
+
 /// A derivative `df_k/dz_j` in one entry of the Jacobian.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
@@ -34,6 +47,7 @@ pub(super) struct Entry {
     /// coefficients of the function and of its rate
     pub f: f64,
     pub q: f64,
+    pub part: Part,
 }
 
 /// A function in one row.
@@ -45,6 +59,7 @@ pub(super) struct Term {
     pub register: u32,
     pub f: f64,
     pub q: f64,
+    pub part: Part,
 }
 
 /// The matrices of a complementarity descriptor system with smooth terms.
@@ -74,6 +89,8 @@ pub struct Equations {
     pub(super) a: Csc,
     pub(super) b: Csc,
     pub(super) d: Csc,
+    /// nodes that only charges tie
+    pub(super) floating: Floating,
 }
 
 impl Equations {
@@ -90,6 +107,8 @@ impl Equations {
     ) -> Equations {
         let (n, m) = (g.nrows, a.ncols);
         let size = n + m;
+        let floating = Floating::new(e, &smooth.q, row_kind);
+        let a = &Csc::from_triplets(n, m, &floating.with_sums(a));
         let mut terms: Vec<Term> = Vec::new();
         for (matrix, rate) in [(&smooth.f, false), (&smooth.q, true)] {
             for (row, k, v) in matrix.iter() {
@@ -99,11 +118,29 @@ impl Equations {
                     Some(term) => term.q += q,
                     None => {
                         let register = smooth.tape.register(k) as u32;
-                        terms.push(Term { row: row as u32, function: k as u32, register, f, q });
+                        let part = if floating.is_sum(row) { Part::Law } else { Part::Both };
+                        let (row, function) = (row as u32, k as u32);
+                        terms.push(Term { row, function, register, f, q, part });
                     }
                 }
             }
         }
+        let mut sums: BTreeMap<(u32, u32), Term> = BTreeMap::new();
+        for t in &terms {
+            if let Some(first) = floating.first(t.row as usize) {
+                let row = first as u32;
+                let sum = sums.entry((row, t.function)).or_insert(Term {
+                    row,
+                    f: 0.0,
+                    q: 0.0,
+                    part: Part::Sum,
+                    ..*t
+                });
+                sum.f += t.f;
+                sum.q += t.q;
+            }
+        }
+        terms.extend(sums.into_values().filter(|t| t.f != 0.0 || t.q != 0.0));
         let mut positions = Vec::new();
         for term in &terms {
             for (variable, slot) in smooth.tape.derivatives(term.function as usize) {
@@ -112,7 +149,7 @@ impl Equations {
                 }
             }
         }
-        let mut all: Vec<(usize, usize, f64)> = g.iter().collect();
+        let mut all = floating.with_sums(g);
         all.extend(e.iter().map(|(r, c, _)| (r, c, 0.0)));
         all.extend(positions.iter().map(|&(t, j, _)| (t.row as usize, j, 0.0)));
         all.extend(a.iter().map(|(r, c, v)| (r, n + c, v)));
@@ -126,7 +163,7 @@ impl Equations {
             (pattern.colptr[c] + k) as u32
         };
         let mut storage = vec![0.0; pattern.values.len()];
-        for (r, c, v) in e.iter() {
+        for (r, c, v) in e.iter().filter(|e| !floating.is_sum(e.0)) {
             storage[place(r, c) as usize] += v;
         }
         let entries: Vec<Entry> = positions
@@ -138,6 +175,7 @@ impl Equations {
                 slot: slot as u32,
                 f: t.f,
                 q: t.q,
+                part: t.part,
             })
             .collect();
         let diagonals = g.iter().filter(|&(r, c, v)| r == c && v > 0.0 && row_kind[r] == 0);
@@ -186,6 +224,7 @@ impl Equations {
             a: a.clone(),
             b: b.clone(),
             d: d.clone(),
+            floating,
         }
     }
 

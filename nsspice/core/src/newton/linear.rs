@@ -1,7 +1,7 @@
 //! The linearised problem: Jacobian of a mode, factored anew when values or mode change.
 
 use super::direct::Direct;
-use super::equations::{Equations, FOUR};
+use super::equations::{Equations, Part, FOUR};
 use crate::linear::{Factor, SURVIVES};
 use crate::mlcp::equilibrate;
 use crate::sparse::Csc;
@@ -111,12 +111,16 @@ impl Assembly {
             rows: in_fours(eq.size(), linear.iter().map(|(r, c, v)| (r, c as u32, v))),
             terms: in_fours(
                 eq.size(),
-                eq.terms.iter().map(|t| (t.row as usize, t.register, coefficient(t.f, t.q))),
+                eq.terms
+                    .iter()
+                    .filter(|t| t.part != Part::Law)
+                    .map(|t| (t.row as usize, t.register, coefficient(t.f, t.q))),
             ),
             entries: Rows::new(
                 eq.n,
                 eq.entries
                     .iter()
+                    .filter(|e| e.part != Part::Law)
                     .map(|e| {
                         let (at, column, slot) = (e.at, e.column, e.slot);
                         let factor = coefficient(e.f, e.q);

@@ -22,6 +22,7 @@
 mod direct;
 mod driver;
 mod equations;
+mod floating;
 mod homotopy;
 mod judge;
 mod linear;

@@ -178,6 +178,7 @@ impl Newton {
         let assembly = &mut assemblies[*present];
         let size = eq.size();
         s.balance.defect[..n].copy_from_slice(rhs);
+        eq.floating.sum_up(&mut s.balance.defect[..n]);
         s.balance.defect[n..].fill(0.0);
         if eq.m > 0 || !assembly.factored() {
             assembly.linearise(tape.slopes());
@@ -241,6 +242,7 @@ impl Newton {
     pub(super) fn load(&mut self, rhs: &[f64], u: &[f64], t: f64, q: &[f64], roles: &[Role]) {
         let (n, s) = (self.eq.n, &mut self.state);
         s.right[..n].copy_from_slice(rhs);
+        self.eq.floating.sum_up(&mut s.right[..n]);
         for (r, q) in s.right[n..].iter_mut().zip(q) {
             *r = -q;
         }

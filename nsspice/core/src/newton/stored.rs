@@ -1,12 +1,13 @@
 //! Functions whose rates count: what they store.
 
+use super::equations::Part;
 use super::solve::Newton;
 use crate::tape::Linearisation;
 
 impl Newton {
     /// `out += factor Q f` with the functions `f`.
     pub fn add_stored(&self, factor: f64, f: &[f64], out: &mut [f64]) {
-        for t in self.eq.terms.iter().filter(|t| t.q != 0.0) {
+        for t in self.eq.terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Sum) {
             out[t.row as usize] += factor * t.q * f[t.function as usize];
         }
     }
@@ -21,14 +22,14 @@ impl Newton {
             }
         }
         tape.evaluate(&x[..eq.n], &s.u, s.t, Linearisation::Exact);
-        for t in eq.terms.iter().filter(|t| t.q != 0.0) {
+        for t in eq.terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Law) {
             s.right[t.row as usize] += rate * t.q * tape.value(t.function as usize);
         }
     }
 
     /// The rows in which functions stand.
     pub fn rows_of_functions(&self) -> impl Iterator<Item = usize> + '_ {
-        self.eq.terms.iter().map(|t| t.row as usize)
+        self.eq.terms.iter().filter(|t| t.part != Part::Sum).map(|t| t.row as usize)
     }
 
     /// Whether some function is stored: its rate counts.
@@ -40,7 +41,7 @@ impl Newton {
     pub fn stored_slopes(&mut self, z: &[f64], u: &[f64], t: f64) -> Vec<(usize, usize, f64)> {
         self.tape.evaluate(z, u, t, Linearisation::Exact);
         let slopes = self.tape.slopes();
-        let stored = self.eq.entries.iter().filter(|e| e.q != 0.0);
+        let stored = self.eq.entries.iter().filter(|e| e.q != 0.0 && e.part != Part::Sum);
         stored.map(|e| (e.row as usize, e.column as usize, e.q * slopes[e.slot as usize])).collect()
     }
 

@@ -5,6 +5,7 @@
 //! economics* (2015), methods (3.2) and (3.4).  Predictor and one corrector together have a grid error
 //! of order four.
 
+use super::equations::Part;
 use super::judge::Judgement;
 use super::solve::Newton;
 use crate::mlcp::{Residual, Role};
@@ -116,7 +117,7 @@ impl Newton {
     pub fn add_drift(&self, factor: f64, u_rate: &[f64], t_rate: f64, out: &mut [f64]) {
         let n = self.eq.n;
         let slopes = self.tape.slopes();
-        for term in self.eq.terms.iter().filter(|t| t.f != 0.0) {
+        for term in self.eq.terms.iter().filter(|t| t.f != 0.0 && t.part != Part::Sum) {
             for (variable, slot) in self.tape.derivatives(term.function as usize) {
                 let rate = match variable.checked_sub(n) {
                     None => continue,
