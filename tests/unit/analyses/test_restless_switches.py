@@ -46,3 +46,48 @@ def test_what_is_stored_lets_it_slide(switch: str) -> None:
 def test_positive_feedback_keeps_a_state() -> None:
     text = "latch\nV1 x 0 0.3\nB1 a 0 V=if(v(p) > v(x), 5, 0)\nR1 a p 10k\nR2 p 0 10k\n.op\n"
     assert nsspice.read(text).run()[0]["v(a)"][0] == 0.0
+
+
+#: closed, the switch takes its control to -v(a); open, the capacitor holds it above: in the second
+#: half of the period it has no state, and the diode's resistances leave no mode to prove that in
+BESIDE_A_DIODE = """switch around a diode
+V1 a 0 SIN(0 325 7839)
+C1 c x 0.745u
+R1 x 0 0.3726
+D1 a c lossy
+S1 0 c c a held
+.model held SW(VT=0 VH=3)
+.model lossy D(Ron=0.0048 Roff=4.8Meg)
+.tran 0.638u 191u uic
+"""
+
+
+@pytest.mark.parametrize("method", ["modewise", "sdirk"])
+def test_implicit_steps_do_not_pass_over_a_switch_without_a_state(method: str) -> None:
+    with pytest.raises(StepError, match="s1 has no state") as caught:
+        nsspice.tran(nsspice.read(BESIDE_A_DIODE), method=method)
+    # v(c) is positive after the first quarter, v(a) is not from the half of the period on
+    assert caught.value.partial.time[-1] > 0.5 / 7839 * 0.5
+
+
+def test_a_refusal_right_at_a_switching_keeps_what_was_computed() -> None:
+    """The modes that were tried at that instant belong to no segment."""
+    text = """comparator that undoes itself once the other switch closes
+V1 a 0 325
+L1 d m 4.745m
+R1 m b 0.48
+C1 b x 12.1n
+R2 x 0 2.078
+S1 d 0 q 0 fast
+B1 q 0 V={(v(d)>2 && v(saw)>0.198) ? 1 : 0}
+V2 saw 0 PULSE(0 1 0 1.647u 1.647u 0 3.295u)
+S2 b a g 0 fast
+V3 g 0 PULSE(0 1 2.8553u 0 0 2.4945u 3.29477u)
+.model fast SW(VT=0.5)
+.tran 0.3295u 98.8u
+"""
+    with pytest.raises(StepError, match="b1 has no state at t = 2.8553e-06 s") as caught:
+        nsspice.tran(nsspice.read(text))
+    partial = caught.value.partial
+    assert partial.certificate.passed
+    assert partial.time[-1] == pytest.approx(2.636e-6)

@@ -21,6 +21,11 @@ pub(super) enum Stepped {
 /// Most implicit steps before the exact engine is tried again, where it has not got far the last times:
 /// what slides goes on sliding, and every trial costs several steps.
 const PATIENCE: u32 = 8;
+/// How long switches are looked at that have to agree with the state they lead to, as parts of the step
+/// before.
+const AGREEMENT: [f64; 8] = [1e-3, 1e-5, 1e-7, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9];
+/// How often they come back to the same state of all gates before they have none.
+const RETURNS: usize = 2;
 /// First step, relative to the run.
 const FIRST: f64 = 1e-9;
 /// Steps are multiples of a power of 2 of the longest one, so that their matrices can be kept.
@@ -135,7 +140,9 @@ impl Engine {
             row[0] = label;
             self.outputs.write(&self.z, &self.l, &rates, &u, &mut row[1..]);
         }
-        self.react(&on);
+        if self.react(&on) {
+            self.find_rest(step)?;
+        }
         fix(&self.switches, &self.gates, &mut on);
         let id = self.registry.id(&on, &self.gates.clone());
         self.log(id);
@@ -148,13 +155,68 @@ impl Engine {
     }
 
     /// Turns the switches that the present unknowns and the pairs that conduct turn.
-    fn react(&mut self, on: &[bool]) {
+    fn react(&mut self, on: &[bool]) -> bool {
+        let mut turned = false;
         for (switch, gate) in self.switches.iter().zip(&mut self.gates) {
             if switch.turns(*gate, &self.z, on[switch.pair]) {
                 *gate = !*gate;
                 self.stats.switchings += 1;
+                turned = true;
             }
         }
+        turned
+    }
+
+    /// Refuses switches that have no state at this instant, after a step of the given length.
+    ///
+    /// What slides along a threshold by what is stored agrees with the state that it leads to at once,
+    /// or else where it is looked at for a shorter time; a switch that takes its own control across its
+    /// threshold whatever the time comes back to where it was again and again.
+    fn find_rest(&mut self, step: f64) -> Result<(), Failure> {
+        let (z, a, gates) = (self.z.clone(), self.a.clone(), self.gates.clone());
+        let switchings = self.stats.switchings;
+        let restless = self.returning(step);
+        (self.z, self.a, self.gates, self.stats.switchings) = (z, a, gates, switchings);
+        match restless {
+            None => Ok(()),
+            pair => {
+                self.stats.chatter += 1;
+                Err(Failure::restless(self.time, pair))
+            }
+        }
+    }
+
+    /// The pair of a switch that comes back to the same state; the state of the engine is left anywhere.
+    fn returning(&mut self, step: f64) -> Option<usize> {
+        let mut met = Vec::new();
+        let mut v = Vec::new();
+        self.inputs.begin(self.time, &mut self.segment);
+        for length in AGREEMENT.map(|part| part * step) {
+            met.push(self.gates.clone());
+            later(&self.segment, length, &mut v);
+            let roles = roles(self.net.m, &self.switches, &self.gates);
+            let start = Start::Cold;
+            let taken =
+                self.implicit.step(&self.sys, &self.net, &self.a, &v, &roles, length, start);
+            if !taken.is_ok_and(|taken| !taken.suspect) {
+                return None; // the next step tells
+            }
+            self.z.copy_from_slice(&self.implicit.z);
+            let on = self.implicit.active().to_vec();
+            if !self.react(&on) {
+                return None;
+            }
+            if met.iter().filter(|gates| **gates == self.gates).count() == RETURNS {
+                let last = met.last()?;
+                let turned = self.gates.iter().zip(last).rposition(|(a, b)| a != b);
+                return turned.map(|k| self.switches[k].pair);
+            }
+            // an impulse that the switch has caused is not undone by it
+            let mut charges = vec![0.0; self.net.n];
+            self.sys.linear.e.mul_add(1.0, &self.z, &mut charges);
+            self.net.energy(&charges, &mut self.a);
+        }
+        None
     }
 
     /// Back to the exact engine if the mode of the step just taken holds from here on.

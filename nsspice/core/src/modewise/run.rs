@@ -347,6 +347,7 @@ impl Engine {
             crossing = &[];
         }
         self.stats.chatter += 1;
+        self.phase = Phase::Fresh; // the modes that were tried lead nowhere
         let last = self.picker.verifier.thrown.last();
         Err(Failure::restless(self.time, last.map(|&s| self.switches[s].pair)))
     }
