@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time as clock
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -19,9 +18,10 @@ from .sink import Sink, Store
 #: Called with the finished share of the run, 0 to 1.
 Progress = Callable[[float], None]
 
-_CHUNK_TIME = 0.04  # [s] aim for one block of rows, its way into the file included
-_CHUNK_NUMBERS = 1 << 17  # most numbers in one block: it should stay in the cache
-_FIRST_ROWS = 1024  # of a run, before it is known what they cost: a common table is one block
+#: most numbers in one block: it should stay in the cache, and reach the file before Ctrl-C has to
+#: wait.  Blocks that depended on the clock would leave other last digits in each run: rows of an
+#: exact segment are computed together, as far as a block goes.
+_BLOCK = 1 << 17
 
 
 class Outlet:
@@ -84,13 +84,11 @@ def advance_all(
         The earliest failure of any island.
     """
     width = 1 + outlet.recorder.recorded
-    most = max(1, _CHUNK_NUMBERS // width)
-    size = min(most, _FIRST_ROWS)
+    most = max(1, _BLOCK // width)
     # one buffer for all blocks: the first touch of fresh memory costs more than filling it
     buffer = np.empty((min(most, rows) if len(runners) > 1 else 0, width))
     while outlet.rows < rows:
-        want = min(size, rows - outlet.rows)
-        begin = clock.perf_counter()
+        want = min(most, rows - outlet.rows)
         if len(runners) == 1:
             room = outlet.room(want)
             block, failed = _pass_on(runners[0], want, analysis, progress, room)
@@ -109,11 +107,6 @@ def advance_all(
         if progress is not None:
             progress(outlet.rows / rows)
         interrupts.check()
-        spent = clock.perf_counter() - begin
-        if spent < _CHUNK_TIME / 2.0:
-            size = min(most, 2 * size)
-        elif spent > 2.0 * _CHUNK_TIME:
-            size = max(1, size // 2)
     return False
 
 
