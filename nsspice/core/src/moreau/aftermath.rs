@@ -111,9 +111,10 @@ impl Stepper {
         after: &[f64],
         shortest: f64,
     ) -> Result<(Settled, Rest), Box<Failure>> {
-        let mut last = None;
+        // ends in different modes: how far they are from a line, and the shortest of them
+        let mut last: Option<(f64, Short)> = None;
         let (mut rest, mut impulsive) = (Rest::Unclear, false);
-        let mut best: Option<(f64, Short, Short)> = None;
+        let mut best: Option<(f64, f64, Short, Short)> = None;
         // junctions make time constants that nothing foretells
         let mut bends = [f64::NAN; 2];
         for (k, &part) in AFTER_JUMP.iter().enumerate().skip(usize::from(self.smooth.is_some())) {
@@ -144,7 +145,9 @@ impl Stepper {
             let carried = once.l.iter().zip(&twice.l).zip(&thrice.l);
             let carried = carried.map(|((a, b), c)| (*a, *b, *c));
             if !one_mode && (bend > BEND || bend_of(carried) > BEND) {
-                last = Some(once);
+                if last.as_ref().is_none_or(|(least, _)| bend < *least) {
+                    last = Some((bend, once));
+                }
                 continue;
             }
             let z = to_zero([&once.z, &twice.z, &thrice.z]);
@@ -163,23 +166,31 @@ impl Stepper {
             } else {
                 Rest::Bent
             };
-            if fine || best.as_ref().is_none_or(|(last, ..)| fault < *last) {
-                best = Some((fault, once, Short { z, l, length: 0.0 }));
+            // motion straightens in shorter steps, rounding bends them more
+            let better =
+                |(last, its, ..): &(f64, f64, Short, Short)| fault < *last && bend <= its.max(BEND);
+            if fine || best.as_ref().is_none_or(better) {
+                best = Some((fault, bend, once, Short { z, l, length: 0.0 }));
             }
             if fine {
                 break;
             }
         }
-        if let Some((_, once, settled)) = best {
+        // a diode at rest turns with rounding, and shorter steps show nothing else
+        let rounding = |bend: f64| {
+            let least = last.as_ref().map_or(f64::INFINITY, |last| last.0);
+            bend > BEND && least <= STRAIGHTENS * bend
+        };
+        if let Some((_, bend, once, settled)) = best.filter(|best| !rounding(best.1)) {
             let (settled, missed) = match rest {
-                Rest::Calm | Rest::Bent => self.held(after, &once, settled),
+                Rest::Calm | Rest::Bent => self.held(after, &once, settled, bend),
                 _ => (settled, 0.0),
             };
             return Ok((Some((once, settled, missed)), rest));
         }
         let length = AFTER_JUMP[0] * shortest;
         let once = match last {
-            Some(once) => Some(once),
+            Some((_, once)) => Some(once),
             None => self.two_steps(None, after, length, Start::Warm).ok().map(|(once, _)| once),
         };
         let pair = once.map(|once| {
@@ -190,8 +201,10 @@ impl Stepper {
     }
 
     /// The values at which a short step ends with the charges of `after`, if they obey the signs as
-    /// well as the limit of several, and the part of the largest charge that they miss.
-    fn held(&mut self, after: &[f64], once: &Short, limit: Short) -> (Short, f64) {
+    /// well as the limit of several, and the part of the largest charge that they miss.  Those of a step
+    /// that is farther from the limit than its own points from a line are rounding: fluxes of windings
+    /// without leakage are known to that of their currents.
+    fn held(&mut self, after: &[f64], once: &Short, limit: Short, bend: f64) -> (Short, f64) {
         let mut open = 0.0;
         if self.smooth.is_none() {
             for part in SHORTER {
@@ -199,7 +212,8 @@ impl Stepper {
                     break;
                 };
                 let broken = [&held, &limit].map(|s| self.broken(&s.z, &s.l, once));
-                if missed <= HELD && broken[0] <= broken[1].max(SIGNS) {
+                let near = self.sys.apart(&held.z, &limit.z, &once.z) <= bend.max(LOOSE);
+                if missed <= HELD && broken[0] <= broken[1].max(SIGNS) && near {
                     return (held, missed);
                 }
                 // motion is missed less by shorter steps, a law that ties charges is not
