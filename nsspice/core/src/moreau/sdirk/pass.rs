@@ -19,6 +19,10 @@ const NARROWED: f64 = 4.0;
 pub(super) const NOTICED: f64 = 1e-3;
 /// After failures so many ends of modes at most are located without a trial.
 const MOST: u32 = 16;
+/// So many trials of steps over ends of modes within this part of the longest step lead nowhere: where a
+/// conflict is still below the tolerance, two modes take turns.
+const TURNS: u32 = 64;
+const NOWHERE: f64 = 1e-6;
 
 /// Whether a step may go on over the end of a mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,9 +40,21 @@ pub(super) enum Passage {
 pub struct Patience {
     wait: u32,
     left: u32,
+    /// when the trials began that are so near to each other, and their number
+    since: f64,
+    turns: u32,
 }
 
 impl Patience {
+    /// Whether a step over the end of a mode at this time leads on.
+    fn leads_on(&mut self, time: f64, longest: f64) -> bool {
+        if time - self.since > NOWHERE * longest {
+            (self.since, self.turns) = (time, 0);
+        }
+        self.turns += 1;
+        self.turns <= TURNS
+    }
+
     /// Whether the next one is to be tried.
     fn tries(&mut self) -> bool {
         let tries = self.left == 0;
@@ -61,6 +77,9 @@ impl Sdirk {
         // a thyristor that has stopped conducting does not begin again, whatever its signs say
         let latched = (0..s.switches.len()).any(|k| s.latched(k));
         if self.accuracy.relative >= 1.0 || latched || !(first || self.patience.tries()) {
+            return Passage::Closed;
+        }
+        if !self.patience.leads_on(s.time, self.ladder.longest) {
             return Passage::Closed;
         }
         let tableau = self.tableau;
