@@ -52,7 +52,7 @@ def choose(kind: ProblemClass, system: DescriptorSystem, settings: Settings) -> 
     >>> choose(island.problem_class, system, Settings(theta=0.5, stepped=True)).name
     'moreau'
     """
-    note = ""
+    note, controlled = "", kind is ProblemClass.DNCP
     if settings.method == "modewise":
         return Choice("modewise")
     if settings.method == "auto" and not settings.stepped and system.smooth is None:
@@ -60,13 +60,12 @@ def choose(kind: ProblemClass, system: DescriptorSystem, settings: Settings) -> 
         if size > AUTO_LIMIT:
             note = f"{size} unknowns and pairs: method=modewise is exact, but may take longer"
         elif reason := refusal(system):
-            note = f"not modewise: {reason}"
+            note, controlled = f"not modewise: {reason}", True
         else:
             return Choice("modewise")
     # a step or theta that is asked for means fixed steps
     free = settings.step is None and settings.theta == 1.0
-    smooth = kind is ProblemClass.DNCP
-    if settings.method == "sdirk" or (settings.method == "auto" and smooth and free):
+    if settings.method == "sdirk" or (settings.method == "auto" and controlled and free):
         return Choice("sdirk", note)
     return Choice("moreau", note)
 

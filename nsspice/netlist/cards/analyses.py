@@ -38,7 +38,7 @@ def tran(context: Context, line: Line) -> None:
     numbers: list[float] = []
     for item in words:
         where = line.span(item.start, item.end)
-        if item.text == "uic":
+        if item.text in ("uic", "skipbp"):  # skipbp is PSpice's word for it
             uic = True
         elif item.text in ("startup", "steady"):
             message = f".tran {item.text} is not supported"

@@ -12,10 +12,14 @@ from .reading import Reader
 from .terminals import Terminals
 
 _COMMON = {"m", "temp", "dtemp", "scale"}
+#: what LTspice writes of a part from its catalogue, and no law of the element contains
+_RATINGS = {"r": {"tol", "pwr"}, "c": {"v", "irms"}, "l": {"ipk", "irms"}}
 _KNOWN = {
-    "r": _COMMON | {"r", "v", "tc", "tc1", "tc2", "ac", "noisy", "noise", "ic"},
-    "c": _COMMON | {"c", "ic", "tc", "tc1", "tc2", "rser", "rpar", "lser", "cpar", "rlshunt"},
-    "l": _COMMON | {"l", "ic", "tc", "tc1", "tc2", "nt", "rser", "rpar", "cpar"},
+    "r": _COMMON | {"r", "v", "tc", "tc1", "tc2", "ac", "noisy", "noise", "ic"} | _RATINGS["r"],
+    "c": _COMMON
+    | {"c", "ic", "tc", "tc1", "tc2", "rser", "rpar", "lser", "cpar", "rlshunt"}
+    | _RATINGS["c"],
+    "l": _COMMON | {"l", "ic", "tc", "tc1", "tc2", "nt", "rser", "rpar", "cpar"} | _RATINGS["l"],
 }
 #: what follows a number by mistake after a blank: 10 kOhm
 _SCALE = re.compile("(t|g|meg|k|m|u|\u00b5|n|p|f)?(ohms?|\u03c9|\u2126|f|farads?|h|henry)?")
@@ -40,6 +44,8 @@ def passive(reader: Reader, line: Line, items: list[Item]) -> Template:
         if number is not None:
             result.value = number
             model = terminals.next_name()  # R1 a b 1k rmod
+            if model and model.text == "noiseless":  # LTspice; there is no noise here
+                model = terminals.next_name()
             if model and _SCALE.fullmatch(model.text):
                 where = line.span(model.start, model.end)
                 shown = f"{line.raw[found.start : found.end]}{line.raw[model.start : model.end]}"
@@ -57,6 +63,8 @@ def passive(reader: Reader, line: Line, items: list[Item]) -> Template:
             result.value = reader.value(line, found, f"a {what}")
     terminals.extend_pairs("tc", "tc2")
     params = terminals.params(_KNOWN[letter])
+    for rating in _RATINGS[letter]:
+        params.pop(rating, None)
     own = params.pop(letter, None)
     if letter == "r" and "v" in params:
         voltage = params.pop("v")

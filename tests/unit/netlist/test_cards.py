@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from nsspice.netlist import Deck, NetlistError, parse_text
+from nsspice.netlist.deck import TranCard
 
 CIRCUIT = "title\nV1 in 0 5\nR1 in out 1k\nL1 out 0 1m\n.param r=1k f=50\n"
 
@@ -68,6 +69,13 @@ def test_a_stepped_parameter_needs_no_definition() -> None:
     text = "t\nR1 a 0 {x}\n.step param x 5 6 1"
     assert parse_text(text).elements[0].value == 5.0
     assert parse_text(text, params={"x": 6.0}).elements[0].value == 6.0
+
+
+@pytest.mark.parametrize("word", ["uic", "UIC", "skipbp"])
+def test_initial_values_of_elements_may_be_asked_for(word: str) -> None:
+    (card,) = deck(f".tran 1u 1m {word}").analyses
+    assert isinstance(card, TranCard)
+    assert card.uic
 
 
 @pytest.mark.parametrize(

@@ -70,6 +70,23 @@ def test_parameters_of_passive_elements() -> None:
     assert params(element("L1 a b 1m ic = p")) == {"ic": 3.0}
 
 
+@pytest.mark.parametrize(
+    ("line", "value"),
+    [
+        ("R1 a b 1k tol=1 pwr=0.125", 1e3),
+        ("R1 a b 1k noiseless", 1e3),
+        ("C1 a b 1u V=25 Irms=3", 1e-6),
+        ("L1 a b 1m Ipk=3 Irms=2", 1e-3),
+    ],
+)
+def test_ratings_of_parts_are_no_law(line: str, value: float) -> None:
+    """LTspice writes them beside the value of a part from its catalogue."""
+    found = element(line)
+    assert found.value == value
+    assert found.model is None
+    assert params(found) == {}
+
+
 def test_resistor_by_expression() -> None:
     found = element("R1 a b V={i**3+p*i}")
     assert isinstance(found.value, Expression)
