@@ -250,3 +250,25 @@ D2 c 0
     assert run.stats["fixed_steps"] == 0
     exact = 325 / (100 * np.pi * 1.073e-3) * (1 - np.cos(100 * np.pi * run.time))
     assert np.max(np.abs(run["i(l1)"] - exact)) < 1e-12 * np.max(exact)
+
+
+def test_implicit_steps_do_not_prolong_a_ramp_that_ends_where_they_begin():
+    """A clock of 1 V, whose ramps of 1 ns went on to 500 V in steps of 0.5 us."""
+    deck = """sigma-delta modulator whose comparator chatters while the clock is high
+V1 in 0 SIN(0 0.5 1k)
+R1 in x 10k
+R2 q x 10k
+E1 int 0 0 x 1e6
+C1 x int 1n
+B1 cmp 0 V=if(v(int)>0,-1,1)
+S1 cmp m clock 0 sample
+C2 m 0 10p
+E2 q 0 m 0 -1
+V2 clock 0 PULSE(0 1 0 1n 1n 100n 1u)
+.model sample SW(VT=0.5 RON=100)
+.tran 0.5u 1m uic
+"""
+    run = nsspice.tran(nsspice.read(deck))
+    assert run.stats["fixed_steps"] > 1000
+    assert run.certificate.passed
+    assert np.abs(run["v(clock)"]).max() <= 1.0

@@ -65,6 +65,9 @@ impl Engine {
     ) -> Result<Stepped, Failure> {
         let near = 1e-9 * h;
         let first_row = target <= self.time + near;
+        if self.corner <= self.time + near {
+            self.time = self.time.max(self.corner); // a ramp that ends here does not go on in the step
+        }
         self.inputs.begin(self.time, &mut self.segment);
         if self.corner <= self.time {
             self.corner = self.inputs.next_corner(self.time);
