@@ -174,6 +174,11 @@ impl Stepper {
         Ok(())
     }
 
+    /// Whether some charge is a function of the unknowns: then charges depend on potentials.
+    pub(super) fn functions_store(&self) -> bool {
+        self.smooth.as_ref().is_some_and(|smooth| smooth.newton.stores())
+    }
+
     /// What impulsive steps have to be short beside [s]: charges of junctions move in times that the
     /// present state tells.
     fn shortest_time(&mut self) -> f64 {
@@ -317,7 +322,7 @@ impl Stepper {
         let (once, twice) = self.two_steps(charges, &before, part * shortest, start)?;
         let mut after = limit(&once.z, twice.as_ref().map(|t| &t.z));
         let none = |q: &[f64]| q.iter().all(|q| *q == 0.0);
-        let linear = self.smooth.is_none();
+        let linear = !self.functions_store();
         let at_rest = || linear && self.storage.unknowns().all(|j| before[j] == 0.0);
         if twice.is_none() && charges.map_or_else(at_rest, none) {
             // a step that is too hard tells nothing
