@@ -16,13 +16,18 @@ pub(super) struct Floating {
 }
 
 impl Floating {
-    /// Finds the groups of the storage matrix `e` in whose laws no function of `q` is stored.
-    pub fn new(e: &Csc, q: &Csc, row_kind: &[u8]) -> Floating {
-        let mut linear = vec![true; e.nrows];
-        q.iter().for_each(|(row, ..)| linear[row] = false);
+    /// Finds the groups of the storage matrix `e` in whose laws no function of `q` is stored.  Where the
+    /// current of a source stands in a law of `g`, it makes up for whatever the others sum to.
+    pub fn new(e: &Csc, g: &Csc, q: &Csc, row_kind: &[u8]) -> Floating {
+        let mut fit = vec![true; e.nrows];
+        q.iter().for_each(|(row, ..)| fit[row] = false);
+        let mut stored = vec![false; e.ncols];
+        e.iter().for_each(|(_, column, _)| stored[column] = true);
+        let of_sources = g.iter().filter(|&(_, c, v)| v != 0.0 && row_kind[c] == 1 && !stored[c]);
+        of_sources.for_each(|(row, ..)| fit[row] = false);
         let [mut groups, _] = stored_groups(e);
         groups.retain(|group| {
-            group.len() > 1 && group.iter().all(|&row| row_kind[row] == 0 && linear[row])
+            group.len() > 1 && group.iter().all(|&row| row_kind[row] == 0 && fit[row])
         });
         let mut first = vec![None; e.nrows];
         for group in &groups {
