@@ -62,7 +62,6 @@ class IslandRunner:
         self.width = len(names)
         self.charges: tuple[Floats, float] | None = None
         self._planned = 0
-        self._hidden = 0  # jumps that are not told: rounding, or within the tolerance
         self._wait = _WAIT // len(circuit.islands)
         #: rows on both sides of jumps, if they are wanted
         self.sides: list[Floats] | None = [] if sides else None
@@ -152,18 +151,17 @@ class IslandRunner:
         assert isinstance(self.stepper, MoreauStepper)
         self.stepper.plan_points(self.analysis.rows(first, self._planned))
 
-    def jumps(self) -> list[JumpReport]:
-        """Return the jumps so far, with the impulses of elements."""
+    def jumps(self) -> tuple[list[JumpReport], int]:
+        """Return the jumps so far, with the impulses of elements, and how many are not told."""
         jumps = self.stepper.jumps
         if self.step is None or not jumps:
-            return []
+            return [], 0
         state = self.stepper.state
         # an exact jump takes no time; a stepper's is spread over a part of a step
         step = 0.0 if self.method == "modewise" else self.step
         tolerance = _MENDED * self.settings.reltol if self.method == "sdirk" else 0.0
         told = jumps_of(self.mna, jumps, step, state, self.charges, tolerance)
-        self._hidden = len(jumps) - len(told)
-        return told
+        return told, len(jumps) - len(told)
 
     def certificate(self) -> Certificate:
         """Return the verdict on the run so far."""
@@ -224,14 +222,14 @@ class IslandRunner:
         except UnsolvedStep as problem:
             raise Stopped(self.stepper.pending, problem) from problem
 
-    def report(self) -> IslandRun:
-        """Return how the island was solved."""
+    def report(self, hidden: int) -> IslandRun:
+        """Return how the island was solved; so many jumps are not told, and do not count."""
         self._hand_over()
         system = self.mna.system
         moreau = self.method == "moreau"
         stats = dict(self.stepper.statistics)
         if "jumps" in stats:
-            stats["jumps"] -= self._hidden
+            stats["jumps"] -= hidden
         if self.method == "modewise" and stats["fixed_steps"] > _FEW:
             why = self.stepper.trouble if isinstance(self.stepper, ModewiseStepper) else None
             reason = f"a mode could not be reduced: {why}" if why else "events piled up"

@@ -200,7 +200,8 @@ def run_tran(
             failure = error
         if sink is not None and (failure is None or outlet.rows):
             sink.close()
-    jumps = sorted((j for runner in runners for j in runner.jumps()), key=lambda j: j.time)
+    found = [runner.jumps() for runner in runners]
+    jumps = sorted((j for told, _ in found for j in told), key=lambda j: j.time)
     table = outlet.table
     solution = Solution(
         "tran",
@@ -212,7 +213,7 @@ def run_tran(
         events=Events.merged(runner.events() for runner in runners),
         impulses=[impulse for jump in jumps for impulse in jump.impulses],
         jumps=jumps,
-        islands=[runner.report() for runner in runners],
+        islands=[runner.report(n) for runner, (_, n) in zip(runners, found, strict=True)],
         certificate=Certificate.total(runner.certificate() for runner in runners),
         interrupted=interrupted,
         wall_time=clock.perf_counter() - begin,

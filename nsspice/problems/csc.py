@@ -111,7 +111,7 @@ class Csc:
         """
         if self.shape != other.shape[::-1] or self.data.size != other.data.size:
             return False
-        # by columns of this one, as its own entries: other's are in order of its columns, our rows
+        # other's entries go by its columns; in a stable order by its rows they go as those here
         order = np.argsort(other.indices, kind="stable")
         return bool(
             (other.columns[order] == self.indices).all()

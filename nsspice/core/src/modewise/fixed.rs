@@ -127,9 +127,7 @@ impl Engine {
         self.witness_implicit(reached, step, &v, &roles);
         self.z.copy_from_slice(&self.implicit.z);
         self.l.copy_from_slice(&self.implicit.l);
-        let mut charges = vec![0.0; self.net.n];
-        self.sys.linear.e.mul_add(1.0, &self.z, &mut charges);
-        self.net.energy(&charges, &mut self.a);
+        self.a = self.coordinates(&self.z);
         self.scale.see_state(&self.a);
         self.witness_end();
         self.time = reached;
@@ -215,9 +213,7 @@ impl Engine {
                 return turned.map(|k| self.switches[k].pair);
             }
             // an impulse that the switch has caused is not undone by it
-            let mut charges = vec![0.0; self.net.n];
-            self.sys.linear.e.mul_add(1.0, &self.z, &mut charges);
-            self.net.energy(&charges, &mut self.a);
+            self.a = self.coordinates(&self.z);
         }
         None
     }

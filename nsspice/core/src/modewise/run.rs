@@ -270,12 +270,18 @@ impl Engine {
             crate::mlcp::Start::Cold,
         );
         if step.is_ok_and(|s| !s.suspect) {
-            let mut charges = vec![0.0; self.net.n];
-            self.sys.linear.e.mul_add(1.0, &self.implicit.z, &mut charges);
-            let mut a = vec![0.0; self.a.len()];
-            self.net.energy(&charges, &mut a);
+            let a = self.coordinates(&self.implicit.z);
             self.scale.see_state(&a);
         }
+    }
+
+    /// Energy coordinates of what the unknowns `z` store.
+    pub(super) fn coordinates(&self, z: &[f64]) -> Vec<f64> {
+        let mut charges = vec![0.0; self.net.n];
+        self.sys.linear.e.mul_add(1.0, z, &mut charges);
+        let mut a = vec![0.0; self.net.states];
+        self.net.energy(&charges, &mut a);
+        a
     }
 
     /// Finds the mode from the present time on and walks to the end of the segment. `crossing`:

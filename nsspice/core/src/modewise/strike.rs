@@ -39,11 +39,7 @@ impl Engine {
             }
             let scaled = |list: &[f64]| list.iter().map(|v| v * length).collect::<Vec<f64>>();
             let (z, l) = (&self.implicit.z, &self.implicit.l);
-            let mut a = vec![0.0; self.a.len()];
-            let mut charges = vec![0.0; self.net.n];
-            self.sys.linear.e.mul_add(1.0, z, &mut charges);
-            self.net.energy(&charges, &mut a);
-            steps.push([a, z.clone(), scaled(z), scaled(l)]);
+            steps.push([self.coordinates(z), z.clone(), scaled(z), scaled(l)]);
         }
         let of = |k: usize| [0, 1, 2].map(|step: usize| steps[step][k].as_slice());
         let a = to_zero(of(0));

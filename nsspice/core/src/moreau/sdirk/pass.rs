@@ -76,10 +76,11 @@ impl Sdirk {
         let first = self.tableau.looks_back();
         // a thyristor that has stopped conducting does not begin again, whatever its signs say
         let latched = (0..s.switches.len()).any(|k| s.latched(k));
-        if self.accuracy.relative >= 1.0 || latched || !(first || self.patience.tries()) {
-            return Passage::Closed;
-        }
-        if !self.patience.leads_on(s.time, self.ladder.longest) {
+        if self.accuracy.relative >= 1.0
+            || latched
+            || !(first || self.patience.tries())
+            || !self.patience.leads_on(s.time, self.ladder.longest)
+        {
             return Passage::Closed;
         }
         let tableau = self.tableau;
