@@ -213,6 +213,11 @@ impl StepMatrices {
         for (i, r) in rhs.iter_mut().enumerate() {
             *r = self.carry_rows.col_dot(i, z0);
         }
+        self.add_sources(u0, u1, rhs);
+    }
+
+    /// Adds the part of the right-hand side that does not depend on the state.
+    pub fn add_sources(&self, u0: &[f64], u1: &[f64], rhs: &mut [f64]) {
         self.source_end.mul_add(1.0, u1, rhs);
         self.source_start.mul_add(1.0, u0, rhs);
     }

@@ -107,7 +107,7 @@ impl Equations {
     ) -> Equations {
         let (n, m) = (g.nrows, a.ncols);
         let size = n + m;
-        let floating = Floating::new(e, g, &smooth.q, row_kind);
+        let floating = Floating::new(e, g, row_kind);
         let a = &Csc::from_triplets(n, m, &floating.with_sums(a));
         let mut terms: Vec<Term> = Vec::new();
         for (matrix, rate) in [(&smooth.f, false), (&smooth.q, true)] {

@@ -16,11 +16,10 @@ pub(super) struct Floating {
 }
 
 impl Floating {
-    /// Finds the groups of the storage matrix `e` in whose laws no function of `q` is stored.  Where the
-    /// current of a source stands in a law of `g`, it makes up for whatever the others sum to.
-    pub fn new(e: &Csc, g: &Csc, q: &Csc, row_kind: &[u8]) -> Floating {
+    /// Finds the groups of the storage matrix `e`.  Where the current of a source stands in a law of `g`, it
+    /// makes up for whatever the others sum to.
+    pub fn new(e: &Csc, g: &Csc, row_kind: &[u8]) -> Floating {
         let mut fit = vec![true; e.nrows];
-        q.iter().for_each(|(row, ..)| fit[row] = false);
         let mut stored = vec![false; e.ncols];
         e.iter().for_each(|(_, column, _)| stored[column] = true);
         let of_sources = g.iter().filter(|&(_, c, v)| v != 0.0 && row_kind[c] == 1 && !stored[c]);

@@ -67,6 +67,8 @@ pub struct Newton {
     brief: bool,
     predicted: bool,
     prediction: Vec<f64>,
+    /// see [`Newton::carry`]; empty: nothing
+    pub(super) carried: Vec<f64>,
     pub(super) state: State,
 }
 
@@ -103,6 +105,7 @@ impl Newton {
             brief: false,
             predicted: false,
             prediction: vec![0.0; eq.n],
+            carried: Vec::new(),
             state: State {
                 x: zeros.clone(),
                 right: vec![0.0; eq.padded()],
@@ -250,6 +253,10 @@ impl Newton {
         s.u.copy_from_slice(u);
         s.t = t;
         s.roles.copy_from_slice(roles);
+        let mut carried = std::mem::take(&mut self.carried);
+        self.add_carried(&carried, self.assemblies[self.present].rate);
+        carried.clear();
+        self.carried = carried;
     }
 
     /// From `state.x`, the last solution, by way of the prediction if there is one.

@@ -12,15 +12,30 @@ impl Newton {
         }
     }
 
-    /// Sets the right-hand side to `right + rate (E z + Q f(z))` for the point `x = [z; l]`.
-    pub(super) fn hold_stored(&mut self, right: &[f64], x: &[f64], rate: f64) {
-        let Newton { eq, tape, state: s, .. } = self;
-        s.right.copy_from_slice(right);
-        for (c, &value) in x[..eq.n].iter().enumerate() {
+    /// The next solve is an implicit step from the unknowns `z`: adds the charges and fluxes that they
+    /// carry, times the rate, to the laws, which its right-hand side then has to leave out.  In sums of
+    /// laws they would leave nothing but their rounding.
+    pub fn carry(&mut self, z: &[f64]) {
+        self.carried.clear();
+        self.carried.extend_from_slice(z);
+    }
+
+    /// Adds what the unknowns `z` carry to the right-hand side.
+    pub(super) fn add_carried(&mut self, z: &[f64], rate: f64) {
+        let Newton { eq, state: s, .. } = self;
+        for (c, &value) in z.iter().enumerate() {
             for at in eq.pattern.colptr[c]..eq.pattern.colptr[c + 1] {
                 s.right[eq.pattern.rowidx[at]] += rate * eq.storage[at] * value;
             }
         }
+    }
+
+    /// Sets the right-hand side to `right + rate (E z + Q f(z))` for the point `x = [z; l]`.
+    pub(super) fn hold_stored(&mut self, right: &[f64], x: &[f64], rate: f64) {
+        self.state.right.copy_from_slice(right);
+        let n = self.eq.n;
+        self.add_carried(&x[..n], rate);
+        let Newton { eq, tape, state: s, .. } = self;
         tape.evaluate(&x[..eq.n], &s.u, s.t, Linearisation::Exact);
         for t in eq.terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Law) {
             s.right[t.row as usize] += rate * t.q * tape.value(t.function as usize);

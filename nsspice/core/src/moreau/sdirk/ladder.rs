@@ -295,7 +295,8 @@ impl Ladder {
         let roles = s.roles.iter().zip(&s.active);
         self.roles.extend(roles.map(|(&role, &a)| if free { role } else { fixed(a) }));
         let roles = std::mem::take(&mut self.roles);
-        self.rung(s, level).stage.matrices.right_hand_side(&from[..n], u, u, &mut s.rhs);
+        s.rhs.fill(0.0);
+        self.rung(s, level).stage.matrices.add_sources(u, u, &mut s.rhs);
         x.copy_from_slice(near);
         let (z, rest) = x.split_at_mut(n);
         let (l, f) = rest.split_at_mut(m);
@@ -304,6 +305,7 @@ impl Ladder {
         let newton = &mut smooth.newton;
         newton.add_stored(rate, &from[n..], &mut s.rhs);
         newton.set_rate(rate);
+        newton.carry(&from[..n]);
         let solved = newton.solve(&s.rhs, u, t, &s.sys.linear.q, &roles, z, l, Start::Warm);
         self.roles = roles;
         match solved {
