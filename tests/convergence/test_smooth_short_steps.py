@@ -34,3 +34,32 @@ def test_charges_of_junctions_at_a_floating_capacitor() -> None:
     across = [r["v(p)"] - r["v(x)"] for r in (run, coarse)]
     # three times the tolerance, as everywhere
     assert np.abs(across[0] - across[1]).max() < 3e-5 * np.abs(across[0]).max()
+
+
+COMPARISON = """Pulse width by a comparison with a saw-tooth, a junction beside the coil
+VIN in 0 24
+VSAW saw 0 PULSE(0 1 0 9.8u 0.1u 0.1u 10u)
+VREF ref 0 0.4
+RREF ref er 1k
+CREF er 0 1n IC=0.4
+BG g 0 V={if(v(er)>v(saw),1,0)}
+S1 in sw g 0 sm
+D1 0 sw ds
+L1 sw out 47u
+C1 out 0 100u
+RO out 0 2
+.model sm SW(VT=0.5 RON=20m ROFF=10meg)
+.model ds D(IS=2u RS=15m N=1.05)
+.tran 1u 200u uic
+"""
+
+
+def test_a_comparison_turns_once_at_each_crossing() -> None:
+    """Behind its event the difference is what Newton's method leaves of zero, on either side."""
+    run = nsspice.tran(nsspice.read(COMPARISON))
+    stats = run.islands[0].stats
+    # twenty periods, two crossings in each, in each the comparison and the switch; and the start
+    crossings = [event for event in run.events if event.element == "bg#1"]
+    assert len(crossings) == 40
+    assert stats["switchings"] <= 2 * len(crossings) + 2
+    assert stats["located"] == len(crossings)

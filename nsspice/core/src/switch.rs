@@ -6,6 +6,9 @@
 
 use crate::mlcp::Role;
 
+/// What rounding leaves of a control, as a part of its terms.
+pub const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
 /// A switch.
 #[derive(Clone, Debug)]
 pub struct Switch {
@@ -56,12 +59,13 @@ impl Switch {
         self.control.iter().map(|&(j, c)| c * z[j]).sum()
     }
 
-    /// Whether the gate turns where the unknowns are `z`, if the pair `conducts` or not.
-    pub fn turns(&self, gate: bool, z: &[f64], conducts: bool) -> bool {
+    /// Whether the gate turns where the unknowns are `z`, known to this part of their size, if the pair
+    /// `conducts` or not.
+    pub fn turns(&self, gate: bool, z: &[f64], known: f64, conducts: bool) -> bool {
         let (threshold, sign) = self.edge(gate);
         let size: f64 = self.control.iter().map(|&(j, c)| (c * z[j]).abs()).sum();
-        // a control that sits on its threshold up to rounding has not crossed it
-        let slack = 8.0 * f64::EPSILON * size;
+        // a control that sits on its threshold up to what it errs by has not crossed it
+        let slack = known * size;
         !self.held(gate, conducts) && sign * self.value(z) < sign * threshold - slack
     }
 }
@@ -81,13 +85,13 @@ mod tests {
             latching: true,
         };
         assert_eq!([false, true].map(|gate| switch.role(gate)), [Role::Open, Role::Diode]);
-        assert!(!switch.turns(false, &[2.0], false));
-        assert!(switch.turns(false, &[2.1], false));
-        assert!(!switch.turns(true, &[0.0], true));
-        assert!(switch.turns(true, &[0.0], false));
+        assert!(!switch.turns(false, &[2.0], ROUNDING, false));
+        assert!(switch.turns(false, &[2.1], ROUNDING, false));
+        assert!(!switch.turns(true, &[0.0], ROUNDING, true));
+        assert!(switch.turns(true, &[0.0], ROUNDING, false));
         switch.latching = false;
         assert_eq!(switch.role(true), Role::Closed);
-        assert!(switch.turns(true, &[0.0], true));
+        assert!(switch.turns(true, &[0.0], ROUNDING, true));
     }
 
     #[test]
@@ -102,9 +106,13 @@ mod tests {
         };
         assert_eq!([false, true].map(|gate| switch.role(gate)), [Role::Closed, Role::Open]);
         for value in [1.1 - 4e-16, 1.1, 1.1 + 4e-16] {
-            assert!([false, true].iter().all(|&gate| !switch.turns(gate, &[value, 1.0], false)));
+            let turns = |gate| switch.turns(gate, &[value, 1.0], ROUNDING, false);
+            assert!(![false, true].into_iter().any(turns));
         }
-        assert!(switch.turns(false, &[1.2, 1.0], false));
-        assert!(switch.turns(true, &[1.0, 1.0], false));
+        assert!(switch.turns(false, &[1.2, 1.0], ROUNDING, false));
+        assert!(switch.turns(true, &[1.0, 1.0], ROUNDING, false));
+        // unknowns that are known less well cross it later
+        assert!(switch.turns(false, &[1.1 + 1e-11, 1.0], ROUNDING, false));
+        assert!(!switch.turns(false, &[1.1 + 1e-11, 1.0], 1e-10, false));
     }
 }

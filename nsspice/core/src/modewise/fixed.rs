@@ -7,6 +7,7 @@ use super::pick::{fix, roles, Scene};
 use super::run::{Engine, Phase};
 use crate::mlcp::Start;
 use crate::moreau::Failure;
+use crate::switch;
 
 /// What an implicit step has left in the row it was given.
 pub(super) enum Stepped {
@@ -159,7 +160,7 @@ impl Engine {
     fn react(&mut self, on: &[bool]) -> bool {
         let mut turned = false;
         for (switch, gate) in self.switches.iter().zip(&mut self.gates) {
-            if switch.turns(*gate, &self.z, on[switch.pair]) {
+            if switch.turns(*gate, &self.z, switch::ROUNDING, on[switch.pair]) {
                 *gate = !*gate;
                 self.stats.switchings += 1;
                 turned = true;

@@ -2,7 +2,7 @@
 
 use crate::descriptor::Linear;
 use crate::sparse::Csc;
-use crate::switch::Switch;
+use crate::switch::{Switch, ROUNDING};
 
 /// An unknown that follows from sources and those before it: the rest of its row, by its factor.
 #[derive(Clone, Debug)]
@@ -103,7 +103,7 @@ pub fn by_sources(
     let mut z = vec![f64::NAN; linear.g.nrows];
     controls.fill(&linear.s, u, &mut z);
     let states = switches.iter().zip(before).enumerate().map(|(k, (switch, &gate))| {
-        controls.decide(k).then(|| gate != switch.turns(gate, &z, false))
+        controls.decide(k).then(|| gate != switch.turns(gate, &z, ROUNDING, false))
     });
     states.collect()
 }

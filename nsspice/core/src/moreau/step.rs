@@ -6,6 +6,7 @@ use super::record::Quantities;
 use super::stage::{Ends, Stage, ROUNDED};
 use super::stepper::{Failure, Large, Outcome, Stepper};
 use crate::mlcp::{Residual, Role, Start};
+use crate::switch::ROUNDING;
 use crate::waveform::Side;
 use std::mem::take;
 
@@ -464,7 +465,10 @@ impl Stepper {
 
     /// Whether a switch turns where the unknowns are `z`.
     fn turns(&self, k: usize, z: &[f64]) -> bool {
-        self.switches[k].turns(self.gates[k], z, self.carries(k))
+        // Newton's method ends where its laws hold well enough: right behind an event the control is at
+        // its threshold up to that, on either side
+        let known = if self.smooth.is_some() { ACCEPT } else { ROUNDING };
+        self.switches[k].turns(self.gates[k], z, known, self.carries(k))
     }
 
     /// Whether a thyristor carries a current: one that has come to zero up to rounding is none.
