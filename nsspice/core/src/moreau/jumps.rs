@@ -179,12 +179,18 @@ impl Stepper {
         self.smooth.as_ref().is_some_and(|smooth| smooth.newton.stores())
     }
 
+    /// What is no time at all beside the steps [s].
+    fn no_time(&self) -> f64 {
+        f64::EPSILON * self.step_length
+    }
+
     /// What impulsive steps have to be short beside [s]: charges of junctions move in times that the
     /// present state tells.
     fn shortest_time(&mut self) -> f64 {
         let known = self.step_length.min(self.fastest);
+        let instant = self.no_time();
         let (linear, u, time) = (&self.sys.linear, &self.u0, self.time);
-        let stored = self.smooth.as_mut().and_then(|s| s.stored(linear, &self.z, u, time));
+        let stored = self.smooth.as_mut().and_then(|s| s.stored(linear, &self.z, u, time, instant));
         stored.map_or(known, |e| known.min(OF_FUNCTIONS * fastest_time(&e, &linear.g)))
     }
 
@@ -293,9 +299,9 @@ impl Stepper {
         // the short steps count too: where all currents vanish, rounding of theirs is all that is left
         let largest = self.sys.largest(&[&self.z, &once.z]);
         let slack = |j: usize| LOOSE * largest[usize::from(self.sys.linear.row_kind[j])];
-        let (u, time) = (&self.u0, self.time);
+        let (u, time, instant) = (&self.u0, self.time, self.no_time());
         let smooth = self.smooth.as_mut();
-        let storage = smooth.and_then(|s| s.storage(&self.sys.linear, &after, u, time));
+        let storage = smooth.and_then(|s| s.storage(&self.sys.linear, &after, u, time, instant));
         storage.as_ref().unwrap_or(&self.storage).restore(&after, &mut self.z, slack);
         if let Some(smooth) = &mut self.smooth {
             smooth.after_jump(&after, &once.z, &self.z, u, time, once.length);

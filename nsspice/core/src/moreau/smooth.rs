@@ -141,18 +141,36 @@ impl SmoothPart {
         z: &[f64],
         u: &[f64],
         t: f64,
+        instant: f64,
     ) -> Option<Storage> {
-        self.stored(linear, z, u, t).map(|e| Storage::new(&e, &linear.row_kind))
+        self.stored(linear, z, u, t, instant).map(|e| Storage::new(&e, &linear.row_kind))
     }
 
-    /// The storage matrix at a state; None if the functions store nothing.
-    pub(super) fn stored(&mut self, linear: &Linear, z: &[f64], u: &[f64], t: f64) -> Option<Csc> {
+    /// The storage matrix at a state; None if the functions store nothing.  What a function stores in an
+    /// unknown from which it is gone within an `instant` [s] is no storage: the diffusion charge of a
+    /// blocking junction is the exponential of minus some hundred.
+    pub(super) fn stored(
+        &mut self,
+        linear: &Linear,
+        z: &[f64],
+        u: &[f64],
+        t: f64,
+        instant: f64,
+    ) -> Option<Csc> {
         if !self.newton.stores() {
             return None;
         }
         let clock = self.clock(t);
-        let mut entries: Vec<_> = linear.e.iter().collect();
-        entries.extend(self.newton.stored_slopes(z, u, clock));
+        let (mut entries, slopes): (Vec<_>, _) =
+            (linear.e.iter().collect(), self.newton.stored_slopes(z, u, clock));
+        let mut left = vec![0.0; linear.g.nrows];
+        for (row, _, v) in linear.g.iter().filter(|g| g.0 == g.1) {
+            left[row] -= instant * v.abs();
+        }
+        for (row, _, v) in entries.iter().chain(&slopes).filter(|e| e.0 == e.1) {
+            left[*row] += v.abs();
+        }
+        entries.extend(slopes.into_iter().filter(|e| left[e.0] > 0.0 && left[e.1] > 0.0));
         Some(Csc::from_triplets(linear.e.nrows, linear.e.ncols, &entries))
     }
 
