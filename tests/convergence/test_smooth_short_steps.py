@@ -5,7 +5,12 @@ voltages of the network: laws elsewhere must hold to the network's own, in the s
 """
 
 import numpy as np
+import pytest
+
 import nsspice
+
+#: accepted by Newton's method, relative
+ACCEPTED = 1e-10
 
 BRIDGE = """Rectifier bridge whose junctions store charge, with a floating electrolytic
 V1 s 0 SIN(0 24 50)
@@ -36,6 +41,76 @@ def test_charges_of_junctions_at_a_floating_capacitor() -> None:
     assert np.abs(across[0] - across[1]).max() < 3e-5 * np.abs(across[0]).max()
 
 
+EDGES = """A switch, a junction with charge and a coil
+VIN in 0 24
+VG g 0 PULSE(0 1 0 20n 20n 4u 10u)
+S1 in sw g 0 sm
+D1 0 sw ds
+L1 sw out 47u IC=2
+R1 out 0 3
+.model sm SW(VT=0.5 RON=20m ROFF=10meg)
+.model ds D(IS=2u RS=15m CJO=300p)
+.tran 1u 20u uic
+"""
+
+
+@pytest.mark.parametrize("reltol", [1e-4, 1e-5, 1e-6])
+def test_sources_hold_beside_the_voltage_of_a_coil_in_a_short_step(reltol: float) -> None:
+    """20 mOhm and 300 pF are 6 ps: steps of 0.1 fs, in which 2 A in 47 uH bear 1e12 V."""
+    circuit = nsspice.read(EDGES)
+    run = nsspice.tran(circuit, method="sdirk", reltol=reltol, all_points=True)
+    assert np.abs(run["v(in)"] - 24.0).max() <= ACCEPTED * 24.0
+    assert run.certificate.passed
+
+
+RECOVERY = """Diffusion charge alone recovers in no time, beside a large capacitor
+VIN in 0 100
+VG g 0 PULSE(0 1 0 2.127e-08 2.127e-08 9.771e-06 1.81e-05)
+S1 in sw g 0 sm
+L1 sw la 0.002895
+RL1 la 0 0.3832
+D1 out sw dm
+RS1 sw s1 32.9682
+CS1 s1 0 4.351e-09
+RO out 0 109.9
+CO out 0 3.215e-06
+.model sm SW(VT=0.5 VH=0.1 RON=0.4717 ROFF=9.954e+07)
+.model dm D(IS=1.67e-10 N=1.765 RS=5.979 TT=2.257e-09)
+.tran 9.052e-07 0.0003621 uic
+"""
+
+
+def test_currents_hold_beside_what_a_capacitor_stores() -> None:
+    """In a single step of 2 ps 3 uF at 100 V are 2e8 A: 1e-16 of it is 20 nA in a diode's law."""
+    run = nsspice.tran(nsspice.read(RECOVERY))
+    assert run.certificate.passed
+    assert run.certificate.laws < 1e-9  # a tenth of what is allowed
+
+
+BLOCKING = """Diffusion charge that blocks while a switch closes
+VIN in 0 24
+VG g 0 PULSE(0 1 1u 50n 50n 1u 4u)
+L1 in sw 200u
+S1 sw 0 g 0 sm
+DC sw k dn
+CK in k 40n
+RK in k 1k
+RSN sw s1 40
+CSN s1 0 0.7n
+.model sm SW(VT=0.5 RON=0.15 ROFF=15meg)
+.model dn D(IS=1n N=1.7 RS=1.5 TT=1.4u)
+.tran 0.2u 10u uic
+"""
+
+
+def test_a_vanishing_charge_makes_no_time_constant() -> None:
+    """TT IS exp(-30 V / nVt) / nVt is 1e-300 F: impulsive steps short beside that moved 1e225 A."""
+    run = nsspice.tran(nsspice.read(BLOCKING))
+    assert run.certificate.passed
+    # 24 V across 200 uH drive 0.13 A in each of the two pulses of 1.05 us, from rest
+    assert np.abs(run["i(vin)"]).max() < 1.0
+
+
 COMPARISON = """Pulse width by a comparison with a saw-tooth, a junction beside the coil
 VIN in 0 24
 VSAW saw 0 PULSE(0 1 0 9.8u 0.1u 0.1u 10u)
@@ -63,27 +138,3 @@ def test_a_comparison_turns_once_at_each_crossing() -> None:
     assert len(crossings) == 40
     assert stats["switchings"] <= 2 * len(crossings) + 2
     assert stats["located"] == len(crossings)
-
-
-BLOCKING = """Diffusion charge that blocks while a switch closes
-VIN in 0 24
-VG g 0 PULSE(0 1 1u 50n 50n 1u 4u)
-L1 in sw 200u
-S1 sw 0 g 0 sm
-DC sw k dn
-CK in k 40n
-RK in k 1k
-RSN sw s1 40
-CSN s1 0 0.7n
-.model sm SW(VT=0.5 RON=0.15 ROFF=15meg)
-.model dn D(IS=1n N=1.7 RS=1.5 TT=1.4u)
-.tran 0.2u 10u uic
-"""
-
-
-def test_a_vanishing_charge_makes_no_time_constant() -> None:
-    """TT IS exp(-30 V / nVt) / nVt is 1e-300 F: impulsive steps short beside that moved 1e225 A."""
-    run = nsspice.tran(nsspice.read(BLOCKING))
-    assert run.certificate.passed
-    # 24 V across 200 uH drive 0.13 A in each of the two pulses of 1.05 us, from rest
-    assert np.abs(run["i(vin)"]).max() < 1.0

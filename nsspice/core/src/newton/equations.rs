@@ -82,8 +82,12 @@ pub struct Equations {
     pub(super) unit: Vec<f64>,
     /// rows of unknowns in fours: one for current rows, one for voltage rows
     pub(super) kinds: Vec<[[f64; FOUR]; 2]>,
-    /// unknowns of current rows
+    /// the same without rows in which something is stored: what an inductor bears in a short step is no
+    /// voltage of the network, and what a capacitor holds no current
+    pub(super) scales: Vec<[[f64; FOUR]; 2]>,
+    /// unknowns of current rows, and of voltage rows
     pub(super) nodes: Vec<u32>,
+    pub(super) branches: Vec<u32>,
     /// current rows in which a multiplier appears
     pub(super) touched: Vec<usize>,
     pub(super) a: Csc,
@@ -189,6 +193,17 @@ impl Equations {
         touched.retain(|&r| row_kind[r] == 0);
         touched.sort_unstable();
         touched.dedup();
+        let mut stores = vec![false; n];
+        e.iter().filter(|e| e.2 != 0.0).for_each(|(row, ..)| stores[row] = true);
+        smooth.q.iter().filter(|q| q.2 != 0.0).for_each(|(row, ..)| stores[row] = true);
+        let masks = |counts: &dyn Fn(usize) -> bool| -> Vec<[[f64; FOUR]; 2]> {
+            let of =
+                |row: usize, kind| row_kind.get(row).is_some_and(|&k| usize::from(k != 0) == kind);
+            let one = |row, kind| of(row, kind) && counts(row);
+            let four =
+                |b| [0, 1].map(|kind| std::array::from_fn(|i| f64::from(one(FOUR * b + i, kind))));
+            (0..size.div_ceil(FOUR)).map(four).collect()
+        };
         // the order is to serve Jacobians in which every derivative is there
         let mut full = pattern.clone();
         for t in &positions {
@@ -203,16 +218,10 @@ impl Equations {
                     |i| if i < n && row_kind[i] == 0 { usual.sqrt().recip() } else { usual.sqrt() },
                 )
                 .collect(),
-            kinds: (0..size.div_ceil(FOUR))
-                .map(|b| {
-                    [0, 1].map(|kind| {
-                        let is = |&k: &u8| usize::from(k != 0) == kind;
-                        let one = |i| row_kind.get(FOUR * b + i).is_some_and(is);
-                        std::array::from_fn(|i| if one(i) { 1.0 } else { 0.0 })
-                    })
-                })
-                .collect(),
+            kinds: masks(&|_| true),
+            scales: masks(&|row| !stores[row]),
             nodes: (0..n as u32).filter(|&i| row_kind[i as usize] == 0).collect(),
+            branches: (0..n as u32).filter(|&i| row_kind[i as usize] != 0).collect(),
             diagonal: (0..size).map(|i| place(i, i)).collect(),
             ordering: Arc::new(ordering(&full, m)),
             pattern,

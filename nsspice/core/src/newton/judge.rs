@@ -42,7 +42,7 @@ struct Rows {
     /// largest relative violation, and where
     worst: f64,
     row: usize,
-    /// largest terms of current rows and of voltage rows
+    /// largest terms of current rows and of voltage rows in which nothing is stored
     largest: [f64; 2],
     /// largest node voltage
     node: f64,
@@ -115,14 +115,16 @@ impl Balance {
         let larger = |a: f64, b: f64| if a > b { a } else { b };
         let (terms, defects) = (self.terms.as_chunks::<FOUR>().0, self.defect.as_chunks().0);
         let (mut currents, mut voltages) = ([0.0f64; FOUR], [0.0f64; FOUR]);
-        for (term, [current, voltage]) in terms.iter().zip(&eq.kinds) {
+        for (term, [current, voltage]) in terms.iter().zip(&eq.scales) {
             currents = each(|i| larger(term[i] * current[i], currents[i]));
             voltages = each(|i| larger(term[i] * voltage[i], voltages[i]));
         }
         let most = |m: [f64; FOUR]| larger(larger(m[0], m[1]), larger(m[2], m[3]));
         let largest = [most(currents), most(voltages)];
-        let node = eq.nodes.iter().fold(0.0f64, |v, &i| larger(x[i as usize].abs(), v));
-        let floor = [FLOOR * largest[0], FLOOR * larger(node, largest[1])];
+        let of = |list: &[u32]| list.iter().fold(0.0f64, |v, &i| larger(x[i as usize].abs(), v));
+        let node = of(&eq.nodes);
+        let floor =
+            [FLOOR * larger(of(&eq.branches), largest[0]), FLOOR * larger(node, largest[1])];
         let shares = self.shares.as_chunks_mut::<FOUR>().0;
         let mut top = [0.0f64; FOUR];
         for (((share, term), defect), [current, voltage]) in
