@@ -24,6 +24,7 @@ _POINTS = 100  # points judged at most
 _STARTS = 24  # random points from which further solutions are sought
 _MODES = 5  # pairs up to which every mode is a start
 _SAME = 1e-6  # solutions closer than this, relative to the largest, are one
+_ROUNDING = 24.0 * 2.0**-53  # of a law with one equation, relative to the sizes of its terms
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,17 +223,25 @@ def _search(system: DescriptorSystem, z: Floats, lam: Floats, size: float) -> li
         except UnsolvedStep:
             continue
         point = stepper.state[0]
-        if not any(_same(point, other, system.row_kind) for other in (z, *found)):
+        if not any(_same(point, other, system) for other in (z, *found)):
             found.append(np.array(point))
     return found
 
 
-def _same(a: Floats, b: Floats, kinds: npt.NDArray[np.uint8]) -> bool:
-    """Return whether two points are one up to rounding: voltages and currents each on their own."""
+def _same(a: Floats, b: Floats, system: DescriptorSystem) -> bool:
+    """Return whether two points are one up to rounding: voltages and currents each on their own.
+
+    Rounding of voltages drives currents through conductances, which are more than the leakage of a
+    circuit at rest; that of currents makes voltages in the same way.
+    """
+    kinds, sizes = system.row_kind, np.maximum(np.abs(a), np.abs(b))
+    links = np.abs(system.G.dense())
     for kind in (0, 1):
-        mine = kinds == kind
-        size = float(np.maximum(np.abs(a[mine]), np.abs(b[mine])).max(initial=0.0))
-        if np.abs(a[mine] - b[mine]).max(initial=0.0) > _SAME * size:
+        mine, others = kinds == kind, kinds == 1 - kind
+        size = float(sizes[mine].max(initial=0.0))
+        driven = links[np.ix_(others, others)] @ sizes[others]
+        slack = _SAME * size + _ROUNDING * system.n * float(driven.max(initial=0.0))
+        if np.abs(a[mine] - b[mine]).max(initial=0.0) > slack:
             return False
     return True
 

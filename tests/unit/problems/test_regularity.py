@@ -238,6 +238,27 @@ D2 b 0 z
     assert held["v(b)"][0] == pytest.approx(1.0)
 
 
+def test_leakage_beside_rounding_of_voltages_is_one_operating_point():
+    """At rest the collector conducts 6 pA; a rounding of 15 V across 0.5 Ohm is 3 fA."""
+    darlington = """a Darlington switch that is off
+VCC vcc 0 15
+RB 0 b 15k
+Q1 c b e small
+Q2 c e 0 large
+RBE e 0 15k
+LC vcc cx 4m
+RC cx c 299
+DF c vcc dm
+.model small NPN(IS=1.1e-14 BF=197 VAF=55 RB=1.8 RC=0.54)
+.model large NPN(IS=4.7e-12 BF=233 VAF=128 BR=6.3)
+.model dm D(IS=1e-10 N=1.67 RS=9.7)
+.op
+"""
+    (solution,) = nsspice.read(darlington).run()
+    assert not [w for w in solution.warnings if w.code == "NS3005"]
+    assert solution["v(c)"][0] == pytest.approx(15.0)
+
+
 def test_a_track_is_judged_along_its_points():
     deck = """argsinh
 V1 a 0 SIN(0 4 0.15915494309189535)
