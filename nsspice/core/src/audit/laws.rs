@@ -207,9 +207,15 @@ impl Auditor {
         let mut largest = if self.smooth.is_some() { self.largest } else { [0.0; 2] };
         let mut least = [0.0f64; 2];
         sides.iter().for_each(|z| self.reach.see(&self.kinds, z, &[], &mut largest));
-        let mut stored = vec![0.0; self.n];
+        let (mut stored, mut carried) = (vec![0.0; self.n], vec![0.0; self.n]);
         if let Some(smooth) = &mut self.smooth {
-            smooth.values(sides[1], sources, time, &mut Vec::new());
+            // in short steps functions carry what they are worth there, at a corner one thing or another
+            let mut values = Vec::new();
+            for side in sides {
+                smooth.values(side, sources, time, &mut values);
+                values.iter_mut().for_each(|f| *f = f.abs());
+                smooth.f.add_sizes(2.0 * length, &values, &mut carried);
+            }
             // what they conduct counts for a short time only
             let rate = 1.0 / length.max(f64::MIN_POSITIVE);
             smooth.add_sizes(&self.kinds, &largest, sources, rate, &mut stored);
@@ -236,7 +242,10 @@ impl Auditor {
         let errors = error.iter().zip(&sizes).zip(&self.kinds).enumerate();
         let found = errors.map(|(row, ((e, s), &k))| {
             let turned = self.share * self.reach.holding(row, k, energy);
-            ratio(e.abs(), s.max(least[usize::from(k)]).max(turned).max(flowing[row]))
+            ratio(
+                (e.abs() - carried[row]).max(0.0),
+                s.max(least[usize::from(k)]).max(turned).max(flowing[row]),
+            )
         });
         found.fold(0.0, |worst, new| if worse(new, worst) { new } else { worst })
     }

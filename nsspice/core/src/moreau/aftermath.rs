@@ -7,13 +7,18 @@ use crate::mlcp::Start;
 /// Lengths of the steps that show the values right after a jump, longest first: the extrapolation of
 /// three of them errs by the cube of this, rounding by its inverse.  Shorter ones serve where these
 /// do not end in one mode.
-pub(super) const AFTER_JUMP: [f64; 4] = [2e-4, 1e-6, 1e-8, 1e-10];
+pub(super) const AFTER_JUMP: [f64; 5] = [2e-4, 1e-5, 1e-6, 1e-8, 1e-10];
+/// Junctions make time constants that nothing foretells: of circuits with smooth laws the first two are
+/// too long.
+const TOO_LONG: usize = 2;
 /// The last of them shows little but rounding.  It serves where the curve straightens by so much from
 /// one to the next: then something goes on that is faster than all that is known of the circuit.
 const STRAIGHTENS: f64 = 0.1;
 /// Steps right after a jump are short enough if their ends deviate from a line by no more than this
 /// part: the extrapolation then errs by less than 1e-8.
 const BEND: f64 = 1e-6;
+/// Roundings that a second difference of three solutions may show.
+const NOISE: f64 = 64.0;
 /// Currents and voltages of the wrong sign that the limit of such steps may have, relative to the
 /// largest: what the certificate grants.
 const SIGNS: f64 = 1e-8;
@@ -114,10 +119,10 @@ impl Stepper {
         // ends in different modes: how far they are from a line, and the shortest of them
         let mut last: Option<(f64, Short)> = None;
         let (mut rest, mut impulsive) = (Rest::Unclear, false);
-        let mut best: Option<(f64, f64, Short, Short)> = None;
-        // junctions make time constants that nothing foretells
+        let mut best: Option<(bool, f64, f64, Short, Short)> = None;
         let mut bends = [f64::NAN; 2];
-        for (k, &part) in AFTER_JUMP.iter().enumerate().skip(usize::from(self.smooth.is_some())) {
+        let skipped = if self.smooth.is_some() { TOO_LONG } else { 0 };
+        for (k, &part) in AFTER_JUMP.iter().enumerate().skip(skipped) {
             let straightens = rest == Rest::Bent && bends[1] <= STRAIGHTENS * bends[0];
             if k + 1 == AFTER_JUMP.len() && !straightens {
                 break;
@@ -159,7 +164,8 @@ impl Stepper {
                 bend <= BEND && broken <= 1.0 && !self.jumped(None, after, &once.z, &z, LOOSE);
             let fault = bend.max(BEND * broken);
             impulsive |= bend > IMPULSIVE;
-            rest = if bend > IMPULSIVE || (impulsive && !self.shows(after, &once)) {
+            let shown = self.smooth.is_some() || self.shows(after, &once);
+            rest = if bend > IMPULSIVE || (impulsive && !shown) {
                 Rest::Impulsive
             } else if fine {
                 Rest::Calm
@@ -167,10 +173,11 @@ impl Stepper {
                 Rest::Bent
             };
             // motion straightens in shorter steps, rounding bends them more
-            let better =
-                |(last, its, ..): &(f64, f64, Short, Short)| fault < *last && bend <= its.max(BEND);
+            let better = |(its_shown, last, its, ..): &(bool, f64, f64, Short, Short)| {
+                (shown || !its_shown) && fault < *last && bend <= its.max(BEND)
+            };
             if fine || best.as_ref().is_none_or(better) {
-                best = Some((fault, bend, once, Short { z, l, length: 0.0 }));
+                best = Some((shown, fault, bend, once, Short { z, l, length: 0.0 }));
             }
             if fine {
                 break;
@@ -181,11 +188,15 @@ impl Stepper {
             let least = last.as_ref().map_or(f64::INFINITY, |last| last.0);
             bend > BEND && least <= STRAIGHTENS * bend
         };
-        if let Some((_, bend, once, settled)) = best.filter(|best| !rounding(best.1)) {
+        if let Some((_, _, bend, once, settled)) = best.filter(|best| !rounding(best.2)) {
             let (settled, missed) = match rest {
                 Rest::Calm | Rest::Bent => self.held(after, &once, settled, bend),
                 _ => (settled, 0.0),
             };
+            // what bends more in shorter steps, and by no more than rounding may, is a line
+            let line = rest == Rest::Bent && bends[1] > bend && bend <= self.noise(&once);
+            let calm = line && self.broken(&settled.z, &settled.l, &once) <= SIGNS;
+            let rest = if calm { Rest::Calm } else { rest };
             return Ok((Some((once, settled, missed)), rest));
         }
         let length = AFTER_JUMP[0] * shortest;
@@ -298,6 +309,21 @@ impl Stepper {
             largest[1 - kind] = largest[1 - kind].max(sizes[i]);
         }
         (0..2).all(|kind| hidden[kind] <= SHOWN * largest[kind])
+    }
+
+    /// What rounding of stored quantities may make of the largest voltage or current in a short step,
+    /// relative to it.
+    fn noise(&self, short: &Short) -> f64 {
+        let linear = &self.sys.linear;
+        let sizes: Vec<f64> = short.z.iter().map(|v| v.abs()).collect();
+        let mut stored = vec![0.0; sizes.len()];
+        linear.e.abs_mul_add(&sizes, &mut stored);
+        // charges make currents, fluxes voltages
+        let [currents, voltages] = self.sys.largest(&[&stored]);
+        let largest = self.sys.largest(&[&short.z]);
+        let part = |made: f64, largest: f64| if made > 0.0 { made / largest } else { 0.0 };
+        let rounding = NOISE * f64::EPSILON / short.length;
+        rounding * part(currents, largest[1]).max(part(voltages, largest[0]))
     }
 
     /// Second difference of three equidistant points, relative to the largest value of its kind.

@@ -202,6 +202,16 @@ impl Stepper {
         part: f64,
         start: Start,
     ) -> Result<Leap, Box<Failure>> {
+        // what currents miss of their sum stands in voltages by the inverse of so short a time
+        self.to_rounding(|s| s.leap_and_look(charges, part, start))
+    }
+
+    fn leap_and_look(
+        &mut self,
+        charges: Option<&[f64]>,
+        part: f64,
+        start: Start,
+    ) -> Result<Leap, Box<Failure>> {
         let shortest = self.shortest_time();
         let begun = (self.z.clone(), self.l.clone());
         let leap = self.leap(charges, part, shortest, start)?;
@@ -218,6 +228,7 @@ impl Stepper {
                 let found = self.rest(&next);
                 if found >= rest {
                     (leap, rest) = (next, found);
+                    leapt = self.leapt(charges, &begun.0, &leap);
                 }
             }
         }
@@ -253,13 +264,21 @@ impl Stepper {
                 ..next
             };
         }
+        // motion of so long a step has to come once more
+        if !leapt
+            && charges.is_none()
+            && self.jumped(None, &begun.0, &leap.after, &leap.after, NO_JUMP)
+        {
+            leap = self.unmoved(begun, leap, shortest);
+        }
         Ok(leap)
     }
 
     /// Whether an impulsive step has moved anything but as motion does.
     pub(super) fn leapt(&mut self, charges: Option<&[f64]>, before: &[f64], leap: &Leap) -> bool {
         let (ones, mut largest) = (vec![1.0; before.len()], self.largest);
-        let sides = [before, &leap.first, &leap.after];
+        let begun = behind(&leap.after, leap.span, leap.settled.as_ref());
+        let sides = [before, &leap.first, &begun];
         self.moved(sides, charges, NO_JUMP, &ones, &mut largest, &[])
     }
 

@@ -60,6 +60,28 @@ impl Stepper {
         leap
     }
 
+    /// An impulsive step that was not short beside what it only set in motion, or, if what follows is
+    /// no worse, one that leaves all charges where they were: limits of such steps err by its square.
+    pub(super) fn unmoved(
+        &mut self,
+        begun: (Vec<f64>, Vec<f64>),
+        leap: Leap,
+        shortest: f64,
+    ) -> Leap {
+        let (mut before, multipliers) = begun;
+        self.storage.project(&mut before);
+        (self.z, self.l) = (before.clone(), multipliers.clone());
+        let Ok((settled, rest)) = self.settle(&before, shortest) else { return leap };
+        let impulses = [0, 1].map(|k| vec![0.0; leap.impulses[k].len()]);
+        let (first, after, span) = (before.clone(), before, 0.0);
+        let still = Leap { first, after, impulses, span, multipliers, settled, rest, ..leap };
+        if self.rest(&still) >= self.rest(&leap) {
+            still
+        } else {
+            leap
+        }
+    }
+
     /// Whether two impulsive steps from the state `before` have moved the same.
     fn alike(&mut self, charges: Option<&[f64]>, before: &[f64], leaps: [&Leap; 2]) -> bool {
         let old = charges.map_or_else(|| self.stored_at(before), <[f64]>::to_vec);

@@ -306,6 +306,19 @@ impl Stepper {
         self.solve_smooth(length, Start::Warm)
     }
 
+    /// Lets Newton's method end at rounding for a while.
+    pub(super) fn to_rounding<T>(&mut self, solve: impl FnOnce(&mut Stepper) -> T) -> T {
+        let known = self.smooth.as_ref().map(|smooth| smooth.newton.accuracy());
+        if let Some(smooth) = &mut self.smooth {
+            smooth.newton.set_accuracy(0.0);
+        }
+        let found = solve(self);
+        if let (Some(smooth), Some(accuracy)) = (&mut self.smooth, known) {
+            smooth.newton.set_accuracy(accuracy);
+        }
+        found
+    }
+
     /// Solves the nonlinear problem with right-hand side `rhs`, sources `u1`.
     pub(super) fn solve_smooth(&mut self, length: f64, start: Start) -> Outcome {
         let Some(smooth) = &mut self.smooth else { return Ok(()) };

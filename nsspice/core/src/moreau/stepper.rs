@@ -416,7 +416,8 @@ impl Stepper {
         self.u1.copy_from_slice(&self.u0);
         self.rates.fill(0.0);
         for _ in 0..MAX_REACTIONS {
-            self.solve_static(start).map_err(|f| *f)?;
+            // nothing stored holds the nodes at which next to nothing flows
+            self.to_rounding(|s| s.solve_static(start)).map_err(|f| *f)?;
             if !self.react() {
                 if self.witness.watches() {
                     self.z_recorded.copy_from_slice(&self.z);
