@@ -28,7 +28,7 @@ const LESS: f64 = 0.1;
 /// Changes below this part of the largest charge (or flux) so far are no jump.
 pub(super) const NO_JUMP: f64 = 1e-9;
 /// Rounding of voltages and currents, relative to the largest.
-const ROUNDING: f64 = 1e-13;
+pub(super) const ROUNDING: f64 = 1e-13;
 /// Charges that miss laws by more than this part of the largest call for that, too.
 const MISSED: f64 = 1e-13;
 /// An impulsive step that its own end contradicts is continued from there by longer ones, in which
@@ -274,14 +274,6 @@ impl Stepper {
         Ok(leap)
     }
 
-    /// Whether an impulsive step has moved anything but as motion does.
-    pub(super) fn leapt(&mut self, charges: Option<&[f64]>, before: &[f64], leap: &Leap) -> bool {
-        let (ones, mut largest) = (vec![1.0; before.len()], self.largest);
-        let begun = behind(&leap.after, leap.span, leap.settled.as_ref());
-        let sides = [before, &leap.first, &begun];
-        self.moved(sides, charges, NO_JUMP, &ones, &mut largest, &[])
-    }
-
     /// Goes where an impulsive step has led, and notes what jumped.
     pub(super) fn enter(&mut self, charges: Option<&[f64]>, before: Vec<f64>, leap: Leap) {
         let Leap { first, after, impulses, length, span, shortest, settled, .. } = leap;
@@ -472,14 +464,19 @@ impl Stepper {
     ) -> Outcome {
         let k = self.stage_index(delta, true);
         let matrices = &self.stages[k].matrices;
-        match charges {
-            Some(charges) => {
+        match (charges, &mut self.smooth) {
+            (Some(charges), _) => {
                 for (r, c) in self.rhs.iter_mut().zip(charges) {
                     *r = c / delta;
                 }
                 matrices.source_end.mul_add(1.0, &self.u0, &mut self.rhs);
             }
-            None => matrices.right_hand_side(before, &self.u0, &self.u0, &mut self.rhs),
+            (None, Some(smooth)) => {
+                self.rhs.fill(0.0);
+                matrices.add_sources(&self.u0, &self.u0, &mut self.rhs);
+                smooth.newton.carry(before);
+            }
+            (None, None) => matrices.right_hand_side(before, &self.u0, &self.u0, &mut self.rhs),
         }
         if self.smooth.is_some() {
             if charges.is_none() {
@@ -487,87 +484,18 @@ impl Stepper {
             }
             self.u1.copy_from_slice(&self.u0);
         }
-        self.solve(k, delta, start)?;
+        if let Err(mut failure) = self.solve(k, delta, start) {
+            if charges.is_none() && self.smooth.is_some() {
+                self.stages[k].matrices.carry.mul_add(1.0, before, &mut failure.rhs);
+            }
+            return Err(failure);
+        }
         if charges.is_none() {
             let u = std::mem::take(&mut self.u0);
             self.sharpen(k, before, &u, &u);
             self.u0 = u;
         }
         Ok(())
-    }
-
-    /// Did stored charges or fluxes jump by more than `share` of the largest?
-    pub(super) fn jumped(
-        &mut self,
-        charges: Option<&[f64]>,
-        before: &[f64],
-        first: &[f64],
-        after: &[f64],
-        share: f64,
-    ) -> bool {
-        let ones = vec![1.0; before.len()];
-        let mut largest = self.largest;
-        let found = self.moved([before, first, after], charges, share, &ones, &mut largest, &[]);
-        self.largest = largest;
-        found
-    }
-
-    /// Is there a jump to report, beside `values` to which it leads?  A charge `q` of a capacitor `C`
-    /// counts as `q / sqrt(C)`, the root of its energy: a small one beside large ones may jump too.
-    pub(super) fn noticed(
-        &mut self,
-        charges: Option<&[f64]>,
-        sides: [&[f64]; 3],
-        values: &[f64],
-    ) -> bool {
-        let weights = std::mem::take(&mut self.weights);
-        let mut largest = self.heaviest;
-        let found = self.moved(sides, charges, NO_JUMP, &weights, &mut largest, values);
-        self.heaviest = largest;
-        self.weights = weights;
-        found
-    }
-
-    /// Did stored charges or fluxes, by their weights, change by more than `share` of the `largest`
-    /// so far?  A change that extrapolation to length 0 takes away was not a jump but the ordinary
-    /// motion during the short step; one that it turns round was motion that begins with the square
-    /// of the time.
-    fn moved(
-        &mut self,
-        [before, first, after]: [&[f64]; 3],
-        charges: Option<&[f64]>,
-        share: f64,
-        weights: &[f64],
-        largest_so_far: &mut [f64; 2],
-        values: &[f64],
-    ) -> bool {
-        let n = before.len();
-        let old = charges.map_or_else(|| self.stored_at(before), <[f64]>::to_vec);
-        let [once, new] = [first, after].map(|z| self.stored_at(z));
-        // what rounding of the largest voltage (current) makes of each charge (flux)
-        let largest = self.sys.largest(&[after, values]);
-        let scale: Vec<f64> =
-            self.sys.linear.row_kind.iter().map(|&k| largest[usize::from(k)]).collect();
-        let mut noise = vec![0.0; n];
-        self.sys.linear.e.abs_mul_add(&scale, &mut noise);
-        let mut found = false;
-        for kind in 0..2u8 {
-            let rows = || (0..n).filter(|&i| self.sys.linear.row_kind[i] == kind);
-            let sizes = rows().map(|i| weights[i] * old[i].abs().max(new[i].abs()));
-            // against the largest so far: a flux that has just decayed to rounding does not jump
-            let largest = &mut largest_so_far[usize::from(kind)];
-            *largest = sizes.fold(*largest, f64::max);
-            // a current that flows on through other stores is extrapolated to rounding of it
-            let most = rows().fold(0.0f64, |a, i| a.max((once[i] - old[i]).abs()));
-            found |= rows().any(|i| {
-                let (change, moved) = (new[i] - old[i], once[i] - old[i]);
-                weights[i] * change.abs() > share * *largest
-                    && change.abs() > ROUNDING * noise[i].max(most)
-                    && change.abs() > 0.1 * moved.abs()
-                    && change.signum() == moved.signum()
-            });
-        }
-        found
     }
 
     /// Applies the switch laws until they agree with the state; a first look at the switches has told

@@ -5,7 +5,7 @@
 //! diode takes over, in nanoseconds, and a step longer than that ends behind it whatever its length.
 
 use super::aftermath::Rest;
-use super::jumps::{Leap, Short, JUMP, NO_JUMP};
+use super::jumps::{Leap, Short, JUMP, NO_JUMP, ROUNDING};
 use super::stepper::Stepper;
 use crate::mlcp::Start;
 
@@ -34,6 +34,88 @@ impl Stepper {
             smooth.add_stored_at(z, &self.u0, self.time, 1.0, &mut out);
         }
         out
+    }
+
+    /// Whether an impulsive step has moved anything but as motion does.
+    pub(super) fn leapt(&mut self, charges: Option<&[f64]>, before: &[f64], leap: &Leap) -> bool {
+        let (ones, mut largest) = (vec![1.0; before.len()], self.largest);
+        let begun = behind(&leap.after, leap.span, leap.settled.as_ref());
+        let sides = [before, &leap.first, &begun];
+        self.moved(sides, charges, NO_JUMP, &ones, &mut largest, &[])
+    }
+
+    /// Did stored charges or fluxes jump by more than `share` of the largest?
+    pub(super) fn jumped(
+        &mut self,
+        charges: Option<&[f64]>,
+        before: &[f64],
+        first: &[f64],
+        after: &[f64],
+        share: f64,
+    ) -> bool {
+        let ones = vec![1.0; before.len()];
+        let mut largest = self.largest;
+        let found = self.moved([before, first, after], charges, share, &ones, &mut largest, &[]);
+        self.largest = largest;
+        found
+    }
+
+    /// Is there a jump to report, beside `values` to which it leads?  A charge `q` of a capacitor `C`
+    /// counts as `q / sqrt(C)`, the root of its energy: a small one beside large ones may jump too.
+    pub(super) fn noticed(
+        &mut self,
+        charges: Option<&[f64]>,
+        sides: [&[f64]; 3],
+        values: &[f64],
+    ) -> bool {
+        let weights = std::mem::take(&mut self.weights);
+        let mut largest = self.heaviest;
+        let found = self.moved(sides, charges, NO_JUMP, &weights, &mut largest, values);
+        self.heaviest = largest;
+        self.weights = weights;
+        found
+    }
+
+    /// Did stored charges or fluxes, by their weights, change by more than `share` of the `largest`
+    /// so far?  A change that extrapolation to length 0 takes away was not a jump but the ordinary
+    /// motion during the short step; one that it turns round was motion that begins with the square
+    /// of the time.
+    fn moved(
+        &mut self,
+        [before, first, after]: [&[f64]; 3],
+        charges: Option<&[f64]>,
+        share: f64,
+        weights: &[f64],
+        largest_so_far: &mut [f64; 2],
+        values: &[f64],
+    ) -> bool {
+        let n = before.len();
+        let old = charges.map_or_else(|| self.stored_at(before), <[f64]>::to_vec);
+        let [once, new] = [first, after].map(|z| self.stored_at(z));
+        // what rounding of the largest voltage (current) makes of each charge (flux)
+        let largest = self.sys.largest(&[after, values]);
+        let scale: Vec<f64> =
+            self.sys.linear.row_kind.iter().map(|&k| largest[usize::from(k)]).collect();
+        let mut noise = vec![0.0; n];
+        self.sys.linear.e.abs_mul_add(&scale, &mut noise);
+        let mut found = false;
+        for kind in 0..2u8 {
+            let rows = || (0..n).filter(|&i| self.sys.linear.row_kind[i] == kind);
+            let sizes = rows().map(|i| weights[i] * old[i].abs().max(new[i].abs()));
+            // against the largest so far: a flux that has just decayed to rounding does not jump
+            let largest = &mut largest_so_far[usize::from(kind)];
+            *largest = sizes.fold(*largest, f64::max);
+            // a current that flows on through other stores is extrapolated to rounding of it
+            let most = rows().fold(0.0f64, |a, i| a.max((once[i] - old[i]).abs()));
+            found |= rows().any(|i| {
+                let (change, moved) = (new[i] - old[i], once[i] - old[i]);
+                weights[i] * change.abs() > share * *largest
+                    && change.abs() > ROUNDING * noise[i].max(most)
+                    && change.abs() > 0.1 * moved.abs()
+                    && change.signum() == moved.signum()
+            });
+        }
+        found
     }
 
     /// An impulsive step from the state `begun` that has moved something, or a shorter one in which most of

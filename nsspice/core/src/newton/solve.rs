@@ -17,8 +17,6 @@ const DONE: f64 = 1e-14;
 const GUESSED: f64 = 0.1;
 /// The largest that may be asked for: well below what is accepted.
 const COARSEST: f64 = 1e-11;
-/// The least: the iteration goes on while it helps.
-const LEAST: f64 = 1e-17;
 /// An expected residual is relied upon if it is this part of what ends the iteration.
 const SURE: f64 = 0.1;
 /// Largest relative residual of an accepted solution: where rounding allows no better.
@@ -162,10 +160,10 @@ impl Newton {
         self.assemblies[self.present].stamp = self.stamp;
     }
 
-    /// Lets the iteration end at a relative residual of at most a tenth of what is accepted; where rounding
-    /// allows no such, it goes on while it helps.
+    /// Lets the iteration end at a relative residual; it stays between what rounding allows and a
+    /// tenth of what is accepted.  With 0 the iteration goes on while it helps.
     pub fn set_accuracy(&mut self, accuracy: f64) {
-        self.accuracy = accuracy.clamp(LEAST, COARSEST);
+        self.accuracy = if accuracy > 0.0 { accuracy.clamp(DONE, COARSEST) } else { 0.0 };
         self.tape.set_accuracy(self.accuracy);
     }
 
