@@ -53,11 +53,11 @@ class Context:
                 self.nodes.update(element.controls)
 
     def is_element(self, name: str) -> bool:
-        """Return whether an element, or a terminal of one, has this full name."""
+        """Return whether an element, or a terminal of one, has this full name; no instance has."""
         places = self._expander.places
-        if name in places or self._expander.is_doubtful(name):
-            return True
         owner, _, terminal = name.rpartition(".")
+        if self._expander.is_doubtful(name) or (name in places and terminal[:1] != "x"):
+            return True
         letter = owner.rpartition(".")[2][:1]
         return owner in places and terminal in _TERMINALS.get(letter, ())
 
@@ -108,6 +108,9 @@ class Context:
         """Return the full name of an element that must exist."""
         full = self.here.prefix + name
         if not self.is_element(full):
+            if full in self._expander.places:
+                message = f"{name[:60]} is an instance: no current belongs to it"
+                raise Unreadable("NS1070", message, span, f"name an element in it: i({name}.r1)")
             hint = suggest(name, self._near(self._expander.places))
             raise Unreadable("NS1070", f"there is no element {name[:60]}", span, hint)
         return full

@@ -169,6 +169,15 @@ def test_outputs() -> None:
     ]  # fmt: skip
 
 
+def test_an_instance_is_no_output() -> None:
+    """KiCad probes the power of every symbol, of subcircuits too."""
+    found = parse_text("t\nX1 a s\n.subckt s p\nR1 p 0 1\n.ends\n.probe p(X1) i(x1.r1)\n.op")
+    assert [s.name for s in found.saves] == ["i(x1.r1)"]
+    assert [(w.code, w.hint) for w in found.warnings] == [
+        ("NS1070", "name an element in it: i(x1.r1)")
+    ]
+
+
 def test_initial_values() -> None:
     found = deck(".ic V(out)=2 v(in) = {r} i(L1)=3", ".nodeset v(out)=1")
     assert {k: p.value for k, p in found.initial.items()} == {"out": 2.0, "in": 1000.0}
