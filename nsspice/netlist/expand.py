@@ -101,6 +101,9 @@ class Expander:
             raise _too_many(item.span)
         given = item.value
         value: float | Expression | None
+        model = scope.model(item.model) if item.model else None
+        if given is None and model is None and item.letter in "rcl":
+            given = scope.parameter(item.model)  # R1 a b rload
         if given is None or isinstance(given, float):
             value = given
         else:
@@ -124,14 +127,14 @@ class Expander:
             controls,
             value,
             item.quantity if isinstance(value, Expression) else self._plain(item),
-            scope.model(item.model) if item.model else None,
+            model,
             self._source(scope, item.source) if item.source else None,
             params,
             dict(item.flags),
             item.node_spans,
             scope.named_models(item.params) if item.letter == "q" else {},
         )
-        if item.model and element.model is None:
+        if item.model and model is None and (item.value is not None or value is None):
             raise self._no_model(scope, item)
         self.elements.append(element)
         if item.control_kind == "element":
@@ -148,9 +151,7 @@ class Expander:
         """Return the finding for an unknown model name."""
         if item.letter in "rcl":
             message = f"{item.name}: {item.model} is neither a value nor the name of a model"
-            hint = suggest(item.model, scope.known("models"))
-            if item.model in (*scope.known("params"), *scope.known("fixed")):
-                hint = f"write {{{item.model}}}: parameters stand in braces"
+            hint = suggest(item.model, [*scope.known("models"), *scope.known("params")])
             return Unreadable("NS1060", message, item.model_span, hint)
         hint = suggest(item.model, scope.known("models")) or f"add .model {item.model} ..."
         return Unreadable("NS1060", f"{item.name}: there is no model {item.model}",

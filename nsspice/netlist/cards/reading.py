@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator
+from typing import NoReturn
 
 from ...errors import Span, suggest
 from .. import expression_parser
@@ -82,6 +83,8 @@ class Reader:
         kind = item.kind
         if kind == "word":
             number = self.number(line, item.start, item.end)
+            if number is None and _NAME.fullmatch(line.raw[item.start : item.end]):
+                return self.formula(line, item.start, item.end)  # a parameter without braces
             return self._worded(line, item, what) if number is None else number
         if kind in ("expr", "string"):
             return self.formula(line, item.start + 1, item.end - 1)
@@ -90,13 +93,11 @@ class Reader:
         where = line.span(item.start, item.end)
         raise Unreadable("NS1009", f"{_shown(line, item)} is not {what}", where)
 
-    def _worded(self, line: Line, item: Item, what: str) -> Value:
+    def _worded(self, line: Line, item: Item, what: str) -> NoReturn:
         """Explain a word that is not a number where a number is needed."""
         where = line.span(item.start, item.end)
         text = line.raw[item.start : item.end]
-        if _NAME.fullmatch(text):
-            hint = f"write {{{text}}} if it is a parameter"
-        elif re.match(r"[\d.]*\d[\w.]*[-+*/^]", text) or re.search(r"\w[*/+^-]\w", text):
+        if re.match(r"[\d.]*\d[\w.]*[-+*/^]", text) or re.search(r"\w[*/+^-]\w", text):
             hint = "an expression goes into braces, as in {2*r}"
         else:
             hint = "numbers look like 1.5, 2e-3, 10k, 4.7u"

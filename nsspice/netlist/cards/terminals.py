@@ -125,9 +125,9 @@ class Terminals:
         """Return a parameter's value where a number or an expression is needed."""
         if isinstance(param.value, (float, Formula)):
             return param.value
-        where = param.span
-        hint = f"write {{{param.value}}} if it is a parameter"
-        raise Unreadable("NS1010", f"{self.name}: {param.value[:60]} is not a value", where, hint)
+        line = self.line
+        pair = next(p for p in self.pairs if line.span(p.start, p.end) == param.span)
+        return self.reader.value(line, pair.items[1])
 
     def flags(self, result: Template, known: Collection[str]) -> None:
         """Take words such as ``on`` and ``off``."""
