@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from itertools import pairwise
 
 from ...errors import suggest
@@ -41,6 +42,8 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
         word = item.text if item.kind == "word" else ""
         kind = _SPELLINGS.get(word, word)
         if kind == "dc":
+            if _next_is(terminals, {"ac", *WAVEFORMS, *_SPELLINGS}):
+                continue  # DC PULSE(0 1): the waveform tells the value at DC, too
             value.dc = _number(terminals, terminals.next(), "the DC value")
         elif kind == "ac":
             magnitude = _optional(terminals)
@@ -88,6 +91,12 @@ def _optional(terminals: Terminals) -> Item | None:
     return terminals.next()
 
 
+def _next_is(terminals: Terminals, words: Collection[str]) -> bool:
+    """Return whether the next item is one of some keywords."""
+    item = terminals.peek()
+    return item is not None and item.kind == "word" and item.text in words
+
+
 def _number(terminals: Terminals, item: Item | None, what: str) -> Value:
     """Return a value that must be there."""
     if item is None:
@@ -105,7 +114,7 @@ def _waveform(terminals: Terminals, value: SourceTemplate, word: Item, kind: str
     value.kind = kind
     arguments: list[Item] = []
     while (item := terminals.peek()) is not None:
-        if item.kind == "word" and (item.text in ("dc", "ac") or item.text in WAVEFORMS):
+        if _next_is(terminals, {"dc", "ac", *WAVEFORMS}):
             break
         arguments.append(item)
         terminals.next()
