@@ -125,8 +125,8 @@ def logical_lines(rows: list[str], file: str, first: int = 1) -> Iterator[Line]:
             head = stripped[:1]
             if not head or head == "*":
                 continue
-        if head == "+" and number:
-            start = source.index("+") + 1
+        if head in ("+", ")") and number:  # a lone bracket ends the list of the line before
+            start = source.index(head) + (head == "+")
             parts.append((without_comment(source)[start:], first + offset, start, source))
             continue
         content = without_comment(source)

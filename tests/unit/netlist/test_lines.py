@@ -20,6 +20,14 @@ def test_comments_and_continuations() -> None:
     ]
 
 
+def test_a_line_with_the_closing_bracket_alone() -> None:
+    assert texts("D1 a 0 dm\n.model dm D (\n+ is=1f\n  )\nR1 a 0 1") == [
+        "d1 a 0 dm",
+        ".model dm d ( is=1f )",
+        "r1 a 0 1",
+    ]
+
+
 @pytest.mark.parametrize(
     ("raw", "kept"),
     [
