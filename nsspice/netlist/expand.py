@@ -209,6 +209,14 @@ class Expander:
             target.body = self._bodies.read(target.block)
         actual = [scope.node(node) for node in item.nodes]
         nodes = dict(zip(header.nodes, actual, strict=True))
+        outside = nodes.pop("0", "0")
+        if outside != "0":
+            self._findings.warning(
+                "NS1045",
+                f"{item.name}: {header.name} calls one of its nodes ground: {outside} is not used",
+                item.span,
+                f"connect {outside} to ground, or rename the node in .subckt {header.name}",
+            )
         inner = scope.child(home, item.name, nodes)
         self._pass(scope, inner, item, target)
         self.expand(inner, self.choose(inner, target.body), (*active, target))

@@ -109,7 +109,7 @@ class Header:
         self.name = found[0].text
         self.line = line
         self.span = line.span(found[0].start, found[0].end)
-        self.nodes = tuple(item.text for item in found[1:])
+        self.nodes = tuple(GROUND.get(item.text, item.text) for item in found[1:])
         self.params: dict[str, tuple[Formula, Span]] = {}
         seen: set[str] = set()
         for item in found[1:]:
@@ -117,9 +117,6 @@ class Header:
             if item.text in seen:
                 message = f"subcircuit {self.name}: node {item.text} stands twice"
                 raise Unreadable("NS1080", message, where)
-            if item.text in GROUND:
-                message = f"subcircuit {self.name}: ground cannot be one of its nodes"
-                raise Unreadable("NS1080", message, where, "ground is the same node everywhere")
             seen.add(item.text)
         for pair in pairs:
             right = pair.items[1]

@@ -125,6 +125,13 @@ def test_ground_inside_a_subcircuit() -> None:
     assert found.elements[0].value.variables() == {"v(a)"}
 
 
+def test_ground_among_the_nodes_of_a_subcircuit() -> None:
+    sub = (".subckt s in GND", "R1 in gnd 1", ".ends")
+    found = deck("X1 a 0 s", "X2 a b s", *sub)
+    assert [e.nodes for e in found.elements] == [("a", "0"), ("a", "0")]
+    assert [(w.code, w.span.line) for w in found.warnings] == [("NS1045", 3)]
+
+
 def test_instance_mistakes() -> None:
     assert codes("X1 in cell", *SUB) == ["NS1041"]
     assert codes("X1 in 0 cel", *SUB) == ["NS1040"]
