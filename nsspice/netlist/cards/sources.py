@@ -42,8 +42,8 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
         word = item.text if item.kind == "word" else ""
         kind = _SPELLINGS.get(word, word)
         if kind == "dc":
-            if _next_is(terminals, {"ac", *WAVEFORMS, *_SPELLINGS}):
-                continue  # DC PULSE(0 1): the waveform tells the value at DC, too
+            if terminals.peek() is None or _next_is(terminals, {"ac", *WAVEFORMS, *_SPELLINGS}):
+                continue  # V1 a 0 DC PULSE(0 1): the waveform tells the value at DC, too
             value.dc = _number(terminals, terminals.next(), "the DC value")
         elif kind == "ac":
             magnitude = _optional(terminals)

@@ -126,6 +126,7 @@ def test_coupling() -> None:
         ("V1 a 0", None, "", ()),
         ("V1 a 0 p", 3.0, "", ()),
         ("V1 a 0 PULSE(0 p 0 0 0 1u 2u)", None, "pulse", (0, 3, 0, 0, 0, 1e-6, 2e-6)),
+        ("V1 a 0 DC", None, "", ()),
         ("V1 a 0 DC pwl 0 0 50u 5V", None, "pwl", (0, 0, 5e-5, 5)),
         ("V1 a 0 DC AC 1 SIN(0 5 50)", None, "sin", (0, 5, 50)),
         ("I1 a 0 AC 1 90", None, "", ()),
