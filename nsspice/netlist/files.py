@@ -16,6 +16,8 @@ MAX_DEPTH = 50
 #: lines of all files together, included files counted each time
 MAX_LINES = 5_000_000
 
+#: what LTspice writes into each netlist with a diode or a transistor, used or not
+_CATALOGUE = re.compile(r"[^\s\"'].*[\\/]lib[\\/]cmp[\\/]standard\.\w+", re.IGNORECASE)
 _ARGUMENT = re.compile(r'"[^"]*"?|\'[^\']*\'?|\S+')
 
 
@@ -130,8 +132,16 @@ class FileReader:
             self._findings.error("NS1050", "file name is missing", line.whole(), hint)
             return
         name, start = words[0]
+        catalogue = library and _CATALOGUE.search(line.raw, start)
+        if catalogue:  # the path stands without quotes, whatever blanks it has
+            name, words = catalogue.group(), words[:1]
         where = line.span(start, start + len(name))
         path = directory / Path(name).expanduser() if name[:1] == "~" else directory / name
+        if catalogue and not path.exists():
+            message = f"LTspice's catalogue of parts {name} is not here"
+            hint = "a model from it has to be copied into the netlist"
+            self._findings.warning("NS1053", message, where, hint)
+            return
         rows = self._open(path, name, where, stack)
         if rows is None:
             return

@@ -199,6 +199,22 @@ def test_included_files(tmp_path) -> None:
     assert values(parse_file(tmp_path / "main.net")) == {"x1.r1": 1.0, "r2": 2.0, "r3": 3.0}
 
 
+@pytest.mark.parametrize(
+    "path",
+    [
+        "C:\\Program Files (x86)\\LTC\\LTspiceIV\\lib\\cmp\\standard.dio",
+        '"/Users/a b/Library/Application Support/LTspice/lib/cmp/standard.bjt"',
+    ],
+)
+def test_the_catalogue_that_ltspice_names(path: str) -> None:
+    """A netlist that brings its own models runs without it."""
+    found = deck("D1 a 0 dm", ".model D D", f".lib {path}", ".model dm D(is=1f)")
+    assert [(w.code, w.span.column) for w in found.warnings] == [("NS1053", 6 + (path[0] == '"'))]
+    with pytest.raises(NetlistError) as caught:
+        deck("R1 a 0 1", ".lib D:\\cmp\\standard.dio")
+    assert caught.value.code == "NS1050"
+
+
 def test_include_mistakes(tmp_path) -> None:
     (tmp_path / "loop.inc").write_text("R1 a 0 1\n.include loop.inc\n")
     for line, code in [
