@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from ..lines import Line
 from ..statement import Item
 from ..template import ParamText, Template
@@ -15,6 +17,8 @@ _TRANSISTOR = {
     "area", "areab", "areac", "m", "ic", "temp", "dtemp",
     "alphan", "alphai", "de", "dc",
 }  # fmt: skip
+#: an area; 2N2222 and 1N4148 are names of models
+_FACTOR = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?[^\W\d]*")
 
 
 def diode(reader: Reader, line: Line, items: list[Item]) -> Template:
@@ -23,7 +27,7 @@ def diode(reader: Reader, line: Line, items: list[Item]) -> Template:
     terminals.take_nodes(2)
     words = [item.text for item in items[3:5] if item.kind == "word"]
     # a gate stands before the model if two names follow
-    if len(words) == 2 and words[1] != "off" and words[1][0] not in "0123456789.+-":
+    if len(words) == 2 and words[1] != "off" and not _FACTOR.fullmatch(words[1]):
         terminals.take_nodes(1)
     result = terminals.template()
     item = terminals.peek()
@@ -41,7 +45,7 @@ def transistor(reader: Reader, line: Line, items: list[Item]) -> Template:
     words = [item for item in items[4:] if item.kind == "word"]
     # a fourth node stands before the model if two names follow, or a number that cannot be one
     second = words[1].text if len(words) > 1 else ""
-    named = bool(second) and second != "off" and second[0] not in "0123456789.+-"
+    named = bool(second) and second != "off" and not _FACTOR.fullmatch(second)
     bracketed = following is not None and following.text[:1] == "["
     if following is not None and words and (named or bracketed):
         terminals.take_nodes(1)

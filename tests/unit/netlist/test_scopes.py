@@ -119,6 +119,14 @@ def test_nested_subcircuits_local_models_and_globals() -> None:
     assert by_name["x1.xi.b1"].value.variables() == {"v(p)", "i(x1.xi.v1)", "v(x1.xi.x)"}
 
 
+@pytest.mark.parametrize("rest", ["0 2N2222", "0 2N2222 2", "sub 2N2222 off", "0 2N2222 area=2"])
+def test_a_substrate_before_a_model_that_starts_with_a_digit(rest: str) -> None:
+    """LTspice writes the substrate of every transistor."""
+    found = deck(f"Q1 c b e {rest}", ".model 2N2222 NPN(is=1f)").elements[0]
+    assert len(found.nodes) == 4
+    assert found.model.name == "2n2222"
+
+
 def test_ground_inside_a_subcircuit() -> None:
     found = deck("X1 0 a s", ".subckt s p q", "B1 q GND V=v(q,p)+v(p)", ".ends")
     assert found.elements[0].nodes == ("a", "0")
