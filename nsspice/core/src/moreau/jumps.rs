@@ -202,16 +202,6 @@ impl Stepper {
         part: f64,
         start: Start,
     ) -> Result<Leap, Box<Failure>> {
-        // what currents miss of their sum stands in voltages by the inverse of so short a time
-        self.to_rounding(|s| s.leap_and_look(charges, part, start))
-    }
-
-    fn leap_and_look(
-        &mut self,
-        charges: Option<&[f64]>,
-        part: f64,
-        start: Start,
-    ) -> Result<Leap, Box<Failure>> {
         let shortest = self.shortest_time();
         let begun = (self.z.clone(), self.l.clone());
         let leap = self.leap(charges, part, shortest, start)?;
@@ -266,6 +256,7 @@ impl Stepper {
         }
         // motion of so long a step has to come once more
         if !leapt
+            && rest >= Rest::Bent
             && charges.is_none()
             && self.jumped(None, &begun.0, &leap.after, &leap.after, NO_JUMP)
         {
