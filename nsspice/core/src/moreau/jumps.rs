@@ -301,10 +301,8 @@ impl Stepper {
         // the short steps count too: where all currents vanish, rounding of theirs is all that is left
         let largest = self.sys.largest(&[&self.z, &once.z]);
         let slack = |j: usize| LOOSE * largest[usize::from(self.sys.linear.row_kind[j])];
-        let (u, time, instant) = (&self.u0, self.time, self.no_time());
-        let smooth = self.smooth.as_mut();
-        let storage = smooth.and_then(|s| s.storage(&self.sys.linear, &after, u, time, instant));
-        storage.as_ref().unwrap_or(&self.storage).restore(&after, &mut self.z, slack);
+        self.storage.restore(&after, &mut self.z, slack);
+        let (u, time) = (&self.u0, self.time);
         if let Some(smooth) = &mut self.smooth {
             smooth.after_jump(&after, &once.z, &self.z, u, time, once.length);
         }

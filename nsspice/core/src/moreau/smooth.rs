@@ -3,7 +3,6 @@
 use super::clock::evaluate;
 use super::stage::System;
 use super::stepper::{Outcome, Stepper};
-use super::storage::Storage;
 use crate::descriptor::Linear;
 use crate::mlcp::{Residual, Start};
 use crate::newton::{Data, Newton, Smooth, Tracking};
@@ -132,18 +131,6 @@ impl SmoothPart {
             self.newton.add_stored(factor, &f, out);
             self.scratch = f;
         }
-    }
-
-    /// Which unknowns the charges determine at a point, those of functions included; None without any.
-    pub(super) fn storage(
-        &mut self,
-        linear: &Linear,
-        z: &[f64],
-        u: &[f64],
-        t: f64,
-        instant: f64,
-    ) -> Option<Storage> {
-        self.stored(linear, z, u, t, instant).map(|e| Storage::new(&e, &linear.row_kind))
     }
 
     /// The storage matrix at a state; None if the functions store nothing.  What a function stores in an
