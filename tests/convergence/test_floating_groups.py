@@ -60,9 +60,9 @@ R1 p m 50
 def test_what_a_floating_bus_holds_is_known_beside_impulses(method, settings):
     """Three coils meet in it, so that a switching asks for an impulse, which moves next to nothing.
 
-    Left at the potential of the impulse, 1e17 V in the end, its capacitors held 1e9 TJ.  Beside the
-    4e10 A that 470 uF at 350 V stand for in a step of 4 ps, what charges bring to all nodes of the bus
-    together is rounding, and drove 1e-5 A through the coils at each switching.
+    Left at the potential of the impulse, 1e17 V in the end, its capacitors held 1e9 TJ.  Beside
+    the 4e10 A that 470 uF at 350 V stand for in a step of 4 ps, what charges bring to all nodes of
+    the bus together is rounding, and drove 1e-5 A through the coils at each switching.
     """
     run = nsspice.tran(nsspice.read(VIENNA), method=method, **settings)
     assert run.certificate.passed
@@ -72,7 +72,7 @@ def test_what_a_floating_bus_holds_is_known_beside_impulses(method, settings):
     across = run["v(p)"] - run["v(m)"]
     assert np.all((across > 500.0) & (across < 900.0))
     currents = [run[f"i(l{k})"] for k in (1, 2, 3)]
-    # no other way leads into the bus; a step of 1 ns may leave the rounding of its voltages by its length
+    # no other way leads into the bus; short steps may leave the rounding of its voltages
     assert np.max(np.abs(sum(currents))) < 1e-11 * np.max(np.abs(currents))
     if method == "sdirk":
         assert not run.jumps

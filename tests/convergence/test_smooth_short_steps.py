@@ -138,3 +138,58 @@ def test_a_comparison_turns_once_at_each_crossing() -> None:
     assert len(crossings) == 40
     assert stats["switchings"] <= 2 * len(crossings) + 2
     assert stats["located"] == len(crossings)
+
+
+CHAIN = """Four RTL inverters with charges, small resistances in emitter and collector
+VCC vcc 0 12
+VIN n0 0 PULSE(0 12 0 3.159u 3.159u 80.95u 185.8u)
+.subckt stage vcc in out
+RB in b 15.57k
+RC vcc out 3893
+Q1 out b 0 qn
+.ends
+X1 vcc n0 n1 stage
+X2 vcc n1 n2 stage
+X3 vcc n2 n3 stage
+X4 vcc n3 n4 stage
+.model qn NPN(IS=3.394e-16 BF=292.5 VAF=38.85 BR=5.5 RC=0.3687 RE=0.1058 ISE=7.841e-16 NE=1.555
++ CJC=3.243p TF=395.4p)
+.tran 9.292u 200u
+"""
+
+
+@pytest.mark.parametrize("reltol", [1e-5, 1e-6, 1e-7])
+def test_what_junctions_store_is_not_put_back_after_a_corner(reltol: float) -> None:
+    """3 pF hold a voltage, no potential: put back at a collector, they drove 8 uA."""
+    run = nsspice.tran(nsspice.read(CHAIN), method="sdirk", reltol=reltol)
+    assert run.certificate.passed
+
+
+LOOSE = """Class B stage at rest: nothing but leakage decides on the output
+VCC vcc 0 15
+VEE vee 0 -15
+R1 vcc b1 20k
+R2 b2 vee 10k
+R3 b1 b2 100
+Q1 vcc b1 e qn
+Q2 vee b2 e qp
+RE1 e m 0.47
+RE2 m out 0.47
+C1 out load 470u
+RL load 0 8
+.model qn NPN(IS=1e-14 BF=200 VAF=100 ISE=1e-13 NE=1.5 RB=100 RE=0.5 RC=10 CJE=25p CJC=10p TF=500p)
+.model qp PNP(IS=1e-14 BF=200 VAF=100 ISE=1e-13 NE=1.5 RB=100 RE=0.5 RC=10 CJE=25p CJC=10p TF=500p)
+.op
+.tran 10u 100u
+"""
+
+
+def test_a_run_starts_from_its_dc_point_whatever_the_tolerance() -> None:
+    """Within what steps are solved to, laws at the output left 0.2 V open there."""
+    circuit = nsspice.read(LOOSE)
+    rest = nsspice.op(circuit)["v(out)"][0]
+    # rounding of 10 V across 0.47 Ohm, beside leakage of a picoampere per thermal voltage
+    known = 20 * np.finfo(float).eps * 10 / 0.47 / (1e-12 / 0.026)
+    for reltol in (1e-3, 1e-5, 1e-7):
+        run = nsspice.tran(circuit, method="sdirk", reltol=reltol)
+        assert abs(run["v(out)"][0] - rest) < known

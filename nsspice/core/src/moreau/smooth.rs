@@ -294,7 +294,7 @@ impl Stepper {
     }
 
     /// Lets Newton's method end at rounding for a while.
-    pub(super) fn to_rounding<T>(&mut self, solve: impl FnOnce(&mut Stepper) -> T) -> T {
+    pub(super) fn exactly<T>(&mut self, solve: impl FnOnce(&mut Stepper) -> T) -> T {
         let known = self.smooth.as_ref().map(|smooth| smooth.newton.accuracy());
         if let Some(smooth) = &mut self.smooth {
             smooth.newton.set_accuracy(0.0);

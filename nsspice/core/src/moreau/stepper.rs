@@ -417,7 +417,7 @@ impl Stepper {
         self.rates.fill(0.0);
         for _ in 0..MAX_REACTIONS {
             // nothing stored holds the nodes at which next to nothing flows
-            self.to_rounding(|s| s.solve_static(start)).map_err(|f| *f)?;
+            self.exactly(|s| s.solve_static(start)).map_err(|f| *f)?;
             if !self.react() {
                 if self.witness.watches() {
                     self.z_recorded.copy_from_slice(&self.z);
