@@ -272,3 +272,35 @@ V2 clock 0 PULSE(0 1 0 1n 1n 100n 1u)
     assert run.stats["fixed_steps"] > 1000
     assert run.certificate.passed
     assert np.abs(run["v(clock)"]).max() <= 1.0
+
+
+#: controlled sources that make an ideal transformer; nothing closes a circuit through R9
+SECONDARY = """Secondary of an ideal transformer that one large resistance ties to ground
+V1 p 0 SIN(0 1 10k)
+R1 p a 0.01
+F1 a 0 Vs -10
+E1 s x a 0 10
+Vs x n 0
+R2 s u 0.01
+{load}
+R9 n 0 {tie}
+.model ideal D(ideal)
+.tran 5u 0.5m
+"""
+
+
+@pytest.mark.parametrize("load", ["C1 u n 100u", "D1 u o ideal\nC1 o n 10u\nR3 o n 100"])
+def test_a_large_resistance_ties_a_part_to_ground_and_nothing_more(load: str) -> None:
+    """10 mOhm beside 10 GOhm: potentials of the part cost currents their digits, then all."""
+
+    def run(tie: str) -> nsspice.Solution:
+        circuit = nsspice.read(SECONDARY.format(load=load, tie=tie))
+        return nsspice.tran(circuit, method="modewise")
+
+    near = run("1k")
+    for tie in ("1Meg", "100Meg", "1G", "10G"):
+        far = run(tie)
+        assert far.certificate.laws < 1e-11
+        for name in ("i(v1)", "i(vs)"):
+            # rounding of 10 A, by the conductances of 10 mOhm and 1 kOhm
+            assert np.max(np.abs(far[name] - near[name])) < 1e-9 * np.max(np.abs(near[name]))

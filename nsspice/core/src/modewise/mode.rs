@@ -312,7 +312,11 @@ impl Mode {
         let zeros_x = Matrix::zeros(stairs.rows.len(), n);
         let mut right = Tracked::exact(place(&zeros_x, &force.select_rows(&stairs.rows), None));
         right.add(-1.0, &states.under(&forcing));
-        let part = right.under(&inverse);
+        let mut part = right.under(&inverse);
+        if part.cancels() {
+            // what passes a node that a large resistance ties: not by the potential of that node
+            part.value = factor.solve_refined(&block, &right.value);
+        }
         let mut algebraic = Tracked::zeros(size, width);
         for (i, &c) in stairs.cols.iter().enumerate() {
             algebraic.value.row_mut(c).copy_from_slice(part.value.row(i));

@@ -9,7 +9,7 @@ use super::network::Network;
 use crate::dense::{equilibrate, norm, Echelon, Matrix};
 
 /// Relative size below which numerical ranks see zero; only networks with controlled sources.
-const RANK: f64 = 1e-11;
+const RANK: f64 = 1e-13;
 
 /// Entries of a kernel vector below this part of its largest are what rounding left of nothing.
 const TRACE: f64 = 1e-13;

@@ -8,6 +8,9 @@ pub fn negligible(size: usize) -> f64 {
     3e-15 * (size as f64).sqrt()
 }
 
+/// The part of its terms that an entry may be, and keep its digits.
+const CANCELLED: f64 = 1e-4;
+
 /// A matrix and, entry by entry, the sum of absolute values of the terms behind it.
 #[derive(Clone, Debug)]
 pub struct Tracked {
@@ -42,6 +45,12 @@ impl Tracked {
     /// Some rows.
     pub fn rows(&self, rows: &[usize]) -> Tracked {
         Tracked { value: self.value.select_rows(rows), bound: self.bound.select_rows(rows) }
+    }
+
+    /// Whether terms cancel in some entry, so that it has lost digits.
+    pub fn cancels(&self) -> bool {
+        let entries = self.value.data.iter().zip(&self.bound.data);
+        entries.filter(|(v, _)| **v != 0.0).any(|(v, bound)| v.abs() < CANCELLED * bound)
     }
 
     /// Sets to zero what is rounding.
