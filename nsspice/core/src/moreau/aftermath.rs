@@ -8,12 +8,12 @@ use crate::mlcp::Start;
 /// three of them errs by the cube of this, rounding by its inverse.  Shorter ones serve where these
 /// do not end in one mode.
 pub(super) const AFTER_JUMP: [f64; 5] = [2e-4, 1e-5, 1e-6, 1e-8, 1e-10];
-/// Junctions make time constants that nothing foretells: of circuits with smooth laws the first two are
-/// too long.
-const TOO_LONG: usize = 2;
 /// The last of them shows little but rounding.  It serves where the curve straightens by so much from
 /// one to the next: then something goes on that is faster than all that is known of the circuit.
 const STRAIGHTENS: f64 = 0.1;
+/// Junctions make time constants that nothing foretells: of circuits with smooth laws the first two are
+/// too long.
+const TOO_LONG: usize = 2;
 /// Steps right after a jump are short enough if their ends deviate from a line by no more than this
 /// part: the extrapolation then errs by less than 1e-8.
 const BEND: f64 = 1e-6;
@@ -56,6 +56,20 @@ pub(super) enum Rest {
 /// A short step, the values where it begins, and the part of the largest charge that these leave
 /// open, if they need no impulse.
 pub(super) type Settled = Option<(Short, Short, f64)>;
+
+/// Three steps from a state, as one way to tell the values right there.
+struct Candidate {
+    /// their residual leaves something to be seen
+    shown: bool,
+    /// how far they are from a line, and from obeying the signs
+    fault: f64,
+    /// how far from a line
+    bend: f64,
+    /// the shortest of them
+    once: Short,
+    /// their limit
+    limit: Short,
+}
 
 /// Second difference of three equidistant points, relative to the largest value.
 fn bend_of(points: impl Iterator<Item = (f64, f64, f64)>) -> f64 {
@@ -119,7 +133,7 @@ impl Stepper {
         // ends in different modes: how far they are from a line, and the shortest of them
         let mut last: Option<(f64, Short)> = None;
         let (mut rest, mut impulsive) = (Rest::Unclear, false);
-        let mut best: Option<(bool, f64, f64, Short, Short)> = None;
+        let mut best: Option<Candidate> = None;
         let mut bends = [f64::NAN; 2];
         let skipped = if self.smooth.is_some() { TOO_LONG } else { 0 };
         for (k, &part) in AFTER_JUMP.iter().enumerate().skip(skipped) {
@@ -173,11 +187,12 @@ impl Stepper {
                 Rest::Bent
             };
             // motion straightens in shorter steps, rounding bends them more
-            let better = |(its_shown, last, its, ..): &(bool, f64, f64, Short, Short)| {
-                (shown || !its_shown) && fault < *last && bend <= its.max(BEND)
+            let better = |best: &Candidate| {
+                (shown || !best.shown) && fault < best.fault && bend <= best.bend.max(BEND)
             };
             if fine || best.as_ref().is_none_or(better) {
-                best = Some((shown, fault, bend, once, Short { z, l, length: 0.0 }));
+                let limit = Short { z, l, length: 0.0 };
+                best = Some(Candidate { shown, fault, bend, once, limit });
             }
             if fine {
                 break;
@@ -188,7 +203,8 @@ impl Stepper {
             let least = last.as_ref().map_or(f64::INFINITY, |last| last.0);
             bend > BEND && least <= STRAIGHTENS * bend
         };
-        if let Some((_, _, bend, once, settled)) = best.filter(|best| !rounding(best.2)) {
+        if let Some(best) = best.filter(|best| !rounding(best.bend)) {
+            let Candidate { bend, once, limit: settled, .. } = best;
             let (settled, missed) = match rest {
                 Rest::Calm | Rest::Bent => self.held(after, &once, settled, bend),
                 _ => (settled, 0.0),
@@ -258,10 +274,8 @@ impl Stepper {
 
     /// The largest charge (flux) of a change, relative to the largest of a state.
     fn part_of_charges(&self, change: &[f64], state: &[f64]) -> f64 {
-        let n = state.len();
-        let (mut gaps, mut sizes) = (vec![0.0; n], vec![0.0; n]);
+        let (mut gaps, sizes) = (vec![0.0; state.len()], self.stored_sizes(state));
         self.sys.linear.e.mul_add(1.0, change, &mut gaps);
-        self.sys.linear.e.abs_mul_add(state, &mut sizes);
         let [gap, size] = [&gaps[..], &sizes].map(|list| self.sys.largest(&[list]));
         let part = |kind: usize| if gap[kind] > 0.0 { gap[kind] / size[kind] } else { 0.0 };
         part(0).max(part(1))
@@ -296,9 +310,7 @@ impl Stepper {
         linear.g.mul_add(1.0, &short.z, &mut missed);
         linear.a.mul_add(1.0, &short.l, &mut missed);
         linear.s.mul_add(-1.0, &self.u0, &mut missed);
-        let mut stored = vec![0.0; n];
-        let sizes: Vec<f64> = short.z.iter().map(|v| v.abs()).collect();
-        linear.e.abs_mul_add(&sizes, &mut stored);
+        let stored = self.stored_sizes(&short.z);
         let (mut hidden, mut largest) = ([0.0f64; 2], [0.0f64; 2]);
         for (i, &kind) in linear.row_kind.iter().enumerate() {
             let kind = usize::from(kind);
@@ -306,18 +318,22 @@ impl Stepper {
             let here = missed[i].abs() + f64::EPSILON * stored[i] / short.length;
             hidden[kind] = hidden[kind].max(here);
             // voltages of nodes belong to laws of voltages, currents to laws of currents
-            largest[1 - kind] = largest[1 - kind].max(sizes[i]);
+            largest[1 - kind] = largest[1 - kind].max(short.z[i].abs());
         }
         (0..2).all(|kind| hidden[kind] <= SHOWN * largest[kind])
+    }
+
+    /// The sizes of the terms of charges and fluxes of a state.
+    fn stored_sizes(&self, z: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; z.len()];
+        self.sys.linear.e.abs_mul_add(z, &mut out);
+        out
     }
 
     /// What rounding of stored quantities may make of the largest voltage or current in a short step,
     /// relative to it.
     fn noise(&self, short: &Short) -> f64 {
-        let linear = &self.sys.linear;
-        let sizes: Vec<f64> = short.z.iter().map(|v| v.abs()).collect();
-        let mut stored = vec![0.0; sizes.len()];
-        linear.e.abs_mul_add(&sizes, &mut stored);
+        let stored = self.stored_sizes(&short.z);
         // charges make currents, fluxes voltages
         let [currents, voltages] = self.sys.largest(&[&stored]);
         let largest = self.sys.largest(&[&short.z]);

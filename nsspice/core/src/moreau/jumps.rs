@@ -179,16 +179,11 @@ impl Stepper {
         self.smooth.as_ref().is_some_and(|smooth| smooth.newton.stores())
     }
 
-    /// What is no time at all beside the steps [s].
-    fn no_time(&self) -> f64 {
-        f64::EPSILON * self.step_length
-    }
-
     /// What impulsive steps have to be short beside [s]: charges of junctions move in times that the
     /// present state tells.
     fn shortest_time(&mut self) -> f64 {
         let known = self.step_length.min(self.fastest);
-        let instant = self.no_time();
+        let instant = f64::EPSILON * self.step_length; // no time at all beside the steps
         let (linear, u, time) = (&self.sys.linear, &self.u0, self.time);
         let stored = self.smooth.as_mut().and_then(|s| s.stored(linear, &self.z, u, time, instant));
         stored.map_or(known, |e| known.min(OF_FUNCTIONS * fastest_time(&e, &linear.g)))
