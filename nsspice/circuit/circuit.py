@@ -142,9 +142,17 @@ class Circuit:
         return run(self, **options)
 
     def default_signals(self) -> list[str]:
-        """Return all node voltages, then the currents of V, L, E, H, D, S and W elements."""
-        voltages = [f"v({node})" for node in self.node_island]
-        return voltages + [f"i({d.name})" for d in self.devices if d.shows_current]
+        """Return all node voltages, then the currents of V, L, E, H, D, S and W elements.
+
+        Nodes inside an element of the deck, such as ``l1#rser``, are not among them.
+        """
+        by_name = self._by_name
+        voltages = [f"v({n})" for n in self.node_island if n.rpartition("#")[0] not in by_name]
+        return voltages + [
+            f"i({d.name})"
+            for d in self.devices
+            if d.shows_current and d.name.rpartition(".")[0] not in by_name
+        ]
 
     def device(self, name: str) -> Device:
         """Return an element by its name.

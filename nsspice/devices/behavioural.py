@@ -40,8 +40,6 @@ _SHARED = (
     inert("dtemp", "temperature difference", "K"),
     inert("ic", "initial value (nothing is stored)"),
     refused("r", "series resistance", "put a resistor in series", "Ohm"),
-    refused("rpar", "parallel resistance", "put a resistor in parallel", "Ohm"),
-    refused("cpar", "parallel capacitance", "put a capacitor in parallel", "F"),
 )
 _VOLTAGE = Table(inert("m", "number of equal sources in parallel"), *_SHARED)
 _CURRENT = Table(Parameter("m", "number of equal sources in parallel", "", 1.0), *_SHARED)

@@ -9,7 +9,7 @@ from ..problems.descriptor import Functional
 from .device import NO_VALUES, Context, Edge
 from .effect import Effect
 from .parameter import Parameter, Table
-from .passive import MODEL_SHARED, PARASITICS, SHARED, Passive, read_passive
+from .passive import MODEL_SHARED, SHARED, Passive, read_passive
 from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ class Capacitor(Passive):
     """A linear capacitor; its voltage may be fixed by sources or other capacitors."""
 
     KIND = "capacitor"
-    INSTANCE = Table(*SHARED, Parameter("ic", "initial voltage, used with uic", "V"), *PARASITICS)
+    INSTANCE = Table(*SHARED, Parameter("ic", "initial voltage, used with uic", "V"))
     MODEL = Table(*MODEL_SHARED, Parameter("c", "capacitance", "F", aliases=("cap", "capacitance")))
     MODEL_TYPES: ClassVar[tuple[str, ...]] = ("c", "cap")
     stores_energy = True

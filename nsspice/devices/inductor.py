@@ -9,7 +9,7 @@ from ..problems.descriptor import Functional
 from .device import NO_VALUES, Context, Edge
 from .effect import Effect
 from .parameter import Parameter, Table, refused
-from .passive import MODEL_SHARED, PARASITICS, SHARED, Passive, read_passive
+from .passive import MODEL_SHARED, SHARED, Passive, read_passive
 from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ class Inductor(Passive):
     INSTANCE = Table(
         *SHARED,
         Parameter("ic", "initial current, used with uic", "A"),
-        *PARASITICS,
         refused("nt", "number of turns", "write the inductance"),
     )
     MODEL = Table(*MODEL_SHARED, Parameter("l", "inductance", "H", aliases=("ind",)))

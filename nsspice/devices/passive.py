@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from .device import Context, Device, check_flags, check_model, number, temperature_factor
-from .parameter import Parameter, refused
+from .parameter import Parameter
 from .stamper import Conditions
 
 if TYPE_CHECKING:
@@ -18,14 +18,6 @@ SHARED = (
     Parameter("scale", "factor of the value", "", 1.0),
     Parameter("temp", "temperature of this element", "C"),
     Parameter("dtemp", "temperature above the circuit's", "K", 0.0),
-)
-#: parasitics that LTspice writes on C and L lines
-PARASITICS = (
-    refused("rser", "series resistance", "put a resistor in series", "Ohm"),
-    refused("lser", "series inductance", "put an inductor in series", "H"),
-    refused("rpar", "parallel resistance", "put a resistor in parallel", "Ohm"),
-    refused("cpar", "parallel capacitance", "put a capacitor in parallel", "F"),
-    refused("rlshunt", "resistance across lser", "put a resistor in parallel", "Ohm"),
 )
 MODEL_SHARED = (
     Parameter("tc1", "linear temperature coefficient", "1/K", 0.0),

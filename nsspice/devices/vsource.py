@@ -16,11 +16,8 @@ if TYPE_CHECKING:
     from ..netlist.deck import Element, Source
 
 
-#: parasitics and options that LTspice writes on source lines
+#: options that LTspice writes on source lines
 SOURCE_SHARED = (
-    refused("rser", "series resistance", "put a resistor in series", "Ohm"),
-    refused("rpar", "parallel resistance", "put a resistor in parallel", "Ohm"),
-    refused("cpar", "parallel capacitance", "put a capacitor in parallel", "F"),
     refused("load", "the source acts as a load", "write a resistor or a diode"),
     refused("file", "a file of samples", "write the points as PWL"),
 )

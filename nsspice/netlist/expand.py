@@ -8,6 +8,7 @@ from .deck import Element, Source
 from .expression import Expression
 from .findings import Findings, Unreadable
 from .lines import Line
+from .parasitics import taken_apart
 from .scope import Scope
 from .template import InstanceTemplate, SourceTemplate, Template
 
@@ -97,8 +98,6 @@ class Expander:
         """Build one element."""
         name = scope.prefix + item.name
         self._claim(name, item.name, item.span)
-        if len(self.elements) >= MAX_ELEMENTS:
-            raise _too_many(item.span)
         given = item.value
         value: float | Expression | None
         model = scope.model(item.model) if item.model else None
@@ -136,7 +135,12 @@ class Expander:
         )
         if item.model and model is None and (item.value is not None or value is None):
             raise self._no_model(scope, item)
-        self.elements.append(element)
+        for part in taken_apart(element, self._findings):
+            if part.name != name:
+                self._claim(part.name, part.name[len(scope.prefix) :], part.span)
+            if len(self.elements) >= MAX_ELEMENTS:
+                raise _too_many(item.span)
+            self.elements.append(part)
         if item.control_kind == "element":
             spans = item.node_spans[len(nodes) :]
             self._controlled.append((element, spans, scope.prefix))

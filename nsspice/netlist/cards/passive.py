@@ -6,6 +6,7 @@ import re
 
 from ..findings import Unreadable
 from ..lines import Line
+from ..parasitics import PARASITICS
 from ..statement import Item
 from ..template import Template
 from .reading import Reader
@@ -16,10 +17,8 @@ _COMMON = {"m", "temp", "dtemp", "scale"}
 _RATINGS = {"r": {"tol", "pwr"}, "c": {"v", "irms"}, "l": {"ipk", "irms"}}
 _KNOWN = {
     "r": _COMMON | {"r", "v", "tc", "tc1", "tc2", "ac", "noisy", "noise", "ic"} | _RATINGS["r"],
-    "c": _COMMON
-    | {"c", "ic", "tc", "tc1", "tc2", "rser", "rpar", "lser", "cpar", "rlshunt"}
-    | _RATINGS["c"],
-    "l": _COMMON | {"l", "ic", "tc", "tc1", "tc2", "nt", "rser", "rpar", "cpar"} | _RATINGS["l"],
+    "c": _COMMON | {"c", "ic", "tc", "tc1", "tc2"} | PARASITICS | _RATINGS["c"],
+    "l": _COMMON | {"l", "ic", "tc", "tc1", "tc2", "nt"} | PARASITICS | _RATINGS["l"],
 }
 #: what follows a number by mistake after a blank: 10 kOhm
 _SCALE = re.compile("(t|g|meg|k|m|u|\u00b5|n|p|f)?(ohms?|\u03c9|\u2126|f|farads?|h|henry)?")

@@ -264,5 +264,7 @@ def test_nonlinear_stores_are_refused_by_name():
 
 
 def test_every_error_of_a_deck_is_reported_at_once():
-    text = "F1 a 0 F2 1\nF2 a 0 F1 1\nC1 a 0 -1 rser=1\nD1 a 0 dm\n.model dm d(ron=1 vfdw=2)\n"
+    text = (
+        "F1 a 0 F2 1\nF2 a 0 F1 1\nC1 a 0 -1\nL1 a 0 1 nt=3\nD1 a 0 dm\n.model dm d(ron=1 vfdw=2)\n"
+    )
     assert sorted(codes(text)) == ["NS2003", "NS2005", "NS2006", "NS2006", "NS2008"]
