@@ -57,6 +57,8 @@ class EbersMoll(Transistor):
         *_GAINS,
         *(refused(name, "parameter of the smooth transistor", _OTHER) for name in ("is", "bf")),
         *(refused(name, "parameter of the smooth transistor", _OTHER) for name in ("br", "vaf")),
+        inert("subs", "place of the substrate"),
+        inert("level", "model level"),
         *RATINGS,
     )
     __slots__ = ("alphai", "alphan", "late", "legs", "smooth", "sources", "stores_energy")

@@ -55,7 +55,7 @@ CARD = Table(
     refused("cjp", "sidewall capacitance", _SIDEWALL, "F"),
     refused("cjsw", "sidewall capacitance", _SIDEWALL, "F"),
     refused("ibvl", "low-level breakdown current", "leave it out", "A"),
-    refused("nbvl", "low-level breakdown coefficient", "leave it out", neutral=1.0),
+    refused("nbvl", "low-level breakdown coefficient", "leave it out", neutral=(1.0,)),
     *(
         refused(name, "temperature coefficient", _TEMPERATURE)
         for name in ("tbv1", "tbv2", "tcv", "trs", "trs1", "trs2", "tikf", "tm1", "tm2", "ttt1")
@@ -64,7 +64,7 @@ CARD = Table(
         refused(name, "temperature coefficient", _TEMPERATURE)
         for name in ("ttt2", "cta", "ctc", "ctp", "tpb", "tvj", "tphp", "tlev", "tlevc")
     ),
-    refused("level", "model level", "use level=1", neutral=1.0),
+    refused("level", "model level", "use level=1", neutral=(1.0, 3.0)),
     *(inert(name, "sidewall") for name in ("php", "mjsw", "fcs", "ns")),
     inert("kf", "flicker noise"),
     inert("af", "flicker noise"),

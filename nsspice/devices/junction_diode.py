@@ -50,6 +50,15 @@ class JunctionDiode(LegDevice):
                 f"write {model.name} with set-valued parameters, or leave {wrong[0]} out",
             )
             return None
+        sized = [key for key in ("w", "l") if key in element.params]
+        if sized and "level" in model.params and model.params["level"].value == 3.0:
+            findings.error(
+                "NS2008",
+                f"{sized[0]} of {element.name} (size of a level 3 diode) is not simulated by this "
+                "version",
+                element.params[sized[0]].span,
+                "give area=",
+            )
         params = {key: p for key, p in element.params.items() if key != "v"}
         given = cls.INSTANCE.read(params, element.name, findings)
         parallel = size_of(element, given, findings)

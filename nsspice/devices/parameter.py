@@ -38,8 +38,8 @@ class Parameter:
     status : str
         ``used``; ``inert`` (cannot change a result of this program: a listed warning); ``refused``
         (would change results and is not simulated: an error unless it has the value ``neutral``).
-    neutral : float
-        Value of a refused parameter that means "no such effect".
+    neutral : tuple of float
+        Values of a refused parameter that mean "no such effect".
     hint : str
         What to do instead of a refused parameter.
     """
@@ -50,12 +50,14 @@ class Parameter:
     default: float | None = None
     aliases: tuple[str, ...] = ()
     status: Literal["used", "inert", "refused"] = "used"
-    neutral: float = 0.0
+    neutral: tuple[float, ...] = (0.0,)
     hint: str = ""
 
 
-def refused(name: str, meaning: str, hint: str, unit: str = "", neutral: float = 0.0) -> Parameter:
-    """Return a parameter that would change results: an error unless it has its neutral value."""
+def refused(
+    name: str, meaning: str, hint: str, unit: str = "", neutral: tuple[float, ...] = (0.0,)
+) -> Parameter:
+    """Return a parameter that would change results: an error unless it has a neutral value."""
     return Parameter(name, meaning, unit, status="refused", neutral=neutral, hint=hint)
 
 
@@ -115,7 +117,7 @@ class Table:
                 )
                 continue
             if entry.status == "refused":
-                if value != entry.neutral:
+                if value not in entry.neutral:
                     findings.error(
                         "NS2008",
                         f"{key} of {owner} ({entry.meaning}) is not simulated by this version",

@@ -67,7 +67,7 @@ _REFUSED = (
     refused("vser", "series voltage", "put a voltage source in series", "V"),
     refused("ilimit", "current limit", "leave it out", "A"),
     refused("epsilon", "smooth transition", "write epsilon=0"),
-    refused("level", "model level", "use level=1", neutral=1.0),
+    refused("level", "model level", "use level=1", neutral=(1.0,)),
 )
 _RESISTANCES = (
     Parameter("ron", "resistance while closed", "Ohm", 0.0),

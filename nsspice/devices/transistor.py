@@ -22,12 +22,10 @@ _JUNCTIONS = ("ideal", "alphan", "alphai", "de", "dc")
 ELEMENT = (
     Parameter("area", "area factor", "", 1.0),
     Parameter("m", "number of equal transistors in parallel", "", 1.0),
-    refused("areab", "area of the base", "give area", neutral=1.0),
-    refused("areac", "area of the collector", "give area", neutral=1.0),
+    refused("areab", "area of the base", "give area", neutral=(1.0,)),
+    refused("areac", "area of the collector", "give area", neutral=(1.0,)),
 )
-RATINGS = tuple(
-    inert(name, "rating or note") for name in ("mfg", "type", "vceo", "icrating", "subs", "level")
-)
+RATINGS = tuple(inert(name, "rating or note") for name in ("mfg", "type", "vceo", "icrating"))
 
 
 class Transistor(Device):

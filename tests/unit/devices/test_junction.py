@@ -157,7 +157,7 @@ def test_initial_charges():
 
 def test_parameters_that_are_not_simulated_are_named():
     with pytest.raises(NetlistError) as caught:
-        assembled("V1 a 0 1\nD1 a 0 dm\n.model dm d(cjp=1p ibvl=1u iz=3 level=3)")
+        assembled("V1 a 0 1\nD1 a 0 dm\n.model dm d(cjp=1p ikr=1u iz=3 level=2)")
     assert sorted(d.code for d in caught.value.diagnostics) == ["NS2003", *["NS2008"] * 3]
     text = "t\nV1 a 0 1\nD1 a 0 dm\n.model dm d(iave=1 kf=1n mfg=acme ibv=3)\n"
     warnings = build(parse_text(text)).warnings
@@ -180,3 +180,22 @@ def test_explain_lists_the_effects_with_their_parameters():
     ):
         assert part in shown
     assert circuit.default_signals() == ["v(a)", "i(v1)", "i(d1)"]
+
+
+@pytest.mark.parametrize(
+    ("card", "line", "code"),
+    [
+        ("d(level=1)", "", ""),
+        ("d(level=3)", "", ""),  # ngspice: as level 1, with area= from w= and l=
+        ("d(level=2)", "", "NS2008"),  # tunnelling in HSPICE
+        ("d(level=3)", "w=1u l=2u", "NS2008"),
+    ],
+)
+def test_levels(card: str, line: str, code: str):
+    text = f"V1 a 0 0.6\nD1 a 0 dm {line}\n.model dm {card}"
+    if code:
+        with pytest.raises(NetlistError) as caught:
+            assembled(text)
+        assert [d.code for d in caught.value.diagnostics] == [code]
+    else:
+        assert current(card, 0.6) == current("d", 0.6)

@@ -243,3 +243,11 @@ R2 x 0 1
     with pytest.raises(NetlistError):
         circuit.parts("i(q1.x)")
     assert codes(text.replace("Q1.B", "Q1.X")) == ["NS1070"]
+
+
+def test_other_models_of_a_transistor_are_refused():
+    # VBIC is level 4, HICUM level 8 in ngspice; levels 1 and 2 are one law there
+    deck = "V1 c 0 1\nQ1 c c 0 qm\n.model qm npn(level={})"
+    assert codes(deck.format(4)) == ["NS2008"]
+    for level in (1, 2):
+        assert not circuit_of(deck.format(level)).warnings
