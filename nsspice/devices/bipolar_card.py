@@ -12,7 +12,18 @@ from .transistor import RATINGS
 if TYPE_CHECKING:
     from ..netlist.deck import Model
 
-_SUBSTRATE = "put a capacitor or a diode to the substrate node"
+#: parameter, its linear and its quadratic temperature coefficient
+COEFFICIENTS = (
+    *(
+        (name, f"t{name}1", f"t{name}2")
+        for name in ("bf", "br", "vaf", "var", "ikf", "ikr", "irb", "rb", "rc", "re", "nf", "nr")
+    ),
+    *(
+        (name, f"t{name}1", f"t{name}2")
+        for name in ("ne", "nc", "ns", "itf", "tf", "tr", "mje", "mjc", "mjs")
+    ),
+    ("rbm", "trm1", "trm2"),
+)
 
 CARD = Table(
     Parameter("is", "transport saturation current", "A", 1e-16),
@@ -48,24 +59,29 @@ CARD = Table(
     Parameter("xti", "temperature exponent of is", "", 3.0, aliases=("pt",)),
     Parameter("xtb", "temperature exponent of the gains", "", 0.0),
     Parameter("tnom", "temperature at which parameters are given", "C", aliases=("tref",)),
-    refused("irb", "current at which rb falls to half", "give rbm, which is simulated", "A"),
+    Parameter("irb", "base current at which rb falls to half", "A"),
+    Parameter("xcjc", "share of cjc at the inner base", "", 1.0),
+    Parameter("cjs", "substrate capacitance at 0 V", "F", aliases=("ccs",)),
+    Parameter("vjs", "substrate potential", "V", 0.75, aliases=("ps",)),
+    Parameter("mjs", "substrate grading", "", 0.0, aliases=("ms",)),
+    Parameter("iss", "substrate saturation current", "A"),
+    Parameter("ns", "emission coefficient of iss", "", 1.0),
+    Parameter("subs", "substrate at the collector (1) or at the base (-1)"),
+    Parameter("nk", "exponent of high injection", "", 0.5, aliases=("nkf",)),
+    *(
+        Parameter(key, f"{kind} temperature coefficient of {name}", unit)
+        for name, *keys in COEFFICIENTS
+        for key, kind, unit in zip(keys, ("linear", "quadratic"), ("1/K", "1/K2"), strict=True)
+    ),
     refused("ptf", "excess phase", "leave it out: it is a delay"),
-    refused("xcjc", "share of cjc at the inner base", "use xcjc=1", neutral=(1.0,)),
-    refused("cjs", "substrate capacitance", _SUBSTRATE, "F"),
-    refused("ccs", "substrate capacitance", _SUBSTRATE, "F"),
-    refused("iss", "substrate saturation current", _SUBSTRATE, "A"),
     refused("rco", "epitaxial resistance", "use rc", "Ohm"),
     refused("qco", "epitaxial charge", "use tr"),
-    refused("nkf", "exponent of high injection", "use nkf=0.5", neutral=(0.5,)),
-    refused("nk", "exponent of high injection", "use nk=0.5", neutral=(0.5,)),
     *(
-        refused(name, "temperature coefficient", "write the parameter for this temperature")
-        for name in ("trb1", "trb2", "trc1", "trc2", "tre1", "tre2", "trm1", "trm2")
+        refused(name, "way to follow the temperature", "leave it out, or give tbf1, trb1 ...")
+        for name in ("tlev", "tlevc")
     ),
-    *(inert(name, "substrate junction") for name in ("vjs", "mjs", "ns", "ps", "ms")),
     *(inert(name, "epitaxial region") for name in ("vo", "gamma", "vg", "cn", "d", "quasimod")),
     refused("level", "model level", "only SPICE's Gummel-Poon model, level 1", neutral=(1.0, 2.0)),
-    inert("subs", "place of the substrate"),
     inert("kf", "flicker noise"),
     inert("af", "flicker noise"),
     *RATINGS,
@@ -82,28 +98,35 @@ EFFECTS = (
     ("var", "reverse Early effect", "V", 0),
     ("ikf", "high injection", "A", 1),
     ("ikr", "reverse high injection", "A", 1),
+    ("nk", "exponent of high injection", "", 0),
     ("ise", "base-emitter leakage", "A", 1),
     ("isc", "base-collector leakage", "A", 1),
     ("rb", "base resistance", "Ohm", -1),
     ("rbm", "falling base resistance", "Ohm", -1),
+    ("irb", "base resistance over current", "A", 1),
     ("rc", "collector resistance", "Ohm", -1),
     ("re", "emitter resistance", "Ohm", -1),
     ("cje", "emitter charge", "F", 1),
     ("cjc", "collector charge", "F", 1),
+    ("xcjc", "share of the inner base", "", 0),
     ("tf", "forward transit", "s", 0),
     ("xtf", "growing transit time", "", 0),
     ("tr", "reverse transit", "s", 0),
+    ("cjs", "substrate charge", "F", 1),
+    ("iss", "substrate junction", "A", 1),
     ("xtb", "gain over temperature", "", 0),
     ("tnom", "nominal temperature", "C", 0),
 )
 #: zero means "no such effect"
 NEUTRAL_ZERO = frozenset(
     {"vaf", "var", "ikf", "ikr", "ise", "isc", "rb", "rbm", "rc", "re"}
-    | {"cje", "cjc", "tf", "xtf", "tr", "xtb"}
+    | {"irb", "cje", "cjc", "tf", "xtf", "tr", "cjs", "iss", "xtb"}
 )
-_POSITIVE = frozenset(["is", "bf", "br", "nf", "nr", "ne", "nc", "vje", "vjc"])
-_BELOW_ONE = frozenset(["mje", "mjc", "fc"])
-_SIGNED = frozenset(["eg", "xti", "xtb", "tnom"])
+_POSITIVE = frozenset(["is", "bf", "br", "nf", "nr", "ne", "nc", "ns", "nk", "vje", "vjc", "vjs"])
+_BELOW_ONE = frozenset(["mje", "mjc", "mjs", "fc"])
+_SIGNED = frozenset(["eg", "xti", "xtb", "tnom", "subs"]) | {
+    key for _, *keys in COEFFICIENTS for key in keys
+}
 
 
 def check_card(model: Model, findings: Findings) -> dict[str, float] | None:
@@ -129,10 +152,17 @@ def check_card(model: Model, findings: Findings) -> dict[str, float] | None:
         if bound:
             span = model.params[key].span if key in model.params else model.span
             findings.error("NS2005", f"{owner}: {key}={value:g} must be {bound}", span)
-    if given.get("rbm") is not None and not given.get("rb"):
-        findings.warning("NS2052", f"{owner}: rbm has no effect without rb", model.span)
+    if given.get("subs", 1.0) not in (1.0, -1.0):
+        wrong = f"{owner}: subs={given['subs']:g} must be 1 (collector) or -1 (base)"
+        findings.error("NS2005", wrong, model.params["subs"].span)
+    if given.get("xcjc", 1.0) > 1.0:
+        wrong = f"{owner}: xcjc={given['xcjc']:g} is a share of cjc: at most 1"
+        findings.error("NS2005", wrong, model.params["xcjc"].span)
+    for key, needed in (("rbm", "rb"), ("irb", "rbm")):
+        if given.get(key) and needed not in given:
+            findings.warning("NS2052", f"{owner}: {key} has no effect without {needed}", model.span)
     # an infinite Early voltage or knee is written by some programs for "no such effect"
-    for key in ("vaf", "var", "ikf", "ikr", "itf", "vtf"):
+    for key in ("vaf", "var", "ikf", "ikr", "irb", "itf", "vtf"):
         if math.isinf(given.get(key, 0.0)):
             del given[key]
     return given if len(findings.errors) == before else None

@@ -80,7 +80,7 @@ class Device:
     #: elements whose currents the expressions read, set by the circuit once all names are known
     sources: dict[str, Device]
     #: terminals whose currents have names of their own, the first one is that of the element
-    terminals: ClassVar[tuple[str, ...]] = ()
+    terminals: tuple[str, ...] = ()
     #: shown among the default signals
     shows_current: bool = False
 

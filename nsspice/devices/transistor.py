@@ -33,8 +33,10 @@ class Transistor(Device):
 
     KIND = "transistor"
     FLAGS: ClassVar[tuple[str, ...]] = ("off",)
-    terminals: ClassVar[tuple[str, ...]] = ("c", "b", "e")
+    terminals: tuple[str, ...] = ("c", "b", "e")
     shows_current = True
+    #: the fourth node, ground without one
+    substrate = "0"
     __slots__ = ("npn", "parallel")
 
     def __init__(self, element: Element, npn: bool, parallel: float) -> None:
@@ -56,15 +58,16 @@ class Transistor(Device):
         model = element.model
         assert model is not None
         check_flags(cls, element, findings)
-        if len(element.nodes) > 3:
+        given = (*model.params, *element.params)
+        kind = EbersMoll if any(key in given for key in _JUNCTIONS) else Bipolar
+        device = kind.of(element, model, context)
+        if device is not None and len(element.nodes) > 3 and "s" not in device.terminals:
             findings.warning(
                 "NS2052",
                 f"the substrate of {element.name} carries no current: no effect of it is simulated",
                 element.span,
             )
-        given = (*model.params, *element.params)
-        kind = EbersMoll if any(key in given for key in _JUNCTIONS) else Bipolar
-        return kind.of(element, model, context)
+        return device
 
     @property
     def corners(self) -> tuple[str, str, str]:
@@ -76,17 +79,21 @@ class Transistor(Device):
         return self.terminal_current(layout, "c")
 
     def terminal_current(self, layout: Layout, terminal: str) -> Functional:
-        """Return the current into a terminal, ``c``, ``b`` or ``e``."""
+        """Return the current into a terminal, ``c``, ``b``, ``e`` or ``s``."""
         if terminal == "b":
-            both = plus(self.terminal_current(layout, "c"), self.terminal_current(layout, "e"))
-            return scaled(both, -1.0)
+            total = Functional()
+            for other in self.terminals:
+                if other != "b":
+                    total = plus(total, self.terminal_current(layout, other))
+            return scaled(total, -1.0)
         raise NotImplementedError
 
     @property
     def powers(self) -> tuple[tuple[str, str, str], ...]:
         """Return current and two nodes of each product that adds to the power."""
         c, b, e = self.corners
-        return ((self.name, c, e), (f"{self.name}.b", b, e))
+        listed = ((self.name, c, e), (f"{self.name}.b", b, e))
+        return (*listed, (f"{self.name}.s", self.substrate, e)) if "s" in self.terminals else listed
 
 
 class Terminal(Device):

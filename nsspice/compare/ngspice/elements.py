@@ -146,7 +146,8 @@ def _controlled(writer: DeckWriter, element: Element) -> None:
 def _transistor(writer: DeckWriter, element: Element, device: Device) -> None:
     """Write a transistor: SPICE's own, or two diodes and the currents that they carry along."""
     legs = getattr(device, "legs", None)
-    nodes = writer.ends(element.name, element.nodes[:3], "cbe")
+    count = 4 if "s" in device.terminals else 3
+    nodes = writer.ends(element.name, element.nodes[:count], "cbes")
     if legs is not None:
         _ebers_moll(writer, device, nodes)
         return

@@ -17,7 +17,7 @@ from .reading import Reader, flat
 from .terminals import GROUND
 
 #: ends of elements whose currents have names of their own: i(q1.b)
-_TERMINALS = {"q": ("c", "b", "e"), "d": ("a", "k", "g")}
+_TERMINALS = {"q": ("c", "b", "e", "s"), "d": ("a", "k", "g")}
 
 
 class Context:
