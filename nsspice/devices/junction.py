@@ -4,7 +4,8 @@ Only what the model card gives is written:
 
 - exponential junction ``IS (exp(v / N Vt) - 1)`` (``IS N``), always
 - recombination current (``ISR NR``) and high injection (``IKF``) as in PSpice
-- breakdown (``BV IBV NBV``): a second exponential, such that the current at -BV is -IBV
+- breakdown (``BV IBV NBV``): a second exponential, such that the current at -BV is -IBV; a third
+  one (``IBVL NBVL``), which is -IBVL there, for the soft knee below it
 - depletion charge (``CJO VJ M FC``) and diffusion charge (``TT``)
 - ohmic resistance (``RS``): one node more
 
@@ -16,63 +17,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from ..netlist.findings import Findings
 from ..problems.tape import TapeBuilder
 from .effect import Effect
-from .parameter import Parameter, Table, inert, refused
 from .stamper import Conditions
 from .thermal import CELSIUS, depletion, kelvin, saturation, thermal_voltage
-
-if TYPE_CHECKING:
-    from ..netlist.deck import Model
-
-_SIDEWALL = "leave it out, or add a second diode for the sidewall"
-_TEMPERATURE = "write the parameter for this temperature"
-
-CARD = Table(
-    Parameter("is", "saturation current", "A", 1e-14, aliases=("js",)),
-    Parameter("n", "emission coefficient", "", 1.0),
-    Parameter("rs", "ohmic resistance", "Ohm"),
-    Parameter("isr", "recombination saturation current", "A"),
-    Parameter("nr", "emission coefficient of isr", "", 2.0),
-    Parameter("ikf", "knee current of high injection", "A", aliases=("ik",)),
-    Parameter("bv", "breakdown voltage, positive", "V", aliases=("vb",)),
-    Parameter("ibv", "current at the breakdown voltage", "A", 1e-3, aliases=("ib",)),
-    Parameter("nbv", "emission coefficient of the breakdown, default n"),
-    Parameter("cjo", "junction capacitance at 0 V", "F", aliases=("cj0", "cj")),
-    Parameter("vj", "junction potential", "V", 1.0, aliases=("pb",)),
-    Parameter("m", "grading coefficient", "", 0.5, aliases=("mj",)),
-    Parameter("fc", "forward capacitance coefficient", "", 0.5),
-    Parameter("tt", "transit time", "s"),
-    Parameter("eg", "band gap", "eV", 1.11),
-    Parameter("xti", "temperature exponent of is", "", 3.0),
-    Parameter("tnom", "temperature at which parameters are given", "C", aliases=("tref",)),
-    refused("ikr", "knee current of reverse injection", "leave it out", "A"),
-    refused("jsw", "sidewall saturation current", _SIDEWALL, "A"),
-    refused("isw", "sidewall saturation current", _SIDEWALL, "A"),
-    refused("cjp", "sidewall capacitance", _SIDEWALL, "F"),
-    refused("cjsw", "sidewall capacitance", _SIDEWALL, "F"),
-    refused("ibvl", "low-level breakdown current", "leave it out", "A"),
-    refused("nbvl", "low-level breakdown coefficient", "leave it out", neutral=(1.0,)),
-    *(
-        refused(name, "temperature coefficient", _TEMPERATURE)
-        for name in ("tbv1", "tbv2", "tcv", "trs", "trs1", "trs2", "tikf", "tm1", "tm2", "ttt1")
-    ),
-    *(
-        refused(name, "temperature coefficient", _TEMPERATURE)
-        for name in ("ttt2", "cta", "ctc", "ctp", "tpb", "tvj", "tphp", "tlev", "tlevc")
-    ),
-    refused("level", "model level", "use level=1", neutral=(1.0, 3.0)),
-    *(inert(name, "sidewall") for name in ("php", "mjsw", "fcs", "ns")),
-    inert("kf", "flicker noise"),
-    inert("af", "flicker noise"),
-    *(inert(name, "rating") for name in ("iave", "ipk", "vpk", "irms", "fv_max", "bv_max")),
-    *(inert(name, "rating") for name in ("id_max", "te_max", "pd_max", "rth0", "cth0")),
-    inert("mfg", "manufacturer"),
-    inert("type", "kind of diode"),
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +43,8 @@ class JunctionLaw:
     bv: float | None = None
     ibv: float = 1e-3
     nbv: float | None = None
+    ibvl: float | None = None
+    nbvl: float = 1.0
     cjo: float | None = None
     vj: float = 1.0
     m: float = 0.5
@@ -102,6 +53,20 @@ class JunctionLaw:
     eg: float = 1.11
     xti: float = 3.0
     tnom: float | None = None
+    trs1: float = 0.0
+    trs2: float = 0.0
+    tikf: float = 0.0
+    ttt1: float = 0.0
+    ttt2: float = 0.0
+    tm1: float = 0.0
+    tm2: float = 0.0
+    tbv1: float = 0.0
+    tbv2: float = 0.0
+    tcv: float = 0.0
+    tlev: float = 0.0
+    tlevc: float = 0.0
+    cta: float = 0.0
+    tpb: float = 0.0
     given: tuple[tuple[str, float], ...] = ()
 
     @property
@@ -121,6 +86,9 @@ class JunctionLaw:
         for key, name, unit, factor in _EFFECTS:
             if key in given and (given[key] or key not in _NEUTRAL_ZERO):
                 listed.append(Effect(name, key, given[key] * parallel**factor, unit))
+        rising = [key for key in _COEFFICIENTS if given.get(key)]
+        if rising:
+            listed.append(Effect("temperature coefficients", " ".join(rising)))
         return tuple(listed)
 
     def at(self, conditions: Conditions, temp: float | None, dtemp: float) -> Junction:
@@ -137,8 +105,21 @@ class JunctionLaw:
         actual = kelvin(conditions, temp, dtemp)
         nominal = (conditions.nominal if self.tnom is None else self.tnom) + CELSIUS
         vt = thermal_voltage(actual)
+        rise = actual - nominal
+
+        def growth(linear: float, quadratic: float = 0.0) -> float:
+            return 1.0 + linear * rise + quadratic * rise * rise
+
+        grading = min(self.m * growth(self.tm1, self.tm2), _STEEPEST)
         current = saturation(self.is_, self.n, self.eg, self.xti, nominal, actual)
-        cjo, vj = depletion(self.cjo or 0.0, self.vj, self.m, nominal, actual)
+        if self.tlevc:
+            cjo, vj = (self.cjo or 0.0) * growth(self.cta), self.vj - self.tpb * rise
+        else:
+            cjo, vj = depletion(self.cjo or 0.0, self.vj, grading, nominal, actual)
+        bv = self.bv
+        if bv is not None:
+            fall = self.tcv * rise * (bv if self.tlev else 1.0)
+            bv = bv * growth(self.tbv1, self.tbv2) - fall
         isr = saturation(self.isr or 0.0, self.nr, self.eg, self.xti, nominal, actual)
         nbv = (self.n if self.nbv is None else self.nbv) * vt
         return Junction(
@@ -146,14 +127,16 @@ class JunctionLaw:
             slope=self.n * vt,
             recombination=isr,
             recombination_slope=self.nr * vt,
-            knee=self.ikf or 0.0,
-            breakdown=_breakdown(self.bv, self.ibv, current, self.n * vt, nbv),
+            knee=(self.ikf or 0.0) * growth(self.tikf),
+            resistance=(self.rs or 0.0) * growth(self.trs1, self.trs2),
+            breakdown=_breakdown(bv, self.ibv, current, self.n * vt, nbv),
             breakdown_slope=nbv,
+            low=(0.0, 1.0, 0.0) if bv is None else (self.ibvl or 0.0, self.nbvl * vt, bv),
             capacitance=cjo,
             potential=vj,
-            grading=self.m,
+            grading=grading,
             bend=self.fc,
-            transit=self.tt or 0.0,
+            transit=(self.tt or 0.0) * growth(self.ttt1, self.ttt2),
         )
 
 
@@ -164,24 +147,36 @@ _EFFECTS = (
     ("isr", "recombination", "A", 1),
     ("ikf", "high injection", "A", 1),
     ("bv", "SPICE breakdown", "V", 0),
+    ("ibvl", "low-level breakdown", "A", 1),
     ("cjo", "junction charge", "F", 1),
     ("tt", "diffusion charge", "s", 0),
     ("tnom", "nominal temperature", "C", 0),
 )
-_NEUTRAL_ZERO = frozenset({"rs", "isr", "ikf", "cjo", "tt"})
+_NEUTRAL_ZERO = frozenset({"rs", "isr", "ikf", "ibvl", "cjo", "tt"})
+_COEFFICIENTS = (
+    *("trs1", "trs2", "tikf", "ttt1", "ttt2", "tm1", "tm2"),
+    *("tbv1", "tbv2", "tcv", "tlevc", "cta", "tpb"),
+)
+#: a larger grading coefficient has no charge at forward voltages
+_STEEPEST = 0.999
 
 
 @dataclass(frozen=True, slots=True)
 class Junction:
-    """The constants of one junction at its temperature; zero stands for an absent effect."""
+    """The constants of one junction at its temperature; zero stands for an absent effect.
+
+    ``low`` is ``IBVL``, its slope [V] and ``BV``.
+    """
 
     current: float
     slope: float
     recombination: float
     recombination_slope: float
     knee: float
+    resistance: float
     breakdown: float | None
     breakdown_slope: float
+    low: tuple[float, float, float]
     capacitance: float
     potential: float
     grading: float
@@ -210,11 +205,16 @@ class Junction:
         """Return the register of the whole current [A]."""
         total = self.forward(tape, v)
         if self.breakdown is not None:
-            depth = tape.op("neg", tape.op("add", v, tape.constant(self.breakdown)))
-            reverse = tape.op("junction", depth, constants=(self.current, self.breakdown_slope))
-            total = tape.op("sub", total, reverse)
-            rest = self.current * math.expm1(-self.breakdown / self.breakdown_slope)
-            total = tape.op("add", total, tape.constant(rest))  # no current at 0 V
+            for current, slope, start in (
+                (self.current, self.breakdown_slope, self.breakdown),
+                self.low,
+            ):
+                if current:
+                    depth = tape.op("neg", tape.op("add", v, tape.constant(start)))
+                    reverse = tape.op("junction", depth, constants=(current, slope))
+                    total = tape.op("sub", total, reverse)
+                    rest = current * math.expm1(-start / slope)
+                    total = tape.op("add", total, tape.constant(rest))  # no current at 0 V
         return total
 
     def write_charge(self, tape: TapeBuilder, v: int) -> int:
@@ -265,68 +265,3 @@ def _breakdown(
     # IBV = -IS expm1(-BV/nVt) + IS expm1(x/nbVt) - IS expm1((x - BV)/nbVt) for x = BV - start
     excess = ibv / current + math.expm1(-bv / slope) + math.expm1(-bv / steep)
     return bv - steep * math.log1p(excess) if excess > 0.0 else bv
-
-
-def read_junction(model: Model, findings: Findings) -> JunctionLaw | None:
-    """Return the smooth junction of a diode's model card, or None after reporting why not.
-
-    Parameters
-    ----------
-    model : Model
-        Of type ``d``, without set-valued parameters.
-    findings : Findings
-    """
-    owner = f"model {model.name}"
-    before = len(findings.errors)
-    params = {key: p for key, p in model.params.items() if key != "v"}
-    given = CARD.read(params, owner, findings)
-    for key, low, high, strict in _RANGES:
-        value = given.get(key)
-        if (value is not None and not (low < value if strict else low <= value)) or (
-            value is not None and not value < high
-        ):
-            sign = ">" if strict else ">="
-            limit = f" and < {high:g}" if math.isfinite(high) else ""
-            findings.error(
-                "NS2005",
-                f"{owner}: {key}={value:g} must be {sign} {low:g}{limit}",
-                next((model.params[k].span for k in model.params if _main(k) == key), model.span),
-                "leave it out for a junction without this effect",
-            )
-    if given.get("ibv") is not None and given.get("bv") is None:
-        findings.warning("NS2052", f"{owner}: ibv has no effect without bv", model.span)
-    if len(findings.errors) > before:
-        return None
-    values = {("is_" if key == "is" else key): value for key, value in given.items()}
-    for key in ("rs", "isr", "ikf", "cjo", "tt"):
-        if values.get(key) == 0.0:
-            del values[key]
-    return JunctionLaw(**values, given=tuple(given.items()))
-
-
-_INF = math.inf
-#: parameter, bounds, and whether the lower one is excluded
-_RANGES = (
-    ("is", 0.0, _INF, True),
-    ("n", 0.0, _INF, True),
-    ("rs", 0.0, _INF, False),
-    ("isr", 0.0, _INF, False),
-    ("nr", 0.0, _INF, True),
-    ("ikf", 0.0, _INF, False),
-    ("bv", 0.0, _INF, True),
-    ("ibv", 0.0, _INF, True),
-    ("nbv", 0.0, _INF, True),
-    ("cjo", 0.0, _INF, False),
-    ("vj", 0.0, _INF, True),
-    ("m", 0.0, 1.0, False),
-    ("fc", 0.0, 1.0, False),
-    ("tt", 0.0, _INF, False),
-)
-
-
-def _main(key: str) -> str:
-    """Return the main name of a parameter."""
-    for parameter in CARD.parameters:
-        if key == parameter.name or key in parameter.aliases:
-            return parameter.name
-    return key

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .device import Context, check_flags
-from .junction import JunctionLaw, read_junction
+from .junction import JunctionLaw
+from .junction_card import read_junction
 from .leg import JunctionBody, Leg, Voltage
 from .leg_device import GEOMETRY, SIZE, LegDevice, series_drop, size_of
 from .parameter import Parameter, Table

@@ -167,7 +167,7 @@ class JunctionBody:
         inner = a
         if self.law.rs:
             inner = stamper.internal_node(f"{name}#internal", element)
-            stamper.conductance(a, inner, self.parallel / self.law.rs)
+            stamper.conductance(a, inner, self.parallel / junction.resistance)
         v = stamper.voltage_register(inner, b)
         current = stamper.function(junction.write_current(tape, v))
         stamper.enter(inner, b, current, self.parallel)
@@ -180,7 +180,8 @@ class JunctionBody:
     def current(self, layout: Layout, name: str, a: str, b: str) -> Functional:
         """Return the current through the resistance, or the function and its charge's rate."""
         if self.law.rs:
-            return Functional(z=layout.voltage(a, f"{name}#internal", self.parallel / self.law.rs))
+            resistance = self.law.at(layout.conditions, self.temp, self.dtemp).resistance
+            return Functional(z=layout.voltage(a, f"{name}#internal", self.parallel / resistance))
         charge = layout.functions.get(f"{name}#charge")
         return Functional(
             f=((layout.functions[name], self.parallel),),

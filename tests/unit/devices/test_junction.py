@@ -199,3 +199,82 @@ def test_levels(card: str, line: str, code: str):
         assert [d.code for d in caught.value.diagnostics] == [code]
     else:
         assert current(card, 0.6) == current("d", 0.6)
+
+
+@pytest.mark.parametrize(
+    ("card", "v", "at_27", "at_80"),
+    [
+        ("d(is=2e-13 n=1.2 rs=3 trs1=4m trs2=5u)", 1.2, 1.194618587e-01, 1.147564982e-01),
+        ("d(is=2e-13 n=1.2 bv=6 ibv=2m tcv=2m)", -6.1, -5.014980252e-02, -5.634703209e-01),
+        ("d(is=2e-13 n=1.2 bv=6 ibv=2m tcv=2m)", -5.8, -3.180910913e-06, -1.524536623e-04),
+        ("d(is=2e-13 n=1.2 bv=6 ibv=2m tcv=2m tlev=1)", -5.6, -5.059097221e-09, -1.281281654),
+    ],
+)
+def test_temperature_coefficients_of_ngspice(card: str, v: float, at_27: float, at_80: float):
+    assert current(card, v, temperature=27.0) == pytest.approx(at_27, rel=5e-5)
+    assert current(card, v, temperature=80.0) == pytest.approx(at_80, rel=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("card", "v", "at_27", "at_80"),
+    [
+        ("d(is=1e-20 cjo=4p vj=.7 m=.4 tm1=1m tm2=2u)", -3.0, 2.055031663e-12, 2.003035032e-12),
+        ("d(is=1e-14 tt=5n ttt1=2m ttt2=3u)", 0.6, 0.0, 0.0),
+        (
+            "d(is=1e-20 cjo=4p vj=.7 m=.4 tlevc=1 cta=1m tpb=2m)",
+            0.2,
+            4.576265423e-12,
+            4.963687729e-12,
+        ),
+        (
+            "d(is=1e-20 cjo=4p vj=.7 m=.4 tlevc=1 cta=1m tpb=2m)",
+            0.6,
+            6.786040684e-12,
+            7.825785500e-12,
+        ),
+    ],
+)
+def test_charges_follow_their_coefficients(card: str, v: float, at_27: float, at_80: float):
+    for celsius, farad in ((27.0, at_27), (80.0, at_80)):
+        mna = assembled(f"V1 a 0 0\nD1 a 0 dm\n.model dm {card}", temperature=celsius)
+        smooth = mna.system.smooth
+        assert smooth is not None
+        values, slopes = run(smooth.tape, [v, 0.0])
+        capacitance = (smooth.Q.dense() @ slopes)[0, 0]
+        if farad:
+            assert capacitance == pytest.approx(farad, rel=1e-9)
+        else:  # the diffusion charge is TT times the current
+            transit = 5e-9 * (1 + 2e-3 * (celsius - 27) + 3e-6 * (celsius - 27) ** 2)
+            charge = (smooth.Q.dense() @ values)[0]
+            assert charge == pytest.approx(transit * (smooth.F.dense() @ values)[0], rel=1e-12)
+
+
+def test_breakdown_follows_the_coefficients_of_pspice():
+    # BV (1 + TBV1 dT + TBV2 dT^2) is where the current is IBV
+    card = "d(is=1e-14 xti=0 eg=0.1 bv=5 ibv=1m tbv1=-1m tbv2=4u)"
+    at = 5 * (1 - 1e-3 * 50 + 4e-6 * 2500)
+    assert current(card, -at, temperature=77.0) == pytest.approx(-1e-3, rel=1e-9)
+    # IKF (1 + TIKF dT)
+    knee = 5e-3 * (1 + 2e-2 * 50)
+    plain = current("d", 0.7, temperature=77.0)
+    risen = current("d(ikf=5m tikf=20m)", 0.7, temperature=77.0)
+    assert risen == pytest.approx(plain / math.sqrt(1 + plain / knee), rel=1e-12)
+
+
+def test_the_soft_knee_of_pspice():
+    # a 1N750: IBVL exp(-(v + BV) / (NBVL Vt)) beside the breakdown, less its value at 0 V
+    card = "d(is=1e-30 bv=8.1 ibv=20m nbv=1.7 ibvl=2m nbvl=15)"
+    for v in (-8.1, -7.5, -6.0):
+        low = 2e-3 * (math.exp(-(v + 8.1) / (15 * VT)) - math.exp(-8.1 / (15 * VT)))
+        steep = 20e-3 * math.exp(-(v + 8.1) / (1.7 * VT))
+        assert current(card, v) == pytest.approx(-low - steep, rel=1e-9)
+    # at 8.1 V IBV is reached without it
+    assert current(card, 0.0) == pytest.approx(0.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("word", ["tlev=2", "tlevc=3", "jtun=1n", "lm=1u", "vp=.5", "rsw=1"])
+def test_other_parameters_of_ngspice_are_named(word: str):
+    with pytest.raises(NetlistError) as caught:
+        assembled(f"V1 a 0 1\nD1 a 0 dm\n.model dm d({word})")
+    assert [d.code for d in caught.value.diagnostics] == ["NS2008"]
+    assert word.split("=")[0] in caught.value.diagnostics[0].message
