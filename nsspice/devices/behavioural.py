@@ -15,11 +15,14 @@ from ..netlist.expression import Expression
 from ..netlist.node import Node, num
 from ..problems.descriptor import Functional, Switch, Waveform
 from .behaviour import linear_form
+from .coefficients import LINE, Coefficients
 from .comparators import Comparator, split
 from .device import NO_VALUES, Context, Device, Edge, check_flags
 from .effect import Effect
 from .outputs import plus, scaled
 from .parameter import Parameter, Table, inert, refused
+from .passive import read_given
+from .resistor import Resistor
 from .signals import register_of, shown
 from .stamper import Layout, Stamper
 
@@ -34,10 +37,7 @@ _LONGEST = 1e9
 _Terms = tuple[tuple[int, float], ...]
 
 _SHARED = (
-    refused("tc1", "linear temperature coefficient", "write it into the expression: temper"),
-    refused("tc2", "quadratic temperature coefficient", "write it into the expression: temper"),
-    inert("temp", "temperature of this element", "C"),
-    inert("dtemp", "temperature difference", "K"),
+    *LINE,
     inert("ic", "initial value (nothing is stored)"),
     refused("r", "series resistance", "put a resistor in series", "Ohm"),
 )
@@ -49,10 +49,14 @@ class Reading(Device):
     """Base of the laws that are one expression."""
 
     late = True
-    __slots__ = ("comparators", "expression", "form", "law", "smooth", "sources")
+    __slots__ = ("coefficients", "comparators", "expression", "form", "law", "smooth", "sources")
 
-    def __init__(self, element: Element, expression: Expression) -> None:
+    def __init__(
+        self, element: Element, expression: Expression, given: Mapping[str, float]
+    ) -> None:
         super().__init__(element)
+        #: the value is a multiple of the expression
+        self.coefficients = Coefficients.of(given)
         self.expression = expression
         node, self.comparators = split(expression.node, self.name)
         #: the expression with its comparators in place of comparisons
@@ -192,15 +196,21 @@ class Behavioural(Reading):
     INSTANCE = _CURRENT
     __slots__ = ("keeps", "m", "quantity", "shows_current")
 
-    def __init__(self, element: Element, expression: Expression, m: float) -> None:
-        super().__init__(element, expression)
+    def __init__(
+        self, element: Element, expression: Expression, given: Mapping[str, float]
+    ) -> None:
+        super().__init__(element, expression, given)
         self.quantity = element.quantity
-        self.m = m
+        self.m = given.get("m", 1.0)
         #: a current source whose current others read has it as an unknown
         self.keeps = False
         self.shows_current = self.quantity == "v"
         what = "voltage" if self.quantity == "v" else "current"
-        self.effects = (Effect(f"{what} {shown(expression)}"), *self.switching())
+        self.effects = (
+            Effect(f"{what} {shown(expression)}"),
+            *self.switching(),
+            *self.coefficients.effects,
+        )
 
     @classmethod
     def read(cls, element: Element, context: Context) -> Behavioural | None:
@@ -208,9 +218,9 @@ class Behavioural(Reading):
         findings = context.findings
         check_flags(cls, element, findings)
         table = _CURRENT if element.quantity == "i" else _VOLTAGE
-        given = table.read(element.params, element.name, findings)
-        m = given.get("m", 1.0)
-        return cls(element, as_expression(element), m)
+        return cls(
+            element, as_expression(element), table.read(element.params, element.name, findings)
+        )
 
     def keep_current(self) -> None:
         """Make the current an unknown because another element reads it."""
@@ -233,16 +243,17 @@ class Behavioural(Reading):
         self.control(stamper)
         a, b = self.ends
         row = stamper.layout.branches.get(self.name)
+        growth = self.coefficients.factor(stamper.layout.conditions)
         if self.quantity == "v":
             assert row is not None
             stamper.connect(row, a, b)
-            self._add(stamper, row, 1.0)
+            self._add(stamper, row, growth)
         elif row is not None:
             stamper.G.add(row, row, 1.0)
-            self._add(stamper, row, -self.m)
+            self._add(stamper, row, -self.m * growth)
             stamper.inject(a, b, stamper.layout.branch(self.name))
         else:
-            for node, sign in stamper.layout.voltage(a, b, self.m):
+            for node, sign in stamper.layout.voltage(a, b, self.m * growth):
                 self._add(stamper, node, sign)
 
     def _add(self, stamper: Stamper, row: int, factor: float) -> None:
@@ -258,46 +269,47 @@ class Behavioural(Reading):
         """Return the unknown, the function, or the linear combination that is the current."""
         if self.name in layout.branches:
             return layout.branch(self.name)
+        weight = self.m * self.coefficients.factor(layout.conditions)
         if self.form is not None:
-            return scaled(self.linear(layout), self.m)
+            return scaled(self.linear(layout), weight)
         function = layout.functions.get(self.name)  # none with both ends on one node
-        return Functional() if function is None else Functional(f=((function, self.m),))
+        return Functional() if function is None else Functional(f=((function, weight),))
 
 
 class BehaviouralResistor(Reading):
     """``R a b V={expr(i)}`` or ``R={expr}``: its current is an unknown."""
 
     KIND = "resistor"
+    MODEL = Resistor.MODEL
     INSTANCE = Table(
         Parameter("m", "number of equal resistors in parallel", "", 1.0),
-        *_SHARED[:5],
+        *_SHARED[:-1],
         inert("ac", "resistance for .ac only", "Ohm"),
         inert("noisy", "noise on or off"),
         inert("noise", "noise on or off"),
     )
     __slots__ = ("m", "ohmic")
 
-    def __init__(self, element: Element, expression: Expression, m: float) -> None:
-        super().__init__(element, expression)
-        self.m = m
+    def __init__(
+        self, element: Element, expression: Expression, given: Mapping[str, float]
+    ) -> None:
+        super().__init__(element, expression, given)
+        self.m = given.get("m", 1.0)
         #: the expression is a resistance, not a voltage
         self.ohmic = element.quantity != "v"
         what = "resistance" if self.ohmic else "voltage"
         self.smooth = self.smooth or self.ohmic
-        self.effects = (Effect(f"{what} {shown(expression)}"), *self.switching())
+        self.effects = (
+            Effect(f"{what} {shown(expression)}"),
+            *self.switching(),
+            *self.coefficients.effects,
+        )
 
     @classmethod
     def read(cls, element: Element, context: Context) -> BehaviouralResistor | None:
         """Return the resistor of an element line, or None after reporting why not."""
-        findings = context.findings
-        check_flags(cls, element, findings)
-        given = cls.INSTANCE.read(element.params, element.name, findings)
-        m = given.get("m", 1.0)
-        if m <= 0.0:
-            span = element.params["m"].span
-            findings.error("NS2005", f"m of {element.name} must be positive", span)
-            return None
-        return cls(element, as_expression(element), m)
+        found = read_given(cls, element, Resistor.MODEL_TYPES, context)
+        return None if found is None else cls(element, as_expression(element), found[0])
 
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
         """Return one resistive branch."""
@@ -311,49 +323,25 @@ class BehaviouralResistor(Reading):
     def stamp(self, stamper: Stamper) -> None:
         """Write ``-(va - vb) + V(i/m) = 0``."""
         self.control(stamper)
-        branch = stamper.layout.branches[self.name]
+        layout = stamper.layout
+        branch = layout.branches[self.name]
         stamper.connect(branch, *self.ends)
+        growth = self.coefficients.factor(layout.conditions)
         if not self.smooth:
-            stamper.add(branch, self.linear(stamper.layout, self.m))
+            stamper.add(branch, self.linear(layout, self.m), growth)
             return
-        stamp_drop(stamper, branch, self.law, self.sources, self.m, self.ohmic)
+        tape = stamper.tape
+        own = tape.unknown(branch)
+        if self.m != 1.0:
+            own = tape.op("div", own, tape.constant(self.m))
+        register = register_of(stamper, self.law, self.sources, own)
+        if self.ohmic:
+            register = tape.op("mul", register, own)
+        stamper.F.add(branch, stamper.function(register), growth)
 
     def current(self, layout: Layout) -> Functional:
         """Return the unknown current."""
         return layout.branch(self.name)
-
-
-def stamp_drop(
-    stamper: Stamper,
-    branch: int,
-    expression: Expression,
-    sources: Mapping[str, Device],
-    parallel: float = 1.0,
-    ohmic: bool = False,
-) -> None:
-    """Add the voltage ``expr(i)`` of a branch's own current to its row.
-
-    Parameters
-    ----------
-    stamper : Stamper
-    branch : int
-        Unknown current of all parallel elements together, and its row.
-    expression : Expression
-        A voltage, or with ``ohmic`` a resistance, of one element.
-    sources : mapping of str to Device
-        Elements whose currents are read.
-    parallel : float
-        Number of equal elements.
-    ohmic : bool
-    """
-    tape = stamper.tape
-    own = tape.unknown(branch)
-    if parallel != 1.0:
-        own = tape.op("div", own, tape.constant(parallel))
-    register = register_of(stamper, expression, sources, own)
-    if ohmic:
-        register = tape.op("mul", register, own)
-    stamper.F.add(branch, stamper.function(register), 1.0)
 
 
 def as_expression(element: Element) -> Expression:

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
 from ..problems.descriptor import Functional
+from .coefficients import CARD
 from .device import NO_VALUES, Context, Edge
 from .effect import Effect
 from .parameter import Parameter, Table
-from .passive import MODEL_SHARED, SHARED, Passive, read_passive
+from .passive import SHARED, Passive, read_passive
 from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ class Capacitor(Passive):
 
     KIND = "capacitor"
     INSTANCE = Table(*SHARED, Parameter("ic", "initial voltage, used with uic", "V"))
-    MODEL = Table(*MODEL_SHARED, Parameter("c", "capacitance", "F", aliases=("cap", "capacitance")))
+    MODEL = Table(*CARD, Parameter("c", "capacitance", "F", aliases=("cap", "capacitance")))
     MODEL_TYPES: ClassVar[tuple[str, ...]] = ("c", "cap")
     stores_energy = True
     __slots__ = ()
@@ -48,7 +49,7 @@ class Capacitor(Passive):
         effects = [Effect("capacitance", "value", device.value * device.m, "F")]
         if device.ic is not None:
             effects.append(Effect("initial voltage", "ic", device.ic, "V"))
-        device.effects = tuple(effects)
+        device.effects = (*effects, *device.coefficients.effects)
         return device
 
     def capacitance(self, layout: Layout) -> float:

@@ -12,7 +12,7 @@ from ..problems.descriptor import Functional
 from .effect import Effect
 from .parameter import Table
 from .signals import currents, voltages
-from .stamper import Conditions, Layout, Stamper
+from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element
@@ -254,17 +254,3 @@ def check_model(
         )
         return False
     return True
-
-
-def temperature_factor(
-    conditions: Conditions,
-    tc1: float,
-    tc2: float,
-    temperature: float | None,
-    offset: float,
-    nominal: float | None,
-) -> float:
-    """Return ``1 + tc1 dT + tc2 dT^2`` with dT from the nominal temperature [degrees Celsius]."""
-    actual = temperature if temperature is not None else conditions.temperature + offset
-    rise = actual - (nominal if nominal is not None else conditions.nominal)
-    return 1.0 + tc1 * rise + tc2 * rise * rise

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
 from ..problems.descriptor import Functional
+from .coefficients import CARD
 from .device import NO_VALUES, Context, Edge
 from .effect import Effect
 from .parameter import Parameter, Table, refused
-from .passive import MODEL_SHARED, SHARED, Passive, read_passive
+from .passive import SHARED, Passive, read_passive
 from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ class Inductor(Passive):
         Parameter("ic", "initial current, used with uic", "A"),
         refused("nt", "number of turns", "write the inductance"),
     )
-    MODEL = Table(*MODEL_SHARED, Parameter("l", "inductance", "H", aliases=("ind",)))
+    MODEL = Table(*CARD, Parameter("l", "inductance", "H", aliases=("ind",)))
     MODEL_TYPES: ClassVar[tuple[str, ...]] = ("l", "ind")
     stores_energy = True
     shows_current = True
@@ -53,7 +54,7 @@ class Inductor(Passive):
         effects = [Effect("inductance", "value", device.value / device.m, "H")]
         if device.ic is not None:
             effects.append(Effect("initial current", "ic", device.ic, "A"))
-        device.effects = tuple(effects)
+        device.effects = (*effects, *device.coefficients.effects)
         return device
 
     def inductance(self, layout: Layout) -> float:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from .device import Context, Device, check_flags, check_model, number, temperature_factor
+from .coefficients import LINE, Coefficients
+from .device import Context, Device, check_flags, check_model, number
 from .parameter import Parameter
 from .stamper import Conditions
 
@@ -13,16 +14,8 @@ if TYPE_CHECKING:
 
 SHARED = (
     Parameter("m", "number of equal elements in parallel", "", 1.0),
-    Parameter("tc1", "linear temperature coefficient", "1/K", 0.0, ("tc",)),
-    Parameter("tc2", "quadratic temperature coefficient", "1/K2", 0.0),
     Parameter("scale", "factor of the value", "", 1.0),
-    Parameter("temp", "temperature of this element", "C"),
-    Parameter("dtemp", "temperature above the circuit's", "K", 0.0),
-)
-MODEL_SHARED = (
-    Parameter("tc1", "linear temperature coefficient", "1/K", 0.0),
-    Parameter("tc2", "quadratic temperature coefficient", "1/K2", 0.0),
-    Parameter("tnom", "temperature at which values are given", "C", 27.0),
+    *LINE,
 )
 
 
@@ -31,27 +24,47 @@ class Passive(Device):
 
     MODEL_TYPES: ClassVar[tuple[str, ...]] = ()
 
-    __slots__ = ("dtemp", "ic", "m", "nominal", "tc1", "tc2", "temp", "value")
+    __slots__ = ("coefficients", "ic", "m", "value")
 
     def __init__(self, element: Element, value: float, given: dict[str, float]) -> None:
         super().__init__(element)
         self.value = value * given.get("scale", 1.0)
         self.m = given.get("m", 1.0)
-        self.tc1 = given.get("tc1", 0.0)
-        self.tc2 = given.get("tc2", 0.0)
-        self.temp = given.get("temp")
-        self.dtemp = given.get("dtemp", 0.0)
-        self.nominal = given.get("tnom")
+        self.coefficients = Coefficients.of(given)
         self.ic = given.get("ic")
 
     def at(self, conditions: Conditions) -> float:
         """Return the value of one element, before ``m``, under the given conditions."""
         value = conditions.values.get(self.name, self.value)
-        if self.tc1 == 0.0 and self.tc2 == 0.0:
-            return value
-        return value * temperature_factor(
-            conditions, self.tc1, self.tc2, self.temp, self.dtemp, self.nominal
-        )
+        return value * self.coefficients.factor(conditions) if self.coefficients else value
+
+
+def read_given(
+    law: type[Device], element: Element, types: tuple[str, ...], context: Context
+) -> tuple[dict[str, float], dict[str, float]] | None:
+    """Return the parameters of an R, L or C line and of its card, or None after reporting.
+
+    Temperature coefficients of the card stand among those of the line, which go first.
+    """
+    findings = context.findings
+    check_flags(law, element, findings)
+    given = law.INSTANCE.read(element.params, element.name, findings)
+    card: dict[str, float] = {}
+    if element.model is not None:
+        if not check_model(element, types, findings, required=False):
+            return None
+        known = context.cards.get(id(element.model))
+        if known is None:
+            known = law.MODEL.read(element.model.params, f"model {element.model.name}", findings)
+            context.cards[id(element.model)] = known
+        card = known
+    if given.get("m", 1.0) <= 0.0:
+        findings.error("NS2005", f"m of {element.name} must be positive", element.params["m"].span)
+        return None
+    for key in ("tc1", "tc2", "tnom"):
+        if key in card:
+            given.setdefault(key, card[key])
+    return given, card
 
 
 def read_passive(
@@ -61,27 +74,11 @@ def read_passive(
 
     The value of the line goes before the one of the model card (``r=``, ``c=``, ``l=``).
     """
-    findings = context.findings
-    check_flags(law, element, findings)
-    given = law.INSTANCE.read(element.params, element.name, findings)
-    card: dict[str, float] = {}
-    if element.model is not None:
-        if not check_model(element, law.MODEL_TYPES, findings, required=False):
-            return None
-        card = context.cards.get(id(element.model), {})
-        if id(element.model) not in context.cards:
-            card = law.MODEL.read(element.model.params, f"model {element.model.name}", findings)
-            context.cards[id(element.model)] = card
+    found = read_given(law, element, law.MODEL_TYPES, context)
+    if found is None:
+        return None
+    given, card = found
     if element.value is None and letter in card:
-        value: float | None = card[letter]
-    else:
-        value = number(element, what, findings)
-    if value is None:
-        return None
-    if given.get("m", 1.0) <= 0.0:
-        findings.error("NS2005", f"m of {element.name} must be positive", element.params["m"].span)
-        return None
-    for key in ("tc1", "tc2", "tnom"):
-        if key in card:
-            given.setdefault(key, card[key])
-    return value, given
+        return card[letter], given
+    value = number(element, what, context.findings)
+    return None if value is None else (value, given)

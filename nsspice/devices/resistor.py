@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ..netlist.expression import Expression
 from ..problems.descriptor import Functional
+from .coefficients import CARD
 from .device import NO_VALUES, Context, Device, Edge
 from .effect import Effect
 from .parameter import Parameter, Table, inert, refused
-from .passive import MODEL_SHARED, SHARED, Passive, read_passive
+from .passive import SHARED, Passive, read_passive
 from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ class Resistor(Passive):
         inert("noise", "noise on or off"),
     )
     MODEL = Table(
-        *MODEL_SHARED,
+        *CARD,
         Parameter("r", "resistance", "Ohm", aliases=("res", "resistance")),
         refused("rsh", "sheet resistance", "write the resistance on the element line", "Ohm"),
         inert("kf", "flicker noise"),
@@ -61,10 +62,8 @@ class Resistor(Passive):
                 "the circuit may have several solutions or none",
                 element.span,
             )
-        effects = [Effect("resistance", "value", value / device.m, "Ohm")]
-        if device.tc1 or device.tc2:
-            effects.append(Effect("temperature", "tc1" if device.tc1 else "tc2"))
-        device.effects = tuple(effects)
+        resistance = Effect("resistance", "value", value / device.m, "Ohm")
+        device.effects = (resistance, *device.coefficients.effects)
         return device
 
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:

@@ -12,6 +12,7 @@ from ...devices import (
     CurrentSource,
     CurrentSwitch,
     Device,
+    Reading,
     Thyristor,
     VoltageSource,
     VoltageSwitch,
@@ -46,7 +47,7 @@ def write(writer: DeckWriter, element: Element, device: Device) -> None:
     elif isinstance(device, VoltageSource | CurrentSource):
         _source(writer, device)
     elif isinstance(element.value, Expression):
-        _behavioural(writer, element)
+        _behavioural(writer, element, device)
     elif isinstance(device, Passive):
         _passive(writer, element, device)
     elif element.letter == "q":
@@ -67,11 +68,12 @@ def is_voltage_source(element: Element, device: Device) -> bool:
 def _passive(writer: DeckWriter, element: Element, device: Passive) -> None:
     letter, value = element.letter, device.at(writer.conditions)
     coefficients = ""
-    if writer.sweeps_temperature and (device.tc1 or device.tc2):
-        if device.temp is not None or device.nominal is not None:
+    rise = device.coefficients
+    if writer.sweeps_temperature and rise:
+        if rise.temp is not None or rise.tnom is not None:
             raise untranslatable(f"{element.name} has a temperature of its own in a .dc temp sweep")
         value = device.value
-        coefficients = f"tc1={device.tc1!r} tc2={device.tc2!r} dtemp={device.dtemp!r}"
+        coefficients = f"tc1={rise.tc1!r} tc2={rise.tc2!r} dtemp={rise.dtemp!r}"
     if value == 0.0 and letter in "rl":
         meter = writer.names.element("v", device.name)
         writer.add(meter, *(writer.node(n) for n in device.nodes), "DC 0")
@@ -110,7 +112,7 @@ def _source(writer: DeckWriter, device: VoltageSource | CurrentSource) -> None:
         writer.substitute(device.name, "ideal edge", f"ramp of {writer.edge:g} s")
 
 
-def _behavioural(writer: DeckWriter, element: Element) -> None:
+def _behavioural(writer: DeckWriter, element: Element, device: Device) -> None:
     """Write R, E, F, G, H and B with an expression of signals as a B source."""
     value = element.value
     assert isinstance(value, Expression)
@@ -119,6 +121,11 @@ def _behavioural(writer: DeckWriter, element: Element) -> None:
     a, b = writer.ends(element.name, element.nodes)
     own = f"i({writer.meter(element.name)})"
     text = spice_expression(value.node, lambda name: writer.signal(name, own))
+    if isinstance(device, Reading) and device.coefficients:
+        rise = device.coefficients
+        if writer.sweeps_temperature:
+            raise untranslatable(f"{element.name} has tc1= in a .dc temp sweep")
+        text = f"({text})*{rise.factor(writer.conditions)!r}"
     parallel = element.params.get("m")
     if parallel is not None and element.quantity == "i":
         text = f"({text})*{float(parallel.value)!r}"  # type: ignore[arg-type]

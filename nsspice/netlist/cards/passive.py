@@ -33,6 +33,7 @@ def passive(reader: Reader, line: Line, items: list[Item]) -> Template:
     terminals = Terminals(reader, line, items)
     letter = terminals.name[0]
     terminals.take_nodes(2)
+    terminals.extend_pairs("tc", "tc2")
     what = _WHAT[letter]
     result = terminals.template()
     found = terminals.next()
@@ -60,7 +61,6 @@ def passive(reader: Reader, line: Line, items: list[Item]) -> Template:
                 result.value = reader.value(line, after, f"a {what}")
         else:
             result.value = reader.value(line, found, f"a {what}")
-    terminals.extend_pairs("tc", "tc2")
     params = terminals.params(_KNOWN[letter])
     for rating in _RATINGS[letter]:
         params.pop(rating, None)
