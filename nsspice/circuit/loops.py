@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from ..devices import Device, Edge, Inductor, Vcvs
+from ..devices import Device, Edge, Vcvs
 from ..errors import Diagnostic
 from .sums import WaveSum
 from .union_find import UnionFind
@@ -137,11 +137,12 @@ def _conflict(
     if not others:
         message = f"{listed} has both ends on node {a}, so its voltage {voltage} V is shorted"
         return Diagnostic("NS2021", message, device.span, "correct one of its nodes"), names
-    inductive = any(isinstance(d, Inductor) for d in members)
+    inductive = any(d.letter == "l" for d in members)
     if inductive and mode.dc:
+        kept = around if device.letter == "l" else voltage
         message = (
             f"{mode.what} an inductor is a short, and the loop {listed} between nodes {a} and {b} "
-            f"keeps {around if isinstance(device, Inductor) else voltage} V: the current would "
+            f"keeps {kept} V: the current would "
             "grow without end"
         )
         hint = "add uic to .tran, or a resistor to the loop"

@@ -192,11 +192,9 @@ class MnaSystem:
                     result[layout.branches[one.name]] += mutual * second
                     result[layout.branches[two.name]] += mutual * first
             elif device.smooth and device.stores_energy:
-                for a, b, charge in device.initial_charges(
-                    layout, lambda node: _node_voltage(ic, node)
-                ):
-                    for index, share in layout.voltage(a, b, charge):
-                        result[index] += share
+                stored = device.initial_charges(layout, lambda node: _node_voltage(ic, node))
+                for index, share in stored:
+                    result[index] += share
         return np.array(result), energy
 
 

@@ -199,7 +199,7 @@ class Bipolar(Transistor):
                 (df if name in _CHARGES else f).append((number, weight))
         return Functional(f=tuple(f), df=tuple(df))
 
-    def initial_charges(self, layout: Layout, voltage: Voltage) -> list[tuple[str, str, float]]:
+    def initial_charges(self, layout: Layout, voltage: Voltage) -> list[tuple[int, float]]:
         """Return the charges from which a run with ``uic`` starts; ``ic=vbe,vce`` goes first."""
         c, b, e = self.corners
         sign = 1.0 if self.npn else -1.0
@@ -209,7 +209,7 @@ class Bipolar(Transistor):
         p, nodes, vbc = self._at(layout.conditions), self._nodes(), vbe - vce
         inner = p["cjc"] * p["xcjc"]
         outside = {"s": self.substrate, "c": c, "b": b}
-        found = []
+        found: list[tuple[int, float]] = []
         for name, a, k in self._flows():
             if name == "emitter charge":
                 charge = self._charge(p, vbe, p["cje"], "e", p["fc"])
@@ -224,7 +224,7 @@ class Bipolar(Transistor):
                 charge = self._charge(p, v, p["cjs"], "s", 0.0)
             else:
                 continue
-            found.append((nodes[a], nodes[k], self.parallel * charge))
+            found += layout.voltage(nodes[a], nodes[k], self.parallel * charge)
         return found
 
     @staticmethod

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ..problems.descriptor import Functional
 from .coefficients import CARD
-from .device import NO_VALUES, Context, Edge
+from .device import NO_VALUES, Context, Device, Edge
 from .effect import Effect
 from .parameter import Parameter, Table
 from .passive import SHARED, Passive, read_passive
@@ -28,8 +28,12 @@ class Capacitor(Passive):
     __slots__ = ()
 
     @classmethod
-    def read(cls, element: Element, context: Context) -> Capacitor | None:
+    def read(cls, element: Element, context: Context) -> Device | None:
         """Return the capacitor of an element line, or None after reporting why not."""
+        if element.quantity:
+            from .stored import Charge
+
+            return Charge.read(element, context)
         found = read_passive(cls, element, context, "c", "capacitance")
         if found is None:
             return None

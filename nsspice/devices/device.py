@@ -164,8 +164,8 @@ class Device:
 
     def initial_charges(
         self, layout: Layout, voltage: Callable[[str], float]
-    ) -> list[tuple[str, str, float]]:
-        """Return the charges [A s] of smooth laws from which a run with ``uic`` starts.
+    ) -> list[tuple[int, float]]:
+        """Return the charges [A s] and fluxes [V s] of smooth laws from which ``uic`` starts.
 
         Parameters
         ----------
@@ -175,10 +175,17 @@ class Device:
 
         Returns
         -------
-        list of (str, str, float)
-            Nodes between which a charge stands, and the charge.
+        list of (int, float)
+            Row of a node or an inductor, and what is stored there.
         """
         return []
+
+
+#: what is written instead of a value that depends on signals
+_INSTEAD = {
+    "capacitance": "write the charge: Q={expression of x}, where x is the voltage across it",
+    "inductance": "write the flux: Flux={expression of x}, where x is the current through it",
+}
 
 
 def number(element: Element, what: str, findings: Findings) -> float | None:
@@ -197,7 +204,8 @@ def number(element: Element, what: str, findings: Findings) -> float | None:
             f"write the {what} after the nodes",
         )
     else:
-        refuse_smooth(element, f"{element.name} depends on circuit signals", findings)
+        hint = _INSTEAD.get(what, "")
+        refuse_smooth(element, f"the {what} of {element.name} depends on signals", findings, hint)
     return None
 
 

@@ -192,11 +192,12 @@ class EbersMoll(Transistor):
             return plus(scaled(emitter, sign), scaled(collector, -sign * self.alphai))
         return plus(scaled(collector, sign), scaled(emitter, -sign * self.alphan))
 
-    def initial_charges(self, layout: Layout, voltage: Voltage) -> list[tuple[str, str, float]]:
+    def initial_charges(self, layout: Layout, voltage: Voltage) -> list[tuple[int, float]]:
         """Return the charges of smooth junctions from which a run with ``uic`` starts."""
         return [
-            leg.charge(layout, name, a, k, voltage(a) - voltage(k))
+            share
             for name, a, k, leg in self._places
+            for share in layout.voltage(*leg.charge(layout, name, a, k, voltage(a) - voltage(k)))
         ]
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ..problems.descriptor import Functional
 from .coefficients import CARD
-from .device import NO_VALUES, Context, Edge
+from .device import NO_VALUES, Context, Device, Edge
 from .effect import Effect
 from .parameter import Parameter, Table, refused
 from .passive import SHARED, Passive, read_passive
@@ -33,8 +33,12 @@ class Inductor(Passive):
     __slots__ = ()
 
     @classmethod
-    def read(cls, element: Element, context: Context) -> Inductor | None:
+    def read(cls, element: Element, context: Context) -> Device | None:
         """Return the inductor of an element line, or None after reporting why not."""
+        if element.quantity:
+            from .stored import Flux
+
+            return Flux.read(element, context)
         found = read_passive(cls, element, context, "l", "inductance")
         if found is None:
             return None

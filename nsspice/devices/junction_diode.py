@@ -70,11 +70,11 @@ class JunctionDiode(LegDevice):
         drop = series_drop(element, model, findings)
         return cls(element, law, Leg(body, drop, parallel), given.get("ic"))
 
-    def initial_charges(self, layout: Layout, voltage: Voltage) -> list[tuple[str, str, float]]:
+    def initial_charges(self, layout: Layout, voltage: Voltage) -> list[tuple[int, float]]:
         """Return the charge from which a run with ``uic`` starts; ``ic=`` goes first."""
         a, b = self.ends
         v = voltage(a) - voltage(b) if self.ic is None else self.ic
-        return [self.leg.charge(layout, self.name, a, b, v)]
+        return list(layout.voltage(*self.leg.charge(layout, self.name, a, b, v)))
 
 
 def junction_law(model: Model, context: Context) -> JunctionLaw | None:

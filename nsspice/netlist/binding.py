@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -21,10 +22,13 @@ if TYPE_CHECKING:
 _MAX_DEPTH = 150
 #: functions that call each other twice need time that doubles with each of them
 _MAX_CALLS = 50_000
+NOTHING: Mapping[str, Node] = {}
 _NO_AC = {"hertz", "freq", "frequency", "omega"}
 
 
-def bind(scope: Scope, formula: Formula, own_current: bool) -> Node:
+def bind(
+    scope: Scope, formula: Formula, own_current: bool, local: Mapping[str, Node] = NOTHING
+) -> Node:
     """Return a tree with all names looked up, functions put in and constants folded.
 
     Parameters
@@ -35,6 +39,8 @@ def bind(scope: Scope, formula: Formula, own_current: bool) -> Node:
         The expression.
     own_current : bool
         Whether a bare ``i`` is the current of the element that the expression belongs to.
+    local : mapping of str to Node
+        Names that go before all others: ``x`` of a charge or a flux.
 
     Raises
     ------
@@ -42,7 +48,7 @@ def bind(scope: Scope, formula: Formula, own_current: bool) -> Node:
         For names that nobody defines, and for expressions that grow beyond all bounds.
     """
     try:
-        return _Binder(own_current).bind(scope, formula.node, {}, formula, (), 0)
+        return _Binder(own_current).bind(scope, formula.node, dict(local), formula, (), 0)
     except TooLarge:
         message = f"expression is too deep or too large: {formula.text[:60]}"
         raise Unreadable("NS1023", message, formula.span, "split it into steps") from None

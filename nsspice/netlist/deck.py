@@ -85,9 +85,11 @@ class Element:
         K: the coupled inductors' full names.
     value : float or Expression or None
         R L C: value; linear E F G H: gain; K: coefficient.  An expression of signals makes the
-        element nonlinear: R ``V={expr(i)}``, E/G ``VALUE= TABLE POLY``, B ``V=`` or ``I=``.
+        element nonlinear: R ``V={expr(i)}``, E/G ``VALUE= TABLE POLY``, B ``V=`` or ``I=``,
+        C ``Q=``, L ``Flux=``.
     quantity : str
-        For expressions what they give: ``"v"`` or ``"i"``; ``""`` otherwise.
+        For expressions what they give: ``"v"`` or ``"i"``, ``"q"`` of C, ``"flux"`` of L; ``""``
+        otherwise.
     model : Model or None
         Resolved in the scope of the element.
     source : Source or None

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from ..errors import Span, suggest
+from .binding import NOTHING
 from .body import Body, BodyReader, Choice, Subcircuit
 from .deck import Element, Source
 from .expression import Expression
+from .expression_parser import voltage
 from .findings import Findings, Unreadable
 from .lines import Line
+from .node import Node, var
 from .parasitics import taken_apart
 from .scope import Scope
 from .template import InstanceTemplate, SourceTemplate, Template
@@ -99,6 +104,9 @@ class Expander:
         name = scope.prefix + item.name
         self._claim(name, item.name, item.span)
         given = item.value
+        nodes, controls = item.nodes, item.controls
+        if scope.prefix:
+            nodes = tuple([scope.node(node) for node in nodes])
         value: float | Expression | None
         model = scope.model(item.model) if item.model else None
         if given is None and model is None and item.letter in "rcl":
@@ -107,10 +115,8 @@ class Expander:
             value = given
         else:
             thermal = bool(item.quantity)
-            value = scope.expression(given, own_current=item.letter == "r", thermal=thermal)
-        nodes, controls = item.nodes, item.controls
+            value = scope.expression(given, item.letter == "r", thermal, _own(item, nodes))
         if scope.prefix:
-            nodes = tuple([scope.node(node) for node in nodes])
             if item.control_kind == "node":
                 controls = tuple([scope.node(node) for node in controls])
             elif controls:
@@ -148,7 +154,7 @@ class Expander:
     @staticmethod
     def _plain(item: Template) -> str:
         """Return the quantity of a source whose expression turned out to be a number."""
-        return item.quantity if item.letter in "befghr" else ""
+        return item.quantity if item.letter in "bcefghlr" else ""
 
     @staticmethod
     def _no_model(scope: Scope, item: Template) -> Unreadable:
@@ -294,6 +300,13 @@ class Expander:
                 near = suggest(local, (n for n in names if "." not in n))
                 message = f"{element.name}: there is no element {local}"
                 self._findings.error("NS1070", message, span, near)
+
+
+def _own(item: Template, nodes: tuple[str, ...]) -> Mapping[str, Node]:
+    """Return what ``x`` means: the voltage across a charge, the current of a flux."""
+    if item.quantity == "q":
+        return {"x": voltage(*nodes)}
+    return {"x": var("i")} if item.quantity == "flux" else NOTHING
 
 
 def _too_many(span: Span) -> Unreadable:

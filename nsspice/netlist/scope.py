@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 
 from ..errors import Span, suggest
-from .binding import bind, names
+from .binding import NOTHING, bind, names
 from .body import Body, Subcircuit
 from .deck import Model, Param
 from .evaluate import scalar
@@ -185,9 +185,11 @@ class Scope:
 
     # -- expressions -------------------------------------------------------------------------
 
-    def bind(self, formula: Formula, own_current: bool = False) -> Node:
+    def bind(
+        self, formula: Formula, own_current: bool = False, local: Mapping[str, Node] = NOTHING
+    ) -> Node:
         """Return a tree with all names looked up, functions put in and constants folded."""
-        return bind(self, formula, own_current)
+        return bind(self, formula, own_current, local)
 
     def number(self, value: Value) -> float:
         """Return the number an expression gives.
@@ -216,7 +218,11 @@ class Scope:
         return number
 
     def expression(
-        self, value: Value, own_current: bool = False, thermal: bool = False
+        self,
+        value: Value,
+        own_current: bool = False,
+        thermal: bool = False,
+        local: Mapping[str, Node] = NOTHING,
     ) -> float | Expression:
         """Return a number, or an expression if signals are involved.
 
@@ -224,7 +230,9 @@ class Scope:
         """
         if isinstance(value, float):
             return value
-        tree = self.bind(value, own_current)
+        tree = self.bind(value, own_current, local)
+        if local and tree.op == "num":
+            return float(tree.value)
         if tree.op != "num":
             found = Expression(tree, value.span, "" if value.made else value.text)
             if found.variables() - (set() if thermal else {"temper"}):

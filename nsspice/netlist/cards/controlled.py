@@ -1,4 +1,4 @@
-"""E, F, G, H and B lines: controlled sources, linear or given by an expression."""
+"""E, F, G, H and B lines, and C and L by a law: sources and storage given by an expression."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from .reading import Reader, assignments
 from .terminals import GROUND, Terminals
 
 _PARAMS = {"m", "tc1", "tc2", "temp", "dtemp", "ic"}
+#: what the expression of a line may give
+_QUANTITIES = {"b": ("v", "i"), "c": ("q",), "l": ("flux",)}
 #: more inputs make more products than anyone can write
 _MAX_INPUTS = 50
 
@@ -240,28 +242,35 @@ def _whole(terminals: Terminals, tree: Node) -> Formula:
 
 
 def behavioural(reader: Reader, line: Line) -> Template:
-    """Read ``B n+ n- V=expr`` or ``I=expr``; the expression needs no braces."""
+    """Read ``B n+ n- V=expr`` or ``I=expr``, ``C n+ n- Q=expr``, ``L n+ n- Flux=expr``.
+
+    The expression needs no braces.
+    """
     found = re.match(r"\s*(\S+)[\s,(]+([^\s,()=]+)[\s,]+([^\s,()=]+)", line.text)
     name = line.text.split()[0]
     whole = line.whole()
-    hint = "write Bname n+ n- V=expression, or I=expression"
+    quantities = _QUANTITIES[name[0]]
+    forms = ", or ".join(f"{key.capitalize()}=expression" for key in quantities)
+    hint = f"write {name[0].upper()}name n+ n- {forms}"
     if found is None:
         raise Unreadable("NS1008", f"{name}: two nodes are needed", whole, hint)
     _, given = assignments(line, found.end())
     nodes = tuple(GROUND.get(found.group(k), found.group(k)) for k in (2, 3))
     spans = tuple(line.span(*found.span(k)) for k in (2, 3))
-    result = Template(name, "b", whole, nodes, spans)
-    known = _PARAMS | {"v", "i", "r", "rpar", "cpar"}
+    result = Template(name, name[0], whole, nodes, spans)
+    known = _PARAMS.union(quantities, ("r", "rpar", "cpar") if name[0] == "b" else ())
     for key, begin, left, right in given:
         if key not in known:
             near = suggest(key, known) or hint
             where = line.span(begin, begin + len(key))
             raise Unreadable("NS1014", f"{name}: unknown parameter {key}", where, near)
         value = reader.formula(line, left, right)
-        if key in ("v", "i"):
+        if key in quantities:
             if result.quantity:
                 where = line.span(begin, right)
-                raise Unreadable("NS1009", f"{name}: V= and I= are given together", where, hint)
+                both = f"{result.quantity.upper()}= and {key.upper()}="
+                message = f"{name}: {both} are given together"
+                raise Unreadable("NS1009", message, where, hint)
             result.quantity, result.value = key, value
         else:
             from ..template import ParamText

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 from ..findings import Unreadable
@@ -32,6 +33,9 @@ _READERS: dict[str, Callable[[Reader, Line, list[Item]], Template]] = {
     "w": current_switch,
 }
 
+#: the charge of a capacitor or the flux of an inductor as an expression
+_LAW = re.compile(r"[\s,)](q|flux)\s*=")
+
 #: letters of other simulators: what the element is, and what to do
 _UNSUPPORTED = {
     "a": ("XSPICE code model", "write the function as a B element; an ideal diode is D(ideal)"),
@@ -60,7 +64,7 @@ def element(reader: Reader, line: Line) -> Template | InstanceTemplate:
     """
     text = line.text
     letter = text[0] if text[0] > " " else text.lstrip()[0]
-    if letter == "b":
+    if letter == "b" or (letter in "cl" and "=" in text and _LAW.search(text)):
         return behavioural(reader, line)
     read = _READERS.get(letter)
     if read is None and letter != "x":

@@ -1,0 +1,131 @@
+"""Charges and fluxes given by an expression: against what a constant drive stores in them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import nsspice
+from nsspice.circuit import Circuit, MnaSystem, build
+from nsspice.circuit.explain import explain
+from nsspice.errors import NetlistError
+from nsspice.netlist import parse_text
+
+
+def circuit_of(text: str) -> Circuit:
+    return build(parse_text(f"title\n{text}\n"))
+
+
+def assembled(text: str) -> MnaSystem:
+    return circuit_of(text).islands[0].assemble()
+
+
+def run(text: str, cards: str, signals: list[str]) -> nsspice.Solution:
+    return nsspice.read(f"t\n{text}\n{cards}\n").run(signals=signals)[0]
+
+
+@pytest.mark.parametrize(
+    ("line", "charge"),
+    [
+        ("C1 b 0 Q=1n*x*(1+0.3*x) ic=0", lambda v: 1e-9 * v * (1 + 0.3 * v)),
+        ("C1 b 0 Q={1n*x + 2n*tanh(v(b))} m=2", lambda v: 2e-9 * v + 4e-9 * np.tanh(v)),
+        ("C1 0 b Q=1n*(x - 0.1*x^3) ic=0", lambda v: 1e-9 * (v - 0.1 * v**3)),
+        ("C1 b 0 Q='x*if(x<1, 1n, 3n) - if(x<1, 0, 2n)'", lambda v: 1e-9 * np.fmax(v, 3 * v - 2)),
+    ],
+)
+def test_a_constant_current_charges_along_the_expression(line: str, charge):
+    # 1 mA for t stores 1 mA t, however long the steps are: the rate of the charge is what is
+    # integrated.  What is left is Newton's tolerance, reltol of each step.
+    solution = run(
+        f"I1 0 b 1m\n{line}", ".tran 0.1u 2u uic\n.options reltol=1e-8", ["v(b)", "i(c1)"]
+    )
+    sign = -1.0 if line.startswith("C1 0 b") else 1.0
+    v, stored = solution["v(b)"], 1e-3 * solution.axis
+    assert charge(v) == pytest.approx(stored, abs=1e-7 * stored.max())
+    assert v.max() > 0.3
+    assert solution["i(c1)"][1:] == pytest.approx(sign * 1e-3, rel=1e-6)
+
+
+def test_a_constant_voltage_drives_a_saturating_inductor():
+    # 1 V for t is a flux of 1 V t
+    text = "V1 a 0 1\nL1 a 0 Flux=2u*tanh(x/3) + 0.1u*x ic=0.5 m=2"
+    solution = run(text, ".tran 0.1u 1u uic\n.options reltol=1e-8", ["i(l1)"])
+
+    def flux(i):
+        return 2e-6 * np.tanh(i / 2 / 3) + 0.1e-6 * i / 2
+
+    start = flux(np.array(1.0))  # two of them with 0.5 A each
+    expected = start + solution.axis
+    assert flux(solution["i(l1)"]) == pytest.approx(expected, abs=1e-7 * expected.max())
+    assert solution["i(l1)"][-1] > 1.0
+
+
+def test_a_multiple_of_x_is_a_plain_element():
+    mna = assembled("C1 a b Q=2n*x m=3\nR1 a b 1\nR2 b 0 1\nL1 a 0 Flux=3m*x+1 ic=2")
+    assert mna.system.smooth is None
+    assert [(s.name, s.value) for s in mna.capacitors] == [("c1", pytest.approx(6e-9))]
+    assert [(s.name, s.value, s.ic) for s in mna.inductors] == [("l1", 3e-3, 2.0)]
+    text = "C1 b a Q={{{}}}\nR1 a b 1\nR2 b 0 1"
+    for expression, farad in (("2n*v(b,a)", 2e-9), ("v(b)*2n-2n*v(a)", 2e-9), ("2n*v(a,b)", None)):
+        if farad is None:
+            with pytest.raises(NetlistError, match="capacitance -2e-09 F"):
+                circuit_of(text.format(expression))
+        else:
+            assert assembled(text.format(expression)).capacitors[0].value == farad
+    # charges that another voltage brings are no capacitance of this element
+    assert assembled(text.format("2n*v(b)")).system.smooth is not None
+
+
+def test_initial_values():
+    text = "C1 a 0 Q={1n*v(a)^2} {}\nR1 a 0 1\nL1 a b Flux=1m*x^3 {}\nR2 b 0 1"
+    given = assembled(text.replace("{}", "ic=3", 1).replace("{}", "ic=2"))
+    assert given.initial_charges()[[0, 2]] == pytest.approx([9e-9, 8e-3])
+    assert assembled(text.replace("{}", "")).initial_charges({"a": 2.0})[0] == pytest.approx(4e-9)
+
+
+def test_currents_may_be_read_by_others():
+    text = "I1 0 a 1m\nC1 a 0 Q=1n*tanh(x)+1n*x ic=0\nB1 b 0 V={2*i(C1)^2}\nR1 b 0 1\n"
+    text += "F1 0 c C1 3\nR2 c 0 1"
+    solution = run(text, ".tran 0.1u 1u uic", ["v(b)", "v(c)"])
+    assert solution["v(b)"][1:] == pytest.approx(2e-6, rel=1e-6)
+    assert solution["v(c)"][1:] == pytest.approx(3e-3, rel=1e-6)
+
+
+def test_at_dc_a_charge_is_open_and_a_flux_a_short():
+    text = "V1 a 0 1\nR1 a b 1k\nC1 b 0 Q=1n*x^3\nL1 b c Flux=1m*x^3\nR2 c 0 1k"
+    (solution,) = nsspice.read(f"t\n{text}\n.op\n").run(signals=["v(b)", "v(c)"])
+    assert [float(solution[n][0]) for n in ("v(b)", "v(c)")] == pytest.approx([0.5, 0.5])
+
+
+def test_in_a_subcircuit_x_is_the_voltage_across():
+    text = "X1 a b s\n.subckt s p q\nC1 p q Q={1n*x*x}\n.ends\nR1 a b 1\nR2 b 0 1"
+    assert assembled(text).initial_charges({"a": 3.0, "b": 1.0}) == pytest.approx([4e-9, -4e-9])
+    # a parameter of that name does not hide it
+    assert math.isclose(assembled(f".param x=7\n{text}").initial_charges({"a": 3.0})[0], 9e-9)
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "word"),
+    [
+        ("C1 a 0 Q=", "NS1020", "empty"),
+        ("C1 a 0 Q=x V=2", "NS1014", "unknown parameter v"),
+        ("L1 a 0 Flux=x Rser=1", "NS1014", "write Lname n+ n- Flux=expression"),
+        ("C1 a 0 Q=x^2 m=0", "NS2005", "m of c1 must be positive"),
+        ("C1 a 0 Q=y*x", "NS1021", "y"),
+        ("L1 a 0 L={i(r1)}", "NS2009", "write the flux: Flux="),
+        ("C1 a 0 C={sin(v(b))*v(a)}", "NS2009", "write the charge: Q="),
+    ],
+)
+def test_wrong_ones(line: str, code: str, word: str):
+    with pytest.raises(NetlistError) as caught:
+        circuit_of(f"{line}\nR1 a b 1\nR2 b 0 1")
+    assert caught.value.code == code
+    assert word in str(caught.value)
+
+
+def test_explain_shows_the_expression():
+    text = explain(circuit_of("C1 a 0 Q=1n*x*x ic=1\nR1 a 0 1\nL1 a 0 Flux=tanh(x)")).text()
+    assert "charge {1n*x*x}, initial value (ic=1)" in text
+    assert "flux {tanh(x)}" in text
