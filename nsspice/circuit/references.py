@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..devices import (
+    Carrier,
     Cccs,
     Coupling,
     CurrentControlled,
@@ -53,9 +54,9 @@ def _control(
     by_name: Mapping[str, Device],
     lines: set[str],
     findings: Findings,
-) -> Device | None:
+) -> Carrier | None:
     """Return the element whose current is read, or None after reporting why not."""
-    control = by_name.get(name)
+    control: Carrier | None = by_name.get(name)
     if control is None and device.expressions:
         found = owner(name, by_name)
         control = None if found is None else Terminal(*found)
@@ -80,7 +81,8 @@ def _control(
             f"put a 0 V source in series with {name} and name that",
         )
         return None
-    control.keep_current()
+    if isinstance(control, Device):
+        control.keep_current()
     return control
 
 

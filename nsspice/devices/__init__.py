@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .behavioural import Behavioural, BehaviouralResistor, Reading
     from .bipolar import Bipolar
     from .capacitor import Capacitor
+    from .carrier import Carrier, Terminal
     from .characteristic import Characteristic, Decomposition, PairLaw, diode_curve
     from .controlled import Cccs, Ccvs, CurrentControlled, Vccs, Vcvs
     from .coupling import Coupling
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from .stamper import Conditions, Layout, Stamper
     from .switch import CurrentSwitch, SwitchLaw, VoltageSwitch
     from .thyristor import Thyristor
-    from .transistor import Terminal, Transistor
+    from .transistor import Transistor
     from .vsource import VoltageSource
 
 _HOME = {
@@ -39,6 +40,7 @@ _HOME = {
     "BehaviouralResistor": ".behavioural",
     "Bipolar": ".bipolar",
     "Capacitor": ".capacitor",
+    "Carrier": ".carrier",
     "Cccs": ".controlled",
     "Ccvs": ".controlled",
     "Characteristic": ".characteristic",
@@ -68,7 +70,7 @@ _HOME = {
     "Stamper": ".stamper",
     "SwitchLaw": ".switch",
     "Table": ".parameter",
-    "Terminal": ".transistor",
+    "Terminal": ".carrier",
     "Thyristor": ".thyristor",
     "Transistor": ".transistor",
     "Vccs": ".controlled",
@@ -116,6 +118,7 @@ __all__ = [
     "BehaviouralResistor",
     "Bipolar",
     "Capacitor",
+    "Carrier",
     "Cccs",
     "Ccvs",
     "Characteristic",

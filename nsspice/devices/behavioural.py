@@ -15,6 +15,7 @@ from ..netlist.expression import Expression
 from ..netlist.node import Node, num
 from ..problems.descriptor import Functional, Switch, Waveform
 from .behaviour import linear_form
+from .carrier import Carrier
 from .coefficients import LINE, Coefficients
 from .comparators import Comparator, split
 from .device import NO_VALUES, Context, Device, Edge, check_flags
@@ -66,7 +67,7 @@ class Reading(Device):
         self.smooth = self.form is None or any(
             linear_form(c.control, timed=True) is None for c in self.comparators
         )
-        self.sources: dict[str, Device] = {}
+        self.sources: dict[str, Carrier] = {}
 
     @property
     def pair_count(self) -> int:
@@ -153,7 +154,7 @@ def constant_column(stamper: Stamper, form: tuple[float, dict[str, float]], name
 def linear_output(
     layout: Layout,
     form: tuple[float, dict[str, float]],
-    sources: Mapping[str, Device],
+    sources: Mapping[str, Carrier],
     name: str,
     parallel: float = 1.0,
 ) -> Functional:
@@ -164,7 +165,7 @@ def linear_output(
     layout : Layout
     form : tuple
         Constant and factors, of ``linear_form``.
-    sources : mapping of str to Device
+    sources : mapping of str to Carrier
         Elements whose currents are read.
     name : str
         Of the branch whose current is ``i``, and of the column of the constant.

@@ -181,10 +181,8 @@ class Bipolar(Transistor):
 
     # outputs ---------------------------------------------------------------------------------
 
-    def terminal_current(self, layout: Layout, terminal: str) -> Functional:
-        """Return the current into a terminal."""
-        if terminal == "b":
-            return super().terminal_current(layout, terminal)
+    def current_into(self, layout: Layout, terminal: str) -> Functional:
+        """Return the current into a terminal other than the base."""
         inner = self._nodes()[terminal]
         for node, end, key in zip(self.corners, "cbe", _OHMIC, strict=True):
             if end == terminal and inner != node:

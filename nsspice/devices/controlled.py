@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from ..problems.descriptor import Functional
 from .behavioural import Behavioural
+from .carrier import Carrier
 from .device import NO_VALUES, Context, Device, Edge, check_flags, number
 from .effect import Effect
 from .outputs import scaled
@@ -88,7 +89,7 @@ class CurrentControlled(Controlled):
     def __init__(self, element: Element, gain: float) -> None:
         super().__init__(element, gain)
         #: set by the circuit once all names are known
-        self.control: Device | None = None
+        self.control: Carrier | None = None
 
     @property
     def control_elements(self) -> tuple[str, ...]:

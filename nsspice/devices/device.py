@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
 from ..errors import Span
 from ..netlist.findings import Findings
 from ..problems.descriptor import Functional
+from .carrier import Carrier
 from .effect import Effect
 from .parameter import Table
 from .signals import currents, voltages
@@ -48,7 +50,7 @@ class Context:
         self.diodes: dict[object, CurveBody] = {}
 
 
-class Device:
+class Device(Carrier):
     """One element with its law.
 
     Parameters
@@ -78,7 +80,7 @@ class Device:
     #: stamped after all others because it reads another element's current
     late: bool = False
     #: elements whose currents the expressions read, set by the circuit once all names are known
-    sources: dict[str, Device]
+    sources: dict[str, Carrier]
     #: terminals whose currents have names of their own, the first one is that of the element
     terminals: tuple[str, ...] = ()
     #: shown among the default signals
@@ -99,9 +101,9 @@ class Device:
         self.effects: tuple[Effect, ...] = ()
 
     @classmethod
+    @abstractmethod
     def read(cls, element: Element, context: Context) -> Device | None:
         """Return the device of an element line, or None after reporting why not."""
-        raise NotImplementedError
 
     @property
     def pair_count(self) -> int:
@@ -145,17 +147,13 @@ class Device:
     def allocate(self, stamper: Stamper) -> None:
         """Reserve unknowns and pairs; only for laws that stamp late."""
 
+    @abstractmethod
     def stamp(self, stamper: Stamper) -> None:
         """Write the law into the system."""
-        raise NotImplementedError
-
-    def current(self, layout: Layout) -> Functional:
-        """Return the current into the first terminal as an output."""
-        raise NotImplementedError
 
     def terminal_current(self, layout: Layout, terminal: str) -> Functional:
-        """Return the current into one of ``terminals`` as an output."""
-        raise NotImplementedError
+        """Return the current into one of ``terminals`` as an output; the first one by default."""
+        return self.current(layout)
 
     @property
     def powers(self) -> tuple[tuple[str, str, str], ...]:

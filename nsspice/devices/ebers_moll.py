@@ -182,10 +182,8 @@ class EbersMoll(Transistor):
         one, two = (leg.current(layout, name, a, k) for name, a, k, leg in self._places)
         return one, two
 
-    def terminal_current(self, layout: Layout, terminal: str) -> Functional:
-        """Return the current into a terminal."""
-        if terminal == "b":
-            return super().terminal_current(layout, terminal)
+    def current_into(self, layout: Layout, terminal: str) -> Functional:
+        """Return the current into a terminal other than the base."""
         emitter, collector = self._currents(layout)
         sign = -1.0 if self.npn else 1.0
         if terminal == "e":

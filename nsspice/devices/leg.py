@@ -19,7 +19,8 @@ from .signals import register_of, shown
 from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
-    from .device import Device, EdgeKind
+    from .carrier import Carrier
+    from .device import EdgeKind
     from .junction import JunctionLaw
 
 #: voltage of a node by name, for initial charges
@@ -238,7 +239,7 @@ class Leg:
         element: str,
         a: str,
         b: str,
-        sources: Mapping[str, Device],
+        sources: Mapping[str, Carrier],
     ) -> None:
         """Write the law between two nodes; one with a drop must have been allocated."""
         if self.drop is None:

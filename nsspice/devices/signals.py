@@ -10,7 +10,7 @@ from .behaviour import Compiler
 from .stamper import Stamper, Written
 
 if TYPE_CHECKING:
-    from .device import Device
+    from .carrier import Carrier
 
 
 def voltages(expression: Expression) -> list[str]:
@@ -51,7 +51,7 @@ def shown(expression: Expression, length: int = 50) -> str:
 def register_of(
     stamper: Stamper,
     expression: Expression,
-    sources: Mapping[str, Device],
+    sources: Mapping[str, Carrier],
     own: int | None = None,
     extra: Mapping[str, int] | None = None,
 ) -> int:
@@ -61,7 +61,7 @@ def register_of(
     ----------
     stamper : Stamper
     expression : Expression
-    sources : mapping of str to Device
+    sources : mapping of str to Carrier
         Elements whose currents it reads.
     own : int, optional
         Register of the element's own current ``i``.

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from ..netlist.expression import Expression
 from ..problems.descriptor import Functional
 from .behaviour import linear_form
+from .carrier import Carrier
 from .device import NO_VALUES, Context, Device, Edge, check_flags
 from .effect import Effect
 from .leg import Voltage
@@ -47,7 +48,7 @@ class Stored(Device):
         self.expression = expression
         self.m = given.get("m", 1.0)
         self.ic = given.get("ic")
-        self.sources: dict[str, Device] = {}
+        self.sources: dict[str, Carrier] = {}
         self.effects = (Effect(f"{self.WHAT} {shown(expression)}"),)
         if self.ic is not None:
             self.effects += (Effect("initial value", "ic", self.ic),)

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ..netlist.findings import Findings
 from ..problems.descriptor import Functional, Switch
+from .carrier import Carrier
 from .device import NO_VALUES, Context, Device, Edge, check_flags, check_model
 from .effect import Effect
 from .parameter import Parameter, Table, refused
@@ -206,7 +207,7 @@ class CurrentSwitch(_Switch):
     def __init__(self, element: Element, law: SwitchLaw, m: float) -> None:
         super().__init__(element, law, m)
         #: set by the circuit once all names are known
-        self.control: Device | None = None
+        self.control: Carrier | None = None
 
     @property
     def control_elements(self) -> tuple[str, ...]:

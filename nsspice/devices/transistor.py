@@ -6,6 +6,7 @@ deck's own choice; any other NPN or PNP card is SPICE's smooth transistor.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import TYPE_CHECKING, ClassVar
 
 from ..problems.descriptor import Functional
@@ -80,13 +81,17 @@ class Transistor(Device):
 
     def terminal_current(self, layout: Layout, terminal: str) -> Functional:
         """Return the current into a terminal, ``c``, ``b``, ``e`` or ``s``."""
-        if terminal == "b":
-            total = Functional()
-            for other in self.terminals:
-                if other != "b":
-                    total = plus(total, self.terminal_current(layout, other))
-            return scaled(total, -1.0)
-        raise NotImplementedError
+        if terminal != "b":
+            return self.current_into(layout, terminal)
+        total = Functional()
+        for other in self.terminals:
+            if other != "b":
+                total = plus(total, self.current_into(layout, other))
+        return scaled(total, -1.0)
+
+    @abstractmethod
+    def current_into(self, layout: Layout, terminal: str) -> Functional:
+        """Return the current into a terminal other than the base."""
 
     @property
     def powers(self) -> tuple[tuple[str, str, str], ...]:
@@ -94,18 +99,3 @@ class Transistor(Device):
         c, b, e = self.corners
         listed = ((self.name, c, e), (f"{self.name}.b", b, e))
         return (*listed, (f"{self.name}.s", self.substrate, e)) if "s" in self.terminals else listed
-
-
-class Terminal(Device):
-    """One terminal of an element, for expressions that read its current ``i(q1.b)``."""
-
-    __slots__ = ("owner", "terminal")
-
-    def __init__(self, owner: Device, terminal: str) -> None:
-        self.name = f"{owner.name}.{terminal}"
-        self.owner = owner
-        self.terminal = terminal
-
-    def current(self, layout: Layout) -> Functional:
-        """Return the current into the terminal."""
-        return self.owner.terminal_current(layout, self.terminal)
