@@ -347,7 +347,7 @@ fn go_with_care<const W: usize>(
     knee: &Lanes<W>,
 ) {
     for i in 0..W {
-        let new = limit::exponential(v[i], point[i], unit[i], knee[i]);
+        let new = limit::junction(v[i], point[i], unit[i], knee[i]);
         point[i] = if v[i].is_nan() { v[i] } else { new };
     }
 }

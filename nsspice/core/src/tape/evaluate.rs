@@ -425,7 +425,7 @@ impl Machine {
             point = old;
         } else if how == Linearisation::Careful {
             point = match i.op {
-                Op::Junction => limit::exponential(x, old, unit, knee),
+                Op::Junction => limit::junction(x, old, unit, knee),
                 Op::Exp | Op::Expm1 => limit::exponential(x, old, 1.0, 0.0),
                 Op::Sinh | Op::Cosh => limit::two_sided(x, old),
                 Op::Log1p => limit::domain(x, old, -1.0),
