@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..circuit import Circuit, MnaSystem
+from ..devices import Inductor
 from ..devices.waveform import initial_value
 from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem, Waveform
@@ -30,7 +31,8 @@ def start(
 
     With ``uic`` the charges and fluxes of ``IC=`` and ``.ic`` are taken and an impulsive step
     resolves what is inconsistent.  Without it the DC solution is found, with the nodes of ``.ic``
-    held by voltage sources that are removed at t = 0.
+    held by voltage sources that are removed at t = 0; inductors across these begin without a
+    current.
 
     Returns
     -------
@@ -91,8 +93,15 @@ def _voltages(cards: Mapping[str, object], mna: MnaSystem) -> dict[str, float]:
 
 
 def _held_point(mna: MnaSystem, held: Mapping[str, float]) -> Floats:
-    """Return the DC solution with some nodes held at given voltages, shape (n,)."""
-    stepper = MoreauStepper(hold(mna.system, {mna.layout.nodes[k]: v for k, v in held.items()}), ())
+    """Return the DC solution with some nodes held at given voltages, shape (n,).
+
+    An inductor across held nodes would be a short circuit there: the sources carry what flows.
+    """
+    layout, fixed = mna.layout, {*held, "0"}
+    inductors = [d for d in mna.devices if isinstance(d, Inductor)]
+    loose = [layout.branches[d.name] for d in inductors if fixed.issuperset(d.nodes)]
+    system = hold(mna.system, {layout.nodes[k]: v for k, v in held.items()}, loose)
+    stepper = MoreauStepper(system, ())
     stepper.start_dc(0.0)
     return stepper.state[0][: mna.system.n]
 
@@ -114,7 +123,9 @@ def _smooth_charges(system: DescriptorSystem, point: Floats) -> Floats:
     return system.smooth.Q.dot(functions[0])
 
 
-def hold(system: DescriptorSystem, voltages: Mapping[int, float]) -> DescriptorSystem:
+def hold(
+    system: DescriptorSystem, voltages: Mapping[int, float], loose: Sequence[int] = ()
+) -> DescriptorSystem:
     """Return the system with voltage sources from some nodes to ground, one row more for each.
 
     Parameters
@@ -122,6 +133,8 @@ def hold(system: DescriptorSystem, voltages: Mapping[int, float]) -> DescriptorS
     system : DescriptorSystem
     voltages : mapping of int to float
         Voltage [V] by unknown.
+    loose : sequence of int
+        Currents that are zero, whatever their laws say.
 
     Examples
     --------
@@ -150,12 +163,19 @@ def hold(system: DescriptorSystem, voltages: Mapping[int, float]) -> DescriptorS
             np.concatenate([matrix.data, values]),
         )
 
-    nothing = np.zeros(0)
+    nothing, cut = np.zeros(0), np.array(loose, dtype=np.int64)
+    stay = ~np.isin(system.G.indices, cut)
+    laws = Csc.from_triplets(
+        (n, n),
+        np.concatenate([system.G.indices[stay], cut]),
+        np.concatenate([system.G.columns[stay], cut]),
+        np.concatenate([system.G.data[stay], np.ones(len(cut))]),
+    )
     return replace(
         system,
         E=grown(system.E, (n + k, n + k), nothing, nothing, nothing),
         G=grown(
-            system.G,
+            laws,
             (n + k, n + k),
             np.concatenate([nodes, new]),
             np.concatenate([new, nodes]),

@@ -1,4 +1,4 @@
-"""Transformers of gyrators: windings that nothing but a bleeder ties to ground, with capacitors behind sources."""
+"""Transformers of gyrators: capacitors behind sources, which bleeders alone tie to ground."""
 
 import numpy as np
 import pytest
@@ -63,9 +63,9 @@ def circuit():
 def test_bleeders_do_not_turn_the_rounding_of_charges_into_voltages(circuit, reltol):
     """C3 hangs behind the sources of two windings, on 100 MOhm.
 
-    In a step of 20 fs its law has terms of 1e11 A, whose rounding went through the ammeter of a winding
-    and the bleeders: 66 V, at 1e-7 264 V after a hundred times the steps, and at the end of more switchings
-    1e13 V and nan.  The laws held to the rounding of what was there.
+    In a step of 20 fs its law has terms of 1e11 A, whose rounding went through the ammeter of a
+    winding and the bleeders: 66 V, at 1e-7 264 V after a hundred times the steps, and at the end of
+    more switchings 1e13 V and nan.  The laws held to the rounding of what was there.
     """
     run = nsspice.tran(circuit, method="sdirk", reltol=reltol)
     assert run.certificate.passed

@@ -54,6 +54,20 @@ def test_ic_cards_hold_other_nodes_at_the_start_as_well():
     assert sol["v(a,b)"] == pytest.approx(3.0 * np.ones(sol.time.size), abs=1e-9)
 
 
+@pytest.mark.parametrize("held", [0.0, 1.0])
+def test_an_inductor_across_a_held_node_begins_without_a_current(held):
+    """It got half of what flows at 0 V, and NS3001 at 1 V; at 1 V ngspice gives it 1e10 A."""
+    deck = "tank\nV1 a 0 5\nR1 a b 100\nL1 b 0 500m\nC1 b 0 10u\n.tran 1u 1m\n"
+    sol = nsspice.tran(nsspice.read(f"{deck}.ic v(b)={held}\n"))
+    # v'' + v'/RC + v/LC = 0 from v(0) and v'(0) = (5 - v)/RC
+    slow, fast = np.sort(np.roots([1.0, 1.0 / (100 * 1e-5), 1.0 / (0.5 * 1e-5)]))[::-1]
+    rate = (5.0 - held) / (100 * 1e-5)
+    one = (rate - fast * held) / (slow - fast)
+    exact = one * np.exp(slow * sol.time) + (held - one) * np.exp(fast * sol.time)
+    assert sol["v(b)"] == pytest.approx(exact, abs=1e-10)
+    assert abs(sol["i(l1)"][0]) < 1e-15
+
+
 def test_first_order_with_theta_one_and_second_with_a_half():
     errors = {}
     for theta in (1.0, 0.5):
