@@ -219,9 +219,10 @@ class Behavioural(Reading):
         findings = context.findings
         check_flags(cls, element, findings)
         table = _CURRENT if element.quantity == "i" else _VOLTAGE
-        return cls(
-            element, as_expression(element), table.read(element.params, element.name, findings)
-        )
+        given = table.read(element.params, element.name, findings)
+        device = cls(element, as_expression(element), given)
+        device.coefficients.check(element, findings)
+        return device
 
     def keep_current(self) -> None:
         """Make the current an unknown because another element reads it."""

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
+from ..netlist.findings import Findings
 from .effect import Effect
 from .parameter import Parameter
 from .stamper import Conditions
+
+if TYPE_CHECKING:
+    from ..netlist.deck import Element
 
 #: on the element line
 LINE = (
@@ -50,6 +55,16 @@ class Coefficients:
     temp: float | None = None
     dtemp: float = 0.0
     tnom: float | None = None
+
+    def check(self, element: Element, findings: Findings) -> None:
+        """Warn of a temperature that nothing follows."""
+        for key in ("temp", "dtemp"):
+            if key in element.params and getattr(self, key) and not self:
+                findings.warning(
+                    "NS2052",
+                    f"{key} of {element.name} has no effect without tc1 or tc2",
+                    element.params[key].span,
+                )
 
     @classmethod
     def of(cls, given: Mapping[str, float]) -> Coefficients:

@@ -64,6 +64,7 @@ def read_given(
     for key in ("tc1", "tc2", "tnom"):
         if key in card:
             given.setdefault(key, card[key])
+    Coefficients.of(given).check(element, findings)
     return given, card
 
 

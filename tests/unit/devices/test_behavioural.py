@@ -155,6 +155,13 @@ def test_temperature_coefficients(line: str, signal: str, value: float):
     assert found == pytest.approx([value], rel=1e-12)
 
 
+def test_a_temperature_that_nothing_follows_is_named():
+    text = "V1 a 0 1\nR1 a 0 R={1k*(1+v(a))} temp=50\nR2 a 0 1 dtemp=3\nB1 0 a I={v(a)} temp=9"
+    circuit = build(parse_text(f"t\n{text}\n"))
+    named = [w.message.split(" has no effect")[0] for w in circuit.warnings]
+    assert named == ["temp of r1", "dtemp of r2", "temp of b1"]
+
+
 def test_wrong_references_and_parameters():
     base = "V1 a 0 1\nR1 a 0 1\n"
     assert codes(base + "B1 b 0 V={v(zz)}\nR2 b 0 1") == ["NS1071"]
