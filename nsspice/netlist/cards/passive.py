@@ -15,10 +15,12 @@ from .terminals import Terminals
 _COMMON = {"m", "temp", "dtemp", "scale"}
 #: what LTspice writes of a part from its catalogue, and no law of the element contains
 _RATINGS = {"r": {"tol", "pwr"}, "c": {"v", "irms"}, "l": {"ipk", "irms"}}
+#: Chan's core with hysteresis, LTspice's
+_CORE = {"hc", "bs", "br", "a", "lm", "lg", "n"}
 _KNOWN = {
     "r": _COMMON | {"r", "v", "tc", "tc1", "tc2", "ac", "noisy", "noise", "ic"} | _RATINGS["r"],
     "c": _COMMON | {"c", "ic", "tc", "tc1", "tc2"} | PARASITICS | _RATINGS["c"],
-    "l": _COMMON | {"l", "ic", "tc", "tc1", "tc2", "nt"} | PARASITICS | _RATINGS["l"],
+    "l": _COMMON | {"l", "ic", "tc", "tc1", "tc2", "nt"} | PARASITICS | _RATINGS["l"] | _CORE,
 }
 #: what follows a number by mistake after a blank: 10 kOhm
 _SCALE = re.compile("(t|g|meg|k|m|u|\u00b5|n|p|f)?(ohms?|\u03c9|\u2126|f|farads?|h|henry)?")
@@ -80,6 +82,11 @@ def passive(reader: Reader, line: Line, items: list[Item]) -> Template:
         params["tc1"] = params.pop("tc")
     result.params = params
     terminals.finish(result)
+    for key in params:
+        if key in _CORE:
+            message = f"{terminals.name}: a core with hysteresis ({key}=) is not simulated"
+            hint = "write the flux as a function of the current: Flux={expression of x}"
+            raise Unreadable("NS1002", message, params[key].span, hint)
     if result.value is None and not result.model:
         raise Unreadable("NS1008", f"{terminals.name}: the {what} is missing", result.span,
                          f"write {letter.upper()}name node node value")  # fmt: skip
