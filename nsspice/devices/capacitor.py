@@ -1,10 +1,14 @@
-"""Capacitor ``C a b value [ic=]``: i = C v'."""
+"""Capacitor ``C a b value [ic=]``: i = C v'.
+
+With ``Q={expr}``, or a capacitance that depends on its own voltage, it is a charge.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
+from ..netlist.expression import Expression
 from ..problems.descriptor import Functional
 from .coefficients import CARD
 from .device import NO_VALUES, Context, Device, Edge
@@ -30,10 +34,12 @@ class Capacitor(Passive):
     @classmethod
     def read(cls, element: Element, context: Context) -> Device | None:
         """Return the capacitor of an element line, or None after reporting why not."""
-        if element.quantity:
-            from .stored import Charge
+        if element.quantity or isinstance(element.value, Expression):
+            from .stored import Charge, charge_of
 
-            return Charge.read(element, context)
+            charged = element if element.quantity else charge_of(element)
+            if charged is not None:
+                return Charge.read(charged, context)
         found = read_passive(cls, element, context, "c", "capacitance")
         if found is None:
             return None

@@ -181,7 +181,8 @@ class Device(Carrier):
 
 #: what is written instead of a value that depends on signals
 _INSTEAD = {
-    "capacitance": "write the charge: Q={expression of x}, where x is the voltage across it",
+    "capacitance": "it may be a sum of common functions of its own voltage; else write the "
+    "charge: Q={expression of x}, where x is the voltage across it",
     "inductance": "write the flux: Flux={expression of x}, where x is the current through it",
 }
 

@@ -9,12 +9,15 @@ of the system, so that it is kept in every step.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..netlist.expression import Expression
+from ..netlist.node import neg, num, sub, var
 from ..problems.descriptor import Functional
+from .antiderivative import antiderivative
 from .behaviour import linear_form
 from .carrier import Carrier
 from .device import NO_VALUES, Context, Device, Edge, check_flags
@@ -180,6 +183,33 @@ class Flux(Stored):
     def initial_charges(self, layout: Layout, voltage: Voltage) -> list[tuple[int, float]]:
         """Return the flux from which a run with ``uic`` starts."""
         return [(layout.branches[self.name], self._initial(layout, voltage))]
+
+
+def charge_of(element: Element) -> Element | None:
+    """Return a capacitor whose capacitance depends on its own voltage with its charge as value.
+
+    None stands for one that reads other signals, or whose integral is not known.
+
+    Parameters
+    ----------
+    element : Element
+        Its value is an expression [F].
+    """
+    value = element.value
+    assert isinstance(value, Expression)
+    names = value.variables()
+    name = min(names)
+    ends = (*name[2:-1].split(","), "0")[:2]
+    if len(names) > 1 or name[:2] != "v(" or set(ends) != set(element.nodes) or element.model:
+        return None
+    integral = antiderivative(value.node, var(name))
+    start = math.nan if integral is None else Expression(integral).evaluate({name: 0.0})
+    if integral is None or not math.isfinite(start):
+        return None
+    charge = sub(integral, num(start))
+    if ends[0] != element.nodes[0]:
+        charge = neg(charge)
+    return replace(element, value=Expression(charge, value.span), quantity="q")
 
 
 def _multiple(expression: Expression, nodes: tuple[str, ...]) -> float | None:

@@ -116,7 +116,7 @@ def _behavioural(writer: DeckWriter, element: Element, device: Device) -> None:
     """Write R, E, F, G, H and B with an expression of signals as a B source."""
     value = element.value
     assert isinstance(value, Expression)
-    if element.quantity not in ("v", "i", "q"):
+    if element.quantity not in ("v", "i", "q") and element.letter != "c":
         raise untranslatable(f"{element.name}: ngspice cannot have {value.text} as its value")
     a, b = writer.ends(element.name, element.nodes)
     own = f"i({writer.meter(element.name)})"
@@ -127,10 +127,11 @@ def _behavioural(writer: DeckWriter, element: Element, device: Device) -> None:
             raise untranslatable(f"{element.name} has tc1= in a .dc temp sweep")
         text = f"({text})*{rise.factor(writer.conditions)!r}"
     parallel = element.params.get("m")
-    if parallel is not None and element.quantity in ("i", "q"):
+    if parallel is not None and element.quantity != "v":
         text = f"({text})*{float(parallel.value)!r}"  # type: ignore[arg-type]
-    if element.quantity == "q":
-        writer.add(writer.names.element("c", element.name), a, b, f"Q='{text}'")
+    if element.letter == "c":
+        key = element.quantity or "c"
+        writer.add(writer.names.element("c", element.name), a, b, f"{key}='{text}'")
         return
     name = writer.names.element("b", element.name)
     writer.add(name, a, b, f"{element.quantity.upper()}={text}")

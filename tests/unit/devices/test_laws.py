@@ -259,7 +259,7 @@ def test_wrong_switch_models():
 
 
 def test_nonlinear_stores_are_refused_by_name():
-    text = "V1 a 0 1\nC1 a 0 {1u*v(a)}\nL1 a b {1m*time}\nR1 b 0 1\n"
+    text = "V1 a 0 1\nC1 a 0 {1u*v(b)}\nL1 a b {1m*time}\nR1 b 0 1\n"
     assert codes(text) == ["NS2009", "NS2009"]
 
 
