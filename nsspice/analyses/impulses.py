@@ -63,7 +63,8 @@ def jumps_of(
     found = []
     for number, jump in enumerate(jumps):
         charges, energy = start_of(mna, jump, start if number == 0 else None)
-        after = system.E.dot(jump.after)
+        linear = system.E.dot(jump.after)
+        after = linear + stored_functions(mna, jump, jump.after)
         moved, size = np.abs(after - charges), np.maximum(np.abs(after), np.abs(charges))
         if np.all(moved <= tolerance * size):
             continue
@@ -86,7 +87,7 @@ def jumps_of(
                 if abs(value) > _SHARE * amount
             ]
         if jumped:
-            reached, given = 0.5 * float(jump.after @ after), delivered(mna, jump)
+            reached, given = 0.5 * float(jump.after @ linear), delivered(mna, jump)
             stores = _stores(mna, jump, charges, after)
             found.append(JumpReport(jump.time, energy, reached, given, stores, impulses))
     return found

@@ -187,3 +187,12 @@ def test_explain_shows_the_expression():
     text = explain(circuit_of("C1 a 0 Q=1n*x*x ic=1\nR1 a 0 1\nL1 a 0 Flux=tanh(x)")).text()
     assert "charge {1n*x*x}, initial value (ic=1)" in text
     assert "flux {tanh(x)}" in text
+
+
+def test_the_impulse_of_a_step_is_the_charge():
+    # 2 V at once: 1 nF x (1 + 0.1 x^2) holds 2.8 nA s, which the source gives and the resistor not
+    text = "V1 a 0 PULSE(0 2 1u 0 0 1 2)\nC1 a 0 Q=1n*x*(1+0.1*x*x)\nR1 a 0 1k"
+    solution = run(text, ".tran 0.1u 3u", ["v(a)"])
+    (impulse,) = solution.impulses
+    assert (impulse.element, impulse.time) == ("v1", 1e-6)
+    assert impulse.value == pytest.approx(-2.8e-9, rel=1e-9)
