@@ -141,7 +141,7 @@ class Expander:
         )
         if item.model and model is None and (item.value is not None or value is None):
             raise self._no_model(scope, item)
-        for part in taken_apart(element, self._findings):
+        for part in taken_apart(element, self._findings) if params else (element,):
             if part.name != name:
                 self._claim(part.name, part.name[len(scope.prefix) :], part.span)
             if len(self.elements) >= MAX_ELEMENTS:
