@@ -14,7 +14,12 @@ from .terminals import Terminals
 
 _COMMON = {"m", "temp", "dtemp", "scale"}
 #: what LTspice writes of a part from its catalogue, and no law of the element contains
-_RATINGS = {"r": {"tol", "pwr"}, "c": {"v", "irms"}, "l": {"ipk", "irms"}}
+_NOTES = {"mfg", "pn", "type", "pppkg"}
+_RATINGS = {
+    "r": {"tol", "pwr"} | _NOTES,
+    "c": {"v", "irms"} | _NOTES,
+    "l": {"ipk", "irms"} | _NOTES,
+}
 #: Chan's core with hysteresis, LTspice's
 _CORE = {"hc", "bs", "br", "a", "lm", "lg", "n"}
 _KNOWN = {

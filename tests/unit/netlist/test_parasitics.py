@@ -87,6 +87,17 @@ def test_values_may_be_parameters_and_zero_means_none():
     assert circuit.default_signals() == ["v(a)", "i(l1)"]
 
 
+def test_lines_of_a_catalogue_are_read():
+    circuit = nsspice.read(
+        't\nL1 a b 10u Ipk=3 Rser=0.05 Rpar=5k Cpar=2p mfg="Coilcraft" pn="DO3316P-103"\n'
+        'C1 b 0 220u V=16 Irms=2 Rser=0.035 Lser=0 mfg="Nichicon" type="Al electrolytic" ppPkg=1\n'
+        "V1 a 0 1\nR1 b 0 1 tol=1 pwr=0.1\n.op\n"
+    )
+    assert not circuit.warnings
+    found = [d.name for d in circuit.devices]
+    assert found == ["l1", "l1.rser", "l1.rpar", "l1.cpar", "c1", "c1.rser", "v1", "r1"]
+
+
 def test_parts_may_be_named():
     text = "X1 a s\n.subckt s p\nL1 p 0 1m Rser=1 Rpar=8\n.ends\nV1 a 0 4\n.op"
     card = ".save i(x1.l1.rser) i(x1.l1.rpar) v(x1.l1#rser)"
