@@ -148,25 +148,31 @@ class Bipolar(Transistor):
                 stamper.internal_node(nodes[end], self.name)
                 if key != "rb" or not self._modulated:
                     stamper.conductance(node, nodes[end], self.parallel / p[key])
-        volts = {name: stamper.voltage_register(nodes[a], nodes[k]) for name, a, k in self._flows()}
-        law = BipolarLaw(stamper.tape, p, volts["base-emitter"], volts["base-collector"])
+        flows = {name: (nodes[a], nodes[k]) for name, a, k in self._flows()}
+
+        def across(name: str) -> int:
+            return stamper.voltage_register(*flows[name])
+
+        law = BipolarLaw(stamper.tape, p, across("base-emitter"), across("base-collector"))
         registers = {
             "transport": law.transport,
             "base-emitter": law.base_emitter,
             "base-collector": law.base_collector,
             "emitter charge": law.emitter_charge(),
             "collector charge": law.collector_charge(),
-            "outer charge": law.outer_charge(volts["outer charge"]),
-            "substrate": law.junction(volts["substrate"], "iss", "ns") if p["iss"] else None,
-            "substrate charge": law.substrate_charge(volts["substrate"]),
         }
-        for name, a, k in self._flows():
-            register = registers[name]
+        if p["xcjc"] < 1.0:
+            registers["outer charge"] = law.outer_charge(across("outer charge"))
+        if p["iss"]:
+            registers["substrate"] = law.junction(across("substrate"), "iss", "ns")
+        if p["cjs"]:
+            registers["substrate charge"] = law.substrate_charge(across("substrate charge"))
+        for name, register in registers.items():
             if register is not None:
                 number = stamper.function(register)
                 stamper.layout.functions[f"{self.name}#{name}"] = number
                 enter = stamper.enter_charge if name in _CHARGES else stamper.enter
-                enter(nodes[a], nodes[k], number, self.parallel)
+                enter(*flows[name], number, self.parallel)
         if self._modulated:
             ends = (nodes["o"], nodes["b"]) if self.npn else (nodes["b"], nodes["o"])
             number = stamper.function(law.base_resistance(stamper.voltage_register(*ends)))

@@ -95,10 +95,9 @@ class BipolarLaw:
         c = self.p["cjc"] * (1.0 - self.p["xcjc"])
         return self.depletion(v, c, "c", self.p["fc"]) if c else None
 
-    def substrate_charge(self, v: int) -> int | None:
-        """Return the charge of the substrate, linear in forward direction; None without one."""
-        c = self.p["cjs"]
-        return self.depletion(v, c, "s", 0.0) if c else None
+    def substrate_charge(self, v: int) -> int:
+        """Return the charge of the substrate, a parabola in forward direction."""
+        return self.depletion(v, self.p["cjs"], "s", 0.0)
 
     def _times(self, register: int, factor: int | None) -> int:
         return register if factor is None else self.tape.op("mul", register, factor)
