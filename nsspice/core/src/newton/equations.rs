@@ -111,7 +111,7 @@ impl Equations {
     ) -> Equations {
         let (n, m) = (g.nrows, a.ncols);
         let size = n + m;
-        let floating = Floating::new(e, g, row_kind);
+        let floating = Floating::with_bare(e, g, row_kind);
         let a = &Csc::from_triplets(n, m, &floating.with_sums(a));
         let mut terms: Vec<Term> = Vec::new();
         for (matrix, rate) in [(&smooth.f, false), (&smooth.q, true)] {
@@ -153,8 +153,9 @@ impl Equations {
                 }
             }
         }
-        let mut all = floating.with_sums(g);
-        all.extend(e.iter().map(|(r, c, _)| (r, c, 0.0)));
+        let stored = floating.stored(e);
+        let mut all = floating.conductances(g);
+        all.extend(stored.iter().map(|&(r, c, _)| (r, c, 0.0)));
         all.extend(positions.iter().map(|&(t, j, _)| (t.row as usize, j, 0.0)));
         all.extend(a.iter().map(|(r, c, v)| (r, n + c, v)));
         all.extend(b.iter().map(|(r, c, v)| (n + r, c, -v)));
@@ -167,7 +168,7 @@ impl Equations {
             (pattern.colptr[c] + k) as u32
         };
         let mut storage = vec![0.0; pattern.values.len()];
-        for (r, c, v) in e.iter().filter(|e| !floating.is_sum(e.0)) {
+        for (r, c, v) in stored {
             storage[place(r, c) as usize] += v;
         }
         let entries: Vec<Entry> = positions

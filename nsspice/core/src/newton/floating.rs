@@ -1,11 +1,20 @@
-//! Nodes that only capacitors tie: the sum of their laws.
+//! Nodes that little ties to the others: the sum of their laws takes the place of the first of them.
 //!
 //! Beside `rate E z` the currents into a group of nodes that capacitors tie together, without a connection
 //! to ground, drown in rounding: in a step of 10 ps the terms of 1 mF at 500 V are 5e10 A.  The sum of the
-//! laws of such a group holds what comes in from elsewhere alone.  It takes the place of the first of them.
+//! laws of such a group holds what comes in from elsewhere alone.  The current of a source makes up for
+//! whatever the laws in which it stands sum to, unless it leaves their sum: then these are one group.
+//!
+//! So do the currents of junctions into a group of nodes that resistors tie together: 40 Ohm at 5 V are
+//! known to 3e-17 A, and leakage of 1e-16 A determines the potential of both ends.
 
 use crate::descriptor::stored_groups;
 use crate::sparse::Csc;
+
+/// Conductances that sum to this part of their sizes sum to zero: less is lost in their assembly.
+const ROUNDING: f64 = f64::EPSILON;
+/// The same for charges.
+const LOST: f64 = 1e-12;
 
 /// Rows that belong together.
 struct Ties(Vec<usize>);
@@ -31,54 +40,85 @@ impl Ties {
     }
 }
 
+/// The laws that groups of unknowns and some columns of a matrix join, and which of them are in no group
+/// whose sum has anything of these columns left.
+fn joined(
+    g: &Csc,
+    floating: &[Vec<usize>],
+    law: impl Fn(usize) -> bool,
+    counts: impl Fn(usize) -> bool,
+) -> (Vec<Vec<usize>>, Vec<bool>) {
+    let n = g.nrows;
+    let (mut ties, mut free) = (Ties::new(n), vec![true; n]);
+    floating
+        .iter()
+        .filter(|group| group.iter().all(|&row| law(row)))
+        .for_each(|group| ties.tie(group));
+    for c in (0..n).filter(|&c| counts(c)) {
+        let (rows, values) = g.col(c);
+        let own = || rows.iter().zip(values).filter(|(&row, v)| law(row) && **v != 0.0);
+        let rows: Vec<usize> = own().map(|(&row, _)| row).collect();
+        ties.tie(&rows);
+        let (sum, size) = own().fold((0.0, 0.0), |(sum, size), (_, v)| (sum + v, size + v.abs()));
+        if f64::abs(sum) > ROUNDING * size {
+            rows.iter().for_each(|&row| free[row] = false);
+        }
+    }
+    let mut groups = vec![Vec::new(); n];
+    (0..n).filter(|&row| law(row)).for_each(|row| groups[ties.root(row)].push(row));
+    groups.retain(|group| !group.is_empty());
+    (groups, free)
+}
+
 /// The groups, of current rows, and how rows turn into sums.
 #[derive(Clone, Debug)]
 pub(super) struct Floating {
     groups: Vec<Vec<usize>>,
     /// the first row of the group of each row
     first: Vec<Option<usize>>,
+    /// sums in which no conductance and no source is left
+    bare: Vec<bool>,
 }
 
 impl Floating {
-    /// Finds the groups of the storage matrix `e`.  The current of a source, a column of `g`, makes up for
-    /// whatever the laws in which it stands sum to, unless it leaves their sum: then these are one group.
-    pub fn new(e: &Csc, g: &Csc, row_kind: &[u8]) -> Floating {
+    fn none(rows: usize) -> Floating {
+        Floating { groups: Vec::new(), first: vec![None; rows], bare: vec![false; rows] }
+    }
+
+    /// Finds the groups that conductances and sources (`g`) tie, of which nothing is left in the sum, and
+    /// those that capacitors (`e`) tie.
+    pub fn with_bare(e: &Csc, g: &Csc, row_kind: &[u8]) -> Floating {
+        let mut out = Floating::none(e.nrows);
+        let (mut groups, free) =
+            joined(g, &stored_groups(e)[0], |row| row_kind[row] == 0, |_| true);
+        groups.retain(|group| group.len() > 1 && group.iter().all(|&row| free[row]));
+        groups.into_iter().for_each(|group| out.take(group, true));
+        out.with_stored(e, g, row_kind)
+    }
+
+    /// Adds the groups that capacitors tie, across sources whose currents leave the sum.
+    fn with_stored(mut self, e: &Csc, g: &Csc, row_kind: &[u8]) -> Floating {
         let n = e.nrows;
         let [floating, fixed] = stored_groups(e);
-        let current = |group: &Vec<usize>| group.iter().all(|&row| row_kind[row] == 0);
-        let mut ties = Ties::new(n);
-        let mut free = vec![true; n];
-        fixed.iter().flatten().for_each(|&row| free[row] = false);
-        floating.iter().for_each(|group| ties.tie(group));
         let mut stored = vec![false; n];
         e.iter().for_each(|(_, column, _)| stored[column] = true);
-        for c in (0..n).filter(|&c| row_kind[c] == 1 && !stored[c]) {
-            let (rows, values) = g.col(c);
-            let laws = || rows.iter().zip(values).filter(|(&r, v)| row_kind[r] == 0 && **v != 0.0);
-            let rows: Vec<usize> = laws().map(|(&row, _)| row).collect();
-            ties.tie(&rows);
-            if laws().map(|(_, v)| v).sum::<f64>() != 0.0 {
-                rows.iter().for_each(|&row| free[row] = false);
-            }
-        }
-        let mut members = vec![Vec::new(); n];
-        let mut fit = vec![true; n];
-        for row in (0..n).filter(|&row| row_kind[row] == 0) {
-            let root = ties.root(row);
-            members[root].push(row);
-            fit[root] &= free[row];
-        }
-        let mut first = vec![None; n];
-        let mut groups = Vec::new();
-        for group in floating.iter().filter(|group| group.len() > 1 && current(group)) {
-            let root = ties.root(group[0]);
-            let group = std::mem::take(&mut members[root]);
-            if fit[root] && !group.is_empty() {
-                group.iter().for_each(|&row| first[row] = Some(group[0]));
-                groups.push(group);
-            }
-        }
-        Floating { groups, first }
+        let law = |row: usize| row_kind[row] == 0;
+        let (mut groups, mut free) = joined(g, &floating, law, |c| !law(c) && !stored[c]);
+        fixed.iter().flatten().for_each(|&row| free[row] = false);
+        let mut held = vec![false; n];
+        floating.iter().filter(|group| group.len() > 1).flatten().for_each(|&j| held[j] = true);
+        groups.retain(|group| {
+            group.iter().any(|&row| held[row])
+                && group.iter().all(|&row| free[row] && self.first[row].is_none())
+        });
+        groups.into_iter().for_each(|group| self.take(group, false));
+        self
+    }
+
+    fn take(&mut self, group: Vec<usize>, bare: bool) {
+        self.bare[group[0]] = bare;
+        group.iter().for_each(|&row| self.first[row] = Some(group[0]));
+        self.groups.push(group);
     }
 
     /// Whether a sum stands in the place of this row.
@@ -102,6 +142,24 @@ impl Floating {
         matrix.iter().chain(copies).collect()
     }
 
+    /// The same for conductances: those that leave a sum leave no rounding of theirs there.
+    pub fn conductances(&self, matrix: &Csc) -> Vec<(usize, usize, f64)> {
+        let mut all = self.with_sums(matrix);
+        all.iter_mut().filter(|e| self.bare[e.0]).for_each(|e| e.2 = 0.0);
+        all
+    }
+
+    /// The same for what is stored.
+    pub fn stored(&self, matrix: &Csc) -> Vec<(usize, usize, f64)> {
+        let sizes: Vec<_> = matrix.iter().map(|(r, c, v)| (r, c, v.abs())).collect();
+        let sizes = Csc::from_triplets(matrix.nrows, matrix.ncols, &sizes);
+        let [sums, sizes] =
+            [matrix, &sizes].map(|m| Csc::from_triplets(m.nrows, m.ncols, &self.with_sums(m)));
+        let left = sums.iter().zip(sizes.iter());
+        let left = left.filter(|(sum, size)| !self.is_sum(sum.0) || sum.2.abs() > LOST * size.2);
+        left.map(|(sum, _)| sum).collect()
+    }
+
     /// Turns the right-hand side of laws into one with sums.
     pub fn sum_up(&self, rhs: &mut [f64]) {
         for group in &self.groups {
@@ -122,7 +180,7 @@ mod tests {
         let mut g = vec![(1, 4, 1.0), (2, 4, -1.0), (2, 5, 1.0), (0, 0, 0.1), (0, 3, -0.1)];
         g.extend(far.map(|node| (node, 5, -1.0)));
         let matrix = |list: &[_]| Csc::from_triplets(6, 6, list);
-        Floating::new(&matrix(&e), &matrix(&g), &[0, 0, 0, 0, 1, 1])
+        Floating::with_bare(&matrix(&e), &matrix(&g), &[0, 0, 0, 0, 1, 1])
     }
 
     #[test]
@@ -144,5 +202,21 @@ mod tests {
     #[test]
     fn a_source_to_ground_makes_up_for_the_sum() {
         assert!(!example(None).is_sum(0));
+    }
+
+    #[test]
+    fn resistors_leave_a_sum_that_they_do_not_tie_to_ground() {
+        let e = Csc::from_triplets(3, 3, &[(1, 1, 1e-9)]);
+        let tied = |ground: f64| {
+            let g = [(0, 0, 0.1), (0, 1, -0.1), (1, 0, -0.1), (1, 1, 0.1 + ground), (2, 2, 1.0)];
+            let g = Csc::from_triplets(3, 3, &g);
+            (Floating::with_bare(&e, &g, &[0, 0, 0]), g)
+        };
+        let (floating, g) = tied(0.0);
+        assert!(floating.is_sum(0) && !floating.is_sum(1) && !floating.is_sum(2));
+        assert!(floating.conductances(&g).iter().filter(|e| e.0 == 0).all(|e| e.2 == 0.0));
+        // what is stored there stays
+        assert_eq!(floating.stored(&e), [(0, 1, 1e-9), (1, 1, 1e-9)]);
+        assert!(!tied(1e-14).0.is_sum(0));
     }
 }

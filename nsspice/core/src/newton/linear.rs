@@ -71,8 +71,11 @@ pub(super) struct Assembly {
     pub entries: Rows<Derivative>,
     /// the Jacobian with all pairs active, unscaled
     pub values: Vec<f64>,
-    /// physical unknown = scale * scaled unknown; also multiplies the rows
+    /// physical unknown = scale * scaled unknown
     pub scale: Vec<f64>,
+    /// what multiplies the rows: the same, but at rest for sums of laws, in which little of their unknowns
+    /// stands
+    row_scale: Vec<f64>,
     scaled: bool,
     /// how often it has been scaled
     pub scalings: u32,
@@ -130,6 +133,7 @@ impl Assembly {
             ),
             values: linear.values.clone(),
             scale: vec![1.0; eq.size()],
+            row_scale: vec![1.0; eq.size()],
             scaled: false,
             scalings: 0,
             open: false,
@@ -172,7 +176,7 @@ impl Assembly {
 
     /// Scales the present Jacobian so that its entries come near one.
     fn rescale(&mut self, eq: &Equations) {
-        let Assembly { jacobian, values, scale, weight, .. } = self;
+        let Assembly { jacobian, values, scale, row_scale, weight, .. } = self;
         for c in 0..jacobian.ncols {
             let range = jacobian.colptr[c]..jacobian.colptr[c + 1];
             let entries = jacobian.rowidx[range.clone()].iter().zip(&values[range.clone()]);
@@ -183,9 +187,22 @@ impl Assembly {
             }
         }
         *scale = equilibrate(jacobian);
-        for c in 0..jacobian.ncols {
+        row_scale.copy_from_slice(scale);
+        let mut largest = vec![0.0f64; eq.n];
+        for (c, scale) in scale.iter().enumerate() {
+            let range = jacobian.colptr[c]..jacobian.colptr[c + 1];
+            for (&row, v) in jacobian.rowidx[range.clone()].iter().zip(&values[range]) {
+                if self.rate == 0.0 && row < eq.n && eq.floating.is_sum(row) {
+                    largest[row] = largest[row].max((v * scale).abs());
+                }
+            }
+        }
+        for (row, largest) in row_scale.iter_mut().zip(largest).filter(|row| row.1 > 0.0) {
+            *row = largest.log2().round().exp2().recip();
+        }
+        for (c, scale) in scale.iter().enumerate() {
             for at in jacobian.colptr[c]..jacobian.colptr[c + 1] {
-                weight[at] = scale[jacobian.rowidx[at]] * scale[c];
+                weight[at] = row_scale[jacobian.rowidx[at]] * scale;
             }
         }
         self.scaled = true;
@@ -299,18 +316,18 @@ impl Assembly {
 
     /// `x := J^-1 x` in physical units, in the mode factored last.
     pub fn solve(&self, n: usize, active: &[bool], x: &mut [f64], work: &mut [f64]) {
-        let scale = &self.scale;
-        for (v, s) in x[..n].iter_mut().zip(scale) {
+        let (rows, columns) = (&self.row_scale, &self.scale);
+        for (v, s) in x[..n].iter_mut().zip(rows) {
             *v *= s;
         }
-        for ((v, s), &on) in x[n..].iter_mut().zip(&scale[n..]).zip(active) {
+        for ((v, s), &on) in x[n..].iter_mut().zip(&rows[n..]).zip(active) {
             *v = if on { *v * s } else { *v / s };
         }
         let solved = self.factor.as_ref().map(|f| f.solve(x, work));
         if !matches!(solved, Some(Ok(()))) {
             x.fill(f64::NAN);
         }
-        for (v, s) in x.iter_mut().zip(scale) {
+        for (v, s) in x.iter_mut().zip(columns) {
             *v *= s;
         }
     }

@@ -1,0 +1,63 @@
+"""Operating points that leakage of junctions alone determines, behind resistors of some ohms."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import nsspice
+
+JUNCTIONS = """Leakage through two junctions, tied by 40 Ohm, beside milliamperes
+V1 p 0 5
+R1 p 0 1k
+D1 p a one
+R2 a b 40
+D2 0 b two
+.model one D(IS=1e-15)
+.model two D(IS=2e-16)
+.op
+"""
+INVERTER = """TTL inverter with a low input: nothing but leakage reaches the output
+VCC vcc 0 5
+VIN in 0 0
+R1 vcc b1 4k
+Q1 b2 b1 in n1
+R2 vcc c2 1.6k
+Q2 c2 b2 e2 n1
+R3 e2 0 1k
+R4 vcc c4 130
+Q4 c4 c2 e4 n1
+D1 e4 out d1
+Q3 out e2 0 n1
+CL out 0 15p
+.model n1 NPN(IS=1e-16 BF=50 BR=1 {ohmic} CJE=.9p CJC=1.5p TF=.1n TR=10n VAF=50)
+.model d1 D(IS=1e-15 {series} CJO=.9p TT=.1n)
+.tran 1n 10n
+"""
+
+
+def test_resistors_of_ohms_leave_leakage_its_digits():
+    """40 Ohm at 5 V stand for 0.125 A, of which a hundredth of the leakage is rounding."""
+    point = nsspice.op(nsspice.read(JUNCTIONS))
+    # IS1 (exp(v/Vt) - 1) = IS2; laws end at 1e-14 of 1e-6 of 0.125 A: 6e-6 of the leakage
+    unit = 1.380649e-23 * 300.15 / 1.602176634e-19
+    across = point["v(p)"][0] - point["v(a)"][0]
+    assert across == pytest.approx(unit * math.log1p(0.2), rel=6e-6)
+
+
+@pytest.mark.parametrize("method", ["sdirk", "moreau"])
+def test_an_output_on_leakage_does_not_leave_the_supply(method):
+    """It stood at 9.99997 V with a supply of 5 V: nobody asked for so small currents.
+
+    Without ohmic resistances, which carry 1e-15 A, no rounding hides them; ngspice has 4.96615 V
+    there (with them, and without gmin, 3.99647 V).
+    """
+    with_them, without = (
+        nsspice.read(INVERTER.format(ohmic=ohmic, series=series))
+        for ohmic, series in (("RB=70 RC=40", "RS=40"), ("", ""))
+    )
+    known = nsspice.op(without)["v(out)"][0]
+    assert known == pytest.approx(4.96615, abs=2e-5)
+    assert nsspice.op(with_them)["v(out)"][0] == pytest.approx(known, abs=1e-9)
+    assert nsspice.tran(with_them, method=method)["v(out)"][0] == pytest.approx(known, abs=1e-9)
