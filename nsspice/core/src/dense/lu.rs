@@ -18,6 +18,8 @@ pub struct DenseLu {
     hold: f64,
     /// largest entries of the columns, where they are to be held
     sizes: Vec<f64>,
+    /// scratch: what has been summed in a column
+    terms: Vec<f64>,
     /// columns that were exchanged because they depend on those before, in this order
     put_off: Vec<(usize, usize)>,
 }
@@ -146,8 +148,9 @@ impl DenseLu {
                     self.hold_rest(k);
                 }
                 let (p, best) = pivot(&self.lu[k * n..(k + 1) * n], k);
-                let open = self.hold > 0.0 && k < last && best <= SURVIVES * self.sizes[k];
-                if !open {
+                let small = self.hold > 0.0 && k < last && best <= SURVIVES * self.sizes[k];
+                // beside large entries that cancel nothing, a small pivot has all of its digits
+                if !small || best > SURVIVES * self.summed(k, p) {
                     break (p, best);
                 }
                 last -= 1;
@@ -180,6 +183,26 @@ impl DenseLu {
             }
         }
         self.rate(least, greatest);
+    }
+
+    /// The size of the terms that add up to the entry in row `p` of column `k`, and of those that
+    /// these come from.
+    fn summed(&mut self, k: usize, p: usize) -> f64 {
+        let n = self.n;
+        let terms = &mut self.terms;
+        terms.clear();
+        terms.extend(self.lu[k * n..(k + 1) * n].iter().map(|v| v.abs()));
+        for j in (0..k).rev() {
+            terms.swap(j, self.swap[j]);
+        }
+        for (j, column) in self.lu.chunks_exact(n).enumerate().take(k) {
+            terms.swap(j, self.swap[j]);
+            let f = terms[j];
+            for (term, l) in terms[j + 1..].iter_mut().zip(&column[j + 1..]) {
+                *term += l.abs() * f;
+            }
+        }
+        terms[p]
     }
 
     fn exchange_columns(&mut self, k: usize, other: usize) {

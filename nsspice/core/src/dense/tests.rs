@@ -153,3 +153,21 @@ fn inconsistent_and_empty_systems() {
     assert_eq!(LeastNorm::new(&Csc::zeros(0, 0)).unwrap().correct(&[], &mut [], &mut []), 0.0);
     assert!(LeastNorm::new(&Csc::from_triplets(1, 1, &[(0, 0, f64::NAN)])).is_none());
 }
+
+#[test]
+fn small_pivots_are_held_only_where_something_has_cancelled() {
+    let solved = |entries: &[(usize, usize, f64)], mut x: [f64; 2]| {
+        let mut lu = DenseLu::default();
+        lu.set_hold(1e10);
+        lu.factor(&Csc::from_triplets(2, 2, entries));
+        lu.solve(&mut x).unwrap();
+        x
+    };
+    // a tie of 1 nS beside a capacitor of 1e14 S: both voltages are 2 V
+    let tie = [(0, 0, 1e14), (0, 1, -1e14), (1, 1, 1e-9)];
+    assert!(solved(&tie, [0.0, 2e-9]).iter().all(|v| (v - 2.0).abs() <= 4.0 * f64::EPSILON));
+    // what is left of 1 - 1 is no pivot: the hold keeps the unknown where it is
+    let open = [(0, 0, 1.0), (0, 1, 1.0), (1, 0, 1.0), (1, 1, 1.0 + f64::EPSILON)];
+    let [x, y] = solved(&open, [1.0, 1.0 + 1e-9]);
+    assert!(y.abs() < 1e-15 && (x - 1.0).abs() < 1e-12);
+}

@@ -180,6 +180,11 @@ impl Driver {
         &self.scratch.active
     }
 
+    /// Sizes of unknowns and multipliers that make entries of the matrix alike, powers of two.
+    pub fn scale(&self) -> &[f64] {
+        &self.scratch.model.scale
+    }
+
     /// Whether the problem is known to be monotone, so that infeasibility of its linear
     /// inequalities is the only reason for having no solution.
     pub fn monotone(&self) -> bool {

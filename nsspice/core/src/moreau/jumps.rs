@@ -468,11 +468,9 @@ impl Stepper {
             }
             self.u1.copy_from_slice(&self.u0);
         }
-        if let Err(mut failure) = self.solve(k, delta, start) {
-            if charges.is_none() && self.smooth.is_some() {
-                self.stages[k].matrices.carry.mul_add(1.0, before, &mut failure.rhs);
-            }
-            return Err(failure);
+        if let Err(failure) = self.solve(k, delta, start) {
+            let apart = charges.is_none() && self.smooth.is_some();
+            return Err(if apart { self.with_charges(k, before, failure) } else { failure });
         }
         if charges.is_none() {
             let u = std::mem::take(&mut self.u0);

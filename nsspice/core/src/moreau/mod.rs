@@ -25,6 +25,7 @@ mod stage;
 mod step;
 mod stepper;
 mod storage;
+mod sums;
 mod turns;
 mod witness;
 

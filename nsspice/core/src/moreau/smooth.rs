@@ -2,7 +2,7 @@
 
 use super::clock::evaluate;
 use super::stage::System;
-use super::stepper::{Outcome, Stepper};
+use super::stepper::{Failure, Outcome, Stepper};
 use crate::descriptor::Linear;
 use crate::mlcp::{Residual, Start};
 use crate::newton::{Data, Newton, Smooth, Tracking};
@@ -200,6 +200,17 @@ impl Stepper {
         }
     }
 
+    /// A failure of Newton's method with what the unknowns `from` carry, which it is given apart.
+    pub(super) fn with_charges(
+        &self,
+        k: usize,
+        from: &[f64],
+        mut failure: Box<Failure>,
+    ) -> Box<Failure> {
+        self.stages[k].matrices.carry.mul_add(1.0, from, &mut failure.rhs);
+        failure
+    }
+
     /// One ordinary step, predicted along the secant of the last one.
     pub(super) fn take_smooth(&mut self, k: usize, length: f64) -> Outcome {
         let begin = self.smooth_time;
@@ -207,10 +218,11 @@ impl Stepper {
         if let (Some(tracking), true) = (tracking, length.is_infinite()) {
             return self.follow(k, begin, tracking);
         }
-        let matrices = &self.stages[k].matrices;
-        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
         self.keep_for_rates();
         let Some(smooth) = &mut self.smooth else { return Ok(()) };
+        self.rhs.fill(0.0);
+        self.stages[k].matrices.add_sources(&self.u0, &self.u1, &mut self.rhs);
+        smooth.newton.carry(&self.z);
         let wanted = length.is_finite() && smooth.newton.stores();
         if !smooth.known && (wanted || self.outputs.needs_function_rates()) {
             let clock = smooth.clock(begin);
@@ -222,7 +234,9 @@ impl Stepper {
         }
         smooth.rates.copy_from_slice(&smooth.f);
         smooth.extrapolate(&self.z, begin, self.time);
-        self.solve_counted(length)?;
+        if let Err(failure) = self.solve_counted(length) {
+            return Err(self.with_charges(k, &self.z, failure));
+        }
         self.finish_rates(length);
         let Some(smooth) = &mut self.smooth else { return Ok(()) };
         for (rate, new) in smooth.rates.iter_mut().zip(&smooth.f) {

@@ -2,6 +2,7 @@
 
 use super::map::{MapInputs, ModeMap, MAX_ENTRIES};
 use super::refine::defect;
+use super::sums::{SummedMode, Sums};
 use crate::descriptor::Linear;
 use crate::mlcp::{Driver, ModeFactor, Problem};
 use crate::newton::Smooth;
@@ -245,6 +246,10 @@ pub struct Slot {
     pub increments: Option<bool>,
     /// its equations are singular up to rounding
     pub unsound: bool,
+    /// the probe has told how it has to be solved
+    pub probed: bool,
+    /// its equations with sums of laws, where only these are sound
+    pub summed: Option<Arc<SummedMode>>,
 }
 
 /// A state in which all that is stored is large, so that rounding shows in all modes.
@@ -288,6 +293,8 @@ pub struct Stage {
     pub stamp: u64,
     /// what rounding is measured with, if that of what is stored matters
     pub probe: Option<Probe>,
+    /// sums of the laws of floating nodes
+    pub sums: Option<Arc<Sums>>,
 }
 
 /// Memory for maps and factors of one stage [number of f64].
@@ -362,6 +369,7 @@ impl Stage {
             present: None,
             stamp: 0,
             probe: None,
+            sums: None,
         }
     }
 
@@ -389,6 +397,8 @@ impl Stage {
                     trusted: true,
                     increments: None,
                     unsound: false,
+                    probed: false,
+                    summed: None,
                 });
                 self.modes.insert(key, self.slots.len() - 1);
                 self.slots.len() - 1
@@ -421,8 +431,12 @@ impl Stage {
         x: &mut [f64],
         work: &mut [f64],
     ) {
+        let slot = self.slot(active, epoch);
+        let known = slot.increments;
+        if let Some(summed) = slot.summed.clone() {
+            return self.solve_summed(&summed, active, ends, x);
+        }
         let factor = self.factor(active, epoch);
-        let known = self.slot(active, epoch).increments;
         let matrices = &self.matrices;
         if known != Some(true) {
             matrices.solve(&factor, active, ends, refined, x, work);
@@ -441,7 +455,17 @@ impl Stage {
         }
     }
 
-    /// Learns from the probe how the present mode, which is regular, has to be solved.
+    /// Solves a mode for the increment with sums of laws.
+    fn solve_summed(&self, summed: &SummedMode, active: &[bool], ends: Ends, x: &mut [f64]) {
+        self.matrices.increment(ends, active, x);
+        if let Some(sums) = &self.sums {
+            sums.increment(ends, x);
+        }
+        summed.solve(x);
+        x.iter_mut().zip(ends.z0).for_each(|(x, z)| *x += z);
+    }
+
+    /// Learns from the probe how the present mode has to be solved.
     pub fn probe(
         &mut self,
         sys: &System,
@@ -450,25 +474,44 @@ impl Stage {
         inputs: usize,
         work: &mut [f64],
     ) {
-        let factor = self.factor(active, epoch);
+        self.slot(active, epoch).probed = true;
         let Some(probe) = self.probe.clone() else { return };
+        let factor = self.factor(active, epoch);
         let none = vec![0.0; inputs];
         let ends = Ends { z0: &probe.z, u0: &none, u1: &none };
-        let mut plain = vec![0.0; self.matrices.n + self.matrices.m];
-        self.matrices.solve(&factor, active, ends, true, &mut plain, work);
-        let mut rhs = vec![0.0; plain.len()];
+        let mut rhs = vec![0.0; self.matrices.n + self.matrices.m];
         self.matrices.increment(ends, active, &mut rhs);
-        let mut sharp = rhs.clone();
-        factor.solve(&mut sharp, work);
-        let defect = defect(&self.matrices, &factor, active, &rhs, &sharp, work);
-        for (x, z) in sharp.iter_mut().zip(&probe.z) {
-            *x += z;
+        let (mut unsound, mut increments) = (false, None);
+        if factor.regular() {
+            let mut plain = rhs.clone();
+            self.matrices.solve(&factor, active, ends, true, &mut plain, work);
+            let mut sharp = rhs.clone();
+            factor.solve(&mut sharp, work);
+            let solve = |x: &mut [f64]| factor.solve(x, work);
+            let missed = defect(&self.matrices, active, &rhs, &sharp, solve);
+            unsound = missed > UNSOUND || missed.is_nan();
+            for (x, z) in sharp.iter_mut().zip(&probe.z) {
+                *x += z;
+            }
+            let apart = sys.apart(&plain, &sharp, &probe.z);
+            let lost = sys.stored_apart(&plain, &sharp, &probe.z) > probe.finest;
+            increments = Some(apart > ROUNDED || lost);
         }
-        let apart = sys.apart(&plain, &sharp, &probe.z);
-        let lost = sys.stored_apart(&plain, &sharp, &probe.z) > probe.finest;
+        let sums = self.sums.as_ref().filter(|_| unsound || !factor.regular());
+        let summed = sums.and_then(|s| {
+            let mode = s.factor(&self.matrices, active, self.driver.scale())?;
+            s.increment(ends, &mut rhs);
+            let mut sharp = rhs.clone();
+            mode.solve(&mut sharp);
+            let solve = |residual: &mut [f64]| {
+                s.residual(&rhs, sharp.split_at(self.matrices.n), residual);
+                mode.solve(residual);
+            };
+            (defect(&self.matrices, active, &rhs, &sharp, solve) <= UNSOUND).then(|| Arc::new(mode))
+        });
+        unsound &= summed.is_none();
         let slot = self.slot(active, epoch);
-        slot.increments = Some(apart > ROUNDED || lost);
-        slot.unsound = defect > UNSOUND || defect.is_nan();
+        (slot.increments, slot.unsound, slot.summed) = (increments, unsound, summed);
     }
 
     /// Whether the map of the present mode has too much rounding for the probe.

@@ -1,6 +1,6 @@
 //! The system as arrays: one pattern for the Jacobians of all modes, points and step lengths.
 
-use super::floating::Floating;
+use crate::floating::Floating;
 use crate::linear::ordering;
 use crate::sparse::{Csc, Ordering};
 use crate::tape::Tape;

@@ -22,7 +22,6 @@
 mod direct;
 mod driver;
 mod equations;
-mod floating;
 mod homotopy;
 mod judge;
 mod linear;

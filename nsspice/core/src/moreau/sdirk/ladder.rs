@@ -3,7 +3,9 @@
 use super::super::stage::{Ends, Probe, Stage, ROUNDED};
 use super::super::step::ACCEPT;
 use super::super::stepper::Stepper;
+use super::super::sums::Sums;
 use crate::mlcp::{Role, Start};
+use std::sync::Arc;
 
 /// Rungs of the ladder: the shortest step is 2^-44 of the longest.
 pub const RUNGS: usize = 45;
@@ -44,6 +46,8 @@ pub struct Ladder {
     /// steps of this level and below are too short for the present mode: rounding of what is stored
     /// would hide what the rest conducts
     pub deepest: usize,
+    /// sums of the laws of floating nodes
+    sums: Option<Arc<Sums>>,
     /// stages assembled
     pub made: u64,
     /// unknowns that carry storage
@@ -102,6 +106,7 @@ impl Ladder {
             resistance: 1.0,
             finest: FINEST * relative,
             deepest: RUNGS - 1,
+            sums: if s.smooth.is_some() { None } else { Sums::new(&s.sys.linear).map(Arc::new) },
             made: 0,
             stored,
             met: Vec::new(),
@@ -124,14 +129,14 @@ impl Ladder {
         self.rungs.iter().flatten().map(|r| r.stage.mode_count()).max().unwrap_or(0)
     }
 
-    /// Largest voltages and currents everywhere.
-    fn probe(&self, s: &Stepper) -> Probe {
+    /// Largest voltages and currents everywhere; whether rounding of what is stored `matters`.
+    fn probe(&self, s: &Stepper, matters: bool) -> Probe {
         let size = |j: usize| 0.5 + 0.5 * (0.618 * (j + 1) as f64).fract();
         let scale = |kind: u8| if kind == 0 { self.resistance } else { 1.0 };
         let kinds = s.sys.linear.row_kind.iter().enumerate();
         Probe {
             z: kinds.map(|(j, &kind)| scale(kind) * size(j)).collect(),
-            finest: (self.finest * SMALL).max(ROUNDING),
+            finest: if matters { (self.finest * SMALL).max(ROUNDING) } else { f64::INFINITY },
         }
     }
 
@@ -145,8 +150,10 @@ impl Ladder {
                 }
             }
             let mut stage = Stage::new(&s.sys, self.stage_length(level), true, &s.constants);
-            if self.finest < DIGITS / SMALL || level >= SHORT {
-                stage.probe = Some(self.probe(s));
+            let matters = self.finest < DIGITS / SMALL || level >= SHORT;
+            stage.sums = self.sums.clone().filter(|sums| sums.needed(stage.length));
+            if matters || stage.sums.is_some() {
+                stage.probe = Some(self.probe(s, matters));
             }
             self.rungs[level] = Some(Box::new(Rung { stage, epoch: s.epoch, stamp: 0 }));
             self.made += 1;
@@ -161,6 +168,26 @@ impl Ladder {
         rung
     }
 
+    /// The deepest level up to `level` at which the present mode is sound.
+    pub fn sound(&mut self, s: &mut Stepper, level: usize) -> usize {
+        if s.smooth.is_some() {
+            return level;
+        }
+        (1..=level).rev().find(|&level| self.solvable(s, level) != Some(false)).unwrap_or(0)
+    }
+
+    /// Whether steps of this level are long enough for the present mode; nothing if it leaves something
+    /// open.
+    fn solvable(&mut self, s: &mut Stepper, level: usize) -> Option<bool> {
+        let stage = &mut self.rung(s, level).stage;
+        if !stage.slot(&s.active, s.epoch).probed {
+            stage.probe(&s.sys, &s.active, s.epoch, s.u0.len(), &mut s.work);
+        }
+        let slot = stage.slot(&s.active, s.epoch);
+        let (summed, unsound) = (slot.summed.is_some(), slot.unsound);
+        (summed || stage.factor(&s.active, s.epoch).regular()).then_some(!unsound)
+    }
+
     /// One implicit step in the present mode, whatever the signs of its guards; `x` takes unknowns, guards
     /// and functions.
     pub fn solve(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
@@ -169,13 +196,16 @@ impl Ladder {
         }
         let StageProblem { level, from, u, .. } = problem;
         let n = s.z.len();
-        let stage = &mut self.rung(s, level).stage;
-        let factor = stage.factor(&s.active, s.epoch);
-        let regular = factor.regular();
-        if regular {
+        let sound = self.solvable(s, level);
+        if !sound.unwrap_or(true) {
+            self.deepest = self.deepest.min(level);
+            return Fit::Contradiction;
+        }
+        if sound.is_some() {
+            let stage = &mut self.rung(s, level).stage;
             let slot = stage.slot(&s.active, s.epoch);
             slot.uses += 1;
-            let fresh = slot.map.is_none() && slot.uses == USES_FOR_MAP;
+            let fresh = slot.map.is_none() && slot.summed.is_none() && slot.uses == USES_FOR_MAP;
             if fresh {
                 stage.make_map(&s.active, s.epoch, &mut s.work);
             }
@@ -187,19 +217,8 @@ impl Ladder {
                 map.apply(&s.input, x);
                 return Fit::Solved;
             }
-        }
-        if regular {
-            let slot = stage.slot(&s.active, s.epoch);
-            let fresh = slot.uses == USES_FOR_MAP;
-            let (refined, first) = (!slot.trusted || fresh, slot.uses == 1);
+            let refined = !slot.trusted || fresh;
             let ends = Ends { z0: &from[..n], u0: u, u1: u };
-            if first {
-                stage.probe(&s.sys, &s.active, s.epoch, u.len(), &mut s.work);
-            }
-            if stage.slot(&s.active, s.epoch).unsound {
-                self.deepest = self.deepest.min(level);
-                return Fit::Contradiction;
-            }
             stage.solve_mode(&s.sys, &s.active, s.epoch, ends, refined, x, &mut s.work);
             stage.matrices.guards(x, &s.active, true, &mut s.w);
             let lost = fresh && stage.map_loses(&s.sys, &s.active, s.epoch, &mut s.work);

@@ -70,7 +70,8 @@ impl Sdirk {
     pub(super) fn force(&mut self, s: &mut Stepper) -> Result<(), Box<Failure>> {
         let target = self.corner.0.min(self.stop);
         let remaining = target - s.time;
-        let wanted = self.ladder.stage_length(self.forced_level);
+        let level = self.ladder.sound(s, self.forced_level);
+        let wanted = self.ladder.stage_length(level);
         let length = if wanted >= remaining * (1.0 - 1e-9) { remaining } else { wanted };
         let at_corner = length == remaining && target == self.corner.0;
         self.forced_level = self.forced_level.saturating_sub(1).max(LONGEST_FORCED);
@@ -99,14 +100,23 @@ impl Sdirk {
         s.write(time, &mut before);
         let k = s.stage_index(length, true);
         let (from, u) = (s.z.clone(), s.u1.clone());
-        s.stages[k].matrices.right_hand_side(&from, &u, &u, &mut s.rhs);
+        let matrices = &s.stages[k].matrices;
+        if let Some(smooth) = &mut s.smooth {
+            s.rhs.fill(0.0);
+            matrices.add_sources(&u, &u, &mut s.rhs);
+            smooth.newton.carry(&from);
+        } else {
+            matrices.right_hand_side(&from, &u, &u, &mut s.rhs);
+        }
         s.carry_stored(&from, 1.0 / length);
         s.forget_functions();
         s.time = end;
         if let Err(failure) = s.solve(k, length, Start::Warm) {
             s.time = time;
-            return Err(failure);
+            let apart = s.smooth.is_some();
+            return Err(if apart { s.with_charges(k, &from, failure) } else { failure });
         }
+        s.sharpen(k, &from, &u, &u);
         if s.outputs.needs_rates() {
             for ((rate, z), old) in s.rates.iter_mut().zip(&s.z).zip(&from) {
                 *rate = (z - old) / length;

@@ -2,8 +2,9 @@
 //!
 //! Beside `rate E z` the currents into a group of nodes that capacitors tie together, without a connection
 //! to ground, drown in rounding: in a step of 10 ps the terms of 1 mF at 500 V are 5e10 A.  The sum of the
-//! laws of such a group holds what comes in from elsewhere alone.  The current of a source makes up for
-//! whatever the laws in which it stands sum to, unless it leaves their sum: then these are one group.
+//! laws of such a group holds what comes in from elsewhere alone.  The current of a source to ground makes
+//! up for whatever the laws of its group sum to; one that leaves the sum of the laws in which it stands
+//! joins them to one group; one that is amplified elsewhere (`F`) is told by the laws there.
 //!
 //! So do the currents of junctions into a group of nodes that resistors tie together: 40 Ohm at 5 V are
 //! known to 3e-17 A, and leakage of 1e-16 A determines the potential of both ends.
@@ -41,12 +42,13 @@ impl Ties {
 }
 
 /// The laws that groups of unknowns and some columns of a matrix join, and which of them are in no group
-/// whose sum has anything of these columns left.
+/// whose sum has anything of these columns left; such columns may `stay` in more than one law.
 fn joined(
     g: &Csc,
     floating: &[Vec<usize>],
     law: impl Fn(usize) -> bool,
     counts: impl Fn(usize) -> bool,
+    stay: bool,
 ) -> (Vec<Vec<usize>>, Vec<bool>) {
     let n = g.nrows;
     let (mut ties, mut free) = (Ties::new(n), vec![true; n]);
@@ -58,9 +60,13 @@ fn joined(
         let (rows, values) = g.col(c);
         let own = || rows.iter().zip(values).filter(|(&row, v)| law(row) && **v != 0.0);
         let rows: Vec<usize> = own().map(|(&row, _)| row).collect();
-        ties.tie(&rows);
         let (sum, size) = own().fold((0.0, 0.0), |(sum, size), (_, v)| (sum + v, size + v.abs()));
-        if f64::abs(sum) > ROUNDING * size {
+        let left = f64::abs(sum) > ROUNDING * size;
+        if left && stay && rows.len() > 1 {
+            continue;
+        }
+        ties.tie(&rows);
+        if left {
             rows.iter().for_each(|&row| free[row] = false);
         }
     }
@@ -72,7 +78,7 @@ fn joined(
 
 /// The groups, of current rows, and how rows turn into sums.
 #[derive(Clone, Debug)]
-pub(super) struct Floating {
+pub struct Floating {
     groups: Vec<Vec<usize>>,
     /// the first row of the group of each row
     first: Vec<Option<usize>>,
@@ -90,20 +96,25 @@ impl Floating {
     pub fn with_bare(e: &Csc, g: &Csc, row_kind: &[u8]) -> Floating {
         let mut out = Floating::none(e.nrows);
         let (mut groups, free) =
-            joined(g, &stored_groups(e)[0], |row| row_kind[row] == 0, |_| true);
+            joined(g, &stored_groups(e)[0], |row| row_kind[row] == 0, |_| true, false);
         groups.retain(|group| group.len() > 1 && group.iter().all(|&row| free[row]));
         groups.into_iter().for_each(|group| out.take(group, true));
         out.with_stored(e, g, row_kind)
     }
 
-    /// Adds the groups that capacitors tie, across sources whose currents leave the sum.
+    /// The groups that capacitors tie, across sources whose currents leave the sum.
+    pub fn of_stored(e: &Csc, g: &Csc, row_kind: &[u8]) -> Floating {
+        Floating::none(e.nrows).with_stored(e, g, row_kind)
+    }
+
+    /// Adds these.
     fn with_stored(mut self, e: &Csc, g: &Csc, row_kind: &[u8]) -> Floating {
         let n = e.nrows;
         let [floating, fixed] = stored_groups(e);
         let mut stored = vec![false; n];
         e.iter().for_each(|(_, column, _)| stored[column] = true);
         let law = |row: usize| row_kind[row] == 0;
-        let (mut groups, mut free) = joined(g, &floating, law, |c| !law(c) && !stored[c]);
+        let (mut groups, mut free) = joined(g, &floating, law, |c| !law(c) && !stored[c], true);
         fixed.iter().flatten().for_each(|&row| free[row] = false);
         let mut held = vec![false; n];
         floating.iter().filter(|group| group.len() > 1).flatten().for_each(|&j| held[j] = true);
@@ -119,6 +130,11 @@ impl Floating {
         self.bare[group[0]] = bare;
         group.iter().for_each(|&row| self.first[row] = Some(group[0]));
         self.groups.push(group);
+    }
+
+    /// The rows of each group, of which the sum takes the place of the first.
+    pub fn groups(&self) -> &[Vec<usize>] {
+        &self.groups
     }
 
     /// Whether a sum stands in the place of this row.
