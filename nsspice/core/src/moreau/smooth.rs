@@ -150,9 +150,16 @@ impl SmoothPart {
         let clock = self.clock(t);
         let (mut entries, slopes): (Vec<_>, _) =
             (linear.e.iter().collect(), self.newton.stored_slopes(z, u, clock));
+        let mut own = vec![0.0; linear.g.nrows];
+        linear.e.iter().filter(|e| e.0 == e.1).for_each(|(j, _, v)| own[j] = v);
         let mut left = vec![0.0; linear.g.nrows];
-        for (row, _, v) in linear.g.iter().filter(|g| g.0 == g.1) {
-            left[row] -= instant * v.abs();
+        for (row, c, v) in linear.g.iter() {
+            // by what conducts, or by the current that it drives through a winding
+            left[row] -= match (row == c, own[c] > 0.0) {
+                (true, _) => instant * v.abs(),
+                (false, true) => (instant * v) * (instant * v) / own[c],
+                (false, false) => 0.0,
+            };
         }
         for (row, _, v) in entries.iter().chain(&slopes).filter(|e| e.0 == e.1) {
             left[*row] += v.abs();
