@@ -24,7 +24,7 @@ from .outputs import plus, scaled
 from .parameter import Parameter, Table, inert, refused
 from .passive import read_given
 from .resistor import Resistor
-from .signals import register_of, shown
+from .signals import own_current, register_of, shown
 from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
@@ -332,13 +332,10 @@ class BehaviouralResistor(Reading):
         if not self.smooth:
             stamper.add(branch, self.linear(layout, self.m), growth)
             return
-        tape = stamper.tape
-        own = tape.unknown(branch)
-        if self.m != 1.0:
-            own = tape.op("div", own, tape.constant(self.m))
+        own = own_current(stamper, branch, self.m)
         register = register_of(stamper, self.law, self.sources, own)
         if self.ohmic:
-            register = tape.op("mul", register, own)
+            register = stamper.tape.op("mul", register, own)
         stamper.F.add(branch, stamper.function(register), growth)
 
     def current(self, layout: Layout) -> Functional:

@@ -15,7 +15,7 @@ from ..netlist.expression import Expression
 from ..problems.descriptor import Functional
 from .characteristic import Decomposition
 from .effect import Effect
-from .signals import register_of, shown
+from .signals import own_current, register_of, shown
 from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
@@ -249,9 +249,7 @@ class Leg:
         inner = stamper.internal_node(f"{name}#drop", element)
         stamper.connect(branch, a, inner)
         self.body.stamp(stamper, name, element, inner, b)
-        own = stamper.tape.unknown(branch)
-        if self.parallel != 1.0:
-            own = stamper.tape.op("div", own, stamper.tape.constant(self.parallel))
+        own = own_current(stamper, branch, self.parallel)
         register = register_of(stamper, self.drop, sources, own)
         stamper.F.add(branch, stamper.function(register), 1.0)
 

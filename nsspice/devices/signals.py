@@ -48,6 +48,22 @@ def shown(expression: Expression, length: int = 50) -> str:
     return "{" + (text if len(text) <= length else text[: length - 3] + "...") + "}"
 
 
+def own_current(stamper: Stamper, branch: int, parallel: float) -> int:
+    """Return the register of the current of one of some equal elements in parallel.
+
+    Parameters
+    ----------
+    stamper : Stamper
+    branch : int
+        Unknown current of all of them together.
+    parallel : float
+        Their number.
+    """
+    tape = stamper.tape
+    own = tape.unknown(branch)
+    return own if parallel == 1.0 else tape.op("div", own, tape.constant(parallel))
+
+
 def register_of(
     stamper: Stamper,
     expression: Expression,

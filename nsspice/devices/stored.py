@@ -24,7 +24,7 @@ from .device import NO_VALUES, Context, Device, Edge, check_flags
 from .effect import Effect
 from .leg import Voltage
 from .parameter import Parameter, Table
-from .signals import register_of, shown
+from .signals import own_current, register_of, shown
 from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
@@ -168,10 +168,7 @@ class Flux(Stored):
         """Write ``d/dt Flux(i/m) - (va - vb) = 0`` and the current into the KCL rows."""
         branch = stamper.layout.branches[self.name]
         stamper.connect(branch, *self.ends)
-        tape = stamper.tape
-        own = tape.unknown(branch)
-        if self.m != 1.0:
-            own = tape.op("div", own, tape.constant(self.m))
+        own = own_current(stamper, branch, self.m)
         flux = stamper.function(register_of(stamper, self.expression, self.sources, own))
         stamper.layout.functions[self.name] = flux
         stamper.Q.add(branch, flux, 1.0)

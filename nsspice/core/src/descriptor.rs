@@ -1,6 +1,7 @@
 //! The linear part of a complementarity descriptor system, which all engines and the checks share.
 
 use crate::sparse::Csc;
+use crate::union_find::UnionFind;
 
 /// `E z' + G z + A l = S u`, `w = q - B z + D l`.
 #[derive(Clone)]
@@ -44,24 +45,15 @@ const ROUNDING: f64 = 1e-12;
 /// potential of capacitors without a connection to ground), and the others.
 pub fn stored_groups(e: &Csc) -> [Vec<Vec<usize>>; 2] {
     let n = e.nrows;
-    let (mut parent, mut sum, mut size) =
-        ((0..n).collect::<Vec<_>>(), vec![0.0; n], vec![0.0f64; n]);
-    fn root(parent: &mut [usize], mut i: usize) -> usize {
-        while parent[i] != i {
-            parent[i] = parent[parent[i]];
-            i = parent[i];
-        }
-        i
-    }
+    let (mut together, mut sum, mut size) = (UnionFind::new(n), vec![0.0; n], vec![0.0f64; n]);
     for (r, c, v) in e.iter() {
-        let (a, b) = (root(&mut parent, r), root(&mut parent, c));
-        parent[a] = b;
+        together.join(r, c);
         sum[r] += v;
         size[r] += v.abs();
     }
     let mut groups: Vec<Vec<usize>> = vec![Vec::new(); n];
     for j in (0..n).filter(|&j| size[j] > 0.0) {
-        groups[root(&mut parent, j)].push(j);
+        groups[together.root(j)].push(j);
     }
     let free = |g: &Vec<usize>| g.iter().all(|&j| f64::abs(sum[j]) <= ROUNDING * size[j]);
     let stored = groups.into_iter().filter(|g| !g.is_empty());

@@ -11,35 +11,12 @@
 
 use crate::descriptor::stored_groups;
 use crate::sparse::Csc;
+use crate::union_find::UnionFind;
 
 /// Conductances that sum to this part of their sizes sum to zero: less is lost in their assembly.
 const ROUNDING: f64 = f64::EPSILON;
 /// The same for charges.
 const LOST: f64 = 1e-12;
-
-/// Rows that belong together.
-struct Ties(Vec<usize>);
-
-impl Ties {
-    fn new(rows: usize) -> Ties {
-        Ties((0..rows).collect())
-    }
-
-    fn root(&mut self, mut row: usize) -> usize {
-        while self.0[row] != row {
-            self.0[row] = self.0[self.0[row]];
-            row = self.0[row];
-        }
-        row
-    }
-
-    fn tie(&mut self, rows: &[usize]) {
-        for pair in rows.windows(2) {
-            let (a, b) = (self.root(pair[0]), self.root(pair[1]));
-            self.0[a] = b;
-        }
-    }
-}
 
 /// The laws that groups of unknowns and some columns of a matrix join, and which of them are in no group
 /// whose sum has anything of these columns left; such columns may `stay` in more than one law.
@@ -51,11 +28,14 @@ fn joined(
     stay: bool,
 ) -> (Vec<Vec<usize>>, Vec<bool>) {
     let n = g.nrows;
-    let (mut ties, mut free) = (Ties::new(n), vec![true; n]);
+    let (mut ties, mut free) = (UnionFind::new(n), vec![true; n]);
+    let tie = |ties: &mut UnionFind, rows: &[usize]| {
+        rows.windows(2).for_each(|pair| _ = ties.join(pair[0], pair[1]));
+    };
     floating
         .iter()
         .filter(|group| group.iter().all(|&row| law(row)))
-        .for_each(|group| ties.tie(group));
+        .for_each(|group| tie(&mut ties, group));
     for c in (0..n).filter(|&c| counts(c)) {
         let (rows, values) = g.col(c);
         let own = || rows.iter().zip(values).filter(|(&row, v)| law(row) && **v != 0.0);
@@ -65,7 +45,7 @@ fn joined(
         if left && stay && rows.len() > 1 {
             continue;
         }
-        ties.tie(&rows);
+        tie(&mut ties, &rows);
         if left {
             rows.iter().for_each(|&row| free[row] = false);
         }
@@ -95,22 +75,27 @@ impl Floating {
     /// those that capacitors (`e`) tie.
     pub fn with_bare(e: &Csc, g: &Csc, row_kind: &[u8]) -> Floating {
         let mut out = Floating::none(e.nrows);
-        let (mut groups, free) =
-            joined(g, &stored_groups(e)[0], |row| row_kind[row] == 0, |_| true, false);
+        let stored = stored_groups(e);
+        let (mut groups, free) = joined(g, &stored[0], |row| row_kind[row] == 0, |_| true, false);
         groups.retain(|group| group.len() > 1 && group.iter().all(|&row| free[row]));
         groups.into_iter().for_each(|group| out.take(group, true));
-        out.with_stored(e, g, row_kind)
+        out.with_stored(stored, e, g, row_kind)
     }
 
     /// The groups that capacitors tie, across sources whose currents leave the sum.
     pub fn of_stored(e: &Csc, g: &Csc, row_kind: &[u8]) -> Floating {
-        Floating::none(e.nrows).with_stored(e, g, row_kind)
+        Floating::none(e.nrows).with_stored(stored_groups(e), e, g, row_kind)
     }
 
     /// Adds these.
-    fn with_stored(mut self, e: &Csc, g: &Csc, row_kind: &[u8]) -> Floating {
+    fn with_stored(
+        mut self,
+        [floating, fixed]: [Vec<Vec<usize>>; 2],
+        e: &Csc,
+        g: &Csc,
+        row_kind: &[u8],
+    ) -> Floating {
         let n = e.nrows;
-        let [floating, fixed] = stored_groups(e);
         let mut stored = vec![false; n];
         e.iter().for_each(|(_, column, _)| stored[column] = true);
         let law = |row: usize| row_kind[row] == 0;

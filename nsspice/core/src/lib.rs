@@ -18,3 +18,4 @@ mod floating;
 mod format;
 mod python;
 mod sides;
+mod union_find;

@@ -456,9 +456,7 @@ impl Stepper {
                 matrices.source_end.mul_add(1.0, &self.u0, &mut self.rhs);
             }
             (None, Some(smooth)) => {
-                self.rhs.fill(0.0);
-                matrices.add_sources(&self.u0, &self.u0, &mut self.rhs);
-                smooth.newton.carry(before);
+                smooth.set_out(matrices, before, [&self.u0, &self.u0], &mut self.rhs);
             }
             (None, None) => matrices.right_hand_side(before, &self.u0, &self.u0, &mut self.rhs),
         }
@@ -469,8 +467,8 @@ impl Stepper {
             self.u1.copy_from_slice(&self.u0);
         }
         if let Err(failure) = self.solve(k, delta, start) {
-            let apart = charges.is_none() && self.smooth.is_some();
-            return Err(if apart { self.with_charges(k, before, failure) } else { failure });
+            let given = charges.is_some();
+            return Err(if given { failure } else { self.with_charges(k, before, failure) });
         }
         if charges.is_none() {
             let u = std::mem::take(&mut self.u0);

@@ -1,7 +1,7 @@
 //! Steps of systems with smooth nonlinear terms: the same scheme, each step by Newton's method.
 
 use super::clock::evaluate;
-use super::stage::System;
+use super::stage::{StepMatrices, System};
 use super::stepper::{Failure, Outcome, Stepper};
 use crate::descriptor::Linear;
 use crate::mlcp::{Residual, Start};
@@ -133,6 +133,20 @@ impl SmoothPart {
         }
     }
 
+    /// Begins a step from the unknowns `from`, with the sources `u` at its begin and its end: what they carry
+    /// is given to Newton's method apart, for the sums of laws.
+    pub(super) fn set_out(
+        &mut self,
+        matrices: &StepMatrices,
+        from: &[f64],
+        u: [&[f64]; 2],
+        rhs: &mut [f64],
+    ) {
+        rhs.fill(0.0);
+        matrices.add_sources(u[0], u[1], rhs);
+        self.newton.carry(from);
+    }
+
     /// The storage matrix at a state; None if the functions store nothing.  What a function stores in an
     /// unknown from which it is gone within an `instant` [s] is no storage: the diffusion charge of a
     /// blocking junction is the exponential of minus some hundred.
@@ -207,14 +221,16 @@ impl Stepper {
         }
     }
 
-    /// A failure of Newton's method with what the unknowns `from` carry, which it is given apart.
+    /// A failure of a step with what the unknowns `from` carry, which Newton's method is given apart.
     pub(super) fn with_charges(
         &self,
         k: usize,
         from: &[f64],
         mut failure: Box<Failure>,
     ) -> Box<Failure> {
-        self.stages[k].matrices.carry.mul_add(1.0, from, &mut failure.rhs);
+        if self.smooth.is_some() {
+            self.stages[k].matrices.carry.mul_add(1.0, from, &mut failure.rhs);
+        }
         failure
     }
 
@@ -227,9 +243,7 @@ impl Stepper {
         }
         self.keep_for_rates();
         let Some(smooth) = &mut self.smooth else { return Ok(()) };
-        self.rhs.fill(0.0);
-        self.stages[k].matrices.add_sources(&self.u0, &self.u1, &mut self.rhs);
-        smooth.newton.carry(&self.z);
+        smooth.set_out(&self.stages[k].matrices, &self.z, [&self.u0, &self.u1], &mut self.rhs);
         let wanted = length.is_finite() && smooth.newton.stores();
         if !smooth.known && (wanted || self.outputs.needs_function_rates()) {
             let clock = smooth.clock(begin);
@@ -241,9 +255,7 @@ impl Stepper {
         }
         smooth.rates.copy_from_slice(&smooth.f);
         smooth.extrapolate(&self.z, begin, self.time);
-        if let Err(failure) = self.solve_counted(length) {
-            return Err(self.with_charges(k, &self.z, failure));
-        }
+        self.solve_counted(length).map_err(|failure| self.with_charges(k, &self.z, failure))?;
         self.finish_rates(length);
         let Some(smooth) = &mut self.smooth else { return Ok(()) };
         for (rate, new) in smooth.rates.iter_mut().zip(&smooth.f) {

@@ -17,8 +17,9 @@ pub(super) const ROUNDED: f64 = 1e-12;
 const LOST: f64 = 1e-9;
 /// Increments that are wrong by more than this part: the mode is singular up to rounding.
 const UNSOUND: f64 = 1e-2;
-/// Singular modes of up to so many unknowns and pairs are solved for increments too.
-const OPEN: usize = 160;
+/// Singular modes of up to so many unknowns and pairs are solved for increments too, and unsound ones
+/// with sums.
+pub(super) const OPEN: usize = 160;
 
 /// The system as assembled from a circuit.
 pub struct System {

@@ -5,7 +5,7 @@
 //! of all nodes of a group nothing is stored, so that it holds what conducts to its own digits.  It
 //! takes the place of the law of the first node, see `floating.rs`.
 
-use super::stage::{Ends, StepMatrices};
+use super::stage::{Ends, StepMatrices, OPEN};
 use crate::dense::DenseLu;
 use crate::descriptor::Linear;
 use crate::floating::Floating;
@@ -13,8 +13,6 @@ use crate::sparse::Csc;
 
 /// Entries of a sum below this part of their terms are rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
-/// Larger systems have sparse factors, which the sums would fill.
-const LARGEST: usize = 160;
 /// Rounding below this part of the least conductance hides nothing.
 const SEEN: f64 = 1e-4;
 
@@ -46,6 +44,9 @@ impl Sums {
     /// Those of a system, if it has any.
     pub fn new(linear: &Linear) -> Option<Sums> {
         let (n, m, _) = linear.sizes();
+        if n + m > OPEN {
+            return None; // sparse factors, which the sums would fill
+        }
         let floating = Floating::of_stored(&linear.e, &linear.g, &linear.row_kind);
         let sums = floating.groups().iter().map(|rows| Sum {
             g: total(&linear.g, rows),
@@ -56,7 +57,7 @@ impl Sums {
         let sums: Vec<Sum> = sums.collect();
         let extremes =
             [linear.e.values.iter().fold(0.0, |a: f64, v| a.max(v.abs())), least(linear)];
-        (!sums.is_empty() && n + m <= LARGEST).then_some(Sums { sums, extremes })
+        (!sums.is_empty()).then_some(Sums { sums, extremes })
     }
 
     /// Whether in steps of this length [s] what is stored may hide what conducts.
@@ -84,13 +85,11 @@ impl Sums {
             entries.extend(sum.g.iter().map(|&(c, v)| (sum.rows[0], c, v)));
             entries.extend(sum.a.iter().map(|&(c, v)| (sum.rows[0], n + c, v)));
         }
-        let pairs = |row: &usize| active[*row];
+        let on = |pair: &usize| active[*pair];
+        entries.extend(matrices.b_rows.iter().filter(|e| on(&e.1)).map(|(c, r, v)| (n + r, c, -v)));
         entries
-            .extend(matrices.b_rows.iter().filter(|e| pairs(&e.1)).map(|(c, r, v)| (n + r, c, -v)));
-        entries.extend(
-            matrices.d_rows.iter().filter(|e| pairs(&e.1)).map(|(c, r, v)| (n + r, n + c, v)),
-        );
-        entries.extend((0..size - n).filter(|i| !pairs(i)).map(|i| (n + i, n + i, 1.0)));
+            .extend(matrices.d_rows.iter().filter(|e| on(&e.1)).map(|(c, r, v)| (n + r, n + c, v)));
+        entries.extend((0..size - n).filter(|i| !on(i)).map(|i| (n + i, n + i, 1.0)));
         let mut largest = vec![0.0f64; size];
         entries.iter().for_each(|&(r, c, v)| largest[r] = largest[r].max((v * scale[c]).abs()));
         let rows: Vec<f64> = largest.iter().map(|v| if *v > 0.0 { 1.0 / v } else { 1.0 }).collect();

@@ -5,6 +5,7 @@
 
 use super::ops::Op;
 use super::program::{Instruction, Program};
+use crate::union_find::UnionFind;
 use std::ops::Range;
 
 /// A part and what it was at its last evaluation.
@@ -39,23 +40,16 @@ pub(super) fn is_variable(op: Op) -> bool {
 /// The first instruction of the part of each instruction; leaves belong to none.
 fn roots(program: &Program) -> Vec<usize> {
     let code = &program.code;
-    let mut parent: Vec<usize> = (0..code.len()).collect();
-    fn root(parent: &mut [usize], mut k: usize) -> usize {
-        while parent[k] != k {
-            parent[k] = parent[parent[k]];
-            k = parent[k];
-        }
-        k
-    }
+    let mut parts = UnionFind::new(code.len());
     for (k, i) in code.iter().enumerate().filter(|(_, i)| !is_leaf(i.op)) {
         for &a in &i.args[..i.op.arity()] {
             if !is_leaf(code[a as usize].op) {
-                let (a, b) = (root(&mut parent, a as usize), root(&mut parent, k));
-                parent[a.max(b)] = a.min(b);
+                let (a, b) = (parts.root(a as usize), parts.root(k));
+                parts.join(a.max(b), a.min(b));
             }
         }
     }
-    (0..code.len()).map(|k| root(&mut parent, k)).collect()
+    (0..code.len()).map(|k| parts.root(k)).collect()
 }
 
 /// An order of the instructions: leaves first, then one part after the other.

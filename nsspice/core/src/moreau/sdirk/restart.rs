@@ -102,9 +102,7 @@ impl Sdirk {
         let (from, u) = (s.z.clone(), s.u1.clone());
         let matrices = &s.stages[k].matrices;
         if let Some(smooth) = &mut s.smooth {
-            s.rhs.fill(0.0);
-            matrices.add_sources(&u, &u, &mut s.rhs);
-            smooth.newton.carry(&from);
+            smooth.set_out(matrices, &from, [&u, &u], &mut s.rhs);
         } else {
             matrices.right_hand_side(&from, &u, &u, &mut s.rhs);
         }
@@ -113,8 +111,7 @@ impl Sdirk {
         s.time = end;
         if let Err(failure) = s.solve(k, length, Start::Warm) {
             s.time = time;
-            let apart = s.smooth.is_some();
-            return Err(if apart { s.with_charges(k, &from, failure) } else { failure });
+            return Err(s.with_charges(k, &from, failure));
         }
         s.sharpen(k, &from, &u, &u);
         if s.outputs.needs_rates() {

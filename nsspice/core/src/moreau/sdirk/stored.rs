@@ -3,6 +3,7 @@
 
 use super::super::stepper::Stepper;
 use super::rows::Inside;
+use crate::union_find::UnionFind;
 
 /// With fewer rows than this in a step it is not worth while to look.
 const WORTH: f64 = 3.0;
@@ -46,29 +47,6 @@ impl StoredRows {
     }
 }
 
-/// Unknowns joined by capacitors; in each group all differences are stored.
-struct Groups {
-    parent: Vec<usize>,
-    ground: usize,
-}
-
-impl Groups {
-    fn find(&mut self, mut i: usize) -> usize {
-        while self.parent[i] != i {
-            self.parent[i] = self.parent[self.parent[i]];
-            i = self.parent[i];
-        }
-        i
-    }
-
-    /// Joins two groups; false if they are one already.
-    fn join(&mut self, i: usize, j: usize) -> bool {
-        let (i, j) = (self.find(i), self.find(j));
-        self.parent[i] = j;
-        i != j
-    }
-}
-
 /// Whether every output of `s` is a combination of quantities that linear capacitors and inductors
 /// store, with sources, and no such quantity is determined by the laws alone.
 fn outputs_are_stored(s: &Stepper) -> bool {
@@ -77,7 +55,8 @@ fn outputs_are_stored(s: &Stepper) -> bool {
     }
     let linear = &s.sys.linear;
     let (n, kind) = (s.z.len(), &linear.row_kind);
-    let mut groups = Groups { parent: (0..=n).collect(), ground: n };
+    // unknowns joined by capacitors, and ground: in each group all differences are stored
+    let (mut groups, ground) = (UnionFind::new(n + 1), n);
     let mut rest = vec![0.0; n]; // what the capacitors of a node lead to ground
     let mut stores = vec![false; n];
     for (r, c, v) in linear.e.iter().filter(|e| e.2 != 0.0) {
@@ -90,10 +69,10 @@ fn outputs_are_stored(s: &Stepper) -> bool {
     let size = |r: usize| linear.e.iter().filter(|e| e.0 == r).map(|e| e.2.abs()).sum::<f64>();
     for r in (0..n).filter(|&r| kind[r] == 0 && stores[r]) {
         if rest[r].abs() > 1e-9 * size(r) {
-            groups.join(r, groups.ground);
+            groups.join(r, ground);
         }
     }
-    let fit = |groups: &mut Groups, output: &[(usize, f64)]| {
+    let fit = |groups: &mut UnionFind, output: &[(usize, f64)]| {
         let mut sums = vec![(0.0f64, 0.0f64); n + 1];
         for &(j, factor) in output {
             if kind[j] == 1 {
@@ -102,14 +81,14 @@ fn outputs_are_stored(s: &Stepper) -> bool {
                 }
                 continue;
             }
-            let group = groups.find(j);
+            let group = groups.root(j);
             if !stores[j] {
                 return false;
             }
             sums[group].0 += factor;
             sums[group].1 += factor.abs();
         }
-        let ground = groups.find(groups.ground);
+        let ground = groups.root(ground);
         sums.iter().enumerate().all(|(g, s)| g == ground || s.0.abs() <= 1e-12 * s.1)
     };
     let Some(outputs) = s.outputs.of_unknowns() else { return false };
@@ -123,7 +102,7 @@ fn outputs_are_stored(s: &Stepper) -> bool {
         let nodes: Vec<usize> = law.map(|g| g.1).collect();
         tied &= match nodes[..] {
             [] => true,
-            [a] => groups.join(a, groups.ground),
+            [a] => groups.join(a, ground),
             [a, b] => groups.join(a, b),
             _ => false,
         };

@@ -1,0 +1,28 @@
+//! What belongs together: disjoint sets, joined two by two.
+
+/// Disjoint sets of the numbers below a count (Tarjan, J. ACM 22, 1975, with paths halved).
+#[derive(Clone, Debug)]
+pub struct UnionFind(Vec<usize>);
+
+impl UnionFind {
+    /// Each number alone.
+    pub fn new(count: usize) -> UnionFind {
+        UnionFind((0..count).collect())
+    }
+
+    /// The number that stands for the set of another.
+    pub fn root(&mut self, mut i: usize) -> usize {
+        while self.0[i] != i {
+            self.0[i] = self.0[self.0[i]];
+            i = self.0[i];
+        }
+        i
+    }
+
+    /// Joins the sets of two numbers, that of the second stands for both; false if they are one already.
+    pub fn join(&mut self, i: usize, j: usize) -> bool {
+        let (i, j) = (self.root(i), self.root(j));
+        self.0[i] = j;
+        i != j
+    }
+}
