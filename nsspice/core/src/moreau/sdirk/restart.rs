@@ -9,6 +9,8 @@ use crate::mlcp::Start;
 use crate::waveform::Side;
 
 const LONGEST_FORCED: usize = 10;
+/// Steps without a solution or with too large an error, while the time hardly moves, before one is forced.
+const FAILED_IN_A_ROW: u32 = 40;
 /// A step that errs by less than this part of the tolerance may be an implicit one.
 const SHARE: f64 = 0.1;
 
@@ -64,6 +66,20 @@ impl Sdirk {
             self.restless = failure.restless.map(|_| failure);
         }
         s.log_events();
+    }
+
+    /// Notes that a step from `time` has failed; whether so many have that a single implicit one has to pass
+    /// over what is there.
+    pub(super) fn is_stuck(&mut self, time: f64) -> bool {
+        if time > self.stuck.0 + self.ladder.length(FORCED_LEVEL) {
+            self.stuck = (time, 0);
+        }
+        self.stuck.1 += 1;
+        let stuck = self.stuck.1 > FAILED_IN_A_ROW;
+        if stuck {
+            self.stuck.1 = 0;
+        }
+        stuck
     }
 
     /// A single implicit step with complementarity, over what cannot be located.

@@ -26,8 +26,6 @@ const FIRST_LEVEL: usize = 12;
 pub(super) const FORCED_LEVEL: usize = 20;
 /// Events in a row, without an accepted whole step between them, before a step is forced.
 const IN_A_ROW: u32 = 12;
-/// Steps without a solution, while the time hardly moves, before one is forced.
-const UNSOLVED_IN_A_ROW: u32 = 40;
 /// An event this early in a step (as a part of it), where the mode does not end, is looked for again
 /// with a shorter step.
 const EARLY: f64 = 0.05;
@@ -96,7 +94,7 @@ pub struct Sdirk {
     pub(super) futile: bool,
     /// when the last guard was violated [s]
     pub(super) troubled: f64,
-    /// since when steps without a solution keep the time from moving [s], and how many
+    /// since when steps that fail keep the time from moving [s], and how many
     pub(super) stuck: (f64, u32),
     pub(super) forced_level: usize,
     pub(super) begun: bool,
@@ -320,12 +318,7 @@ impl Sdirk {
                 self.level = level + if broken.at < 0.5 { 2 } else { 1 };
                 self.trial.unsolved += 1;
                 // a law that jumps against the motion has no solution near the jump, at any length
-                if s.time > self.stuck.0 + self.ladder.length(FORCED_LEVEL) {
-                    self.stuck = (s.time, 0);
-                }
-                self.stuck.1 += 1;
-                if self.stuck.1 > UNSOLVED_IN_A_ROW {
-                    self.stuck.1 = 0;
+                if self.is_stuck(s.time) {
                     return self.force(s);
                 }
                 continue;
@@ -336,6 +329,10 @@ impl Sdirk {
             if error > 1.0 || error.is_nan() {
                 self.counters.rejected += 1;
                 self.level = level + self.back(error);
+                // nor has a junction whose last charge is torn out by a winding: its voltage has no bound
+                if self.is_stuck(s.time) {
+                    return self.force(s);
+                }
                 continue;
             }
             let limit = if whole { 1.0 } else { remaining / self.trial.length };

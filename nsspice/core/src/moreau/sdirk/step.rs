@@ -7,10 +7,11 @@ use super::predict::{Beside, Past};
 use super::tableau::{Tableau, FIRST};
 use crate::waveform::{Side, Waveform};
 
-/// Steps from this level on are so short that another way has to be tried, as after so many steps without
-/// a solution from one point: behind a fold of the laws shorter ones have none either.
-const PATIENT: usize = 24;
+/// After so many steps without a solution from one point other ways to one are tried: behind a fold of the
+/// laws shorter ones have none either.  Not from this level on: there a single implicit step is at hand,
+/// and where a winding tears the last charge out of a junction every way ends in megavolts.
 const TRIED: u32 = 4;
+const DEEP: usize = 24;
 
 /// A smoothed error below this part of the plain one belongs to a constrained unknown.
 const CONSTRAINED: f64 = 1e-6;
@@ -195,7 +196,7 @@ impl Trial {
                 if past.predict(tableau, i, h, &self.first, done, &mut self.guess) {
                     smooth.newton.predict(&self.guess);
                 }
-                smooth.newton.be_brief(level < PATIENT && self.unsolved < TRIED);
+                smooth.newton.be_brief(level >= DEEP || self.unsolved < TRIED);
             }
             let fit = solve(ladder, s, StageProblem { level, t, from: base, u: &self.u, near }, x);
             if fit == Fit::Contradiction {
