@@ -193,3 +193,21 @@ def test_effects_are_listed_and_wrong_values_named():
     assert [d.code for d in caught.value.diagnostics] == ["NS2005"] * 4
     idle = circuit_of("V1 c 0 1\nQ1 c c 0 qm\n.model qm npn(rb=10 irb=1m)").warnings
     assert ["irb has no effect without rbm" in w.message for w in idle] == [True]
+
+
+@pytest.mark.parametrize("reltol", [1e-3, 1e-4, 1e-5, 1e-6])
+def test_charges_near_zero_are_as_exact_as_large_ones(reltol: float) -> None:
+    """The charge of a substrate at microvolts: an edge of 1 ns moves it by attocoulombs."""
+    circuit = nsspice.read("""A substrate that leaves rest
+V1 in 0 PULSE(0 5 0 1n 1n 5u 10u)
+L1 in a 10u Rser=0.1 Rpar=10k Cpar=5p
+C1 a 0 1u Rser=0.05 ic=0
+Rl a 0 10
+Q1 c bb 0 sub npn1
+Rc in c 1k
+Rb a bb 10k
+Rs sub 0 1
+.model npn1 NPN(IS=1e-15 BF=100 CJS=2p VJS=0.75 MJS=0.4 IRB=1e-4 RB=100 RBM=10)
+.tran 50n 5u uic
+""")
+    assert nsspice.tran(circuit, reltol=reltol).certificate.passed

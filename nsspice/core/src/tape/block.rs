@@ -4,6 +4,7 @@ use super::evaluate::{Linearisation, SAME};
 use super::group::{Group, Kind, Shape, Step, DEPLETION, JUNCTION, LONE, WIDE};
 use super::lanes::{growth, log_near_one, Lanes};
 use super::limit;
+use super::parts::bent;
 use crate::dense::{each, widest};
 
 /// The numbers of a tape that groups read and write.
@@ -17,7 +18,7 @@ pub(super) struct Numbers<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct Wanted {
     pub how: Linearisation,
-    /// part of its unit within which a member is its tangent
+    /// part of the distance over which it bends within which a member is its tangent
     pub reach: f64,
 }
 
@@ -83,7 +84,7 @@ impl Group {
         let result = &mut registers[self.results..].as_chunks_mut::<WIDE>().0[b];
         let known = &mut self.known[b];
         if *known && how == Linearisation::Careful {
-            let excess: Lanes<WIDE> = each(|i| moved[i].abs() - reach * unit[i]);
+            let excess = beyond(reach, &moved, unit, at);
             if sum(&positive(&excess, &moved)) == 0.0 {
                 *result = each(|i| value[i] + link[i] * moved[i]);
                 return false;
@@ -124,20 +125,18 @@ impl Group {
         let at = first(&mut frame, v);
         let (variables, results) = numbers.registers.split_at_mut(self.results);
         let results = &mut results.as_chunks_mut::<WIDE>().0[b * o..(b + 1) * o];
-        let far: Lanes<WIDE> = each(|i| reach * unit[i]);
-        let mut beyond: Lanes<WIDE> = [0.0; WIDE];
+        let mut far: Lanes<WIDE> = [0.0; WIDE];
         let inputs = &self.inputs[b * v..(b + 1) * v];
         for ((x, [plus, minus]), at) in registers.iter_mut().zip(inputs).zip(at.iter()) {
             let now: Lanes<WIDE> =
                 each(|i| variables[plus[i] as usize] - variables[minus[i] as usize]);
             let moved: Lanes<WIDE> = each(|i| now[i] - at[i]);
-            let excess: Lanes<WIDE> = each(|i| moved[i].abs() - far[i]);
-            let excess = positive(&excess, &moved);
-            beyond = each(|i| beyond[i] + excess[i]);
+            let excess = positive(&beyond(reach, &moved, &unit, at), &moved);
+            far = each(|i| far[i] + excess[i]);
             *x = now;
         }
         let known = &mut self.known[b];
-        if *known && how == Linearisation::Careful && sum(&beyond) == 0.0 {
+        if *known && how == Linearisation::Careful && sum(&far) == 0.0 {
             for (result, value) in results.iter_mut().zip(first(&mut frame, o).iter()) {
                 *result = *value;
             }
@@ -207,6 +206,18 @@ impl Group {
 fn note_wild(lost: &Lanes<WIDE>, b: usize, count: usize, wild: &mut Vec<usize>) {
     let last = WIDE.min(count - WIDE * b);
     wild.extend((0..last).filter(|&i| lost[i] != 0.0).map(|i| WIDE * b + i));
+}
+
+/// How far (in squares) members have moved beyond the `reach` of their tangents.
+#[inline(always)]
+fn beyond<const W: usize>(
+    reach: f64,
+    moved: &Lanes<W>,
+    unit: &Lanes<W>,
+    at: &Lanes<W>,
+) -> Lanes<W> {
+    let part = reach * reach;
+    each(|i| moved[i] * moved[i] - part * bent(unit[i], at[i]))
 }
 
 /// What is above zero; not zero either where `of` is no number.

@@ -6,7 +6,7 @@ use super::functions::{binary, unary};
 use super::group::Group;
 use super::limit;
 use super::ops::Op;
-use super::parts::{is_variable, Part};
+use super::parts::{bent, is_variable, Part};
 use super::program::{Instruction, Program};
 use std::ops::Range;
 use std::sync::Arc;
@@ -68,11 +68,17 @@ struct Kept {
 impl Kept {
     const NOTHING: Kept = Kept { at: f64::NAN, value: 0.0, slope: 0.0 };
 
-    /// Value and slope at `x`, from the tangent within `reach`.
+    /// Value and slope at `x` of a function that bends over a `unit`, from the tangent within the part
+    /// `reach` of that.
     #[inline]
-    fn get(&mut self, x: f64, reach: f64, compute: impl FnOnce(f64) -> (f64, f64)) -> (f64, f64) {
+    fn get(
+        &mut self,
+        x: f64,
+        (reach, unit): (f64, f64),
+        compute: impl FnOnce(f64) -> (f64, f64),
+    ) -> (f64, f64) {
         let step = x - self.at;
-        if step.abs() <= reach {
+        if step * step <= reach * reach * bent(unit, self.at) {
             return (self.value + self.slope * step, self.slope);
         }
         let (value, slope) = compute(x);
@@ -354,7 +360,7 @@ impl Machine {
             1 if i.op.limited() => self.limited_step(program, i, r[a], how),
             1 if i.op == Op::Depletion => {
                 let c = &program.constants[b..];
-                let (x, reach) = (r[a], self.reach(how) * c[1] * (1.0 - c[3]));
+                let (x, reach) = (r[a], (self.reach(how), c[1] * (1.0 - c[3])));
                 let kept = &mut self.kept[i.keep as usize];
                 one_d(kept.get(x, reach, |x| curves::depletion(c, x)))
             }
@@ -438,7 +444,7 @@ impl Machine {
         self.points[at] = point;
         let (value, slope) = match i.op {
             Op::Junction => {
-                let reach = self.reach(how) * unit;
+                let reach = (self.reach(how), unit);
                 let kept = &mut self.kept[i.keep as usize];
                 kept.get(point, reach, |x| curves::junction(constants[0], unit, x))
             }

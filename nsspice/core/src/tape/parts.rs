@@ -23,6 +23,10 @@ pub(super) struct Part {
     links: Vec<(u32, u32, u32)>,
     /// distance over which it bends; zero: unknown
     pub unit: f64,
+    /// registers of the arguments of what bends, and over which distance each does
+    bends: Vec<(u32, f64)>,
+    /// square of the distance over which the part bends by the size of what was least at its last evaluation
+    least: f64,
     /// `at`, `values` and the slots belong together
     pub known: bool,
 }
@@ -80,6 +84,8 @@ impl Part {
                     values: Vec::new(),
                     links: Vec::new(),
                     unit: 0.0,
+                    bends: Vec::new(),
+                    least: 0.0,
                     known: false,
                 });
             }
@@ -115,6 +121,9 @@ impl Part {
     pub fn measure(&mut self, program: &Program, blunt: f64) {
         self.known = false;
         self.unit = Part::unit(program, self.code.clone(), blunt);
+        let code = program.code[self.code.clone()].iter();
+        let all = code.map(|i| (i.args[0], bends_over(program, i, blunt)));
+        self.bends = all.filter(|(_, unit)| unit.is_finite()).collect();
     }
 
     /// The distance over which some instructions bend; zero: unknown.
@@ -129,9 +138,10 @@ impl Part {
         }
     }
 
-    /// Whether the part is its tangent, to be moved by less than `reach` of its unit.
+    /// Whether the part is its tangent: it has moved by less than `reach` of the distance over which it
+    /// bends by as much as it is.
     pub fn rests(&self, registers: &[f64], reach: f64) -> bool {
-        let far = reach * self.unit;
+        let far = reach * self.least.sqrt();
         let near = |(&v, at): (&u32, &f64)| (registers[v as usize] - at).abs() <= far;
         self.known && self.variables.iter().zip(&self.at).all(near)
     }
@@ -152,6 +162,8 @@ impl Part {
     pub fn keep(&mut self, registers: &[f64], exact: bool) {
         self.known = exact && self.unit > 0.0;
         if self.known {
+            let bends = self.bends.iter().map(|&(a, unit)| bent(unit, registers[a as usize]));
+            self.least = bends.fold(f64::INFINITY, f64::min);
             for (at, &v) in self.at.iter_mut().zip(&self.variables) {
                 *at = registers[v as usize];
             }
@@ -162,8 +174,16 @@ impl Part {
     }
 }
 
-/// The change of its argument over which an instruction departs from its tangent by about its size;
-/// infinite for linear ones, zero where nothing is known.
+/// Square of the change of an argument over which a function departs from its tangent by about its own
+/// size: near zero, where charges and currents of junctions vanish, that is less than their unit.
+#[inline]
+pub(super) fn bent(unit: f64, argument: f64) -> f64 {
+    let size = argument.abs();
+    unit * if size < unit { size } else { unit }
+}
+
+/// The change of its argument over which an instruction departs from its tangent by about what it
+/// is far from zero; infinite for linear ones, zero where nothing is known.
 fn bends_over(program: &Program, i: &Instruction, blunt: f64) -> f64 {
     let constant = |k: usize| program.code[i.args[k] as usize].op == Op::Constant;
     match i.op {

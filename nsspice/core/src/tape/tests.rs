@@ -180,6 +180,31 @@ fn parts_at_rest_follow_their_tangent_and_the_others_are_computed() {
     }
 }
 
+#[test]
+fn tangents_know_what_vanishes() {
+    // near zero a charge and a current are as small as the voltage: so is what they may err by
+    let accuracy = 1e-11;
+    for count in [1, 4] {
+        let (program, own) = diodes(count);
+        let mut t = Tape::new(Arc::new(program));
+        t.set_accuracy(accuracy);
+        for decade in 0..9 {
+            let v = 0.5 * 10.0f64.powi(-decade);
+            for moved in [1.0, 1.0 + 1e-8, 1.0 + 1e-6, 1.0 + 1e-3] {
+                t.evaluate(&[v * moved, 0.0, 0.0], &[0.0], 0.0, Linearisation::Careful);
+                if t.limited() {
+                    continue;
+                }
+                let [i, _, q, _] = diode(&own[0], v * moved);
+                for (found, wanted) in [(t.value(0), i), (t.value(1), q)] {
+                    let error = (found / wanted - 1.0).abs();
+                    assert!(error <= accuracy, "{v} {moved}: {error}");
+                }
+            }
+        }
+    }
+}
+
 /// Diodes with charges between two unknowns, each with parameters of its own, and their formulas.
 fn diodes(count: usize) -> (Program, Vec<[f64; 7]>) {
     let (mut list, mut constants, mut outputs) = (Vec::new(), Vec::new(), Vec::new());
