@@ -30,6 +30,26 @@ impl Linear {
         (self.g.nrows, self.a.ncols, self.s.ncols)
     }
 
+    /// What conducts where all pairs with a series resistance of their own do: `G + A D^-1 B`.
+    pub fn conducting(&self) -> Csc {
+        let m = self.a.ncols;
+        let (mut own, mut alone) = (vec![0.0; m], vec![true; m]);
+        for (r, c, v) in self.d.iter().filter(|e| e.2 != 0.0) {
+            if r == c {
+                own[r] = v;
+            } else {
+                alone[r] = false;
+            }
+        }
+        let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); m];
+        self.b.iter().for_each(|(pair, c, v)| rows[pair].push((c, v)));
+        let mut entries: Vec<_> = self.g.iter().collect();
+        for (row, pair, v) in self.a.iter().filter(|e| alone[e.1] && own[e.1] > 0.0) {
+            entries.extend(rows[pair].iter().map(|(c, b)| (row, *c, v * b / own[pair])));
+        }
+        Csc::from_triplets(self.g.nrows, self.g.ncols, &entries)
+    }
+
     /// `w = q - B z + D l`
     pub fn slacks(&self, z: &[f64], l: &[f64], w: &mut [f64]) {
         w.copy_from_slice(&self.q);

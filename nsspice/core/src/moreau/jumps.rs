@@ -90,6 +90,21 @@ pub(super) fn fastest_time(e: &Csc, g: &Csc) -> f64 {
     1.0 / rate // infinite if nothing couples
 }
 
+/// The time in which a group of capacitors as a whole moves [s]: what holds its potential may be the charge
+/// of a junction, a small part of what the group stores.
+fn time_of_group(group: &[usize], e: &Csc, g: &Csc) -> f64 {
+    let inside = |m: &Csc| -> [f64; 2] {
+        let own = m.iter().filter(|(r, c, _)| group.contains(r) && group.contains(c));
+        own.fold([0.0; 2], |[sum, size], (.., v)| [sum + v, size + v.abs()])
+    };
+    let ([stored, size], [conducted, _]) = (inside(e), inside(g));
+    if stored > ROUNDING * size {
+        stored / conducted.abs()
+    } else {
+        f64::INFINITY
+    }
+}
+
 /// What charges and fluxes are measured by where jumps are reported: `1 / sqrt(E_ii)`; with functions
 /// that store something, all alike.
 pub(super) fn jump_weights(sys: &System) -> Vec<f64> {
@@ -186,7 +201,12 @@ impl Stepper {
         let instant = f64::EPSILON * self.step_length; // no time at all beside the steps
         let (linear, u, time) = (&self.sys.linear, &self.u0, self.time);
         let stored = self.smooth.as_mut().and_then(|s| s.stored(linear, &self.z, u, time, instant));
-        stored.map_or(known, |e| known.min(OF_FUNCTIONS * fastest_time(&e, &linear.g)))
+        stored.map_or(known, |e| {
+            let conducting = linear.conducting();
+            let groups = self.storage.floating().iter();
+            let time = groups.map(|group| time_of_group(group, &e, &conducting));
+            known.min(OF_FUNCTIONS * time.fold(fastest_time(&e, &conducting), f64::min))
+        })
     }
 
     /// The impulsive step from the present state, which is left undefined; the first steps have
