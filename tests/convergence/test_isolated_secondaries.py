@@ -9,22 +9,20 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from ideal_transformer import IDEAL_TRANSFORMER
 
 import nsspice
 
-SECONDARY = """Ideal transformer, two capacitors and a load behind it
-V1 p 0 SIN(0 1 10k)
-R1 p a 0.01
-F1 a 0 Vs -10
-E1 s x a 0 10
-Vs x n 0
-R2 s u 0.01
-C1 u w 100u
+SECONDARY = (
+    "Ideal transformer, two capacitors and a load behind it\n"
+    + IDEAL_TRANSFORMER
+    + """C1 u w 100u
 C2 s w {c2}
 R3 w n 10
 R4 n 0 {tie}
 .tran {tran} uic
 """
+)
 #: a smooth law in a corner of its own makes the circuit one for Newton's method
 SMOOTH = "DX p dd dm\nRX dd 0 1k\n.model dm D(IS=1e-14)\n.tran"
 CASES = [
@@ -42,7 +40,7 @@ RELTOL = 1e-5  # the default
 EPS = float(np.finfo(float).eps)
 
 
-def errors(run: nsspice.Result, exact: nsspice.Result) -> tuple[float, float]:
+def errors(run: nsspice.Solution, exact: nsspice.Solution) -> tuple[float, float]:
     """Of the voltage of C1 and of the potential of the secondary, as parts of the largest."""
 
     def part(of: str, minus: str | None) -> float:

@@ -6,6 +6,8 @@ constant of 1e-49 s; in steps that are short beside that, rounding of the flux w
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 import pytest
 
@@ -39,6 +41,13 @@ RY ny 0 0.07
 SIGNALS = ("i(l1)", "i(l2)", "v(sn)", "v(out)")
 
 
+def agree(run: nsspice.Solution, fine: nsspice.Solution, names: Iterable[str], part: float) -> None:
+    """Assert that signals differ by less than a part of their ranges."""
+    for name in names:
+        error = np.abs(run[name] - fine[name]).max() / np.ptp(fine[name])
+        assert error <= part, name
+
+
 @pytest.mark.parametrize("reltol", [1e-4, 1e-5])
 def test_tolerances_agree(reltol: float) -> None:
     """Errors of steps add up over some hundred periods of the leakage: ten times the tolerance."""
@@ -50,9 +59,7 @@ def test_tolerances_agree(reltol: float) -> None:
         assert (
             np.abs(each["v(sw)"]).max() < 15.0
         )  # 5 V, what the reset winding adds, and some ringing
-    for name in SIGNALS:
-        error = np.abs(run[name] - fine[name]).max() / np.ptp(fine[name])
-        assert error <= 10.0 * reltol, name
+    agree(run, fine, SIGNALS, 10.0 * reltol)
 
 
 SNAP = """A leakage inductance tears the last charge out of a junction
@@ -84,7 +91,5 @@ def test_the_last_charge_is_passed_over(reltol: float) -> None:
     run = nsspice.tran(circuit, method="sdirk", reltol=reltol)
     assert fine.certificate.passed
     assert run.certificate.passed
-    for name in ("i(l1)", "v(sn)"):
-        error = np.abs(run[name] - fine[name]).max() / np.ptp(fine[name])
-        assert error <= 10.0 * reltol, name
+    agree(run, fine, ("i(l1)", "v(sn)"), 10.0 * reltol)
     assert run.stats["linearised"] < 40 * run.stats["steps"]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ideal_transformer import IDEAL_TRANSFORMER
 
 import nsspice
 from nsspice.errors import UsageError
@@ -274,19 +275,16 @@ V2 clock 0 PULSE(0 1 0 1n 1n 100n 1u)
     assert np.abs(run["v(clock)"]).max() <= 1.0
 
 
-#: controlled sources that make an ideal transformer; nothing closes a circuit through R9
-SECONDARY = """Secondary of an ideal transformer that one large resistance ties to ground
-V1 p 0 SIN(0 1 10k)
-R1 p a 0.01
-F1 a 0 Vs -10
-E1 s x a 0 10
-Vs x n 0
-R2 s u 0.01
-{load}
+#: nothing closes a circuit through R9
+SECONDARY = (
+    "Secondary of an ideal transformer that one large resistance ties to ground\n"
+    + IDEAL_TRANSFORMER
+    + """{load}
 R9 n 0 {tie}
 .model ideal D(ideal)
 .tran 5u 0.5m
 """
+)
 
 
 @pytest.mark.parametrize("load", ["C1 u n 100u", "D1 u o ideal\nC1 o n 10u\nR3 o n 100"])

@@ -90,19 +90,25 @@ pub(super) fn fastest_time(e: &Csc, g: &Csc) -> f64 {
     1.0 / rate // infinite if nothing couples
 }
 
-/// The time in which a group of capacitors as a whole moves [s]: what holds its potential may be the charge
-/// of a junction, a small part of what the group stores.
-fn time_of_group(group: &[usize], e: &Csc, g: &Csc) -> f64 {
-    let inside = |m: &Csc| -> [f64; 2] {
-        let own = m.iter().filter(|(r, c, _)| group.contains(r) && group.contains(c));
-        own.fold([0.0; 2], |[sum, size], (.., v)| [sum + v, size + v.abs()])
-    };
-    let ([stored, size], [conducted, _]) = (inside(e), inside(g));
-    if stored > ROUNDING * size {
-        stored / conducted.abs()
-    } else {
-        f64::INFINITY
+/// The shortest time in which a group of capacitors as a whole moves [s]: what holds its potential may be
+/// the charge of a junction, a small part of what the group stores.
+fn time_of_groups(groups: &[Vec<usize>], e: &Csc, g: &Csc) -> f64 {
+    let mut owner = vec![None; g.nrows];
+    for (k, group) in groups.iter().enumerate() {
+        group.iter().for_each(|&j| owner[j] = Some(k));
     }
+    // of each: what it stores for a common potential, the size of the terms of that, what it conducts
+    let mut sums = vec![[0.0; 3]; groups.len()];
+    let inside = |r: usize, c: usize| owner[r].filter(|_| owner[r] == owner[c]);
+    for (k, v) in e.iter().filter_map(|(r, c, v)| Some((inside(r, c)?, v))) {
+        sums[k][0] += v;
+        sums[k][1] += v.abs();
+    }
+    for (k, v) in g.iter().filter_map(|(r, c, v)| Some((inside(r, c)?, v))) {
+        sums[k][2] += v;
+    }
+    let tied = sums.iter().filter(|[stored, size, _]| *stored > ROUNDING * size);
+    tied.fold(f64::INFINITY, |time, [stored, _, conducted]| time.min(stored / conducted.abs()))
 }
 
 /// What charges and fluxes are measured by where jumps are reported: `1 / sqrt(E_ii)`; with functions
@@ -200,13 +206,11 @@ impl Stepper {
         let known = self.step_length.min(self.fastest);
         let instant = f64::EPSILON * self.step_length; // no time at all beside the steps
         let (linear, u, time) = (&self.sys.linear, &self.u0, self.time);
-        let stored = self.smooth.as_mut().and_then(|s| s.stored(linear, &self.z, u, time, instant));
-        stored.map_or(known, |e| {
-            let conducting = linear.conducting();
-            let groups = self.storage.floating().iter();
-            let time = groups.map(|group| time_of_group(group, &e, &conducting));
-            known.min(OF_FUNCTIONS * time.fold(fastest_time(&e, &conducting), f64::min))
-        })
+        let Some(smooth) = &mut self.smooth else { return known };
+        let Some(e) = smooth.stored(linear, &self.z, u, time, instant) else { return known };
+        let g = smooth.conducting(linear);
+        let time = fastest_time(&e, g).min(time_of_groups(self.storage.floating(), &e, g));
+        known.min(OF_FUNCTIONS * time)
     }
 
     /// The impulsive step from the present state, which is left undefined; the first steps have

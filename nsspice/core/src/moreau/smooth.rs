@@ -40,6 +40,8 @@ pub struct SmoothPart {
     calm: bool,
     prediction: Vec<f64>,
     scratch: Vec<f64>,
+    /// see [`Linear::conducting`]; empty until it is asked for
+    conducting: Option<Csc>,
 }
 
 impl SmoothPart {
@@ -71,6 +73,7 @@ impl SmoothPart {
             calm: false,
             prediction: vec![0.0; n],
             scratch: vec![0.0; count],
+            conducting: None,
         }
     }
 
@@ -180,6 +183,11 @@ impl SmoothPart {
         }
         entries.extend(slopes.into_iter().filter(|e| left[e.0] > 0.0 && left[e.1] > 0.0));
         Some(Csc::from_triplets(linear.e.nrows, linear.e.ncols, &entries))
+    }
+
+    /// What conducts where all switches are closed.
+    pub(super) fn conducting(&mut self, linear: &Linear) -> &Csc {
+        self.conducting.get_or_insert_with(|| linear.conducting())
     }
 
     /// Computes the functions and their rates.

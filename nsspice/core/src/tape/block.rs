@@ -83,12 +83,10 @@ impl Group {
         let moved: Lanes<WIDE> = each(|i| x[i] - at[i]);
         let result = &mut registers[self.results..].as_chunks_mut::<WIDE>().0[b];
         let known = &mut self.known[b];
-        if *known && how == Linearisation::Careful {
-            let excess = beyond(reach, &moved, unit, at);
-            if sum(&positive(&excess, &moved)) == 0.0 {
-                *result = each(|i| value[i] + link[i] * moved[i]);
-                return false;
-            }
+        let still = || sum(&beyond(reach, &moved, unit, at)) == 0.0;
+        if *known && how == Linearisation::Careful && still() {
+            *result = each(|i| value[i] + link[i] * moved[i]);
+            return false;
         }
         let point = &mut numbers.points[self.points..].as_chunks_mut::<WIDE>().0[b];
         let before = *point;
@@ -131,7 +129,7 @@ impl Group {
             let now: Lanes<WIDE> =
                 each(|i| variables[plus[i] as usize] - variables[minus[i] as usize]);
             let moved: Lanes<WIDE> = each(|i| now[i] - at[i]);
-            let excess = positive(&beyond(reach, &moved, &unit, at), &moved);
+            let excess = beyond(reach, &moved, &unit, at);
             far = each(|i| far[i] + excess[i]);
             *x = now;
         }
@@ -208,7 +206,7 @@ fn note_wild(lost: &Lanes<WIDE>, b: usize, count: usize, wild: &mut Vec<usize>) 
     wild.extend((0..last).filter(|&i| lost[i] != 0.0).map(|i| WIDE * b + i));
 }
 
-/// How far (in squares) members have moved beyond the `reach` of their tangents.
+/// How far (in squares) members have moved beyond the `reach` of their tangents; zero: not at all.
 #[inline(always)]
 fn beyond<const W: usize>(
     reach: f64,
@@ -217,7 +215,8 @@ fn beyond<const W: usize>(
     at: &Lanes<W>,
 ) -> Lanes<W> {
     let part = reach * reach;
-    each(|i| moved[i] * moved[i] - part * bent(unit[i], at[i]))
+    let excess = each(|i| moved[i] * moved[i] - part * bent(unit[i], at[i]));
+    positive(&excess, moved)
 }
 
 /// What is above zero; not zero either where `of` is no number.

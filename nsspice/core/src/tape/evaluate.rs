@@ -74,7 +74,8 @@ impl Kept {
     fn get(
         &mut self,
         x: f64,
-        (reach, unit): (f64, f64),
+        reach: f64,
+        unit: f64,
         compute: impl FnOnce(f64) -> (f64, f64),
     ) -> (f64, f64) {
         let step = x - self.at;
@@ -360,9 +361,9 @@ impl Machine {
             1 if i.op.limited() => self.limited_step(program, i, r[a], how),
             1 if i.op == Op::Depletion => {
                 let c = &program.constants[b..];
-                let (x, reach) = (r[a], (self.reach(how), c[1] * (1.0 - c[3])));
+                let (x, reach, unit) = (r[a], self.reach(how), c[1] * (1.0 - c[3]));
                 let kept = &mut self.kept[i.keep as usize];
-                one_d(kept.get(x, reach, |x| curves::depletion(c, x)))
+                one_d(kept.get(x, reach, unit, |x| curves::depletion(c, x)))
             }
             1 => one_d(unary(program, i, r[a])),
             2 => two_d(binary(i.op, r[a], r[b])),
@@ -444,9 +445,9 @@ impl Machine {
         self.points[at] = point;
         let (value, slope) = match i.op {
             Op::Junction => {
-                let reach = (self.reach(how), unit);
+                let reach = self.reach(how);
                 let kept = &mut self.kept[i.keep as usize];
-                kept.get(point, reach, |x| curves::junction(constants[0], unit, x))
+                kept.get(point, reach, unit, |x| curves::junction(constants[0], unit, x))
             }
             Op::Exp => {
                 let e = point.exp();

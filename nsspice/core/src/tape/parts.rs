@@ -21,11 +21,9 @@ pub(super) struct Part {
     values: Vec<f64>,
     /// derivatives of the outputs: register, slot, and which of the variables
     links: Vec<(u32, u32, u32)>,
-    /// distance over which it bends; zero: unknown
-    pub unit: f64,
-    /// registers of the arguments of what bends, and over which distance each does
+    /// registers of the arguments of what bends, and over which distance each does; empty: unknown
     bends: Vec<(u32, f64)>,
-    /// square of the distance over which the part bends by the size of what was least at its last evaluation
+    /// distance over which it bends by the size of what was least at its last evaluation
     least: f64,
     /// `at`, `values` and the slots belong together
     pub known: bool,
@@ -83,7 +81,6 @@ impl Part {
                     outputs: Vec::new(),
                     values: Vec::new(),
                     links: Vec::new(),
-                    unit: 0.0,
                     bends: Vec::new(),
                     least: 0.0,
                     known: false,
@@ -117,13 +114,15 @@ impl Part {
         parts
     }
 
-    /// Sets the distance over which the part bends, the unit of junctions multiplied by `blunt`.
+    /// Sets the distances over which the part bends, the unit of junctions multiplied by `blunt`.
     pub fn measure(&mut self, program: &Program, blunt: f64) {
         self.known = false;
-        self.unit = Part::unit(program, self.code.clone(), blunt);
         let code = program.code[self.code.clone()].iter();
         let all = code.map(|i| (i.args[0], bends_over(program, i, blunt)));
         self.bends = all.filter(|(_, unit)| unit.is_finite()).collect();
+        if self.bends.iter().any(|(_, unit)| *unit <= 0.0) {
+            self.bends.clear();
+        }
     }
 
     /// The distance over which some instructions bend; zero: unknown.
@@ -141,7 +140,7 @@ impl Part {
     /// Whether the part is its tangent: it has moved by less than `reach` of the distance over which it
     /// bends by as much as it is.
     pub fn rests(&self, registers: &[f64], reach: f64) -> bool {
-        let far = reach * self.least.sqrt();
+        let far = reach * self.least;
         let near = |(&v, at): (&u32, &f64)| (registers[v as usize] - at).abs() <= far;
         self.known && self.variables.iter().zip(&self.at).all(near)
     }
@@ -160,10 +159,10 @@ impl Part {
 
     /// Keeps the point of an evaluation.
     pub fn keep(&mut self, registers: &[f64], exact: bool) {
-        self.known = exact && self.unit > 0.0;
+        self.known = exact && !self.bends.is_empty();
         if self.known {
             let bends = self.bends.iter().map(|&(a, unit)| bent(unit, registers[a as usize]));
-            self.least = bends.fold(f64::INFINITY, f64::min);
+            self.least = bends.fold(f64::INFINITY, f64::min).sqrt();
             for (at, &v) in self.at.iter_mut().zip(&self.variables) {
                 *at = registers[v as usize];
             }
