@@ -8,21 +8,44 @@ from typing import Any
 import nsspice
 from nsspice.compare.expectation import read_expectation
 
+#: by the first word of a deck's name: the heading, and what nsspice does with such cases
 GROUPS = {
-    "jump": "Jumps and impulses",
-    "slide": "Zeno points, sliding and chattering",
-    "several": "Several solutions",
-    "degenerate": "Degenerate, but solvable",
-    "refused": "Infeasible, refused by name",
-    "extreme": "Extremes",
-    "report": "Reported by users of other programs",
+    "jump": (
+        "Jumps and impulses",
+        "states jump; charge and flux are conserved, impulses told in A s and V s",
+    ),
+    "slide": (
+        "Zeno points, sliding and chattering",
+        "where no instant can be located, implicit steps with complementarity pass over it",
+    ),
+    "several": (
+        "Several solutions",
+        "the one nearest to the step before, with a warning (NS3005, NS3050)",
+    ),
+    "degenerate": (
+        "Degenerate, but solvable",
+        "solved; what the laws leave open is shared, and called `undetermined`",
+    ),
+    "refused": (
+        "Infeasible, refused by name",
+        "refused before the run (NS1, NS2), or with a proof at the instant (NS3001)",
+    ),
+    "extreme": ("Extremes", "solved; errors are measured against rounding"),
+    "report": ("Reported by users of other programs", "solved"),
 }
 INTRO = """# Stability: the hard cases
 
 What stops other simulators is an ordinary run here, or is refused with the names of the
 elements in conflict. Each case is a netlist in `netlists/pathological` with its known answer
 and where it is known from (`X.expect.toml`); `nsspice test netlists/pathological` runs them
-all. The column *ngspice* was measured with ngspice-39 on the same circuit, ideal laws replaced
+all. What random decks have shown, and what is known to fail, stands in
+[Verification and known limits](verification.md).
+
+| class | cases | what nsspice does |
+|---|---|---|
+{classes}
+
+The column *ngspice* was measured with ngspice-39 on the same circuit, ideal laws replaced
 by sharp smooth ones as in `nsspice compare`, {patience} s for each attempt. "Right" means that
 every known answer that ngspice has (it knows no impulses) is met within 2 % of the range of the
 signals. For Siconos and Pulsim see [below](#siconos-and-pulsim).
@@ -69,8 +92,14 @@ def write(found: dict[str, Any], peers: dict[str, Any], root: Path) -> None:
         ("ngspice: a wrong answer without complaint", verdicts.count("wrong")),
         ("ngspice: an answer for a circuit that has none", verdicts.count("silent")),
     ]
-    lines = [INTRO.format(patience=12, tally="\n".join(f"| {a} | {b} |" for a, b in tally))]
-    for prefix, heading in GROUPS.items():
+    classes = [
+        f"| [{heading}](#{anchor(heading)}) | {sum(n.startswith(prefix + '_') for n in found)} "
+        f"| {treated} |"
+        for prefix, (heading, treated) in GROUPS.items()
+    ]
+    counts = [f"| {what} | {number} |" for what, number in tally]
+    lines = [INTRO.format(patience=12, classes="\n".join(classes), tally="\n".join(counts))]
+    for prefix, (heading, _) in GROUPS.items():
         lines += [f"\n## {heading}\n", "| case | nsspice | ngspice | |", "|---|---|---|---|"]
         for name, entry in found.items():
             if name.startswith(prefix + "_"):
@@ -91,6 +120,11 @@ def write(found: dict[str, Any], peers: dict[str, Any], root: Path) -> None:
     page = root / "docs" / "stability.md"
     kept = page.read_text().partition(MARKER)[2]
     page.write_text("\n".join(lines).rstrip() + "\n\n" + MARKER + kept)
+
+
+def anchor(heading: str) -> str:
+    """Return the anchor that the pages get for a heading."""
+    return heading.lower().replace(",", "").replace(" ", "-")
 
 
 def told(result: dict[str, Any], what: str = "found") -> str:
