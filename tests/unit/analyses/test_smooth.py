@@ -1,5 +1,7 @@
 """Decks with smooth laws through all analyses, against closed forms."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -63,6 +65,9 @@ def test_averaging_is_refused_by_name():
         ("V1 a 0 2\nB1 b 0 V={1/v(a)}\nR2 b 0 1k\n", "v(b)", 0.5),
         # (2 - v) / 1k = (v - 1/v) / 1k
         ("V1 i 0 2\nR1 i a 1k\nB1 b 0 V={1/v(a)}\nR2 b a 1k\n", "v(a)", (1 + 3**0.5) / 2),
+        # the edge of a domain beside the pole, and a long way up an exponential behind it
+        ("V1 a 0 10\nB1 b 0 V={sqrt(v(a)) + 1/v(a)}\n", "v(b)", 10**0.5 + 0.1),
+        ("V1 a 0 10\nB1 b 0 V={exp(v(a))}\nB2 c 0 V={1/v(a)}\n", "v(b)", math.exp(10)),
     ],
 )
 def test_a_pole_where_the_search_begins_is_passed(cards, node, expected):

@@ -80,11 +80,11 @@ pub struct Equations {
     pub(super) reference: Vec<f64>,
     /// scaling by which usual conductances and resistances become about one
     pub(super) unit: Vec<f64>,
-    /// rows of unknowns in fours: one for current rows, one for voltage rows
-    pub(super) kinds: Vec<[[f64; FOUR]; 2]>,
-    /// the same without rows in which something is stored: what an inductor bears in a short step is no
-    /// voltage of the network, and what a capacitor holds no current
-    pub(super) scales: Vec<[[f64; FOUR]; 2]>,
+    /// one for rows of unknowns, zero for slacks, in fours
+    pub(super) laws: Vec<[f64; FOUR]>,
+    /// sums of the sizes of entries in each four rows: of voltages, of currents; what is stored would be
+    /// neither in a short step
+    pub(super) reach: Vec<[[f64; FOUR]; 2]>,
     /// unknowns of current rows, and of voltage rows
     pub(super) nodes: Vec<u32>,
     pub(super) branches: Vec<u32>,
@@ -194,17 +194,11 @@ impl Equations {
         touched.retain(|&r| row_kind[r] == 0);
         touched.sort_unstable();
         touched.dedup();
-        let mut stores = vec![false; n];
-        e.iter().filter(|e| e.2 != 0.0).for_each(|(row, ..)| stores[row] = true);
-        smooth.q.iter().filter(|q| q.2 != 0.0).for_each(|(row, ..)| stores[row] = true);
-        let masks = |counts: &dyn Fn(usize) -> bool| -> Vec<[[f64; FOUR]; 2]> {
-            let of =
-                |row: usize, kind| row_kind.get(row).is_some_and(|&k| usize::from(k != 0) == kind);
-            let one = |row, kind| of(row, kind) && counts(row);
-            let four =
-                |b| [0, 1].map(|kind| std::array::from_fn(|i| f64::from(one(FOUR * b + i, kind))));
-            (0..size.div_ceil(FOUR)).map(four).collect()
-        };
+        let mut reach = vec![[[0.0; FOUR]; 2]; size.div_ceil(FOUR)];
+        for (r, c, v) in pattern.iter() {
+            let current = row_kind.get(c).is_none_or(|&kind| kind != 0);
+            reach[r / FOUR][usize::from(current)][r % FOUR] += v.abs();
+        }
         // the order is to serve Jacobians in which every derivative is there
         let mut full = pattern.clone();
         for t in &positions {
@@ -219,8 +213,10 @@ impl Equations {
                     |i| if i < n && row_kind[i] == 0 { usual.sqrt().recip() } else { usual.sqrt() },
                 )
                 .collect(),
-            kinds: masks(&|_| true),
-            scales: masks(&|row| !stores[row]),
+            laws: (0..size.div_ceil(FOUR))
+                .map(|b| std::array::from_fn(|i| f64::from(FOUR * b + i < n)))
+                .collect(),
+            reach,
             nodes: (0..n as u32).filter(|&i| row_kind[i as usize] == 0).collect(),
             branches: (0..n as u32).filter(|&i| row_kind[i as usize] != 0).collect(),
             diagonal: (0..size).map(|i| place(i, i)).collect(),

@@ -41,8 +41,13 @@ pub(super) fn first(newton: &mut Newton) -> Option<Judgement> {
     }
     newton.tape.set_points(&vec![0.0; newton.tape.points().len()]);
     newton.tape.point_at_knees();
-    let limit = (FIRST.0 + FIRST.1 * size).min(MOST);
+    let limit = patience(newton);
     newton.iterate(limit, None, Linearisation::Held).or_else(|| follow(newton, &zero))
+}
+
+/// Iterations where the solution may be far away.
+fn patience(newton: &Newton) -> usize {
+    (FIRST.0 + FIRST.1 * newton.eq.size()).min(MOST)
 }
 
 /// A solution from a point near which Newton's method failed.
@@ -59,6 +64,7 @@ pub(super) fn follow(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
 fn beside_poles(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
     newton.state.x.copy_from_slice(begin);
     newton.activate_from_signs();
+    let limit = patience(newton);
     for _ in 0..POLES {
         newton.evaluate_at_x(Linearisation::Held, None);
         if !newton.tape.silence() {
@@ -71,7 +77,7 @@ fn beside_poles(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
             return None;
         }
         newton.state.begin.copy_from_slice(&newton.state.x);
-        if let Some(found) = newton.iterate(POINT, None, Linearisation::Held) {
+        if let Some(found) = newton.iterate(limit, None, Linearisation::Held) {
             return Some(found);
         }
         let moved = newton.state.begin.clone();

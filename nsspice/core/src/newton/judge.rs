@@ -6,7 +6,8 @@ use crate::dense::{each, widest};
 use crate::mlcp::{Residual, Role};
 use crate::tape::Tape;
 
-/// Rows are not judged against less than this part of the largest of their kind.
+/// Rows are not judged against less than this part of what the largest voltage and the largest current
+/// would make of them: so far unknowns are rounded.
 const FLOOR: f64 = 1e-6;
 /// What rounding of the unknowns by a few units may do to a row, through steep functions, is no
 /// defect.
@@ -42,8 +43,6 @@ struct Rows {
     /// largest relative violation, and where
     worst: f64,
     row: usize,
-    /// largest terms of current rows and of voltage rows in which nothing is stored
-    largest: [f64; 2],
     /// largest node voltage
     node: f64,
 }
@@ -114,34 +113,27 @@ impl Balance {
         // comparisons, which pass over NaN as `max` does and cost less
         let larger = |a: f64, b: f64| if a > b { a } else { b };
         let (terms, defects) = (self.terms.as_chunks::<FOUR>().0, self.defect.as_chunks().0);
-        let (mut currents, mut voltages) = ([0.0f64; FOUR], [0.0f64; FOUR]);
-        for (term, [current, voltage]) in terms.iter().zip(&eq.scales) {
-            currents = each(|i| larger(term[i] * current[i], currents[i]));
-            voltages = each(|i| larger(term[i] * voltage[i], voltages[i]));
-        }
-        let most = |m: [f64; FOUR]| larger(larger(m[0], m[1]), larger(m[2], m[3]));
-        let largest = [most(currents), most(voltages)];
         let of = |list: &[u32]| list.iter().fold(0.0f64, |v, &i| larger(x[i as usize].abs(), v));
-        let node = of(&eq.nodes);
-        let floor =
-            [FLOOR * larger(of(&eq.branches), largest[0]), FLOOR * larger(node, largest[1])];
+        let (node, branch) = (of(&eq.nodes), of(&eq.branches));
+        let floor = |reach: &[[f64; FOUR]; 2], i: usize| {
+            FLOOR * (reach[0][i] * node + reach[1][i] * branch)
+        };
         let shares = self.shares.as_chunks_mut::<FOUR>().0;
         let mut top = [0.0f64; FOUR];
-        for (((share, term), defect), [current, voltage]) in
-            shares.iter_mut().zip(terms).zip(defects).zip(&eq.kinds)
+        for ((((share, term), defect), reach), laws) in
+            shares.iter_mut().zip(terms).zip(defects).zip(&eq.reach).zip(&eq.laws)
         {
             let defect: &[f64; FOUR] = defect;
-            let floor: [f64; FOUR] = each(|i| floor[0] * current[i] + floor[1] * voltage[i]);
-            let size: [f64; FOUR] = each(|i| larger(term[i], floor[i]));
-            let counted: [f64; FOUR] = each(|i| (current[i] + voltage[i]) * defect[i].abs());
+            let size: [f64; FOUR] = each(|i| larger(term[i], floor(reach, i)));
+            let counted: [f64; FOUR] = each(|i| laws[i] * defect[i].abs());
             // nothing is no part of nothing, and NaN no number
             let ratio: [f64; FOUR] = each(|i| counted[i] / larger(size[i], f64::MIN_POSITIVE));
             let ratio = each(|i| if ratio[i] < f64::INFINITY { ratio[i] } else { f64::INFINITY });
             top = each(|i| larger(ratio[i], top[i]));
             *share = ratio;
         }
-        let mut out = Rows { worst: 0.0, row: 0, largest, node };
-        let top = most(top);
+        let mut out = Rows { worst: 0.0, row: 0, node };
+        let top = larger(larger(top[0], top[1]), larger(top[2], top[3]));
         if top <= NOTHING {
             return out;
         }
@@ -153,7 +145,7 @@ impl Balance {
             if excess <= 0.0 {
                 return 0.0;
             }
-            let ratio = excess / larger(self.terms[i], floor[eq.kind(i)]);
+            let ratio = excess / larger(self.terms[i], floor(&eq.reach[i / FOUR], i % FOUR));
             if ratio.is_finite() {
                 ratio
             } else {
@@ -183,15 +175,14 @@ impl Balance {
         roles: &[Role],
         x: &[f64],
     ) -> Judgement {
-        let Rows { worst: rows, row: worst_row, largest, node } =
-            judge_rows(self, eq, assembly, tape, x);
+        let Rows { worst: rows, row: worst_row, node } = judge_rows(self, eq, assembly, tape, x);
         let (n, terms, defect) = (eq.n, &self.terms, &self.defect);
         if roles.is_empty() {
             let residual = Residual { rows, complementarity: 0.0 };
             return Judgement { residual, worst_row };
         }
         let mut current = 0.0f64;
-        let mut voltage = largest[1].max(node);
+        let mut voltage = node;
         for &r in &eq.touched {
             current = current.max(terms[r]);
         }

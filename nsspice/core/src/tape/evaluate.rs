@@ -427,21 +427,23 @@ impl Machine {
         let constants =
             &program.constants[if i.op == Op::Junction { i.args[1] as usize } else { 0 }..];
         let unit = if i.op == Op::Junction { self.blunt * constants[1] } else { 1.0 };
-        let mut point = x;
-        if how == Linearisation::Held {
-            point = old;
-        } else if how == Linearisation::Careful {
-            point = match i.op {
+        // at the edge of its domain a function has no tangent that could be held
+        let edge = match i.op {
+            Op::Ln | Op::Log10 | Op::Sqrt => 0.0,
+            Op::Log1p => -1.0,
+            _ => f64::NEG_INFINITY,
+        };
+        let point = match how {
+            Linearisation::Held if old > edge => old,
+            Linearisation::Exact => x,
+            _ if x.is_nan() => x,
+            _ => match i.op {
                 Op::Junction => limit::junction(x, old, unit, knee),
                 Op::Exp | Op::Expm1 => limit::exponential(x, old, 1.0, 0.0),
                 Op::Sinh | Op::Cosh => limit::two_sided(x, old),
-                Op::Log1p => limit::domain(x, old, -1.0),
-                _ => limit::domain(x, old, 0.0),
-            };
-            if x.is_nan() {
-                point = x;
-            }
-        }
+                _ => limit::domain(x, old, edge),
+            },
+        };
         self.points[at] = point;
         let (value, slope) = match i.op {
             Op::Junction => {
