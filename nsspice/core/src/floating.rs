@@ -7,7 +7,8 @@
 //! joins them to one group; one that is amplified elsewhere (`F`) is told by the laws there.
 //!
 //! So do the currents of junctions into a group of nodes that resistors tie together: 40 Ohm at 5 V are
-//! known to 3e-17 A, and leakage of 1e-16 A determines the potential of both ends.
+//! known to 3e-17 A, and leakage of 1e-16 A determines the potential of both ends.  So does what 1 GOhm
+//! carries that gives an isolated part its potential.
 
 use crate::descriptor::stored_groups;
 use crate::sparse::Csc;
@@ -17,6 +18,8 @@ use crate::union_find::UnionFind;
 const ROUNDING: f64 = f64::EPSILON;
 /// The same for charges.
 const LOST: f64 = 1e-12;
+/// A tie of this part of the conductances beside it: what it carries is rounding of theirs.
+const WEAK: f64 = 1e-6;
 
 /// The laws that groups of unknowns and some columns of a matrix join, and which of them are in no group
 /// whose sum has anything of these columns left; such columns may `stay` in more than one law.
@@ -25,7 +28,7 @@ fn joined(
     floating: &[Vec<usize>],
     law: impl Fn(usize) -> bool,
     counts: impl Fn(usize) -> bool,
-    stay: bool,
+    (stay, weak): (bool, f64),
 ) -> (Vec<Vec<usize>>, Vec<bool>) {
     let n = g.nrows;
     let (mut ties, mut free) = (UnionFind::new(n), vec![true; n]);
@@ -36,13 +39,28 @@ fn joined(
         .iter()
         .filter(|group| group.iter().all(|&row| law(row)))
         .for_each(|group| tie(&mut ties, group));
+    let mut diagonal = vec![0.0f64; n];
+    g.iter().filter(|e| e.0 == e.1).for_each(|(row, _, v)| diagonal[row] = v.abs());
     for c in (0..n).filter(|&c| counts(c)) {
         let (rows, values) = g.col(c);
-        let own = || rows.iter().zip(values).filter(|(&row, v)| law(row) && **v != 0.0);
-        let rows: Vec<usize> = own().map(|(&row, _)| row).collect();
-        let (sum, size) = own().fold((0.0, 0.0), |(sum, size), (_, v)| (sum + v, size + v.abs()));
-        let left = f64::abs(sum) > ROUNDING * size;
-        if left && stay && rows.len() > 1 {
+        let own = rows.iter().zip(values).filter(|(&row, v)| law(row) && **v != 0.0);
+        let mut own: Vec<(usize, f64)> = own.map(|(&row, &v)| (row, v)).collect();
+        let all = own.len();
+        if law(c) {
+            // beside the conductances at one of its ends this one is a weak tie
+            let beside = |row: usize| diagonal[row].max(diagonal[c]);
+            own.retain(|&(row, v)| row == c || v.abs() > weak * beside(row));
+        } else {
+            // a current leaves one node and enters another, whatever it controls elsewhere
+            let (pairs, others) = cancelling(own);
+            pairs.iter().for_each(|pair| tie(&mut ties, pair));
+            own = others;
+        }
+        let rows: Vec<usize> = own.iter().map(|e| e.0).collect();
+        let (sum, size) =
+            own.iter().fold((0.0, 0.0), |(sum, size), e| (sum + e.1, size + e.1.abs()));
+        let left = f64::abs(sum) > weak * size;
+        if left && stay && all > 1 {
             continue;
         }
         tie(&mut ties, &rows);
@@ -56,13 +74,25 @@ fn joined(
     (groups, free)
 }
 
+/// The rows of entries that cancel, two by two, and the other entries.
+fn cancelling(entries: Vec<(usize, f64)>) -> (Vec<[usize; 2]>, Vec<(usize, f64)>) {
+    let (mut pairs, mut others) = (Vec::new(), Vec::<(usize, f64)>::new());
+    for entry in entries {
+        match others.iter().position(|other| other.1 == -entry.1) {
+            Some(k) => pairs.push([others.swap_remove(k).0, entry.0]),
+            None => others.push(entry),
+        }
+    }
+    (pairs, others)
+}
+
 /// The groups, of current rows, and how rows turn into sums.
 #[derive(Clone, Debug)]
 pub struct Floating {
     groups: Vec<Vec<usize>>,
     /// the first row of the group of each row
     first: Vec<Option<usize>>,
-    /// sums in which no conductance and no source is left
+    /// sums in which nothing but a weak tie is left
     bare: Vec<bool>,
 }
 
@@ -71,20 +101,16 @@ impl Floating {
         Floating { groups: Vec::new(), first: vec![None; rows], bare: vec![false; rows] }
     }
 
-    /// Finds the groups that conductances and sources (`g`) tie, of which nothing is left in the sum, and
-    /// those that capacitors (`e`) tie.
-    pub fn with_bare(e: &Csc, g: &Csc, row_kind: &[u8]) -> Floating {
+    /// Finds the groups that conductances and sources (`g`) tie, of which nothing but a weak tie is left in the
+    /// sum, and those that capacitors (`e`) tie, across sources whose currents leave the sum.
+    pub fn new(e: &Csc, g: &Csc, row_kind: &[u8]) -> Floating {
         let mut out = Floating::none(e.nrows);
         let stored = stored_groups(e);
-        let (mut groups, free) = joined(g, &stored[0], |row| row_kind[row] == 0, |_| true, false);
+        let (mut groups, free) =
+            joined(g, &stored[0], |row| row_kind[row] == 0, |_| true, (false, WEAK));
         groups.retain(|group| group.len() > 1 && group.iter().all(|&row| free[row]));
         groups.into_iter().for_each(|group| out.take(group, true));
         out.with_stored(stored, e, g, row_kind)
-    }
-
-    /// The groups that capacitors tie, across sources whose currents leave the sum.
-    pub fn of_stored(e: &Csc, g: &Csc, row_kind: &[u8]) -> Floating {
-        Floating::none(e.nrows).with_stored(stored_groups(e), e, g, row_kind)
     }
 
     /// Adds these.
@@ -99,7 +125,8 @@ impl Floating {
         let mut stored = vec![false; n];
         e.iter().for_each(|(_, column, _)| stored[column] = true);
         let law = |row: usize| row_kind[row] == 0;
-        let (mut groups, mut free) = joined(g, &floating, law, |c| !law(c) && !stored[c], true);
+        let (mut groups, mut free) =
+            joined(g, &floating, law, |c| !law(c) && !stored[c], (true, ROUNDING));
         fixed.iter().flatten().for_each(|&row| free[row] = false);
         let mut held = vec![false; n];
         floating.iter().filter(|group| group.len() > 1).flatten().for_each(|&j| held[j] = true);
@@ -145,19 +172,28 @@ impl Floating {
 
     /// The same for conductances: those that leave a sum leave no rounding of theirs there.
     pub fn conductances(&self, matrix: &Csc) -> Vec<(usize, usize, f64)> {
-        let mut all = self.with_sums(matrix);
-        all.iter_mut().filter(|e| self.bare[e.0]).for_each(|e| e.2 = 0.0);
-        all
+        self.without_rounding(matrix, |row| self.bare[row], ROUNDING)
     }
 
     /// The same for what is stored.
     pub fn stored(&self, matrix: &Csc) -> Vec<(usize, usize, f64)> {
+        self.without_rounding(matrix, |_| true, LOST)
+    }
+
+    /// The entries of a matrix and of sums, without those of `some` sums that vanish but for `rounding`.
+    fn without_rounding(
+        &self,
+        matrix: &Csc,
+        some: impl Fn(usize) -> bool,
+        rounding: f64,
+    ) -> Vec<(usize, usize, f64)> {
         let sizes: Vec<_> = matrix.iter().map(|(r, c, v)| (r, c, v.abs())).collect();
         let sizes = Csc::from_triplets(matrix.nrows, matrix.ncols, &sizes);
         let [sums, sizes] =
             [matrix, &sizes].map(|m| Csc::from_triplets(m.nrows, m.ncols, &self.with_sums(m)));
+        let counts = |row| self.is_sum(row) && some(row);
         let left = sums.iter().zip(sizes.iter());
-        let left = left.filter(|(sum, size)| !self.is_sum(sum.0) || sum.2.abs() > LOST * size.2);
+        let left = left.filter(|(sum, size)| !counts(sum.0) || sum.2.abs() > rounding * size.2);
         left.map(|(sum, _)| sum).collect()
     }
 
@@ -181,7 +217,7 @@ mod tests {
         let mut g = vec![(1, 4, 1.0), (2, 4, -1.0), (2, 5, 1.0), (0, 0, 0.1), (0, 3, -0.1)];
         g.extend(far.map(|node| (node, 5, -1.0)));
         let matrix = |list: &[_]| Csc::from_triplets(6, 6, list);
-        Floating::with_bare(&matrix(&e), &matrix(&g), &[0, 0, 0, 0, 1, 1])
+        Floating::new(&matrix(&e), &matrix(&g), &[0, 0, 0, 0, 1, 1])
     }
 
     #[test]
@@ -211,13 +247,17 @@ mod tests {
         let tied = |ground: f64| {
             let g = [(0, 0, 0.1), (0, 1, -0.1), (1, 0, -0.1), (1, 1, 0.1 + ground), (2, 2, 1.0)];
             let g = Csc::from_triplets(3, 3, &g);
-            (Floating::with_bare(&e, &g, &[0, 0, 0]), g)
+            (Floating::new(&e, &g, &[0, 0, 0]), g)
         };
         let (floating, g) = tied(0.0);
         assert!(floating.is_sum(0) && !floating.is_sum(1) && !floating.is_sum(2));
         assert!(floating.conductances(&g).iter().filter(|e| e.0 == 0).all(|e| e.2 == 0.0));
         // what is stored there stays
         assert_eq!(floating.stored(&e), [(0, 1, 1e-9), (1, 1, 1e-9)]);
-        assert!(!tied(1e-14).0.is_sum(0));
+        // a weak tie stays, too, a strong one makes a sum useless
+        let (floating, g) = tied(2f64.powi(-46));
+        let left = floating.conductances(&g).into_iter().filter(|e| e.0 == 0);
+        assert_eq!(left.collect::<Vec<_>>(), [(0, 1, 2f64.powi(-46))]);
+        assert!(!tied(1e-3).0.is_sum(0));
     }
 }

@@ -9,6 +9,7 @@
 use super::inputs::Inputs;
 use crate::dense::{eigen_symmetric, Differences, Echelon, Matrix};
 use crate::descriptor::Linear;
+use crate::floating::Floating;
 use crate::sparse::Csc;
 
 /// A two-terminal element between two unknowns, -1 for ground.
@@ -190,6 +191,23 @@ fn energy_basis(base: &Matrix, m: &Matrix) -> Result<(Matrix, Matrix), String> {
     Ok((scaled.times(&good), scaled.times(&vectors.select_cols(&lost))))
 }
 
+/// The kernel in a basis in which parts of the network that little ties to the rest move as one: on these
+/// columns only the ties act, and keep their digits beside what conducts inside.
+fn islands_first(mut kernel: Matrix, free: &[usize], linear: &Linear) -> Matrix {
+    let floating = Floating::new(&linear.e, &linear.g, &linear.row_kind);
+    for island in floating.groups() {
+        let columns: Vec<usize> = (0..free.len()).filter(|&k| island.contains(&free[k])).collect();
+        let sum = |i: usize| columns.iter().map(|&k| kernel[(i, k)]).sum::<f64>();
+        let whole: Vec<f64> = (0..kernel.rows).map(sum).collect();
+        // capacitors to ground take nodes out of the kernel
+        let moves = |(i, v): (usize, &f64)| *v == f64::from(u8::from(island.contains(&i)));
+        if let (Some(&first), true) = (columns.first(), whole.iter().enumerate().all(moves)) {
+            whole.iter().enumerate().for_each(|(i, v)| kernel[(i, first)] = *v);
+        }
+    }
+    kernel
+}
+
 impl Network {
     /// Reduces an assembled system; the error says why it cannot be treated.
     pub fn new(sys: &Assembly, inputs: &Inputs) -> Result<Network, String> {
@@ -222,7 +240,7 @@ impl Network {
         let tree = Echelon::new(incidence.transpose(), order).pivots;
         let forms = incidence.select_rows(&tree); // r x n
         let split = Echelon::new(forms.clone(), 0..n);
-        let kernel = split.kernel();
+        let kernel = islands_first(split.kernel(), &split.free, &sys.linear);
         // base: unknowns at the pivots, so that forms * base = 1
         let r = tree.len();
         let square = forms.select_cols(&split.pivots);

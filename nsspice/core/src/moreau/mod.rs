@@ -14,6 +14,7 @@ mod clock;
 mod controls;
 mod impacts;
 mod instant;
+mod islands;
 mod jumps;
 mod map;
 mod motion;

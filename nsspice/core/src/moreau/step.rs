@@ -187,8 +187,16 @@ impl Stepper {
             self.sharpen(k, &base, &u0, &u1);
             (self.z_before, self.u0, self.u1) = (base, u0, u1);
         }
+        self.move_islands();
         self.finish_rates(length);
         Ok(())
+    }
+
+    /// Moves parts of the network that little ties to the rest to the potential that their ties ask for.
+    fn move_islands(&mut self) {
+        if let Some(islands) = &self.islands {
+            islands.move_by_ties(&mut self.z, &self.u1);
+        }
     }
 
     /// Hands the step to the witness: from `z_recorded` and u0 to z and u1.
@@ -418,7 +426,9 @@ impl Stepper {
         let k = self.stage_index(f64::INFINITY, false);
         let matrices = &self.stages[k].matrices;
         matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
-        self.solve(k, f64::INFINITY, start)
+        self.solve(k, f64::INFINITY, start)?;
+        self.move_islands();
+        Ok(())
     }
 
     /// Updates all switches; true if one of them changed.

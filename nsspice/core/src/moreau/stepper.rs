@@ -3,6 +3,7 @@
 use super::clock::{evaluate, Clock, Target};
 use super::controls::Controls;
 use super::impacts::Impacts;
+use super::islands::Islands;
 use super::jumps::{fastest_time, jump_weights, Jump};
 use super::record::{Outputs, Quantities};
 use super::smooth::SmoothPart;
@@ -192,6 +193,8 @@ pub struct Stepper {
     pub(super) epoch: u64,
     // work space
     pub(super) x: Vec<f64>,
+    /// parts of a linear network that little ties to the rest
+    pub(super) islands: Option<Islands>,
     pub(super) input: Vec<f64>,
     pub(super) rhs: Vec<f64>,
     pub(super) w: Vec<f64>,
@@ -254,7 +257,11 @@ impl Stepper {
         let controls = Controls::new(&sys.linear, &switches);
         let weights = jump_weights(&sys);
         let conductances = sys.conductances();
+        // with averaging no law of currents is that of an instant
+        let plain = smooth.is_none() && sys.h.values.is_empty();
+        let islands = plain.then(|| Islands::new(&sys.linear)).filter(|found| found.any());
         Stepper {
+            islands,
             impacts,
             controls,
             weights,

@@ -16,7 +16,7 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Rounding below this part of the least conductance hides nothing.
 const SEEN: f64 = 1e-4;
 
-type Row = Vec<(usize, f64)>;
+pub type Row = Vec<(usize, f64)>;
 
 /// The sum of the laws of a group.
 struct Sum {
@@ -47,7 +47,7 @@ impl Sums {
         if n + m > OPEN {
             return None; // sparse factors, which the sums would fill
         }
-        let floating = Floating::of_stored(&linear.e, &linear.g, &linear.row_kind);
+        let floating = Floating::new(&linear.e, &linear.g, &linear.row_kind);
         let sums = floating.groups().iter().map(|rows| Sum {
             g: total(&linear.g, rows),
             a: total(&linear.a, rows),
@@ -145,15 +145,17 @@ fn least(linear: &Linear) -> f64 {
     left.fold(least, |least, (sum, _)| least.min(sum.abs()))
 }
 
-fn dot(row: &Row, x: &[f64]) -> f64 {
+pub fn dot(row: &Row, x: &[f64]) -> f64 {
     row.iter().map(|&(j, v)| v * x[j]).sum()
 }
 
 /// The sum of some rows.
-fn total(matrix: &Csc, rows: &[usize]) -> Row {
+pub fn total(matrix: &Csc, rows: &[usize]) -> Row {
+    let mut wanted = vec![false; matrix.nrows];
+    rows.iter().for_each(|&row| wanted[row] = true);
     let columns = (0..matrix.ncols).filter_map(|c| {
         let (indices, values) = matrix.col(c);
-        let own = indices.iter().zip(values).filter(|(r, _)| rows.contains(r));
+        let own = indices.iter().zip(values).filter(|(&r, _)| wanted[r]);
         let (sum, size) = own.fold((0.0, 0.0), |(sum, size), (_, v)| (sum + v, size + v.abs()));
         (f64::abs(sum) > ROUNDING * size).then_some((c, sum))
     });

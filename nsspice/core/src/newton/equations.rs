@@ -111,7 +111,7 @@ impl Equations {
     ) -> Equations {
         let (n, m) = (g.nrows, a.ncols);
         let size = n + m;
-        let floating = Floating::with_bare(e, g, row_kind);
+        let floating = Floating::new(e, g, row_kind);
         let a = &Csc::from_triplets(n, m, &floating.with_sums(a));
         let mut terms: Vec<Term> = Vec::new();
         for (matrix, rate) in [(&smooth.f, false), (&smooth.q, true)] {

@@ -194,6 +194,15 @@ impl Ladder {
         if s.smooth.is_some() {
             return self.solve_smooth(s, problem, x, false);
         }
+        let fit = self.solve_linear(s, problem, x);
+        if let (Some(islands), Fit::Solved) = (&s.islands, fit) {
+            islands.move_by_ties(&mut x[..s.z.len()], problem.u);
+        }
+        fit
+    }
+
+    /// The same without smooth functions.
+    fn solve_linear(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
         let StageProblem { level, from, u, .. } = problem;
         let n = s.z.len();
         let sound = self.solvable(s, level);
