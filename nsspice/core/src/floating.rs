@@ -50,12 +50,11 @@ fn joined(
             // beside the conductances at one of its ends this one is a weak tie
             let beside = |row: usize| diagonal[row].max(diagonal[c]);
             own.retain(|&(row, v)| row == c || v.abs() > weak * beside(row));
-        } else {
-            // a current leaves one node and enters another, whatever it controls elsewhere
-            let (pairs, others) = cancelling(own);
-            pairs.iter().for_each(|pair| tie(&mut ties, pair));
-            own = others;
         }
+        // a current leaves one node and enters another, whatever it controls elsewhere, and whatever
+        // controls it
+        let (pairs, own) = cancelling(own);
+        pairs.iter().for_each(|pair| tie(&mut ties, pair));
         let rows: Vec<usize> = own.iter().map(|e| e.0).collect();
         let (sum, size) =
             own.iter().fold((0.0, 0.0), |(sum, size), e| (sum + e.1, size + e.1.abs()));
@@ -170,31 +169,33 @@ impl Floating {
         matrix.iter().chain(copies).collect()
     }
 
-    /// The same for conductances: those that leave a sum leave no rounding of theirs there.
+    /// The same for conductances: those that leave a sum leave no rounding of theirs there, but zeros.
+    ///
+    /// So a sum keeps its neighbours and is eliminated behind them: a weak tie is no pivot for what
+    /// conducts inside.
     pub fn conductances(&self, matrix: &Csc) -> Vec<(usize, usize, f64)> {
-        self.without_rounding(matrix, |row| self.bare[row], ROUNDING)
+        let [sums, sizes] = self.sums_and_sizes(matrix);
+        let both = sums.iter().zip(sizes.iter());
+        let left = both.map(|((r, c, sum), (_, _, size))| {
+            let rounding = self.bare[r] && self.is_sum(r) && sum.abs() <= ROUNDING * size;
+            (r, c, if rounding { 0.0 } else { sum })
+        });
+        left.collect()
     }
 
     /// The same for what is stored.
     pub fn stored(&self, matrix: &Csc) -> Vec<(usize, usize, f64)> {
-        self.without_rounding(matrix, |_| true, LOST)
+        let [sums, sizes] = self.sums_and_sizes(matrix);
+        let left = sums.iter().zip(sizes.iter());
+        let left = left.filter(|(sum, size)| !self.is_sum(sum.0) || sum.2.abs() > LOST * size.2);
+        left.map(|(sum, _)| sum).collect()
     }
 
-    /// The entries of a matrix and of sums, without those of `some` sums that vanish but for `rounding`.
-    fn without_rounding(
-        &self,
-        matrix: &Csc,
-        some: impl Fn(usize) -> bool,
-        rounding: f64,
-    ) -> Vec<(usize, usize, f64)> {
+    /// A matrix with sums, and the sums of the sizes of the same entries.
+    fn sums_and_sizes(&self, matrix: &Csc) -> [Csc; 2] {
         let sizes: Vec<_> = matrix.iter().map(|(r, c, v)| (r, c, v.abs())).collect();
         let sizes = Csc::from_triplets(matrix.nrows, matrix.ncols, &sizes);
-        let [sums, sizes] =
-            [matrix, &sizes].map(|m| Csc::from_triplets(m.nrows, m.ncols, &self.with_sums(m)));
-        let counts = |row| self.is_sum(row) && some(row);
-        let left = sums.iter().zip(sizes.iter());
-        let left = left.filter(|(sum, size)| !counts(sum.0) || sum.2.abs() > rounding * size.2);
-        left.map(|(sum, _)| sum).collect()
+        [matrix, &sizes].map(|m| Csc::from_triplets(m.nrows, m.ncols, &self.with_sums(m)))
     }
 
     /// Turns the right-hand side of laws into one with sums.
@@ -257,7 +258,7 @@ mod tests {
         // a weak tie stays, too, a strong one makes a sum useless
         let (floating, g) = tied(2f64.powi(-46));
         let left = floating.conductances(&g).into_iter().filter(|e| e.0 == 0);
-        assert_eq!(left.collect::<Vec<_>>(), [(0, 1, 2f64.powi(-46))]);
+        assert_eq!(left.collect::<Vec<_>>(), [(0, 0, 0.0), (0, 1, 2f64.powi(-46))]);
         assert!(!tied(1e-3).0.is_sum(0));
     }
 }

@@ -82,6 +82,8 @@ pub struct Equations {
     pub(super) unit: Vec<f64>,
     /// one for rows of unknowns, zero for slacks, in fours
     pub(super) laws: Vec<[f64; FOUR]>,
+    /// one for current rows in which nothing is stored, in fours
+    pub(super) currents: Vec<[f64; FOUR]>,
     /// sums of the sizes of entries in each four rows: of voltages, of currents; what is stored would be
     /// neither in a short step
     pub(super) reach: Vec<[[f64; FOUR]; 2]>,
@@ -194,6 +196,12 @@ impl Equations {
         touched.retain(|&r| row_kind[r] == 0);
         touched.sort_unstable();
         touched.dedup();
+        let mut stores = vec![false; n];
+        e.iter().chain(smooth.q.iter()).filter(|e| e.2 != 0.0).for_each(|e| stores[e.0] = true);
+        let mask = |counts: &dyn Fn(usize) -> bool| -> Vec<[f64; FOUR]> {
+            let four = |b| std::array::from_fn(|i| f64::from(counts(FOUR * b + i)));
+            (0..size.div_ceil(FOUR)).map(four).collect()
+        };
         let mut reach = vec![[[0.0; FOUR]; 2]; size.div_ceil(FOUR)];
         for (r, c, v) in pattern.iter() {
             let current = row_kind.get(c).is_none_or(|&kind| kind != 0);
@@ -213,9 +221,8 @@ impl Equations {
                     |i| if i < n && row_kind[i] == 0 { usual.sqrt().recip() } else { usual.sqrt() },
                 )
                 .collect(),
-            laws: (0..size.div_ceil(FOUR))
-                .map(|b| std::array::from_fn(|i| f64::from(FOUR * b + i < n)))
-                .collect(),
+            laws: mask(&|row| row < n),
+            currents: mask(&|row| row < n && row_kind[row] == 0 && !stores[row]),
             reach,
             nodes: (0..n as u32).filter(|&i| row_kind[i as usize] == 0).collect(),
             branches: (0..n as u32).filter(|&i| row_kind[i as usize] != 0).collect(),

@@ -114,7 +114,15 @@ impl Balance {
         let larger = |a: f64, b: f64| if a > b { a } else { b };
         let (terms, defects) = (self.terms.as_chunks::<FOUR>().0, self.defect.as_chunks().0);
         let of = |list: &[u32]| list.iter().fold(0.0f64, |v, &i| larger(x[i as usize].abs(), v));
-        let (node, branch) = (of(&eq.nodes), of(&eq.branches));
+        let (node, mut branch) = (of(&eq.nodes), of(&eq.branches));
+        if eq.m > 0 {
+            // a pair takes part in all currents of its network: so far its own is rounded
+            let mut largest = [0.0; FOUR];
+            for (term, counts) in terms.iter().zip(&eq.currents) {
+                largest = each(|i| larger(term[i] * counts[i], largest[i]));
+            }
+            branch = largest.into_iter().fold(branch, larger);
+        }
         let floor = |reach: &[[f64; FOUR]; 2], i: usize| {
             FLOOR * (reach[0][i] * node + reach[1][i] * branch)
         };
