@@ -105,12 +105,15 @@ class Tran:
         wanted = step or self.max_step or min(rows, (self.stop - self.start) / 50.0)
         return rows / max(1, math.ceil(rows / wanted * (1.0 - 1e-12)))
 
-    def longest_step(self, step: float | None = None) -> float:
+    def longest_step(self, step: float | None = None, timed: bool = False) -> float:
         """Return the longest step of a run with step control [s].
 
-        That is what is asked for, else ``tmax`` if given, else a fiftieth of the shown time.
+        That is what is asked for, else ``tmax`` if given, else a fiftieth of the shown time.  How
+        fast laws of the time are (``timed``) cannot be seen in them: then at most the distance of
+        the rows.
         """
-        return step or self.max_step or (self.stop - self.start) / 50.0
+        usual = (self.stop - self.start) / 50.0
+        return step or self.max_step or (min(usual, self.row_distance) if timed else usual)
 
     @property
     def row_count(self) -> int:

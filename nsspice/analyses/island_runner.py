@@ -92,7 +92,7 @@ class IslandRunner:
                     raise _refused(self.number, reason) from reason
                 self.method, self.note = "moreau", f"not modewise: {reason}"
         if self.method == "sdirk":
-            self.step = self.analysis.longest_step(settings.step)
+            self.step = self.analysis.longest_step(settings.step, system.timed)
             accuracy = Accuracy(settings.reltol, settings.vntol, settings.abstol, settings.order)
             return SdirkStepper(system, functionals, accuracy)
         if settings.theta == 1.0:

@@ -162,6 +162,11 @@ class DescriptorSystem:
         return frozenset(s.pair for s in self.switches if not s.latching)
 
     @property
+    def timed(self) -> bool:
+        """True if a smooth function depends on the time itself."""
+        return self.smooth is not None and self.smooth.tape.timed
+
+    @property
     def static(self) -> bool:
         """True if nothing stores energy (E = 0, no charge functions)."""
         return self.E.data.size == 0 and (self.smooth is None or self.smooth.Q.data.size == 0)

@@ -108,6 +108,11 @@ class Tape:
     constants: Floats
     outputs: npt.NDArray[np.int32]
 
+    @property
+    def timed(self) -> bool:
+        """True if a function depends on the time itself."""
+        return bool(np.any(self.ops == CODES["time"]))
+
 
 class TapeBuilder:
     """Writes a tape; equal instructions are written once.

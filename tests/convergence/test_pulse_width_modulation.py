@@ -92,3 +92,24 @@ def test_the_first_harmonic_is_that_of_the_reference() -> None:
     first = 2.0 * np.mean(v * np.exp(-1j * 100.0 * np.pi * t))
     # natural sampling has no error at the first harmonic; 40 pulses are cut off by rows of 1 us
     assert abs(first - (-1j) * 0.9 * 300.0) <= 80 * 300.0 * 1e-6 / 20e-3
+
+
+@pytest.mark.parametrize(
+    ("carrier", "duty"),
+    [
+        ("asin(sin(2*pi*10k*time))*2/pi", 0.75),
+        ("sin(2*pi*10k*time)**3", 0.5 + np.arcsin(0.5 ** (1 / 3)) / np.pi),
+    ],
+)
+def test_no_pulse_of_a_carrier_of_time_is_missed(carrier: str, duty: float) -> None:
+    """A fiftieth of the run is eight periods, and the filter is at rest between pulses."""
+    run = nsspice.read(f"""Comparator and a carrier that only an expression knows
+Bt t 0 V={carrier}
+Bg g 0 V=if(0.5 > v(t), 1, 0)
+R1 g o 1k
+C1 o 0 1n
+.tran 5u 40m
+.meas duty AVG v(g)
+""").run()[0]
+    assert abs(run.measures["duty"] - duty) < 1e-4
+    assert len(run.events) == 800

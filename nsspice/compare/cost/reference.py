@@ -135,7 +135,9 @@ def _controlled(
 
 def _coarser(problem: Problem, tolerance: float) -> Floats | None:
     """Return a controlled run whose longest step is twice the usual one."""
-    longest = 2.0 * problem.analysis.longest_step()
+    islands = problem.circuit.islands
+    timed = any(island.assemble().system.timed for island in islands)
+    longest = 2.0 * problem.analysis.longest_step(timed=timed)
     try:
         return problem.table(problem.run(Settings("sdirk", step=longest, reltol=tolerance))[0])
     except (NumericalError, UsageError):
