@@ -155,7 +155,6 @@ def _parse(text: str, file: str, params: Mapping[str, float], directory: Path) -
     scope.fixed.update({name.lower(): float(value) for name, value in params.items()})
     expander = Expander(findings, bodies)
     items = expander.choose(scope, body)
-    _check_overrides(params, scope, expander, findings)
     cards = CardReader(deck, reader, scope, expander)
     cards.prepare()
     expander.expand(scope, items)
@@ -163,6 +162,7 @@ def _parse(text: str, file: str, params: Mapping[str, float], directory: Path) -
     _evaluate_all(deck, scope, findings)
     deck.elements = expander.elements
     cards.read()
+    _check_given(deck, scope, findings)
     _check_temperature(deck, scope, findings)
     if not deck.elements and not findings.errors:
         where = Span(file, 1, 1, 1, rows[0])
@@ -185,18 +185,14 @@ def _check_temperature(deck: Deck, scope: Scope, findings: Findings) -> None:
         findings.warning("NS1084", message, swept[0].span, hint)
 
 
-def _check_overrides(
-    params: Mapping[str, float], scope: Scope, expander: Expander, findings: Findings
-) -> None:
-    """Warn about given parameters that the deck does not have: most likely misspelt."""
-    stepped = {
-        word for card, line, _ in expander.cards if card == "step" for word in line.text.split()
-    }
-    for name in params:
-        if name.lower() not in scope.params and name.lower() not in stepped:
+def _check_given(deck: Deck, scope: Scope, findings: Findings) -> None:
+    """Warn about given and stepped parameters that the deck does not have: most likely misspelt."""
+    stepped = {sweep.name: sweep.span for sweep in deck.steps}
+    for name in scope.fixed:
+        if name not in scope.params and name not in scope.asked:
             message = f"the netlist has no parameter {name}: the value given for it has no effect"
-            hint = suggest(name.lower(), scope.params)
-            findings.warning("NS1083", message, None, hint)
+            hint = suggest(name, scope.params)
+            findings.warning("NS1083", message, stepped.get(name), hint)
 
 
 def _evaluate_all(deck: Deck, scope: Scope, findings: Findings) -> None:

@@ -50,6 +50,8 @@ class Scope:
         self.params: dict[str, tuple[Formula, Span]] = {}
         self.values: dict[str, float] = {}
         self.fixed: dict[str, float] = {}
+        #: fixed values that something has asked for
+        self.asked: set[str] = set()
         self.functions: dict[str, FunctionTemplate] = {}
         self.models: dict[str, ModelTemplate] = {}
         self.subcircuits: dict[str, Subcircuit] = {}
@@ -132,6 +134,7 @@ class Scope:
         scope: Scope | None = self
         while scope is not None:
             if name in scope.fixed:
+                scope.asked.add(name)
                 return scope.fixed[name]
             if name in scope.values:
                 return scope.values[name]

@@ -36,6 +36,18 @@ def test_given_parameters_win() -> None:
     assert [w.code for w in deck("R1 a 0 1", ".param x=1", params={"y": 7}).warnings] == ["NS1083"]
 
 
+def test_given_parameters_without_effect_are_told() -> None:
+    """Stepped ones too; one that an element asks for needs no .param."""
+    step = ".step param rlod list 1 2"
+    (warning,) = deck("R1 a 0 {rload}", ".param rload=1", step).warnings
+    assert (warning.code, warning.span.line) == ("NS1083", 4)
+    assert "rload" in warning.hint
+    assert len(deck("R1 a 0 1", step, params={"rlod": 2.0}).warnings) == 1
+    assert not deck("R1 a 0 {rlod}", step).warnings
+    assert not deck("R1 a 0 {x}", params={"x": 7}).warnings
+    assert not deck(".param unused=1", "R1 a 0 1", params={"unused": 7}).warnings
+
+
 def test_loops_are_named_once() -> None:
     with pytest.raises(NetlistError) as caught:
         deck("R1 a 0 {a}", ".param a={b} b={c} c={a}")
