@@ -119,6 +119,14 @@ def read_number(text: str) -> Number | None:
             f"{text} is read as {value:.12g}: M means milli, in capitals too",
             f"write {plain}meg for mega, {plain}m for milli",
         )
+    unit = (suffix or "") + tail
+    if unit == "F" or unit.lower().startswith("farad"):
+        plain = text[: found.start(3)]
+        return Number(
+            value,
+            f"{text} is read as {value:.12g}: F means femto, in capitals too",
+            f"write {plain} for farads, {plain}f for femto",
+        )
     return Number(value)
 
 

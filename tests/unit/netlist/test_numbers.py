@@ -15,7 +15,6 @@ from nsspice.netlist import read_number
         ("1m", 1e-3), ("1u", 1e-6), ("1µ", 1e-6), ("1μ", 1e-6), ("1n", 1e-9), ("1p", 1e-12),
         ("1f", 1e-15), ("1kOhm", 1e3), ("5V", 5.0), ("10Hz", 10.0), ("1e3k", 1e6), ("1a", 1.0),
         ("4.7uF", 4.7e-6), ("10MegHz", 1e7), ("1kΩ", 1e3), ("1e", 1.0), ("100%", 100.0),
-        ("1F", 1e-15),
     ],
 )  # fmt: skip
 def test_values(text: str, value: float) -> None:
@@ -42,6 +41,8 @@ def test_not_numbers(text: str) -> None:
         ("3M3", 3e-3, "write 3.3M"),
         ("1M", 1e-3, "write 1meg for mega, 1m for milli"),
         ("1MOhm", 1e-3, "write 1meg for mega, 1m for milli"),
+        ("1.5F", 1.5e-15, "write 1.5 for farads, 1.5f for femto"),
+        ("1farad", 1e-15, "write 1 for farads, 1f for femto"),
         ("2.2MHz", 2.2e-3, "write 2.2meg for mega, 2.2m for milli"),
         ("0x10", 0.0, ""),
         ("1_000", 1.0, ""),
@@ -55,7 +56,9 @@ def test_traps(text: str, value: float, hint: str) -> None:
     assert found.hint == hint
 
 
-@pytest.mark.parametrize("text", ["10MH", "1MF", "20MA", "5MS", "1m", "1mH", "1MEG"])
+@pytest.mark.parametrize(
+    "text", ["10MH", "1MF", "20MA", "5MS", "1m", "1mH", "1MEG", "1f", "1FF", "1uF"]
+)
 def test_capital_milli_that_is_plausible(text: str) -> None:
     found = read_number(text)
     assert found is not None
