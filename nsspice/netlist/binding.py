@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from ..errors import Span, suggest
 from .evaluate import fold
-from .expression_parser import resolve
+from .expression_parser import resolve, unknown_function
 from .findings import Unreadable
-from .functions import CONSTANTS
+from .functions import ARITY, CONSTANTS
 from .node import Node, TooLarge, num, var
 from .template import Formula
 
@@ -86,11 +86,15 @@ class _Binder:
             if condition.op == "num":
                 branch = node.args[1 if condition.value != 0.0 else 2]
                 return self.bind(scope, branch, formals, formula, active, depth + 1)
+        called = str(node.value)[1:] if op == "call" and str(node.value)[0] == "?" else ""
+        if called and called not in ARITY and called not in (own := scope.known("functions")):
+            # before its arguments: those of p(r1) are no parameters
+            raise unknown_function(called, own, _place(called, formula))
         args = []
         for arg in node.args:
             args.append(self.bind(scope, arg, formals, formula, active, depth + 1))
-        if op == "call" and str(node.value)[0] == "?":
-            return self._call(scope, str(node.value)[1:], args, formula, active, depth)
+        if called:
+            return self._call(scope, called, args, formula, active, depth)
         made = Node(op, tuple(args), node.value)
         _check_table(made, formula)
         return fold(made)

@@ -87,6 +87,8 @@ UNSUPPORTED = {
         "an expression has no memory: build the derivative or integral with a C or an L",
     ),
     **dict.fromkeys(["vdb", "vm", "vp", "vr", "db", "mag", "ph"], "it belongs to .ac"),
+    "p": "a power is a product, as in v(a,b)*i(r1)",
+    **dict.fromkeys(["ib", "ic", "ie", "id"], "write i(q1.b), i(q1), i(q1.e), i(d1)"),
 }
 
 #: constants that a parameter of the same name hides

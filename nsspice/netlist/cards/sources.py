@@ -131,7 +131,8 @@ def _waveform(terminals: Terminals, value: SourceTemplate, word: Item, kind: str
         raise Unreadable("NS1008", message, where)
     if kind == "pwl" and count % 2:
         message = f"{terminals.name}: PWL needs pairs of time and value, {count} numbers given"
-        raise Unreadable("NS1008", message, where)
+        hint = "write PWL(t1 v1 t2 v2 ...), with r=0 behind it to repeat all of it"
+        raise Unreadable("NS1008", message, where, hint)
     _decimal_commas(terminals, arguments)
 
 
