@@ -86,3 +86,22 @@ def test_rows_on_corners_err_no_more_than_others():
             # voltage (current) of the network, 38 V
             kind = [exact[s] for s in exact.columns if s[0] == name[0]]
             assert error.max() < (100 * reltol + 2e-6) * np.abs(kind).max(), (reltol, name)
+
+
+@pytest.mark.parametrize("reltol", [1e-3, 1e-5, 1e-8])
+def test_no_row_shows_a_mode_that_ends_where_it_begins(reltol):
+    """A coil loses its current to a diode from the corner on: 25 kV without it, 24 V with it."""
+    circuit = nsspice.read("""A squared voltage drives the coil, and goes down from 10 us on
+V1 in 0 24
+L1 in c 0.5
+R1 c x 200
+B1 x 0 I=1m*v(g)**2
+Vg g 0 PWL(0 5 10u 5 11u 0)
+D1 x in
+.tran 1u 20u
+.meas highest max v(x)
+""")
+    run = nsspice.tran(circuit, reltol=reltol, all_points=True)
+    assert run.islands[0].method == "sdirk"
+    assert run["v(x)"].max() <= 24.0 + 1e-9
+    assert circuit.run()[0].measures["highest"] <= 24.0 + 1e-9

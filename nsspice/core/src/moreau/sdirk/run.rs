@@ -12,7 +12,7 @@ use super::points::PointRows;
 use super::rows::{Inside, Origin, Rows};
 use super::step::Trial;
 use super::stored::StoredRows;
-use super::witness::{sum_up, Witness};
+use super::witness::{no_length, sum_up, Witness};
 use super::{Accuracy, Tableau};
 use crate::audit::Taken;
 use crate::waveform::Side;
@@ -539,6 +539,13 @@ impl Sdirk {
         let (trial, ladder, tableau) = (&self.trial, &self.ladder, self.tableau);
         self.witness.step(s, trial, ladder, tableau, accepted.theta, accepted.time);
         sum_up(s, trial, ladder, tableau, accepted.theta);
+        // a mode that ends where it begins has not been: its values may obey no sign, and are not shown
+        let empty = accepted.end == End::Event
+            && no_length(self.trial.start, accepted.time, self.trial.length);
+        if empty {
+            s.u1.copy_from_slice(&self.trial.u);
+            self.points.note_left(s);
+        }
         let (z, guards) = self.trial.point.split_at(n);
         s.z.copy_from_slice(z);
         let pairs = guards.iter().zip(s.active.iter().zip(&s.roles));
@@ -555,7 +562,9 @@ impl Sdirk {
             smooth.f.copy_from_slice(&self.trial.point[n + m..]);
             smooth.rates.copy_from_slice(&self.trial.slope[n..]);
         }
-        self.scales.note(s, &s.z, &s.l);
+        if !empty {
+            self.scales.note(s, &s.z, &s.l);
+        }
         if self.trial.crossing {
             self.enter_mode(s);
         }

@@ -67,6 +67,11 @@ impl Weights {
     }
 }
 
+/// Whether a step, tried with a length, ends where it begins.
+pub fn no_length(start: f64, end: f64, tried: f64) -> bool {
+    end - start <= SAME * end.max(tried)
+}
+
 /// Adds an accepted step to the balance of energy of `s`, as [`Witness::step`] would record it.
 pub fn sum_up(s: &mut Stepper, trial: &Trial, ladder: &Ladder, tableau: &Tableau, theta: f64) {
     let Some(sums) = &mut s.sums else { return };
@@ -141,7 +146,7 @@ impl Witness {
         theta: f64,
         end: f64,
     ) {
-        if end - trial.start <= SAME * end.max(trial.length) {
+        if no_length(trial.start, end, trial.length) {
             self.empty = self.empty.saturating_add(1);
             return;
         }
