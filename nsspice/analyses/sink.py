@@ -8,6 +8,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from ..errors import Diagnostic, OutputError
+
 Floats = npt.NDArray[np.float64]
 
 #: Tables above this size [bytes] are kept in an unnamed temporary file instead of memory.
@@ -38,6 +40,11 @@ class Store:
     rows, columns : int
     limit : int
         Size above which a file is used [bytes].
+
+    Raises
+    ------
+    OutputError
+        NS4001 if there is no room for such a table.
     """
 
     def __init__(self, rows: int, columns: int, limit: int = MEMORY_LIMIT) -> None:
@@ -47,8 +54,13 @@ class Store:
         if rows * columns * 8 > limit:
             import tempfile  # seldom needed, and slow to import
 
-            with tempfile.TemporaryFile(prefix="nsspice-") as file:
-                self._data = np.memmap(file, dtype=np.float64, mode="w+", shape=shape)
+            try:
+                with tempfile.TemporaryFile(prefix="nsspice-") as file:
+                    self._data = np.memmap(file, dtype=np.float64, mode="w+", shape=shape)
+            except (OSError, OverflowError) as error:
+                message = f"cannot keep {rows} rows of {columns} columns: {error}"
+                hint = "show fewer signals, or take rows that are farther apart"
+                raise OutputError(Diagnostic("NS4001", message, hint=hint)) from error
         else:
             self._data = np.empty(shape)
 

@@ -11,7 +11,7 @@ import pytest
 from nsspice.analyses.names import canonical
 from nsspice.analyses.sink import Store
 from nsspice.analyses.solution import Solution
-from nsspice.errors import UsageError
+from nsspice.errors import OutputError, UsageError
 
 
 @pytest.fixture
@@ -91,3 +91,10 @@ def test_store_in_memory_and_in_a_file(limit):
     assert store.table.shape == (6, 3)
     assert store.table[:, 0].tolist() == [1.0] * 4 + [2.0] * 2
     assert isinstance(store.table, np.memmap) == (limit == 0)
+
+
+@pytest.mark.parametrize("rows", [10**17, 10**20])
+def test_more_rows_than_can_be_kept_are_told(rows):
+    with pytest.raises(OutputError, match=f"cannot keep {rows} rows of 3 columns") as caught:
+        Store(rows, 3)
+    assert caught.value.code == "NS4001"
