@@ -23,10 +23,6 @@ _DIVISIONS = tuple(4**k for k in range(16))
 _SHORT = 0.1  # [s] shorter runs are repeated until so much is spent, the least time counts
 _REPEATS = (2, 19)  # at least and at most
 
-#: steps with error control are at most this part of the run, whatever ``tmax`` of the deck, which
-#: would set the price of all loose tolerances
-_LONGEST = 50.0
-
 #: ladders by name: settings that vary along them
 LADDERS = ("modewise", "sdirk", "sdirk2", "moreau", "moreau-half", *ngspice_ladders.LADDERS)
 
@@ -115,9 +111,10 @@ def _settings(problem: Problem, name: str) -> Iterator[tuple[str, float, Setting
     if name == "modewise":
         yield "", float("nan"), Settings("modewise")
     elif name.startswith("sdirk"):
+        # tmax of the deck would set the price of all loose tolerances
+        free = replace(problem.analysis, max_step=None).longest_step(timed=problem.timed)
         for tolerance in _TOLERANCES:
             order = 2 if name == "sdirk2" else 4
-            free = (problem.analysis.stop - problem.analysis.start) / _LONGEST
             yield "reltol", tolerance, Settings("sdirk", step=free, reltol=tolerance, order=order)
     else:
         theta = 0.5 if name == "moreau-half" else 1.0

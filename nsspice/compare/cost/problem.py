@@ -57,6 +57,11 @@ class Problem:
         names = select(circuit, signals) if signals else stored_quantities(circuit)
         return cls(circuit, Tran.from_card(card), names or circuit.default_signals())
 
+    @property
+    def timed(self) -> bool:
+        """True if smooth laws depend on the time itself."""
+        return any(island.assemble().system.timed for island in self.circuit.islands)
+
     def run(self, settings: Settings) -> tuple[Solution, float]:
         """Run once; return the solution and its time inside the process [s].
 

@@ -135,9 +135,7 @@ def _controlled(
 
 def _coarser(problem: Problem, tolerance: float) -> Floats | None:
     """Return a controlled run whose longest step is twice the usual one."""
-    islands = problem.circuit.islands
-    timed = any(island.assemble().system.timed for island in islands)
-    longest = 2.0 * problem.analysis.longest_step(timed=timed)
+    longest = 2.0 * problem.analysis.longest_step(timed=problem.timed)
     try:
         return problem.table(problem.run(Settings("sdirk", step=longest, reltol=tolerance))[0])
     except (NumericalError, UsageError):

@@ -166,3 +166,17 @@ def test_command_line(tmp_path):
     assert picture.stat().st_size > 1000
     text = CliRunner().invoke(app, [*args, "-q"]).stdout
     assert "cheapest way to 1e-06" in text
+
+
+def test_rungs_of_a_deck_with_laws_of_the_time_take_the_steps_of_a_run():
+    """Rungs whose steps were a fiftieth of the run missed pulses, whatever their tolerance."""
+    circuit = nsspice.read("""Comparator and a carrier that only an expression knows
+Bt t 0 V=sin(2*pi*10k*time)**3
+Bg g 0 V=if(0.5 > v(t), 1, 0)
+R1 g o 1k
+C1 o 0 1n
+.tran 5u 10m
+""")
+    report = nsspice.cost(circuit, methods=["sdirk"])
+    errors = {row.value: row.error for row in report.rows}
+    assert errors[1e-8] < 1e-7
