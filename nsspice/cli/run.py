@@ -172,7 +172,9 @@ class _Run:
 
     def _check_files(self) -> None:
         """Refuse what cannot be written before anything is computed."""
-        from ..output.files import check_target
+        from ..analyses.cards import Tran
+        from ..netlist.deck import TranCard
+        from ..output.files import check_room, check_target
 
         if self.stdout and len(self.jobs) > 1:
             raise UsageError(
@@ -187,6 +189,12 @@ class _Run:
         targets = [p for p in [*([] if self.stdout else self.outputs), *self.plots] if p]
         for target in targets:
             check_target(target, inputs)
+        if self.stdout:
+            return
+        for job, path in zip(self.jobs, self.outputs, strict=True):
+            if isinstance(job.card, TranCard):
+                card = job.card._replace(tstop=self.request.stop or job.card.tstop)
+                check_room(path, Tran.from_card(card).row_count)
 
     def estimate(self, tol: float | None, refine: bool) -> None:
         """Ask for a tolerance of the output, or for an estimate of its error."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import shutil
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -58,3 +59,20 @@ def check_target(path: Path, inputs: Iterable[Path] = ()) -> None:
     place = path if path.exists() else folder
     if not os.access(place, os.W_OK):
         raise output_error(OSError(errno.EACCES, "permission denied"), str(path))
+
+
+def check_room(path: Path, rows: int) -> None:
+    """Make sure, before anything is computed, that a table of so many rows can be written.
+
+    A row takes four bytes at least: an instant, a comma, a value and the end of the line.
+
+    Raises
+    ------
+    OutputError
+        NS4001 if the disk has less room than that.
+    """
+    free = shutil.disk_usage(path.parent).free
+    if 4 * rows > free:
+        message = f"cannot write {path}: {rows:.3g} rows need more than the {free:.3g} bytes free"
+        hint = "take rows that are farther apart: the first number of .tran is their distance"
+        raise OutputError(Diagnostic("NS4001", message, hint=hint))

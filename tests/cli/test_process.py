@@ -135,6 +135,22 @@ def test_a_full_disk_is_told(decks):
     assert done.returncode == (2 if target == "/dev/full" else 0)
 
 
+def test_more_rows_than_the_disk_takes_are_refused_before_the_run(decks):
+    """A picosecond between rows for a kilosecond: 1e15 of them."""
+    Path("many.net").write_text("many rows\nV1 a 0 1\nR1 a 0 1k\n.tran 1p 1000\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "nsspice", "run", "many.net"],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    assert done.returncode == 2
+    assert "NS4001" in done.stderr
+    assert "1e+15 rows" in done.stderr
+    assert not Path("many.csv").exists()
+
+
 def test_memory_stays_bounded_in_the_number_of_rows(decks):
     """Ten times the rows, the same memory: rows go to the file as they come."""
     sizes = []

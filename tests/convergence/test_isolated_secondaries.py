@@ -2,8 +2,8 @@
 
 In a step of a picosecond 100 uF is E/h = 1e8 S, the tie of 1 GOhm 1 nS: one rounding of the former
 is more than all of the latter, so that the potential of the secondary was rounding, and grew by a
-factor in every step.  In the sum of the laws of the secondary nothing is stored, and nothing that conducts
-inside is left: its potential is known whatever the tie.
+factor in every step.  In the sum of the laws of the secondary nothing is stored, and nothing that
+conducts inside is left: its potential is known whatever the tie.
 """
 
 from __future__ import annotations
