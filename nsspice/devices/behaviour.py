@@ -7,6 +7,7 @@ more than the controlled sources it stands for.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from itertools import pairwise
 
@@ -137,7 +138,8 @@ class Compiler:
 def linear_form(node: Node, timed: bool = False) -> tuple[float, dict[str, float]] | None:
     """Return a tree as a constant plus multiples of signals, None if it is not of that form.
 
-    ``time`` is not a signal that linear elements have, unless they are ``timed``.
+    ``time`` is not a signal that linear elements have, unless they are ``timed``: then sines of it
+    are signals, too, named by :func:`wave_signal`.
 
     Examples
     --------
@@ -146,6 +148,8 @@ def linear_form(node: Node, timed: bool = False) -> tuple[float, dict[str, float
     (1.0, {'v(a)': 2.0, 'i(v1)': -0.5})
     >>> linear_form(Expression.parse("v(a)*v(b)").node) is None
     True
+    >>> linear_form(Expression.parse("3*cos(2*time)").node, timed=True)
+    (0.0, {'sin(2.0,90.0)': 3.0})
     """
     op, args = node.op, node.args
     if op == "num":
@@ -168,7 +172,42 @@ def linear_form(node: Node, timed: bool = False) -> tuple[float, dict[str, float
         return constant, factors
     if op in ("mul", "inv"):
         return _product(args if op == "mul" else (node,), timed)
+    if op == "call" and timed and node.value in ("sin", "cos"):
+        return _sine(args[0], 90.0 if node.value == "cos" else 0.0)
     return None
+
+
+def wave_signal(rate: float, phase: float) -> str:
+    """Return the name of the signal ``sin(rate t + phase)``: rate in rad/s, phase in degrees."""
+    return f"sin({rate!r},{phase!r})"
+
+
+def wave_of(signal: str) -> tuple[float, float] | None:
+    """Return rate [rad/s] and phase [degrees] of a signal that is a sine of the time.
+
+    Examples
+    --------
+    >>> wave_of(wave_signal(2.0, 90.0)), wave_of("v(a)")
+    ((2.0, 90.0), None)
+    """
+    if not signal.startswith("sin("):
+        return None
+    rate, phase = signal[4:-1].split(",")
+    return float(rate), float(phase)
+
+
+def _sine(argument: Node, ahead: float) -> tuple[float, dict[str, float]] | None:
+    """Return the sine of an argument that grows with the time alone, so many degrees ahead."""
+    form = linear_form(argument, timed=True)
+    if form is None or set(form[1]) - {"time"}:
+        return None
+    rate, phase = form[1].get("time", 0.0), math.degrees(form[0]) + ahead
+    if not (math.isfinite(rate) and math.isfinite(phase)):
+        return None
+    if rate == 0.0:
+        return math.sin(math.radians(phase)), {}
+    # sin(x) = sin(180 - x)
+    return 0.0, {wave_signal(*((rate, phase) if rate > 0.0 else (-rate, 180.0 - phase))): 1.0}
 
 
 def _product(args: tuple[Node, ...], timed: bool) -> tuple[float, dict[str, float]] | None:

@@ -8,13 +8,14 @@ function on the tape of the system.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from ..netlist.expression import Expression
 from ..netlist.node import Node, num
 from ..problems.descriptor import Functional, Switch, Waveform
-from .behaviour import linear_form
+from .behaviour import linear_form, wave_of
 from .carrier import Carrier
 from .coefficients import LINE, Coefficients
 from .comparators import Comparator, split
@@ -63,7 +64,7 @@ class Reading(Device):
         #: the expression with its comparators in place of comparisons
         self.law = Expression(node, expression.span) if self.comparators else expression
         #: constant and factors of a linear expression, None for a smooth law
-        self.form = linear_form(node)
+        self.form = linear_form(node, timed=True)
         self.smooth = self.form is None or any(
             linear_form(c.control, timed=True) is None for c in self.comparators
         )
@@ -111,6 +112,7 @@ class Reading(Device):
             stamper.layout.pairs[self.name] = tuple(pairs)
         if self.form is not None:
             constant_column(stamper, self.form, self.name)
+            time_columns(stamper, self.form)
 
     def control(self, stamper: Stamper) -> None:
         """Write the controls of the comparators."""
@@ -128,17 +130,9 @@ class Reading(Device):
             function = stamper.function(register_of(stamper, law, self.sources))
             return stamper.of_unknowns(name, Functional(f=((function, 1.0),))), 0.0
         constant, factors = form
-        if "time" in factors:
-            stamper.layout.columns["time"] = stamper.column(_clock(stamper))
+        time_columns(stamper, form)
         total = linear_output(stamper.layout, (0.0, factors), self.sources, self.name)
         return stamper.of_unknowns(name, total), -constant
-
-
-def _clock(stamper: Stamper) -> Waveform:
-    """Return the time as a source: 0 in a DC solution."""
-    if stamper.layout.conditions.analysis == "dc":
-        return Waveform("dc", (0.0,))
-    return Waveform("pwl", (0.0, 0.0, _LONGEST, _LONGEST))
 
 
 def _short(node: Node) -> str:
@@ -149,6 +143,24 @@ def constant_column(stamper: Stamper, form: tuple[float, dict[str, float]], name
     """Give the constant of a linear expression a column among the sources."""
     if form[0]:
         stamper.layout.columns[name] = stamper.column(Waveform("dc", (form[0],)))
+
+
+def time_columns(stamper: Stamper, form: tuple[float, dict[str, float]]) -> None:
+    """Give the time, and sines of it, columns among the sources: at 0 in a DC solution."""
+    still = stamper.layout.conditions.analysis == "dc"
+    for signal in form[1]:
+        wave = wave_of(signal)
+        if wave is not None:
+            rate, phase = wave
+            value = math.sin(math.radians(phase))
+            sine = Waveform("sin", (0.0, 1.0, rate / (2.0 * math.pi), 0.0, 0.0, phase))
+            waveform = Waveform("dc", (value,)) if still else sine
+        elif signal == "time":
+            clock = Waveform("pwl", (0.0, 0.0, _LONGEST, _LONGEST))
+            waveform = Waveform("dc", (0.0,)) if still else clock
+        else:
+            continue
+        stamper.layout.columns[signal] = stamper.column(waveform)
 
 
 def linear_output(
@@ -177,8 +189,8 @@ def linear_output(
     for signal, value in factors.items():
         if signal == "i":
             term = scaled(layout.branch(name), 1.0 / parallel)
-        elif signal == "time":
-            term = Functional(u=((layout.columns["time"], 1.0),))
+        elif signal == "time" or wave_of(signal):
+            term = Functional(u=((layout.columns[signal], 1.0),))
         elif signal[0] == "v":
             a, b = (*signal[2:-1].split(","), "0")[:2]
             term = Functional(z=layout.voltage(a, b))

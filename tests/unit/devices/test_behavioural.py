@@ -9,6 +9,7 @@ import pytest
 from oracle.newton import Static
 from oracle.tapes import run
 
+import nsspice
 from nsspice.circuit import MnaSystem, ProblemClass, build
 from nsspice.circuit.dlcp import dlcp_form
 from nsspice.circuit.explain import explain
@@ -128,9 +129,34 @@ def test_current_forms(line: str, value: float):
 
 
 def test_time_runs_in_transients_and_stands_at_dc():
-    text = "B1 a 0 V={2 + time}\nR1 a 0 1"
+    text = "B1 a 0 V={2 + time*time/3}\nR1 a 0 1"
     assert solved(text, "v(a)", t=3.0) == pytest.approx([5.0])
     assert solved(text, "v(a)", t=3.0, analysis="dc") == pytest.approx([2.0])
+
+
+@pytest.mark.parametrize(
+    ("law", "value"),
+    [
+        ("2 + time", lambda t: 2.0 + t),
+        ("4*sin(3*time + 1) - 1", lambda t: 4.0 * math.sin(3.0 * t + 1.0) - 1.0),
+        ("cos(1 - 2*time)/2 + sin(5*time)", lambda t: math.cos(1 - 2 * t) / 2 + math.sin(5 * t)),
+        ("sin(-time)*3", lambda t: -3.0 * math.sin(t)),
+        ("v(c)*0.5 + cos(time)", lambda t: 0.5 + math.cos(t)),
+    ],
+)
+def test_straight_lines_and_sines_of_the_time_are_sources(law, value):
+    """Without a smooth law the circuit is one for the exact engine."""
+    text = f"VC c 0 1\nB1 a 0 V={{{law}}}\nR1 a b 1\nC1 b 0 1\n"
+    run = nsspice.read(f"laws of the time\n{text}.op\n.tran 0.1 5\n").run()
+    assert run[0]["v(a)"] == pytest.approx([value(0.0)], abs=1e-14)
+    assert "modewise" in {island.method for island in run[1].islands}
+    assert run[1]["v(a)"] == pytest.approx([value(t) for t in run[1].time], abs=1e-13)
+
+
+def test_products_of_sines_are_smooth_laws():
+    for law in ("sin(time)*cos(time)", "sin(time*time)", "sin(v(a))"):
+        assert assembled(f"B1 b 0 I={{{law}}}\nR1 a b 1\nC1 a 0 1").system.smooth is not None
+    assert assembled("B1 b 0 I={sin(0*time + 1)}\nR1 b 0 1").system.smooth is None
 
 
 def test_temper_follows_the_temperature():
