@@ -109,6 +109,7 @@ class Auditor:
             jump.sources,
             jump.unknowns,
             jump.multipliers,
+            jump.functions,
         )
 
     def jump_energy(self, time: float, before: float, after: float, delivered: float) -> None:

@@ -69,6 +69,8 @@ class Jump:
     unknowns : ndarray, shape (n,)
         Impulse of each unknown; meaningful for branch currents [A s] and node voltages [V s] that
         have no storage of their own.
+    functions : ndarray, shape (k,)
+        Impulse of each smooth function [A s, or V s].
     sources : ndarray, shape (p,)
         Source values after the jump.
     length : float
@@ -84,6 +86,7 @@ class Jump:
     after: Floats
     multipliers: Floats
     unknowns: Floats
+    functions: Floats
     sources: Floats
     length: float
     span: float

@@ -22,7 +22,8 @@ const LOST: f64 = 1e-12;
 const WEAK: f64 = 1e-6;
 
 /// The laws that groups of unknowns and some columns of a matrix join, and which of them are in no group
-/// whose sum has anything of these columns left; such columns may `stay` in more than one law.
+/// whose sum has anything of these columns left; such columns may `stay` in more than one law.  What is at
+/// most a `weak` part of what stands beside it joins nothing, and nothing of it counts as left.
 fn joined(
     g: &Csc,
     floating: &[Vec<usize>],
@@ -96,34 +97,18 @@ pub struct Floating {
 }
 
 impl Floating {
-    fn none(rows: usize) -> Floating {
-        Floating { groups: Vec::new(), first: vec![None; rows], bare: vec![false; rows] }
-    }
-
     /// Finds the groups that conductances and sources (`g`) tie, of which nothing but a weak tie is left in the
     /// sum, and those that capacitors (`e`) tie, across sources whose currents leave the sum.
     pub fn new(e: &Csc, g: &Csc, row_kind: &[u8]) -> Floating {
-        let mut out = Floating::none(e.nrows);
-        let stored = stored_groups(e);
-        let (mut groups, free) =
-            joined(g, &stored[0], |row| row_kind[row] == 0, |_| true, (false, WEAK));
+        let n = e.nrows;
+        let law = |row: usize| row_kind[row] == 0;
+        let [floating, fixed] = stored_groups(e);
+        let mut out = Floating { groups: Vec::new(), first: vec![None; n], bare: vec![false; n] };
+        let (mut groups, free) = joined(g, &floating, law, |_| true, (false, WEAK));
         groups.retain(|group| group.len() > 1 && group.iter().all(|&row| free[row]));
         groups.into_iter().for_each(|group| out.take(group, true));
-        out.with_stored(stored, e, g, row_kind)
-    }
-
-    /// Adds these.
-    fn with_stored(
-        mut self,
-        [floating, fixed]: [Vec<Vec<usize>>; 2],
-        e: &Csc,
-        g: &Csc,
-        row_kind: &[u8],
-    ) -> Floating {
-        let n = e.nrows;
         let mut stored = vec![false; n];
         e.iter().for_each(|(_, column, _)| stored[column] = true);
-        let law = |row: usize| row_kind[row] == 0;
         let (mut groups, mut free) =
             joined(g, &floating, law, |c| !law(c) && !stored[c], (true, ROUNDING));
         fixed.iter().flatten().for_each(|&row| free[row] = false);
@@ -131,10 +116,10 @@ impl Floating {
         floating.iter().filter(|group| group.len() > 1).flatten().for_each(|&j| held[j] = true);
         groups.retain(|group| {
             group.iter().any(|&row| held[row])
-                && group.iter().all(|&row| free[row] && self.first[row].is_none())
+                && group.iter().all(|&row| free[row] && out.first[row].is_none())
         });
-        groups.into_iter().for_each(|group| self.take(group, false));
-        self
+        groups.into_iter().for_each(|group| out.take(group, false));
+        out
     }
 
     fn take(&mut self, group: Vec<usize>, bare: bool) {

@@ -166,6 +166,7 @@ fn jump_dict<'py>(py: Python<'py>, j: &crate::moreau::Jump) -> PyResult<Bound<'p
     out.set_item("before", PyArray1::from_slice(py, &j.before))?;
     out.set_item("after", PyArray1::from_slice(py, &j.after))?;
     out.set_item("multipliers", PyArray1::from_slice(py, &j.multipliers))?;
+    out.set_item("functions", PyArray1::from_slice(py, &j.functions))?;
     out.set_item("unknowns", PyArray1::from_slice(py, &j.unknowns))?;
     out.set_item("sources", PyArray1::from_slice(py, &j.sources))?;
     out.set_item("length", j.length)?;

@@ -174,6 +174,11 @@ impl Auditor {
         (self.n, self.m, self.p)
     }
 
+    /// Number of smooth functions.
+    pub fn functions(&self) -> usize {
+        self.smooth.as_ref().map_or(0, |smooth| smooth.tape.program().len())
+    }
+
     pub(super) fn note_law(&mut self, found: f64, row: usize) {
         if worse(found, self.laws) {
             self.laws = found;
@@ -195,14 +200,16 @@ impl Auditor {
         sides: [&[f64]; 2],
         [time, length, span, shortest]: [f64; 4],
         sources: &[f64],
-        unknowns: &[f64],
-        multipliers: &[f64],
+        [unknowns, multipliers, functions]: [&[f64]; 3],
     ) -> f64 {
         let mut error = moved.to_vec();
         let mut sizes: Vec<f64> = stored.iter().zip(moved).map(|(s, m)| s + m.abs()).collect();
         self.g.add_both(1.0, unknowns, &mut error, &mut sizes);
         self.a.add_both(1.0, multipliers, &mut error, &mut sizes);
         self.s.add_both(-span, sources, &mut error, &mut sizes);
+        if let Some(smooth) = &self.smooth {
+            smooth.f.add_both(1.0, functions, &mut error, &mut sizes);
+        }
         // two short steps count twice and once, so that three times the rounding of one is left
         let mut largest = if self.smooth.is_some() { self.largest } else { [0.0; 2] };
         let mut least = [0.0f64; 2];

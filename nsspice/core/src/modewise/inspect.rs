@@ -148,8 +148,18 @@ impl Engine {
         let sources = self.sources(self.time);
         let (time, length) = (self.time, 0.0);
         let (span, shortest) = (length, length);
-        let jump =
-            Jump { time, before, after, multipliers, unknowns, sources, length, span, shortest };
+        let jump = Jump {
+            time,
+            before,
+            after,
+            multipliers,
+            unknowns,
+            functions: Vec::new(),
+            sources,
+            length,
+            span,
+            shortest,
+        };
         self.jumps.push(jump);
     }
 

@@ -64,6 +64,7 @@ impl Engine {
                 after,
                 multipliers,
                 unknowns,
+                functions: Vec::new(),
                 sources,
                 length,
                 span,

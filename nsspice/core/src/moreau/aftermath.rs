@@ -233,7 +233,8 @@ impl Stepper {
     /// without leakage are known to that of their currents.
     fn held(&mut self, after: &[f64], once: &Short, limit: Short, bend: f64) -> (Short, f64) {
         let mut open = 0.0;
-        if self.smooth.is_none() {
+        // exponentials make much of what extrapolation leaves open
+        if self.smooth.is_none() || self.missed_by(&limit.z, &limit.l) > SIGNS {
             for part in SHORTER {
                 let Some((held, missed)) = self.hold(after, &once.z, part * once.length) else {
                     break;

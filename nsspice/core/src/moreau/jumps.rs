@@ -50,6 +50,8 @@ pub struct Jump {
     pub multipliers: Vec<f64>,
     /// impulses of the unknowns that carry one (branch currents, node voltages)
     pub unknowns: Vec<f64>,
+    /// impulses of the smooth functions: a junction without series resistance lets a charge pass in no time
+    pub functions: Vec<f64>,
     /// sources after the jump
     pub sources: Vec<f64>,
     /// of the short steps whose limit it is; 0 for a closed form [s]
@@ -137,8 +139,8 @@ pub(super) struct Leap {
     /// length of the first steps, relative to the shortest time
     pub part: f64,
     pub after: Vec<f64>,
-    /// of unknowns and multipliers [A s or V s]
-    pub impulses: [Vec<f64>; 2],
+    /// of unknowns, multipliers and smooth functions [A s or V s]
+    pub impulses: [Vec<f64>; 3],
     /// see [`Jump`]
     pub length: f64,
     pub span: f64,
@@ -266,7 +268,7 @@ impl Stepper {
             };
             leap = Leap {
                 first,
-                impulses: [0, 1].map(|k| sum(&leap.impulses[k], &next.impulses[k])),
+                impulses: [0, 1, 2].map(|k| sum(&leap.impulses[k], &next.impulses[k])),
                 length: leap.length + next.length,
                 span: leap.span + next.span,
                 shortest: leap.shortest.min(next.shortest),
@@ -292,13 +294,14 @@ impl Stepper {
         if self.noticed(charges, [&before, &first, &begun], values) {
             self.stats.jumps += 1;
             if self.jumps.len() < MAX_JUMPS {
-                let [unknowns, multipliers] = impulses;
+                let [unknowns, multipliers, functions] = impulses;
                 self.jumps.push(Jump {
                     time: self.time,
                     before,
                     after: after.clone(),
                     multipliers,
                     unknowns,
+                    functions,
                     sources: self.u0.clone(),
                     length,
                     span,
@@ -358,10 +361,13 @@ impl Stepper {
             // with junctions charges depend on potentials
             self.storage.lower(&before, &mut after);
         }
-        let impulses = [(|s| &s.z) as fn(&Short) -> &Vec<f64>, |s| &s.l].map(|of| {
-            let scaled = |s: &Short| of(s).iter().map(|v| v * s.length).collect::<Vec<_>>();
-            limit(&scaled(&once), twice.as_ref().map(scaled).as_ref())
-        });
+        let carried = |s: &mut Stepper, step: &Short| {
+            let functions = s.functions_at(&step.z);
+            [&step.z, &step.l, &functions]
+                .map(|list| list.iter().map(|v| v * step.length).collect::<Vec<_>>())
+        };
+        let (short, long) = (carried(self, &once), twice.as_ref().map(|step| carried(self, step)));
+        let impulses = [0, 1, 2].map(|k| limit(&short[k], long.as_ref().map(|long| &long[k])));
         let length = once.length;
         let span = if twice.is_some() { 0.0 } else { length };
         // what the laws leave open keeps the value it had: densities of impulses are no values

@@ -154,7 +154,7 @@ impl Stepper {
         self.storage.project(&mut before);
         (self.z, self.l) = (before.clone(), multipliers.clone());
         let Ok((settled, rest)) = self.settle(&before, shortest) else { return leap };
-        let impulses = [0, 1].map(|k| vec![0.0; leap.impulses[k].len()]);
+        let impulses = [0, 1, 2].map(|k| vec![0.0; leap.impulses[k].len()]);
         let (first, after, span) = (before.clone(), before, 0.0);
         let still = Leap { first, after, impulses, span, multipliers, settled, rest, ..leap };
         if self.rest(&still) >= self.rest(&leap) {

@@ -222,6 +222,35 @@ impl Stepper {
         }
     }
 
+    /// The smooth functions of the unknowns `z` at the present time.
+    pub(super) fn functions_at(&mut self, z: &[f64]) -> Vec<f64> {
+        let Some(smooth) = &mut self.smooth else { return Vec::new() };
+        let clock = smooth.clock(self.time);
+        let mut f = smooth.f.clone();
+        smooth.newton.evaluate(z, &self.u0, clock, &mut f);
+        f
+    }
+
+    /// How far a state is from obeying the laws in which nothing is stored, as a part of their terms;
+    /// nothing where all laws are linear.
+    pub(super) fn missed_by(&mut self, z: &[f64], l: &[f64]) -> f64 {
+        let f = self.functions_at(z);
+        let (Some(smooth), linear) = (&self.smooth, &self.sys.linear) else { return 0.0 };
+        let (mut missed, mut sizes) = (vec![0.0; z.len()], vec![0.0; z.len()]);
+        let terms = [(&linear.g, 1.0, z), (&linear.a, 1.0, l), (&linear.s, -1.0, &self.u0[..])];
+        for (matrix, sign, x) in terms {
+            matrix.mul_add(sign, x, &mut missed);
+            matrix.abs_mul_add(x, &mut sizes);
+        }
+        smooth.newton.add_flowing(&f, &mut missed, &mut sizes);
+        let mut stores = vec![false; z.len()];
+        linear.e.iter().filter(|e| e.2 != 0.0).for_each(|e| stores[e.0] = true);
+        smooth.newton.rows_that_store().for_each(|row| stores[row] = true);
+        let laws = missed.iter().zip(&sizes).zip(&stores);
+        let laws = laws.filter(|((_, &size), &stores)| !stores && size > 0.0);
+        laws.fold(0.0, |worst, ((missed, size), _)| f64::max(worst, missed.abs() / size))
+    }
+
     /// Adds the stored functions of the state `z` to the right-hand side.
     pub(super) fn carry_stored(&mut self, z: &[f64], rate: f64) {
         if let Some(smooth) = &mut self.smooth {

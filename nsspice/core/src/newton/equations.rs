@@ -204,8 +204,9 @@ impl Equations {
         };
         let mut reach = vec![[[0.0; FOUR]; 2]; size.div_ceil(FOUR)];
         for (r, c, v) in pattern.iter() {
-            let current = row_kind.get(c).is_none_or(|&kind| kind != 0);
-            reach[r / FOUR][usize::from(current)][r % FOUR] += v.abs();
+            if let Some(&kind) = row_kind.get(c) {
+                reach[r / FOUR][usize::from(kind != 0)][r % FOUR] += v.abs();
+            }
         }
         // the order is to serve Jacobians in which every derivative is there
         let mut full = pattern.clone();

@@ -55,6 +55,10 @@ pub(super) struct Balance {
     pub terms: Vec<f64>,
     /// their quotients
     shares: Vec<f64>,
+    /// sizes of the entries of multipliers that are not zero
+    carried: Vec<f64>,
+    /// laws of currents are judged against the largest: leakage is left open
+    pub lenient: bool,
 }
 
 /// A verdict.
@@ -68,7 +72,8 @@ impl Balance {
     /// Room for the rows of `eq`, a whole number of fours.
     pub fn new(eq: &Equations) -> Balance {
         let zeros = vec![0.0; eq.padded()];
-        Balance { defect: zeros.clone(), terms: zeros.clone(), shares: zeros }
+        let [defect, terms, shares, carried] = [(); 4].map(|()| zeros.clone());
+        Balance { defect, terms, shares, carried, lenient: false }
     }
 
     /// Computes both at `x = [z; l]` from the last evaluation of the tape.
@@ -114,25 +119,39 @@ impl Balance {
         let larger = |a: f64, b: f64| if a > b { a } else { b };
         let (terms, defects) = (self.terms.as_chunks::<FOUR>().0, self.defect.as_chunks().0);
         let of = |list: &[u32]| list.iter().fold(0.0f64, |v, &i| larger(x[i as usize].abs(), v));
-        let (node, mut branch) = (of(&eq.nodes), of(&eq.branches));
+        let (node, branch) = (of(&eq.nodes), of(&eq.branches));
+        let mut current = branch;
+        self.carried.fill(0.0);
         if eq.m > 0 {
-            // a pair takes part in all currents of its network: so far its own is rounded
+            // one that conducts takes part in all currents of its network: so far its own is rounded
             let mut largest = [0.0; FOUR];
             for (term, counts) in terms.iter().zip(&eq.currents) {
                 largest = each(|i| larger(term[i] * counts[i], largest[i]));
             }
-            branch = largest.into_iter().fold(branch, larger);
+            current = largest.into_iter().fold(current, larger);
+            if self.lenient {
+                eq.row_kind
+                    .iter()
+                    .zip(&mut self.carried)
+                    .for_each(|(k, c)| *c = f64::from(1 - k.min(&1)));
+            }
+            for (c, _) in x[eq.n..].iter().enumerate().filter(|l| *l.1 != 0.0) {
+                let (rows, values) = eq.a.col(c);
+                rows.iter().zip(values).for_each(|(&row, v)| self.carried[row] += v.abs());
+            }
         }
-        let floor = |reach: &[[f64; FOUR]; 2], i: usize| {
-            FLOOR * (reach[0][i] * node + reach[1][i] * branch)
+        let carried = &self.carried;
+        let floor = |reach: &[[f64; FOUR]; 2], row: usize| {
+            let i = row % FOUR;
+            FLOOR * (reach[0][i] * node + reach[1][i] * branch + carried[row] * current)
         };
         let shares = self.shares.as_chunks_mut::<FOUR>().0;
         let mut top = [0.0f64; FOUR];
-        for ((((share, term), defect), reach), laws) in
-            shares.iter_mut().zip(terms).zip(defects).zip(&eq.reach).zip(&eq.laws)
+        for (b, ((((share, term), defect), reach), laws)) in
+            shares.iter_mut().zip(terms).zip(defects).zip(&eq.reach).zip(&eq.laws).enumerate()
         {
             let defect: &[f64; FOUR] = defect;
-            let size: [f64; FOUR] = each(|i| larger(term[i], floor(reach, i)));
+            let size: [f64; FOUR] = each(|i| larger(term[i], floor(reach, FOUR * b + i)));
             let counted: [f64; FOUR] = each(|i| laws[i] * defect[i].abs());
             // nothing is no part of nothing, and NaN no number
             let ratio: [f64; FOUR] = each(|i| counted[i] / larger(size[i], f64::MIN_POSITIVE));
@@ -153,7 +172,7 @@ impl Balance {
             if excess <= 0.0 {
                 return 0.0;
             }
-            let ratio = excess / larger(self.terms[i], floor(&eq.reach[i / FOUR], i % FOUR));
+            let ratio = excess / larger(self.terms[i], floor(&eq.reach[i / FOUR], i));
             if ratio.is_finite() {
                 ratio
             } else {

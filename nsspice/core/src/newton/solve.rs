@@ -293,7 +293,20 @@ impl Newton {
         }
         self.restore();
         let begin = self.state.x.clone();
-        homotopy::follow(self, &begin)
+        homotopy::follow(self, &begin).or_else(|| self.without_leakage())
+    }
+
+    /// A last resort: a blocking junction behind an open switch has no slope in the range of numbers, by which
+    /// its node could find to where its leakage vanishes.
+    fn without_leakage(&mut self) -> Option<Judgement> {
+        if self.eq.m == 0 {
+            return None;
+        }
+        self.restore();
+        self.state.balance.lenient = true;
+        let found = self.iterate(ITERATIONS, None, Linearisation::Careful);
+        self.state.balance.lenient = false;
+        found
     }
 
     /// Goes back to where a warm start began.

@@ -1,4 +1,4 @@
-//! Functions whose rates count: what they store.
+//! What functions store, whose rates count, and what they let flow.
 
 use super::equations::Part;
 use super::solve::Newton;
@@ -10,6 +10,20 @@ impl Newton {
         for t in self.eq.terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Sum) {
             out[t.row as usize] += factor * t.q * f[t.function as usize];
         }
+    }
+
+    /// `out += F f` with the functions `f`, and the sizes of these terms.
+    pub fn add_flowing(&self, f: &[f64], out: &mut [f64], sizes: &mut [f64]) {
+        for t in self.eq.terms.iter().filter(|t| t.f != 0.0 && t.part != Part::Sum) {
+            let term = t.f * f[t.function as usize];
+            out[t.row as usize] += term;
+            sizes[t.row as usize] += term.abs();
+        }
+    }
+
+    /// The rows in which functions are stored.
+    pub fn rows_that_store(&self) -> impl Iterator<Item = usize> + '_ {
+        self.eq.terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Sum).map(|t| t.row as usize)
     }
 
     /// The next solve is an implicit step from the unknowns `z`: adds the charges and fluxes that they

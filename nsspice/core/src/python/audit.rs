@@ -135,15 +135,18 @@ impl PyAuditor {
         sources: Floats,
         unknowns: Floats,
         multipliers: Floats,
+        functions: Floats,
     ) -> PyResult<f64> {
         let (n, m, p) = self.inner.sizes();
         let lists = [&moved, &stored, &before, &after, &unknowns];
         let [moved, stored, before, after, unknowns] = lists.map(|a| a.as_slice());
         let (moved, stored, sides, unknowns) = (moved?, stored?, [before?, after?], unknowns?);
         let (sources, multipliers) = (sources.as_slice()?, multipliers.as_slice()?);
+        let functions = functions.as_slice()?;
         let [before, after] = sides.map(<[f64]>::len);
         let all_n = [moved.len(), stored.len(), before, after, unknowns.len()] == [n; 5];
-        if !all_n || multipliers.len() != m || sources.len() != p {
+        let fit = functions.len() == self.inner.functions();
+        if !all_n || multipliers.len() != m || sources.len() != p || !fit {
             return Err(invalid("the jump does not fit the system"));
         }
         Ok(self.inner.jump_error(
@@ -152,8 +155,7 @@ impl PyAuditor {
             sides,
             lengths.into(),
             sources,
-            unknowns,
-            multipliers,
+            [unknowns, multipliers, functions],
         ))
     }
 
