@@ -206,8 +206,9 @@ def _sine(argument: Node, ahead: float) -> tuple[float, dict[str, float]] | None
         return None
     if rate == 0.0:
         return math.sin(math.radians(phase)), {}
-    # sin(x) = sin(180 - x)
-    return 0.0, {wave_signal(*((rate, phase) if rate > 0.0 else (-rate, 180.0 - phase))): 1.0}
+    if rate < 0.0:  # sin(x) = sin(180 - x)
+        rate, phase = -rate, 180.0 - phase
+    return 0.0, {wave_signal(rate, phase): 1.0}
 
 
 def _product(args: tuple[Node, ...], timed: bool) -> tuple[float, dict[str, float]] | None:

@@ -149,17 +149,16 @@ def time_columns(stamper: Stamper, form: tuple[float, dict[str, float]]) -> None
     """Give the time, and sines of it, columns among the sources: at 0 in a DC solution."""
     still = stamper.layout.conditions.analysis == "dc"
     for signal in form[1]:
-        wave = wave_of(signal)
-        if wave is not None:
+        if wave := wave_of(signal):
             rate, phase = wave
-            value = math.sin(math.radians(phase))
-            sine = Waveform("sin", (0.0, 1.0, rate / (2.0 * math.pi), 0.0, 0.0, phase))
-            waveform = Waveform("dc", (value,)) if still else sine
+            begin = math.sin(math.radians(phase))
+            moving = Waveform("sin", (0.0, 1.0, rate / (2.0 * math.pi), 0.0, 0.0, phase))
         elif signal == "time":
-            clock = Waveform("pwl", (0.0, 0.0, _LONGEST, _LONGEST))
-            waveform = Waveform("dc", (0.0,)) if still else clock
+            begin = 0.0
+            moving = Waveform("pwl", (0.0, 0.0, _LONGEST, _LONGEST))
         else:
             continue
+        waveform = Waveform("dc", (begin,)) if still else moving
         stamper.layout.columns[signal] = stamper.column(waveform)
 
 

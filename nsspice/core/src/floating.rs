@@ -75,11 +75,12 @@ fn joined(
 }
 
 /// The rows of entries that cancel, two by two, and the other entries.
-fn cancelling(entries: Vec<(usize, f64)>) -> (Vec<[usize; 2]>, Vec<(usize, f64)>) {
+fn cancelling(mut entries: Vec<(usize, f64)>) -> (Vec<[usize; 2]>, Vec<(usize, f64)>) {
+    entries.sort_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     let (mut pairs, mut others) = (Vec::new(), Vec::<(usize, f64)>::new());
     for entry in entries {
-        match others.iter().position(|other| other.1 == -entry.1) {
-            Some(k) => pairs.push([others.swap_remove(k).0, entry.0]),
+        match others.pop_if(|last| last.1 == -entry.1) {
+            Some(other) => pairs.push([other.0, entry.0]),
             None => others.push(entry),
         }
     }

@@ -145,10 +145,18 @@ impl Engine {
                 multipliers[i] += value;
             }
         }
-        let sources = self.sources(self.time);
-        let (time, length) = (self.time, 0.0);
-        let (span, shortest) = (length, length);
-        let jump = Jump {
+        self.keep_jump([before, after], [unknowns, multipliers], 0.0);
+    }
+
+    /// Keeps a jump at the present time, the limit of steps of this length [s] or a closed form.
+    pub(super) fn keep_jump(
+        &mut self,
+        [before, after]: [Vec<f64>; 2],
+        [unknowns, multipliers]: [Vec<f64>; 2],
+        length: f64,
+    ) {
+        let (time, sources) = (self.time, self.sources(self.time));
+        self.jumps.push(Jump {
             time,
             before,
             after,
@@ -157,10 +165,9 @@ impl Engine {
             functions: Vec::new(),
             sources,
             length,
-            span,
-            shortest,
-        };
-        self.jumps.push(jump);
+            span: 0.0,
+            shortest: length,
+        });
     }
 
     /// Counts a jump from `origin` to the present energy coordinates.

@@ -7,7 +7,7 @@ use super::inspect::{MAX_JUMPS, NO_JUMP};
 use super::pick::roles;
 use super::run::Engine;
 use crate::mlcp::Start;
-use crate::moreau::{to_zero, Jump};
+use crate::moreau::to_zero;
 
 /// Lengths of the first of the steps, relative to the segment that follows.
 const PARTS: [f64; 2] = [1e-6, 1e-8];
@@ -56,21 +56,7 @@ impl Engine {
         let origin = std::mem::replace(&mut self.a, a);
         self.count_jump(&origin);
         if self.jumps.len() < MAX_JUMPS {
-            let (time, sources) = (self.time, self.sources(self.time));
-            let (length, span, shortest) = (h, 0.0, h);
-            let jump = Jump {
-                time,
-                before,
-                after,
-                multipliers,
-                unknowns,
-                functions: Vec::new(),
-                sources,
-                length,
-                span,
-                shortest,
-            };
-            self.jumps.push(jump);
+            self.keep_jump([before, after], [unknowns, multipliers], h);
         }
         true
     }

@@ -243,10 +243,7 @@ impl Stepper {
             matrix.abs_mul_add(x, &mut sizes);
         }
         smooth.newton.add_flowing(&f, &mut missed, &mut sizes);
-        let mut stores = vec![false; z.len()];
-        linear.e.iter().filter(|e| e.2 != 0.0).for_each(|e| stores[e.0] = true);
-        smooth.newton.rows_that_store().for_each(|row| stores[row] = true);
-        let laws = missed.iter().zip(&sizes).zip(&stores);
+        let laws = missed.iter().zip(&sizes).zip(smooth.newton.laws_that_store());
         let laws = laws.filter(|((_, &size), &stores)| !stores && size > 0.0);
         laws.fold(0.0, |worst, ((missed, size), _)| f64::max(worst, missed.abs() / size))
     }

@@ -121,7 +121,6 @@ impl Balance {
         let of = |list: &[u32]| list.iter().fold(0.0f64, |v, &i| larger(x[i as usize].abs(), v));
         let (node, branch) = (of(&eq.nodes), of(&eq.branches));
         let mut current = branch;
-        self.carried.fill(0.0);
         if eq.m > 0 {
             // one that conducts takes part in all currents of its network: so far its own is rounded
             let mut largest = [0.0; FOUR];
@@ -129,11 +128,8 @@ impl Balance {
                 largest = each(|i| larger(term[i] * counts[i], largest[i]));
             }
             current = largest.into_iter().fold(current, larger);
-            if self.lenient {
-                eq.row_kind
-                    .iter()
-                    .zip(&mut self.carried)
-                    .for_each(|(k, c)| *c = f64::from(1 - k.min(&1)));
+            for (carried, &kind) in self.carried.iter_mut().zip(&eq.row_kind) {
+                *carried = f64::from(self.lenient && kind == 0);
             }
             for (c, _) in x[eq.n..].iter().enumerate().filter(|l| *l.1 != 0.0) {
                 let (rows, values) = eq.a.col(c);

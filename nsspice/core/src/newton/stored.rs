@@ -21,9 +21,9 @@ impl Newton {
         }
     }
 
-    /// The rows in which functions are stored.
-    pub fn rows_that_store(&self) -> impl Iterator<Item = usize> + '_ {
-        self.eq.terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Sum).map(|t| t.row as usize)
+    /// Of each law, whether something is stored in it.
+    pub fn laws_that_store(&self) -> &[bool] {
+        &self.eq.stores
     }
 
     /// The next solve is an implicit step from the unknowns `z`: adds the charges and fluxes that they
