@@ -20,7 +20,7 @@ class NotFound(Exception):
     """A measure has no result; the text says why."""
 
 
-def evaluate_measures(solution: Solution, cards: Sequence[Measure], file: str = "") -> None:
+def evaluate_measures(solution: Solution, cards: Sequence[Measure]) -> None:
     """Evaluate the cards of the solution's analysis, in deck order, into ``solution.measures``.
 
     A measure that finds nothing becomes nan, with a warning that says why.
@@ -64,7 +64,7 @@ def measure(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> 
     """
     operation = card.operation
     if operation == "param":
-        return _param(solution, _need(card.expression, "expression"), earlier)
+        return _param(_need(card.expression, "expression"), earlier)
     if operation == "trig_targ":
         first = _instant(solution, _need(card.first, "TRIG"), card)
         return _instant(solution, _need(card.second, "TARG"), card) - first
@@ -123,7 +123,7 @@ def curve_of(
     return Curve.of(solution.axis, np.asarray(expression.evaluate(values)))
 
 
-def _param(solution: Solution, expression: Expression, earlier: Mapping[str, float]) -> float:
+def _param(expression: Expression, earlier: Mapping[str, float]) -> float:
     names = expression.variables()
     for name in names:
         if name not in earlier:

@@ -62,8 +62,6 @@ class Certificate:
         Weights of the slacks.
     rows, pairs : ndarray of int64
         Where y and p are not zero (but for rounding): the conflicting equations and pairs.
-    objective : float
-        1-norm of the scaled proof; large for a contradiction that is small against the data.
     conflict : float
         ``-(b'y + q'p)`` relative to the sum of its terms, between 0 and 1.
     """
@@ -72,7 +70,6 @@ class Certificate:
     p: Floats
     rows: Ints
     pairs: Ints
-    objective: float
     conflict: float
 
     def names(
@@ -83,7 +80,7 @@ class Certificate:
         Examples
         --------
         >>> one = np.array([0])
-        >>> c = Certificate(np.ones(1), np.ones(1), one, one, 1.0, 1.0)
+        >>> c = Certificate(np.ones(1), np.ones(1), one, one, 1.0)
         >>> c.names(["v1"], ["d1"])
         (['v1'], ['d1'])
         """
@@ -156,7 +153,6 @@ def infeasibility(
                 proof[n:],
                 np.flatnonzero(named[:n]),
                 np.flatnonzero(named[n:]),
-                float(np.abs(candidate).sum()),
                 conflict,
             )
     return None

@@ -24,13 +24,12 @@ FLOOR = 1e-3
 
 @dataclass
 class Comparison:
-    """Largest relative distance, where it is, and how much was compared."""
+    """Largest relative distance, where it is, and how many values were compared."""
 
     distance: float
     signal: str
     time: float
     compared: int
-    left_out: int
 
 
 def averaging(mna: MnaSystem, theta: float) -> tuple[Floats, Floats] | None:
@@ -177,12 +176,11 @@ def _judge(
     scale = np.where(scale > 0, scale, 1.0)
     gap = np.where(unique, np.abs(core - ours), 0.0) / scale
     if gap.size == 0:
-        return Comparison(0.0, "", 0.0, 0, 0)
+        return Comparison(0.0, "", 0.0, 0)
     at, signal = np.unravel_index(int(np.argmax(gap)), gap.shape)
     return Comparison(
         float(gap[at, signal]),
         names[int(signal)],
         rows[int(at)][0],
         int(unique.sum()),
-        int((~unique).sum()),
     )

@@ -62,11 +62,3 @@ def unique_signals(p: Mlcp, point: Point) -> tuple[np.ndarray, np.ndarray]:
         return np.ones(p.n, dtype=bool), np.ones(p.m, dtype=bool)
     still = np.abs(basis).max(axis=1) <= 1e-9
     return still[: p.n], still[p.n :]
-
-
-def is_unique(basis: Floats, weights: Floats) -> bool:
-    """Return whether the combination ``weights @ (z, lam)`` vanishes on the given directions."""
-    if basis.shape[1] == 0:
-        return True
-    size = np.abs(weights).max(initial=0.0)
-    return bool(np.abs(weights @ basis).max() <= 1e-9 * max(size, 1e-300))

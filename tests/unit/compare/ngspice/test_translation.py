@@ -8,18 +8,13 @@ import pytest
 import nsspice
 from nsspice.analyses.cards import Op, Tran
 from nsspice.compare import ngspice
-from nsspice.compare.ngspice import Options, translate
+from nsspice.compare.ngspice import translate
 from nsspice.compare.ngspice.expression import spice_expression
 from nsspice.compare.ngspice.names import Names
 from nsspice.compare.ngspice.waveform import source_text
 from nsspice.errors import UsageError
 from nsspice.netlist.expression import Expression
 from nsspice.problems.descriptor import Waveform
-
-
-def lines_of(text: str, analysis=None, **options) -> list[str]:
-    circuit = nsspice.read(text)
-    return translate(circuit, analysis or Tran(1e-3), None, Options(**options)).text.splitlines()
 
 
 @pytest.mark.parametrize(
