@@ -107,14 +107,6 @@ impl Factor {
         }
     }
 
-    /// Number of rows and columns.
-    pub fn size(&self) -> usize {
-        match self {
-            Factor::Dense(f) => f.size(),
-            Factor::Sparse(f) => f.size(),
-        }
-    }
-
     /// A number between 0 (singular) and 1: the part of the smallest pivot that survived
     /// cancellation.
     pub fn pivot_ratio(&self) -> f64 {
@@ -132,7 +124,7 @@ impl Factor {
         }
     }
 
-    /// `x := A^-1 x` without allocating; `work` holds at least `size()` numbers.
+    /// `x := A^-1 x` without allocating; `work` holds at least a number for each row.
     pub fn solve(&self, x: &mut [f64], work: &mut [f64]) -> Result<(), Singular> {
         match self {
             Factor::Dense(f) => f.solve(x),
@@ -149,14 +141,6 @@ impl Factor {
         match self {
             Factor::Sparse(f) if f.singular().is_none() => Some(Packed::new(f, row, column)),
             _ => None,
-        }
-    }
-
-    /// `x := A^-T x` without allocating; `work` holds at least `size()` numbers.
-    pub fn solve_transpose(&self, x: &mut [f64], work: &mut [f64]) -> Result<(), Singular> {
-        match self {
-            Factor::Dense(f) => f.solve_transpose(x),
-            Factor::Sparse(f) => f.solve_transpose(x, work),
         }
     }
 }

@@ -25,7 +25,6 @@ mod stretches;
 mod sums;
 mod taken;
 
-pub use energy::Energy;
 pub use laws::Auditor;
 pub use sources::{Described, Sources};
 pub use steps::Steps;

@@ -66,15 +66,10 @@ impl LeastNorm {
         self.rank
     }
 
-    /// Length of the work slice that `correct` needs.
-    pub fn work_size(&self) -> usize {
-        self.matrix.nrows
-    }
-
     /// Corrects `x` in two sweeps (the second removes the rounding errors of the first) and returns
     /// the consistency residual: the largest remaining `|rhs - J x|` as a part of the largest
     /// `|rhs| + |J| |x|`.  It is of the size of rounding errors exactly if `rhs` lies in the range of
-    /// `J`.  Does not allocate; `work` holds at least `work_size()` numbers.
+    /// `J`.  Does not allocate; `work` holds at least a number for each row.
     pub fn correct(&self, rhs: &[f64], x: &mut [f64], work: &mut [f64]) -> f64 {
         let residual = &mut work[..self.matrix.nrows];
         let columns = self.matrix.ncols;

@@ -224,11 +224,6 @@ impl DenseLu {
         }
     }
 
-    /// Number of rows and columns.
-    pub fn size(&self) -> usize {
-        self.n
-    }
-
     /// `min |u_ii| / max |u_ii|`; 0 for a singular or non-finite matrix, 1 for the empty one.
     pub fn pivot_ratio(&self) -> f64 {
         self.pivot_ratio
@@ -304,28 +299,6 @@ impl DenseLu {
                 }
             }
         }
-    }
-
-    /// `x := A^-T x`; leaves `x` alone if the matrix is singular.
-    pub fn solve_transpose(&self, x: &mut [f64]) -> Result<(), Singular> {
-        self.singular().map_or(Ok(()), Err)?;
-        let n = self.n;
-        let x = &mut x[..n];
-        for &(k, other) in &self.put_off {
-            x.swap(k, other);
-        }
-        for k in 0..n {
-            let column = &self.lu[k * n..(k + 1) * n];
-            let sum: f64 = x[..k].iter().zip(column).map(|(v, u)| v * u).sum();
-            x[k] = (x[k] - sum) * self.inverse[k];
-        }
-        for k in (0..n).rev() {
-            let l = &self.lu[k * n + k + 1..(k + 1) * n];
-            let sum: f64 = x[k + 1..].iter().zip(l).map(|(v, l)| v * l).sum();
-            x[k] -= sum;
-            x.swap(k, self.swap[k]);
-        }
-        Ok(())
     }
 }
 

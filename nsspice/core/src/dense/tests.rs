@@ -12,7 +12,7 @@ fn dense(a: &Csc) -> DMatrix<f64> {
 /// The operator that `correct` applies to the right-hand side from the origin.
 fn pseudo_inverse(l: &LeastNorm, rows: usize, columns: usize) -> DMatrix<f64> {
     let mut out = DMatrix::zeros(columns, rows);
-    let mut work = vec![0.0; l.work_size()];
+    let mut work = vec![0.0; rows];
     for r in 0..rows {
         let mut rhs = vec![0.0; rows];
         rhs[r] = 1.0;
@@ -50,14 +50,11 @@ fn elimination_agrees_with_nalgebra() {
         }
         let b = rng.vector(n);
         let right = DVector::from_column_slice(&b);
-        for (transposed, matrix) in [(false, dense(&a)), (true, dense(&a).transpose())] {
-            let mut x = b.clone();
-            let solve = if transposed { DenseLu::solve_transpose } else { DenseLu::solve };
-            solve(&f, &mut x).unwrap();
-            let expected = matrix.lu().solve(&right).unwrap();
-            let error = (DVector::from_vec(x) - &expected).norm();
-            assert!(error < 1e-13 / f.pivot_ratio() * expected.norm(), "{trial}: {error:e}");
-        }
+        let mut x = b.clone();
+        f.solve(&mut x).unwrap();
+        let expected = dense(&a).lu().solve(&right).unwrap();
+        let error = (DVector::from_vec(x) - &expected).norm();
+        assert!(error < 1e-13 / f.pivot_ratio() * expected.norm(), "{trial}: {error:e}");
     }
 }
 
@@ -67,7 +64,7 @@ fn singular_and_degenerate_matrices() {
     let f = DenseLu::new(&Csc::from_triplets(2, 2, &[(0, 0, 1.0), (1, 0, 2.0)]));
     assert_eq!((f.singular().map(|s| s.column), f.pivot_ratio()), (Some(1), 0.0));
     let mut x = [1.0, 2.0];
-    assert!(f.solve(&mut x).is_err() && f.solve_transpose(&mut x).is_err());
+    assert!(f.solve(&mut x).is_err());
     assert_eq!(x, [1.0, 2.0]);
     for bad in [0.0, f64::NAN, f64::NEG_INFINITY] {
         let f = DenseLu::new(&Csc::from_triplets(2, 2, &[(0, 0, 1.0), (1, 1, bad)]));

@@ -62,8 +62,6 @@ pub(crate) struct ModeCache {
     rows: Vec<usize>,
     clock: u64,
     bytes: usize,
-    /// number of factorisations so far
-    pub factored: u64,
 }
 
 impl ModeCache {
@@ -75,7 +73,6 @@ impl ModeCache {
             rows: Vec::new(),
             clock: 0,
             bytes: 0,
-            factored: 0,
         }
     }
 
@@ -87,7 +84,6 @@ impl ModeCache {
             entry.used = self.clock;
             return entry.factor.clone();
         }
-        self.factored += 1;
         let factor = if model.size() <= DENSE_LIMIT {
             let jacobian = model.mode_jacobian(active, LEVELS[level]);
             Arc::new(ModeFactor::new(model, level, active, &jacobian))

@@ -17,20 +17,6 @@ const SUSPECT_PATH: f64 = 1e6;
 /// Solves a sequence of problems with equal matrices.
 pub struct Driver {
     scratch: Scratch,
-    statistics: Statistics,
-}
-
-/// What the driver has done so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Statistics {
-    /// problems solved by active set, proximal point, interior point, enumeration
-    pub solved: [u64; 4],
-    /// problems not solved
-    pub unsolved: u64,
-    /// mode equations solved
-    pub mode_solves: u64,
-    /// mode equations factored
-    pub factored: u64,
 }
 
 /// A solved problem.
@@ -71,7 +57,7 @@ impl Driver {
 
     /// The same of matrices that have been prepared before.
     pub(crate) fn of(model: Arc<Model>) -> Driver {
-        Driver { scratch: Scratch::new(model), statistics: Statistics::default() }
+        Driver { scratch: Scratch::new(model) }
     }
 
     /// Solves `K z + A l = rhs`, `w = q - B z + D l`, every pair in its role.
@@ -111,10 +97,7 @@ impl Driver {
         s.best.copy_from_slice(&s.start);
         let finite = s.f.iter().chain(&s.start).all(|v| v.is_finite());
         let outcome = if finite { stages(s) } else { None };
-        self.statistics.mode_solves += u64::from(s.iterations);
-        self.statistics.factored = s.cache.factored;
         let Some((stage, residual, flawed)) = outcome else {
-            self.statistics.unsolved += 1;
             return Err(Box::new(Unsolved {
                 residual: s.best_residual,
                 iterations: s.iterations,
@@ -122,8 +105,6 @@ impl Driver {
                 l: s.best[n..].to_vec(),
             }));
         };
-        let place = if stage == 5 { 3 } else { usize::from(stage) - 1 };
-        self.statistics.solved[place] += 1;
         let largest = |v: &[f64]| v.iter().fold(0.0f64, |a, b| a.max(b.abs()));
         let data = largest(&s.f);
         let reference = if data == 0.0 { largest(&s.start) } else { data };
@@ -183,17 +164,6 @@ impl Driver {
     /// Sizes of unknowns and multipliers that make entries of the matrix alike, powers of two.
     pub fn scale(&self) -> &[f64] {
         &self.scratch.model.scale
-    }
-
-    /// Whether the problem is known to be monotone, so that infeasibility of its linear
-    /// inequalities is the only reason for having no solution.
-    pub fn monotone(&self) -> bool {
-        self.scratch.model.monotone()
-    }
-
-    /// What has been done so far.
-    pub fn statistics(&self) -> Statistics {
-        self.statistics
     }
 }
 

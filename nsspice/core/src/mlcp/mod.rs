@@ -24,7 +24,7 @@ mod scratch;
 #[cfg(test)]
 mod tests;
 
-pub use driver::{Driver, Solved, Statistics, Unsolved};
+pub use driver::{Driver, Solved, Unsolved};
 pub(crate) use equilibrate::equilibrate;
 pub(crate) use model::Model;
 pub use modes::{work_len, ModeFactor};

@@ -52,5 +52,4 @@ mod witness;
 pub use ground::Ground;
 pub use inputs::Inputs;
 pub use network::{Assembly, Edge};
-pub use outputs::Spec;
-pub use run::{Engine, Statistics};
+pub use run::Engine;

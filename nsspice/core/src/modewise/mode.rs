@@ -40,20 +40,6 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Values at a state, with inputs and their rates.
-    pub fn apply(&self, [x, v, d]: [&[f64]; 3], out: &mut [f64]) {
-        self.x.apply(x, out);
-        self.v.apply_add(v, out);
-        self.d.apply_add(d, out);
-    }
-
-    /// Adds values at a state, with inputs and their rates.
-    pub fn apply_add(&self, [x, v, d]: [&[f64]; 3], out: &mut [f64]) {
-        self.x.apply_add(x, out);
-        self.v.apply_add(v, out);
-        self.d.apply_add(d, out);
-    }
-
     /// Adds a multiple of an algebraic unknown to one row.
     pub fn add_algebraic(&mut self, row: usize, factor: f64, mode: &Mode, unknown: usize) {
         let (from, r) = mode.algebraic_row(unknown);

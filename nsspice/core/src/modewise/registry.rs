@@ -50,8 +50,6 @@ pub struct Registry {
     turn: RankOne,
     /// reductions made
     pub built: u64,
-    /// modes that proved right at least once
-    pub visited: u64,
 }
 
 impl Registry {
@@ -219,16 +217,6 @@ impl Registry {
             }
             list.push((cause, next));
         }
-    }
-
-    /// Number of modes whose reduction was asked for.
-    pub fn len(&self) -> usize {
-        self.entries.len()
-    }
-
-    /// True if none was.
-    pub fn is_empty(&self) -> bool {
-        self.entries.is_empty()
     }
 }
 

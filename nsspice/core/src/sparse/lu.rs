@@ -103,11 +103,6 @@ impl SparseLu {
         self.inverse.len()
     }
 
-    /// Number of entries stored, the cost of a solve.
-    pub fn entries(&self) -> usize {
-        self.lower.entries.len() + self.upper.entries.len() + self.size()
-    }
-
     /// How much of the pivots survived cancellation: the least ratio of a pivot to the sum of the
     /// magnitudes it was added up from, and to the largest entry of its column of the matrix.  0 if
     /// the matrix is singular, near the rounding unit if it is so within rounding.  The ratio of the
@@ -139,27 +134,6 @@ impl SparseLu {
         }
         for ((&c, y), inverse) in self.ordering.order.iter().zip(y).zip(&self.inverse) {
             x[c as usize] = *y * inverse;
-        }
-        Ok(())
-    }
-
-    /// `x := A^-T x`; `work` holds at least `size()` numbers.  Leaves `x` alone if the matrix is
-    /// singular.
-    pub fn solve_transpose(&self, x: &mut [f64], work: &mut [f64]) -> Result<(), Singular> {
-        self.singular().map_or(Ok(()), Err)?;
-        let n = self.size();
-        let (x, y) = (&mut x[..n], &mut work[..n]);
-        for ((&c, y), inverse) in self.ordering.order.iter().zip(&mut *y).zip(&self.inverse) {
-            *y = x[c as usize] * inverse;
-        }
-        for e in &self.upper.entries {
-            y[e.column as usize] -= e.value * y[e.row as usize];
-        }
-        for e in self.lower.entries.iter().rev() {
-            y[e.column as usize] -= e.value * y[e.row as usize];
-        }
-        for (y, &r) in y.iter().zip(&self.row) {
-            x[r as usize] = *y;
         }
         Ok(())
     }

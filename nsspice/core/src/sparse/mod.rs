@@ -19,4 +19,3 @@ pub use csc::Csc;
 pub use lu::SparseLu;
 pub use order::Ordering;
 pub use packed::Packed;
-pub use refactor::Extent;

@@ -19,5 +19,5 @@ mod program;
 mod tests;
 
 pub use evaluate::{Linearisation, Tape};
-pub use ops::{Op, NAMES};
+pub use ops::NAMES;
 pub use program::Program;
