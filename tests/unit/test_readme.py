@@ -77,3 +77,5 @@ def test_nothing_points_out_of_the_repository() -> None:
         assert not re.search(r"(?<![\w.])/(home|root|work|Users)/", text), page
         for target in re.findall(r"\]\((?!https?:|#)([^)#]+)", text):
             assert (page.parent / target).exists(), f"{page.name} links to {target}"
+        for path in re.findall(r"`((?:docs|netlists|nsspice|tests|tools)/[^`\s]+)`", text):
+            assert (ROOT / path).exists(), f"{page.name} names {path}"
