@@ -113,8 +113,17 @@ class NsspiceError(Exception):
 
     Parameters
     ----------
-    diagnostics : sequence of Diagnostic
-        At least one; all findings of a deck travel together.
+    diagnostics : Diagnostic or sequence of Diagnostic
+        At least one; an error of a netlist holds all findings of the deck.
+
+    Examples
+    --------
+    >>> error = UsageError(Diagnostic("NS4010", "this needs pandas", hint="pip install pandas"))
+    >>> print(error)
+    error NS4010: this needs pandas
+      hint: pip install pandas
+    >>> error.code, error.exit_code
+    ('NS4010', 2)
     """
 
     #: exit code of the command line for this kind of error
@@ -133,7 +142,17 @@ class NsspiceError(Exception):
 
 
 class NetlistError(NsspiceError):
-    """The netlist text is wrong; carries the place of the first finding."""
+    """The netlist text is wrong; carries the place of the first finding.
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> try:
+    ...     nsspice.read("divider\\nR1 a 0 1k\\n.trann 1m 10m\\n")
+    ... except nsspice.NetlistError as error:
+    ...     print(error.code, error.line, error.column)
+    NS1001 3 1
+    """
 
     @property
     def file(self) -> str | None:
@@ -155,7 +174,14 @@ class NetlistError(NsspiceError):
 
 
 class TopologyError(NsspiceError):
-    """The circuit graph admits no solution whatever the element laws; names the elements."""
+    """The circuit graph admits no solution, whatever the laws of its elements are.
+
+    Parameters
+    ----------
+    diagnostics : Diagnostic or sequence of Diagnostic
+    elements : sequence of str
+        Names of the elements in conflict.
+    """
 
     def __init__(
         self, diagnostics: Diagnostic | Sequence[Diagnostic], elements: Sequence[str] = ()
@@ -165,7 +191,18 @@ class TopologyError(NsspiceError):
 
 
 class NumericalError(NsspiceError):
-    """No numerical solution was found; the command line exits with 3."""
+    """No numerical solution was found; the command line exits with 3.
+
+    Parameters
+    ----------
+    diagnostics : Diagnostic or sequence of Diagnostic
+    elements, nodes : sequence of str
+        Names of the elements and nodes that take part in the conflict.
+    time : float or None
+        Where it happened [s].
+    residual : float or None
+        Relative residual of the best point that was found.
+    """
 
     exit_code = 3
 
@@ -188,7 +225,24 @@ class NumericalError(NsspiceError):
 
 
 class InfeasibleError(NumericalError):
-    """The laws contradict each other at some time; names the conflicting loop or cut-set."""
+    """The laws contradict each other at some time.
+
+    ``elements`` and ``nodes`` name the loop or the cut-set in conflict.
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> circuit = nsspice.read('''an ideal diode forward across a source
+    ... V1 a 0 5
+    ... D1 a 0
+    ... .op
+    ... ''')
+    >>> try:
+    ...     nsspice.op(circuit)
+    ... except nsspice.InfeasibleError as error:
+    ...     print(error.code, error.elements)
+    NS3001 ['v1', 'd1']
+    """
 
 
 class RegularityError(NumericalError):

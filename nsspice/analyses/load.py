@@ -20,6 +20,10 @@ def read(source: str | Path, params: Mapping[str, float] | None = None) -> Circu
     params : mapping of str to float, optional
         Values that replace those of top-level ``.param`` cards.
 
+    Returns
+    -------
+    Circuit
+
     Raises
     ------
     NetlistError, TopologyError

@@ -289,7 +289,20 @@ class Solution:
         return {self.axis_name or "op": self.axis, **self.signals}
 
     def table(self, columns: Sequence[str] | None = None) -> tuple[list[str], Floats]:
-        """Return the column names and the rows, axis first, shape (k, 1 + number of columns)."""
+        """Return the column names and the rows, axis first, shape (k, 1 + number of columns).
+
+        Parameters
+        ----------
+        columns : sequence of str, optional
+            Signals to return; all ``columns`` of the solution if left out.
+
+        Examples
+        --------
+        >>> sol = Solution("tran", "demo", "time", np.array([0.0, 1.0]), {"v(a)": np.ones(2)})
+        >>> names, rows = sol.table(["v(a)"])
+        >>> names, rows.tolist()
+        (['time', 'v(a)'], [[0.0, 1.0], [1.0, 1.0]])
+        """
         names = list(self.columns if columns is None else columns)
         arrays = [self[name] for name in names]
         if self.axis_name:
@@ -306,13 +319,24 @@ class Solution:
         path : str or Path
         columns : sequence of str, optional
             Signals to write; all ``columns`` of the solution if left out.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written.
         """
         from ..output.csv import write_csv
 
         write_csv(self, path, columns)
 
     def to_pandas(self) -> Any:
-        """Return a ``pandas.DataFrame`` indexed by the axis (needs pandas)."""
+        """Return a ``pandas.DataFrame`` of all ``columns``, indexed by the axis.
+
+        Raises
+        ------
+        UsageError
+            NS4010 if pandas is not installed.
+        """
         try:
             import pandas  # type: ignore[import-untyped, import-not-found, unused-ignore]
         except ImportError as error:
@@ -331,7 +355,26 @@ class Solution:
         return frame
 
     def plot(self, path: str | Path | None = None, columns: Sequence[str] | None = None) -> Any:
-        """Draw the waveforms; return the matplotlib figure, saved to ``path`` if one is given."""
+        """Draw the waveforms, in a panel for each unit.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            Where to save the picture: .png, .svg or .pdf.
+        columns : sequence of str, optional
+            Signals to draw; all ``columns`` of the solution if left out.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        UsageError
+            If there is nothing to draw, or matplotlib is missing.
+        OutputError
+            If the file cannot be written.
+        """
         from ..output.plot import draw
 
         return draw(self, path, columns)

@@ -42,7 +42,7 @@ def op(
     temperature : float, optional
         [degrees Celsius]
     values : mapping of str to float, optional
-        Values by element name that replace the deck's.
+        Values by element name that replace the deck's [Ohm, V or A].
     sink : Sink, optional
         Takes the row.
 
@@ -50,6 +50,11 @@ def op(
     -------
     Solution
         With one row and no axis.
+
+    Raises
+    ------
+    InfeasibleError, StepError
+        If there is no solution, or none was found.
 
     Examples
     --------
@@ -93,7 +98,7 @@ def dc(
     temperature : float, optional
         [degrees Celsius]
     overrides : mapping of str to float, optional
-        Values by element name that replace the deck's.
+        Values by element name that replace the deck's [Ohm, V or A].
     method : str, optional
         ``euler-newton`` or ``euler-newton-rate`` follow the path of solutions from point to point
         instead of solving each one.
@@ -108,6 +113,11 @@ def dc(
     -------
     Solution
         Its axis is the first sweep; values of the others are signals of their own.
+
+    Raises
+    ------
+    InfeasibleError, StepError
+        If there is no solution, or none was found.
 
     Examples
     --------

@@ -50,7 +50,7 @@ def tran(
     stop : float, optional
         End [s]; without it everything comes from the deck's first ``.tran`` card.
     row_step : float, optional
-        Distance of the output rows [s]; a thousandth of the time by default.
+        Distance of the output rows [s]; a thousandth of the shown time by default.
     step : float, optional
         Solver step [s]; by default as SPICE chooses its largest step.  With ``sdirk`` the longest
         step.
@@ -64,7 +64,8 @@ def tran(
     theta : float, optional
         Weight of the new state: 1 implicit (default), 0.5 trapezoidal in the smooth part.
     reltol : float, optional
-        Error of one step of ``sdirk``, relative to the largest value of each unknown so far.
+        Error of one step of ``sdirk``, as a part of the range of each unknown so far; 1e-5 by
+        default.
     signals : sequence of str, optional
         What to return; the deck's ``.save`` cards, or the default set.
     extra : sequence of str
@@ -72,7 +73,7 @@ def tran(
     temperature : float, optional
         [degrees Celsius]
     values : mapping of str to float, optional
-        Values of R, L, C or sources by element name that replace the deck's.
+        Values of R, L, C or sources by element name that replace the deck's [Ohm, H, F, V or A].
     progress : callable, optional
         Called with the finished share, 0 to 1.
     sink : Sink, optional

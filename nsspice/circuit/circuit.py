@@ -91,7 +91,7 @@ class Island:
 
 @dataclass(slots=True)
 class Circuit:
-    """A circuit that passed all checks.
+    """A circuit that passed all checks; :func:`nsspice.read` makes one.
 
     Parameters
     ----------
@@ -102,7 +102,19 @@ class Circuit:
     warnings : list of Diagnostic
         Those of the deck and those found while building.
     node_island, element_island : dict of str to int
-        In which island a node or an element lies.
+        Number of the island in which a node or an element lies.
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> circuit = nsspice.read('''two separate loops
+    ... V1 a 0 1
+    ... R1 a 0 1
+    ... V2 b 0 2
+    ... R2 b 0 1
+    ... ''')
+    >>> len(circuit.islands), circuit.node_island["b"]
+    (2, 1)
     """
 
     deck: Deck
@@ -124,7 +136,7 @@ class Circuit:
         Parameters
         ----------
         **options
-            ``method``, ``theta``, ``step``, ``signals``, ``progress``: see ``nsspice.run``.
+            Keyword arguments of :func:`nsspice.run`.
 
         Returns
         -------
@@ -157,6 +169,11 @@ class Circuit:
     def device(self, name: str) -> Device:
         """Return an element by its name.
 
+        Parameters
+        ----------
+        name : str
+            In upper or lower case; elements of subcircuits by their path, ``x1.r1``.
+
         Raises
         ------
         NetlistError
@@ -173,15 +190,15 @@ class Circuit:
         A voltage between two islands is the difference of two node voltages, each against ground;
         ``v(0)`` is an empty sum.
 
-        Raises
-        ------
-        NetlistError
-            NS2012 if there is no such signal.
-
         Parameters
         ----------
         signal : str
             ``v(a)``, ``v(a,b)`` or ``i(element)``.
+
+        Raises
+        ------
+        NetlistError
+            NS2012 if there is no such signal.
         """
         found = self._parts.get(signal)
         if found is None:

@@ -78,6 +78,22 @@ def check(netlist: str | Path) -> Report:
     ------
     UsageError
         If the expectation file itself is missing or wrong.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "divider.net")
+    ...     _ = path.write_text("divider\\nV1 a 0 2\\nR1 a b 1\\nR2 b 0 1\\n.op\\n")
+    ...     _ = path.with_suffix(".expect.toml").write_text('''source = "two equal resistors"
+    ... [[check]]
+    ... signal = "v(b)"
+    ... value = 1.0
+    ... tolerance = 1e-12
+    ... why = "linear, exact"
+    ... ''')
+    ...     check(path).passed
+    True
     """
     expectation = read_expectation(Path(netlist))
     report = Report(expectation.netlist)

@@ -127,6 +127,11 @@ class Csc:
 def weighted_sum(terms: Sequence[tuple[Csc, float]]) -> Csc:
     """Return the weighted sum of matrices of equal shape.
 
+    Parameters
+    ----------
+    terms : sequence of (Csc, float)
+        Matrices and their factors; at least one.
+
     Examples
     --------
     >>> one = Csc.from_triplets((1, 1), [0], [0], [1.0])

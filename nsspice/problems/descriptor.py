@@ -43,6 +43,13 @@ class Waveform:
         pwl only: time from which the curve repeats, ``nan`` for none.
     scale : float
         Factor applied to the value.
+
+    Times are in s, frequencies in Hz, damping in 1/s, values in V or A.
+
+    Examples
+    --------
+    >>> Waveform("sin", (0.0, 10.0, 50.0, 0.0, 0.0, 90.0)).kind  # 10 cos(2 pi 50 t)
+    'sin'
     """
 
     kind: str
@@ -63,16 +70,21 @@ class Switch:
     pair : int
         Which complementarity pair.
     control : tuple of (int, float)
-        The control value as a combination of unknowns z.
+        The control value [V or A] as a combination of unknowns z: pairs ``(j, factor)``.
     on_above, off_below : float
-        Thresholds, ``off_below <= on_above``; between them the state is kept (hysteresis).
+        Thresholds [V or A], ``off_below <= on_above``; between them the state is kept (hysteresis).
     closed : bool
         State of the pair before the first evaluation: True if it conducts.
     inverted : bool
         True if the pair is active while the control is *below* (a switch with RON > ROFF).
     latching : bool
-        True for a thyristor: while it is closed the pair is a diode (lam >= 0), and it opens no
-        sooner than that diode conducts no more.
+        True for a thyristor: while it is closed the pair is a diode (lam >= 0), and it opens only
+        when that diode has ceased to conduct.
+
+    Examples
+    --------
+    >>> Switch(pair=0, control=((1, 1.0),), on_above=0.5, off_below=0.5).closed
+    False
     """
 
     pair: int
@@ -86,7 +98,7 @@ class Switch:
 
 @dataclass(frozen=True, slots=True)
 class SmoothTerms:
-    """Smooth nonlinear functions f(z, u, t) and where they enter a descriptor system.
+    """Smooth nonlinear functions f(z, u, t), and where they enter a descriptor system.
 
     .. math::
 
@@ -100,6 +112,18 @@ class SmoothTerms:
         Where they enter as they are.
     Q : Csc, shape (n, p)
         Where their rates enter (charges in KCL rows, fluxes in branch rows).
+
+    Examples
+    --------
+    A current of 1 nS times the cube of the only unknown:
+
+    >>> from nsspice.problems import TapeBuilder
+    >>> tape = TapeBuilder()
+    >>> cube = tape.op("mul", tape.unknown(0), tape.op("mul", tape.unknown(0), tape.unknown(0)))
+    >>> _ = tape.output(tape.op("mul", tape.constant(1e-9), cube))
+    >>> one = Csc.from_triplets((1, 1), [0], [0], [1.0])
+    >>> SmoothTerms(tape.finish(), F=one, Q=Csc.zeros((1, 1))).F.shape
+    (1, 1)
     """
 
     tape: Tape
@@ -109,18 +133,20 @@ class SmoothTerms:
 
 @dataclass(frozen=True, eq=False)
 class DescriptorSystem:
-    """Arrays of one complementarity descriptor system.
+    """Arrays of one complementarity descriptor system; the module says which equations these are.
 
     Parameters
     ----------
     E, G : Csc, shape (n, n)
-        Storage and conductance-like matrices.
+        Storage [F, H] and conductance-like [S, Ohm] matrices.
     A : Csc, shape (n, m)
+        How the multipliers enter the rows.
     B : Csc, shape (m, n)
+        How the unknowns enter the slacks.
     D : Csc, shape (m, m)
-        Coupling to the multipliers, slack rows, and series resistance of the pairs.
+        Series resistance of the pairs [Ohm].
     q : ndarray, shape (m,)
-        Constant part of the slack.
+        Constant part of the slacks [V]: forward drops and breakdown voltages.
     S : Csc, shape (n, p)
         Where the p waveforms enter.
     waveforms : tuple of Waveform, length p
@@ -131,6 +157,19 @@ class DescriptorSystem:
         Smooth nonlinear terms, None in a system that is linear but for its pairs.
     elements : Elements or None
         The capacitors and resistors that E and G were summed from, None if they were not kept.
+
+    Examples
+    --------
+    A source of 5 V behind 1 kOhm, an ideal diode from the node to ground, and 1 uF beside it:
+
+    >>> from nsspice.problems import weighted_sum
+    >>> one = Csc.from_triplets((1, 1), [0], [0], [1.0])
+    >>> system = DescriptorSystem(
+    ...     E=weighted_sum([(one, 1e-6)]), G=weighted_sum([(one, 1e-3)]), A=one, B=one,
+    ...     D=Csc.zeros((1, 1)), q=np.zeros(1), S=weighted_sum([(one, 1e-3)]),
+    ...     waveforms=(Waveform("dc", (5.0,)),), row_kind=np.zeros(1, np.uint8))
+    >>> system.n, system.m, system.passive
+    (1, 1, True)
     """
 
     E: Csc
@@ -182,7 +221,20 @@ class Functional:
     """A scalar output: a linear combination of the quantities of a descriptor system.
 
     ``y = sum c z[j] + sum c lam[j] + sum c z'[j] + sum c u[j] + sum c f[j] + sum c f'[j]`` with the
-    smooth functions f; each field lists ``(j, c)``.
+    smooth functions f.
+
+    Parameters
+    ----------
+    z, lam, dz, u, f, df : tuple of (int, float)
+        Pairs ``(j, c)`` for the unknowns, the multipliers, the rates of the unknowns, the sources,
+        the smooth functions and their rates.
+
+    Examples
+    --------
+    The difference of two node voltages:
+
+    >>> Functional(z=((0, 1.0), (1, -1.0))).lam
+    ()
     """
 
     z: tuple[tuple[int, float], ...] = ()

@@ -1,8 +1,8 @@
 """The two-terminal elements behind the storage and conductance matrices of a system.
 
-An assembled matrix has forgotten what it was summed from: 1 F beside 1 pF leaves four digits of the
-latter.  Methods that must not lose it, or that count loops and cut-sets instead of looking at
-values, take the elements themselves.
+An assembled matrix holds sums of elements: in 1 F + 1 pF only four digits of the 1 pF are left.
+Methods that need all digits, or that count loops and cut-sets instead of looking at values, take
+the elements themselves.
 """
 
 from __future__ import annotations
@@ -20,7 +20,13 @@ TwoTerminal = tuple[int, int, float]
 
 
 class Elements(NamedTuple):
-    """Capacitors and resistors (as conductances) between unknowns; ground is -1."""
+    """Capacitors and resistors (as conductances) between unknowns.
+
+    Parameters
+    ----------
+    capacitors, conductors : list of (int, int, float)
+        Two unknowns, -1 for ground, and the capacitance [F] or conductance [S] between them.
+    """
 
     capacitors: list[TwoTerminal]
     conductors: list[TwoTerminal]
@@ -32,6 +38,11 @@ def elements_of(system: DescriptorSystem) -> Elements:
     Parameters
     ----------
     system : DescriptorSystem
+
+    Returns
+    -------
+    Elements
+        Without those whose value is rounding in a sum of the matrix.
 
     Examples
     --------

@@ -26,6 +26,11 @@ class Sign:
         ``low <= high``.
     at : float
         Where it jumps.
+
+    Examples
+    --------
+    >>> Sign(-1.0, 1.0)  # Coulomb friction of 1 N
+    Sign(low=-1.0, high=1.0, at=0.0)
     """
 
     low: float
@@ -67,8 +72,14 @@ class Ramp:
     Parameters
     ----------
     at : float
+        Where the kink is.
     slope : float
         Positive.
+
+    Examples
+    --------
+    >>> Ramp(at=0.7, slope=10.0).slope  # a diode of 0.7 V and 0.1 Ohm, current over voltage
+    10.0
     """
 
     at: float
