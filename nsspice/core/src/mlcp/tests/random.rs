@@ -157,6 +157,17 @@ fn sequences_from_the_previous_solution_are_solved() {
     }
 }
 
+/// The active pairs of a mode by its bits, and the multipliers and slacks that solve its equations.
+fn in_mode(driver: &mut Driver, d: &Csc, q: &[f64], mode: u32) -> (Vec<bool>, Vec<f64>, Vec<f64>) {
+    let active: Vec<bool> = (0..q.len()).map(|i| mode >> i & 1 == 1).collect();
+    let mut x: Vec<f64> = q.iter().zip(&active).map(|(q, &on)| if on { -q } else { 0.0 }).collect();
+    let mut work = vec![0.0; work_len(x.len())];
+    driver.mode_factor(&active).solve(&mut x, &mut work);
+    let mut w = q.to_vec();
+    d.mul_add(1.0, &x, &mut w);
+    (active, x, w)
+}
+
 #[test]
 fn positive_definite_problems_agree_with_enumeration() {
     for seed in 1..=400 {
@@ -184,13 +195,7 @@ fn positive_definite_problems_agree_with_enumeration() {
         // of a P-matrix exactly one mode (up to ties) solves the problem
         let best = (0u32..1 << m)
             .filter_map(|mode| {
-                let active: Vec<bool> = (0..m).map(|i| mode >> i & 1 == 1).collect();
-                let mut x: Vec<f64> = (0..m).map(|i| if active[i] { -q[i] } else { 0.0 }).collect();
-                let factor = driver.mode_factor(&active);
-                let mut work = vec![0.0; work_len(x.len())];
-                factor.solve(&mut x, &mut work);
-                let mut w = q.clone();
-                d.mul_add(1.0, &x, &mut w);
+                let (_, x, w) = in_mode(&mut driver, &d, &q, mode);
                 let good = (0..m).all(|i| x[i] >= -1e-9 && w[i] >= -1e-9);
                 good.then_some(x)
             })
@@ -219,13 +224,7 @@ fn problems_without_monotonicity_are_solved_where_enumeration_finds_a_solution()
             row_kind: vec![],
         });
         let exists = (0u32..1 << m).any(|mode| {
-            let active: Vec<bool> = (0..m).map(|i| mode >> i & 1 == 1).collect();
-            let mut x: Vec<f64> = (0..m).map(|i| if active[i] { -q[i] } else { 0.0 }).collect();
-            let factor = driver.mode_factor(&active);
-            let mut work = vec![0.0; work_len(x.len())];
-            factor.solve(&mut x, &mut work);
-            let mut w = q.clone();
-            d.mul_add(1.0, &x, &mut w);
+            let (active, x, w) = in_mode(&mut driver, &d, &q, mode);
             (0..m).all(|i| if active[i] { x[i] >= 0.0 } else { w[i] >= 0.0 })
         });
         let roles = vec![Role::Diode; m];
