@@ -1,6 +1,7 @@
 """Public names of a package that are imported from their homes when they are first used (PEP 562).
 
-What a deck does not call for is not loaded either: a small one would spend most of its time there.
+A small deck needs few of the modules, and loading all of them would take longer than its
+simulation.
 """
 
 from __future__ import annotations
@@ -20,6 +21,11 @@ def lazily(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
         Its full name.
     homes : mapping of str to str
         Module of each name, relative to the package: ``{"Resistor": ".resistor"}``.
+
+    Returns
+    -------
+    callable
+        It imports a name, stores it in the package, and raises AttributeError for other names.
 
     Examples
     --------
