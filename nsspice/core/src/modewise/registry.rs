@@ -1,9 +1,9 @@
 //! The modes met so far, which of them followed which, and how much memory they may take.
 
-use super::ground::Reduced;
 use super::mode::Mode;
 use super::network::Network;
 use super::outputs::OutputRows;
+use super::prepared::Reduced;
 use super::tally::Powers;
 use crate::dense::RankOne;
 use crate::switch::Switch;

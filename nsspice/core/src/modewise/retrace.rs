@@ -249,9 +249,9 @@ impl Retrace {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ground::Ground;
     use super::super::inputs::Inputs;
     use super::super::network::Assembly;
+    use super::super::prepared::Prepared;
     use super::super::run::Engine;
     use super::*;
     use crate::audit::TOLERANCE;
@@ -292,8 +292,8 @@ mod tests {
         let sine = Smooth::Sin { offset, amplitude, frequency, delay, damping, phase };
         let inputs = Inputs::new(vec![Waveform::Smooth(sine)]).unwrap_or_else(|_| unreachable!());
         let sys = Assembly { linear, capacitors, conductors };
-        let ground = Ground::new(sys, inputs, [].into()).unwrap_or_else(|_| unreachable!());
-        let mut engine = Engine::new(&ground, Vec::new());
+        let prepared = Prepared::new(sys, inputs, [].into()).unwrap_or_else(|_| unreachable!());
+        let mut engine = Engine::new(&prepared, Vec::new());
         engine.accompany(Some(sums.clone()));
         engine.plan(1.0, 0.0, 1.0, 0.01);
         let charges: Vec<f64> = (0..STATES).map(|k| 1.0 - 0.2 * k as f64).collect();

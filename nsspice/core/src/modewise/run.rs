@@ -1,7 +1,6 @@
 //! The run: segment after segment, rows evaluated where they stand.
 
 use super::fixed::Stepped;
-use super::ground::Ground;
 use super::implicit::Implicit;
 use super::inputs::{Inputs, Segment};
 use super::integral::Turn;
@@ -10,6 +9,7 @@ use super::mode::{Mode, Watch};
 use super::network::{Assembly, Network};
 use super::outputs::{Outputs, RowClock, Spec};
 use super::pick::{cause_of, roles, settle, Picker, Scene};
+use super::prepared::Prepared;
 use super::registry::{Id, Registry};
 use super::rows::Inside;
 use super::sides::Ends;
@@ -145,19 +145,19 @@ pub struct Engine {
 
 impl Engine {
     /// Prepares a run of a system.
-    pub fn new(ground: &Ground, outputs: Vec<Spec>) -> Engine {
+    pub fn new(prepared: &Prepared, outputs: Vec<Spec>) -> Engine {
         let (sys, net, switches) =
-            (ground.sys.clone(), ground.net.clone(), ground.switches.clone());
-        let inputs = ground.inputs.clone();
+            (prepared.sys.clone(), prepared.net.clone(), prepared.switches.clone());
+        let inputs = prepared.inputs.clone();
         let (n, m, r) = (net.n, net.m, net.states);
         let outputs = Outputs::new(outputs, &net, &inputs);
         let count = 1 + inputs.len();
         let scale = Scale { v: vec![0.0; count], rate: vec![0.0; count], ..Scale::default() };
         Engine {
-            implicit: Implicit::new(n, m, ground.models.clone()),
+            implicit: Implicit::new(n, m, prepared.models.clone()),
             gates: vec![false; switches.len()],
             outputs,
-            registry: Registry::new(ground.modes.clone()),
+            registry: Registry::new(prepared.modes.clone()),
             picker: Picker::default(),
             march: March::default(),
             path: Trajectory::default(),
@@ -323,7 +323,7 @@ impl Engine {
                 &mut self.path,
             );
             let Some(picked) = picked else {
-                if !struck && !crossing.is_empty() && self.strike(horizon) {
+                if !struck && !crossing.is_empty() && self.impact(horizon) {
                     (struck, crossing) = (true, &[]);
                     continue;
                 }

@@ -1,4 +1,4 @@
-//! The choice among undetermined values.
+//! The choice among values that the laws leave undetermined: those of least norm.
 
 use super::guard_rows::impulse_rows;
 use super::network::Network;
@@ -23,7 +23,8 @@ impl Share {
         let seen = seen.value; // m x open
         let part: Vec<usize> = (0..k).collect();
         let on_unknowns = net.kernel.times(&open.select_rows(&part)); // n x open
-                                                                      // directions that some pair sees, and combinations that none sees
+
+        // directions that some pair sees, and combinations that none sees
         let split = crate::dense::Echelon::new(seen.clone(), 0..open.cols);
         let (visible, hidden) = (split.pivots.clone(), split.kernel());
         let least = |m: &Matrix| {

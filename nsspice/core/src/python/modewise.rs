@@ -29,7 +29,7 @@ impl PyModewise {
         if !fits {
             return Err(misfit());
         }
-        let inner = Engine::new(system.ground().map_err(invalid)?, outputs);
+        let inner = Engine::new(system.prepared().map_err(invalid)?, outputs);
         Ok(PyModewise { inner, gates: system.gates.clone(), sizes: system.sizes() })
     }
 

@@ -3,7 +3,7 @@
 use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec, SwitchSpec, WaveformSpec};
 use crate::audit::Described;
 use crate::descriptor::Linear;
-use crate::modewise::{Assembly, Edge, Ground, Inputs};
+use crate::modewise::{Assembly, Edge, Inputs, Prepared};
 use crate::newton::Smooth;
 use crate::sparse::Csc;
 use crate::switch::Switch;
@@ -41,7 +41,7 @@ pub(super) struct PySystem {
     pub capacitors: Vec<Edge>,
     pub conductors: Vec<Edge>,
     /// what the mode-wise engine makes of it, when it is asked for the first time
-    ground: OnceLock<Result<Ground, String>>,
+    prepared: OnceLock<Result<Prepared, String>>,
 }
 
 #[pymethods]
@@ -72,7 +72,7 @@ impl PySystem {
             smooth,
             capacitors,
             conductors,
-            ground: OnceLock::new(),
+            prepared: OnceLock::new(),
         };
         let [.., functions] = system.sizes();
         let fits = system.linear.row_kind.iter().all(|&k| k < 2)
@@ -98,15 +98,15 @@ impl PySystem {
     }
 
     /// The system as the mode-wise engine sees it, or why it cannot treat it.
-    pub fn ground(&self) -> Result<&Ground, String> {
-        let made = self.ground.get_or_init(|| {
+    pub fn prepared(&self) -> Result<&Prepared, String> {
+        let made = self.prepared.get_or_init(|| {
             let sys = Assembly {
                 linear: self.linear.clone(),
                 capacitors: self.capacitors.clone(),
                 conductors: self.conductors.clone(),
             };
             let inputs = Inputs::new(self.waveforms.clone())?;
-            Ground::new(sys, inputs, self.switches.clone())
+            Prepared::new(sys, inputs, self.switches.clone())
         });
         made.as_ref().map_err(String::clone)
     }

@@ -1,6 +1,6 @@
-//! Jumps where no mode can be entered: a gap closes at speed (an index above 2), and the speed jumps.
+//! Impacts: jumps where no mode can be entered, since a gap closes at speed (an index above 2).
 //!
-//! What jumps is the limit of three short implicit steps, as in time stepping.
+//! The state after the impact is the limit of three short implicit steps, as in time stepping.
 
 use super::implicit::later;
 use super::inspect::{MAX_JUMPS, NO_JUMP};
@@ -20,13 +20,13 @@ const CLEAR: f64 = 0.1;
 
 impl Engine {
     /// Jumps from the present state if short steps show that it does; false if it stays.
-    pub(super) fn strike(&mut self, horizon: f64) -> bool {
+    pub(super) fn impact(&mut self, horizon: f64) -> bool {
         let fastest = self.present.as_ref().map_or(0.0, |p| p.1.fastest);
         let most = if fastest > 0.0 { FASTEST / fastest } else { f64::INFINITY };
-        PARTS.iter().any(|part| self.strike_by((part * horizon).min(most)))
+        PARTS.iter().any(|part| self.impact_within((part * horizon).min(most)))
     }
 
-    fn strike_by(&mut self, h: f64) -> bool {
+    fn impact_within(&mut self, h: f64) -> bool {
         let roles = roles(self.net.m, &self.switches, &self.gates);
         let (mut v, mut steps) = (Vec::new(), Vec::with_capacity(3));
         for k in [1.0, 2.0, 3.0] {

@@ -1,7 +1,7 @@
-//! What all runs of a system have in common: its reduction, and the modes that follow from it alone.
+//! A system prepared for all of its runs: its reduction, and the modes that are reduced from it.
 //!
-//! A mode that was derived from another one differs by rounding with the way there, so that none of
-//! these is kept: what a run computes does not depend on the runs before it.
+//! A mode may also be derived from another one, but its rounding errors then depend on that one.
+//! Such modes are not kept, so that the results of a run do not depend on the runs before it.
 
 use super::implicit::Models;
 use super::inputs::Inputs;
@@ -46,8 +46,8 @@ impl Reduced {
     }
 }
 
-/// A system that can be treated mode by mode.
-pub struct Ground {
+/// A system that can be solved mode by mode.
+pub struct Prepared {
     /// as assembled
     pub sys: Arc<Assembly>,
     /// its reduction
@@ -62,11 +62,11 @@ pub struct Ground {
     pub models: Arc<Models>,
 }
 
-impl Ground {
+impl Prepared {
     /// Reduces a system; the error says why it cannot be treated mode by mode.
-    pub fn new(sys: Assembly, inputs: Inputs, switches: Arc<[Switch]>) -> Result<Ground, String> {
+    pub fn new(sys: Assembly, inputs: Inputs, switches: Arc<[Switch]>) -> Result<Prepared, String> {
         let net = Arc::new(Network::new(&sys, &inputs)?);
         let (sys, modes, models) = (Arc::new(sys), Arc::default(), Arc::default());
-        Ok(Ground { sys, net, switches, inputs, modes, models })
+        Ok(Prepared { sys, net, switches, inputs, modes, models })
     }
 }
