@@ -32,8 +32,8 @@ class Event:
 class Events(Sequence[Event]):
     """Events in the order of time.
 
-    Runs have up to some ten thousand of them, and making an object of each costs as much as a part
-    of the run: they are made when somebody looks.
+    A run may have ten thousand of them, and to create an object for each takes a noticeable part of
+    its time: they are created when they are first read.
 
     Parameters
     ----------

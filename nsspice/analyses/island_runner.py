@@ -1,4 +1,4 @@
-"""One island on its way through time."""
+"""Runs one island through time by the method that was chosen for it."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _POINTS = 1 << 16  # points of a static island planned at once
 
 
 class IslandRunner:
-    """One island on its way through time."""
+    """Runs one island through time, in blocks of rows."""
 
     def __init__(
         self,

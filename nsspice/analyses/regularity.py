@@ -81,7 +81,7 @@ class Verdict:
 
 @dataclass(slots=True)
 class Judge:
-    """Collects points of one island's static problem, and judges them when somebody asks.
+    """Collects points of one island's static problem, and judges them when asked to.
 
     Parameters
     ----------

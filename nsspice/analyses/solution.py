@@ -151,7 +151,7 @@ class IslandRun:
     def regularity(self) -> Verdict | None:
         """Whether the solution is the only one, None if that is no question.
 
-        It costs more than the run of a small circuit, and is found when somebody asks.
+        It costs more than the run of a small circuit, and is computed when it is first read.
         """
         if callable(self.judge):
             self.judge = self.judge()
@@ -198,8 +198,8 @@ class Solution:
     error : ErrorEstimate or None
         How far it lies from the exact solution, if that was asked for.
     fine : callable or None
-        Returns the rows with both sides of jumps put in, None if nothing jumps; what it costs to
-        put them in is spent when somebody asks.
+        Returns the rows with both sides of jumps put in, None if nothing jumps; they are computed
+        at the first call.
 
     Examples
     --------

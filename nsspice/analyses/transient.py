@@ -231,7 +231,7 @@ def run_tran(
 
 
 class _Fine:
-    """Puts both sides of all jumps into the rows, the first time that somebody asks."""
+    """Puts both sides of all jumps into the rows, at the first call."""
 
     def __init__(self, runners: Sequence[IslandRunner], recorder: Recorder, table: Floats) -> None:
         self._sides = [runner.sides or [] for runner in runners]

@@ -1,6 +1,6 @@
 """From decks to equations: graph, topology, islands, problem class, MNA system.
 
-What a plain run does without is imported from its own module: ``explain.explain``,
+Names that a plain run does not need are imported from their own modules: ``explain.explain``,
 ``dlcp.dlcp_form``, ``normal_tree.normal_tree``, ``theta.theta_terms``.
 """
 

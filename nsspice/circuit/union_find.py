@@ -1,4 +1,4 @@
-"""Disjoint sets, the work horse of all graph questions."""
+"""Disjoint sets (union-find), for questions about the circuit graph."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The exact mode-wise engine: the Python face of the compiled one, for one descriptor system.
+"""The exact mode-wise engine: its Python interface, for one descriptor system.
 
 As long as the same pairs are active, a system of linear elements and complementarity pairs is a
 linear descriptor system; the core reduces it once to a minimal set of states (the energy

@@ -1,4 +1,4 @@
-"""Moreau time stepping: the Python face of the compiled stepper, for one descriptor system.
+"""Moreau time stepping: the Python interface of the compiled stepper, for one descriptor system.
 
 The scheme, with theta the weight of the new state and H, Hs the averaging terms (zero for theta=1):
 
@@ -34,8 +34,8 @@ from .stepper import Jump, Stepper, UnsolvedStep, restless
 class Records:
     """Some accepted steps as the solver took them, for checks that share no code with it.
 
-    Engines leave them as objects of the compiled core with these attributes, whose arrays are made
-    when somebody looks; this is the form that can be made and altered.
+    Engines return them as objects of the compiled core with these attributes, whose arrays are
+    created when they are first read; this class can also be filled and changed in Python.
 
     Parameters
     ----------

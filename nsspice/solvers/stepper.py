@@ -1,4 +1,4 @@
-"""What every way through time has in common: rows in blocks, jumps, events, failures."""
+"""The base class of all engines: rows in blocks, jumps, events, failures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stretches of a continuous solution, as engines leave them for those who check the run."""
+"""Stretches of a continuous solution, which engines record for the certificate."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from ..problems.csc import Floats
 class Stretches:
     """k stretches with s points each: nodes of a quadrature, or stages of a Runge-Kutta step.
 
-    Engines leave them as objects of the compiled core with these attributes, whose arrays are made
-    when somebody looks; this is the form that can be made and altered.
+    Engines return them as objects of the compiled core with these attributes, whose arrays are
+    created when they are first read; this class can also be filled and changed in Python.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Names that ngspice reads as they are meant."""
+"""Names of nodes and elements in a form that ngspice can read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What comes back from ngspice, before anyone has looked at it."""
+"""The raw result of a run of ngspice: vectors, messages and counters, not yet checked."""
 
 from __future__ import annotations
 

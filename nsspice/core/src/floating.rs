@@ -1,14 +1,18 @@
-//! Nodes that little ties to the others: the sum of their laws takes the place of the first of them.
+//! Groups of nodes with weak connections to the rest: the sum of their current laws takes the place
+//! of the first of these laws.
 //!
-//! Beside `rate E z` the currents into a group of nodes that capacitors tie together, without a connection
-//! to ground, drown in rounding: in a step of 10 ps the terms of 1 mF at 500 V are 5e10 A.  The sum of the
-//! laws of such a group holds what comes in from elsewhere alone.  The current of a source to ground makes
-//! up for whatever the laws of its group sum to; one that leaves the sum of the laws in which it stands
-//! joins them to one group; one that is amplified elsewhere (`F`) is told by the laws there.
+//! In a group of nodes that only capacitors tie together, without a connection to ground, the terms
+//! of `rate E z` are so large that the currents from outside are lost in their rounding: in a step
+//! of 10 ps the terms of 1 mF at 500 V are 5e10 A. In the sum of the laws of the group these terms
+//! cancel, and only the currents from outside are left. The current of a source to ground makes up
+//! for whatever the laws of its group sum to; a current that cancels in the sum of the laws in
+//! which it stands joins these to one group; a current that is amplified elsewhere (`F`) is
+//! determined by the laws there.
 //!
-//! So do the currents of junctions into a group of nodes that resistors tie together: 40 Ohm at 5 V are
-//! known to 3e-17 A, and leakage of 1e-16 A determines the potential of both ends.  So does what 1 GOhm
-//! carries that gives an isolated part its potential.
+//! The same holds for groups of nodes that resistors tie together, with the currents of junctions
+//! from outside: the current of 40 Ohm at 5 V has a rounding error of 3e-17 A, and a leakage of
+//! 1e-16 A determines the potential of both ends. It also holds for an isolated part that 1 GOhm
+//! ties to ground.
 
 use crate::descriptor::stored_groups;
 use crate::sparse::Csc;

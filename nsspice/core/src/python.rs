@@ -1,4 +1,4 @@
-//! The Python face of the core; all bindings stand in this file and in its folder.
+//! The Python interface of the core; all bindings are in this file and in its folder.
 
 mod audit;
 mod modewise;

@@ -1,4 +1,5 @@
-//! Rows at the instants of an engine's own: one where all is continuous, two where something jumps.
+//! Rows at the instants that an engine chooses: one where all is continuous, two where something
+//! jumps.
 
 /// Two values that differ by less than this part of their column's size are one.
 const DIFFERENT: f64 = 1e-9;

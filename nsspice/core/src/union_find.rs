@@ -1,4 +1,4 @@
-//! What belongs together: disjoint sets, joined two by two.
+//! Disjoint sets (union-find).
 
 /// Disjoint sets of the numbers below a count (Tarjan, J. ACM 22, 1975, with paths halved).
 #[derive(Clone, Debug)]

@@ -1,4 +1,4 @@
-//! Where the energy of a run went.
+//! The balance of energy of the recorded steps and of the jumps.
 
 use super::{ratio, worse, TOLERANCE};
 

@@ -1,5 +1,5 @@
-//! Steps of a small system side by side, so that their energies are computed together: one step alone
-//! costs as much in loops as in numbers.
+//! Steps of a small system side by side, so that their energies are computed together: for a single
+//! step the overhead of the loops would be as large as the arithmetic.
 
 use super::form::Form;
 use crate::dense::widest;

@@ -1,4 +1,4 @@
-//! The checks at points.
+//! Checks of the laws and of complementarity at recorded points.
 
 use super::energy::Ledger;
 use super::matrix::Entries;

@@ -1,4 +1,5 @@
-//! A block of points: what meets in each law is known before any of them is judged.
+//! A block of points: the sizes of the terms in each law are found for all of them, then each is
+//! judged.
 
 use super::laws::Auditor;
 use super::rounding::Grain;

@@ -1,4 +1,4 @@
-//! Stretches on their way from an engine to the checks.
+//! Stretches as an engine hands them to the checks.
 
 use super::Stretches;
 

@@ -1,4 +1,5 @@
-//! What engines leave for the checks, as Python objects whose arrays are made when somebody looks.
+//! What engines record for the certificate, as Python objects whose arrays are made when first
+//! read.
 
 use super::system::Sizes;
 use crate::audit::Taken;

@@ -1,4 +1,4 @@
-//! Four members of a group at a time.
+//! Evaluation of four members of a group at a time.
 
 use super::evaluate::{Linearisation, SAME};
 use super::group::{Group, Kind, Shape, Step, DEPLETION, JUNCTION, LONE, WIDE};
