@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..devices import Conditions, Context, Device, Findings, law_of
+from ..devices import Conditions, Context, Device, law_of
 from ..errors import NetlistError
 from ..netlist.deck import Deck, TranCard
+from ..netlist.findings import Findings
 from . import islands as _islands
 from .circuit import Circuit, Island
 from .problem_class import classify

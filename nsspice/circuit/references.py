@@ -13,11 +13,11 @@ from ..devices import (
     CurrentControlled,
     CurrentSwitch,
     Device,
-    Findings,
     Inductor,
     Terminal,
 )
 from ..errors import suggest
+from ..netlist.findings import Findings
 from .signals import owner
 from .union_find import UnionFind
 

@@ -12,10 +12,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..devices import Conditions, CurrentSource, Device, Findings, VoltageSource
+from ..devices import Conditions, CurrentSource, Device, VoltageSource
 from ..devices.waveform import initial_value
 from ..errors import Diagnostic, TopologyError, suggest
 from ..netlist.deck import DcCard, Deck, OpCard, TranCard
+from ..netlist.findings import Findings
 from ..problems.descriptor import Waveform
 from .cutsets import check_cutsets
 from .loops import Graph, check_loops

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from ..lazy import lazily
 
 if TYPE_CHECKING:
-    from ..netlist.findings import Findings
     from .behavioural import Behavioural, BehaviouralResistor, Reading
     from .bipolar import Bipolar
     from .capacitor import Capacitor
@@ -57,7 +56,6 @@ _HOME = {
     "EbersMoll": ".ebers_moll",
     "Edge": ".device",
     "Effect": ".effect",
-    "Findings": "..netlist.findings",
     "Inductor": ".inductor",
     "JunctionDiode": ".junction_diode",
     "JunctionLaw": ".junction",
@@ -135,7 +133,6 @@ __all__ = [
     "EbersMoll",
     "Edge",
     "Effect",
-    "Findings",
     "Inductor",
     "JunctionDiode",
     "JunctionLaw",

@@ -3,11 +3,11 @@ import math
 import pytest
 
 from nsspice.circuit import build
-from nsspice.devices import Findings
 from nsspice.devices.waveform import check_source, initial_value
 from nsspice.errors import NetlistError, Span
 from nsspice.netlist import parse_text
 from nsspice.netlist.deck import Source
+from nsspice.netlist.findings import Findings
 from nsspice.problems.descriptor import Waveform
 
 INF = math.inf
