@@ -18,6 +18,7 @@ from ...circuit import Circuit, build
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import TranCard
 from ...solvers.compiled import compiled
+from .graph import Graph
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,3 +87,7 @@ class Problem:
     def table(self, solution: Solution) -> Floats:
         """Return the signals at the rows, shape (rows, signals)."""
         return np.column_stack([solution[name] for name in self.signals])
+
+    def graph(self, solution: Solution) -> Graph:
+        """Return the signals at the rows, with both sides of jumps."""
+        return Graph.of(solution, self.signals)

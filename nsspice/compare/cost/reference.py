@@ -9,14 +9,13 @@ import numpy as np
 from ...analyses.settings import Settings
 from ...analyses.solution import Floats
 from ...errors import Diagnostic, NumericalError, UsageError
+from .graph import Graph
 from .problem import Problem
 
 #: tolerances of the controlled runs that stand behind a reference; the last is the finest
 _TIGHT = (1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
 #: a finer run is not begun if it would take longer than this [s]
 _PATIENCE = 6.0
-#: what varies less than this share of its size is constant up to rounding
-_CONSTANT = 1e-12
 #: below this share of the range nothing is claimed: rounding of the signals
 _ROUNDING = 1e-15
 
@@ -27,7 +26,7 @@ class Reference:
 
     Parameters
     ----------
-    values : ndarray, shape (rows, signals)
+    graph : Graph
     span : ndarray, shape (signals,)
         Range of each signal; its magnitude if it is constant.
     error : float
@@ -36,7 +35,7 @@ class Reference:
         How it was made, one sentence.
     """
 
-    values: Floats
+    graph: Graph
     span: Floats
     error: float
     how: str
@@ -44,12 +43,11 @@ class Reference:
     def distance(self, table: Floats) -> tuple[float, float]:
         """Return the largest and the mean distance of a table, as shares of the ranges.
 
-        Both are those of the worst signal.
+        Both are those of the worst signal.  At a jump each value between its sides is right.
         """
-        if table.shape != self.values.shape:
+        if table.shape != self.graph.low.shape:
             return float("nan"), float("nan")
-        d = np.abs(table - self.values) / self.span
-        d = np.where(np.isfinite(d), d, np.inf)
+        d = self.graph.gap(Graph.of_table(table)) / self.span
         return float(np.max(d, initial=0.0)), float(np.max(np.mean(d, axis=0), initial=0.0))
 
 
@@ -67,7 +65,7 @@ def make_reference(problem: Problem) -> Reference:
     exact = _modewise(problem)
     finest, before, tolerance, other = _controlled(problem, exact)
     if exact is not None:
-        span = _span(exact)
+        span = exact.span
         if finest is None:
             return Reference(
                 exact, span, float("nan"), "by the exact mode-wise engine; nothing to check it with"
@@ -86,7 +84,7 @@ def make_reference(problem: Problem) -> Reference:
                 hint="see what nsspice run says of this deck",
             )
         )
-    span = _span(finest)
+    span = finest.span
     how = (
         f"by sdirk of order 4 with reltol {tolerance:g}; its error is estimated by the distance "
         f"from the same with {other}"
@@ -94,19 +92,19 @@ def make_reference(problem: Problem) -> Reference:
     return Reference(finest, span, max(_apart(finest, before, span), _ROUNDING), how)
 
 
-def _modewise(problem: Problem) -> Floats | None:
+def _modewise(problem: Problem) -> Graph | None:
     try:
-        return problem.table(problem.run(Settings("modewise"))[0])
+        return problem.graph(problem.run(Settings("modewise"))[0])
     except (UsageError, NumericalError):
         return None
 
 
 def _controlled(
-    problem: Problem, exact: Floats | None
-) -> tuple[Floats | None, Floats | None, float, str]:
+    problem: Problem, exact: Graph | None
+) -> tuple[Graph | None, Graph | None, float, str]:
     """Return the finest result that patience allows, one to compare it with, and the difference."""
-    finest: Floats | None = None
-    before: Floats | None = None
+    finest: Graph | None = None
+    before: Graph | None = None
     other = "a tenfold tolerance"
     reached, last, steps = float("nan"), float("inf"), 0
     for tolerance in _TIGHT:
@@ -114,41 +112,33 @@ def _controlled(
             solution, spent = problem.run(Settings("sdirk", reltol=tolerance))
         except (NumericalError, UsageError):
             break
-        table = problem.table(solution)
+        found = problem.graph(solution)
         if steps == (steps := solution.stats["steps"]):
             # its longest step rules: the same run once more tells nothing
-            finest, before, reached = table, _coarser(problem, tolerance), tolerance
+            finest, before, reached = found, _coarser(problem, tolerance), tolerance
             other = "a longest step twice as long"
             break
-        gap = np.inf if finest is None else _apart(table, finest, _span(table))
+        gap = np.inf if finest is None else _apart(found, finest, found.span)
         if gap > last:
             break  # rounding has taken over: the run before was the best
         last = gap
-        finest, before, reached = table, finest, tolerance
+        finest, before, reached = found, finest, tolerance
         # fourth order: a tenth of the tolerance takes 1.8 times the steps, near rounding more
         if 4.0 * spent > _PATIENCE:
             break
-        if exact is not None and _apart(exact, finest, _span(exact)) < 1e-13:
+        if exact is not None and _apart(exact, finest, exact.span) < 1e-13:
             break
     return finest, before, reached, other
 
 
-def _coarser(problem: Problem, tolerance: float) -> Floats | None:
+def _coarser(problem: Problem, tolerance: float) -> Graph | None:
     """Return a controlled run whose longest step is twice the usual one."""
     longest = 2.0 * problem.analysis.longest_step(timed=problem.timed)
     try:
-        return problem.table(problem.run(Settings("sdirk", step=longest, reltol=tolerance))[0])
+        return problem.graph(problem.run(Settings("sdirk", step=longest, reltol=tolerance))[0])
     except (NumericalError, UsageError):
         return None
 
 
-def _span(table: Floats) -> Floats:
-    low, high = table.min(axis=0), table.max(axis=0)
-    size = np.maximum(np.abs(low), np.abs(high))
-    span = np.where(high - low > _CONSTANT * size, high - low, size)
-    out: Floats = np.where(span > 0.0, span, 1.0)
-    return out
-
-
-def _apart(a: Floats, b: Floats, span: Floats) -> float:
-    return float(np.max(np.abs(a - b) / span, initial=0.0))
+def _apart(a: Graph, b: Graph, span: Floats) -> float:
+    return float(np.max(a.gap(b) / span, initial=0.0))

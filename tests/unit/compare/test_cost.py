@@ -10,8 +10,10 @@ import pytest
 from click.testing import CliRunner
 
 import nsspice
+from nsspice.analyses.settings import Settings
 from nsspice.cli.app import app
 from nsspice.compare.cost import CostReport, Measurement, make_reference, ngspice_ladders
+from nsspice.compare.cost.graph import Graph
 from nsspice.compare.cost.problem import Problem
 from nsspice.compare.cost.reference import Reference
 from nsspice.compare.cost.report import price
@@ -44,7 +46,7 @@ def test_reference_is_as_sure_as_it_says():
     assert problem.signals == ["v(b)"]
     reference = make_reference(problem)
     true = exact_rc(problem.analysis.rows())
-    error = np.abs(reference.values[:, 0] - true).max() / np.ptp(true)
+    error = np.abs(reference.graph.low[:, 0] - true).max() / np.ptp(true)
     assert "mode-wise" in reference.how
     assert error <= max(reference.error, 1e-13)
     assert reference.error < 1e-10
@@ -56,12 +58,40 @@ def test_reference_without_the_exact_engine():
     assert 0.0 < reference.error < 1e-6
 
 
+JUMP = """1 uF at 10 V meets an empty 1 uF at 1 ms
+C1 a 0 1u IC=10
+R1 a 0 1k
+V1 g 0 PULSE(0 1 1m 0 0 1 2)
+S1 a b g 0 SW
+C2 b 0 1u IC=0
+.model SW SW(VT=0.5 VH=0)
+.tran 0.1m 2m uic
+"""
+
+
+@pytest.mark.parametrize("settings", [Settings("modewise"), Settings("sdirk", reltol=1e-8)])
+def test_both_sides_of_a_jump_at_a_row_are_right(settings):
+    problem = Problem.of(nsspice.read(JUMP), ["v(a)"])
+    graph = problem.graph(problem.run(settings)[0])
+    before = 10.0 * math.exp(-1.0)
+    assert graph.low[10, 0] == pytest.approx(before / 2.0, rel=1e-7)
+    assert graph.high[10, 0] == pytest.approx(before, rel=1e-7)
+    assert np.flatnonzero(graph.high > graph.low).tolist() == [10]
+    reference = make_reference(problem)
+    table = reference.graph.high.copy()
+    assert reference.distance(table) == (0.0, 0.0)
+    table[10] += 1.0
+    largest, mean = reference.distance(table)
+    assert largest == pytest.approx(1.0 / np.ptp(graph.high), rel=1e-7)
+    assert mean == pytest.approx(largest / table.shape[0])
+
+
 def test_a_reference_whose_longest_step_rules_is_compared_with_another_one():
     # steps of a nanosecond: every tolerance takes the same ones, and finds the same again
     text = SMOOTH.replace("50u 1m", "5n 1u")
     reference = make_reference(Problem.of(nsspice.read(text)))
     finer = make_reference(Problem.of(nsspice.read(text.replace("5n 1u", "5n 1u 0 1n"))))
-    error, _ = reference.distance(finer.values)
+    error, _ = reference.distance(finer.graph.low)
     assert 0.0 < error <= reference.error
 
 
@@ -101,7 +131,7 @@ def made(method: str, error: float, seconds: float, order: float = math.nan) -> 
 
 
 def test_cheapest_way_is_measured_or_extrapolated_by_the_order():
-    reference = Reference(np.zeros((2, 1)), np.ones(1), 1e-12, "by hand")
+    reference = Reference(Graph.of_table(np.zeros((2, 1))), np.ones(1), 1e-12, "by hand")
     rows = [
         made("slow", 1e-3, 1.0),
         made("slow", 1e-4, 10.0, 1.0),
