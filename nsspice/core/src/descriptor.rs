@@ -61,6 +61,29 @@ impl Linear {
 /// Rows of the storage matrix that sum to this part of their terms sum to zero.
 const ROUNDING: f64 = 1e-12;
 
+/// Groups of laws in whose sum nothing is stored, neither by `e` nor by functions (`q`): laws without
+/// storage one by one, and those of nodes that charges tie to each other alone.
+pub fn sums_that_store_nothing(e: &Csc, q: &Csc) -> Vec<Vec<usize>> {
+    let n = e.nrows;
+    let mut together = UnionFind::new(n);
+    let columns = || [e, q].into_iter().flat_map(|m| (0..m.ncols).map(move |c| m.col(c)));
+    for (rows, _) in columns() {
+        rows.windows(2).for_each(|pair| _ = together.join(pair[0], pair[1]));
+    }
+    let mut stores = vec![false; n];
+    for (rows, values) in columns() {
+        let (sum, size) =
+            values.iter().fold((0.0, 0.0), |(sum, size), v| (sum + v, size + v.abs()));
+        if f64::abs(sum) > ROUNDING * size {
+            stores[together.root(rows[0])] = true;
+        }
+    }
+    let mut groups = vec![Vec::new(); n];
+    (0..n).for_each(|row| groups[together.root(row)].push(row));
+    groups.retain(|group| group.first().is_some_and(|&row| !stores[together.root(row)]));
+    groups
+}
+
 /// Unknowns that store together: groups on whose common value nothing that is stored depends (the
 /// potential of capacitors without a connection to ground), and the others.
 pub fn stored_groups(e: &Csc) -> [Vec<Vec<usize>>; 2] {

@@ -231,8 +231,8 @@ impl Stepper {
         f
     }
 
-    /// How far a state is from obeying the laws in which nothing is stored, as a part of their terms;
-    /// nothing where all laws are linear.
+    /// How far a state is from obeying the laws, and sums of laws, in which nothing is stored, as a part of
+    /// their terms; nothing where all laws are linear.
     pub(super) fn missed_by(&mut self, z: &[f64], l: &[f64]) -> f64 {
         let f = self.functions_at(z);
         let (Some(smooth), linear) = (&self.smooth, &self.sys.linear) else { return 0.0 };
@@ -243,9 +243,11 @@ impl Stepper {
             matrix.abs_mul_add(x, &mut sizes);
         }
         smooth.newton.add_flowing(&f, &mut missed, &mut sizes);
-        let laws = missed.iter().zip(&sizes).zip(smooth.newton.laws_that_store());
-        let laws = laws.filter(|((_, &size), &stores)| !stores && size > 0.0);
-        laws.fold(0.0, |worst, ((missed, size), _)| f64::max(worst, missed.abs() / size))
+        let sum = |list: &[f64], rows: &[usize]| rows.iter().map(|&row| list[row]).sum::<f64>();
+        let sums = smooth.newton.sums_that_store_nothing().iter();
+        let sums = sums.map(|rows| (sum(&missed, rows), sum(&sizes, rows)));
+        sums.filter(|(_, size)| *size > 0.0)
+            .fold(0.0, |worst, (missed, size)| f64::max(worst, missed.abs() / size))
     }
 
     /// Adds the stored functions of the state `z` to the right-hand side.

@@ -1,5 +1,6 @@
 //! The system as arrays: one pattern for the Jacobians of all modes, points and step lengths.
 
+use crate::descriptor::sums_that_store_nothing;
 use crate::floating::Floating;
 use crate::linear::ordering;
 use crate::sparse::{Csc, Ordering};
@@ -80,8 +81,8 @@ pub struct Equations {
     pub(super) reference: Vec<f64>,
     /// scaling by which usual conductances and resistances become about one
     pub(super) unit: Vec<f64>,
-    /// rows in which something is stored
-    pub(super) stores: Vec<bool>,
+    /// laws in whose sum nothing is stored
+    pub(super) unstored: Vec<Vec<usize>>,
     /// one for rows of unknowns, zero for slacks, in fours
     pub(super) laws: Vec<[f64; FOUR]>,
     /// one for current rows in which nothing is stored, in fours
@@ -226,7 +227,7 @@ impl Equations {
                 .collect(),
             laws: mask(&|row| row < n),
             currents: mask(&|row| row < n && row_kind[row] == 0 && !stores[row]),
-            stores,
+            unstored: sums_that_store_nothing(e, &smooth.q),
             reach,
             nodes: (0..n as u32).filter(|&i| row_kind[i as usize] == 0).collect(),
             branches: (0..n as u32).filter(|&i| row_kind[i as usize] != 0).collect(),

@@ -21,9 +21,9 @@ impl Newton {
         }
     }
 
-    /// Of each law, whether something is stored in it.
-    pub fn laws_that_store(&self) -> &[bool] {
-        &self.eq.stores
+    /// Groups of laws in whose sum nothing is stored; most are one law.
+    pub fn sums_that_store_nothing(&self) -> &[Vec<usize>] {
+        &self.eq.unstored
     }
 
     /// The next solve is an implicit step from the unknowns `z`: adds the charges and fluxes that they
