@@ -27,6 +27,11 @@ const RELAX_STEPS: usize = 300;
 const PULL: [f64; 3] = [1.0, 1e-13, 1e6];
 const PROXIMAL_STEPS: usize = 400;
 
+/// Progress along the path on which a point is freed of its residual: first, least, and the factors
+/// after a point that was found and one that was not.
+const UNLOAD: [f64; 4] = [0.1, 1e-10, 2.0, 0.25];
+const UNLOAD_STEPS: usize = 400;
+
 /// A first solution, from nothing.
 pub(super) fn first(newton: &mut Newton) -> Option<Judgement> {
     let size = newton.eq.size();
@@ -56,7 +61,10 @@ pub(super) fn follow(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
         return Some(found);
     }
     newton.state.stage = 3;
-    relax(newton, begin).or_else(|| hold_back(newton, begin)).or_else(|| sharpen(newton, begin))
+    relax(newton, begin)
+        .or_else(|| hold_back(newton, begin))
+        .or_else(|| sharpen(newton, begin))
+        .or_else(|| unload(newton, begin))
 }
 
 /// From a point at which some functions have no value (a pole, the edge of a domain): where the
@@ -230,4 +238,49 @@ fn hold_back(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
         mu = (mu * 0.3).max(PULL[1]);
     }
     None
+}
+
+/// Newton's homotopy: the point solves the equations with its own residual as a load, which is taken off
+/// step by step (E. L. Allgower, K. Georg, Introduction to Numerical Continuation Methods, SIAM 2003,
+/// section 11.4).  Amplifiers of high gain in a loop of feedback without storage leave no other way: each
+/// linearisation in saturation is blind to the volt or two in which they amplify, and in the artificial
+/// time of the other ways they oscillate.
+fn unload(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
+    let (right, nearest) = (newton.state.right.clone(), newton.state.nearest);
+    newton.state.x.copy_from_slice(begin);
+    newton.evaluate_at_x(Linearisation::Exact, None);
+    let load = newton.state.balance.defect[..newton.eq.n].to_vec();
+    if !load.iter().all(|v| v.is_finite()) {
+        return None;
+    }
+    let (mut x, mut points) = (begin.to_vec(), newton.tape.points().to_vec());
+    let [mut step, least, more, less] = UNLOAD;
+    let mut off = 0.0;
+    let mut found = None;
+    for _ in 0..UNLOAD_STEPS {
+        let next = f64::min(1.0, off + step);
+        for ((r, full), load) in newton.state.right.iter_mut().zip(&right).zip(&load) {
+            *r = full - (1.0 - next) * load;
+        }
+        match newton.run(POINT, None) {
+            Some(end) if next == 1.0 => {
+                found = Some(end);
+                break;
+            }
+            Some(_) => {
+                (off, step) = (next, more * step);
+                x.copy_from_slice(&newton.state.x);
+                points.copy_from_slice(newton.tape.points());
+            }
+            None if less * step < least => break,
+            None => {
+                step *= less;
+                newton.state.x.copy_from_slice(&x);
+                newton.tape.set_points(&points);
+            }
+        }
+    }
+    newton.state.right.copy_from_slice(&right);
+    newton.state.nearest = nearest;
+    found
 }

@@ -9,7 +9,8 @@ use std::collections::BTreeMap;
 
 /// Conductances below this part of the usual one do not count in the scaling.
 const NOTHING: f64 = 1e-18;
-/// Largest scaled entry with which open columns are told from small ones.
+/// Largest scaled entry with which open columns are told from small ones; a column whose entries are below
+/// its inverse looks open, too, if it was scaled while a junction conducted far more.
 const BADLY_SCALED: f64 = 1e6;
 
 /// Lists, one after the other.
@@ -248,30 +249,33 @@ impl Assembly {
         self.try_factorise(eq, active, 0.0)
     }
 
-    /// Computes the scaled Jacobian, the columns that have changed and the largest entry.
-    fn fill(&mut self) -> f64 {
-        let mut largest = 0.0f64;
+    /// Computes the scaled Jacobian, the columns that have changed, the largest entry and the largest of
+    /// that column in which it is least.
+    fn fill(&mut self) -> [f64; 2] {
+        let [mut largest, mut least] = [0.0f64, f64::INFINITY];
         let Assembly { jacobian, values, weight, dirty, .. } = self;
         dirty.clear();
         for c in 0..jacobian.ncols {
             let range = jacobian.colptr[c]..jacobian.colptr[c + 1];
             let new = values[range.clone()].iter().zip(&weight[range.clone()]);
-            let mut changed = false;
+            let (mut changed, mut size) = (false, 0.0f64);
             for (j, (v, w)) in jacobian.values[range].iter_mut().zip(new) {
                 let value = v * w;
                 changed |= *j != value;
                 *j = value;
-                largest = largest.max(value.abs());
+                size = size.max(value.abs());
             }
+            (largest, least) = (largest.max(size), least.min(size));
             if changed {
                 dirty.push(c);
             }
         }
-        largest
+        [largest, least]
     }
 
     fn try_factorise(&mut self, eq: &Equations, active: &[bool], hold: f64) -> bool {
-        if self.fill() > BADLY_SCALED && hold > 0.0 {
+        let [largest, least] = self.fill();
+        if hold > 0.0 && (largest > BADLY_SCALED || BADLY_SCALED * least < 1.0) {
             self.rescale(eq);
             self.fill();
         }
