@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from ..solvers.stepper import UnsolvedStep
 from .cards import Tran
@@ -13,7 +12,7 @@ from .curve import Floats
 from .failure import named_failure
 from .interrupts import Interrupts
 from .island_runner import IslandRunner, Stopped
-from .merge import Merger
+from .merge import Merger, align
 from .recorder import Recorder
 from .rows import Outlet, Progress
 from .solution import FinePoints
@@ -72,51 +71,54 @@ def advance_points(
 def with_sides(
     rows_of: Sequence[Sequence[Floats]], widths: Sequence[int], recorder: Recorder, table: Floats
 ) -> FinePoints | None:
-    """Return the rows of a solution with both sides of all jumps put in; None without jumps.
+    """Return the rows with all points that were kept beside them, None if there are none.
 
-    A signal of an island that does not jump at an instant, or of several islands, is interpolated
-    there.
+    An instant that stands twice among the points of an island is a jump: before and after.  Signals
+    of several islands are interpolated between the rows.
 
     Parameters
     ----------
     rows_of : sequence of sequences of ndarray
-        Of each island: blocks of rows around jumps, before, after, before, after ...
+        Of each island: blocks of points, in the order of time.
     widths : sequence of int
         Number of columns that each island records.
     recorder : Recorder
     table : ndarray, shape (k, 1 + number of signals)
         The rows: time, then the signals.
     """
-    sides = {k: np.concatenate(blocks) for k, blocks in enumerate(rows_of) if blocks}
-    if table.shape[0] < 2 or not sides:
+    points = {k: np.concatenate(blocks) for k, blocks in enumerate(rows_of) if blocks}
+    if table.shape[0] < 2 or not points:
         return None
-    time = table[:, 0]
-    sides = {k: rows[_between(rows[:, 0], time)] for k, rows in sides.items()}
-    # numpy's functions for sets would do, but they load its masked arrays, which takes longer
-    instants = np.sort(np.concatenate([rows[:, 0] for rows in sides.values()]))
-    instants = instants[np.diff(instants, prepend=-np.inf) > 0.0]
-    before = np.column_stack([instants, *(np.interp(instants, time, y) for y in table.T[1:])])
-    after = before.copy()
-    homes = recorder.homes()
-    starts = np.cumsum([0, *widths])
-    for k, rows in sides.items():
-        wide = np.zeros((rows.shape[0], int(starts[-1])))
-        wide[:, starts[k] : starts[k + 1]] = rows[:, 1:]
-        values = recorder.signals(wide)
-        places = np.searchsorted(instants, rows[::2, 0])
-        for column in np.flatnonzero(homes == k):
-            before[places, 1 + column] = values[::2, column]
-            after[places, 1 + column] = values[1::2, column]
-    # a row at an instant is the one after the jump
-    after = after[time[np.searchsorted(time, instants)] != instants]
-    everything = np.concatenate([before, table, after])
-    turn = np.repeat([0, 1, 2], [before.shape[0], table.shape[0], after.shape[0]])
-    everything = everything[np.lexsort((turn, everything[:, 0]))]
+    homes, starts = recorder.homes(), np.cumsum([0, *widths])
+    parts, places = [], []
+    for home in sorted(set(homes.tolist())):
+        columns = np.flatnonzero(homes == home)
+        part = table[:, np.append(0, 1 + columns)]
+        if home in points:
+            wide = np.zeros((points[home].shape[0], int(starts[-1])))
+            wide[:, starts[home] : starts[home + 1]] = points[home][:, 1:]
+            values = recorder.signals(wide)[:, columns]
+            part = _put_in(np.column_stack([points[home][:, 0], values]), part)
+        parts.append(part)
+        places.append(columns)
+    together = align(parts)
+    order = np.concatenate(places).tolist()
     names = recorder.names
-    return FinePoints(everything[:, 0], {n: everything[:, 1 + j] for j, n in enumerate(names)})
+    return FinePoints(together[:, 0], {names[n]: together[:, 1 + j] for j, n in enumerate(order)})
 
 
-def _between(instants: Floats, time: Floats) -> npt.NDArray[np.bool_]:
-    """Return which instants lie within the rows."""
-    inside: npt.NDArray[np.bool_] = (instants >= time[0]) & (instants <= time[-1])
-    return inside
+def _put_in(points: Floats, rows: Floats) -> Floats:
+    """Return rows and points in the order of time; a row at a jump is the side after it."""
+    time, at = rows[:, 0], points[:, 0]
+    points = points[(at >= time[0]) & (at <= time[-1])]
+    at = points[:, 0]
+    # numpy's functions for sets would do, but they load its masked arrays, which takes longer
+    first = np.diff(at, prepend=-np.inf) > 0.0
+    last = np.diff(at, append=np.inf) > 0.0
+    has_row = time[np.searchsorted(time, at)] == at
+    before = points[first & ~(last & has_row)]
+    after = points[last & ~first & ~has_row]
+    everything = np.concatenate([before, rows, after])
+    turn = np.repeat([0, 1, 2], [before.shape[0], rows.shape[0], after.shape[0]])
+    ordered: Floats = everything[np.lexsort((turn, everything[:, 0]))]
+    return ordered

@@ -33,6 +33,7 @@ _SHORT = 1e-9  # of the run
 _NEVER = 1 << 62
 _MENDED = 10.0  # times reltol: what errors of steps move when a mode ties stores to each other
 _POINTS = 1 << 16  # points of a static island planned at once
+_STATIC_POINTS = 1000.0  # that measures see of one, at least
 
 
 class IslandRunner:
@@ -50,6 +51,7 @@ class IslandRunner:
         values: Mapping[str, float] | None,
         *,
         sides: bool = False,
+        between: bool = False,
         all_points: bool = False,
     ) -> None:
         self.circuit, self.number, self.island = circuit, number, island
@@ -63,8 +65,9 @@ class IslandRunner:
         self.charges: tuple[Floats, float] | None = None
         self._planned = 0
         self._wait = _WAIT // len(circuit.islands)
-        #: rows on both sides of jumps, if they are wanted
+        #: rows on both sides of jumps, if they are wanted, and points between the rows
         self.sides: list[Floats] | None = [] if sides else None
+        self.between = sides and between
         self.judge: Judge | None = None
         self.all_points = all_points
         self.method, self.note = "point by point", ""
@@ -108,7 +111,7 @@ class IslandRunner:
         if isinstance(stepper, ModewiseStepper):
             # whether there are several solutions is a question of short steps here
             self.examiner = Examiner(self.mna, step=_SHORT * self.analysis.stop, timed=True)
-            stepper.watch(self.sides is not None)
+            stepper.watch(self.sides is not None, self.between)
             self.examiner.auditor.accompany(stepper)
             return
         distance = self.step or self.analysis.row_distance
@@ -118,7 +121,7 @@ class IslandRunner:
             every = _NEVER  # it chooses itself; jumps and single implicit steps are left
         self.examiner = Examiner(self.mna, stepper.H, stepper.Hs, step=self.step, timed=True)
         self.judge = Judge(self.mna, system) if self.step is None and Judge.wanted(system) else None
-        stepper.watch(every, window, self.sides is not None)
+        stepper.watch(every, window, self.sides is not None, self.between)
         self.examiner.auditor.accompany(stepper)
 
     def start(self) -> None:
@@ -130,6 +133,8 @@ class IslandRunner:
             self._plan_more()
         else:
             step = self.step or analysis.solver_step(self.settings.step)
+            if self.step is None and self.between:
+                step = min(step, analysis.stop / _STATIC_POINTS)
             self.stepper.plan(0.0, analysis.stop, step, analysis.start, rows)
         if self.all_points:
             self.stepper.show_all_points(analysis.start)
@@ -141,7 +146,7 @@ class IslandRunner:
     @property
     def _by_points(self) -> bool:
         """True for a static island that is solved at the rows alone."""
-        if self.step is not None or self.all_points:
+        if self.step is not None or self.all_points or self.between:
             return False
         return self.sides is None or not any(map(jumps, self.mna.system.waveforms))
 

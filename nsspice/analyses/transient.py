@@ -161,6 +161,7 @@ def run_tran(
     columns = select(circuit, signals)
     names = columns + [n for n in select(circuit, extra) if n not in columns] if extra else columns
     recorder = Recorder(circuit, names)
+    measured = any(card.analysis == "tran" for card in circuit.deck.measures)
     runners = [
         IslandRunner(
             circuit,
@@ -172,6 +173,7 @@ def run_tran(
             temperature,
             values,
             sides=keep and not all_points,
+            between=measured,
             all_points=all_points,
         )
         for k, island in enumerate(circuit.islands)

@@ -190,16 +190,18 @@ class ModewiseStepper(Stepper):
         )
         return UnsolvedStep(failure["time"], failure["residual"], certificate)
 
-    def watch(self, sides: bool) -> None:
+    def watch(self, sides: bool, between: bool = False) -> None:
         """Leave points for those who check the run; call it before the start.
 
         Parameters
         ----------
         sides : bool
             Keep rows on both sides of jumps too, for :meth:`take_sides`.
+        between : bool
+            And points between the rows, so that lines through all of them follow the outputs.
         """
         self._core.watch(True)
-        self._core.keep_sides(sides)
+        self._core.keep_sides(sides, between)
 
     def take_stretches(self) -> _core.Stretches:
         """Return the stretches of segments recorded since the last call."""

@@ -233,7 +233,9 @@ class MoreauStepper(Stepper):
         """
         return self._core.plan_grid(start, stop, step, out_start, out_step)
 
-    def watch(self, every: int, window: int = 8, sides: bool = False) -> None:
+    def watch(
+        self, every: int, window: int = 8, sides: bool = False, between: bool = False
+    ) -> None:
         """Choose what is left for those who check the run; call it before the start.
 
         Parameters
@@ -244,8 +246,10 @@ class MoreauStepper(Stepper):
             Steps recorded from each change of mode, that change included.
         sides : bool
             Keep rows on both sides of jumps, for :meth:`take_sides`.
+        between : bool
+            And points between the rows: those of the steps, and some inside of steps of high order.
         """
-        self._core.watch(every, window, sides)
+        self._core.watch(every, window, sides, between)
 
     def take_records(self) -> _core.Records:
         """Return the steps recorded since the last call."""

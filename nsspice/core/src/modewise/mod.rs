@@ -12,6 +12,7 @@
 
 mod align;
 mod apart;
+mod between;
 mod block;
 pub mod bundle;
 mod cluster;

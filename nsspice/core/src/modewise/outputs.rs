@@ -198,6 +198,14 @@ impl RowClock {
         self.step
     }
 
+    /// The times of the rows strictly between two instants.
+    pub fn within(&self, begin: f64, end: f64) -> impl Iterator<Item = f64> + use<> {
+        let RowClock { start, step, count, .. } = *self;
+        let first = ((begin - start) / step).floor().max(-1.0) + 1.0;
+        let times = (first as u64..count).map(move |k| start + k as f64 * step);
+        times.skip_while(move |t| *t <= begin).take_while(move |t| *t < end)
+    }
+
     /// The next row's time, `None` after the last.
     #[inline]
     pub fn peek(&self) -> Option<f64> {

@@ -80,8 +80,15 @@ impl Engine {
         count
     }
 
+    /// Writes the outputs at one time since the start of the segment, behind the first column.
+    pub(super) fn write_inside(&mut self, time: f64, row: &mut [f64]) {
+        self.inside.times.clear();
+        self.inside.times.push(time);
+        self.inside.write(&self.path, row, row.len());
+    }
+
     /// Brings the outputs of the mode into the terms of the segment.
-    fn prepare_rows(&mut self) {
+    pub(super) fn prepare_rows(&mut self) {
         let Some((id, mode)) = &self.present else { return };
         let inside = &mut self.inside;
         if inside.ready {

@@ -452,6 +452,7 @@ impl Engine {
         self.path.state(&self.point, &mut self.x);
         self.path.inputs(&self.segment, &self.point, &mut self.v);
         self.tally_segment(id, &mode);
+        self.write_between();
         self.note_left();
         mode.leave_x.apply(&self.x, &mut self.a);
         mode.leave_v.apply_add(&self.v, &mut self.a);
@@ -530,6 +531,7 @@ impl Engine {
                 continue;
             }
             let Some(target) = self.rows.peek() else {
+                self.end_between();
                 return (rows, Progress::Done);
             };
             let result = match self.phase {
@@ -564,6 +566,9 @@ impl Engine {
             if self.brimful() || count.is_multiple_of(LOOK) && begin.elapsed() > budget {
                 break;
             }
+        }
+        if self.rows.peek().is_none() {
+            self.end_between();
         }
         (rows, Progress::More)
     }

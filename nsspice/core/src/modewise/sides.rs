@@ -8,6 +8,10 @@ use crate::sides::{Home, Sides};
 pub(super) struct Ends {
     /// rows on both sides of jumps, one after the other, where they are kept beside the table
     pub kept: Option<Vec<f64>>,
+    /// the ends of all segments are kept beside the table, and points in between
+    pub between: bool,
+    /// numbers of these points so far
+    pub written: usize,
     /// from here on the ends of all segments are rows of the table [s]
     pub all_from: f64,
     pub rows: Sides,
@@ -22,6 +26,8 @@ impl Default for Ends {
     fn default() -> Ends {
         Ends {
             kept: None,
+            between: false,
+            written: 0,
             all_from: f64::INFINITY,
             rows: Sides::default(),
             row: Vec::new(),
@@ -34,9 +40,10 @@ impl Default for Ends {
 }
 
 impl Engine {
-    /// Whether rows on both sides of jumps are kept.
-    pub fn keep_sides(&mut self, keep: bool) {
+    /// Whether rows on both sides of jumps are kept, and points between the rows.
+    pub fn keep_sides(&mut self, keep: bool, between: bool) {
         self.ends.kept = keep.then(Vec::new);
+        self.ends.between = keep && between;
     }
 
     /// Makes the end of every segment from a time on a row, and two where something jumps.
@@ -102,6 +109,7 @@ impl Engine {
         let ends = &mut self.ends;
         let home = match &mut ends.kept {
             _ if instant >= ends.all_from => Home::Table,
+            Some(kept) if ends.between => Home::Along(kept),
             Some(kept) => Home::Beside(kept),
             None => return,
         };

@@ -70,6 +70,17 @@ impl Point {
 }
 
 impl Term {
+    /// How fast it moves at most, and how fast it decays [1/s].
+    pub fn pace(&self) -> (f64, f64) {
+        match *self {
+            Term::One | Term::Time => (0.0, 0.0),
+            Term::Exp { rate } => (rate.abs(), -rate.re),
+            Term::Near { own, apart, size } => (size, -own.re.max(own.re + apart.re)),
+            Term::Ramp { own } => (own.abs(), -own.re),
+            Term::Numerical { rate } => (rate, 0.0),
+        }
+    }
+
     /// Value, derivative and size of the exponentials.
     #[inline]
     pub fn at(&self, t: f64) -> (Complex, Complex, f64) {

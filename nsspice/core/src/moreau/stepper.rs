@@ -525,6 +525,8 @@ impl Stepper {
             if target.row || target.time >= self.all_points {
                 self.write(target.label, &mut out[rows * columns..(rows + 1) * columns]);
                 rows += 1;
+            } else if self.witness.between && !self.two_sided {
+                self.note_side(target.time);
             }
             count += 1;
             let pause = count.is_multiple_of(LOOK) && begin.elapsed() > budget;
@@ -545,14 +547,18 @@ impl Stepper {
             out[..self.left.len()].copy_from_slice(&self.left);
             return 1;
         }
-        let start = self.witness.sides.len();
         self.witness.sides.extend_from_slice(&self.left);
-        self.witness.sides.extend_from_slice(&self.left);
-        let right = start + self.left.len();
-        let mut sides = std::mem::take(&mut self.witness.sides);
-        self.write(target.label, &mut sides[right..]);
-        self.witness.sides = sides;
+        self.note_side(target.label);
         0
+    }
+
+    /// Adds the present values to the side rows.
+    fn note_side(&mut self, label: f64) {
+        let start = self.witness.sides.len();
+        let mut sides = std::mem::take(&mut self.witness.sides);
+        sides.resize(start + self.columns(), 0.0);
+        self.write(label, &mut sides[start..]);
+        self.witness.sides = sides;
     }
 
     /// Notes which pairs have changed since the last time.

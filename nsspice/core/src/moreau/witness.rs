@@ -80,6 +80,8 @@ pub struct Witness {
     pub sides: Vec<f64>,
     /// rows of both sides are wanted
     pub keep_sides: bool,
+    /// so are those at the ends of all steps, and points in between
+    pub between: bool,
     /// steps seen
     pub seen: u64,
 }

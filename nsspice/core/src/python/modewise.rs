@@ -121,9 +121,9 @@ impl PyModewise {
         PyRecords { records: self.inner.take_records(), sizes: self.sizes }
     }
 
-    /// Whether rows on both sides of jumps are kept.
-    fn keep_sides(&mut self, keep: bool) {
-        self.inner.keep_sides(keep);
+    /// Whether rows on both sides of jumps are kept, and points between the rows.
+    fn keep_sides(&mut self, keep: bool, between: bool) {
+        self.inner.keep_sides(keep, between);
     }
 
     /// Makes the end of every segment from a time on a row, and two where something jumps.

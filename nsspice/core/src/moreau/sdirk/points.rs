@@ -25,13 +25,17 @@ impl PointRows {
     /// there, if there is one.
     pub fn note_right(&mut self, s: &mut Stepper, row: Option<f64>) {
         let all = s.time >= s.all_points;
-        if !all && !self.rows.open() {
+        if !all && !s.witness.between && !self.rows.open() {
             return;
         }
         let mut right = vec![0.0; s.columns()];
         s.write(s.time, &mut right);
         self.rows.left(&right); // nothing could jump here if there is no row before it
-        let home = if all { Home::Table } else { Home::Beside(&mut s.witness.sides) };
+        let home = match &mut s.witness.sides {
+            _ if all => Home::Table,
+            sides if s.witness.between => Home::Along(sides),
+            sides => Home::Beside(sides),
+        };
         self.rows.right(Some(&right), s.time, row, home);
     }
 

@@ -2,8 +2,12 @@
 
 use super::super::stepper::Stepper;
 use super::ladder::{Fit, Ladder};
+use super::run::Sdirk;
 use super::step::Trial;
 use super::tableau::Tableau;
+
+/// Pieces of a step that lines join.
+const PIECES: usize = 8;
 
 /// Where the rows inside a step come from.
 #[derive(Clone, Copy, Debug)]
@@ -83,6 +87,60 @@ impl Rows {
             // a multiple of the step may lie beyond the end by rounding
             k if k <= self.whole => (self.start + k as f64 * self.step).min(self.stop),
             _ => self.stop,
+        }
+    }
+}
+
+impl Sdirk {
+    /// A row of the table inside the accepted step.
+    pub(super) fn write_inside(&mut self, s: &mut Stepper, label: f64, row: &mut [f64]) {
+        self.write_at(s, label, row);
+        if s.witness.keep_sides {
+            self.points.see(row);
+        }
+        self.rows.next += 1;
+    }
+
+    /// Keeps points inside the accepted step beside the rows, for measures: a surge may come and go between
+    /// two of them, and of few steps lines do not tell what a polynomial of the fourth degree does.
+    pub(super) fn keep_pieces(&mut self, s: &mut Stepper, end: f64) {
+        let piece = (end - self.trial.start) / PIECES as f64;
+        if !s.witness.between || self.rows.step <= piece {
+            return;
+        }
+        let mut row = vec![0.0; s.columns()];
+        for k in 1..PIECES {
+            let label = self.trial.start + k as f64 * piece;
+            self.write_at(s, label, &mut row);
+            s.witness.sides.extend_from_slice(&row);
+        }
+    }
+
+    /// The outputs at a time inside the accepted step.
+    fn write_at(&mut self, s: &mut Stepper, label: f64, row: &mut [f64]) {
+        let theta = (label - self.trial.start) / self.trial.length;
+        let end = self.accepted.map_or(1.0, |a| a.theta);
+        let rows = (end - theta) * self.trial.length / self.rows.step;
+        let (trial, ladder, tableau) = (&mut self.trial, &mut self.ladder, self.tableau);
+        let tolerance = self.accuracy.relative;
+        let mut step = Inside { s, trial, ladder, tableau, end, rows, tolerance };
+        let origin = *self.origin.get_or_insert_with(|| {
+            if self.stored.plain(&mut step) {
+                Origin::Continuous
+            } else if self.between.serves(&mut step) {
+                Origin::Between
+            } else {
+                Origin::Laws
+            }
+        });
+        row[0] = label;
+        let outputs = &mut row[1..];
+        match origin {
+            Origin::Between => self.between.write(&mut step, theta, outputs),
+            Origin::Continuous => step.continuous(theta, outputs),
+            Origin::Laws => {
+                step.by_laws(theta, outputs);
+            }
         }
     }
 }

@@ -9,7 +9,7 @@ use super::ladder::{Ladder, RUNGS, SMALL};
 use super::locate::Locator;
 use super::pass::{Passage, Patience, NOTICED};
 use super::points::PointRows;
-use super::rows::{Inside, Origin, Rows};
+use super::rows::{Origin, Rows};
 use super::step::Trial;
 use super::stored::StoredRows;
 use super::witness::{no_length, sum_up, Witness};
@@ -102,7 +102,7 @@ pub struct Sdirk {
     pub(super) points: PointRows,
     pub(super) witness: Witness,
     /// where the rows of the present step come from, once that has been found out
-    origin: Option<Origin>,
+    pub(super) origin: Option<Origin>,
     pub(super) stored: StoredRows,
     pub(super) between: Between,
     /// whether steps over ends of modes are worth a trial
@@ -217,6 +217,7 @@ impl Sdirk {
                     rows += 1;
                     continue;
                 }
+                self.keep_pieces(s, accepted.time);
                 self.accepted = None;
                 self.finish(s, accepted);
                 self.show_point(s);
@@ -491,38 +492,6 @@ impl Sdirk {
         if whole || found.worst() <= ACCEPT {
             s.note(found);
         }
-    }
-
-    /// A row inside the accepted step.
-    fn write_inside(&mut self, s: &mut Stepper, label: f64, row: &mut [f64]) {
-        let theta = (label - self.trial.start) / self.trial.length;
-        let end = self.accepted.map_or(1.0, |a| a.theta);
-        let rows = (end - theta) * self.trial.length / self.rows.step;
-        let (trial, ladder, tableau) = (&mut self.trial, &mut self.ladder, self.tableau);
-        let tolerance = self.accuracy.relative;
-        let mut step = Inside { s, trial, ladder, tableau, end, rows, tolerance };
-        let origin = *self.origin.get_or_insert_with(|| {
-            if self.stored.plain(&mut step) {
-                Origin::Continuous
-            } else if self.between.serves(&mut step) {
-                Origin::Between
-            } else {
-                Origin::Laws
-            }
-        });
-        row[0] = label;
-        let outputs = &mut row[1..];
-        match origin {
-            Origin::Between => self.between.write(&mut step, theta, outputs),
-            Origin::Continuous => step.continuous(theta, outputs),
-            Origin::Laws => {
-                step.by_laws(theta, outputs);
-            }
-        }
-        if s.witness.keep_sides {
-            self.points.see(row);
-        }
-        self.rows.next += 1;
     }
 
     /// Moves the state to the end of the accepted step.

@@ -1,0 +1,108 @@
+"""Measures do not depend on where the rows fall: what comes and goes between two of them counts.
+
+Measures were taken from lines between the rows and both sides of jumps: a surge that lasts a
+thousandth of the distance of the rows became a triangle as wide as they, 50 times its charge.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import nsspice
+from nsspice.analyses.measure import evaluate_measures
+
+#: points are put in until lines are so near, relative to the values there
+FLAT = 1e-4
+#: the steps of sdirk are joined in eighths: so a line errs in the mean, per time constant squared
+EIGHTHS = 1.0 / 8.0**2 / 12.0
+
+
+def measures(text: str, method: str = "auto") -> dict[str, float]:
+    run = nsspice.tran(nsspice.read(text), method=method)
+    assert run.certificate is not None
+    assert run.certificate.passed
+    evaluate_measures(run, nsspice.read(text).deck.measures)
+    return run.measures
+
+
+SURGE = """1 uF from 12 V through a closing switch of 1 Ohm: 12 uC in a microsecond
+V1 a 0 12
+Vg g 0 PULSE(0 1 1m 0 0 5m 10m)
+S1 a b g 0 sw
+C1 b 0 1u
+.model sw SW(VT=0.5 RON=1 ROFF=1g)
+.tran 100u 3m uic
+.meas tran charge integ -i(v1)
+.meas tran energy integ -i(v1)*12
+.meas tran peak max -i(v1)
+"""
+
+
+@pytest.mark.parametrize(("method", "error"), [("modewise", FLAT), ("sdirk", 4.0 * EIGHTHS)])
+def test_the_charge_of_a_surge(method: str, error: float) -> None:
+    found = measures(SURGE, method)
+    leakage = 3e-3 * 12.0 / 1e9
+    assert found["charge"] == pytest.approx(12e-6, rel=error, abs=leakage)
+    assert found["energy"] == pytest.approx(144e-6, rel=error, abs=12.0 * leakage)
+    assert found["peak"] == pytest.approx(12.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(("method", "error"), [("modewise", FLAT), ("sdirk", 4.0 * EIGHTHS)])
+def test_a_level_that_is_crossed_between_two_rows(method: str, error: float) -> None:
+    found = measures(
+        "RC\nV1 a 0 3\nR1 a b 1k\nC1 b 0 0.2p ic=0.25\n.tran 10n 80n uic\n"
+        ".meas tran t when v(b)=1.5 rise=1\n.meas tran mean avg v(b) from=0 to=1n\n",
+        method,
+    )
+    tau = 200e-12
+    assert found["t"] == pytest.approx(tau * math.log(2.75 / 1.5), rel=10.0 * error)
+    mean = 3.0 - 2.75 * tau / 1e-9 * (1.0 - math.exp(-1e-9 / tau))
+    assert found["mean"] == pytest.approx(mean, rel=error)
+
+
+@pytest.mark.parametrize("load", ["", "C1 b 0 1p\n", "D1 b 0 dz\n.model dz D(IS=1e-30)\n"])
+def test_rows_that_fall_on_the_zeros_of_a_sine(load: str) -> None:
+    """Linear with and without storage, and smooth: what is seen is not what the rows hit."""
+    found = measures(
+        f"sine\nV1 a 0 SIN(0 0.2 50)\nR1 a b 1\n{load}.tran 10m 100m\n"
+        ".meas tran top max v(b)\n.meas tran eff rms v(b)\n.meas tran t when v(b)=0.1 rise=1\n"
+    )
+    assert found["top"] == pytest.approx(0.2, rel=1e-3)
+    assert found["eff"] == pytest.approx(0.2 / math.sqrt(2.0), rel=1e-3)
+    assert found["t"] == pytest.approx(math.asin(0.5) / (100.0 * math.pi), rel=1e-3)
+
+
+@pytest.mark.parametrize("method", ["modewise", "sdirk"])
+def test_a_corner_between_two_rows(method: str) -> None:
+    """A coil runs empty through its diode, 0.31 of a row after it was switched off."""
+    found = measures(
+        "coil\nV1 a 0 10\nS1 a b g 0 sw\nD1 0 b\nL1 b c 1m IC=0\nVc c 0 5\n"
+        "Vg g 0 PULSE(0 1 0 0 0 1m 1)\n.model sw SW(VT=0.5)\n.tran 0.9m 4.5m uic\n"
+        ".meas tran charge integ i(l1)\n.meas tran top max i(l1)\n",
+        method,
+    )
+    assert found["top"] == pytest.approx(5.0, rel=1e-9)
+    # up to 5 A in 1 ms, down to 0 in 1 ms
+    assert found["charge"] == pytest.approx(5e-3, rel=1e-9)
+
+
+def test_parts_that_know_nothing_of_each_other() -> None:
+    """A surge in one, a slow discharge in the other: each keeps its own points."""
+    found = measures(
+        SURGE.replace(".tran", "C9 z 0 1m IC=2\nR9 z 0 10\n.tran")
+        + ".meas tran slow integ v(z)/10\n.meas tran both integ v(z)+v(b)\n"
+    )
+    assert found["charge"] == pytest.approx(12e-6, rel=FLAT, abs=1e-10)
+    slow = 2e-3 * (1.0 - math.exp(-0.3))
+    assert found["slow"] == pytest.approx(slow, rel=FLAT)
+    assert found["both"] == pytest.approx(10.0 * slow + 12.0 * (2e-3 - 1e-6), rel=FLAT)
+
+
+def test_the_rows_themselves_stay_as_they_are() -> None:
+    plain = nsspice.tran(nsspice.read(SURGE.split(".meas")[0]))
+    measured = nsspice.tran(nsspice.read(SURGE))
+    assert np.array_equal(plain.axis, measured.axis)
+    assert all(np.array_equal(plain[name], measured[name]) for name in plain.columns)
