@@ -113,7 +113,7 @@ class _Binder:
         if word in _NO_AC:
             hint = "only .op, .dc and .tran are computed"
         message = f"parameter {word[:60]} is not defined"
-        raise Unreadable("NS1021", message, _place(word, formula), hint)
+        raise Unreadable("NS1021", message, _place(word, formula), hint, word)
 
     def _call(
         self,

@@ -18,10 +18,19 @@ from .template import Formula, FunctionTemplate, InstanceTemplate, ModelTemplate
 
 
 @dataclass(slots=True)
-class Choice:
-    """Branches of an .if; the condition of .else is None."""
+class Branch:
+    """One branch of an .if, read when it is first taken; the condition of .else is None."""
 
-    branches: list[tuple[Formula | None, Body]]
+    condition: Formula | None
+    block: Block
+    body: Body | None = None
+
+
+@dataclass(slots=True)
+class Choice:
+    """The branches of an .if."""
+
+    branches: list[Branch]
 
 
 @dataclass(slots=True)
@@ -49,6 +58,16 @@ class Body:
     cards: list[tuple[str, Line]] = field(default_factory=list)
 
 
+#: a lone = in a condition, with a blank beside it that makes room for a second one
+_LONE_EQUAL = re.compile(r"(?<![=<>!])(?: =|= |=)(?!=)")
+
+
+def _equality(line: Line) -> Line:
+    """Return the line of a condition with ``==`` for ``=``, which cannot mean anything else."""
+    raw = _LONE_EQUAL.sub("==", line.raw)
+    return line if raw == line.raw else Line(raw, line.file, line.number, line.source, line.pieces)
+
+
 class BodyReader:
     """Turns blocks into bodies.
 
@@ -61,8 +80,6 @@ class BodyReader:
     def __init__(self, reader: Reader) -> None:
         self._reader = reader
         self._findings: Findings = reader.findings
-        #: words of lines that could not be read: names that may have been declared there
-        self.doubtful: set[str] = set()
 
     def read(self, block: Block) -> Body:
         """Read all lines of a block; what cannot be read is recorded and left out."""
@@ -83,13 +100,24 @@ class BodyReader:
                 else:
                     append(self._choice(entry))
             except Unreadable as found:
-                findings.error(found.code, found.message, found.span, found.hint)
-                if isinstance(entry, Line):
-                    self.doubtful.update(re.findall(r"[^\s(),={}]+", entry.text)[:100])
+                findings.record(found)
+                self.doubt(entry)
             except TooLarge:
                 place = entry.whole() if isinstance(entry, Line) else None
                 findings.error("NS1023", "the expressions of this line are too large", place)
         return body
+
+    def doubt(self, *entries: Line | Definition | Conditional) -> None:
+        """Note the names that entries with errors may have declared, so that none is missed."""
+        for entry in entries:
+            if isinstance(entry, Line):
+                words = re.findall(r"[^\s(),={}]+", entry.text)
+                self._findings.doubtful.update(words[:100])
+            elif isinstance(entry, Definition):
+                self.doubt(entry.header)
+            else:
+                for _, block in entry.branches:
+                    self.doubt(*block.entries)
 
     def _definition(self, body: Body, entry: Definition) -> None:
         """Declare a subcircuit."""
@@ -103,18 +131,19 @@ class BodyReader:
         body.subcircuits[header.name] = Subcircuit(header, entry.block)
 
     def _choice(self, entry: Conditional) -> Choice:
-        """Read conditions and branches."""
-        branches: list[tuple[Formula | None, Body]] = []
+        """Read the conditions."""
+        branches: list[Branch] = []
         for index, (line, block) in enumerate(entry.branches):
-            if index and branches[-1][0] is None:
+            if index and branches[-1].condition is None:
                 raise Unreadable("NS1044", "a branch after .else", line.whole(), "move .else last")
             found = re.match(r"\s*\.\w+\s*", line.text)
             start = found.end() if found else 0
             if card_of(line) == "else":
                 condition = None
             else:
+                line = _equality(line)
                 condition = as_formula(self._reader, line, start, len(line.raw.rstrip()))
-            branches.append((condition, self.read(block)))
+            branches.append(Branch(condition, block))
         return Choice(branches)
 
     def _card(self, body: Body, line: Line) -> None:

@@ -39,7 +39,7 @@ class Expander:
         self.places: dict[str, Span] = {}
         self.cards: list[tuple[str, Line, Scope]] = []
         #: names that elements with errors would have declared
-        self.doubtful = bodies.doubtful
+        self.doubtful = findings.doubtful
         self._findings = findings
         self._bodies = bodies
         self._instances = 0
@@ -56,13 +56,17 @@ class Expander:
             if not isinstance(item, Choice):
                 result.append(item)
                 continue
-            for condition, branch in item.branches:
+            for branch in item.branches:
                 try:
-                    if condition is None or scope.number(condition) != 0.0:
-                        result += self.choose(scope, branch)
+                    if branch.condition is None or scope.number(branch.condition) != 0.0:
+                        if branch.body is None:
+                            branch.body = self._bodies.read(branch.block)
+                        result += self.choose(scope, branch.body)
                         break
                 except Unreadable as found:
-                    self._record(found)
+                    self._findings.record(found)
+                    for other in item.branches:
+                        self._bodies.doubt(*other.block.entries)
                     break
         return result
 
@@ -80,12 +84,9 @@ class Expander:
                 else:
                     self._instance(scope, item, active)
             except Unreadable as found:
-                self._record(found)
+                self._findings.record(found)
                 self.doubtful.add(scope.prefix + item.name)
                 self.doubtful.update(scope.node(node) for node in item.nodes)
-
-    def _record(self, found: Unreadable) -> None:
-        self._findings.error(found.code, found.message, found.span, found.hint)
 
     def _claim(self, name: str, local: str, span: Span) -> None:
         """Register a full name; a second element of that name is an error."""
@@ -162,10 +163,10 @@ class Expander:
         if item.letter in "rcl":
             message = f"{item.name}: {item.model} is neither a value nor the name of a model"
             hint = suggest(item.model, [*scope.known("models"), *scope.known("params")])
-            return Unreadable("NS1060", message, item.model_span, hint)
+            return Unreadable("NS1060", message, item.model_span, hint, item.model)
         hint = suggest(item.model, scope.known("models")) or f"add .model {item.model} ..."
         return Unreadable("NS1060", f"{item.name}: there is no model {item.model}",
-                          item.model_span, hint)  # fmt: skip
+                          item.model_span, hint, item.model)  # fmt: skip
 
     @staticmethod
     def _source(scope: Scope, given: SourceTemplate) -> Source:
@@ -194,7 +195,7 @@ class Expander:
             hint = suggest(item.subcircuit, scope.known("subcircuits"))
             hint = hint or f"add .subckt {item.subcircuit} ... .ends, or .include its file"
             message = f"{item.name}: there is no subcircuit {item.subcircuit}"
-            raise Unreadable("NS1040", message, item.subcircuit_span, hint)
+            raise Unreadable("NS1040", message, item.subcircuit_span, hint, item.subcircuit)
         target, home = found
         header = target.header
         if target in active:
@@ -285,7 +286,7 @@ class Expander:
 
     def is_doubtful(self, name: str) -> bool:
         """Return whether a missing name is the fault of an error already reported."""
-        return name in self.doubtful or name.split(".")[0] in self.doubtful
+        return name in self.doubtful or any(part in self.doubtful for part in name.split("."))
 
     # -- checks of the whole -----------------------------------------------------------------
 

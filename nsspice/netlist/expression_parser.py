@@ -210,7 +210,7 @@ def unknown_function(function: str, known: list[str], where: Span | None) -> Unr
         message = f"{function}(...) needs the name of a node or element, not an expression"
         return Unreadable("NS1022", message, where)
     hint = suggest(function, [*ARITY, *known]) or "define it with .func"
-    return Unreadable("NS1022", f"unknown function {function}", where, hint)
+    return Unreadable("NS1022", f"unknown function {function}", where, hint, function)
 
 
 def free_expression(text: str, span: Span | None) -> Node:

@@ -30,6 +30,8 @@ class Findings:
     def __init__(self) -> None:
         self.errors: list[Diagnostic] = []
         self.warnings: list[Diagnostic] = []
+        #: names that lines with errors may have declared
+        self.doubtful: set[str] = set()
         self._seen: set[tuple[str, str, str, int, int]] = set()
         self._dropped = 0
 
@@ -40,6 +42,11 @@ class Findings:
     def warning(self, code: str, message: str, span: Span | None = None, hint: str = "") -> None:
         """Record a warning, unless the same one stands there already."""
         self._add(self.warnings, Diagnostic(code, message, span, hint, "warning"))
+
+    def record(self, found: Unreadable) -> None:
+        """Record why an item cannot be understood, unless an error before it is the reason."""
+        if not (found.missing and found.missing in self.doubtful):
+            self.error(found.code, found.message, found.span, found.hint)
 
     def _add(self, target: list[Diagnostic], finding: Diagnostic) -> None:
         if len(finding.message) > _LONGEST or len(finding.hint) > _LONGEST:
@@ -75,14 +82,20 @@ class Findings:
 
 
 class Unreadable(Exception):
-    """One item cannot be understood; carries the finding to record, caught line by line."""
+    """One item cannot be understood; carries the finding to record, caught line by line.
 
-    def __init__(self, code: str, message: str, span: Span | None, hint: str = "") -> None:
+    ``missing`` is the name that nobody declares, if that is what is wrong.
+    """
+
+    def __init__(
+        self, code: str, message: str, span: Span | None, hint: str = "", missing: str = ""
+    ) -> None:
         super().__init__(message)
         self.code = code
         self.message = message
         self.span = span
         self.hint = hint
+        self.missing = missing
 
 
 def _shortened(text: str) -> str:

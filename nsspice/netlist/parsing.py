@@ -201,7 +201,7 @@ def _evaluate_all(deck: Deck, scope: Scope, findings: Findings) -> None:
         try:
             value = scope.parameter(name)
         except Unreadable as found:
-            findings.error(found.code, found.message, found.span, found.hint)
+            findings.record(found)
             continue
         assert value is not None
         deck.parameters[name] = value

@@ -295,6 +295,7 @@ class Scope:
             if model is None:
                 shown = text.word or text.value if isinstance(text.value, str) else key
                 hint = suggest(str(text.value), self.known("models")) or "name a .model of type d"
-                raise Unreadable("NS1060", f"{key}: there is no model {shown}", text.span, hint)
+                message = f"{key}: there is no model {shown}"
+                raise Unreadable("NS1060", message, text.span, hint, str(text.value))
             found[key] = model
         return found

@@ -126,8 +126,7 @@ class CardReader:
         try:
             reader(self._context, line)
         except Unreadable as found:
-            findings = self._context.findings
-            findings.error(found.code, found.message, found.span, found.hint)
+            self._context.findings.record(found)
         except TooLarge:
             message = "the expressions of this line are too large"
             self._context.findings.error("NS1023", message, line.whole())

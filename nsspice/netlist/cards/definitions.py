@@ -70,7 +70,7 @@ def model(reader: Reader, line: Line) -> ModelTemplate:
     """Read ``.model name type(par=value ... word)``, with or without parentheses."""
     pairs: list[Item] = []
     words: list[Item] = []
-    for item in flat(items(line)):
+    for item in flat(items(_closed_once(reader, line))):
         (pairs if item.kind == "pair" else words).append(item)
     hint = "write .model name type(parameter=value ...)"
     if len(words) < 3 or words[1].kind != "word" or words[2].kind != "word":
@@ -95,6 +95,18 @@ def model(reader: Reader, line: Line) -> ModelTemplate:
             raise Unreadable("NS1014", f"model {name}: parameter {key} is given twice", at)
         params[key] = reader.param(line, pair)
     return ModelTemplate(name, kind, where, params)
+
+
+def _closed_once(reader: Reader, line: Line) -> Line:
+    """Return a line without closing parentheses too many at its end, which SPICE reads over."""
+    raw = line.raw.rstrip()
+    surplus = raw.count(")") - raw.count("(")
+    for _ in range(surplus if raw.endswith(")") else 0):
+        where = line.span(len(raw) - 1, len(raw))
+        message = "a closing parenthesis too many is ignored"
+        reader.findings.warning("NS1003", message, where, "remove it")
+        raw = raw[:-1].rstrip()
+    return line if surplus <= 0 else Line(raw, line.file, line.number, line.source, line.pieces)
 
 
 class Header:

@@ -104,7 +104,7 @@ def initial(context: Context, line: Line) -> None:
         try:
             _set(context, target, left, name, value, where)
         except Unreadable as problem:  # the next one of the line may be right
-            context.findings.error(problem.code, problem.message, problem.span, problem.hint)
+            context.findings.record(problem)
 
 
 def _set(
@@ -123,4 +123,4 @@ def _set(
             element.params.setdefault("ic", Param("ic", value, where))
             return
     message = f"{left.text}({name}) cannot be set here"
-    raise Unreadable("NS1080", message, where, "give v(node), or i(inductor) in .ic")
+    raise Unreadable("NS1080", message, where, "give v(node), or i(inductor) in .ic", full)
