@@ -12,20 +12,12 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ..netlist.findings import Findings
+from ..netlist.waveforms import ARGUMENTS, form
 from ..problems.descriptor import Waveform
 from .stamper import Conditions
 
 if TYPE_CHECKING:
     from ..netlist.deck import Source
-
-#: names of the arguments, how many are required
-ARGUMENTS: dict[str, tuple[tuple[str, ...], int]] = {
-    "sin": (("offset", "amplitude", "frequency", "delay", "damping", "phase"), 2),
-    "pulse": (("v1", "v2", "td", "tr", "tf", "pw", "per", "np"), 2),
-    "exp": (("v1", "v2", "td1", "tau1", "td2", "tau2"), 2),
-    "sffm": (("offset", "amplitude", "fc", "mdi", "fs"), 2),
-    "am": (("amplitude", "offset", "mf", "fc", "td"), 2),
-}
 
 
 def check_source(source: Source, owner: str, findings: Findings) -> bool:
@@ -47,12 +39,15 @@ def check_source(source: Source, owner: str, findings: Findings) -> bool:
         given = dict(zip(names, values, strict=False))
         for name in names[:required]:
             if given.get(name) is None:
-                wrong(f"{kind} needs {name}", f"{kind}({' '.join(names)})", "NS2004")
+                wrong(f"{kind} needs {name}", form(kind), "NS2004")
         if len(values) > len(names):
             wrong(
                 f"{kind} takes at most {len(names)} arguments, not {len(values)}",
-                f"{kind}({' '.join(names)})",
+                form(kind),
             )
+        if given.get("phasec") or given.get("phases"):
+            hint = "write it as a B source: V={(1 + sin(6283*time + 0.5))*sin(1e5*time)}"
+            wrong(f"{kind} with a phase is not simulated", hint, "NS2008")
         negative = {
             "pulse": ("tr", "tf", "pw", "np"),
             "exp": ("tau1", "tau2"),

@@ -10,18 +10,10 @@ from ..findings import Unreadable
 from ..lines import Line
 from ..statement import Item
 from ..template import SourceTemplate, Template, Value
+from ..waveforms import KINDS, count_problem
 from .reading import Reader
 from .terminals import Terminals
 
-#: waveform -> (least, most) number of arguments
-WAVEFORMS: dict[str, tuple[int, int | None]] = {
-    "sin": (2, 7),
-    "pulse": (2, 8),
-    "exp": (2, 6),
-    "pwl": (2, None),
-    "sffm": (2, 7),
-    "am": (3, 7),
-}
 _SPELLINGS = {"sine": "sin"}
 _OTHER = {"trnoise", "trrandom", "noise", "external", "distof1", "distof2", "wavefile", "pat"}
 _PARAMS = {"r", "td", "m", "rser", "cpar", "rpar", "ac", "dc", "load", "file"}
@@ -42,7 +34,7 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
         word = item.text if item.kind == "word" else ""
         kind = _SPELLINGS.get(word, word)
         if kind == "dc":
-            if terminals.peek() is None or _next_is(terminals, {"ac", *WAVEFORMS, *_SPELLINGS}):
+            if terminals.peek() is None or _next_is(terminals, {"ac", *KINDS, *_SPELLINGS}):
                 continue  # V1 a 0 DC PULSE(0 1): the waveform tells the value at DC, too
             value.dc = _number(terminals, terminals.next(), "the DC value")
         elif kind == "ac":
@@ -52,15 +44,15 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
                 1.0 if magnitude is None else _number(terminals, magnitude, "a magnitude"),
                 0.0 if phase is None else _number(terminals, phase, "a phase"),
             )
-        elif kind in WAVEFORMS:
+        elif kind in KINDS:
             _waveform(terminals, value, item, kind)
         elif kind in _OTHER:
             where = line.span(item.start, item.end)
             message = f"{result.name}: the waveform {kind} is not supported"
-            raise Unreadable("NS1002", message, where, f"known: {', '.join(WAVEFORMS)}")
+            raise Unreadable("NS1002", message, where, f"known: {', '.join(KINDS)}")
         elif value.dc is None and not value.kind:
             if word and reader.number(line, item.start, item.end) is None:
-                near = suggest(word, [*WAVEFORMS, "dc", "ac", "sine"])
+                near = suggest(word, [*KINDS, "dc", "ac", "sine"])
                 if near:
                     where = line.span(item.start, item.end)
                     raise Unreadable(
@@ -114,25 +106,18 @@ def _waveform(terminals: Terminals, value: SourceTemplate, word: Item, kind: str
     value.kind = kind
     arguments: list[Item] = []
     while (item := terminals.peek()) is not None:
-        if _next_is(terminals, {"dc", "ac", *WAVEFORMS}):
+        if _next_is(terminals, {"dc", "ac", *KINDS}):
             break
         arguments.append(item)
         terminals.next()
     reader = terminals.reader
     value.values = [reader.value(line, a, f"an argument of {kind}") for a in arguments]
-    least, most = WAVEFORMS[kind]
-    count = len(arguments)
     if any(pair.text == "file" for pair in terminals.pairs):
         message = f"{terminals.name}: PWL data from a file are not supported"
         raise Unreadable("NS1002", message, where, "write the points into the netlist")
-    if count < least or (most is not None and count > most):
-        wanted = f"{least} to {most}" if most is not None else f"at least {least}"
-        message = f"{terminals.name}: {kind} takes {wanted} arguments, not {count}"
-        raise Unreadable("NS1008", message, where)
-    if kind == "pwl" and count % 2:
-        message = f"{terminals.name}: PWL needs pairs of time and value, {count} numbers given"
-        hint = "write PWL(t1 v1 t2 v2 ...), with r=0 behind it to repeat all of it"
-        raise Unreadable("NS1008", message, where, hint)
+    problem, hint = count_problem(kind, len(arguments))
+    if problem:
+        raise Unreadable("NS1008", f"{terminals.name}: {problem}", where, hint)
     _decimal_commas(terminals, arguments)
 
 
@@ -156,7 +141,7 @@ def _decimal_commas(terminals: Terminals, arguments: list[Item]) -> None:
 def _unexpected(terminals: Terminals, item: Item, result: Template) -> None:
     """Report an item after the value."""
     where = terminals.line.span(item.start, item.end)
-    near = suggest(item.text, [*WAVEFORMS, "dc", "ac"])
+    near = suggest(item.text, [*KINDS, "dc", "ac"])
     message = f"{result.name}: {item.text[:40]} is not expected here"
     line = terminals.line
     if line.text[item.start - 1] == "," and line.text[item.start - 2].isdigit():

@@ -108,6 +108,8 @@ def test_wrong_sources_are_named(text, code, word):
         ("pwl", (0.0, None), "NS2011", "empty"),
         ("sin", (0.0,) * 9, "NS2011", "at most"),
         ("sin", (0.0, INF), "NS2005", "finite"),
+        ("am", (1.0, 2.0, 100.0, 2e4, 0.0, 0.0, 90.0), "NS2008", "phase"),
+        ("sffm", (1.0, 2.0, 100.0, 2.0, 2e4, 90.0), "NS2008", "phase"),
     ],
 )
 def test_incomplete_sources_made_by_hand(kind, values, code, word):
@@ -116,6 +118,14 @@ def test_incomplete_sources_made_by_hand(kind, values, code, word):
     assert not check_source(Source(None, None, kind, values, {}, span), "v1", findings)
     assert findings.errors[0].code == code
     assert word in findings.errors[0].message
+
+
+@pytest.mark.parametrize("kind", ["am", "sffm"])
+def test_phases_of_zero_are_none(kind):
+    """ngspice takes two phases more than SPICE3."""
+    given = (1.0, 2.0, 100.0, 2e4, 0.0)
+    with_phases = waveform(f"{kind}(1 2 100 20k 0 0 0)")
+    assert with_phases == waveform(f"{kind}(1 2 100 20k 0)") == Waveform(kind, given)
 
 
 def test_a_pulse_longer_than_its_period_is_warned_about():

@@ -160,6 +160,7 @@ def test_source_options() -> None:
         ("V1 a 0 pulze(0 1)", "NS1009"),
         ("V1 a 0 SIN(0)", "NS1008"),
         ("V1 a 0 PWL(0 1 2)", "NS1008"),
+        ("V1 a 0 AM(1 2 3 4 0 0 0 0)", "NS1008"),
         ("V1 a 0 SIN(0 1 1) PULSE(0 1)", "NS1009"),
         ("V1 a 0 5 r=3", "NS1014"),
         ("V1 a 0 {v(a)}", "NS1025"),
