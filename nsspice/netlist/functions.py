@@ -50,6 +50,7 @@ ARITY: dict[str, tuple[int, int | None]] = {
     "hypot": (2, 2),
     "pow": (2, 2),
     "pwr": (2, 2),
+    "pwrs": (2, 2),
     "min": (1, None),
     "max": (1, None),
     "limit": (3, 3),
@@ -72,6 +73,7 @@ ALIASES = {
     "stp": "u",
     "sqr": "square",
     "log": "ln",
+    "pwrs": "pwr",
     "round": "nint",
     "table": "pwl",
 }
