@@ -154,6 +154,9 @@ class NetlistError(NsspiceError):
     NS1001 3 1
     """
 
+    #: what could be read of the deck (a ``netlist.Deck``), if anything
+    partial: object | None = None
+
     @property
     def file(self) -> str | None:
         """File of the first finding."""

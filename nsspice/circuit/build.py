@@ -41,6 +41,19 @@ def build(deck: Deck) -> Circuit:
     return circuit
 
 
+def completed(error: NetlistError) -> NetlistError:
+    """Return the error of a deck with what is wrong with the values of its readable lines, too.
+
+    What lines say together, references and topology, is left until all of them can be read.
+    """
+    deck = error.partial
+    if not isinstance(deck, Deck) or not deck.elements:
+        return error
+    findings = Findings()
+    read_devices(deck, findings)
+    return NetlistError([*error.diagnostics, *findings.errors])
+
+
 def read_devices(deck: Deck, findings: Findings) -> list[Device]:
     """Return the devices of all good element lines; report the others."""
     context = Context(findings)

@@ -64,8 +64,13 @@ class Findings:
         self._seen.add(key)
         target.append(finding)
 
-    def raise_errors(self) -> None:
-        """Raise everything found so far, in the order of the source.
+    def raise_errors(self, partial: object | None = None) -> None:
+        """Raise everything found so far, in the order of discovery.
+
+        Parameters
+        ----------
+        partial : object, optional
+            What could be read nevertheless.
 
         Raises
         ------
@@ -78,7 +83,9 @@ class Findings:
         if self._dropped:
             message = f"{self._dropped} more errors are not shown"
             found.append(Diagnostic("NS1099", message, None, "mend the first ones and run again"))
-        raise NetlistError(found)
+        error = NetlistError(found)
+        error.partial = partial
+        raise error
 
 
 class Unreadable(Exception):

@@ -170,7 +170,7 @@ def _parse(text: str, file: str, params: Mapping[str, float], directory: Path) -
         findings.error("NS1091", "the netlist holds no elements", where, hint)
     statement.SHAPES.keep()
     expression_parser.SHAPES.keep()
-    findings.raise_errors()
+    findings.raise_errors(deck)
     deck.warnings = findings.warnings
     return deck
 

@@ -16,6 +16,8 @@ OWN = {
     "method", "order", "reltol", "seed", "step", "temp", "theta", "tnom", "tol", "vntol", "chgtol",
     "trtol", "correctors", "events", "certificate", "points", "allpoints",
 }  # fmt: skip
+#: those whose value must be a number
+NUMBERS = {"abstol", "order", "reltol", "theta", "tnom", "vntol"}
 #: options of other simulators that steer their numerics or printing: accepted, without effect here
 FOREIGN = {
     "absi", "absv", "accurate", "acct", "autostop", "badmos3", "brief", "bypass", "cptime",
@@ -60,6 +62,9 @@ def options(context: Context, line: Line) -> None:
             if not isinstance(given, (float, str)):
                 raise Unreadable("NS1025", f"option {key} needs a number or a word", where)
             value = given
+        if key in NUMBERS and isinstance(value, str):
+            message = f"{key} cannot be {value[:40]!r}"
+            context.findings.error("NS4005", message, where, "give a number")
         context.deck.options[key] = Param(key, value, where)
 
 
