@@ -146,6 +146,8 @@ def needed(found: NgspiceRun) -> str:
         words.append("B sources")
     if any("F sources" in s.used for s in found.translation.substitutes):
         words.append("diodes and F sources")
+    if found.attempts and options.reltol > found.attempts[0].translation.options.reltol:
+        words.append(f"reltol {options.reltol:g}")
     if options.rshunt:
         words.append(f"rshunt {options.rshunt:g}")
     return "; ".join(words) or "nothing"

@@ -115,6 +115,7 @@ def ngspice_options(command: F) -> F:
         click.option("--slack", type=NUMBER, help="By how much instants may differ [s]."),
         click.option("--max-step", type=NUMBER, help="Largest time step of ngspice [s]."),
         click.option("--reltol", type=NUMBER, help="Relative tolerance of both programs."),
+        click.option("--gmin", type=NUMBER, help="What ngspice puts across each junction [S]."),
         click.option("--roff", type=NUMBER, help="Resistance of ideal elements that block [Ohm]."),
         click.option("--ron", type=NUMBER, help="Resistance of ideal elements that conduct [Ohm]."),
         click.option(

@@ -76,6 +76,11 @@ def session() -> Any:
         sys.exit(NO_LIBRARY)
 
 
+def _warnings(log: list[str]) -> list[str]:
+    """Return the first lines that tell that something did not succeed."""
+    return [line for line in log if "failed" in line][:200]
+
+
 def main(folder: Path) -> None:
     """Run the deck of a folder."""
     ngspice = session()
@@ -90,7 +95,7 @@ def main(folder: Path) -> None:
         result.setdefault("seconds", 0.0)
         result["raised"] = type(error).__name__
     log = list(ngspice.lines[greeting:])
-    result["log"] = log[:200] + log[-200:] if len(log) > 400 else log
+    result["log"] = log[:200] + _warnings(log[200:-200]) + log[-200:] if len(log) > 400 else log
     save_vectors(ngspice, folder, result)
     result["counters"] = counters(ngspice)
     folder.joinpath("result.json").write_text(json.dumps(result), encoding="utf-8")

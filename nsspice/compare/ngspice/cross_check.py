@@ -150,6 +150,7 @@ class CrossCheck:
                     {
                         "ron": e.translation.options.ron,
                         "roff": e.translation.options.roff,
+                        "reltol": e.translation.options.reltol,
                         "rshunt": e.translation.options.rshunt,
                         "reason": e.reason,
                         "time": e.time,
@@ -165,9 +166,10 @@ def failed_with(failure: NgspiceError) -> str:
     """Return under which options ngspice failed, how, and when."""
     tried, exact = failure.translation.options, failure.translation.exact
     words = [] if exact else [f"ron={tried.ron:g} roff={tried.roff:g}"]
-    words.append(f"rshunt={tried.rshunt:g}" if tried.rshunt else "no rshunt" if exact else "")
+    words.append(f"reltol={tried.reltol:g}")
+    words += [f"rshunt={tried.rshunt:g}"] if tried.rshunt else []
     at = "" if failure.time is None else f" at {number(failure.time, 's', 3)}"
-    return f"{' '.join(filter(None, words))}: {failure.reason}{at}"
+    return f"{' '.join(words)}: {failure.reason}{at}"
 
 
 def cross_check(

@@ -17,6 +17,7 @@ from ...devices import (
     VoltageSource,
     VoltageSwitch,
 )
+from ...devices.behavioural import as_expression
 from ...devices.leg_device import LegDevice
 from ...devices.passive import Passive
 from ...netlist.deck import Element
@@ -46,7 +47,7 @@ def write(writer: DeckWriter, element: Element, device: Device) -> None:
         _coupling(writer, device)
     elif isinstance(device, VoltageSource | CurrentSource):
         _source(writer, device)
-    elif isinstance(element.value, Expression):
+    elif isinstance(element.value, Expression) or element.quantity in ("v", "i"):
         _behavioural(writer, element, device)
     elif isinstance(device, Passive):
         _passive(writer, element, device)
@@ -114,27 +115,31 @@ def _source(writer: DeckWriter, device: VoltageSource | CurrentSource) -> None:
 
 def _behavioural(writer: DeckWriter, element: Element, device: Device) -> None:
     """Write R, E, F, G, H and B with an expression of signals as a B source."""
-    value = element.value
-    assert isinstance(value, Expression)
-    if element.quantity not in ("v", "i", "q") and element.letter != "c":
+    value = as_expression(element)
+    if element.quantity == "flux" or (element.letter == "l" and not element.quantity):
         raise untranslatable(f"{element.name}: ngspice cannot have {value.text} as its value")
+    parallel = float(getattr(device, "m", 1.0))
     a, b = writer.ends(element.name, element.nodes)
     own = f"i({writer.meter(element.name)})"
+    if parallel != 1.0:  # a law is that of one of several equal elements
+        own = f"({own}/{parallel!r})"
     text = spice_expression(value.node, lambda name: writer.signal(name, own))
     if isinstance(device, Reading) and device.coefficients:
         rise = device.coefficients
         if writer.sweeps_temperature:
             raise untranslatable(f"{element.name} has tc1= in a .dc temp sweep")
         text = f"({text})*{rise.factor(writer.conditions)!r}"
-    parallel = element.params.get("m")
-    if parallel is not None and element.quantity != "v":
-        text = f"({text})*{float(parallel.value)!r}"  # type: ignore[arg-type]
+    quantity = element.quantity
+    if element.letter == "r" and not quantity:
+        quantity, text = "i", f"v({a},{b})/({text})"
+    if parallel != 1.0 and quantity != "v":
+        text = f"({text})*{parallel!r}"
     if element.letter == "c":
-        key = element.quantity or "c"
+        key = quantity or "c"
         writer.add(writer.names.element("c", element.name), a, b, f"{key}='{text}'")
         return
     name = writer.names.element("b", element.name)
-    writer.add(name, a, b, f"{element.quantity.upper()}={text}")
+    writer.add(name, a, b, f"{quantity.upper()}={text}")
     if element.letter != "b":
         writer.substitute(element.name, f"nonlinear {element.letter.upper()}", "B source")
 

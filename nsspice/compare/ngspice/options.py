@@ -12,6 +12,8 @@ RUNNERS = ("library", "program")
 
 #: resistances of an ideal element while it conducts and while it blocks [Ohm], sharpest first
 SHARPNESS = ((1e-6, 1e12), (1e-3, 1e9), (1e-3, 1e7), (1e-2, 1e6))
+#: SPICE's own tolerances, with which ngspice finishes where tighter ones make it reject all steps
+OWN_TOLERANCES = {"reltol": 1e-3, "abstol": 1e-12, "vntol": 1e-6}
 #: resistances from every node to ground [Ohm] that may help ngspice
 SHUNTS = (1e9, 1e7)
 
@@ -122,8 +124,12 @@ class Options:
         tried = [replace(self, ron=ron, roff=roff) for ron, roff in dict.fromkeys(pairs)]
         if exact:
             tried = tried[:1]
+        last = tried[-1]
+        looser = {name: max(getattr(self, name), value) for name, value in OWN_TOLERANCES.items()}
+        if (relaxed := replace(last, **looser)) != last:
+            tried.append(relaxed)
         if self.rshunt is None:
-            tried += [replace(tried[-1], rshunt=rshunt) for rshunt in SHUNTS]
+            tried += [replace(last, rshunt=rshunt) for rshunt in SHUNTS]
         return tried
 
     def card(self) -> str:

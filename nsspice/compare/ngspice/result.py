@@ -111,6 +111,8 @@ def finished(raw: RawRun, translation: Translation) -> NgspiceRun:
         axis = np.zeros(1)
     reached = float(axis[-1]) if axis is not None and axis.size else None
     failures = [line.strip() for line in raw.log if is_failure(line)]
+    if isinstance(analysis, Dc) and any(_SPOILT in line.lower() for line in raw.log):
+        raise _failure(raw, failures, translation, reached)
     if failures or axis is None or axis.size == 0:
         raise _failure(raw, failures, translation, reached)
     if isinstance(analysis, Tran) and axis[-1] < analysis.stop * (1.0 - 1e-9):
@@ -143,6 +145,8 @@ def finished(raw: RawRun, translation: Translation) -> NgspiceRun:
     )
 
 
+#: after this ngspice leaves a conductance at each junction, for all points to come
+_SPOILT = "true gmin stepping failed"
 _REASONS = (
     ("timestep too small", "timestep too small"),
     ("unable to find definition of model", "code model missing"),

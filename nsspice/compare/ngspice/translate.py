@@ -202,7 +202,7 @@ def _tells(element: Element | None) -> bool:
     if element is None:
         return False
     return element.letter == "l" or (
-        element.letter in "eh" and isinstance(element.value, int | float)
+        element.letter in "eh" and isinstance(element.value, int | float) and not element.quantity
     )
 
 

@@ -217,3 +217,39 @@ def test_a_temperature_sweep():
     circuit = nsspice.read("s\nV1 a 0 1\nR1 a 0 1k tc1=1m\n.dc temp -40 120 20\n")
     exact = circuit.run()[0]["i(v1)"]
     assert ngspice.run(circuit)["i(v1)"] == pytest.approx(exact, rel=1e-9)
+
+
+def test_laws_that_came_out_constant_and_resistances_of_signals():
+    """Equal elements in parallel (m=) share the current: each has its half of it in its law."""
+    text = """laws
+V1 a 0 2
+B1 b 0 V=2--3
+B2 b c I={1m} m=2
+R3 c 0 1k
+E1 d 0 VALUE={3}
+G1 e 0 CUR={2m}
+R5 e 0 1
+R1 a 0 R={1k+v(c)*1k}
+R2 a 0 R={1k+1e5*abs(i)} m=3 tc1=0.01 temp=37
+R6 a f 1k
+R7 f 0 V={10*i+i**3} m=2
+.op
+.save all alli
+"""
+    check = ngspice.cross_check(nsspice.read(text), tolerance=1e-6)
+    assert {"i(b1)", "i(b2)", "i(e1)", "i(g1)", "i(r1)", "i(r2)", "i(r7)"} <= {
+        row.signal for row in check.rows
+    }
+    assert check.passed, check.describe()
+    assert check.solution["i(r1)"][0] == pytest.approx(2.0 / 3e3, rel=1e-9)
+
+
+def test_a_resistance_that_changes_with_time():
+    text = "time\nV1 a 0 SIN(2 1 1k)\nR1 a 0 R='time > 0.5m ? 10k : 25k'\n.tran 10u 1m\n"
+    check = ngspice.cross_check(nsspice.read(text))
+    assert check.passed, check.describe()
+
+
+def test_a_flux_of_signals_is_refused():
+    with pytest.raises(UsageError, match="cannot have"):
+        lines_of("t\nV1 a 0 1\nR1 a b 1\nL1 b 0 Flux={tanh(x)}\n.tran 1u 1m\n")
