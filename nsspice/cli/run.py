@@ -174,7 +174,7 @@ class _Run:
         """Refuse what cannot be written before anything is computed."""
         from ..analyses.cards import Tran
         from ..netlist.deck import TranCard
-        from ..output.files import check_room, check_target
+        from ..output.files import check_room, check_table_format, check_target
 
         if self.stdout and len(self.jobs) > 1:
             raise UsageError(
@@ -191,6 +191,8 @@ class _Run:
             check_target(target, inputs)
         if self.stdout:
             return
+        for path in self.outputs:
+            check_table_format(path)
         for job, path in zip(self.jobs, self.outputs, strict=True):
             if isinstance(job.card, TranCard):
                 card = job.card._replace(tstop=self.request.stop or job.card.tstop)

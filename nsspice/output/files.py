@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Iterable
 from pathlib import Path
 
-from ..errors import Diagnostic, OutputError
+from ..errors import Diagnostic, OutputError, UsageError
 
 _HINTS = {
     errno.ENOSPC: "free some space or write elsewhere with -o FILE",
@@ -32,6 +32,41 @@ def output_error(error: OSError, name: str, where: str = "") -> OutputError:
     reason = error.strerror or str(error) or type(error).__name__
     message = f"cannot write {name}: {reason}" + (f" ({where})" if where else "")
     return OutputError(Diagnostic("NS4001", message, hint=_HINTS.get(error.errno or 0, "")))
+
+
+#: endings that promise another format than text with commas, which any other ending gets
+_OTHER_FORMATS = frozenset([
+    ".arrow", ".feather", ".h5", ".hdf5", ".json", ".mat", ".npy", ".npz", ".ods", ".parquet",
+    ".pickle", ".pkl", ".vcd", ".xls", ".xlsx",
+])  # fmt: skip
+_PICTURES = frozenset([".png", ".svg", ".pdf", ".jpg", ".jpeg", ".gif", ".eps", ".ps"])
+
+
+def check_table_format(path: Path) -> None:
+    """Refuse a name whose ending promises a format that is not written.
+
+    Raises
+    ------
+    UsageError
+        NS4008
+
+    Examples
+    --------
+    >>> check_table_format(Path("a.txt"))
+    >>> check_table_format(Path("a.xlsx"))
+    Traceback (most recent call last):
+    ...
+    nsspice.errors.UsageError: error NS4008: a.xlsx: tables are not written as .xlsx
+      hint: end the name in .csv or .raw; spreadsheets, pandas and Matlab read .csv
+    """
+    suffix = path.suffix.lower()
+    if suffix not in _OTHER_FORMATS | _PICTURES:
+        return
+    hint = "end the name in .csv or .raw; spreadsheets, pandas and Matlab read .csv"
+    if suffix in _PICTURES:
+        hint = f"draw a picture with --plot {path}"
+    message = f"{path}: tables are not written as {suffix}"
+    raise UsageError(Diagnostic("NS4008", message, hint=hint))
 
 
 def check_target(path: Path, inputs: Iterable[Path] = ()) -> None:

@@ -265,3 +265,19 @@ def test_help_lists_the_commands(call):
     for name in ("run", "explain", "test", "compare"):
         assert name in result.stdout
         assert call(name, "--help").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"), [("a.xlsx", "in .csv or .raw"), ("a.MAT", ".csv"), ("a.png", "--plot a.png")]
+)
+def test_a_table_of_another_format_is_refused_before_the_run(call, name, hint):
+    result = call("run", "rc.net", "-o", name)
+    assert result.exit_code == 2
+    assert "NS4008" in result.stderr
+    assert hint in result.stderr
+    assert not Path(name).exists()
+
+
+def test_any_other_name_gets_the_table_as_text(call):
+    assert call("run", "rc.net", "-o", "a.txt").exit_code == 0
+    assert Path("a.txt").read_text().startswith("time,")
