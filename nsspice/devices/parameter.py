@@ -8,6 +8,7 @@ nothing is ever dropped in silence.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
@@ -17,6 +18,10 @@ from ..netlist.findings import Findings
 
 if TYPE_CHECKING:
     from ..netlist.deck import Param
+
+
+#: a word with one was meant as an expression
+_OPERATOR = re.compile(r"\w[-+*/^]\w")
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,12 +114,11 @@ class Table:
                 continue
             if not isinstance(value, int | float) or math.isnan(value):
                 text = getattr(value, "text", value)
-                findings.error(
-                    "NS2005",
-                    f"{key} of {owner} must be a number, not {text}",
-                    param.span,
-                    "give a constant or an expression of parameters",
-                )
+                hint = "give a constant or an expression of parameters"
+                if isinstance(value, str) and _OPERATOR.search(value):
+                    hint = f"an expression goes into braces: {key}={{{value}}}"
+                message = f"{key} of {owner} must be a number, not {text}"
+                findings.error("NS2005", message, param.span, hint)
                 continue
             if entry.status == "refused":
                 if value not in entry.neutral:

@@ -7,7 +7,8 @@ with one switched pair whose series resistance makes the other state exact.
 
 PSpice's ``VSWITCH(VON VOFF)`` blends its resistance between the two voltages; here it switches at
 them: closed above VON, open below VOFF, which is a threshold in the middle with half the difference
-as hysteresis.
+as hysteresis.  So does LTspice's ``SW`` with a negative ``VH``, which blends between VT - |VH| and
+VT + |VH|.
 """
 
 from __future__ import annotations
@@ -70,6 +71,8 @@ _REFUSED = (
     refused("epsilon", "smooth transition", "write epsilon=0"),
     refused("level", "model level", "use level=1", neutral=(1.0,)),
 )
+#: instead of what Xyce adds
+_PAIR = "leave it out: the switch keeps its state between the voltages of on and off"
 _RESISTANCES = (
     Parameter("ron", "resistance while closed", "Ohm", 0.0),
     Parameter("roff", "resistance while open", "Ohm", math.inf),
@@ -168,6 +171,8 @@ class VoltageSwitch(_Switch):
         *_RESISTANCES,
         Parameter("von", "closed above", "V", 1.0),
         Parameter("voff", "open below", "V", 0.0),
+        refused("vhon", "a second threshold", _PAIR, "V", neutral=()),
+        refused("vhoff", "a second threshold", _PAIR, "V", neutral=()),
     )
     __slots__ = ()
 
@@ -200,6 +205,8 @@ class CurrentSwitch(_Switch):
         *_RESISTANCES,
         Parameter("ion", "closed above", "A", 1e-3),
         Parameter("ioff", "open below", "A", 0.0),
+        refused("ihon", "a second threshold", _PAIR, "A", neutral=()),
+        refused("ihoff", "a second threshold", _PAIR, "A", neutral=()),
     )
     late = True
     __slots__ = ("control",)
@@ -273,10 +280,11 @@ def _read_law(
     else:
         threshold, width = given.get(f"{letter}t", 0.0), given.get(f"{letter}h", 0.0)
         if width < 0.0:
-            findings.error(
-                "NS2008",
-                f"{owner}: a negative {letter}h asks for a smooth transition, not simulated by "
-                "this version",
+            width = -width
+            findings.warning(
+                "NS2055",
+                f"{owner}: a negative {letter}h asks for a smooth transition; the switch closes at "
+                f"{threshold + width:g} and opens at {threshold - width:g} instead",
                 model.params[f"{letter}h"].span,
                 f"write {letter}h=0, or a positive hysteresis",
             )

@@ -21,6 +21,8 @@ from .template import InstanceTemplate, SourceTemplate, Template
 MAX_ELEMENTS = 1_000_000
 #: subcircuits within subcircuits
 MAX_NESTING = 50
+#: model types whose standard values are a usable device
+_TYPES = frozenset(["d", "npn", "pnp"])
 
 
 class Expander:
@@ -165,6 +167,8 @@ class Expander:
             hint = suggest(item.model, [*scope.known("models"), *scope.known("params")])
             return Unreadable("NS1060", message, item.model_span, hint, item.model)
         hint = suggest(item.model, scope.known("models")) or f"add .model {item.model} ..."
+        if item.model in _TYPES:  # LTspice has a model of standard values for each type
+            hint = f"add .model {item.model} {item.model} for SPICE's standard values"
         return Unreadable("NS1060", f"{item.name}: there is no model {item.model}",
                           item.model_span, hint, item.model)  # fmt: skip
 

@@ -15,6 +15,12 @@ from .context import Context
 #: points of one sweep
 MAX_POINTS = 10_000_000
 
+#: words of LTspice's .tran
+_MODIFIERS = {
+    "startup": "it raises all sources in 20 us: leave it out to start from the operating point, "
+    "or write uic to start from zero",
+    "steady": "leave it out, and take a stop time after which nothing changes",
+}
 _TRAN_HINT = "write .tran step stop [start [maxstep]] [uic]"
 _DC_HINT = "write .dc source start stop step"
 _STEP_HINT = "write .step param name start stop increment, or .step param name list 1 2 3"
@@ -42,9 +48,7 @@ def tran(context: Context, line: Line) -> None:
             uic = True
         elif item.text in ("startup", "steady"):
             message = f".tran {item.text} is not supported"
-            raise Unreadable(
-                "NS1002", message, where, "use uic with initial values, or a PWL source"
-            )
+            raise Unreadable("NS1002", message, where, _MODIFIERS[item.text])
         elif item.text in ("nodiscard", "step"):
             context.findings.warning("NS1003", f".tran {item.text} is ignored", where)
         elif item.kind == "word" and item.text.isalpha() and suggest(item.text, ["uic"]):

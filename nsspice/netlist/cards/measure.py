@@ -62,8 +62,10 @@ def measure(context: Context, line: Line) -> None:
             return
         raise Unreadable("NS1080", f".measure: unknown analysis {analysis[:40]}", at,
                          suggest(analysis, ["tran", "dc", "op"]) or hint)  # fmt: skip
-    if any(known.name == name for known in context.deck.measures):
-        raise Unreadable("NS1006", f"measurement {name} stands twice", where, "rename one of them")
+    before = next((known for known in context.deck.measures if known.name == name), None)
+    if before is not None:
+        message = f"measurement {name} stands twice: here and in line {before.span.line}"
+        raise Unreadable("NS1006", message, where, "rename one of them")
     parts = _parts(line, begin)
     if not parts:
         rest = line.text[begin:].split()

@@ -238,6 +238,13 @@ def test_vswitch_becomes_hysteresis_with_a_warning():
     assert (swapped.on_above, swapped.off_below, swapped.inverted) == (3.0, 1.0, True)
 
 
+def test_a_negative_hysteresis_blends_in_ltspice_and_becomes_one_with_a_warning():
+    text = "S1 a 0 c 0 sm\nV1 c a 0\nR1 a 0 1\n.model sm sw(vt=2 vh=-0.5 ron=1 roff=1meg)"
+    switch = assembled(text).system.switches[0]
+    assert (switch.on_above, switch.off_below) == (2.5, 1.5)
+    assert warned(text) == ["NS2055"]
+
+
 def test_current_switch_by_a_source_and_by_a_diode():
     text = "V1 a 0 1\nD1 a b\nR1 b 0 1\nW1 b 0 {}\n.model wm csw(it=1m ih=0.1m)"
     mna = assembled(text.format("V1 wm"))
@@ -252,7 +259,7 @@ def test_current_switch_by_a_source_and_by_a_diode():
 
 def test_wrong_switch_models():
     base = "R1 a 0 1\nV1 c a 0\nS1 a 0 c 0 sm\n.model sm "
-    assert codes(base + "sw(vt=1 vh=-0.1)") == ["NS2008"]
+    assert codes(base + "vswitch(von=1 vhon=0.5 voff=0 vhoff=0)") == ["NS2008", "NS2008"]
     assert codes(base + "sw(vtt=1)") == ["NS2003"]
     assert codes(base + "sw(ron=0 roff=0)") == ["NS2005"]
     assert codes(base + "csw(it=1)") == ["NS2002"]
