@@ -15,6 +15,7 @@ from .reading import Reader, assignments, flat, key_of
 from .terminals import GROUND
 
 _RESERVED = {"time", "temper", "hertz"}
+_QUOTED = re.compile(r"\"[^\"]*\"|'[^']*'|\{[^}]*\}")
 _FUNCTION = re.compile(
     r"\s*\.(?:func|param|params)\s+([^\W\d]\w*)\s*\(([^()]*)\)\s*=?\s*", re.IGNORECASE
 )
@@ -98,15 +99,26 @@ def model(reader: Reader, line: Line) -> ModelTemplate:
 
 
 def _closed_once(reader: Reader, line: Line) -> Line:
-    """Return a line without closing parentheses too many at its end, which SPICE reads over."""
+    """Return a line with one closing parenthesis at its end for each that is open.
+
+    SPICE reads over those too many and those missing there, which nothing else can be meant by.
+    """
     raw = line.raw.rstrip()
-    surplus = raw.count(")") - raw.count("(")
-    for _ in range(surplus if raw.endswith(")") else 0):
-        where = line.span(len(raw) - 1, len(raw))
-        message = "a closing parenthesis too many is ignored"
-        reader.findings.warning("NS1003", message, where, "remove it")
-        raw = raw[:-1].rstrip()
-    return line if surplus <= 0 else Line(raw, line.file, line.number, line.source, line.pieces)
+    where = line.span(len(raw) - 1, len(raw))
+    bare = _QUOTED.sub("", raw)
+    surplus = bare.count(")") - bare.count("(")
+    if surplus == 0:
+        return line
+    message, hint = "the closing parenthesis is missing here", "add it"
+    if surplus > 0:
+        message, hint = "a closing parenthesis too many is ignored", "remove it"
+    while surplus > 0 and raw.endswith(")"):
+        raw, surplus = raw[:-1].rstrip(), surplus - 1
+    if surplus > 0:  # it stands elsewhere
+        return line
+    raw += ")" * -surplus
+    reader.findings.warning("NS1003", message, where, hint)
+    return Line(raw, line.file, line.number, line.source, line.pieces)
 
 
 class Header:

@@ -37,6 +37,18 @@ class _Part:
     named: dict[str, tuple[int, int]] = field(default_factory=dict)
 
 
+def _once(context: Context, name: str, where: Span) -> str:
+    """Return the name of a measurement, or another one if it is taken: all are measured."""
+    known = {measure.name: measure for measure in context.deck.measures}
+    if name not in known:
+        return name
+    count = next(k for k in range(2, len(known) + 2) if f"{name}#{k}" not in known)
+    message = f"measurement {name} stands in line {known[name].span.line}, too: "
+    message += f"this one is called {name}#{count}"
+    context.findings.warning("NS1006", message, where, "rename one of them")
+    return f"{name}#{count}"
+
+
 def measure(context: Context, line: Line) -> None:
     """Read one measurement.
 
@@ -62,10 +74,7 @@ def measure(context: Context, line: Line) -> None:
             return
         raise Unreadable("NS1080", f".measure: unknown analysis {analysis[:40]}", at,
                          suggest(analysis, ["tran", "dc", "op"]) or hint)  # fmt: skip
-    before = next((known for known in context.deck.measures if known.name == name), None)
-    if before is not None:
-        message = f"measurement {name} stands twice: here and in line {before.span.line}"
-        raise Unreadable("NS1006", message, where, "rename one of them")
+    name = _once(context, name, where)
     parts = _parts(line, begin)
     if not parts:
         rest = line.text[begin:].split()

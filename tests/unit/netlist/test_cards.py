@@ -277,3 +277,10 @@ def test_an_empty_deck() -> None:
         with pytest.raises(NetlistError) as caught:
             parse_text(text)
         assert caught.value.code == "NS1091"
+
+
+def test_measurements_of_one_name_are_all_made() -> None:
+    """ngspice prints both; the second one gets a name of its own."""
+    found = deck(".tran 1u 1m", *[f".meas tran x max v(out) to={k}m" for k in (1, 2, 3)])
+    assert [(m.name, m.stop) for m in found.measures] == [("x", 1e-3), ("x#2", 2e-3), ("x#3", 3e-3)]
+    assert [w.code for w in found.warnings] == ["NS1006", "NS1006"]

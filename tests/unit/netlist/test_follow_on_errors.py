@@ -50,10 +50,19 @@ def test_branches_are_chosen_in_each_instance() -> None:
     assert [element.value for element in deck.elements[:3]] == [1.0, 2.0, 1.0]
 
 
+def test_a_missing_parenthesis_on_a_model_is_a_warning() -> None:
+    deck = parse_text("title\nQ1 a b 0 qp\n.model qp npn (bf=20\n+ tr=1n ; end\nR1 a b 1\n")
+    assert deck.elements[0].model.params["tr"].value == 1e-9
+    assert [(w.code, w.span.line, w.span.column) for w in deck.warnings] == [("NS1003", 4, 7)]
+    assert codes(".model q npn(bf=20", "n=2)", "R1 a 0 1") == ["NS1005"]
+
+
 def test_a_parenthesis_too_many_on_a_model_is_a_warning() -> None:
     """SPICE reads over it: ngspice's own example of a timer has one."""
     deck = parse_text("title\nQ1 a b 0 qp\n.model qp npn (bf=20\n+ cje=1p tr=1n) )\nR1 a b 1\n")
     assert deck.elements[0].model.params["tr"].value == 1e-9
     assert [(w.code, w.span.line, w.span.column) for w in deck.warnings] == [("NS1003", 4, 17)]
+    quoted = parse_text('title\nD1 a 0 d\n.model d d(mfg="a)(b)" is={1f*(2)})\nR1 a 0 1\n')
+    assert not quoted.warnings
     assert codes(".model qp npn (bf=20)) x=1", "R1 a 0 1") == ["NS1007"]
     assert codes("V1 a 0 SIN(0 1 1k))", "R1 a 0 1") == ["NS1007"]
