@@ -252,4 +252,4 @@ def test_a_resistance_that_changes_with_time():
 
 def test_a_flux_of_signals_is_refused():
     with pytest.raises(UsageError, match="cannot have"):
-        lines_of("t\nV1 a 0 1\nR1 a b 1\nL1 b 0 Flux={tanh(x)}\n.tran 1u 1m\n")
+        translate(nsspice.read("t\nV1 a 0 1\nR1 a b 1\nL1 b 0 Flux={tanh(x)}\n"), Tran(1e-3))
