@@ -288,17 +288,13 @@ class Expander:
         assert found is not None
         return size(found[0], (found[1].subcircuits,), 0)
 
-    def is_doubtful(self, name: str) -> bool:
-        """Return whether a missing name is the fault of an error already reported."""
-        return name in self.doubtful or any(part in self.doubtful for part in name.split("."))
-
     # -- checks of the whole -----------------------------------------------------------------
 
     def check_controls(self) -> None:
         """Report elements that name a source or an inductor that does not exist."""
         for element, spans, prefix in self._controlled:
             for control, span in zip(element.controls, spans, strict=False):
-                if control in self.places or self.is_doubtful(control):
+                if control in self.places or self._findings.is_doubtful(control):
                     continue
                 local = control[len(prefix) :]
                 names = [n[len(prefix) :] for n in self.places if n.startswith(prefix)]

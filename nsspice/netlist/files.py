@@ -130,6 +130,7 @@ class FileReader:
         if not words or not words[0][0]:
             hint = 'write .include "models.lib"'
             self._findings.error("NS1050", "file name is missing", line.whole(), hint)
+            self._findings.incomplete = True
             return
         name, start = words[0]
         catalogue = library and _CATALOGUE.search(line.raw, start)
@@ -144,11 +145,13 @@ class FileReader:
             return
         rows = self._open(path, name, where, stack)
         if rows is None:
+            self._findings.incomplete = True
             return
         lines = list(logical_lines(rows, str(path)))
         if library and len(words) > 1:
             section = self._section(lines, words[1][0].lower(), name, line, words[1][1])
             if section is None:
+                self._findings.incomplete = True
                 return
             lines = section
         yield from self._lines(lines, path.parent, [*stack, path.resolve()])

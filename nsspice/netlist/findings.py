@@ -32,6 +32,8 @@ class Findings:
         self.warnings: list[Diagnostic] = []
         #: names that lines with errors may have declared
         self.doubtful: set[str] = set()
+        #: a file could not be included: it may have declared any name
+        self.incomplete = False
         self._seen: set[tuple[str, str, str, int, int]] = set()
         self._dropped = 0
 
@@ -45,8 +47,14 @@ class Findings:
 
     def record(self, found: Unreadable) -> None:
         """Record why an item cannot be understood, unless an error before it is the reason."""
-        if not (found.missing and found.missing in self.doubtful):
+        if not (found.missing and self.is_doubtful(found.missing)):
             self.error(found.code, found.message, found.span, found.hint)
+
+    def is_doubtful(self, name: str) -> bool:
+        """Return whether a name may be missing because of an error already reported."""
+        if self.incomplete or name in self.doubtful:
+            return True
+        return "." in name and any(part in self.doubtful for part in name.split("."))
 
     def _add(self, target: list[Diagnostic], finding: Diagnostic) -> None:
         if len(finding.message) > _LONGEST or len(finding.hint) > _LONGEST:

@@ -56,14 +56,14 @@ class Context:
         """Return whether an element, or a terminal of one, has this full name; no instance has."""
         places = self._expander.places
         owner, _, terminal = name.rpartition(".")
-        if self._expander.is_doubtful(name) or (name in places and terminal[:1] != "x"):
+        if self.findings.is_doubtful(name) or (name in places and terminal[:1] != "x"):
             return True
         letter = owner.rpartition(".")[2][:1]
         return owner in places and terminal in _TERMINALS.get(letter, ())
 
     def is_node(self, name: str) -> bool:
         """Return whether a node has this full name."""
-        return name in self.nodes or self._expander.is_doubtful(name)
+        return name in self.nodes or self.findings.is_doubtful(name)
 
     # -- words and values ----------------------------------------------------------------------
 

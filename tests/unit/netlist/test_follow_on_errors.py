@@ -66,3 +66,9 @@ def test_a_parenthesis_too_many_on_a_model_is_a_warning() -> None:
     assert not quoted.warnings
     assert codes(".model qp npn (bf=20)) x=1", "R1 a 0 1") == ["NS1007"]
     assert codes("V1 a 0 SIN(0 1 1k))", "R1 a 0 1") == ["NS1007"]
+
+
+def test_nothing_is_missed_of_a_file_that_could_not_be_included() -> None:
+    rest = ("D1 a 0 dx", "X1 a 0 amp", "R1 a 0 {load}", ".ic v(inner)=1", "F1 a 0 vsense 2")
+    assert codes(".include parts-that-are-not-here.lib", *rest) == ["NS1050"]
+    assert codes(".include parts-that-are-not-here.lib", *rest, "R2 a") == ["NS1050", "NS1008"]
