@@ -23,7 +23,7 @@ def test_values_and_options_are_judged_beside_broken_lines(call, command):
     result = call(command, "many.net")
     assert result.exit_code == 2
     told = [line for line in result.stderr.splitlines() if " error " in line]
-    wanted = ["6:1 NS1008", "7:10 NS4005", "7:21 NS4005", "3:10 NS2005", "4:1 NS2005", "5:1 NS2011"]
+    wanted = ["6:1 NS1008", "7:10 NS1010", "7:21 NS1010", "3:10 NS2005", "4:1 NS2005", "5:1 NS2011"]
     assert [f"{t.split(':', 1)[1].split(': error')[0]} {t.split()[2][:-1]}" for t in told] == wanted
 
 

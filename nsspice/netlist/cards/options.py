@@ -63,8 +63,8 @@ def options(context: Context, line: Line) -> None:
                 raise Unreadable("NS1025", f"option {key} needs a number or a word", where)
             value = given
         if key in NUMBERS and isinstance(value, str):
-            message = f"{key} cannot be {value[:40]!r}"
-            context.findings.error("NS4005", message, where, "give a number")
+            message = f"option {key} cannot be {value[:40]!r}"
+            context.findings.error("NS1010", message, where, "give a number")
         context.deck.options[key] = Param(key, value, where)
 
 
