@@ -10,6 +10,8 @@ from .energy import Energy, worse
 
 #: A run whose relative errors stay below this passes.
 TOLERANCE = 1e-8
+#: Steps with error control that have taken a larger share of the energy have not met any tolerance.
+TAKEN = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +35,8 @@ class Certificate:
         Worst relative error of the balance of charge and flux over a jump.
     worst : str
         The law that is satisfied worst: ``node a``, ``l1``.
+    taken : float
+        Share of the energy of the run that steps with error control have taken themselves.
     several : tuple of str
         Elements of islands whose complementarity problems may have several solutions; empty if
         each step is proved to have one, up to what ``undetermined`` counts.
@@ -51,6 +55,7 @@ class Certificate:
     jumps: float = 0.0
     worst: str = ""
     several: tuple[str, ...] = ()
+    taken: float = 0.0
 
     @property
     def passed(self) -> bool:
@@ -59,7 +64,7 @@ class Certificate:
             self.energy.imbalance <= TOLERANCE and self.energy.drift <= TOLERANCE
         )
         laws = self.laws <= TOLERANCE and self.complementarity <= TOLERANCE
-        return laws and balance and self.jumps <= TOLERANCE
+        return laws and balance and self.jumps <= TOLERANCE and self.taken <= TAKEN
 
     @property
     def uniqueness(self) -> str:
@@ -89,8 +94,9 @@ class Certificate:
             if part.energy is not None:
                 energies.append(part.energy)
         energy = Energy.total(energies) if energies else None
+        taken = max((part.taken for part in parts), default=0.0)
         return cls(
-            laws, complementarity, checks, undetermined, energy, jumps, worst, tuple(several)
+            laws, complementarity, checks, undetermined, energy, jumps, worst, tuple(several), taken
         )
 
     @classmethod
@@ -117,6 +123,7 @@ class Certificate:
             "uniqueness": self.uniqueness,
             "undetermined": self.undetermined,
             "several": list(self.several),
+            "taken": self.taken,
             "energy": self.energy.to_dict() if self.energy else None,
             "passed": self.passed,
         }

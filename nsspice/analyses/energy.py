@@ -21,6 +21,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+_SUMS = ("stored", "delivered", "dissipated", "lost", "scheme", "turned", "steps", "of")
+
 
 @dataclass(slots=True)
 class Energy:
@@ -38,6 +40,9 @@ class Energy:
         In jumps [J]: what was stored or delivered and is nowhere afterwards.
     scheme : float
         Taken by the implicit scheme [J].
+    turned : float
+        All that was delivered and dissipated over the run, and the largest that was stored [J];
+        0 if it is not known.
     imbalance : float
         Worst relative error of the balance of a step.
     drift : float
@@ -53,6 +58,7 @@ class Energy:
     dissipated: float = 0.0
     lost: float = 0.0
     scheme: float = 0.0
+    turned: float = 0.0
     imbalance: float = 0.0
     drift: float = 0.0
     steps: int = 0
@@ -85,6 +91,7 @@ class Energy:
             out.stored = balance["stored"] + result["jumps_stored"]
             out.delivered = balance["delivered"] + result["jumps_delivered"]
             out.dissipated, out.scheme = balance["dissipated"], balance["scheme"]
+            out.turned = balance["turned"]
             out.drift, out.whole = balance["drift"], kept
         elif out.steps == steps and kept:
             out.drift, out.whole = result["drift"], True
@@ -95,13 +102,18 @@ class Energy:
         """True if the sums are those of the run."""
         return self.whole
 
+    @property
+    def taken(self) -> float:
+        """The share of what the run has turned over that its steps themselves have taken."""
+        return abs(self.scheme) / self.turned if self.turned > 0.0 else 0.0
+
     @classmethod
     def total(cls, parts: Iterable[Energy]) -> Energy:
         """Return the sum over islands; the imbalance is the worst."""
         out = cls(whole=True)
         for part in parts:
             out.whole &= part.whole
-            for name in ("stored", "delivered", "dissipated", "lost", "scheme", "steps", "of"):
+            for name in _SUMS:
                 setattr(out, name, getattr(out, name) + getattr(part, name))
             for name in ("imbalance", "drift"):
                 if worse(getattr(part, name), getattr(out, name)):

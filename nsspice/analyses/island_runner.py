@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 from ..circuit import Circuit, Island, MnaSystem
@@ -181,6 +182,8 @@ class IslandRunner:
             len(jumps) == stats["jumps"],
             self.stepper.balance,
         )
+        if self.method == "sdirk" and certificate.energy is not None:
+            certificate = replace(certificate, taken=certificate.energy.taken)
         followed = self.method in PATH_METHODS
         return of_linearised(certificate, stats) if followed else certificate
 

@@ -452,3 +452,35 @@ def test_right_after_a_jump_currents_pass_a_floating_capacitor(volts, holds):
     none, source = np.zeros((1, 0)), np.full((1, 1), 2.0)
     auditor.check(Records(np.zeros(1), after, z, still, none, source, np.zeros((1, 1)), None))
     assert (auditor.result()["laws"] < TOLERANCE) == holds
+
+
+def test_steps_that_take_the_energy_of_a_coil_are_refused() -> None:
+    """Order 2 drops the current of a coil onto 100 MOhm in a step instead of turning the diode on.
+
+    All laws hold at its points, and 10 times what is dissipated goes into the steps themselves.
+    """
+    deck = """panel and boost converter
+Iph 0 pv 8
+Rs pv pvs 0.2
+.model dpv D(IS=1e-8 N=60)
+Cin pvs 0 100u IC=25
+L1 pvs x 200u
+S1 x 0 g 0 sw
+D1 x o
+Cb o 0 200u IC=48
+Vb b 0 48
+Vs s 0 PULSE(0 1 0 19.9u 0.05u 0 20u)
+Bd d 0 V=limit(0.4+0.05*(v(pvs)-28),0.05,0.9)
+Bg g 0 V=if(v(d)>v(s),1,0)
+.model sw SW(VT=0.5 RON=1m ROFF=1e8)
+.tran 1u 2m uic
+"""
+    right = nsspice.tran(nsspice.read(deck)).certificate
+    assert right is not None
+    assert right.passed
+    assert right.taken < 1e-4
+    wrong = nsspice.tran(nsspice.read(deck + ".options order=2\n"), reltol=1e-4).certificate
+    assert wrong is not None
+    assert wrong.laws <= 1e-8
+    assert wrong.taken > 0.1
+    assert not wrong.passed

@@ -36,6 +36,8 @@ pub struct Balance {
     pub dissipated: f64,
     /// taken by the scheme
     pub scheme: f64,
+    /// all that was delivered and dissipated, and the largest that was stored
+    pub turned: f64,
     /// relative error of the sums
     pub drift: f64,
     /// steps
@@ -440,6 +442,7 @@ impl Sums {
             delivered: self.delivered,
             dissipated: self.dissipated,
             scheme: self.scheme,
+            turned: self.moved + self.peak.max(first.abs()).max(last.abs()),
             drift: ratio(error, scale.max(f64::MIN_POSITIVE / TOLERANCE)),
             steps: self.steps,
         }

@@ -248,6 +248,7 @@ pub(super) fn balance_dict<'py>(py: Python<'py>, b: &Balance) -> PyResult<Bound<
     out.set_item("delivered", b.delivered)?;
     out.set_item("dissipated", b.dissipated)?;
     out.set_item("scheme", b.scheme)?;
+    out.set_item("turned", b.turned)?;
     out.set_item("drift", b.drift)?;
     out.set_item("steps", b.steps)?;
     Ok(out)

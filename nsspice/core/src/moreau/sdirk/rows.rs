@@ -5,6 +5,7 @@ use super::ladder::{Fit, Ladder};
 use super::run::Sdirk;
 use super::step::Trial;
 use super::tableau::Tableau;
+use super::witness::no_length;
 
 /// Pieces of a step that lines join.
 const PIECES: usize = 8;
@@ -104,13 +105,15 @@ impl Sdirk {
     /// Keeps points inside the accepted step beside the rows, for measures: a surge may come and go between
     /// two of them, and of few steps lines do not tell what a polynomial of the fourth degree does.
     pub(super) fn keep_pieces(&mut self, s: &mut Stepper, end: f64) {
-        let piece = (end - self.trial.start) / PIECES as f64;
-        if !s.witness.between || self.rows.step <= piece {
+        let (start, length) = (self.trial.start, self.trial.length);
+        let piece = (end - start) / PIECES as f64;
+        // a mode that ends where it begins has not been, and rows that are closer tell all
+        if !s.witness.between || no_length(start, end, length) || self.rows.step <= piece {
             return;
         }
         let mut row = vec![0.0; s.columns()];
         for k in 1..PIECES {
-            let label = self.trial.start + k as f64 * piece;
+            let label = start + k as f64 * piece;
             self.write_at(s, label, &mut row);
             s.witness.sides.extend_from_slice(&row);
         }
