@@ -318,34 +318,12 @@ class _Run:
 
     def _verdict(self) -> int:
         """Refuse a run whose rows do not satisfy the laws of the circuit."""
-        from ..analyses.certificate import TAKEN
+        from .verdict import refuse
 
-        bad = [s for s in self.solutions if s.certificate and not s.certificate.passed]
-        if not bad:
-            return 0
-        c = bad[0].certificate
-        if c.taken > TAKEN:
-            raise NumericalError(
-                Diagnostic(
-                    "NS3003",
-                    f"the steps themselves have taken {c.taken:.0%} of the energy of the run: "
-                    "they have not met their tolerance",
-                    hint="try a smaller --reltol, or order=4 if the deck asks for order=2",
-                )
-            )
-        where = f", worst at {c.worst}" if c.worst else ""
-        text = f"relative errors {c.laws:.1e} (laws{where}), {c.complementarity:.1e} (set-valued)"
-        if c.energy is not None:
-            text += f", {max(c.energy.imbalance, c.energy.drift):.1e} (energy)"
-        if c.jumps:
-            text += f", {c.jumps:.1e} (charge and flux over jumps)"
-        raise NumericalError(
-            Diagnostic(
-                "NS3003",
-                f"the computed points miss the laws of the circuit: {text}",
-                hint="try a shorter step; the files are kept, please report this deck",
-            )
-        )
+        for solution in self.solutions:
+            if solution.certificate and not solution.certificate.passed:
+                refuse(solution)
+        return 0
 
 
 def _labelled(name: str | None, netlist: Path, label: str) -> Path:

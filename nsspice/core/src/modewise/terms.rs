@@ -2,6 +2,9 @@
 
 use crate::dense::{complex, Complex};
 
+/// Largest exponent of what grows: below the range of numbers, beyond that of energies.
+const LARGEST: f64 = 690.0;
+
 /// A function of the time since the start of the segment.
 #[derive(Clone, Copy, Debug)]
 pub enum Term {
@@ -94,6 +97,9 @@ impl Term {
                 Term::Numerical { .. } => (real(0.0), real(0.0), 0.0),
             };
         }
+        // what nothing has set in motion stays at rest however unstable it is: 0 times infinity is no number
+        let growth = -self.pace().1;
+        let t = if growth * t > LARGEST { LARGEST / growth } else { t };
         match *self {
             Term::One => (real(1.0), real(0.0), 1.0),
             Term::Time => (real(t), real(1.0), 1.0),

@@ -1,0 +1,71 @@
+"""What is said of a run whose certificate fails."""
+
+from __future__ import annotations
+
+from typing import NoReturn
+
+from ..analyses.certificate import TAKEN
+from ..analyses.solution import Solution
+from ..errors import Diagnostic, NumericalError
+
+#: the square of more is no number, and energies are such squares
+_RANGE = 1e150
+
+
+def refuse(solution: Solution) -> NoReturn:
+    """Tell why the rows of a solution are not to be relied upon.
+
+    Raises
+    ------
+    NumericalError
+        NS3003, always.
+    """
+    raise NumericalError(Diagnostic("NS3003", *_reason(solution)))
+
+
+def _reason(solution: Solution) -> tuple[str, None, str]:
+    """Return the message and the hint."""
+    c = solution.certificate
+    assert c is not None
+    grown = _grown(solution)
+    if grown is not None:
+        name, time = grown
+        return (
+            f"{name} has left the range of numbers by t = {time:.6g} s: nothing in the circuit "
+            "limits its growth",
+            None,
+            "look for feedback of the wrong sign; an earlier stop shows how it grows",
+        )
+    if c.taken > TAKEN:
+        return (
+            f"the steps themselves have taken {c.taken:.0%} of the energy of the run: they have "
+            "not met their tolerance",
+            None,
+            "try a smaller --reltol, or order=4 if the deck asks for order=2",
+        )
+    where = f", worst at {c.worst}" if c.worst else ""
+    text = f"relative errors {c.laws:.1e} (laws{where}), {c.complementarity:.1e} (set-valued)"
+    if c.energy is not None:
+        text += f", {max(c.energy.imbalance, c.energy.drift):.1e} (energy)"
+    if c.jumps:
+        text += f", {c.jumps:.1e} (charge and flux over jumps)"
+    return (
+        f"the computed points miss the laws of the circuit: {text}",
+        None,
+        "try a shorter step; the files are kept, please report this deck",
+    )
+
+
+def _grown(solution: Solution) -> tuple[str, float] | None:
+    """Return the signal that is first seen beyond the range of energies, and when.
+
+    The command line keeps the last rows alone.
+    """
+    first: tuple[str, float] | None = None
+    for name in solution.columns if solution.axis_name == "time" else ():
+        within = abs(solution[name]) < _RANGE  # false where it is not a number
+        if not within.all():
+            time = float(solution.axis[within.argmin()])
+            if first is None or time < first[1]:
+                first = name, time
+    return first
