@@ -6,7 +6,8 @@
 //! ideal diodes in parallel).  In passive networks all of this is a property of the graph.
 
 use super::network::Network;
-use crate::dense::{equilibrate, norm, Echelon, Matrix};
+use super::tracked::Tracked;
+use crate::dense::{equilibrate, norm, Echelon, Lu, Matrix};
 
 /// Relative size below which numerical ranks see zero; only networks with controlled sources.
 const RANK: f64 = 1e-13;
@@ -144,6 +145,27 @@ fn by_graph(net: &Network, active: &[usize]) -> Staircase {
 
 /// Column-pivoted elimination with orthogonal reflections: pivot columns and kernel.
 fn pivoted(a: &Matrix) -> (Vec<usize>, Matrix) {
+    let (order, rank, w) = reflected(a);
+    let cols = a.cols;
+    let mut kernel = Matrix::zeros(cols, cols - rank);
+    for (k, &f) in order[rank..].iter().enumerate() {
+        let mut x = vec![0.0; rank];
+        for i in (0..rank).rev() {
+            let sum: f64 = (i + 1..rank).map(|j| w[(i, order[j])] * x[j]).sum();
+            x[i] = (-w[(i, f)] - sum) / w[(i, order[i])];
+        }
+        kernel[(f, k)] = 1.0;
+        let largest = x.iter().fold(1.0f64, |m, v| m.max(v.abs()));
+        for (i, v) in x.iter().enumerate() {
+            // a trace of the reflections would be a constraint of its own once its row has unit length
+            kernel[(order[i], k)] = if v.abs() > TRACE * largest { *v } else { 0.0 };
+        }
+    }
+    (order[..rank].to_vec(), kernel)
+}
+
+/// Reflects a matrix to a triangle: the order of its columns, their rank, and the triangle.
+fn reflected(a: &Matrix) -> (Vec<usize>, usize, Matrix) {
     let (rows, cols) = (a.rows, a.cols);
     let mut w = a.clone();
     let mut order: Vec<usize> = (0..cols).collect();
@@ -176,22 +198,39 @@ fn pivoted(a: &Matrix) -> (Vec<usize>, Matrix) {
         }
         rank += 1;
     }
-    let mut kernel = Matrix::zeros(cols, cols - rank);
-    for (k, &f) in order[rank..].iter().enumerate() {
-        let mut x = vec![0.0; rank];
-        for i in (0..rank).rev() {
-            let sum: f64 = (i + 1..rank).map(|j| w[(i, order[j])] * x[j]).sum();
-            x[i] = (-w[(i, f)] - sum) / w[(i, order[i])];
-        }
-        kernel[(f, k)] = 1.0;
-        let largest = x.iter().fold(1.0f64, |m, v| m.max(v.abs()));
-        for (i, v) in x.iter().enumerate() {
-            // a trace of the reflections would be a constraint of its own once its row has unit length
-            kernel[(order[i], k)] = if v.abs() > TRACE * largest { *v } else { 0.0 };
+    (order, rank, w)
+}
+
+/// The kernel of a matrix whose rank is that of the block of these rows and columns, and how far it is
+/// known.
+///
+/// A large resistance to ground beside milliohms leaves 1e-10 of a voltage in what reflections make of a
+/// loop of closed switches, which has none: the loop, which nothing determines, would then seem to move
+/// a charge, and impulses without bound go round in it.  Solved from the equations themselves, with
+/// residuals of twice the precision, sums of one and minus one vanish.
+fn kernel_beside(a: &Matrix, rows: &[usize], cols: &[usize]) -> Tracked {
+    let free: Vec<usize> = (0..a.cols).filter(|c| !cols.contains(c)).collect();
+    let mut out = Tracked::zeros(a.cols, free.len());
+    if free.is_empty() {
+        return out;
+    }
+    let some = a.select_rows(rows);
+    let block = some.select_cols(cols);
+    let factor = Lu::new(&block);
+    let (solved, correction) = factor.refine(&block, &some.select_cols(&free));
+    for (k, &f) in free.iter().enumerate() {
+        out.value[(f, k)] = 1.0;
+        let largest = (0..cols.len()).fold(1.0f64, |m, i| m.max(solved[(i, k)].abs()));
+        for (i, &c) in cols.iter().enumerate() {
+            let (v, doubt) = (solved[(i, k)], correction[(i, k)].abs());
+            // a trace of rounding would be a constraint of its own once its row has unit length
+            if v.abs() > doubt.max(TRACE * largest) {
+                out.value[(c, k)] = -v;
+            }
+            out.bound[(c, k)] = doubt;
         }
     }
-    order.truncate(rank);
-    (order, kernel)
+    out
 }
 
 /// Rows of unit length.
@@ -212,27 +251,40 @@ fn by_numbers(algebra: &Algebra) -> Result<Staircase, String> {
     let size = knn.rows;
     let (row, col) = equilibrate(knn);
     let scaled = Matrix::from_fn(size, size, |i, j| knn[(i, j)] * row[i] * col[j]);
-    let (cols, mut right) = pivoted(&scaled);
-    let (rows, mut left) = pivoted(&scaled.transpose());
+    let ranked = |m: &Matrix| {
+        let (mut order, rank, _) = reflected(m);
+        order.truncate(rank);
+        order
+    };
+    let (cols, rows) = (ranked(&scaled), ranked(&scaled.transpose()));
     if rows.len() != cols.len() {
         return Err("the rank of its algebraic equations is not certain".into());
     }
-    for i in 0..size {
-        right.row_mut(i).iter_mut().for_each(|v| *v *= col[i]);
-        left.row_mut(i).iter_mut().for_each(|v| *v *= row[i]);
-    }
-    // a sum that vanishes but for rounding is zero: compare with the sum of absolute values
-    let clean = |x: &Matrix, y: &Matrix| {
-        let (mut sum, size) = (x.times(y), x.abs().times(&y.abs()));
-        for (v, s) in sum.data.iter_mut().zip(&size.data) {
-            if v.abs() <= 1e-12 * s {
+    let back = |mut kernel: Tracked, scale: &[f64]| {
+        for (i, f) in scale.iter().enumerate() {
+            kernel.value.row_mut(i).iter_mut().for_each(|v| *v *= f);
+            kernel.bound.row_mut(i).iter_mut().for_each(|v| *v *= f);
+        }
+        kernel
+    };
+    let right = back(kernel_beside(&scaled, &rows, &cols), &col);
+    let left = back(kernel_beside(&scaled.transpose(), &cols, &rows), &row);
+    // a sum that vanishes but for rounding is zero: compare with the sum of absolute values, and with
+    // what is not known of the kernel
+    let clean = |kernel: &Tracked, y: &Matrix| {
+        let (value, y_size) = (kernel.value.transpose(), y.abs());
+        let (mut sum, size) = (value.times(y), value.abs().times(&y_size));
+        let doubt = kernel.bound.transpose().times(&y_size);
+        for ((v, s), d) in sum.data.iter_mut().zip(&size.data).zip(&doubt.data) {
+            if v.abs() <= (1e-12 * s).max(*d) {
                 *v = 0.0;
             }
         }
         sum
     };
-    let demands = clean(&left.transpose(), &algebra.kna); // one row per direction
-    let effects = clean(&algebra.kan, &right).transpose();
+    let demands = clean(&left, &algebra.kna); // one row per direction
+    let effects = clean(&right, &algebra.kan.transpose());
+    let (left, right) = (left.value, right.value);
     let (tie_left, open_left) = pivoted(&normalised_rows(&demands).transpose());
     let (tie_right, open_right) = pivoted(&normalised_rows(&effects).transpose());
     if tie_left.len() != tie_right.len() {
