@@ -94,11 +94,19 @@ class Auditor:
         """Take recorded stretches of continuous solutions into the worst errors and energies."""
         self._core.take_stretches(stretches)
 
-    def jump_error(self, moved: Floats, jump: Jump, stored: Floats) -> float:
+    def jump_error(
+        self,
+        moved: Floats,
+        jump: Jump,
+        stored: Floats,
+        energies: tuple[float, float, float] | None = None,
+    ) -> float:
         """Return the relative error of the balance of charge and flux over a jump.
 
         What moved into each row, shape (n,), plus what impulses brought there vanishes, but for
-        what the sources gave while it lasted; ``stored`` is the size of what was there.
+        what the sources gave while it lasted; ``stored`` is the size of what was there.  In a
+        passive network ``energies`` are stored before and after, and given by sources [J]: none
+        comes from nowhere.
         """
         return self._core.jump_error(
             moved,
@@ -110,6 +118,7 @@ class Auditor:
             jump.unknowns,
             jump.multipliers,
             jump.functions,
+            energies,
         )
 
     def jump_energy(self, time: float, before: float, after: float, delivered: float) -> None:

@@ -191,7 +191,8 @@ impl Auditor {
     ///
     /// `stored` is the size of what was there, `sides` are the unknowns before and after.  The jump is
     /// the limit of short steps of the given length together, or one short step of the length `span`;
-    /// the `shortest` of them had the highest potentials and the largest currents.
+    /// the `shortest` of them had the highest potentials and the largest currents.  In a passive network
+    /// `energies` tell what was stored before and after and what sources gave: nothing comes from nowhere.
     #[allow(clippy::too_many_arguments)] // all that is known of it
     pub fn jump_error(
         &mut self,
@@ -201,15 +202,18 @@ impl Auditor {
         [time, length, span, shortest]: [f64; 4],
         sources: &[f64],
         [unknowns, multipliers, functions]: [&[f64]; 3],
+        energies: Option<[f64; 3]>,
     ) -> f64 {
         let mut error = moved.to_vec();
         let mut sizes: Vec<f64> = stored.iter().zip(moved).map(|(s, m)| s + m.abs()).collect();
-        self.g.add_both(1.0, unknowns, &mut error, &mut sizes);
-        self.a.add_both(1.0, multipliers, &mut error, &mut sizes);
+        self.g.add(1.0, unknowns, &mut error);
+        self.a.add(1.0, multipliers, &mut error);
         self.s.add_both(-span, sources, &mut error, &mut sizes);
         if let Some(smooth) = &self.smooth {
             smooth.f.add_both(1.0, functions, &mut error, &mut sizes);
         }
+        let hidden =
+            self.add_impulses(sides, length.max(span), [unknowns, multipliers], &mut sizes);
         // two short steps count twice and once, so that three times the rounding of one is left
         let mut largest = if self.smooth.is_some() { self.largest } else { [0.0; 2] };
         let mut least = [0.0f64; 2];
@@ -246,14 +250,14 @@ impl Auditor {
             let sizes: Vec<f64> = unknowns.iter().map(|v| v.abs() / shortest).collect();
             self.e.add_sizes(3.0 * self.share, &sizes, &mut flowing);
         }
-        let errors = error.iter().zip(&sizes).zip(&self.kinds).enumerate();
-        let found = errors.map(|(row, ((e, s), &k))| {
-            let turned = self.share * self.reach.holding(row, k, energy);
-            ratio(
-                (e.abs() - carried[row]).max(0.0),
-                s.max(least[usize::from(k)]).max(turned).max(flowing[row]),
-            )
-        });
+        for (row, (size, &kind)) in sizes.iter_mut().zip(&self.kinds).enumerate() {
+            let turned = self.share * self.reach.holding(row, kind, energy);
+            *size = size.max(least[usize::from(kind)]).max(turned).max(flowing[row]);
+        }
+        let missing = error.iter().zip(&carried).zip(&hidden);
+        let missing = missing.map(|((e, carried), hidden)| (e.abs() - carried).max(0.0) + hidden);
+        let gain = energies.map(|e| self.jump_gain(e, sides, multipliers, &sizes));
+        let found = missing.zip(&sizes).map(|(e, s)| ratio(e, *s)).chain(gain);
         found.fold(0.0, |worst, new| if worse(new, worst) { new } else { worst })
     }
 }

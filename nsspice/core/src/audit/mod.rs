@@ -14,6 +14,7 @@
 
 mod energy;
 mod form;
+mod jumps;
 mod lanes;
 mod laws;
 mod matrix;

@@ -107,6 +107,11 @@ impl Reach {
         Reach { stored, acting, shared, pairs: carried, slacks }
     }
 
+    /// Whether the multiplier of a pair is a voltage (0) or a current (1).
+    pub fn kind(&self, pair: usize) -> u8 {
+        self.pairs[pair]
+    }
+
     /// Charge or flux in a row that the largest voltage and current would store.
     pub fn content(&self, row: usize, largest: &[f64; 2]) -> f64 {
         meet(&self.stored[row], largest)

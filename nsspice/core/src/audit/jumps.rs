@@ -1,0 +1,179 @@
+//! What a jump may be judged against, and whether it makes energy.
+
+use super::laws::Auditor;
+use super::{ratio, TOLERANCE};
+
+impl Auditor {
+    /// Adds what impulses bring to each law over a jump to the sizes of the rest of it, but no more of
+    /// currents and potentials than something calls for.
+    ///
+    /// A closed switch beside a conducting diode is a loop in which any current may go round, that of a
+    /// jump as well, and of a part without ground any potential may jump.  A law would hold to the
+    /// rounding of such a value, however much of the charge that the jump moves is lost in it.  What a
+    /// branch has to carry leaves the network in stores, resistances, controlled sources or sources: the
+    /// sum over all laws of what meets there besides branches is the most that a branch may count for,
+    /// and a resistance counts for the voltage across it.  States pass the time of short steps as well,
+    /// so that what they bring about in it is added.  Returns what the rounding of more than that may
+    /// hide in each law.
+    pub(super) fn add_impulses(
+        &self,
+        sides: [&[f64]; 2],
+        time: f64,
+        [unknowns, multipliers]: [&[f64]; 2],
+        sizes: &mut [f64],
+    ) -> Vec<f64> {
+        let mut branches = vec![0.0; self.n];
+        // called for, in laws of currents and of voltages
+        let mut called = [0.0f64; 2];
+        let mut to_ground = vec![[0.0f64; 2]; self.n];
+        for (row, column, value) in self.g.entries() {
+            let (own, kind) = (self.kinds[row], self.kinds[column]);
+            let impulse = unknowns[column];
+            if own != kind {
+                let branch = value.abs() == 1.0;
+                let to = if branch { &mut branches[row] } else { &mut sizes[row] };
+                *to += (value * impulse).abs();
+            } else if own == 1 {
+                sizes[row] += (value * impulse).abs();
+                called[0] += impulse.abs();
+            } else {
+                let [sum, size] = &mut to_ground[row];
+                (*sum, *size) = (*sum + value, *size + value.abs());
+                let across = impulse - unknowns[row];
+                sizes[row] += (value * across).abs() + self.rounded(value * impulse);
+                called[1] += across.abs();
+            }
+        }
+        for (row, [sum, size]) in to_ground.into_iter().enumerate() {
+            if sum.abs() > self.rounded(size) * TOLERANCE {
+                sizes[row] += (sum * unknowns[row]).abs();
+                called[1] += unknowns[row].abs();
+            }
+        }
+        for (row, pair, value) in self.a.entries() {
+            let branch = value.abs() == 1.0 && self.kinds[row] != self.reach.kind(pair);
+            let to = if branch { &mut branches[row] } else { &mut sizes[row] };
+            *to += (value * multipliers[pair]).abs();
+        }
+        for (_, pair, _) in self.d.entries().filter(|e| e.2 != 0.0) {
+            called[usize::from(1 - self.reach.kind(pair))] += multipliers[pair].abs();
+        }
+        for (row, &kind) in self.kinds.iter().enumerate() {
+            called[usize::from(kind)] += sizes[row];
+            if !self.algebraic[row] {
+                let state = sides.iter().fold(0.0f64, |most, z| most.max(z[row].abs()));
+                called[usize::from(1 - kind)] += time * state;
+            }
+        }
+        for ((size, branch), &kind) in sizes.iter_mut().zip(&mut branches).zip(&self.kinds) {
+            let most = called[usize::from(kind)];
+            if *branch > most {
+                *size += most;
+                *branch *= f64::EPSILON;
+            } else {
+                // NaN stays NaN
+                *size += *branch;
+                *branch = 0.0;
+            }
+        }
+        branches
+    }
+
+    /// What the rounding of a product may be, in units of the tolerance.
+    fn rounded(&self, product: f64) -> f64 {
+        3.0 * self.share * product.abs()
+    }
+
+    /// The energy that a jump of a passive network makes of nothing, relative to what charges of these
+    /// sizes in its laws are worth: after it there is at most what was stored and what the sources gave,
+    /// less what charges lose at the thresholds of diodes.
+    pub(super) fn jump_gain(
+        &self,
+        [before, after, given]: [f64; 3],
+        sides: [&[f64]; 2],
+        multipliers: &[f64],
+        sizes: &[f64],
+    ) -> f64 {
+        let thresholds: f64 = self.q.iter().zip(multipliers).map(|(q, l)| q * l).sum();
+        let gain = after - before - given + thresholds;
+        if gain <= 0.0 {
+            return 0.0;
+        }
+        let worth = |z: &[f64]| sizes.iter().zip(z).map(|(s, z)| s * z.abs()).sum::<f64>();
+        ratio(gain, worth(sides[0]) + worth(sides[1]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::descriptor::Linear;
+    use crate::sparse::Csc;
+
+    /// Two capacitors of 1 F, each to ground, and between them two elements side by side.
+    fn auditor() -> Auditor {
+        let linear = Linear {
+            e: Csc::from_triplets(2, 2, &[(0, 0, 1.0), (1, 1, 1.0)]),
+            g: Csc::zeros(2, 2),
+            a: Csc::from_triplets(2, 2, &[(0, 0, 1.0), (1, 0, -1.0), (0, 1, -1.0), (1, 1, 1.0)]),
+            b: Csc::from_triplets(2, 2, &[(0, 0, 1.0), (0, 1, -1.0), (1, 0, -1.0), (1, 1, 1.0)]),
+            d: Csc::zeros(2, 2),
+            q: vec![0.0, 0.5],
+            s: Csc::zeros(2, 0),
+            row_kind: vec![0; 2],
+        };
+        Auditor::new(&linear, None, None)
+    }
+
+    /// The error of a jump, with its energies if they count.
+    fn error(
+        before: [f64; 2],
+        after: [f64; 2],
+        multipliers: [f64; 2],
+        energies: Option<[f64; 3]>,
+    ) -> f64 {
+        let moved = [after[0] - before[0], after[1] - before[1]];
+        let stored = before.map(f64::abs);
+        let none = &[][..];
+        auditor().jump_error(
+            &moved,
+            &stored,
+            [&before, &after],
+            [0.0; 4],
+            none,
+            [&[0.0; 2], &multipliers, none],
+            energies,
+        )
+    }
+
+    #[test]
+    fn what_goes_round_in_a_loop_excuses_nothing() {
+        for round in [0.0, 1.0, 1e4] {
+            let found = error([2.0, 0.0], [1.0, 1.0], [1.0 + round, round], None);
+            assert!(found < 1e-3 * TOLERANCE);
+        }
+        // one charge lost, by itself and in the rounding of what goes round
+        for round in [0.0, 1.0, 1e16] {
+            assert!(error([2.0, 0.0], [1.0, 0.0], [round, round], None) > TOLERANCE);
+        }
+    }
+
+    #[test]
+    fn no_jump_makes_energy() {
+        let found = |after: f64, threshold: f64, given: f64| {
+            let charges = [2.0 - after + threshold, threshold];
+            let energy = |z: [f64; 2]| 0.5 * (z[0] * z[0] + z[1] * z[1]);
+            let (before, after) = ([2.0, 0.0], [after, 2.0 - after]);
+            error(before, after, charges, Some([energy(before), energy(after), given]))
+        };
+        assert!(found(1.0, 0.0, 0.0) < TOLERANCE);
+        assert!(found(0.0, 0.0, 0.0) < TOLERANCE);
+        // 1 J more than there was, but for what a source gave
+        assert!(found(1.0 + f64::sqrt(2.0), 0.0, 0.0) > 1e-2);
+        assert!(found(1.0 + f64::sqrt(2.0), 0.0, 1.01) < TOLERANCE);
+        // 1 J of 2 J is left, and no threshold of 0.5 V has taken more than the other
+        assert!(found(1.0, 1.9, 0.0) < TOLERANCE);
+        assert!(found(1.0, 2.1, 0.0) > TOLERANCE);
+        assert!(found(f64::NAN, 0.0, 0.0).is_nan());
+    }
+}
