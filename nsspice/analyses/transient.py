@@ -155,13 +155,17 @@ def run_tran(
     sink: Sink | None = None,
     keep: bool = True,
     all_points: bool = False,
+    measured: bool = True,
 ) -> Solution:
-    """Run one transient analysis; see :func:`tran`."""
+    """Run one transient analysis; see :func:`tran`.
+
+    Points between the rows are kept if the deck has measures, unless it is not to be ``measured``.
+    """
     begin = clock.perf_counter()
     columns = select(circuit, signals)
     names = columns + [n for n in select(circuit, extra) if n not in columns] if extra else columns
     recorder = Recorder(circuit, names)
-    measured = any(card.analysis == "tran" for card in circuit.deck.measures)
+    measured = measured and any(card.analysis == "tran" for card in circuit.deck.measures)
     runners = [
         IslandRunner(
             circuit,
