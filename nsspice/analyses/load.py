@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from ..circuit import Circuit, build
+from ..circuit.build import completed
+from ..errors import NetlistError
 from ..netlist import parse_file, parse_text
 from ..netlist.deck import Deck
 
@@ -54,13 +56,21 @@ def read_deck(
     params : mapping of str to float, optional
     file : str
         Name for the messages about a text.
+
+    Raises
+    ------
+    NetlistError
+        With what cannot be read, and what is wrong with the values of all other lines.
     """
     given = dict(params or {})
-    if isinstance(source, Path) or "\n" not in source:
-        deck = parse_file(source, given or None)
-    else:
-        deck = parse_text(source, file, given or None)
-        deck.source = source
+    try:
+        if isinstance(source, Path) or "\n" not in source:
+            deck = parse_file(source, given or None)
+        else:
+            deck = parse_text(source, file, given or None)
+            deck.source = source
+    except NetlistError as error:
+        raise completed(error) from error
     deck.overrides = given
     return deck
 

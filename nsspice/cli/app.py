@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from .. import __version__
-from ..errors import NetlistError, NsspiceError, suggest
+from ..errors import NsspiceError, suggest
 from .report import broken_pipe, report_error, report_interrupt, report_os_error
 
 _COMMANDS = {
@@ -64,7 +64,7 @@ class _Lazy(click.Group):
         try:
             return super().main(given, *rest, **extra)
         except NsspiceError as error:
-            report_error(_all_of(error), as_json)
+            report_error(error, as_json)
             code = error.exit_code
         except BrokenPipeError:
             broken_pipe()
@@ -90,15 +90,6 @@ class _Lazy(click.Group):
         except OSError as error:
             report_os_error(error, "--json" in sys.argv)
             ctx.exit(2)
-
-
-def _all_of(error: NsspiceError) -> NsspiceError:
-    """Return an error with everything that can be told, so that one run shows all of it."""
-    if isinstance(error, NetlistError):
-        from ..circuit.build import completed
-
-        return completed(error)
-    return error
 
 
 @click.group(cls=_Lazy, context_settings={"help_option_names": ["-h", "--help"]})
