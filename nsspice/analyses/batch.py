@@ -12,13 +12,13 @@ from ..netlist.deck import Analysis, DcCard, Deck, OpCard, Sweep, TranCard
 from .cards import Dc, Tran
 from .load import read_again
 from .measure import evaluate_measures
-from .names import canonical
 from .rows import Progress
 from .settings import Settings, foreign_method
 from .sink import Sink
 from .solution import Solution
 from .statics import check_sweep, dc, op
 from .transient import run_tran
+from .watched import measured_signals
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +214,7 @@ def run_job(
         circuit = read_again(deck, parameters)
         job = replace(job, card=circuit.deck.analyses[deck.analyses.index(job.card)])
     measures = [m for m in circuit.deck.measures if m.analysis == job.kind]
-    extra = [*request.extra, *_measured(circuit, job)]
+    extra = [*request.extra, *measured_signals(measures)]
     common: dict[str, object] = {
         "signals": request.signals,
         "extra": extra,
@@ -271,23 +271,3 @@ def _executor(
         all_points=request.all_points,
         **common,  # type: ignore[arg-type]
     )
-
-
-def _measured(circuit: Circuit, job: Job) -> list[str]:
-    """Return the signals that the measures of a job need."""
-    names: dict[str, None] = {}
-    for card in circuit.deck.measures:
-        if card.analysis != job.kind or card.operation == "param":
-            continue
-        conditions = [c for c in (card.first, card.second) if c is not None]
-        expressions = [card.expression]
-        expressions += [e for c in conditions for e in (c.signal, c.other)]
-        for expression in expressions:
-            if expression is not None:
-                names.update(
-                    (canonical(n), None) for n in expression.variables() if n[:2] in _SIGNALS
-                )
-    return list(names)
-
-
-_SIGNALS = ("v(", "i(", "p(")

@@ -26,6 +26,7 @@ from .method import choose
 from .regularity import Judge
 from .settings import Settings
 from .solution import IslandRun, JumpReport
+from .watched import Watched
 
 _FEW = 8  # implicit steps that are not worth a word
 BUDGET = 0.05  # [s] longest stretch inside the core: Ctrl-C waits no longer
@@ -52,7 +53,7 @@ class IslandRunner:
         values: Mapping[str, float] | None,
         *,
         sides: bool = False,
-        between: bool = False,
+        watched: Watched | None = None,
         all_points: bool = False,
     ) -> None:
         self.circuit, self.number, self.island = circuit, number, island
@@ -68,13 +69,18 @@ class IslandRunner:
         self._wait = _WAIT // len(circuit.islands)
         #: rows on both sides of jumps, if they are wanted, and points between the rows
         self.sides: list[Floats] | None = [] if sides else None
-        self.between = sides and between
+        #: outputs that are followed between the rows
+        self.followed: list[int] = []
+        if sides and watched is not None:
+            self.followed = [j for j, n in enumerate(names) if (number, n) in watched.parts]
         self.judge: Judge | None = None
         self.all_points = all_points
         self.method, self.note = "point by point", ""
         functionals = [self.mna.functional(name) for name in names]
         self.stepper: MoreauStepper | ModewiseStepper = self._stepper(functionals)
         self._watch()
+        if self.followed and watched is not None:
+            self.stepper.keep_between(self.followed, watched.start, watched.stop)
 
     def _stepper(self, functionals: Sequence[Functional]) -> MoreauStepper | ModewiseStepper:
         """Return the solver that the settings and the system call for."""
@@ -112,7 +118,7 @@ class IslandRunner:
         if isinstance(stepper, ModewiseStepper):
             # whether there are several solutions is a question of short steps here
             self.examiner = Examiner(self.mna, step=_SHORT * self.analysis.stop, timed=True)
-            stepper.watch(self.sides is not None, self.between)
+            stepper.watch(self.sides is not None)
             self.examiner.auditor.accompany(stepper)
             return
         distance = self.step or self.analysis.row_distance
@@ -122,7 +128,7 @@ class IslandRunner:
             every = _NEVER  # it chooses itself; jumps and single implicit steps are left
         self.examiner = Examiner(self.mna, stepper.H, stepper.Hs, step=self.step, timed=True)
         self.judge = Judge(self.mna, system) if self.step is None and Judge.wanted(system) else None
-        stepper.watch(every, window, self.sides is not None, self.between)
+        stepper.watch(every, window, self.sides is not None)
         self.examiner.auditor.accompany(stepper)
 
     def start(self) -> None:
@@ -134,7 +140,7 @@ class IslandRunner:
             self._plan_more()
         else:
             step = self.step or analysis.solver_step(self.settings.step)
-            if self.step is None and self.between:
+            if self.step is None and self.followed:
                 step = min(step, analysis.stop / _STATIC_POINTS)
             self.stepper.plan(0.0, analysis.stop, step, analysis.start, rows)
         if self.all_points:
@@ -147,7 +153,7 @@ class IslandRunner:
     @property
     def _by_points(self) -> bool:
         """True for a static island that is solved at the rows alone."""
-        if self.step is not None or self.all_points or self.between:
+        if self.step is not None or self.all_points or self.followed:
             return False
         return self.sides is None or not any(map(jumps, self.mna.system.waveforms))
 

@@ -19,6 +19,7 @@ from .rows import Outlet, Progress, advance_all
 from .settings import Settings
 from .sink import GrowingStore, Sink, Store
 from .solution import FinePoints, Solution
+from .watched import Watched
 
 
 def tran(
@@ -165,7 +166,7 @@ def run_tran(
     columns = select(circuit, signals)
     names = columns + [n for n in select(circuit, extra) if n not in columns] if extra else columns
     recorder = Recorder(circuit, names)
-    measured = measured and any(card.analysis == "tran" for card in circuit.deck.measures)
+    watched = Watched.of(circuit, analysis) if measured else None
     runners = [
         IslandRunner(
             circuit,
@@ -177,7 +178,7 @@ def run_tran(
             temperature,
             values,
             sides=keep and not all_points,
-            between=measured,
+            watched=watched,
             all_points=all_points,
         )
         for k, island in enumerate(circuit.islands)

@@ -190,18 +190,28 @@ class ModewiseStepper(Stepper):
         )
         return UnsolvedStep(failure["time"], failure["residual"], certificate)
 
-    def watch(self, sides: bool, between: bool = False) -> None:
+    def watch(self, sides: bool) -> None:
         """Leave points for those who check the run; call it before the start.
 
         Parameters
         ----------
         sides : bool
             Keep rows on both sides of jumps too, for :meth:`take_sides`.
-        between : bool
-            And points between the rows, so that lines through all of them follow the outputs.
         """
         self._core.watch(True)
-        self._core.keep_sides(sides, between)
+        self._core.keep_sides(sides)
+
+    def keep_between(self, outputs: Sequence[int], start: float, stop: float) -> None:
+        """Keep points between the rows, too, so that lines through all of them follow the outputs.
+
+        Parameters
+        ----------
+        outputs : sequence of int
+            Which outputs are to be followed, from 0 on.
+        start, stop : float
+            Between which instants [s].
+        """
+        self._core.keep_between(list(outputs), start, stop)
 
     def take_stretches(self) -> _core.Stretches:
         """Return the stretches of segments recorded since the last call."""

@@ -233,9 +233,7 @@ class MoreauStepper(Stepper):
         """
         return self._core.plan_grid(start, stop, step, out_start, out_step)
 
-    def watch(
-        self, every: int, window: int = 8, sides: bool = False, between: bool = False
-    ) -> None:
+    def watch(self, every: int, window: int = 8, sides: bool = False) -> None:
         """Choose what is left for those who check the run; call it before the start.
 
         Parameters
@@ -246,10 +244,21 @@ class MoreauStepper(Stepper):
             Steps recorded from each change of mode, that change included.
         sides : bool
             Keep rows on both sides of jumps, for :meth:`take_sides`.
-        between : bool
-            And points between the rows: those of the steps, and some inside of steps of high order.
         """
-        self._core.watch(every, window, sides, between)
+        self._core.watch(every, window, sides)
+
+    def keep_between(self, outputs: Sequence[int], start: float, stop: float) -> None:
+        """Keep points between the rows, too: ends of steps, and some inside of those of high order.
+
+        Parameters
+        ----------
+        outputs : sequence of int
+            Which outputs are to be followed; all of them are, if there are any.
+        start, stop : float
+            Between which instants [s].
+        """
+        if outputs:
+            self._core.keep_between(start, stop)
 
     def take_records(self) -> _core.Records:
         """Return the steps recorded since the last call."""

@@ -267,11 +267,15 @@ impl PyStepper {
     }
 
     /// What to leave for the certificate: one of `every` steps, `window` steps from each change of
-    /// mode; `sides`: rows on both sides of jumps; `between`: and at all ends of steps.
-    fn watch(&mut self, every: u64, window: u32, sides: bool, between: bool) {
+    /// mode; `sides`: rows on both sides of jumps.
+    fn watch(&mut self, every: u64, window: u32, sides: bool) {
         let size = self.inner.state().0.len() + self.inner.state().1.len();
         self.inner.witness = Witness::new(every, window, sides, size);
-        self.inner.witness.between = sides && between;
+    }
+
+    /// Keeps points between the rows, too, within two instants.
+    fn keep_between(&mut self, from_time: f64, to_time: f64) {
+        self.inner.witness.keep_between([from_time, to_time]);
     }
 
     /// Lets the balance of energy of an auditor go with the run.

@@ -106,3 +106,20 @@ def test_the_rows_themselves_stay_as_they_are() -> None:
     measured = nsspice.tran(nsspice.read(SURGE))
     assert np.array_equal(plain.axis, measured.axis)
     assert all(np.array_equal(plain[name], measured[name]) for name in plain.columns)
+
+
+@pytest.mark.parametrize("method", ["modewise", "sdirk", "moreau"])
+def test_points_are_kept_for_what_is_measured_and_when(method: str) -> None:
+    plain = SURGE.split(".meas")[0]
+
+    def added(card: str) -> np.ndarray:
+        run = nsspice.tran(nsspice.read(plain + card), method=method)
+        fine = run.with_jumps()
+        return np.setdiff1d(fine.axis, run.axis)
+
+    assert added(".meas tran v find v(b) at=2m\n").size == 0
+    assert added(".meas tran v integ -i(v1) from=1.95m to=3m\n").size < 400
+    within = added(".meas tran v integ -i(v1) from=0.9m to=1.05m\n")
+    assert within.size > 0
+    # of a step (a segment between rows) that reaches into the window all points may be kept
+    assert within.min() > 0.9e-3 - 1e-4

@@ -25,8 +25,8 @@ const MOST: usize = 1 << 24;
 impl Engine {
     /// Keeps points inside the segment that ends here, beside the rows.
     pub(super) fn write_between(&mut self) {
-        let (begin, length) = (self.time, self.end - self.time);
-        if !self.ends.between || length <= 0.0 {
+        let (begin, length, [from, to]) = (self.time, self.end - self.time, self.ends.window);
+        if !self.ends.between || length <= 0.0 || begin > to || self.end < from {
             return;
         }
         let step = self.rows.step().min(length);
@@ -35,14 +35,18 @@ impl Engine {
             return;
         }
         self.prepare_rows();
-        let mut left = self.point_at(0.0);
-        for right in self.rows.within(begin, self.end).chain([self.end]) {
-            let right = self.point_at(right - begin);
-            self.cut(&left, &right, DEPTH);
-            if right[0] - begin >= lively {
+        let (mut start, mut left) = (begin, None);
+        for end in self.rows.within(begin, self.end).chain([self.end]) {
+            if from <= end && start <= to {
+                let first = left.take().unwrap_or_else(|| self.point_at(start - begin));
+                let second = self.point_at(end - begin);
+                self.cut(&first, &second, DEPTH);
+                left = Some(second);
+            }
+            if end - begin >= lively || end > to {
                 return;
             }
-            left = right;
+            start = end;
         }
     }
 
@@ -79,13 +83,12 @@ impl Engine {
             return;
         }
         let points = PLACES.map(|place| self.point_at(from + place * length));
-        let sizes = &self.ends.rows.sizes;
+        let (sizes, watched) = (&self.ends.rows.sizes, &self.ends.watched);
         let off = |point: &Vec<f64>, place: f64| {
-            let ends = left.iter().zip(right).zip(point).zip(sizes).skip(1);
-            ends.into_iter().any(|(((a, b), v), size)| {
-                let line = a + place * (b - a);
+            watched.iter().map(|output| 1 + output).any(|k| {
+                let (a, b, v) = (left[k], right[k], point[k]);
                 let local = a.abs().max(b.abs()).max(v.abs());
-                (v - line).abs() > FLAT * local + TRACE * size
+                (v - a - place * (b - a)).abs() > FLAT * local + TRACE * sizes[k]
             })
         };
         if !points.iter().zip(PLACES).any(|(point, place)| off(point, place)) {

@@ -8,8 +8,11 @@ use crate::sides::{Home, Sides};
 pub(super) struct Ends {
     /// rows on both sides of jumps, one after the other, where they are kept beside the table
     pub kept: Option<Vec<f64>>,
-    /// the ends of all segments are kept beside the table, and points in between
+    /// the ends of all segments are kept beside the table, and points in between ...
     pub between: bool,
+    /// ... of these outputs, within these instants
+    pub watched: Vec<usize>,
+    pub window: [f64; 2],
     /// numbers of these points so far
     pub written: usize,
     /// from here on the ends of all segments are rows of the table [s]
@@ -27,6 +30,8 @@ impl Default for Ends {
         Ends {
             kept: None,
             between: false,
+            watched: Vec::new(),
+            window: [0.0; 2],
             written: 0,
             all_from: f64::INFINITY,
             rows: Sides::default(),
@@ -40,10 +45,15 @@ impl Default for Ends {
 }
 
 impl Engine {
-    /// Whether rows on both sides of jumps are kept, and points between the rows.
-    pub fn keep_sides(&mut self, keep: bool, between: bool) {
+    /// Whether rows on both sides of jumps are kept.
+    pub fn keep_sides(&mut self, keep: bool) {
         self.ends.kept = keep.then(Vec::new);
-        self.ends.between = keep && between;
+    }
+
+    /// Keeps points between the rows, too, where lines do not follow some outputs between two instants.
+    pub fn keep_between(&mut self, outputs: Vec<usize>, window: [f64; 2]) {
+        self.ends.between = !outputs.is_empty();
+        (self.ends.watched, self.ends.window) = (outputs, window);
     }
 
     /// Makes the end of every segment from a time on a row, and two where something jumps.

@@ -525,7 +525,7 @@ impl Stepper {
             if target.row || target.time >= self.all_points {
                 self.write(target.label, &mut out[rows * columns..(rows + 1) * columns]);
                 rows += 1;
-            } else if self.witness.between && !self.two_sided {
+            } else if self.witness.between(target.time) && !self.two_sided {
                 self.note_side(target.time);
             }
             count += 1;

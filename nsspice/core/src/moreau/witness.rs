@@ -80,8 +80,8 @@ pub struct Witness {
     pub sides: Vec<f64>,
     /// rows of both sides are wanted
     pub keep_sides: bool,
-    /// so are those at the ends of all steps, and points in between
-    pub between: bool,
+    /// so are those at the ends of all steps, and points in between, within these instants
+    between: Option<[f64; 2]>,
     /// steps seen
     pub seen: u64,
 }
@@ -93,6 +93,16 @@ impl Witness {
     pub fn new(every: u64, window: u32, keep_sides: bool, size: usize) -> Witness {
         let price = PRICE + (size / 8) as u64;
         Witness { every, window, price, tokens: STOCK, keep_sides, ..Witness::default() }
+    }
+
+    /// Keeps points between the rows, too, within two instants.
+    pub fn keep_between(&mut self, window: [f64; 2]) {
+        self.between = Some(window);
+    }
+
+    /// True if points at a time are kept beside the rows.
+    pub fn between(&self, time: f64) -> bool {
+        self.between.is_some_and(|[from, to]| from <= time && time <= to)
     }
 
     /// True if the step that begins now is to be recorded whatever its mode.

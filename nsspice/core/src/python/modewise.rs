@@ -121,9 +121,14 @@ impl PyModewise {
         PyRecords { records: self.inner.take_records(), sizes: self.sizes }
     }
 
-    /// Whether rows on both sides of jumps are kept, and points between the rows.
-    fn keep_sides(&mut self, keep: bool, between: bool) {
-        self.inner.keep_sides(keep, between);
+    /// Whether rows on both sides of jumps are kept.
+    fn keep_sides(&mut self, keep: bool) {
+        self.inner.keep_sides(keep);
+    }
+
+    /// Keeps points between the rows, too, where lines do not follow some outputs between two instants.
+    fn keep_between(&mut self, outputs: Vec<usize>, from_time: f64, to_time: f64) {
+        self.inner.keep_between(outputs, [from_time, to_time]);
     }
 
     /// Makes the end of every segment from a time on a row, and two where something jumps.

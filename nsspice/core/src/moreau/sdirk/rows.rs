@@ -108,7 +108,8 @@ impl Sdirk {
         let (start, length) = (self.trial.start, self.trial.length);
         let piece = (end - start) / PIECES as f64;
         // a mode that ends where it begins has not been, and rows that are closer tell all
-        if !s.witness.between || no_length(start, end, length) || self.rows.step <= piece {
+        let wanted = s.witness.between(start) || s.witness.between(end);
+        if !wanted || no_length(start, end, length) || self.rows.step <= piece {
             return;
         }
         let mut row = vec![0.0; s.columns()];

@@ -1,0 +1,89 @@
+"""What measures look at between the rows: which signals, and when."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..circuit import Circuit
+from ..netlist.deck import Measure
+from .cards import Tran
+from .names import canonical
+
+_SIGNALS = ("v(", "i(", "p(")
+#: an instant is that of a row up to this part of the distance of the rows
+_ON_ROW = 1e-9
+
+
+def measured_signals(cards: Sequence[Measure]) -> list[str]:
+    """Return the canonical names of the signals that measures need, each once."""
+    names: dict[str, None] = {}
+    for card in cards:
+        if card.operation == "param":
+            continue
+        conditions = [c for c in (card.first, card.second) if c is not None]
+        expressions = [card.expression]
+        expressions += [e for c in conditions for e in (c.signal, c.other)]
+        for expression in expressions:
+            if expression is not None:
+                names.update(
+                    (canonical(n), None) for n in expression.variables() if n[:2] in _SIGNALS
+                )
+    return list(names)
+
+
+@dataclass(frozen=True, slots=True)
+class Watched:
+    """Signals that are followed between the rows of a transient.
+
+    Parameters
+    ----------
+    parts : frozenset of (int, str)
+        Island and name of each recorded quantity that such a signal is made of.
+    start, stop : float
+        Between which instants they are [s].
+    """
+
+    parts: frozenset[tuple[int, str]]
+    start: float
+    stop: float
+
+    @classmethod
+    def of(cls, circuit: Circuit, analysis: Tran) -> Watched | None:
+        """Return what the measures of a deck need, None if rows and jumps will do."""
+        cards = [
+            card
+            for card in circuit.deck.measures
+            if card.analysis == "tran" and card.operation != "param" and not _at_row(card, analysis)
+        ]
+        if not cards:
+            return None
+        parts = set()
+        for name in measured_signals(cards):
+            for local in _linear(circuit, name):
+                parts |= {(home, part) for home, part, _ in circuit.parts(local)}
+        windows = [_window(card, analysis) for card in cards]
+        return cls(frozenset(parts), min(w[0] for w in windows), max(w[1] for w in windows))
+
+
+def _linear(circuit: Circuit, name: str) -> list[str]:
+    """Return the signals that a power is made of, or the signal itself."""
+    if not name.startswith("p("):
+        return [name]
+    powers = circuit.device(name[2:-1]).powers
+    return [part for current, a, b in powers for part in (f"v({a},{b})", f"i({current})")]
+
+
+def _at_row(card: Measure, analysis: Tran) -> bool:
+    """Return whether a measure asks for a value at the instant of a row."""
+    if card.operation != "find_at" or card.at is None:
+        return False
+    rows = (card.at - analysis.start) / analysis.row_distance
+    return abs(rows - round(rows)) <= _ON_ROW or card.at == analysis.stop
+
+
+def _window(card: Measure, analysis: Tran) -> tuple[float, float]:
+    """Return between which instants a measure looks at signals."""
+    start = 0.0 if card.start is None else card.start
+    stop = analysis.stop if card.stop is None else card.stop
+    return start, stop
