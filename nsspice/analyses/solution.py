@@ -95,7 +95,10 @@ class JumpReport:
 
 @dataclass(slots=True)
 class FinePoints:
-    """The rows of a solution with both sides of each jump put in, for measures.
+    """The rows of a solution with both sides of each jump put in, and points between the rows.
+
+    Points between the rows are there where measures ask for them and lines between the rows do not
+    follow a signal.
 
     Parameters
     ----------
@@ -278,7 +281,10 @@ class Solution:
         return np.zeros(self.axis.size) if node == "0" else self.signals[f"v({node})"]
 
     def with_jumps(self) -> Solution:
-        """Return the solution whose rows hold both sides of each jump, itself if it has none."""
+        """Return the solution whose rows hold both sides of each jump, itself if it has none.
+
+        Points between the rows that were kept for measures are rows of it, too.
+        """
         fine = None if self.fine is None else self.fine()
         if fine is None:
             return self

@@ -238,7 +238,7 @@ def run_tran(
 
 
 class _Fine:
-    """Puts both sides of all jumps into the rows, at the first call."""
+    """Puts both sides of jumps, and points kept between rows, into the rows, at the first call."""
 
     def __init__(self, runners: Sequence[IslandRunner], recorder: Recorder, table: Floats) -> None:
         self._sides = [runner.sides or [] for runner in runners]

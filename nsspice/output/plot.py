@@ -47,28 +47,7 @@ def check_format(path: str | Path) -> None:
 def draw(
     solution: Solution, path: str | Path | None = None, columns: Sequence[str] | None = None
 ) -> Any:
-    """Draw the waveforms of a solution.
-
-    Parameters
-    ----------
-    solution : Solution
-        A transient or a sweep; an operating point has no axis to draw over.
-    path : str or Path, optional
-        Where to save it: .png, .svg or .pdf.
-    columns : sequence of str, optional
-        Signals to draw; all ``columns`` of the solution if left out.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    UsageError
-        If there is nothing to draw, or matplotlib is missing.
-    OutputError
-        If the file cannot be written.
-    """
+    """Draw the waveforms of a solution, as :meth:`Solution.plot` does."""
     if path is not None:
         check_format(path)
     names = list(solution.columns if columns is None else columns)

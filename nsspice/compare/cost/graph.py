@@ -74,3 +74,8 @@ class Graph:
         """Return how far two graphs lie apart at each row, shape (rows, signals)."""
         out: Floats = np.maximum(0.0, np.maximum(other.low - self.high, self.low - other.high))
         return np.where(np.isfinite(other.low + other.high), out, np.inf)
+
+    def shares(self, other: Graph) -> Floats:
+        """Return the same as shares of the span of each signal of this graph."""
+        out: Floats = self.gap(other) / self.span
+        return out

@@ -27,8 +27,6 @@ class Reference:
     Parameters
     ----------
     graph : Graph
-    span : ndarray, shape (signals,)
-        Range of each signal; its magnitude if it is constant.
     error : float
         Estimate of its own error, as a share of the range of each signal.
     how : str
@@ -36,7 +34,6 @@ class Reference:
     """
 
     graph: Graph
-    span: Floats
     error: float
     how: str
 
@@ -47,7 +44,7 @@ class Reference:
         """
         if table.shape != self.graph.low.shape:
             return float("nan"), float("nan")
-        d = self.graph.gap(Graph.of_table(table)) / self.span
+        d = self.graph.shares(Graph.of_table(table))
         return float(np.max(d, initial=0.0)), float(np.max(np.mean(d, axis=0), initial=0.0))
 
 
@@ -65,17 +62,16 @@ def make_reference(problem: Problem) -> Reference:
     exact = _modewise(problem)
     finest, before, tolerance, other = _controlled(problem, exact)
     if exact is not None:
-        span = exact.span
         if finest is None:
             return Reference(
-                exact, span, float("nan"), "by the exact mode-wise engine; nothing to check it with"
+                exact, float("nan"), "by the exact mode-wise engine; nothing to check it with"
             )
-        error = _apart(exact, finest, span)
+        error = _apart(exact, finest)
         how = (
             "by the exact mode-wise engine; its distance from sdirk (order 4, reltol "
             f"{tolerance:g}), which errs more, bounds its error"
         )
-        return Reference(exact, span, max(error, _ROUNDING), how)
+        return Reference(exact, max(error, _ROUNDING), how)
     if finest is None or before is None:
         raise NumericalError(
             Diagnostic(
@@ -84,12 +80,11 @@ def make_reference(problem: Problem) -> Reference:
                 hint="see what nsspice run says of this deck",
             )
         )
-    span = finest.span
     how = (
         f"by sdirk of order 4 with reltol {tolerance:g}; its error is estimated by the distance "
         f"from the same with {other}"
     )
-    return Reference(finest, span, max(_apart(finest, before, span), _ROUNDING), how)
+    return Reference(finest, max(_apart(finest, before), _ROUNDING), how)
 
 
 def _modewise(problem: Problem) -> Graph | None:
@@ -118,7 +113,7 @@ def _controlled(
             finest, before, reached = found, _coarser(problem, tolerance), tolerance
             other = "a longest step twice as long"
             break
-        gap = np.inf if finest is None else _apart(found, finest, found.span)
+        gap = np.inf if finest is None else _apart(found, finest)
         if gap > last:
             break  # rounding has taken over: the run before was the best
         last = gap
@@ -126,7 +121,7 @@ def _controlled(
         # fourth order: a tenth of the tolerance takes 1.8 times the steps, near rounding more
         if 4.0 * spent > _PATIENCE:
             break
-        if exact is not None and _apart(exact, finest, exact.span) < 1e-13:
+        if exact is not None and _apart(exact, finest) < 1e-13:
             break
     return finest, before, reached, other
 
@@ -140,5 +135,5 @@ def _coarser(problem: Problem, tolerance: float) -> Graph | None:
         return None
 
 
-def _apart(a: Graph, b: Graph, span: Floats) -> float:
-    return float(np.max(a.gap(b) / span, initial=0.0))
+def _apart(a: Graph, b: Graph) -> float:
+    return float(np.max(a.shares(b), initial=0.0))

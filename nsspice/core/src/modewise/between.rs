@@ -26,7 +26,7 @@ impl Engine {
     /// Keeps points inside the segment that ends here, beside the rows.
     pub(super) fn write_between(&mut self) {
         let (begin, length, [from, to]) = (self.time, self.end - self.time, self.ends.window);
-        if !self.ends.between || length <= 0.0 || begin > to || self.end < from {
+        if self.ends.watched.is_empty() || length <= 0.0 || begin > to || self.end < from {
             return;
         }
         let step = self.rows.step().min(length);
@@ -55,14 +55,15 @@ impl Engine {
         if matches!(self.phase, Phase::Moving) {
             self.write_between();
         }
-        self.ends.between = false;
+        self.ends.watched.clear();
     }
 
     /// For how long from the start of the segment something bends a line of this length.
     fn lively(&self, step: f64) -> f64 {
-        let terms = self.path.terms.iter().map(|placed| placed.term.pace());
-        let fast = terms.filter(|(speed, _)| speed * step > SLOW);
-        fast.fold(0.0, |until, (_, damping)| {
+        let terms = self.path.terms.iter().map(|placed| placed.term);
+        let fast = terms.filter(|term| term.speed() * step > SLOW);
+        fast.fold(0.0, |until, term| {
+            let damping = -term.growth();
             f64::max(until, if damping > 0.0 { GONE / damping } else { f64::INFINITY })
         })
     }

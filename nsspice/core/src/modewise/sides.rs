@@ -8,10 +8,10 @@ use crate::sides::{Home, Sides};
 pub(super) struct Ends {
     /// rows on both sides of jumps, one after the other, where they are kept beside the table
     pub kept: Option<Vec<f64>>,
-    /// the ends of all segments are kept beside the table, and points in between ...
-    pub between: bool,
-    /// ... of these outputs, within these instants
+    /// if any, the ends of all segments are kept beside the table, and points between rows where a
+    /// line does not follow these outputs ...
     pub watched: Vec<usize>,
+    /// ... within these instants
     pub window: [f64; 2],
     /// numbers of these points so far
     pub written: usize,
@@ -29,7 +29,6 @@ impl Default for Ends {
     fn default() -> Ends {
         Ends {
             kept: None,
-            between: false,
             watched: Vec::new(),
             window: [0.0; 2],
             written: 0,
@@ -52,7 +51,6 @@ impl Engine {
 
     /// Keeps points between the rows, too, where lines do not follow some outputs between two instants.
     pub fn keep_between(&mut self, outputs: Vec<usize>, window: [f64; 2]) {
-        self.ends.between = !outputs.is_empty();
         (self.ends.watched, self.ends.window) = (outputs, window);
     }
 
@@ -119,7 +117,7 @@ impl Engine {
         let ends = &mut self.ends;
         let home = match &mut ends.kept {
             _ if instant >= ends.all_from => Home::Table,
-            Some(kept) if ends.between => Home::Along(kept),
+            Some(kept) if !ends.watched.is_empty() => Home::Along(kept),
             Some(kept) => Home::Beside(kept),
             None => return,
         };

@@ -73,14 +73,25 @@ impl Point {
 }
 
 impl Term {
-    /// How fast it moves at most, and how fast it decays [1/s].
-    pub fn pace(&self) -> (f64, f64) {
+    /// How fast it moves at most [1/s].
+    pub fn speed(&self) -> f64 {
         match *self {
-            Term::One | Term::Time => (0.0, 0.0),
-            Term::Exp { rate } => (rate.abs(), -rate.re),
-            Term::Near { own, apart, size } => (size, -own.re.max(own.re + apart.re)),
-            Term::Ramp { own } => (own.abs(), -own.re),
-            Term::Numerical { rate } => (rate, 0.0),
+            Term::One | Term::Time => 0.0,
+            Term::Exp { rate } => rate.abs(),
+            Term::Near { size, .. } => size,
+            Term::Ramp { own } => own.abs(),
+            Term::Numerical { rate } => rate,
+        }
+    }
+
+    /// Rate at which its exponentials grow, negative if they decay [1/s].
+    #[inline]
+    pub fn growth(&self) -> f64 {
+        match *self {
+            Term::One | Term::Time | Term::Numerical { .. } => 0.0,
+            Term::Exp { rate } => rate.re,
+            Term::Near { own, apart, .. } => own.re.max(own.re + apart.re),
+            Term::Ramp { own } => own.re,
         }
     }
 
@@ -98,7 +109,7 @@ impl Term {
             };
         }
         // what nothing has set in motion stays at rest however unstable it is: 0 times infinity is no number
-        let growth = -self.pace().1;
+        let growth = self.growth();
         let t = if growth * t > LARGEST { LARGEST / growth } else { t };
         match *self {
             Term::One => (real(1.0), real(0.0), 1.0),
@@ -113,7 +124,7 @@ impl Term {
                 (f, rate * f, size)
             }
             Term::Near { own, apart, .. } => {
-                let size = match own.re.max(own.re + apart.re) * t {
+                let size = match growth * t {
                     0.0 => 1.0,
                     most => most.exp(),
                 };
