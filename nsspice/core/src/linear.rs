@@ -58,6 +58,14 @@ impl Factor {
         }
     }
 
+    /// The columns that have got the pivot `hold`.
+    pub fn held(&self) -> Vec<usize> {
+        match self {
+            Factor::Dense(f) => f.held(),
+            Factor::Sparse(f) => f.held(),
+        }
+    }
+
     /// Factorises another matrix with the same pattern into the same storage, with new pivots.
     pub fn factor(&mut self, a: &Csc) {
         match self {

@@ -37,6 +37,13 @@ impl DenseLu {
         self.hold = hold;
     }
 
+    /// See `Factor::held`.
+    pub fn held(&self) -> Vec<usize> {
+        let mut columns: Vec<usize> = (0..self.n).collect();
+        self.put_off.iter().for_each(|&(k, other)| columns.swap(k, other));
+        columns.split_off(self.n - self.put_off.len())
+    }
+
     /// Factorises a square matrix into the storage of this one.
     pub fn factor(&mut self, a: &Csc) {
         assert_eq!(a.nrows, a.ncols, "only square matrices have an LU factorisation here");

@@ -93,6 +93,8 @@ pub struct Equations {
     /// unknowns of current rows, and of voltage rows
     pub(super) nodes: Vec<u32>,
     pub(super) branches: Vec<u32>,
+    /// multipliers, and unknowns of voltage rows that store nothing
+    pub(super) bare: Vec<bool>,
     /// current rows in which a multiplier appears
     pub(super) touched: Vec<usize>,
     pub(super) a: Csc,
@@ -201,6 +203,10 @@ impl Equations {
         touched.dedup();
         let mut stores = vec![false; n];
         e.iter().chain(smooth.q.iter()).filter(|e| e.2 != 0.0).for_each(|e| stores[e.0] = true);
+        let mut kept = vec![false; size];
+        e.iter().filter(|e| e.2 != 0.0).for_each(|e| kept[e.1] = true);
+        positions.iter().filter(|p| p.0.q != 0.0).for_each(|p| kept[p.1] = true);
+        let bare = (0..size).map(|c| !kept[c] && row_kind.get(c) != Some(&0)).collect();
         let mask = |counts: &dyn Fn(usize) -> bool| -> Vec<[f64; FOUR]> {
             let four = |b| std::array::from_fn(|i| f64::from(counts(FOUR * b + i)));
             (0..size.div_ceil(FOUR)).map(four).collect()
@@ -238,6 +244,7 @@ impl Equations {
             entries,
             terms,
             row_kind: row_kind.to_vec(),
+            bare,
             touched,
             a: a.clone(),
             b: b.clone(),

@@ -175,6 +175,19 @@ impl Assembly {
         }
     }
 
+    /// The unknowns and multipliers that the Jacobian factored last leaves open.
+    pub fn held(&self) -> Vec<usize> {
+        let factor = self.factor.as_ref().filter(|_| self.open);
+        factor.map_or_else(Vec::new, Factor::held)
+    }
+
+    /// `out += factor J_c` with a column of the Jacobian of all pairs.
+    pub fn add_column(&self, c: usize, factor: f64, out: &mut [f64]) {
+        for at in self.jacobian.colptr[c]..self.jacobian.colptr[c + 1] {
+            out[self.jacobian.rowidx[at]] += factor * self.values[at];
+        }
+    }
+
     /// Scales the present Jacobian so that its entries come near one.
     fn rescale(&mut self, eq: &Equations) {
         let Assembly { jacobian, values, scale, row_scale, weight, .. } = self;

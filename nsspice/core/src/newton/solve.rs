@@ -191,7 +191,7 @@ impl Newton {
         if eq.m > 0 || !assembly.factored() {
             assembly.linearise(tape.slopes());
             s.direct = false;
-            s.x[n..].fill(0.0);
+            s.x.fill(0.0);
             if !s.solve_mode(eq, assembly, tape.slopes()) {
                 s.step.fill(0.0);
             }

@@ -14,6 +14,9 @@ const HOLD: [f64; 4] = [0.0, 1e-9, 1e-6, 1e-3];
 /// multiply their gains: a linearised answer of 1e30 V would drown the volts of the stages before,
 /// and leave no trace of which way each of them is driven.
 const REACH: f64 = 2.0;
+/// A current that goes round drives no voltage but what rounding makes of the held pivots, and nothing
+/// that is stored.
+const DRIVEN: f64 = 1e-6;
 /// Voltages below this part of what else is given, in the scaled system, say nothing.
 const TRACE: f64 = 1e-12;
 /// An unknown that is stopped there so many times in a row may go farther: twice as far, then 8, 128 and
@@ -143,10 +146,44 @@ impl State {
             }
             assembly.solve(n, &self.active, &mut self.step, &mut self.work);
             if self.step.iter().all(|v| v.is_finite()) {
+                self.stop_what_goes_round(eq, assembly);
                 return true;
             }
         }
         false
+    }
+
+    /// Takes out of the step the currents that go round in loops of ideal elements: no law determines
+    /// them and nothing remembers them, so those of the step before are no reason for others now (they
+    /// would hold thyristors on).  Of each loop that the factors leave open one current becomes zero.
+    fn stop_what_goes_round(&mut self, eq: &Equations, assembly: &Assembly) {
+        let n = eq.n;
+        let on = |active: &[bool], c: usize| c < n || active[c - n];
+        for c in assembly.held() {
+            let current = self.x[c] + self.step[c];
+            if !eq.bare[c] || !on(&self.active, c) || current == 0.0 {
+                continue;
+            }
+            // the others that go with this one: what solves the laws in its place
+            let mut round = vec![0.0; eq.size()];
+            assembly.add_column(c, current, &mut round);
+            for (v, _) in round[n..].iter_mut().zip(&self.active).filter(|(_, &a)| !a) {
+                *v = 0.0;
+            }
+            assembly.solve(n, &self.active, &mut round, &mut self.work);
+            round[c] -= current;
+            let (mut flows, mut rest) = (0.0f64, 0.0f64);
+            for ((v, scale), &bare) in round.iter().zip(&assembly.scale).zip(&eq.bare) {
+                let largest = if bare { &mut flows } else { &mut rest };
+                *largest = largest.max((v / scale).abs());
+            }
+            // leakage that a voltage drives, below the rounding of all, is open, too, but it has a cause
+            if rest <= DRIVEN * flows {
+                let part = -current / round[c];
+                let ends = self.step.iter_mut().zip(&round).zip(&eq.bare);
+                ends.filter(|e| *e.1).for_each(|((step, v), _)| *step += part * v);
+            }
+        }
     }
 }
 

@@ -98,6 +98,12 @@ impl SparseLu {
         self.hold = hold;
     }
 
+    /// See `Factor::held`.
+    pub fn held(&self) -> Vec<usize> {
+        let columns = self.ordering.order.iter().zip(&self.survival);
+        columns.filter(|e| *e.1 == self.hold).map(|e| *e.0 as usize).collect()
+    }
+
     /// Number of rows and columns.
     pub fn size(&self) -> usize {
         self.inverse.len()
