@@ -133,7 +133,7 @@ class Examiner:
             reached_functions = stored_functions(self.mna, jump, jump.after)
             moved = after + reached_functions - charges
             sizes = np.abs(charges) + np.abs(reached_functions)
-            reached = 0.5 * float(jump.after @ after)
+            reached = self.mna.system.stored_energy(jump.after)
             given = delivered(self.mna, jump)
             energies = (before, reached, given) if self._passive else None
             error = audit.jump_error(moved, jump, sizes, energies)

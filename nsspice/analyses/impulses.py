@@ -87,7 +87,7 @@ def jumps_of(
                 if abs(value) > _SHARE * amount
             ]
         if jumped:
-            reached, given = 0.5 * float(jump.after @ linear), delivered(mna, jump)
+            reached, given = system.stored_energy(jump.after), delivered(mna, jump)
             stores = _stores(mna, jump, charges, after)
             found.append(JumpReport(jump.time, energy, reached, given, stores, impulses))
     return found
@@ -112,7 +112,7 @@ def start_of(
     if start is not None and not np.any(jump.before):
         return start
     charges = mna.system.E.dot(jump.before)
-    energy = 0.5 * float(jump.before @ charges)
+    energy = mna.system.stored_energy(jump.before)
     return charges + stored_functions(mna, jump, jump.before), energy
 
 

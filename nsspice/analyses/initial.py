@@ -109,7 +109,7 @@ def _held_point(mna: MnaSystem, held: Mapping[str, float]) -> Floats:
 def _stored(system: DescriptorSystem, point: Floats) -> tuple[Floats, float]:
     """Return charges and fluxes (n,) and energy [J] at a static point (n,)."""
     charges = system.E.dot(point) + _smooth_charges(system, point)
-    return charges, 0.5 * float(point @ charges)
+    return charges, system.stored_energy(point)
 
 
 def _smooth_charges(system: DescriptorSystem, point: Floats) -> Floats:

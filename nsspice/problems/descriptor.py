@@ -211,6 +211,22 @@ class DescriptorSystem:
         return self.E.data.size == 0 and (self.smooth is None or self.smooth.Q.data.size == 0)
 
     @cached_property
+    def storage(self) -> Csc:
+        """The symmetric part of E, which stores; the rest are rates that control sources."""
+        E = self.E
+        own, places = E.data, E.columns * self.n + E.indices
+        mirrored = E.indices * self.n + E.columns
+        found = np.minimum(np.searchsorted(places, mirrored), max(places.size - 1, 0))
+        other = np.where(places[found] == mirrored, own[found], 0.0) if own.size else own
+        least = np.copysign(np.minimum(np.abs(own), np.abs(other)), own)
+        both = np.where(own * other > 0.0, least, 0.0)
+        return Csc(E.shape, E.indptr, E.indices, both)
+
+    def stored_energy(self, z: Floats) -> float:
+        """Return the energy [J] of the unknowns z (n,), that of smooth laws aside."""
+        return 0.5 * float(z @ self.storage.dot(z))
+
+    @cached_property
     def passive(self) -> bool:
         """True if the arrays show that the network is passive: each step is a monotone problem."""
         return passive(self)

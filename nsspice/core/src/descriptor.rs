@@ -2,6 +2,7 @@
 
 use crate::sparse::Csc;
 use crate::union_find::UnionFind;
+use std::collections::BTreeMap;
 
 /// `E z' + G z + A l = S u`, `w = q - B z + D l`.
 #[derive(Clone)]
@@ -28,6 +29,26 @@ impl Linear {
     /// Numbers of unknowns, pairs and sources.
     pub fn sizes(&self) -> (usize, usize, usize) {
         (self.g.nrows, self.a.ncols, self.s.ncols)
+    }
+
+    /// `E` in two parts: what is stored, which is symmetric, and what controls: a source that reads the
+    /// current of a capacitor (the voltage of an inductor) has its rate in its law, and stores nothing.
+    pub fn storage_and_controls(&self) -> [Csc; 2] {
+        let entries: BTreeMap<(usize, usize), f64> =
+            self.e.iter().map(|(r, c, v)| ((r, c), v)).collect();
+        let (mut stored, mut controls) = (Vec::new(), Vec::new());
+        for (&(r, c), &own) in &entries {
+            let other = entries.get(&(c, r)).copied().unwrap_or(0.0);
+            // what both have is stored; a sum of several elements is the same but for its rounding
+            let both =
+                if own * other > 0.0 { own.abs().min(other.abs()).copysign(own) } else { 0.0 };
+            let rest = own - both;
+            let alike = rest.abs() <= ROUNDING * own.abs();
+            stored.push((r, c, if alike { own } else { both }));
+            controls.extend((!alike).then_some((r, c, rest)));
+        }
+        let n = self.e.nrows;
+        [stored, controls].map(|list| Csc::from_triplets(n, n, &list))
     }
 
     /// What conducts where all pairs with a series resistance of their own do: `G + A D^-1 B`.

@@ -59,6 +59,9 @@ pub struct Auditor {
     pub(super) m: usize,
     pub(super) p: usize,
     pub(super) e: Entries,
+    /// its part that stores, and the rates that control sources, see `Linear::storage_and_controls`
+    pub(super) storage: Entries,
+    pub(super) controls: Entries,
     pub(super) g: Entries,
     pub(super) a: Entries,
     pub(super) b: Entries,
@@ -109,6 +112,7 @@ impl Auditor {
     ) -> Auditor {
         let (n, m, p) = linear.sizes();
         let e = Entries::new(&linear.e);
+        let [storage, controls] = linear.storage_and_controls().each_ref().map(Entries::new);
         let smooth = smooth.map(|laws| Functions {
             tape: laws.tape.clone(),
             f: Entries::new(&laws.f),
@@ -165,6 +169,8 @@ impl Auditor {
             ledger: stores.then(Ledger::default),
             sources: None,
             e,
+            storage,
+            controls,
             a,
         }
     }
@@ -238,7 +244,7 @@ impl Auditor {
             least[usize::from(kind)] = least[usize::from(kind)].max(3.0 * self.share * size);
         }
         // states of equal energy are turned into one another: charge becomes flux by rounding
-        let mut energy = sides.iter().fold(0.0f64, |a, z| a.max(0.5 * self.e.form(z, z).0));
+        let mut energy = sides.iter().fold(0.0f64, |a, z| a.max(0.5 * self.storage.form(z, z).0));
         // given charges stand in no unknowns
         for (row, (&charge, &kind)) in sizes.iter().zip(&self.kinds).enumerate() {
             energy = energy.max(self.reach.energy(row, kind, charge));

@@ -133,21 +133,22 @@ impl Auditor {
     ) {
         let Some(ledger) = &mut self.ledger else { return };
         let z = at.z;
-        let (moved, moved_size) = self.e.form(z, change);
-        let half = 0.5 * self.e.form(change, change).0;
+        let (moved, moved_size) = self.storage.form(z, change);
+        let half = 0.5 * self.storage.form(change, change).0;
+        let (controlled, by_controls) = self.controls.form(z, change);
         let ((by_g, g), (by_a, a)) = (self.g.form(z, z), self.a.form(z, at.l));
         let (by_s, s) = self.s.form(z, at.u);
         let mut entry = Entry {
             change: moved - half,
             scheme: half,
-            dissipated: h * (by_g + by_a),
+            dissipated: h * (by_g + by_a) + controlled,
             delivered: h * by_s,
-            size: moved_size + h * (g + a + s),
-            after: 0.5 * self.e.form(z, z).0,
+            size: moved_size + by_controls + h * (g + a + s),
+            after: 0.5 * self.storage.form(z, z).0,
             ..Entry::default()
         };
         let old: Vec<f64> = z.iter().zip(change).map(|(z, d)| z - d).collect();
-        entry.before = 0.5 * self.e.form(&old, &old).0;
+        entry.before = 0.5 * self.storage.form(&old, &old).0;
         if let Some((by_unknowns, by_sources)) = &self.averaging {
             entry.scheme += h * (by_unknowns.form(z, change).0 + by_sources.form(z, du).0);
         }
@@ -157,7 +158,7 @@ impl Auditor {
             // what smooth elements store cannot be told from what they dissipate
             let (by_f, f) = smooth.f.form(z, at.f);
             let all: f64 = z.iter().zip(rates).map(|(z, r)| z * r).sum();
-            entry.dissipated += h * (by_f + all) - moved;
+            entry.dissipated += h * (by_f + all) - moved - controlled;
             if let Some((by_unknowns, by_sources)) = &self.averaging {
                 entry.dissipated -= h * (by_unknowns.form(z, change).0 + by_sources.form(z, du).0);
             }

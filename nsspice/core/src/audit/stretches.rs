@@ -140,7 +140,7 @@ impl Auditor {
                 let (z, l, u) = (&all.z[at(i, n)], &all.l[at(i, m)], &all.u[at(i, p)]);
                 let rate = &all.rate[at(i, n)];
                 // states may vanish wherever a motion ends
-                self.seams.stored = self.seams.stored.max(stored(&self.e, z));
+                self.seams.stored = self.seams.stored.max(stored(&self.storage, z));
                 charge_rate.fill(0.0);
                 self.e.add(1.0, rate, &mut charge_rate);
                 let mut by_functions = 0.0;
@@ -165,9 +165,10 @@ impl Auditor {
                 if self.ledger.is_some() {
                     let ((by_g, g), (by_a, a)) = (self.g.form(z, z), self.a.form(z, l));
                     let (by_s, from_s) = self.s.form(z, u);
-                    entry.dissipated += weight * (by_g + by_a + by_functions);
+                    let (controlled, c) = self.controls.form(z, rate);
+                    entry.dissipated += weight * (by_g + by_a + by_functions + controlled);
                     entry.delivered += weight * by_s;
-                    entry.size += weight.abs() * (g + a + from_s);
+                    entry.size += weight.abs() * (g + a + from_s + c);
                     let noise = z.iter().zip(&floor).map(|(z, r)| (z * r).abs()).sum::<f64>();
                     entry.size += weight.abs() * noise;
                 }
@@ -220,12 +221,13 @@ impl Auditor {
     /// Takes a state at which a motion ends, and the one at which the next begins.
     fn take_seam(&mut self, end: &[f64], begin: &[f64]) {
         let change: Vec<f64> = end.iter().zip(begin).map(|(a, b)| b - a).collect();
-        let changed = stored(&self.e, &change);
+        let changed = stored(&self.storage, &change);
         let seams = &mut self.seams;
         if worse(changed, seams.changed) {
             seams.changed = changed;
         }
-        seams.stored = seams.stored.max(stored(&self.e, end)).max(stored(&self.e, begin));
+        seams.stored =
+            seams.stored.max(stored(&self.storage, end)).max(stored(&self.storage, begin));
     }
 
     fn enter_stretch(
@@ -240,11 +242,11 @@ impl Auditor {
         let (n, s) = (self.n, all.nodes);
         let sum: Vec<f64> = first.iter().zip(last).map(|(a, b)| 0.5 * (a + b)).collect();
         let change: Vec<f64> = first.iter().zip(last).map(|(a, b)| b - a).collect();
-        let (moved, size) = self.e.form(&sum, &change);
+        let (moved, size) = self.storage.form(&sum, &change);
         entry.change = moved;
         entry.size += size;
         (entry.before, entry.after) =
-            (0.5 * self.e.form(first, first).0, 0.5 * self.e.form(last, last).0);
+            (0.5 * self.storage.form(first, first).0, 0.5 * self.storage.form(last, last).0);
         // the difference of two nearly equal states is known to their rounding
         entry.size += self.share * (entry.before + entry.after);
         if !all.inner.is_empty() {
@@ -254,7 +256,7 @@ impl Auditor {
                 for j in 0..s {
                     let c = w[i] * inner[i * s + j] + w[j] * inner[j * s + i] - w[i] * w[j];
                     if c != 0.0 {
-                        let (form, size) = self.e.form(rate(i), rate(j));
+                        let (form, size) = self.storage.form(rate(i), rate(j));
                         entry.scheme += 0.5 * c * form;
                         entry.size += 0.5 * (c * size).abs();
                     }

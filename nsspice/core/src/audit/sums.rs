@@ -68,6 +68,8 @@ pub struct Points<'a> {
 #[derive(Clone, Debug)]
 pub struct Sums {
     stored: Form,
+    /// rates that control sources
+    controls: Bilinear,
     resisted: Form,
     /// `E` and `G` row by row
     laws: [Csc; 2],
@@ -136,6 +138,7 @@ impl Sums {
             return None;
         }
         let (e, g, a) = (&linear.e, &linear.g, &linear.a);
+        let [storage, controls] = linear.storage_and_controls();
         let [entries_e, entries_g, entries_a, entries_d] = [e, g, a, &linear.d].map(Entries::new);
         let pairs = (&entries_d, &linear.q[..]);
         let h = averaging.map(|(h, _)| Entries::new(h));
@@ -147,7 +150,8 @@ impl Sums {
         let turned = if averaging.is_some() { sources } else { 0 };
         let known = if smooth.is_some() { ITERATED / TOLERANCE } else { 0.0 };
         Some(Sums {
-            stored: Form::new(e),
+            stored: Form::new(&storage),
+            controls: Bilinear::new(&controls),
             resisted: Form::new(g),
             laws: [e.clone(), g.clone()],
             lanes: Lanes::new([g.nrows, a.ncols, sources, turned, functions, functions, g.nrows]),
@@ -263,10 +267,11 @@ impl Sums {
         if let Some((acting, stored)) = &self.smooth {
             power += acting.between(z, |k| f[k]) + stored.between(z, |k| f_rate[k]);
         }
+        let dissipated = h * power + self.controls.between(z, |k| z[k] - z0[k]);
         let delivered = h * self.s.between(z, |k| u[k]);
         self.time += h;
         self.points += 1;
-        self.add_one(delivered, h * power, scheme);
+        self.add_one(delivered, dissipated, scheme);
     }
 
     /// Adds the steps that wait.
@@ -278,10 +283,11 @@ impl Sums {
         let [z, l] = lanes.last();
         self.look(z, l);
         lanes.close();
-        let [mut stored, mut averaged, mut power, mut given] = [[0.0; LANES]; 4];
+        let [mut stored, mut averaged, mut power, mut given, mut ruled] = [[0.0; LANES]; 5];
         lanes.squares(&self.stored, CHANGE, &mut stored);
         lanes.squares(&self.resisted, UNKNOWN, &mut power);
         lanes.products(self.a.entries.list(), MULTIPLIER, &mut power);
+        lanes.products(self.controls.entries.list(), CHANGE, &mut ruled);
         lanes.products(self.s.entries.list(), SOURCE, &mut given);
         if let Some((by_unknowns, by_sources)) = &self.averaging {
             lanes.products(by_unknowns.entries.list(), CHANGE, &mut averaged);
@@ -291,11 +297,11 @@ impl Sums {
             lanes.products(acting.entries.list(), FUNCTION, &mut power);
             lanes.products(kept.entries.list(), FUNCTION_RATE, &mut power);
         }
-        let steps =
-            lanes.length.iter().zip(&given).zip(power.iter().zip(stored.iter().zip(&averaged)));
         let [mut time, mut delivered, mut dissipated, mut scheme, mut moved] = [0.0; 5];
-        for ((h, given), (power, (stored, averaged))) in steps.take(lanes.count) {
-            let (given, power, taken) = (h * given, h * power, 0.5 * stored + h * averaged);
+        for k in 0..lanes.count {
+            let h = lanes.length[k];
+            let (given, power) = (h * given[k], h * power[k] + ruled[k]);
+            let taken = 0.5 * stored[k] + h * averaged[k];
             time += h;
             delivered += given;
             dissipated += power;
@@ -323,7 +329,7 @@ impl Sums {
             if weight == 0.0 {
                 continue;
             }
-            let mut power = self.lost(z, l);
+            let mut power = self.lost(z, l) + self.controls.between(z, |k| all.rate[i][k]);
             if let Some((acting, stored)) = &self.smooth {
                 power += acting.between(z, |k| all.f[i][k]);
                 power += stored.between(z, |k| all.f_rate[i][k]);
