@@ -454,10 +454,18 @@ def test_right_after_a_jump_currents_pass_a_floating_capacitor(volts, holds):
     assert (auditor.result()["laws"] < TOLERANCE) == holds
 
 
-def test_steps_that_take_the_energy_of_a_coil_are_refused() -> None:
-    """Order 2 drops the current of a coil onto 100 MOhm in a step instead of turning the diode on.
+def test_steps_that_take_the_energy_of_a_run_are_refused() -> None:
+    """All laws may hold at the points of steps into which the energy itself has gone."""
+    assert Certificate(1e-14, 0.0, 3, taken=0.09).passed
+    assert not Certificate(1e-14, 0.0, 3, taken=0.11).passed
 
-    All laws hold at its points, and 10 times what is dissipated goes into the steps themselves.
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-4])
+@pytest.mark.parametrize("resistance", ["1e8", "1e10"])
+def test_no_step_takes_the_energy_of_a_coil(resistance: str, tolerance: float) -> None:
+    """Order 2 dropped the current of a coil onto an open switch instead of turning the diode on.
+
+    Its smoothed estimate forgave that, and up to 0.28 of the energy went into the steps themselves.
     """
     deck = """panel and boost converter
 Iph 0 pv 8
@@ -475,12 +483,12 @@ Bg g 0 V=if(v(d)>v(s),1,0)
 .model sw SW(VT=0.5 RON=1m ROFF=1e8)
 .tran 1u 2m uic
 """
-    right = nsspice.tran(nsspice.read(deck)).certificate
-    assert right is not None
-    assert right.passed
-    assert right.taken < 1e-4
-    wrong = nsspice.tran(nsspice.read(deck + ".options order=2\n"), reltol=1e-4).certificate
-    assert wrong is not None
-    assert wrong.laws <= 1e-8
-    assert wrong.taken > 0.1
-    assert not wrong.passed
+    deck = deck.replace("ROFF=1e8", f"ROFF={resistance}")
+    right = nsspice.tran(nsspice.read(deck), reltol=1e-6)
+    run = nsspice.tran(nsspice.read(deck + ".options order=2\n"), reltol=tolerance)
+    assert run.certificate is not None
+    assert run.certificate.passed
+    # the share that a step of the order two takes is its relative error
+    assert run.certificate.taken < tolerance
+    # errors of 100 periods, a step or two in each, add up at worst
+    assert run["v(o)"][-1] == pytest.approx(right["v(o)"][-1], rel=100 * tolerance)

@@ -305,6 +305,9 @@ fn what_a_matrix_leaves_open_is_held_and_all_else_solved() {
         again.refactor(&a);
         dense.set_hold(1e-9);
         dense.factor(&a);
+        // one column of each floating part, whichever it is
+        assert!(!dense.held().is_empty());
+        assert_eq!(sparse.held().len(), dense.held().len());
         let mut work = vec![0.0; n];
         for which in 0..3 {
             let mut x = b.clone();

@@ -56,7 +56,13 @@ const RATIO2: f64 = GAMMA2 / FRAC_1_SQRT_2;
 const WEIGHT2: f64 = 0.1;
 
 /// Two stages, order two (Alexander 1977).
-pub static SECOND: Tableau = Tableau {
+pub static SECOND: Tableau = Tableau { starter: Some(&START2), ..TWO };
+
+/// The same, of which the first step after a jump or corner has to show that it begins where the motion
+/// does: the smoothed estimate forgives the decay of a coil onto an open switch, which turns a diode on.
+static START2: Tableau = TWO;
+
+const TWO: Tableau = Tableau {
     order: 2,
     gamma: GAMMA2,
     c: &[GAMMA2, 1.0],
@@ -226,13 +232,12 @@ impl Tableau {
 
     /// The rates at the begin of a step count.
     pub fn continues(&self) -> bool {
-        self.starter.is_some()
+        self.first() > 0 && self.starter.is_some()
     }
 
-    /// The rates at the begin of a step count for nothing, and it has to be seen whether the continuous
-    /// solution begins where the step does.
+    /// This is the first step: it has to be seen whether the continuous solution begins where it does.
     pub fn looks_back(&self) -> bool {
-        self.first() > 0 && !self.continues()
+        self.starter.is_none()
     }
 
     /// The method of the next step, where the rates at its begin are `known` or not.
