@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import Diagnostic, suggest
 from ..netlist.deck import Cond, Measure
 from ..netlist.expression import Expression
+from .bends import with_bends
 from .curve import Curve, Floats
 from .solution import Solution
 
@@ -65,6 +66,7 @@ def measure(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> 
     operation = card.operation
     if operation == "param":
         return _param(_need(card.expression, "expression"), earlier)
+    solution = _fine(solution, card, earlier)
     if operation == "trig_targ":
         first = _instant(solution, _need(card.first, "TRIG"), card)
         return _instant(solution, _need(card.second, "TARG"), card) - first
@@ -79,6 +81,19 @@ def measure(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> 
             raise NotFound(f"{x:.6g} lies outside the rows of the analysis")
         return y
     return statistic(curve.window(card.start, card.stop), operation)
+
+
+def _fine(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> Solution:
+    conditions = [c for c in (card.first, card.second) if c is not None]
+    asked = [card.expression, *(e for c in conditions for e in (c.signal, c.other))]
+    expressions = [e for e in asked if e is not None]
+    start, stop = (None, None) if conditions else (card.start, card.stop)
+    if card.at is not None and not conditions:
+        start = stop = card.at
+    try:
+        return with_bends(solution, expressions, earlier, start, stop)
+    except KeyError as missing:
+        raise NotFound(str(missing.args[0])) from None
 
 
 def statistic(curve: Curve, name: str) -> float:

@@ -89,6 +89,60 @@ def test_a_corner_between_two_rows(method: str) -> None:
     assert found["charge"] == pytest.approx(5e-3, rel=1e-9)
 
 
+#: what bends between two switchings is followed to this part of what changes there
+BENT = 1e-3
+
+
+@pytest.mark.parametrize("leak", ["", "R1 b 0 1g\n"])
+def test_a_ripple_whose_rows_are_a_period_apart(leak: str) -> None:
+    """A triangle of current makes parabolas of the voltage: equal at all rows and all corners."""
+    found = measures(
+        "ripple\nI1 0 b PULSE(-0.25 0.25 0 5u 5u 0 10u)\nC1 b 0 1u IC=12\n"
+        f"{leak}.tran 10u 100u uic\n.meas tran ripple pp v(b)\n.meas tran top max v(b)\n"
+    )
+    # 0.125 A in the mean, for half a period; 12 nA through 1 GOhm take 1.2 uV in all
+    assert found["ripple"] == pytest.approx(0.625, rel=BENT, abs=2e-6)
+    assert found["top"] == pytest.approx(12.3125, abs=BENT * 0.625)
+
+
+def test_a_ripple_far_below_the_voltage() -> None:
+    """The valley of a buck converter's output lies 3.7 mV below 12 V, between two switchings."""
+    found = measures(
+        "half a period\nV1 a 0 24\nL1 a b 100u IC=-0.3\nC1 b 0 100u IC=12\n"
+        ".tran 5u 5u uic\n.meas tran low min v(b)\n"
+    )
+    valley = math.hypot(12.0, 0.3) - 12.0  # the impedance is 1 Ohm
+    assert 12.0 - found["low"] == pytest.approx(valley, rel=2.0 * BENT)
+
+
+def test_a_mean_between_rows_that_are_near_beside_the_time_constant() -> None:
+    """What rises to a part of its final value bends little beside that, and much beside itself."""
+    found = measures(
+        "coil\nV1 a 0 34\nR1 a b 0.5\nL1 b 0 2m IC=0\n.tran 30u 30u uic\n"
+        ".meas tran mean avg i(l1)\n"
+    )
+    x = 30e-6 / 4e-3
+    assert found["mean"] == pytest.approx(68.0 * (1.0 + math.expm1(-x) / x), rel=2.0 * FLAT)
+
+
+@pytest.mark.parametrize("method", ["modewise", "sdirk", "moreau"])
+def test_products_of_lines_are_no_lines(method: str) -> None:
+    """A switch that turns off: its voltage rises to 100 V while its current falls from 3 A."""
+    found = measures(
+        "loss\nV1 a 0 PWL(0 0 10u 100)\nR1 a 0 1k\nC1 a 0 1p\nI1 0 b PWL(0 3 10u 0)\nVb b 0 0\n"
+        "R2 a b 1g\n.tran 10u 10u 0 10u\n"
+        ".meas tran loss integ v(a)*i(vb)\n.meas tran top max v(a)*i(vb)\n"
+        ".meas tran square avg v(a)*v(a)\n.meas tran bent avg abs(v(a)-50)\n"
+        ".meas tran t when v(a)*v(a)=2500\n",
+        method,
+    )
+    assert found["loss"] == pytest.approx(100.0 * 3.0 * 10e-6 / 6.0, rel=2.0 * FLAT)
+    assert found["top"] == pytest.approx(75.0, rel=FLAT)
+    assert found["square"] == pytest.approx(1e4 / 3.0, rel=2.0 * FLAT)
+    assert found["bent"] == pytest.approx(25.0, rel=2.0 * FLAT)
+    assert found["t"] == pytest.approx(5e-6, rel=2.0 * FLAT)
+
+
 def test_parts_that_know_nothing_of_each_other() -> None:
     """A surge in one, a slow discharge in the other: each keeps its own points."""
     found = measures(

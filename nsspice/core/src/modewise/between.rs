@@ -6,17 +6,22 @@
 //! the line, all three pieces are looked at in turn.
 
 use super::run::{Engine, Phase};
+use super::terms::Term;
 
 /// Places of the points that are tested; a period that divides the piece does not hide from them.
 const PLACES: [f64; 2] = [0.31, 0.66];
 /// So far off the line is on it, relative to the values there ...
 const FLAT: f64 = 1e-4;
-/// ... and to the largest of that output, which is where its rounding begins.
+/// ... and to what the output changes by in the segment, since the peaks of a ripple lie inside of
+/// segments and are far below the values: `pp` is to see them.
+const BENT: f64 = 1e-3;
+/// As near to the line as this part of the largest of that output is rounding.
 const TRACE: f64 = 1e-9;
 /// A piece is cut into three so often at most.
 const DEPTH: usize = 30;
-/// Rates that turn or decay by less than this between two rows bend no line.
-const SLOW: f64 = 0.03;
+/// Rates that turn or decay by less than this between two rows bend no line: what changes by one
+/// with the rate `r` is off its line by `r length / 8`.
+const SLOW: f64 = 8.0 * FLAT;
 /// Time constants after which nothing is left of a motion that decays.
 const GONE: f64 = 30.0;
 /// Numbers kept at most in a run: what rings for ever has no end of points.
@@ -35,6 +40,10 @@ impl Engine {
             return;
         }
         self.prepare_rows();
+        self.ends.span =
+            self.ends.watched.iter().map(|_| [f64::INFINITY, f64::NEG_INFINITY]).collect();
+        self.point_at(0.0);
+        self.point_at(length);
         let (mut start, mut left) = (begin, None);
         for end in self.rows.within(begin, self.end).chain([self.end]) {
             if from <= end && start <= to {
@@ -61,7 +70,8 @@ impl Engine {
     /// For how long from the start of the segment something bends a line of this length.
     fn lively(&self, step: f64) -> f64 {
         let terms = self.path.terms.iter().map(|placed| placed.term);
-        let fast = terms.filter(|term| term.speed() * step > SLOW);
+        let bends = |term: &Term| matches!(term, Term::Ramp { .. }); // a parabola, however slow the mode
+        let fast = terms.filter(|term| bends(term) || term.speed() * step > SLOW);
         fast.fold(0.0, |until, term| {
             let damping = -term.growth();
             f64::max(until, if damping > 0.0 { GONE / damping } else { f64::INFINITY })
@@ -74,6 +84,10 @@ impl Engine {
         self.write_inside(time, &mut row);
         row[0] = self.time + time;
         self.ends.rows.see(&row);
+        for (span, output) in self.ends.span.iter_mut().zip(&self.ends.watched) {
+            let value = row[1 + output];
+            *span = [span[0].min(value), span[1].max(value)];
+        }
         row
     }
 
@@ -84,12 +98,13 @@ impl Engine {
             return;
         }
         let points = PLACES.map(|place| self.point_at(from + place * length));
-        let (sizes, watched) = (&self.ends.rows.sizes, &self.ends.watched);
+        let (sizes, watched, spans) = (&self.ends.rows.sizes, &self.ends.watched, &self.ends.span);
         let off = |point: &Vec<f64>, place: f64| {
-            watched.iter().map(|output| 1 + output).any(|k| {
+            watched.iter().map(|output| 1 + output).zip(spans).any(|(k, [low, high])| {
                 let (a, b, v) = (left[k], right[k], point[k]);
                 let local = a.abs().max(b.abs()).max(v.abs());
-                (v - a - place * (b - a)).abs() > FLAT * local + TRACE * sizes[k]
+                let allowed = f64::min(FLAT * local, BENT * (high - low)) + TRACE * sizes[k];
+                (v - a - place * (b - a)).abs() > allowed
             })
         };
         if !points.iter().zip(PLACES).any(|(point, place)| off(point, place)) {

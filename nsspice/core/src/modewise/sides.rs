@@ -11,6 +11,8 @@ pub(super) struct Ends {
     /// if any, the ends of all segments are kept beside the table, and points between rows where a
     /// line does not follow these outputs ...
     pub watched: Vec<usize>,
+    /// least and largest of each of them in the present segment, as far as seen
+    pub span: Vec<[f64; 2]>,
     /// ... within these instants
     pub window: [f64; 2],
     /// numbers of these points so far
@@ -30,6 +32,7 @@ impl Default for Ends {
         Ends {
             kept: None,
             watched: Vec::new(),
+            span: Vec::new(),
             window: [0.0; 2],
             written: 0,
             all_from: f64::INFINITY,
