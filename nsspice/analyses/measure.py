@@ -12,9 +12,11 @@ from ..netlist.deck import Cond, Measure
 from ..netlist.expression import Expression
 from .bends import with_bends
 from .curve import Curve, Floats
+from .names import canonical
 from .solution import Solution
 
 T = TypeVar("T")
+_INTEGRALS = frozenset(("avg", "mean", "integ", "rms"))
 
 
 class NotFound(Exception):
@@ -46,6 +48,33 @@ def evaluate_measures(solution: Solution, cards: Sequence[Measure]) -> None:
                 )
             )
         solution.measures[card.name] = value
+        solution.warnings.extend(_left_out(solution, card))
+
+
+def _left_out(solution: Solution, card: Measure) -> list[Diagnostic]:
+    """Return a warning where an integral of currents misses charge that moves in no time."""
+    if card.operation not in _INTEGRALS or card.expression is None:
+        return []
+    start = -np.inf if card.start is None else card.start
+    stop = np.inf if card.stop is None else card.stop
+    currents = {canonical(name) for name in card.expression.variables() if name.startswith("i(")}
+    charges: dict[str, float] = {}
+    for impulse in solution.impulses:
+        name = f"i({impulse.element})"
+        if impulse.unit == "A s" and name in currents and start < impulse.time <= stop:
+            charges[name] = charges.get(name, 0.0) + impulse.value
+    if not charges:
+        return []
+    told = ", ".join(f"{charge:.6g} A s of {name}" for name, charge in charges.items())
+    return [
+        Diagnostic(
+            "NS5002",
+            f'.measure "{card.name}" leaves out impulses: {told}',
+            card.span,
+            "add this charge, or give its path a resistance",
+            severity="warning",
+        )
+    ]
 
 
 def measure(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> float:
