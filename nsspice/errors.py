@@ -9,7 +9,7 @@ netlist is involved, the place in it.  Code ranges: 1xxx netlist text, 2xxx elem
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
 
@@ -134,6 +134,12 @@ class NsspiceError(Exception):
             diagnostics = [diagnostics]
         self.diagnostics: list[Diagnostic] = list(diagnostics)
         super().__init__("\n".join(d.render() for d in self.diagnostics))
+
+    def amend(self, words: str) -> None:
+        """Add words to the sentence of the first finding, such as the values of a sweep."""
+        first = self.diagnostics[0]
+        self.diagnostics[0] = replace(first, message=f"{first.message} {words}")
+        self.args = ("\n".join(d.render() for d in self.diagnostics),)
 
     @property
     def code(self) -> str:

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from ..circuit import Circuit
-from ..errors import Diagnostic, NumericalError, UsageError
+from ..errors import Diagnostic, NsspiceError, NumericalError, UsageError
 from ..netlist.deck import Analysis, DcCard, Deck, OpCard, Sweep, TranCard
 from .cards import Dc, Tran
-from .load import read_again
+from .load import need_circuit, read_again
 from .measure import evaluate_measures
 from .rows import Progress
 from .settings import Settings, foreign_method
@@ -92,12 +92,11 @@ def jobs_of(deck: Deck) -> list[Job]:
         NS4006 if the deck has no analysis.
     """
     if not deck.analyses:
+        hint = "add .tran tstep tstop, .dc source start stop step, or .op"
+        if deck.title.lstrip().startswith("."):
+            hint = f"{deck.title.split()[0]} stands in the first line, which is the title; {hint}"
         raise UsageError(
-            Diagnostic(
-                "NS4006",
-                f"{deck.file} asks for no analysis",
-                hint="add .tran tstep tstop, .dc source start stop step, or .op",
-            )
+            Diagnostic("NS4006", f"{deck.file} asks for no analysis", hint=hint),
         )
     kinds = [kind_of(card) for card in deck.analyses]
     points = list(itertools.product(*(sweep.values for sweep in reversed(deck.steps))))
@@ -159,6 +158,7 @@ def run(
     >>> [float(s["v(b)"][0]) for s in circuit.run()]
     [0.5, 0.25]
     """
+    need_circuit(circuit)
     request = Request(
         method,
         theta,
@@ -201,7 +201,24 @@ def run_job(
     request : Request
     progress, sink
         As for :func:`nsspice.tran`.
+
+    Raises
+    ------
+    NsspiceError
+        Which names the values of the ``.step`` cards, if there are any.
     """
+    try:
+        return _run_job(circuit, job, request, progress, sink)
+    except NsspiceError as error:
+        if job.steps:
+            values = ", ".join(f"{name} = {value:g}" for name, value in job.values.items())
+            error.amend(f"(.step: {values})")
+        raise
+
+
+def _run_job(
+    circuit: Circuit, job: Job, request: Request, progress: Progress | None, sink: Sink | None
+) -> Solution:
     deck = circuit.deck
     settings = Settings.of(deck, request.method, request.theta, request.step, request.reltol)
     warnings = [w for w in (foreign_method(deck),) if w is not None]

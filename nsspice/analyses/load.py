@@ -45,6 +45,14 @@ def read(source: str | Path, params: Mapping[str, float] | None = None) -> Circu
     return build(read_deck(source, params))
 
 
+def need_circuit(circuit: object) -> None:
+    """Raise TypeError for anything but a circuit: a netlist must be read first."""
+    if not isinstance(circuit, Circuit):
+        raise TypeError(
+            f"a Circuit is needed, not {type(circuit).__name__}: make one with nsspice.read(...)"
+        )
+
+
 def read_deck(
     source: str | Path, params: Mapping[str, float] | None = None, file: str = "<netlist>"
 ) -> Deck:
@@ -62,9 +70,13 @@ def read_deck(
     NetlistError
         With what cannot be read, and what is wrong with the values of all other lines.
     """
+    if not isinstance(source, str | Path):
+        raise TypeError(
+            f"a netlist is read from a file name or from its text, not from {type(source).__name__}"
+        )
     given = dict(params or {})
     try:
-        if isinstance(source, Path) or "\n" not in source:
+        if isinstance(source, Path) or (source.strip() and "\n" not in source):
             deck = parse_file(source, given or None)
         else:
             deck = parse_text(source, file, given or None)

@@ -127,6 +127,8 @@ def select(circuit: Circuit, requested: Sequence[str] | None = None) -> list[str
     NetlistError
         NS2012 with every name that does not exist.
     """
+    if isinstance(requested, str):
+        requested = [requested]
     wanted: list[tuple[str, Span | None]] = [(name, None) for name in requested or ()]
     if not wanted:
         wanted = [(signal.name, signal.span) for signal in circuit.deck.saves]

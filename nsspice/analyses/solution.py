@@ -258,6 +258,8 @@ class Solution:
 
     def __getitem__(self, name: str) -> Floats:
         """Return a waveform by name; differences of recorded node voltages are formed on demand."""
+        if not isinstance(name, str):
+            raise TypeError(f"a signal is named by a text such as 'v(out)', not by {name!r}")
         key = canonical(name)
         if key in self.signals:
             return self.signals[key]
@@ -267,8 +269,12 @@ class Solution:
             plus, minus = key[2:-1].split(",")
             if all(n == "0" or f"v({n})" in self.signals for n in (plus, minus)):
                 return self._voltage(plus) - self._voltage(minus)
-        hint = suggest(key, self.signals)
-        raise KeyError(f"no signal {name!r} in this solution{hint and '; ' + hint}")
+        if key[:2] in ("v(", "i(", "p("):
+            hint = "name it in signals= or extra= of the run, or in a .save card"
+        else:
+            hint = f"signals are {', '.join(list(self.signals)[:8]) or 'v(node) and i(element)'}"
+        hint = suggest(key, self.signals) or hint
+        raise KeyError(f"no signal {name!r} in this solution; {hint}")
 
     def __contains__(self, name: object) -> bool:
         try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 from collections.abc import Mapping, Sequence
 
@@ -14,6 +15,7 @@ from .cards import Dc
 from .certificate import Certificate
 from .curve import Floats
 from .following import Following
+from .load import need_circuit
 from .points import PointsOfIsland, report_of
 from .recorder import Recorder, select
 from .regularity import several_warning
@@ -67,6 +69,7 @@ def op(
     >>> float(nsspice.op(circuit)["v(b)"][0])
     7.5
     """
+    need_circuit(circuit)
     return _solve(circuit, "op", (), signals, extra, temperature, values or {}, None, sink)
 
 
@@ -130,6 +133,7 @@ def dc(
     >>> nsspice.dc(circuit, "v1", [-1.0, 1.0])["v(b)"].tolist()
     [-1.0, 0.0]
     """
+    need_circuit(circuit)
     if analysis is None:
         analysis = _analysis(circuit, source, values)
     for sweep in analysis.sweeps:
@@ -164,7 +168,11 @@ def _analysis(circuit: Circuit, source: str | None, values: Sequence[float] | Fl
     name = source.strip().lower()
     points = tuple(float(v) for v in (() if values is None else values))
     if not points:
-        raise UsageError(Diagnostic("NS4005", f"the sweep of {name} has no values"))
+        hint = "give at least one number"
+        raise UsageError(Diagnostic("NS4005", f"the sweep of {name} has no values", hint=hint))
+    if not all(map(math.isfinite, points)):
+        message = f"the sweep of {name} holds {next(v for v in points if not math.isfinite(v))}"
+        raise UsageError(Diagnostic("NS4005", message, hint="give finite numbers"))
     kind = "temp" if name in ("temp", "temper") else "element"
     return Dc((Sweep("temp" if kind == "temp" else name, kind, points, Span("", 0, 0)),))  # type: ignore[arg-type]
 
@@ -181,7 +189,7 @@ def check_sweep(circuit: Circuit, sweep: Sweep) -> None:
                 "NS4007",
                 f"{sweep.name} cannot be swept",
                 span,
-                "sweep a voltage or current source, a resistor, or temp",
+                "sweep a V, I, R, L or C, or temp",
             )
         )
 

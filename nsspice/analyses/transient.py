@@ -14,6 +14,7 @@ from .curve import Floats
 from .events import Events
 from .interrupts import Interrupts
 from .island_runner import IslandRunner
+from .load import need_circuit
 from .recorder import Recorder, select
 from .rows import Outlet, Progress, advance_all
 from .settings import Settings
@@ -107,7 +108,16 @@ def tran(
     >>> abs(float(sol["v(b)"][-1]) - (1 - 2.718281828**-1)) < 2e-4
     True
     """
+    need_circuit(circuit)
     if stop is not None:
+        if row_step is not None and row_step > stop:
+            raise UsageError(
+                Diagnostic(
+                    "NS4005",
+                    f"the distance of the rows, {row_step:g} s, is longer than the run, {stop:g} s",
+                    hint="the stop comes first: tran(circuit, stop, row_step)",
+                )
+            )
         analysis = Tran(stop, row_step, start, None, bool(uic))
     else:
         analysis = _from_deck(circuit, uic)

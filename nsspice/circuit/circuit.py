@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..devices import Conditions, Coupling, Device
 from ..devices.stamper import AnalysisKind
-from ..errors import Diagnostic
+from ..errors import Diagnostic, NetlistError, UsageError, suggest
 from ..netlist.deck import Deck
 from .mna import MnaSystem, assemble
 from .problem_class import ProblemClass
@@ -71,6 +71,9 @@ class Island:
         tstep, tstop : float, optional
             Times for the defaults of PULSE, SIN, EXP [s]; those of the ``.tran`` card by default.
         """
+        if temperature is not None and not temperature > -273.15:
+            message = f"a temperature of {temperature:g} degrees Celsius is not above absolute zero"
+            raise UsageError(Diagnostic("NS4005", message, None, "give degrees Celsius"))
         conditions = Conditions(
             self.defaults.temperature if temperature is None else temperature,
             dict(values),
@@ -182,7 +185,8 @@ class Circuit:
         device = self._by_name.get(name.lower())
         if device is not None:
             return device
-        raise unknown_signal(name, list(self.element_island))
+        hint = suggest(name.lower(), self._by_name) or "name an element of the deck, such as r1"
+        raise NetlistError(Diagnostic("NS2012", f"there is no element {name}", hint=hint))
 
     def parts(self, signal: str) -> list[tuple[int, str, float]]:
         """Return a signal as a sum over islands: (island number, local signal, factor).

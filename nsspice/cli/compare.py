@@ -77,6 +77,9 @@ def command(
     i(r1), the simulation is compared with that instead.  Exits with 1 if a distance exceeds the
     tolerance, or if ngspice fails.
     """
+    if tolerance < 0.0:
+        hint = "give a share of the reference's range, such as 1e-3; --absolute takes V and A"
+        raise UsageError(Diagnostic("NS4005", f"--tolerance cannot be {tolerance:g}", hint=hint))
     if reference is None:
         check = _Decision(tolerance, absolute, norm, (start, stop))
         names = read_signals(signals)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -143,6 +144,8 @@ class ValueCheck(Check):
         """Compare the value."""
         if self.at is not None:
             found = curve_of(solution, self.signal).at(self.at)
+            if np.isnan(found) and not solution.axis[0] <= self.at <= solution.axis[-1]:
+                raise NotFound(f"{self.at:g} lies outside the rows of the analysis")
         else:
             curve = curve_of(solution.with_jumps(), self.signal)
             found = statistic(curve.window(self.start, self.stop), self.statistic or "final")
@@ -257,6 +260,8 @@ def check_from(item: Mapping[str, Any]) -> Check:
     ...
     ValueError: it needs tolerance
     """
+    if not isinstance(item, Mapping):
+        raise ValueError("it must be a table, written below its own line [[check]]")
     kind = next((k for k in ("measure", "impulse", "reference", "signal") if k in item), None)
     if kind is None:
         raise ValueError("it needs one of signal, measure, impulse, reference")
@@ -267,10 +272,10 @@ def check_from(item: Mapping[str, Any]) -> Check:
             raise ValueError(f"unknown key {key!r}; {hint}")
     get = _Getter(item)
     tolerance = get.number("tolerance")
-    if not tolerance >= 0.0:
+    if tolerance < 0.0:
         raise ValueError("tolerance must not be negative")
     analysis = get.word("analysis", ("op", "dc", "tran"))
-    common = (tolerance, str(item.get("why", "")), analysis, int(item.get("number", 1)))
+    common = (tolerance, str(item.get("why", "")), analysis, get.count("number"))
     if kind == "measure":
         return MeasureCheck(*common, get.text("measure").lower(), get.number("value"))
     if kind == "impulse":
@@ -314,7 +319,15 @@ class _Getter:
             raise ValueError(f"it needs {key}")
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise ValueError(f"{key} must be a number")
+        if not math.isfinite(value):  # a tolerance without bound would check nothing
+            raise ValueError(f"{key} must be a finite number, not {value}")
         return float(value)
+
+    def count(self, key: str) -> int:
+        value = self.item.get(key, 1)
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise ValueError(f"{key} must be a whole number from 1 on")
+        return value
 
     def optional(self, key: str) -> float | None:
         return self.number(key) if key in self.item else None

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import NsspiceError
-from .checks import Outcome, signals_of
+from .checks import ImpulseCheck, Outcome, signals_of
 from .expectation import Expectation, Refusal, read_expectation
 
 __all__ = ["Report", "check", "find_netlists"]
@@ -124,6 +124,9 @@ def _outcomes(expectation: Expectation) -> list[Outcome]:
         stop=expectation.tstop,
         extra=signals_of(expectation.checks),
     )
+    for item in expectation.checks:
+        if isinstance(item, ImpulseCheck):
+            circuit.device(item.impulse)  # an element that does not exist has no impulse, either
     solutions = []
     for job in jobs:
         solutions.append(run_job(circuit, job, request))

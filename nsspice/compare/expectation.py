@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -103,10 +104,24 @@ def read_expectation(path: Path) -> Expectation:
         _refusal(file, refused),
         _number(file, run, "step"),
         _number(file, run, "theta"),
-        run.get("method"),
+        _text(file, run, "method"),
         _number(file, run, "tstop"),
-        {k.lower(): float(v) for k, v in run.get("params", {}).items()} or None,
+        _params(file, run.get("params", {})) or None,
     )
+
+
+def _params(file: Path, table: Any) -> dict[str, float]:
+    """Return the values of ``[run.params]``."""
+    if not isinstance(table, dict):
+        raise _bad(file, "params must be a table", "write params = { r = 1000.0 }")
+    return {key.lower(): _number(file, table, key) or 0.0 for key in table}
+
+
+def _text(file: Path, table: Mapping[str, Any], key: str) -> str | None:
+    value = table.get(key)
+    if value is not None and not isinstance(value, str):
+        raise _bad(file, f"{key} must be a text")
+    return value
 
 
 def _names(path: Path) -> tuple[Path, Path]:
@@ -156,6 +171,8 @@ def _number(file: Path, table: Mapping[str, Any], key: str) -> float | None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise _bad(file, f"{key} must be a number")
+    if not math.isfinite(value):
+        raise _bad(file, f"{key} must be a finite number, not {value}")
     return float(value)
 
 
@@ -168,7 +185,10 @@ def _refusal(file: Path, table: Any) -> Refusal | None:
         raise _bad(file, '[refused] needs code = "NS...."')
     if exit_code is not None and not isinstance(exit_code, int):
         raise _bad(file, "exit must be a whole number")
-    return Refusal(code, exit_code, tuple(map(str, table.get("mentions", ()))))
+    words = table.get("mentions", [])
+    if not isinstance(words, list):
+        raise _bad(file, "mentions must be a list", 'write mentions = ["v1", "d1"]')
+    return Refusal(code, exit_code, tuple(map(str, words)))
 
 
 def _bad(file: Path, message: str, hint: str = "") -> UsageError:

@@ -90,7 +90,7 @@ def read_junction(model: Model, findings: Findings) -> JunctionLaw | None:
     owner = f"model {model.name}"
     before = len(findings.errors)
     params = {key: p for key, p in model.params.items() if key != "v"}
-    given = CARD.read(params, owner, findings)
+    given = CARD.read(params, owner, findings, ("vfwd", "vrev", "ron", "rrev", "roff"))
     for key, low, high, strict in _RANGES:
         value = given.get(key)
         if (value is not None and not (low < value if strict else low <= value)) or (

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -89,7 +89,13 @@ class Table:
         """Return all accepted spellings."""
         return list(self._by_name)
 
-    def read(self, params: Mapping[str, Param], owner: str, findings: Findings) -> dict[str, float]:
+    def read(
+        self,
+        params: Mapping[str, Param],
+        owner: str,
+        findings: Findings,
+        others: Sequence[str] = (),
+    ) -> dict[str, float]:
         """Return the given values under their main names; report everything else.
 
         Parameters
@@ -99,13 +105,17 @@ class Table:
         owner : str
             ``d1`` or ``model dm``, for messages.
         findings : Findings
+        others : sequence of str
+            Names of another kind of the same card, which may have been meant.
         """
         values: dict[str, float] = {}
         ignored: list[str] = []
         for key, param in params.items():
             entry = self._by_name.get(key)
             if entry is None:
-                hint = suggest(key, self._by_name) or f"known: {', '.join(self.names())}"
+                hint = (
+                    suggest(key, [*self._by_name, *others]) or f"known: {', '.join(self.names())}"
+                )
                 findings.error("NS2003", f"{owner} has no parameter {key}", param.span, hint)
                 continue
             value = param.value
@@ -129,11 +139,16 @@ class Table:
                         entry.hint,
                     )
                 continue
+            if entry.unit == "C" and not value > -273.15:
+                message = f"{key} of {owner} is {value:g} degrees Celsius, not above absolute zero"
+                findings.error("NS2005", message, param.span, "give degrees Celsius")
+                continue
             values[entry.name] = float(value)
         if ignored:
+            are = "is" if len(ignored) == 1 else "are"
             findings.warning(
                 "NS2052",
-                f"{', '.join(ignored)} of {owner} cannot change the results and is ignored",
+                f"{', '.join(ignored)} of {owner} cannot change the results and {are} ignored",
                 params[ignored[0]].span,
             )
         return values

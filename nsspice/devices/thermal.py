@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from ..errors import Diagnostic, NetlistError
 from .stamper import Conditions
 
 BOLTZMANN = 1.380649e-23  # [J/K]
@@ -30,6 +31,9 @@ def kelvin(conditions: Conditions, temperature: float | None = None, offset: flo
         Above the circuit's [K], if it has none of its own.
     """
     own = conditions.temperature + offset if temperature is None else temperature
+    if not own > -CELSIUS:  # dtemp= and expressions; what cards say is judged where it is read
+        message = f"an element has {own:g} degrees Celsius, which is not above absolute zero"
+        raise NetlistError(Diagnostic("NS2005", message, None, "correct its temp= or dtemp="))
     return own + CELSIUS
 
 

@@ -250,6 +250,8 @@ def _explain(text: str, place: Place, position: int | None) -> Unreadable:
         hint = "equality is written =="
     elif word in "'\"{}":
         hint = "braces and quotes do not nest"
+    elif word[0] not in "_(." and not word[0].isalnum():
+        hint = "a value is missing before or behind it"
     else:
         hint = "an operator or a closing parenthesis may be missing before it"
     return Unreadable("NS1020", f"{word} does not fit into the expression here", where, hint)

@@ -53,7 +53,8 @@ class FileReader:
     def main(self, rows: list[str], file: str, directory: Path) -> Iterator[Line]:
         """Yield the lines of the deck, from the line after the title on."""
         lines = logical_lines(rows[1:], file, 2)
-        yield from self._lines(list(lines), directory, [])
+        deck = directory / Path(file).name  # a deck that is only a text has no such file
+        yield from self._lines(list(lines), directory, [deck.resolve()])
 
     def _lines(self, lines: list[Line], directory: Path, stack: list[Path]) -> Iterator[Line]:
         """Yield one file's lines, with included files in place of their cards."""

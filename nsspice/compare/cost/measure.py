@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
+from ...analyses.load import need_circuit
 from ...analyses.settings import Settings
 from ...circuit import Circuit
-from ...errors import NsspiceError, UsageError, suggest
+from ...errors import Diagnostic, NsspiceError, UsageError, suggest
 from . import ngspice_ladders
 from .problem import Problem
 from .reference import Reference, make_reference
@@ -76,6 +77,13 @@ def cost(
     >>> report.ladders()["moreau"][0].error < 0.1
     True
     """
+    need_circuit(circuit)
+    if target is not None and not target > 0.0:
+        hint = "give a share of the range of the signals, such as 1e-6"
+        raise UsageError(Diagnostic("NS4005", f"the target cannot be {target:g}", hint=hint))
+    for name in methods or ():
+        if name not in LADDERS:
+            raise _unknown(name)
     say: Notice = notice or (lambda text: None)
     problem = Problem.of(circuit, signals)
     if reference is None:
@@ -85,8 +93,6 @@ def cost(
     floor = max(reference.error, 1e-13) if math.isfinite(reference.error) else 1e-12
     goal = floor if target is None else max(floor, min(target, 1e-9))
     for name in methods or LADDERS:
-        if name not in LADDERS:
-            raise _unknown(name)
         try:
             if name in ngspice_ladders.LADDERS:
                 report.rows += ngspice_ladders.measure(

@@ -11,6 +11,7 @@ from ..findings import Unreadable
 from ..lines import Line
 from ..statement import Item
 from .context import Context
+from .options import above_absolute_zero
 
 #: points of one sweep
 MAX_POINTS = 10_000_000
@@ -98,9 +99,13 @@ def dc(context: Context, line: Line) -> None:
         kind: Literal["element", "temp"] = "temp" if name in ("temp", "temperature") else "element"
         if kind == "element" and not (context.is_element(name) and name[0] in "virbcl"):
             names = [e.name for e in context.deck.elements if e.letter in "vir"]
-            hint = suggest(name, [*names, "temp"]) or "sweep a V, an I, an R, or temp"
-            raise Unreadable("NS1070", f".dc: there is no source {name[:60]}", where, hint)
+            hint = suggest(name, [*names, "temp"]) or "sweep a V, I, R, L or C, or temp"
+            raise Unreadable(
+                "NS1070", f".dc: there is no element {name[:60]} to sweep", where, hint
+            )
         values, rest = _range(context, line, rest[1:], scale, ".dc")
+        if kind == "temp":
+            above_absolute_zero(min(values), where)
         sweeps.append(Sweep("temp" if kind == "temp" else name, kind, values, where))
     if len(sweeps) > 2:
         raise Unreadable("NS1080", ".dc sweeps at most two quantities", line.whole(), "use .step")
@@ -149,6 +154,8 @@ def _step(
     if kind == "element" and name in context.scope.params:
         kind = "param"
     values, rest = _range(context, line, rest[1:], scale, ".step")
+    if kind == "temp":
+        above_absolute_zero(min(values), where)
     if rest:
         at = line.span(rest[0].start, rest[0].end)
         raise Unreadable(

@@ -114,6 +114,10 @@ def instance(reader: Reader, line: Line, content: list[Item]) -> InstanceTemplat
         if not pair.text:
             where = line.span(pair.start, pair.end)
             raise Unreadable("NS1007", f"{name}: a name is needed to the left of =", where)
+        if pair.text in params:
+            twice = line.span(pair.start, pair.end)
+            message = f"{name}: parameter {pair.text} is given twice"
+            raise Unreadable("NS1014", message, twice, "remove one of them")
         params[pair.text] = reader.param(line, pair)
     where = line.span(target.start, target.end)
     return InstanceTemplate(name, span, nodes, spans, target.text, where, params)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...errors import suggest
+from ...errors import Span, suggest
 from ..deck import Param
 from ..findings import Unreadable
 from ..lines import Line
@@ -65,6 +65,8 @@ def options(context: Context, line: Line) -> None:
         if key in NUMBERS and isinstance(value, str):
             message = f"option {key} cannot be {value[:40]!r}"
             context.findings.error("NS1010", message, where, "give a number")
+        if key == "tnom" and isinstance(value, float):
+            above_absolute_zero(value, where)
         context.deck.options[key] = Param(key, value, where)
 
 
@@ -73,7 +75,9 @@ def early_options(context: Context, line: Line) -> None:
     _, pairs = context.split(line)
     for pair in pairs:
         if pair.text == "temp":
-            _set_temperature(context, context.number(line, pair.items[1], "a temperature"))
+            value = context.number(line, pair.items[1], "a temperature")
+            where = line.span(pair.start, pair.end)
+            _set_temperature(context, above_absolute_zero(value, where))
 
 
 def temperature(context: Context, line: Line) -> None:
@@ -84,7 +88,17 @@ def temperature(context: Context, line: Line) -> None:
     if len(words) > 1:
         raise Unreadable("NS1080", ".temp with several values", line.whole(),
                          "write .step temp list 27 50 100")  # fmt: skip
-    _set_temperature(context, context.number(line, words[0], "a temperature"))
+    value = context.number(line, words[0], "a temperature")
+    where = line.span(words[0].start, words[0].end)
+    _set_temperature(context, above_absolute_zero(value, where))
+
+
+def above_absolute_zero(value: float, where: Span) -> float:
+    """Return a temperature [degrees Celsius]; Unreadable NS2005 if nothing can be so cold."""
+    if not value > -273.15:
+        message = f"a temperature of {value:g} degrees Celsius is not above absolute zero"
+        raise Unreadable("NS2005", message, where, "temperatures are in degrees Celsius")
+    return value
 
 
 def _set_temperature(context: Context, value: float) -> None:

@@ -11,6 +11,23 @@ from ..statement import Item
 from ..template import Formula, ParamText, Template, Value
 from .reading import Reader, flat
 
+#: forms of element lines, for lines that end too early
+_FORMS = {
+    "r": "Rname n+ n- value",
+    "c": "Cname n+ n- value",
+    "l": "Lname n+ n- value",
+    "v": "Vname n+ n- value, or a waveform such as SIN(0 10 50)",
+    "i": "Iname n+ n- value, or a waveform such as SIN(0 10 50)",
+    "d": "Dname anode cathode, and its model unless it is ideal",
+    "q": "Qname collector base emitter model",
+    "s": "Sname n+ n- nc+ nc- model",
+    "w": "Wname n+ n- Vname model",
+    "e": "Ename n+ n- nc+ nc- gain, or Ename n+ n- VALUE={expression}",
+    "g": "Gname n+ n- nc+ nc- gain, or Gname n+ n- VALUE={expression}",
+    "f": "Fname n+ n- Vname gain",
+    "h": "Hname n+ n- Vname gain",
+}
+
 GROUND = {"gnd": "0", "0": "0", "gnd!": "0"}
 
 
@@ -44,7 +61,8 @@ class Terminals:
         chosen = self._items[self._at : self._at + count]
         if len(chosen) < count:
             message = f"{self.name}: {count} {what} are needed, {len(chosen)} given"
-            raise Unreadable("NS1008", message, self.span, "")
+            form = _FORMS.get(self.name[0], "")
+            raise Unreadable("NS1008", message, self.span, form and f"write {form}")
         self._at += count
         line = self.line
         if not self._plain:
