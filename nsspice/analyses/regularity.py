@@ -23,6 +23,8 @@ _ROWS = 150  # unknowns and pairs up to which single points are judged
 _POINTS = 100  # points judged at most
 _STARTS = 24  # random points from which further solutions are sought
 _MODES = 5  # pairs up to which every mode is a start
+#: slopes beyond this are those of poles; the tape writes 1e150 for an infinite one
+_STEEP = 1e100
 _SAME = 1e-6  # solutions closer than this, relative to the largest, are one
 _ROUNDING = 24.0 * 2.0**-53  # of a law with one equation, relative to the sizes of its terms
 
@@ -166,6 +168,17 @@ class Judge:
         law = f"the law of {element}" if element else f"the currents at {self._node(found.row)}"
         return f"{self.mna.unknowns[found.unknown]} by {law}"
 
+    def _has_slopes(self, z: Floats) -> bool:
+        """Return whether all laws have slopes at a point.
+
+        Beside an infinite one (``asin(x)`` at 1) any residual is small: nothing is known there.
+        """
+        if self.system.smooth is None or not self._kept:
+            return True
+        u = self._kept[0][1][:1]
+        slopes = function_slopes(self.system.smooth.tape, z[None], u, np.zeros(1))
+        return bool(np.all(np.abs(slopes) < _STEEP))
+
     def _node(self, row: int) -> str:
         return f"node {self.mna.row_nodes[row]}"
 
@@ -183,6 +196,7 @@ class Judge:
             return None
         z, lam = stepper.state
         others = _search(system, z, lam, largest_sources(self.mna))
+        others = [point for point in others if self._has_slopes(point)]
         if not others:
             return None
         names = self.mna.unknowns

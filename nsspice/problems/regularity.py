@@ -254,6 +254,8 @@ def inverses(matrices: Floats) -> Floats | None:
     """
     if matrices.shape[-1] == 0:
         return matrices
+    if not np.all(np.isfinite(matrices)):  # atan2(0, 0) has no slopes
+        return None
     rows, columns = np.ones(matrices.shape[:2]), np.ones(matrices.shape[:2])
     sizes = scaled = np.abs(matrices)
     for _ in range(6):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import nsspice
@@ -76,3 +77,22 @@ def test_passive_circuits_are_not_suspected():
     deck = "bridge\nV1 a b SIN(0 10 50)\nD1 a p\nD2 b p\nD3 0 a\nD4 0 b\nR1 p 0 1k\n"
     sol = nsspice.tran(nsspice.read(deck), 0.02, 1e-4)
     assert sol.certificate.several == ()
+
+
+@pytest.mark.parametrize(
+    ("law", "x", "value"), [("asin(v(x))", 1.0, np.pi / 2), ("acos(v(x))", -1.0, np.pi)]
+)
+def test_points_with_infinite_slopes_are_no_further_solutions(law, x, value):
+    """The sources determine v(x), and it determines v(a); others were told of (0 V, 1.24338 V)."""
+    circuit = nsspice.read(f"t\nVx x 0 {x}\nRx x 0 1\nB1 a 0 V={law}\nR1 a 0 1\n.op\n")
+    solution = nsspice.op(circuit)
+    assert abs(solution["v(a)"][0] - value) < 1e-12
+    assert not [w for w in solution.warnings if w.code == "NS3005"]
+
+
+def test_a_point_without_slopes_is_judged():
+    """atan2(0, 0): the singular values of a matrix without numbers were a traceback."""
+    text = "t\nVx x 0 0\nRx x 0 1\nB1 a 0 V=atan2(v(x),v(x))\nR1 a 0 1\n.op\n"
+    solution = nsspice.op(nsspice.read(text))
+    assert solution["v(a)"][0] == 0.0
+    assert solution.summary()
