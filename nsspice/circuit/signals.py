@@ -59,7 +59,9 @@ def owner(name: str, devices: Mapping[str, Device]) -> tuple[Device, str] | None
 
 def unknown_signal(name: str, known: Sequence[str], span: Span | None = None) -> NetlistError:
     """Return the error for a signal that does not exist, with the nearest name as a hint."""
-    hint = suggest(name.strip().lower(), known)
+    bare = name.strip().lower()
+    meant = next((s for s in (f"v({bare})", f"i({bare})") if s in known), "")
+    hint = f"did you mean {meant}?" if meant else suggest(bare, known)
     if not hint:
         hint = "signals are v(node), v(node,node) and i(element)"
     return NetlistError(Diagnostic("NS2012", f"there is no signal {name}", span, hint))

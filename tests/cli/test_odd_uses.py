@@ -183,3 +183,8 @@ def test_signals_of_a_solution():
         solution[0]  # type: ignore[index]
     with pytest.raises(KeyError, match="extra="):
         solution["p(r1)"]
+
+
+@pytest.mark.parametrize(("name", "meant"), [("b", "v(b)"), ("R1", "i(r1)")])
+def test_a_bare_name_is_no_signal_of_the_command_line(call, name, meant):
+    assert f"did you mean {meant}?" in refused(call, RC, "--signals", name)
