@@ -152,7 +152,7 @@ def _names(count: int, prefix: str = "n") -> list[str]:
     return [f"{prefix}{k}" for k in range(1, count + 1)]
 
 
-def _mixed(d: Draft, nodes: list[str], elements: int, diodes: float) -> None:
+def mix(d: Draft, nodes: list[str], elements: int, diodes: float) -> None:
     """Join the nodes (ground included) by a random mix of two-terminal elements."""
     for _ in range(elements):
         a, b = d.pair(nodes)
@@ -172,7 +172,7 @@ def _regular(d: Draft) -> None:
     for node in nodes:
         d.resistor(node, "0", 10, 1e5)
     d.voltage(nodes[0], "0")
-    _mixed(d, ["0", *nodes], len(nodes) + int(d.rng.integers(2, 8)), 0.4)
+    mix(d, ["0", *nodes], len(nodes) + int(d.rng.integers(2, 8)), 0.4)
     if d.rng.random() < 0.5:
         d.add("I", *d.pair(["0", *nodes]), d.drive(float(d.rng.uniform(0.01, 1))))
 
@@ -182,7 +182,7 @@ def _floating(d: Draft) -> None:
     for node in nodes:
         d.resistor(node, "0", 10, 1e5)
     d.voltage(nodes[0], "0")
-    _mixed(d, ["0", *nodes], len(nodes), 0.2)
+    mix(d, ["0", *nodes], len(nodes), 0.2)
     for k in range(int(d.rng.integers(1, 4))):
         island = _names(int(d.rng.integers(1, 5)), f"f{k}x")
         for a, b in itertools.pairwise(island):
@@ -205,7 +205,7 @@ def _degenerate(d: Draft) -> None:
     nodes = _names(int(d.rng.integers(2, 5)))
     d.voltage(nodes[0], "0")
     d.resistor(nodes[-1], "0")
-    _mixed(d, ["0", *nodes], len(nodes), 0.3)
+    mix(d, ["0", *nodes], len(nodes), 0.3)
     for k in range(int(d.rng.integers(1, 4))):
         a, b = d.pair(["0", *nodes])
         shape = int(d.rng.integers(5))
@@ -335,7 +335,7 @@ def _large(d: Draft) -> None:
             d.diode(a, b)
     for _ in range(int(d.rng.integers(1, 4))):
         d.voltage(str(d.rng.choice(nodes)), "0")
-    _mixed(d, ["0", *nodes], len(nodes), 0.25)
+    mix(d, ["0", *nodes], len(nodes), 0.25)
     for _ in range(int(d.rng.integers(10, 45))):
         d.loose_diode(["0", *nodes])
 

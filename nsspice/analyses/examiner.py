@@ -135,8 +135,7 @@ class Examiner:
             sizes = np.abs(charges) + np.abs(reached_functions)
             reached = self.mna.system.stored_energy(jump.after)
             given = delivered(self.mna, jump)
-            energies = (before, reached, given) if self._passive else None
-            error = audit.jump_error(moved, jump, sizes, energies)
+            error = audit.jump_error(moved, jump, sizes, given if self._passive else None)
             balance = error if worse(error, balance) else balance
             audit.jump_energy(jump.time, before, reached, given)
         found = audit.result()

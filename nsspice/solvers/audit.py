@@ -99,14 +99,14 @@ class Auditor:
         moved: Floats,
         jump: Jump,
         stored: Floats,
-        energies: tuple[float, float, float] | None = None,
+        gave: float | None = None,
     ) -> float:
         """Return the relative error of the balance of charge and flux over a jump.
 
         What moved into each row, shape (n,), plus what impulses brought there vanishes, but for
         what the sources gave while it lasted; ``stored`` is the size of what was there.  In a
-        passive network ``energies`` are stored before and after, and given by sources [J]: none
-        comes from nowhere.
+        passive network sources ``gave`` so much energy [J], and no impulse passes a pair that is
+        open afterwards.
         """
         return self._core.jump_error(
             moved,
@@ -118,7 +118,7 @@ class Auditor:
             jump.unknowns,
             jump.multipliers,
             jump.functions,
-            energies,
+            gave,
         )
 
     def jump_energy(self, time: float, before: float, after: float, delivered: float) -> None:

@@ -197,8 +197,8 @@ impl Auditor {
     ///
     /// `stored` is the size of what was there, `sides` are the unknowns before and after.  The jump is
     /// the limit of short steps of the given length together, or one short step of the length `span`;
-    /// the `shortest` of them had the highest potentials and the largest currents.  In a passive network
-    /// `energies` tell what was stored before and after and what sources gave: nothing comes from nowhere.
+    /// the `shortest` of them had the highest potentials and the largest currents.  In a passive network it
+    /// counts what sources `gave`: no impulse passes an open pair.
     #[allow(clippy::too_many_arguments)] // all that is known of it
     pub fn jump_error(
         &mut self,
@@ -208,7 +208,7 @@ impl Auditor {
         [time, length, span, shortest]: [f64; 4],
         sources: &[f64],
         [unknowns, multipliers, functions]: [&[f64]; 3],
-        energies: Option<[f64; 3]>,
+        gave: Option<f64>,
     ) -> f64 {
         let mut error = moved.to_vec();
         let mut sizes: Vec<f64> = stored.iter().zip(moved).map(|(s, m)| s + m.abs()).collect();
@@ -262,8 +262,9 @@ impl Auditor {
         }
         let missing = error.iter().zip(&carried).zip(&hidden);
         let missing = missing.map(|((e, carried), hidden)| (e.abs() - carried).max(0.0) + hidden);
-        let gain = energies.map(|e| self.jump_gain(e, sides, multipliers, &sizes));
-        let found = missing.zip(&sizes).map(|(e, s)| ratio(e, *s)).chain(gain);
+        let through_gaps =
+            gave.map(|gave| self.jump_through_gaps(moved, gave, sides, multipliers, &sizes));
+        let found = missing.zip(&sizes).map(|(e, s)| ratio(e, *s)).chain(through_gaps);
         found.fold(0.0, |worst, new| if worse(new, worst) { new } else { worst })
     }
 }

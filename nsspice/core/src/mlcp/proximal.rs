@@ -18,7 +18,7 @@ const POLISH_AT: [u32; 9] = [1, 2, 3, 5, 8, 12, 18, 27, 30];
 /// Pivoting rounds before Lemke's method, which costs O(m^3), takes over.
 const ROUNDS: usize = 40;
 /// Lemke's tableau is not made for more pairs; pivoting goes on instead.
-const LEMKE_LIMIT: usize = 150;
+const LEMKE_LIMIT: usize = 600;
 const DIVERGED: f64 = 1e14;
 
 /// True if `s.x` solves the problem.

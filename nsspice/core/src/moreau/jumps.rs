@@ -275,12 +275,13 @@ impl Stepper {
                 ..next
             };
         }
-        // motion of so long a step has to come once more
-        if !leapt
-            && rest >= Rest::Bent
+        if leapt {
+            leap = self.lawful(charges, &begun, leap, shortest, start);
+        } else if rest >= Rest::Bent
             && charges.is_none()
             && self.jumped(None, &begun.0, &leap.after, &leap.after, NO_JUMP)
         {
+            // motion of so long a step has to come once more
             leap = self.unmoved(begun, leap, shortest);
         }
         Ok(leap)

@@ -12,6 +12,7 @@
 mod aftermath;
 mod clock;
 mod controls;
+mod impact_law;
 mod impacts;
 mod instant;
 mod islands;

@@ -136,7 +136,7 @@ impl PyAuditor {
         unknowns: Floats,
         multipliers: Floats,
         functions: Floats,
-        energies: Option<(f64, f64, f64)>,
+        gave: Option<f64>,
     ) -> PyResult<f64> {
         let (n, m, p) = self.inner.sizes();
         let lists = [&moved, &stored, &before, &after, &unknowns];
@@ -157,7 +157,7 @@ impl PyAuditor {
             lengths.into(),
             sources,
             [unknowns, multipliers, functions],
-            energies.map(Into::into),
+            gave,
         ))
     }
 
