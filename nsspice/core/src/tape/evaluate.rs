@@ -441,6 +441,8 @@ impl Machine {
                 Op::Junction => limit::junction(x, old, unit, knee),
                 Op::Exp | Op::Expm1 => limit::exponential(x, old, 1.0, 0.0),
                 Op::Sinh | Op::Cosh => limit::two_sided(x, old),
+                // from next to zero Newton's method is back in a few steps
+                Op::Sqrt if x > 0.0 => x,
                 _ => limit::domain(x, old, edge),
             },
         };
@@ -465,6 +467,10 @@ impl Machine {
         };
         if point == x || x.is_nan() {
             return (value, [slope, 0.0, 0.0]);
+        }
+        if i.op == Op::Sqrt && x == 0.0 && how != Linearisation::Held {
+            // the value is there, and what is less steep than its tangent leads away if need be
+            return (0.0, [slope, 0.0, 0.0]);
         }
         if (x - point).abs() > SAME * unit {
             self.limited = true;
