@@ -113,14 +113,11 @@ def measure(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> 
 
 
 def _fine(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> Solution:
-    conditions = [c for c in (card.first, card.second) if c is not None]
-    asked = [card.expression, *(e for c in conditions for e in (c.signal, c.other))]
-    expressions = [e for e in asked if e is not None]
-    start, stop = (None, None) if conditions else (card.start, card.stop)
-    if card.at is not None and not conditions:
+    start, stop = (None, None) if card.conditions else (card.start, card.stop)
+    if card.at is not None and not card.conditions:
         start = stop = card.at
     try:
-        return with_bends(solution, expressions, earlier, start, stop)
+        return with_bends(solution, card.expressions, earlier, start, stop)
     except KeyError as missing:
         raise NotFound(str(missing.args[0])) from None
 

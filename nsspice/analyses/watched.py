@@ -21,14 +21,8 @@ def measured_signals(cards: Sequence[Measure]) -> list[str]:
     for card in cards:
         if card.operation == "param":
             continue
-        conditions = [c for c in (card.first, card.second) if c is not None]
-        expressions = [card.expression]
-        expressions += [e for c in conditions for e in (c.signal, c.other)]
-        for expression in expressions:
-            if expression is not None:
-                names.update(
-                    (canonical(n), None) for n in expression.variables() if n[:2] in _SIGNALS
-                )
+        for expression in card.expressions:
+            names.update((canonical(n), None) for n in expression.variables() if n[:2] in _SIGNALS)
     return list(names)
 
 

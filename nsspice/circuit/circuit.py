@@ -11,6 +11,7 @@ from ..devices import Conditions, Coupling, Device
 from ..devices.stamper import AnalysisKind
 from ..errors import Diagnostic, NetlistError, UsageError, suggest
 from ..netlist.deck import Deck
+from ..netlist.functions import ABSOLUTE_ZERO
 from .mna import MnaSystem, assemble
 from .problem_class import ProblemClass
 from .signals import owner, parse_signal, unknown_signal
@@ -71,7 +72,7 @@ class Island:
         tstep, tstop : float, optional
             Times for the defaults of PULSE, SIN, EXP [s]; those of the ``.tran`` card by default.
         """
-        if temperature is not None and not temperature > -273.15:
+        if temperature is not None and not temperature > ABSOLUTE_ZERO:
             message = f"a temperature of {temperature:g} degrees Celsius is not above absolute zero"
             raise UsageError(Diagnostic("NS4005", message, None, "give degrees Celsius"))
         conditions = Conditions(

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Literal
 
 from ..errors import suggest
 from ..netlist.findings import Findings
+from ..netlist.functions import ABSOLUTE_ZERO
 
 if TYPE_CHECKING:
     from ..netlist.deck import Param
@@ -139,7 +140,7 @@ class Table:
                         entry.hint,
                     )
                 continue
-            if entry.unit == "C" and not value > -273.15:
+            if entry.unit == "C" and not value > ABSOLUTE_ZERO:
                 message = f"{key} of {owner} is {value:g} degrees Celsius, not above absolute zero"
                 findings.error("NS2005", message, param.span, "give degrees Celsius")
                 continue

@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 
 from ..errors import Diagnostic, NetlistError
+from ..netlist.functions import ABSOLUTE_ZERO
 from .stamper import Conditions
 
 BOLTZMANN = 1.380649e-23  # [J/K]
 CHARGE = 1.602176634e-19  # [A s]
-CELSIUS = 273.15  # [K]
+CELSIUS = -ABSOLUTE_ZERO  # [K]
 _REFERENCE = 300.15  # [K]
 _GAP = 1.1150877  # [eV] of silicon at the reference temperature
 _EXPANSION = 4e-4  # [1/K] of the junction capacitance
@@ -31,7 +32,7 @@ def kelvin(conditions: Conditions, temperature: float | None = None, offset: flo
         Above the circuit's [K], if it has none of its own.
     """
     own = conditions.temperature + offset if temperature is None else temperature
-    if not own > -CELSIUS:  # dtemp= and expressions; what cards say is judged where it is read
+    if not own > ABSOLUTE_ZERO:  # dtemp= and expressions; what cards say is judged where it is read
         message = f"an element has {own:g} degrees Celsius, which is not above absolute zero"
         raise NetlistError(Diagnostic("NS2005", message, None, "correct its temp= or dtemp="))
     return own + CELSIUS

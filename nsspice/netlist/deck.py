@@ -201,6 +201,17 @@ class Measure(NamedTuple):
     stop: float | None = None
     at: float | None = None
 
+    @property
+    def conditions(self) -> list[Cond]:
+        """TRIG and TARG, or WHEN, as far as they are given."""
+        return [c for c in (self.first, self.second) if c is not None]
+
+    @property
+    def expressions(self) -> list[Expression]:
+        """All that is evaluated: the measured quantity and both sides of conditions."""
+        asked = [self.expression, *(e for c in self.conditions for e in (c.signal, c.other))]
+        return [e for e in asked if e is not None]
+
 
 Analysis = OpCard | DcCard | TranCard
 

@@ -93,6 +93,9 @@ UNSUPPORTED = {
     **dict.fromkeys(["ib", "ic", "ie", "id"], "write i(q1.b), i(q1), i(q1.e), i(d1)"),
 }
 
+#: [degrees Celsius]
+ABSOLUTE_ZERO = -273.15
+
 #: constants that a parameter of the same name hides
 CONSTANTS = {
     "pi": math.pi,
@@ -100,7 +103,7 @@ CONSTANTS = {
     "boltz": 1.380649e-23,
     "echarge": 1.602176634e-19,
     "planck": 6.62607015e-34,
-    "kelvin": -273.15,
+    "kelvin": ABSOLUTE_ZERO,
     "true": 1.0,
     "false": 0.0,
 }

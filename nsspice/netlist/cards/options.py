@@ -5,6 +5,7 @@ from __future__ import annotations
 from ...errors import Span, suggest
 from ..deck import Param
 from ..findings import Unreadable
+from ..functions import ABSOLUTE_ZERO
 from ..lines import Line
 from ..statement import Item
 from .context import Context, after_card
@@ -95,7 +96,7 @@ def temperature(context: Context, line: Line) -> None:
 
 def above_absolute_zero(value: float, where: Span) -> float:
     """Return a temperature [degrees Celsius]; Unreadable NS2005 if nothing can be so cold."""
-    if not value > -273.15:
+    if not value > ABSOLUTE_ZERO:
         message = f"a temperature of {value:g} degrees Celsius is not above absolute zero"
         raise Unreadable("NS2005", message, where, "temperatures are in degrees Celsius")
     return value
