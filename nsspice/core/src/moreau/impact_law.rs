@@ -1,11 +1,15 @@
-//! Moreau's law of impacts: impulses pass only through pairs that a jump leaves closed.
+//! Moreau's law of impacts: charges pass only through pairs that a jump leaves closed, and fluxes lie only
+//! across pairs that it leaves open.
 //!
 //! In a passive network it tells a jump from all others.  Charges and fluxes that balance with impulses of
-//! the right sign, none of which passes a pair with slack afterwards, are the projection of those before
+//! the right sign, none of which passes a pair with slack or lies across one that conducts afterwards, are the projection of those before
 //! onto what the pairs allow, in the norm of the energy, of which there is only one [Moreau, Unilateral
 //! contact and dry friction in finite freedom dynamics, 1988].  Where an impulsive step could not be
 //! solved at once, but was reached by longer ones or continued by others, each of its parts obeys the
 //! law, and their sum may not: a diode that has carried a part of the charge opens in the next one.
+//!
+//! A step that was solved at once may break it, too.  Beside the gigavolts of a flux a floating capacitor
+//! hides amperes in the rounding of its charge, among them the current that tells whether a diode conducts.
 
 use super::aftermath::Rest;
 use super::jumps::Leap;
@@ -45,24 +49,42 @@ impl Stepper {
         best.unwrap_or(leap)
     }
 
-    /// The largest impulse through a pair with slack, as a part of the largest impulse (slack).  Only passive networks are judged; what junctions store moves in times of its own.
+    /// The largest impulse that breaks the law, as a part of the largest: a charge through a pair with slack
+    /// afterwards, or a flux across a pair that then conducts.  Only passive networks are judged; what
+    /// junctions store moves in times of its own.
     fn torn(&self, leap: &Leap) -> f64 {
         let Some((_, after, _)) = &leap.settled else { return 0.0 };
         if self.impacts.active || self.smooth.is_some() {
             return 0.0;
         }
         let largest = |list: &[f64], floor: f64| list.iter().fold(floor, |a, v| a.max(v.abs()));
-        let mut slacks = vec![0.0; after.l.len()];
-        self.sys.linear.slacks(&after.z, &after.l, &mut slacks);
-        let impulses = &leap.impulses[1];
-        let impulse = largest(impulses, 0.0);
-        let slack = largest(&slacks, self.sys.largest(&[&after.z])[0]);
-        // what ordinary currents carry meanwhile is none
-        let ordinary = leap.span * largest(&after.l, 0.0);
-        let pairs = self.diodes.iter().map(|&i| (impulses[i], slacks[i]));
+        let [unknowns, multipliers, _] = &leap.impulses;
+        let slacks = self.slacks_of(&after.z, &after.l);
+        // thresholds have no impulse
+        let none = (vec![0.0; unknowns.len()], vec![0.0; multipliers.len()]);
+        let thresholds = self.slacks_of(&none.0, &none.1);
+        let across = self.slacks_of(unknowns, multipliers);
+        let across: Vec<f64> = across.iter().zip(thresholds).map(|(w, q)| w - q).collect();
+        let values = self.sys.largest(&[&after.z]);
         let share = |value: f64, largest: f64| if value > 0.0 { value / largest } else { 0.0 };
-        let broken =
-            pairs.map(|(passed, open)| share(passed - ordinary, impulse).min(share(open, slack)));
-        broken.fold(0.0, f64::max)
+        let broken = |impulses: &[f64], floor, carried: &[f64], left: &[f64], least| {
+            let (impulse, most) = (largest(impulses, floor), largest(left, least));
+            // what ordinary values carry meanwhile is none
+            let ordinary = leap.span * largest(carried, 0.0);
+            let pairs = self.diodes.iter().map(|&i| (impulses[i], left[i]));
+            let parts = pairs
+                .map(|(passed, left)| share(passed - ordinary, impulse).min(share(left, most)));
+            parts.fold(0.0, f64::max)
+        };
+        let charges = broken(multipliers, 0.0, &after.l, &slacks, values[0]);
+        // extrapolation leaves rounding of what ordinary voltages are in no time: beside fluxes it is none
+        let fluxes = broken(&across, self.largest[1], &slacks, &after.l, values[1]);
+        charges.max(fluxes)
+    }
+
+    fn slacks_of(&self, z: &[f64], l: &[f64]) -> Vec<f64> {
+        let mut slacks = vec![0.0; l.len()];
+        self.sys.linear.slacks(z, l, &mut slacks);
+        slacks
     }
 }
