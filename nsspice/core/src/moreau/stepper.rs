@@ -422,6 +422,8 @@ impl Stepper {
         };
         self.u1.copy_from_slice(&self.u0);
         self.rates.fill(0.0);
+        // an open switch may be the only way for a current
+        self.throw_by_sources();
         for _ in 0..MAX_REACTIONS {
             // nothing stored holds the nodes at which next to nothing flows
             self.exactly(|s| s.solve_static(start)).map_err(|f| *f)?;
@@ -447,6 +449,7 @@ impl Stepper {
             return Ok(());
         }
         self.u0.copy_from_slice(&self.u1);
+        self.throw_by_sources();
         self.settle_after(true).map_err(|f| *f)
     }
 
@@ -461,7 +464,8 @@ impl Stepper {
         if self.static_system {
             return self.start_dc(time, None);
         }
-        // the switches belong to the state that the charges lead to: found by starting again with
+        self.throw_by_sources();
+        // the other switches belong to the state that the charges lead to: found by starting again with
         // those that have changed, not by a second jump from where the wrong ones led
         for _ in 0..MAX_REACTIONS {
             self.jumps.clear();
