@@ -32,6 +32,7 @@ mod stored;
 #[cfg(test)]
 mod tests;
 mod track;
+mod turns;
 
 pub use equations::{Equations, Smooth};
 pub use path::{Path, Points, Problem};

@@ -6,6 +6,7 @@ use super::homotopy;
 use super::judge::{Balance, Judgement};
 use super::linear::Assembly;
 use super::state::{fingerprint, flip, slack, State};
+use super::turns::Turns;
 use crate::mlcp::{Residual, Role, Start};
 use crate::sparse::Csc;
 use crate::tape::{Linearisation, Tape};
@@ -70,6 +71,7 @@ pub struct Newton {
     /// see [`Newton::carry`]; empty: nothing
     pub(super) carried: Vec<f64>,
     pub(super) state: State,
+    pub(super) turns: Turns,
 }
 
 /// A proximal term `mu D (z - centre)`: as if a resistor led from each node to its voltage in
@@ -133,6 +135,7 @@ impl Newton {
                 kept: Vec::new(),
                 kept_active: vec![false; m],
             },
+            turns: Turns::default(),
             eq,
         }
     }
@@ -370,6 +373,7 @@ impl Newton {
         }
         s.bounded = true;
         s.reach.0 = 0; // no scaling has this number
+        self.turns.forget();
         for round in 0..=limit {
             self.evaluate_at_x(how, pull);
             how = Linearisation::Careful;
@@ -393,6 +397,7 @@ impl Newton {
                 continue;
             }
             halvings = 0;
+            let found = self.turn(round, pull, found);
             if round == 0 {
                 let (size, s) = (self.eq.size(), &mut self.state);
                 s.given.copy_from_slice(&s.balance.terms[..size]);

@@ -220,6 +220,19 @@ impl Program {
         self.outputs.is_empty()
     }
 
+    /// Whether the slope of some function may be infinite where it has a value: of roots, and of powers below one.
+    pub fn may_be_upright(&self) -> bool {
+        let constant = |register: u32| {
+            let i = &self.code[register as usize];
+            (i.op == Op::Constant).then(|| self.constants[i.args[0] as usize])
+        };
+        self.code.iter().any(|i| match i.op {
+            Op::Sqrt | Op::Asin | Op::Acos => true,
+            Op::Pow | Op::Pwr => constant(i.args[1]).is_none_or(|power| power.abs() < 1.0),
+            _ => false,
+        })
+    }
+
     /// Whether some instruction has a kink or a jump.
     pub fn has_kinks(&self) -> bool {
         self.code.iter().any(|i| i.op.kinked())
