@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..circuit import MnaSystem
-from ..circuit.regularity import dc_uniqueness, largest_sources
+from ..circuit.regularity import dc_uniqueness, function_elements, largest_sources
 from ..errors import Diagnostic
 from ..problems.csc import Floats
 from ..problems.descriptor import DescriptorSystem
@@ -168,16 +168,20 @@ class Judge:
         law = f"the law of {element}" if element else f"the currents at {self._node(found.row)}"
         return f"{self.mna.unknowns[found.unknown]} by {law}"
 
-    def _has_slopes(self, z: Floats) -> bool:
-        """Return whether all laws have slopes at a point.
+    def _upright(self, z: Floats) -> tuple[str, ...]:
+        """Return the elements whose laws have no finite slope at a point.
 
-        Beside an infinite one (``asin(x)`` at 1) any residual is small: nothing is known there.
+        Beside an infinite one (``asin(x)`` at 1) any residual is small, and where a law has no
+        limit (``atan2(x, y)`` at the origin) rounding of its arguments makes another value of it:
+        what else satisfies the laws there is not known.
         """
         if self.system.smooth is None or not self._kept:
-            return True
+            return ()
         u = self._kept[0][1][:1]
-        slopes = function_slopes(self.system.smooth.tape, z[None], u, np.zeros(1))
-        return bool(np.all(np.abs(slopes) < _STEEP))
+        slopes = function_slopes(self.system.smooth.tape, z[None], u, np.zeros(1))[0]
+        functions = np.flatnonzero(~np.all(np.abs(slopes) < _STEEP, axis=1))
+        names = [name for k in functions for name in function_elements(self.mna, int(k))]
+        return tuple(dict.fromkeys(names)) or ("a law",) * bool(functions.size)
 
     def _node(self, row: int) -> str:
         return f"node {self.mna.row_nodes[row]}"
@@ -195,8 +199,13 @@ class Judge:
         if verdict.kind == "unique" or self._large:
             return None
         z, lam = stepper.state
+        upright = self._upright(z)
+        if upright:
+            reason = "no finite slope at the solution, or no limit of the values around it"
+            self._verdict = Verdict("not known", reason, upright, points=self._points)
+            return None
         others = _search(system, z, lam, largest_sources(self.mna))
-        others = [point for point in others if self._has_slopes(point)]
+        others = [point for point in others if not self._upright(point)]
         if not others:
             return None
         names = self.mna.unknowns

@@ -96,3 +96,14 @@ def test_a_point_without_slopes_is_judged():
     solution = nsspice.op(nsspice.read(text))
     assert solution["v(a)"][0] == 0.0
     assert solution.summary()
+
+
+def test_a_law_without_a_limit_is_named():
+    """Around the origin atan2 takes every value: rounding errors were told as solutions."""
+    text = "t\nVx x 0 0\nB1 a 0 V=atan2(v(x),v(x))\nR1 a 0 1k\n.op\n"
+    solution = nsspice.op(nsspice.read(text))
+    assert solution["v(a)"][0] == 0.0
+    assert not codes(solution)
+    verdict = solution.islands[0].regularity
+    assert (verdict.kind, verdict.elements) == ("not known", ("b1",))
+    assert "slope" in verdict.reason

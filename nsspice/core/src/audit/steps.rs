@@ -134,7 +134,8 @@ impl Auditor {
         let Some(ledger) = &mut self.ledger else { return };
         let z = at.z;
         let (moved, moved_size) = self.storage.form(z, change);
-        let half = 0.5 * self.storage.form(change, change).0;
+        let (half, half_size) = self.storage.form(change, change);
+        let (half, half_size) = (0.5 * half, 0.5 * half_size);
         let (controlled, by_controls) = self.controls.form(z, change);
         let ((by_g, g), (by_a, a)) = (self.g.form(z, z), self.a.form(z, at.l));
         let (by_s, s) = self.s.form(z, at.u);
@@ -143,7 +144,8 @@ impl Auditor {
             scheme: half,
             dissipated: h * (by_g + by_a) + controlled,
             delivered: h * by_s,
-            size: moved_size + by_controls + h * (g + a + s),
+            // also of what the change and the scheme have in common: a mass that comes to rest leaves nothing else
+            size: moved_size + half_size + by_controls + h * (g + a + s),
             after: 0.5 * self.storage.form(z, z).0,
             ..Entry::default()
         };
