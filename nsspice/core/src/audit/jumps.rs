@@ -101,8 +101,8 @@ impl Auditor {
     }
 
     /// The energy with which impulses of a passive network pass through open pairs, relative to what
-    /// charges of these `sizes` in its laws, or the stored `energy`, are worth: `Lambda' w` of the multipliers and the slacks after
-    /// the jump.
+    /// charges of these `sizes` in its laws, or the stored `energy`, are worth: `Lambda' w` of the
+    /// multipliers and the slacks after the jump.
     ///
     /// By the laws that is what the moved charges bring to the potentials after the jump, less what
     /// sources `gave`, and what charges lose at the thresholds of diodes.  It vanishes in the one jump that the

@@ -2,9 +2,9 @@
 //! across pairs that it leaves open.
 //!
 //! In a passive network it tells a jump from all others.  Charges and fluxes that balance with impulses of
-//! the right sign, none of which passes a pair with slack or lies across one that conducts afterwards, are the projection of those before
-//! onto what the pairs allow, in the norm of the energy, of which there is only one [Moreau, Unilateral
-//! contact and dry friction in finite freedom dynamics, 1988].  Where an impulsive step could not be
+//! the right sign, none of which passes a pair with slack or lies across one that conducts afterwards,
+//! are the projection of those before onto what the pairs allow, in the norm of the energy, of which
+//! there is only one [Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988].  Where an impulsive step could not be
 //! solved at once, but was reached by longer ones or continued by others, each of its parts obeys the
 //! law, and their sum may not: a diode that has carried a part of the charge opens in the next one.
 //!
