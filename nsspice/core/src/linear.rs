@@ -1,7 +1,7 @@
 //! One interface to the dense and the sparse LU factorisation.
 
 use crate::dense::DenseLu;
-use crate::sparse::{Csc, Ordering, Packed, SparseLu};
+use crate::sparse::{Csc, Extent, Ordering, Packed, SparseLu};
 use std::sync::Arc;
 
 /// Systems up to this size are factorised densely.  Measured on circuit matrices, a first dense
@@ -97,13 +97,14 @@ impl Factor {
     }
 
     /// Factorises a matrix that differs from the last one in the given rows only; the sparse
-    /// factorisation computes only what depends on them.
-    pub fn refactor_rows(&mut self, a: &Csc, rows: &[usize]) {
+    /// factorisation computes only what depends on them, as long as the old pivots serve.  Tells how much.
+    pub fn refactor_rows(&mut self, a: &Csc, rows: &[usize]) -> Extent {
         match self {
-            Factor::Dense(f) => f.factor(a),
-            Factor::Sparse(f) => {
-                f.refactor_rows(a, rows);
+            Factor::Dense(f) => {
+                f.factor(a);
+                Extent::Full
             }
+            Factor::Sparse(f) => f.refactor_rows(a, rows),
         }
     }
 

@@ -3,7 +3,7 @@
 use super::model::Model;
 use crate::dense::LeastNorm;
 use crate::linear::{Factor, DENSE_LIMIT};
-use crate::sparse::{Csc, Packed};
+use crate::sparse::{Csc, Extent, Packed};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use std::sync::{Arc, OnceLock};
 
@@ -114,8 +114,8 @@ impl ModeFactor {
         let differ = |i: &usize| self.active[*i] != active[*i];
         rows.extend((0..active.len()).filter(differ).map(|i| self.model.n + i));
         self.active.copy_from_slice(active);
-        self.factor.refactor_rows(jacobian, rows);
-        if self.factor.pivot_ratio() <= SINGULAR {
+        let extent = self.factor.refactor_rows(jacobian, rows);
+        if self.factor.pivot_ratio() <= SINGULAR && extent != Extent::Full {
             self.factor.factor(jacobian); // the old order of pivots may be to blame
         }
         self.regular = self.factor.pivot_ratio() > SINGULAR;

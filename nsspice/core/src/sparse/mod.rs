@@ -19,3 +19,4 @@ pub use csc::Csc;
 pub use lu::SparseLu;
 pub use order::Ordering;
 pub use packed::Packed;
+pub use refactor::Extent;
