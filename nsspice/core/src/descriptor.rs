@@ -77,6 +77,13 @@ impl Linear {
         self.b.mul_add(-1.0, z, w);
         self.d.mul_add(1.0, l, w);
     }
+
+    /// `slacks` as a list of its own.
+    pub fn slacks_of(&self, z: &[f64], l: &[f64]) -> Vec<f64> {
+        let mut w = vec![0.0; l.len()];
+        self.slacks(z, l, &mut w);
+        w
+    }
 }
 
 /// Rows of the storage matrix that sum to this part of their terms sum to zero.

@@ -262,10 +262,11 @@ impl Auditor {
         }
         let missing = error.iter().zip(&carried).zip(&hidden);
         let missing = missing.map(|((e, carried), hidden)| (e.abs() - carried).max(0.0) + hidden);
-        let finite = self.without_densities(sides[1], unknowns, [span, shortest]);
-        let sides = [sides[0], &finite];
-        let through_gaps = gave
-            .map(|gave| self.jump_through_gaps(moved, gave, sides, multipliers, (&sizes, energy)));
+        let through_gaps = gave.map(|gave| {
+            let finite = self.without_densities(sides[1], unknowns, [span, shortest]);
+            let sides = [sides[0], &finite];
+            self.jump_through_gaps(moved, gave, sides, multipliers, (&sizes, energy))
+        });
         let found = missing.zip(&sizes).map(|(e, s)| ratio(e, *s)).chain(through_gaps);
         found.fold(0.0, |worst, new| if worse(new, worst) { new } else { worst })
     }

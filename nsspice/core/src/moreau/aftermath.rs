@@ -285,8 +285,7 @@ impl Stepper {
     /// The largest current or voltage of the wrong sign among all pairs, relative to the largest; that
     /// of a short step counts too: where all currents vanish, rounding of theirs is all that is left.
     fn broken(&self, z: &[f64], l: &[f64], once: &Short) -> f64 {
-        let mut w = vec![0.0; l.len()];
-        self.sys.linear.slacks(z, l, &mut w);
+        let w = self.sys.linear.slacks_of(z, l);
         let largest = self.sys.largest(&[z, &once.z]);
         let size = |list: &[f64], floor: f64| list.iter().fold(floor, |a, v| a.max(v.abs()));
         let share = |list: &[f64], size: f64| {

@@ -4,9 +4,10 @@
 //! In a passive network it tells a jump from all others.  Charges and fluxes that balance with impulses of
 //! the right sign, none of which passes a pair with slack or lies across one that conducts afterwards,
 //! are the projection of those before onto what the pairs allow, in the norm of the energy, of which
-//! there is only one [Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988].  Where an impulsive step could not be
-//! solved at once, but was reached by longer ones or continued by others, each of its parts obeys the
-//! law, and their sum may not: a diode that has carried a part of the charge opens in the next one.
+//! there is only one [Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988].
+//! Where an impulsive step could not be solved at once, but was reached by longer ones or continued by
+//! others, each of its parts obeys the law, and their sum may not: a diode that has carried a part of the
+//! charge opens in the next one.
 //!
 //! A step that was solved at once may break it, too.  Beside the gigavolts of a flux a floating capacitor
 //! hides amperes in the rounding of its charge, among them the current that tells whether a diode conducts.
@@ -59,12 +60,11 @@ impl Stepper {
         }
         let largest = |list: &[f64], floor: f64| list.iter().fold(floor, |a, v| a.max(v.abs()));
         let [unknowns, multipliers, _] = &leap.impulses;
-        let slacks = self.slacks_of(&after.z, &after.l);
+        let linear = &self.sys.linear;
+        let slacks = linear.slacks_of(&after.z, &after.l);
         // thresholds have no impulse
-        let none = (vec![0.0; unknowns.len()], vec![0.0; multipliers.len()]);
-        let thresholds = self.slacks_of(&none.0, &none.1);
-        let across = self.slacks_of(unknowns, multipliers);
-        let across: Vec<f64> = across.iter().zip(thresholds).map(|(w, q)| w - q).collect();
+        let across = linear.slacks_of(unknowns, multipliers);
+        let across: Vec<f64> = across.iter().zip(&linear.q).map(|(w, q)| w - q).collect();
         let values = self.sys.largest(&[&after.z]);
         let share = |value: f64, largest: f64| if value > 0.0 { value / largest } else { 0.0 };
         let broken = |impulses: &[f64], floor, carried: &[f64], left: &[f64], least| {
@@ -80,11 +80,5 @@ impl Stepper {
         // extrapolation leaves rounding of what ordinary voltages are in no time: beside fluxes it is none
         let fluxes = broken(&across, self.largest[1], &slacks, &after.l, values[1]);
         charges.max(fluxes)
-    }
-
-    fn slacks_of(&self, z: &[f64], l: &[f64]) -> Vec<f64> {
-        let mut slacks = vec![0.0; l.len()];
-        self.sys.linear.slacks(z, l, &mut slacks);
-        slacks
     }
 }

@@ -255,9 +255,7 @@ impl Stepper {
         if conducts {
             return l[i];
         }
-        let mut w = vec![0.0; l.len()];
-        self.sys.linear.slacks(z, l, &mut w);
-        w[i]
+        self.sys.linear.slacks_of(z, l)[i]
     }
 
     /// Guard of a pair at the end of a part of the step, in which it is held as it was at its begin.

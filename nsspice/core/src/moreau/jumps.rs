@@ -436,8 +436,7 @@ impl Stepper {
     /// in the other one of `active` and the present: closed switches and diodes beside each other share
     /// their current in many ways.
     fn without_voltage(&self, end: &Short, on: &[bool], active: &[bool]) -> bool {
-        let mut w = vec![0.0; end.l.len()];
-        self.sys.linear.slacks(&end.z, &end.l, &mut w);
+        let w = self.sys.linear.slacks_of(&end.z, &end.l);
         let largest = w.iter().fold(self.sys.largest(&[&end.z])[0], |a, w| a.max(w.abs()));
         let turned = active.iter().zip(&self.active).zip(on).zip(&w);
         turned.filter(|(((a, b), on), _)| a != b && !**on).all(|(_, w)| w.abs() <= LOOSE * largest)

@@ -99,6 +99,7 @@ impl Newton {
         let zeros = vec![0.0; size];
         let sources = smooth.tape.program().sources();
         Newton {
+            turns: Turns::new(smooth.tape.program()),
             tape: smooth.tape,
             assemblies: vec![Assembly::new(&eq, 0.0)],
             present: 0,
@@ -135,7 +136,6 @@ impl Newton {
                 kept: Vec::new(),
                 kept_active: vec![false; m],
             },
-            turns: Turns::default(),
             eq,
         }
     }

@@ -9,7 +9,7 @@
 use super::judge::Judgement;
 use super::solve::{Newton, Pull};
 use crate::mlcp::Residual;
-use crate::tape::Linearisation;
+use crate::tape::{Linearisation, Program};
 
 /// Iterations that are not looked at: most solutions need no more.
 const SETTLED: usize = 3;
@@ -21,6 +21,8 @@ const HALVINGS: usize = 64;
 /// The last point of an iteration.
 #[derive(Default)]
 pub(super) struct Turns {
+    /// some law may be upright; others have ways of their own, which lead farther
+    looks: bool,
     x: Vec<f64>,
     defect: Vec<f64>,
     terms: Vec<f64>,
@@ -35,6 +37,11 @@ pub(super) struct Turns {
 }
 
 impl Turns {
+    /// For laws of this program.
+    pub fn new(program: &Program) -> Turns {
+        Turns { looks: program.may_be_upright(), ..Turns::default() }
+    }
+
     /// An iteration begins.
     pub fn forget(&mut self) {
         (self.known, self.in_vain) = (false, false);
@@ -59,15 +66,12 @@ impl Newton {
         pull: Option<&Pull>,
         mut found: Judgement,
     ) -> Judgement {
-        if round < SETTLED || self.turns.in_vain {
+        if !self.turns.looks || round < SETTLED || self.turns.in_vain {
             return found;
         }
         if self.tape.limited() {
             self.turns.known = false;
             return found;
-        }
-        if !self.tape.program().may_be_upright() {
-            return found; // other laws have ways of their own, which lead farther
         }
         let n = self.eq.n;
         if self.turns.known {
