@@ -12,6 +12,10 @@ use super::scratch::{Scale, Scratch};
 /// one pair per iteration).
 const ITERATIONS: usize = 12;
 
+/// A front is not wider than so many pairs: where more change at once, and their number has not come to a
+/// new low for `ITERATIONS`, they go to and fro.
+const FRONT: usize = 4;
+
 /// Residuals below this need no refinement.
 const FINE: f64 = 1e-13;
 
@@ -19,6 +23,7 @@ const FINE: f64 = 1e-13;
 pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
     let limit = ITERATIONS.max((s.model.m / 8).min(200));
     let mut scale = Scale::Own;
+    let (mut fewest, mut idle) = (usize::MAX, 0);
     s.seen.clear();
     s.seen.push(fingerprint(&s.active));
     for _ in 0..limit {
@@ -38,6 +43,11 @@ pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
             if changes == 0 {
                 return s.judge_strictly();
             }
+        }
+        idle = if changes < fewest { 0 } else { idle + 1 };
+        fewest = fewest.min(changes);
+        if idle > ITERATIONS && changes > FRONT {
+            return None;
         }
         let print = fingerprint(&s.next);
         if s.seen.contains(&print) {

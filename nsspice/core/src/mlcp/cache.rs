@@ -45,7 +45,10 @@ struct Entry {
     used: u64,
 }
 
-/// What the next new mode of a level is made from.
+/// Of systems whose factors are larger than this, one mode is kept of each level [bytes].
+const HUGE: usize = 16 << 20;
+
+/// What a new mode of a level is made from.
 struct Recent {
     key: Box<[u64]>,
     /// Jacobian of the mode `active`
@@ -54,10 +57,11 @@ struct Recent {
 }
 
 /// Factored modes.  The least recently used ones are dropped when memory runs out; of large systems
-/// only the last mode of each level is kept, and turned into the next one in place.
+/// only the last two modes of each level are kept (before and behind an event, solved in turn), and the
+/// older one is turned into the next in place.
 pub(crate) struct ModeCache {
     entries: HashMap<Box<[u64]>, Entry, BuildHasherDefault<WordHasher>>,
-    recent: [Option<Box<Recent>>; LEVELS.len()],
+    recent: [Vec<Recent>; LEVELS.len()],
     key: Vec<u64>,
     rows: Vec<usize>,
     clock: u64,
@@ -107,12 +111,19 @@ impl ModeCache {
         active: &[bool],
     ) -> Arc<ModeFactor> {
         let key = self.key.as_slice();
-        let Some(recent) = &mut self.recent[level] else {
+        let keeps = keeps_modes(model);
+        let kept = if keeps || model.factor_bytes > HUGE { 1 } else { 2 };
+        if self.recent[level].len() < kept {
             let jacobian = model.mode_jacobian(active, LEVELS[level]);
             let factor = ModeFactor::new(model, level, active, &jacobian);
             let recent = Recent { key: key.into(), jacobian, active: active.to_vec() };
-            self.recent[level] = Some(Box::new(recent));
+            self.recent[level].push(recent);
             return Arc::new(factor);
+        }
+        let entries = &self.entries;
+        let used = |recent: &&mut Recent| entries.get(&recent.key).map_or(0, |e| e.used);
+        let Some(recent) = self.recent[level].iter_mut().min_by_key(used) else {
+            unreachable!("as many as are kept");
         };
         for (i, (old, &new)) in recent.active.iter_mut().zip(active).enumerate() {
             if *old != new {
@@ -121,7 +132,7 @@ impl ModeCache {
             }
         }
         let rows = &mut self.rows;
-        let source = if keeps_modes(model) {
+        let source = if keeps {
             self.entries.get(&recent.key).map(|e| e.factor.clone())
         } else {
             let entry = self.entries.remove(&recent.key);

@@ -17,6 +17,8 @@ const SUSPECT_PATH: f64 = 1e6;
 /// Solves a sequence of problems with equal matrices.
 pub struct Driver {
     scratch: Scratch,
+    /// the next warm start begins with the active set at hand
+    given: bool,
 }
 
 /// A solved problem.
@@ -57,7 +59,7 @@ impl Driver {
 
     /// The same of matrices that have been prepared before.
     pub(crate) fn of(model: Arc<Model>) -> Driver {
-        Driver { scratch: Scratch::new(model) }
+        Driver { scratch: Scratch::new(model), given: false }
     }
 
     /// Solves `K z + A l = rhs`, `w = q - B z + D l`, every pair in its role.
@@ -82,7 +84,9 @@ impl Driver {
                 s.start[..n].copy_from_slice(z);
                 s.start[n..].copy_from_slice(l);
                 s.x.copy_from_slice(&s.start);
-                s.activate_from_signs();
+                if !std::mem::take(&mut self.given) {
+                    s.activate_from_signs();
+                }
             }
             Start::Cold => {
                 s.start.fill(0.0);
@@ -120,10 +124,49 @@ impl Driver {
         })
     }
 
+    /// Solves the equations of one mode, which agrees with the roles, next to `z`, `l`; these are left alone
+    /// unless that solves the problem and each guard (multiplier of an active pair, slack of another)
+    /// `holds`.
+    #[allow(clippy::too_many_arguments)]
+    pub fn solve_in(
+        &mut self,
+        active: &[bool],
+        rhs: &[f64],
+        q: &[f64],
+        roles: &[Role],
+        z: &mut [f64],
+        l: &mut [f64],
+        holds: impl Fn(usize, f64) -> bool,
+    ) -> bool {
+        let s = &mut self.scratch;
+        let n = s.model.n;
+        load(s, rhs, q, roles);
+        s.start[..n].copy_from_slice(z);
+        s.start[n..].copy_from_slice(l);
+        s.x.copy_from_slice(&s.start);
+        s.active.copy_from_slice(active);
+        s.solve_mode();
+        let sound = s.judge_strictly().is_some() && s.growth() <= SUSPECT;
+        let guard = |i: usize| if s.active[i] { s.x[n + i] } else { -s.defect[n + i] };
+        let solved = sound && (0..s.model.m).all(|i| roles[i] != Role::Diode || holds(i, guard(i)));
+        if solved {
+            z.copy_from_slice(&s.x[..n]);
+            l.copy_from_slice(&s.x[n..]);
+        }
+        solved
+    }
+
     /// The factored equations of a mode, from the cache if it has been met before.
     pub fn mode_factor(&mut self, active: &[bool]) -> Arc<ModeFactor> {
         let s = &mut self.scratch;
         s.cache.get(&s.model, 0, active)
+    }
+
+    /// The next warm start begins with this active set, which agrees with its roles, instead of that of
+    /// the signs: where pairs rest on their laws, with neither current nor voltage, signs are rounding.
+    pub fn begin_with(&mut self, active: &[bool]) {
+        self.scratch.active.copy_from_slice(active);
+        self.given = true;
     }
 
     /// Whether factored modes are kept.  Otherwise (large systems) the last one is turned into the

@@ -10,9 +10,9 @@ pub struct Net {
     k: Vec<(usize, usize, f64)>,
     a: Vec<(usize, usize, f64)>,
     d: Vec<(usize, usize, f64)>,
-    b: Vec<f64>,
-    q: Vec<f64>,
-    roles: Vec<Role>,
+    pub b: Vec<f64>,
+    pub q: Vec<f64>,
+    pub roles: Vec<Role>,
 }
 
 pub struct Answer {

@@ -104,9 +104,14 @@ impl Scales {
     }
 
     /// Scale of the guard of a pair.
-    fn of_pair(&self, i: usize, active: bool) -> f64 {
+    pub fn of_pair(&self, i: usize, active: bool) -> f64 {
         let kind = if active { self.multiplier[i] } else { self.slack[i] };
         self.largest[usize::from(kind)].max(f64::MIN_POSITIVE)
+    }
+
+    /// Whether the guard of a pair is zero up to rounding.
+    pub fn at_zero(&self, i: usize, active: bool, guard: f64) -> bool {
+        guard.abs() <= VIOLATED * self.of_pair(i, active)
     }
 
     /// The smallest guard relative to its scale at a point `[z; guards; functions]`.

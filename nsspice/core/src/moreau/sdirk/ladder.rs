@@ -1,9 +1,10 @@
 //! Matrices of the step lengths in use, and the stage equations of a fixed mode.
 
-use super::super::stage::{Ends, Probe, Stage, ROUNDED};
+use super::super::stage::{Ends, Probe, Stage, OPEN, ROUNDED};
 use super::super::step::ACCEPT;
 use super::super::stepper::Stepper;
 use super::super::sums::Sums;
+use super::guards::{Scales, VIOLATED};
 use crate::mlcp::{Role, Start};
 use std::sync::Arc;
 
@@ -40,7 +41,7 @@ pub struct Ladder {
     stamp: u64,
     roles: Vec<Role>,
     /// largest voltage by largest current [Ohm], to compare multipliers with slacks
-    pub resistance: f64,
+    resistance: f64,
     /// see [`FINEST`]
     finest: f64,
     /// steps of this level and below are too short for the present mode: rounding of what is stored
@@ -56,6 +57,10 @@ pub struct Ladder {
     pub met: Vec<bool>,
     /// the mode of a stage since the last step has left something open
     pub open: bool,
+    /// pairs that have been made to rest on their laws, active or not, see `Sdirk::rest`
+    pub resting: Vec<(usize, bool)>,
+    /// sizes of the guards of each pair: inactive, active
+    sizes: Vec<[f64; 2]>,
 }
 
 /// The implicit step that a stage is.
@@ -111,7 +116,24 @@ impl Ladder {
             stored,
             met: Vec::new(),
             open: false,
+            resting: Vec::new(),
+            sizes: Vec::new(),
         }
+    }
+
+    /// Takes notice of the point where a step begins.
+    pub fn begin(&mut self, s: &Stepper, scales: &Scales) {
+        let [voltage, current] = scales.largest;
+        if voltage > 0.0 && current > 0.0 {
+            self.resistance = voltage / current;
+        }
+        self.met.clone_from(&s.active);
+        let at_rest =
+            |i: usize| scales.at_zero(i, true, s.l[i]) && scales.at_zero(i, false, s.w[i]);
+        self.resting.retain(|&(i, active)| s.active[i] == active && at_rest(i));
+        self.sizes.clear();
+        let sizes = |i| [false, true].map(|active| scales.of_pair(i, active));
+        self.sizes.extend((0..s.active.len()).map(sizes));
     }
 
     /// Step length of a level [s].
@@ -211,6 +233,7 @@ impl Ladder {
             return Fit::Contradiction;
         }
         if sound.is_some() {
+            self.open |= !self.resting.is_empty(); // what they hold is not unique
             let stage = &mut self.rung(s, level).stage;
             let slot = stage.slot(&s.active, s.epoch);
             slot.uses += 1;
@@ -247,23 +270,39 @@ impl Ladder {
         self.solve_open(s, problem, x)
     }
 
-    /// A mode that leaves something open: the complementarity problem is solved, which moves what is
-    /// open so that all signs hold if that is possible.  Where it finds another mode, the guard of a
+    /// A mode that leaves something open: what is open stays where it is as long as all signs hold; else
+    /// the complementarity problem is solved, which moves it so that they do if that is possible.  Where it finds another mode, the guard of a
     /// pair that has changed is minus the quantity that has become positive.
     fn solve_open(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
         let StageProblem { level, from, u, near, .. } = problem;
         let n = s.z.len();
         let resistance = self.resistance;
-        let stage = &mut self.rung(s, level).stage;
+        let met = std::mem::take(&mut self.met);
+        self.rung(s, level);
+        let Some(rung) = &mut self.rungs[level] else { unreachable!() };
+        let stage = &mut rung.stage;
         stage.matrices.right_hand_side(from, u, u, &mut s.rhs);
         stage.release();
         x.copy_from_slice(near);
         let (z, l) = x.split_at_mut(n);
         decode(l, &s.active, &s.roles, resistance);
-        let solved = stage.driver.solve(&s.rhs, &s.sys.linear.q, &s.roles, z, l, Start::Warm);
-        // beside the voltages of inductors in a very short step a conflict hides; a longer one tells
-        if !solved.is_ok_and(|found| !found.needs_certificate && !found.flawed) {
-            return Fit::Contradiction;
+        let (driver, q) = (&mut stage.driver, &s.sys.linear.q);
+        let large = n + l.len() > OPEN;
+        let resting = large && met != s.active && driver.mode_factor(&met).regular();
+        let mode = if resting { &met } else { &s.active };
+        let sizes = &self.sizes;
+        let holds = |i: usize, guard: f64| guard >= -VIOLATED * sizes[i][usize::from(mode[i])];
+        // large systems: one system of equations if all signs hold, as everywhere
+        if !(large && driver.solve_in(mode, &s.rhs, q, &s.roles, z, l, holds)) {
+            if resting {
+                driver.begin_with(&met);
+            }
+            let solved = driver.solve(&s.rhs, q, &s.roles, z, l, Start::Warm);
+            // beside the voltages of inductors in a very short step a conflict hides; a longer one tells
+            if !solved.is_ok_and(|found| !found.needs_certificate && !found.flawed) {
+                self.met = met;
+                return Fit::Contradiction;
+            }
         }
         let active = stage.driver.active().to_vec();
         let factor = stage.driver.mode_factor(&active);
@@ -290,6 +329,9 @@ impl Ladder {
             return self.solve_smooth(s, problem, x, true);
         }
         let n = s.z.len();
+        if self.met != s.active && n + s.l.len() > OPEN {
+            return self.solve_open(s, problem, x); // its mode is the next one's rather than the first
+        }
         let fit = self.solve(s, problem, x);
         if fit == Fit::Open {
             return fit;

@@ -1,11 +1,12 @@
 //! Behind an event: the next mode; and single implicit steps over what cannot be located.
 
 use super::super::clock::evaluate;
+use super::super::stage::OPEN;
 use super::super::stepper::{Failure, Stepper};
 use super::super::turns::Turn;
 use super::ladder::SMALL;
 use super::run::{Sdirk, FORCED_LEVEL};
-use crate::mlcp::Start;
+use crate::mlcp::{Role, Start};
 use crate::waveform::Side;
 
 const LONGEST_FORCED: usize = 10;
@@ -66,6 +67,37 @@ impl Sdirk {
             self.restless = failure.restless.map(|_| failure);
         }
         s.log_events();
+    }
+
+    /// Where the mode of a trial step leaves something open (what blocking bridges float between), stages
+    /// are complementarity problems: their solution lets pairs rest on their laws, with neither current nor
+    /// voltage.  Takes those that do so from the begin of the step on as active, which leaves nothing
+    /// open any more; true if the step has to be computed again.
+    pub(super) fn rest(&mut self, s: &mut Stepper) -> bool {
+        let (n, last) = (s.z.len(), self.tableau.stages() - 1);
+        let large = n + s.l.len() > OPEN && s.smooth.is_none();
+        if self.rested || !large || !self.trial.open[last] {
+            return false;
+        }
+        let met = &self.ladder.met;
+        let zero = |x: &[f64], i: usize| self.scales.at_zero(i, s.active[i], x[n + i]);
+        let rests = |&i: &usize| {
+            met[i] != s.active[i]
+                && s.roles[i] == Role::Diode
+                && zero(&self.trial.first, i)
+                && zero(&self.trial.stages[last], i)
+        };
+        let resting: Vec<usize> = (0..met.len()).filter(rests).collect();
+        for &i in &resting {
+            s.active[i] = met[i];
+            self.trial.first[n + i] = 0.0;
+        }
+        if !resting.is_empty() {
+            self.rested = true;
+            s.epoch += 1;
+            self.ladder.resting.extend(resting.iter().map(|&i| (i, s.active[i])));
+        }
+        self.rested
     }
 
     /// Notes that a step from `time` has failed; whether so many have that a single implicit one has to pass

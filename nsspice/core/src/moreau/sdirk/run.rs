@@ -109,6 +109,8 @@ pub struct Sdirk {
     pub(super) patience: Patience,
     /// unknowns whose error is that of their rates, in the step estimated last
     pub(super) tied: Vec<bool>,
+    /// pairs have been made to rest since the step began
+    pub(super) rested: bool,
     /// a switch has found no state behind the last event
     pub(super) restless: Option<Box<Failure>>,
     /// counters
@@ -161,6 +163,7 @@ impl Sdirk {
             between: Between::new(s),
             patience: Patience::default(),
             tied: vec![false; s.z.len()],
+            rested: false,
             restless: None,
             counters: Counters::default(),
         }
@@ -264,12 +267,9 @@ impl Sdirk {
         }
         let (n, m) = (s.z.len(), s.l.len());
         self.scales.note(s, &s.z, &s.l);
-        let [voltage, current] = self.scales.largest;
-        if voltage > 0.0 && current > 0.0 {
-            self.ladder.resistance = voltage / current;
-        }
         self.trial.start = s.time;
         self.trial.unsolved = 0;
+        self.rested = false;
         let (z, guards) = self.trial.first.split_at_mut(n);
         let (guards, f) = guards.split_at_mut(m);
         match &mut s.smooth {
@@ -282,6 +282,7 @@ impl Sdirk {
         for (i, guard) in guards.iter_mut().enumerate() {
             *guard = if s.active[i] { s.l[i] } else { s.w[i] };
         }
+        self.ladder.begin(s, &self.scales);
         if self.corner.0 <= s.time {
             self.corner = next_corner(&s.waveforms, s.time);
         }
@@ -322,6 +323,9 @@ impl Sdirk {
                 if self.is_stuck(s.time) {
                     return self.force(s);
                 }
+                continue;
+            }
+            if self.rest(s) {
                 continue;
             }
             let whole = self.trial.length <= remaining * (1.0 + 1e-9);
