@@ -12,6 +12,9 @@ from .settings import Settings
 
 #: Unknowns and pairs of an island up to which ``auto`` goes mode by mode.
 AUTO_LIMIT = 300
+#: Pairs times equations of an island up to which ``auto`` controls the error of steps: each change
+#: of a pair is looked for by some solutions of all equations, so that this is what a run costs.
+CONTROL_LIMIT = 2_000_000
 
 _STATIC = {
     ProblemClass.LINEAR_ALGEBRAIC: "one linear system per point",
@@ -58,7 +61,9 @@ def choose(kind: ProblemClass, system: DescriptorSystem, settings: Settings) -> 
     if settings.method == "auto" and not settings.stepped and system.smooth is None:
         size = system.n + system.m
         if size > AUTO_LIMIT:
-            note = f"{size} unknowns and pairs: method=modewise is exact, but may take longer"
+            controlled = system.m * size <= CONTROL_LIMIT
+            better = "modewise is exact" if controlled else "sdirk controls the error"
+            note = f"{size} unknowns and pairs: method={better}, but may take longer"
         elif reason := refusal(system):
             note, controlled = f"not modewise: {reason}", True
         else:
@@ -87,6 +92,7 @@ def describe(circuit: Circuit, island: Island, mna: MnaSystem) -> str:
     choice = choose(kind, mna.system, settings)
     if choice.name == "modewise":
         return _MODEWISE
+    text = _FIXED[kind]
     if choice.name == "sdirk":
-        return f"steps of order {settings.order} with error control (sdirk), events located"
-    return f"{_FIXED[kind]} ({choice.note})" if choice.note else _FIXED[kind]
+        text = f"steps of order {settings.order} with error control (sdirk), events located"
+    return f"{text} ({choice.note})" if choice.note else text
