@@ -22,7 +22,7 @@ from .failure import named_failure
 from .following import PATH_METHODS, Following, of_linearised
 from .impulses import jumps_of
 from .initial import start
-from .method import choose
+from .method import choose, unless_modewise
 from .regularity import Judge
 from .settings import Settings
 from .solution import IslandRun, JumpReport
@@ -100,7 +100,7 @@ class IslandRunner:
             except NotModewise as reason:
                 if settings.method == "modewise":
                     raise _refused(self.number, reason) from reason
-                self.method, self.note = "moreau", f"not modewise: {reason}"
+                self.method, self.note = unless_modewise(reason, settings)
         if self.method == "sdirk":
             self.step = self.analysis.longest_step(settings.step, system.timed)
             accuracy = Accuracy(settings.reltol, settings.vntol, settings.abstol, settings.order)

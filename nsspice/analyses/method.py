@@ -65,10 +65,25 @@ def choose(kind: ProblemClass, system: DescriptorSystem, settings: Settings) -> 
             better = "modewise is exact" if controlled else "sdirk controls the error"
             note = f"{size} unknowns and pairs: method={better}, but may take longer"
         elif reason := refusal(system):
-            note, controlled = f"not modewise: {reason}", True
+            return unless_modewise(reason, settings)
         else:
             return Choice("modewise")
-    # a step or theta that is asked for means fixed steps
+    return _stepping(controlled, note, settings)
+
+
+def unless_modewise(reason: object, settings: Settings) -> Choice:
+    """Return the method for an island that the mode-wise engine refuses for a reason.
+
+    Examples
+    --------
+    >>> unless_modewise("its windings are not passive", Settings()).name
+    'sdirk'
+    """
+    return _stepping(True, f"not modewise: {reason}", settings)
+
+
+def _stepping(controlled: bool, note: str, settings: Settings) -> Choice:
+    """Return the kind of steps: a step or theta that is asked for means fixed ones."""
     free = settings.step is None and settings.theta == 1.0
     if settings.method == "sdirk" or (settings.method == "auto" and controlled and free):
         return Choice("sdirk", note)

@@ -270,40 +270,55 @@ impl Ladder {
         self.solve_open(s, problem, x)
     }
 
-    /// A mode that leaves something open: what is open stays where it is as long as all signs hold; else
-    /// the complementarity problem is solved, which moves it so that they do if that is possible.  Where it finds another mode, the guard of a
-    /// pair that has changed is minus the quantity that has become positive.
+    /// A mode that leaves something open: the complementarity problem is solved, which moves what is open
+    /// so that all signs hold if that is possible.  Where it finds another mode, the guard of a pair that
+    /// has changed is minus the quantity that has become positive.
     fn solve_open(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
         let StageProblem { level, from, u, near, .. } = problem;
-        let n = s.z.len();
-        let resistance = self.resistance;
-        let met = std::mem::take(&mut self.met);
-        self.rung(s, level);
-        let Some(rung) = &mut self.rungs[level] else { unreachable!() };
-        let stage = &mut rung.stage;
+        let stage = &mut self.rung(s, level).stage;
         stage.matrices.right_hand_side(from, u, u, &mut s.rhs);
         stage.release();
         x.copy_from_slice(near);
-        let (z, l) = x.split_at_mut(n);
-        decode(l, &s.active, &s.roles, resistance);
-        let (driver, q) = (&mut stage.driver, &s.sys.linear.q);
-        let large = n + l.len() > OPEN;
-        let resting = large && met != s.active && driver.mode_factor(&met).regular();
-        let mode = if resting { &met } else { &s.active };
-        let sizes = &self.sizes;
-        let holds = |i: usize, guard: f64| guard >= -VIOLATED * sizes[i][usize::from(mode[i])];
-        // large systems: one system of equations if all signs hold, as everywhere
-        if !(large && driver.solve_in(mode, &s.rhs, q, &s.roles, z, l, holds)) {
-            if resting {
-                driver.begin_with(&met);
-            }
-            let solved = driver.solve(&s.rhs, q, &s.roles, z, l, Start::Warm);
-            // beside the voltages of inductors in a very short step a conflict hides; a longer one tells
-            if !solved.is_ok_and(|found| !found.needs_certificate && !found.flawed) {
-                self.met = met;
-                return Fit::Contradiction;
-            }
+        decode(&mut x[s.z.len()..], &s.active, &s.roles, self.resistance);
+        let met = std::mem::take(&mut self.met);
+        if !self.solve_signs(s, level, &met, x) {
+            self.met = met;
+            return Fit::Contradiction;
         }
+        self.sharpen(s, problem, x);
+        encode(s, x, self.resistance);
+        Fit::Open
+    }
+
+    /// Solves a complementarity problem from `x`.  In a large system this is one system of equations as
+    /// long as what is open may stay where it is: in the mode met last, if that lets pairs rest on their
+    /// laws, else in the present one.
+    fn solve_signs(&mut self, s: &mut Stepper, level: usize, met: &[bool], x: &mut [f64]) -> bool {
+        let large = x.len() > OPEN;
+        let sizes = std::mem::take(&mut self.sizes);
+        let driver = &mut self.rung(s, level).stage.driver;
+        let (q, (z, l)) = (&s.sys.linear.q, x.split_at_mut(s.z.len()));
+        let resting = large && met != s.active && driver.mode_factor(met).regular();
+        let mode = if resting { met } else { &s.active };
+        let holds = |i: usize, guard: f64| guard >= -VIOLATED * sizes[i][usize::from(mode[i])];
+        let stays = large && driver.solve_in(mode, &s.rhs, q, &s.roles, z, l, holds);
+        if resting && !stays {
+            driver.begin_with(met);
+        }
+        // beside the voltages of inductors in a very short step a conflict hides; a longer one tells
+        let solved = stays
+            || driver
+                .solve(&s.rhs, q, &s.roles, z, l, Start::Warm)
+                .is_ok_and(|found| !found.needs_certificate && !found.flawed);
+        self.sizes = sizes;
+        solved
+    }
+
+    /// Improves a solution in the mode in which it has been found, which is `met` from now on.
+    fn sharpen(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) {
+        let StageProblem { level, from, u, .. } = problem;
+        let n = s.z.len();
+        let stage = &mut self.rung(s, level).stage;
         let active = stage.driver.active().to_vec();
         let factor = stage.driver.mode_factor(&active);
         let mut sharp = x.to_vec();
@@ -318,8 +333,6 @@ impl Ladder {
             }
         }
         self.met = active;
-        encode(s, x, resistance);
-        Fit::Open
     }
 
     /// As `solve`, but in whatever mode the laws ask for at this instant; `met` tells which one.  The
