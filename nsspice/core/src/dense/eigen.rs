@@ -87,22 +87,33 @@ pub fn balance(a: &mut Matrix) -> Vec<f64> {
     scale
 }
 
+/// Columns below this are zero to a reduction by reflections: of a matrix of low rank each one leaves
+/// rounding of what the last one has left, down to numbers whose squares are zero.
+pub(super) fn rounding_of_rounding(a: &Matrix) -> f64 {
+    f64::EPSILON * f64::EPSILON * a.max_abs()
+}
+
 /// Reduces to Hessenberg form in place and returns the orthogonal transformation.
 fn hessenberg(a: &mut Matrix) -> Matrix {
     let n = a.rows;
     let mut q = Matrix::identity(n);
     let mut w = vec![0.0; n];
+    let least = rounding_of_rounding(a);
     for k in 0..n.saturating_sub(2) {
         let norm = (k + 1..n).fold(0.0f64, |m, i| m.hypot(a[(i, k)]));
+        if norm <= least {
+            (k + 1..n).for_each(|i| a[(i, k)] = 0.0);
+            continue;
+        }
         if (k + 2..n).all(|i| a[(i, k)] == 0.0) {
             continue;
         }
         let alpha = if a[(k + 1, k)] > 0.0 { -norm } else { norm };
         w.fill(0.0);
         for i in k + 1..n {
-            w[i] = a[(i, k)];
+            w[i] = a[(i, k)] / norm;
         }
-        w[k + 1] -= alpha;
+        w[k + 1] -= alpha / norm;
         let f = 2.0 / w.iter().map(|x| x * x).sum::<f64>();
         for c in 0..n {
             let s: f64 = (k + 1..n).map(|i| w[i] * a[(i, c)]).sum::<f64>() * f;
@@ -407,6 +418,20 @@ mod tests {
                 let sum: f64 = e.values.iter().map(|l| l.re).sum();
                 assert!((trace - sum).abs() < 1e-12 * n as f64);
             }
+        }
+    }
+
+    #[test]
+    fn states_that_do_not_move_have_no_rates() {
+        for n in [5, 26, 48, 120] {
+            let row = |by: usize| (0..n).map(move |i| ((by * i + 3) % 11) as f64 - 4.7);
+            let lists: Vec<Vec<f64>> = [7, 5, 4, 3].map(|by| row(by).collect()).into();
+            let [x, y, u, v] = &lists[..] else { unreachable!() };
+            let a = Matrix::from_fn(n, n, |r, c| 1e5 * (x[r] * u[c] / 3.0 - y[r] * v[c] / 7.0));
+            let e = eigen(&a).unwrap();
+            assert!(defect(&a, &e) < 1e-15 * n as f64 * a.max_abs(), "n = {n}");
+            let moving = e.values.iter().filter(|l| l.abs() > 1e-6 * a.max_abs()).count();
+            assert_eq!(moving, 2, "n = {n}");
         }
     }
 
