@@ -16,10 +16,6 @@ const PLAIN: usize = 24;
 /// Spread of the eigenvalues above which the slow ones are taken from the inverse.
 const SPREAD: f64 = 1e6;
 
-/// Rates below this part of the largest are none: rounding of rounding.  Where hundreds of states do not
-/// move, the iteration leaves them rates down to the end of the range of numbers, whose squares are zero.
-const NONE: f64 = f64::EPSILON * f64::EPSILON;
-
 /// What the equations of an eigenvector may be off by, in units of the largest entry of J: a
 /// hundredth of what the laws may be.
 const OFF: f64 = 1e-2 * crate::audit::TOLERANCE;
@@ -149,10 +145,8 @@ impl Spectrum {
         if symmetric || skewness <= 1e-14 * size {
             let symmetric = Matrix::from_fn(n, n, |r, c| 0.5 * (j[(r, c)] + j[(c, r)]));
             let (values, vectors) = eigen_symmetric(&symmetric)?;
-            let least = NONE * values.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-            let rate = |alpha: f64| if alpha.abs() > least { alpha } else { 0.0 };
             let poles = values.iter().enumerate();
-            let poles = poles.map(|(at, &v)| Pole { at, alpha: rate(v), omega: 0.0 }).collect();
+            let poles = poles.map(|(at, &alpha)| Pole { at, alpha, omega: 0.0 }).collect();
             let to_modal = vectors.transpose();
             let from_modal = vectors;
             return Some(Spectrum { poles, blocks: Vec::new(), to_modal, from_modal });
@@ -220,11 +214,9 @@ impl Spectrum {
     fn from_eigen(found: &Eigen, blocks: Vec<(Matrix, Matrix)>) -> (Option<Spectrum>, f64) {
         let mut from_modal = found.vectors.clone();
         let mut poles = Vec::with_capacity(found.values.len());
-        let least = NONE * found.values.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let mut at = 0;
         while at < found.values.len() {
             let value = found.values[at];
-            let value = if value.abs() > least { value } else { complex(0.0, 0.0) };
             poles.push(Pole { at, alpha: value.re, omega: value.im });
             if value.im != 0.0 {
                 // x = Re[(vr + i vi) xi] = vr Re xi - vi Im xi

@@ -132,6 +132,9 @@ impl Ladder {
             |i: usize| scales.at_zero(i, true, s.l[i]) && scales.at_zero(i, false, s.w[i]);
         self.resting.retain(|&(i, active)| s.active[i] == active && at_rest(i));
         self.sizes.clear();
+        if s.z.len() + s.l.len() <= OPEN {
+            return;
+        }
         let sizes = |i| [false, true].map(|active| scales.of_pair(i, active));
         self.sizes.extend((0..s.active.len()).map(sizes));
     }

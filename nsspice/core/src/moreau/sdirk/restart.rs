@@ -71,8 +71,8 @@ impl Sdirk {
 
     /// Where the mode of a trial step leaves something open (what blocking bridges float between), stages
     /// are complementarity problems: their solution lets pairs rest on their laws, with neither current nor
-    /// voltage.  Takes those that do so from the begin of the step on as active, which leaves nothing
-    /// open any more; true if the step has to be computed again.
+    /// voltage.  Takes those that do so from the begin of the step on as the solution has them, which leaves
+    /// less open or nothing; true if the step has to be computed again.
     pub(super) fn rest(&mut self, s: &mut Stepper) -> bool {
         let (n, last) = (s.z.len(), self.tableau.stages() - 1);
         let large = n + s.l.len() > OPEN && s.smooth.is_none();
