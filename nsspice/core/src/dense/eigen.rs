@@ -111,9 +111,9 @@ fn hessenberg(a: &mut Matrix) -> Matrix {
         let alpha = if a[(k + 1, k)] > 0.0 { -norm } else { norm };
         w.fill(0.0);
         for i in k + 1..n {
-            w[i] = a[(i, k)] / norm;
+            w[i] = a[(i, k)];
         }
-        w[k + 1] -= alpha / norm;
+        w[k + 1] -= alpha;
         let f = 2.0 / w.iter().map(|x| x * x).sum::<f64>();
         for c in 0..n {
             let s: f64 = (k + 1..n).map(|i| w[i] * a[(i, c)]).sum::<f64>() * f;

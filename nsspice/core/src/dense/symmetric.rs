@@ -100,9 +100,9 @@ fn tridiagonal(v: &mut Matrix) -> (Vec<f64>, Vec<f64>) {
         let alpha = if a[(k + 1, k)] > 0.0 { -norm } else { norm };
         w[..=k].fill(0.0);
         for i in k + 1..n {
-            w[i] = a[(i, k)] / norm;
+            w[i] = a[(i, k)];
         }
-        w[k + 1] -= alpha / norm;
+        w[k + 1] -= alpha;
         let length = w[k + 1..].iter().map(|x| x * x).sum::<f64>();
         if length == 0.0 {
             continue;
