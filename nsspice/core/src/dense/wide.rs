@@ -125,37 +125,57 @@ widest! {
         rank_one::secular(poles, weights, rho, shifted, vectors, roots)
 }
 
-/// Scalar products of each row with two vectors, and of its absolute values with a third.
+/// Scalar products of two rows with two vectors, and of their absolute values with a third.
+#[inline(always)]
+fn two_looks(rows: [&[f64]; 2], with: [&[f64]; 3]) -> [[f64; 3]; 2] {
+    type Four = [f64; 4];
+    let plus = |sum: Four, c: &Four, x: &Four| -> Four { each(|k| sum[k] + c[k] * x[k]) };
+    let ([a4, b4], [a, b]) = split(rows);
+    let ([v4, s4, w4], [v, s, w]) = split(with);
+    let [mut va, mut sa, mut wa, mut vb, mut sb, mut wb] = [[0.0; 4]; 6];
+    for ((((a, b), v), s), w) in a4.iter().zip(b4).zip(v4).zip(s4).zip(w4) {
+        (va, sa, wa) = (plus(va, a, v), plus(sa, a, s), plus(wa, &a.map(f64::abs), w));
+        (vb, sb, wb) = (plus(vb, b, v), plus(sb, b, s), plus(wb, &b.map(f64::abs), w));
+    }
+    let end = |four: Four, c: &[f64], x: &[f64]| total(&four) + dot(c, x);
+    let size = |four: Four, c: &[f64]| {
+        total(&four) + c.iter().zip(w).map(|(c, x)| c.abs() * x).sum::<f64>()
+    };
+    [[end(va, a, v), end(sa, a, s), size(wa, a)], [end(vb, b, v), end(sb, b, s), size(wb, b)]]
+}
+
+/// Sum of four numbers. Out of line: where compilers see that numbers side by side are added up in
+/// the end, they keep them in an order that costs more in each turn of the loop than the sum.
+#[inline(never)]
+fn total(four: &[f64; 4]) -> f64 {
+    four.iter().sum()
+}
+
+/// What of vectors comes in fours, and the rest.
+#[inline(always)]
+fn split<const N: usize>(vectors: [&[f64]; N]) -> ([&[[f64; 4]]; N], [&[f64]; N]) {
+    let parts = vectors.map(|x| x.as_chunks::<4>());
+    (parts.map(|p| p.0), parts.map(|p| p.1))
+}
+
+/// Scalar products of each row with two vectors, and of its absolute values with a third; two rows
+/// at a time, since the sums of one would wait for each other.
 #[inline(always)]
 fn looks_any(factor: &[f64], with: [&[f64]; 3], out: [&mut [f64]; 3]) {
     let slots = with[2].len();
     if slots == 0 {
         return out.into_iter().for_each(|o| o.fill(0.0));
     }
-    let [v, s, w] = with.map(|x| &x[..slots]);
-    let (v4, s4, w4) = (v.chunks_exact(4), s.chunks_exact(4), w.chunks_exact(4));
-    let rest = v4.remainder().iter().zip(s4.remainder()).zip(w4.remainder());
-    let [values, slopes, bounds] = out;
-    let places = values.iter_mut().zip(slopes).zip(bounds);
-    for (row, ((value, slope), bound)) in factor.chunks_exact(slots).zip(places) {
-        let mut sums = [[0.0f64; 4]; 3];
-        let row4 = row.chunks_exact(4);
-        let mut ends = [0.0; 3];
-        for (c, ((v, s), w)) in row4.remainder().iter().zip(rest.clone()) {
-            ends[0] += c * v;
-            ends[1] += c * s;
-            ends[2] += c.abs() * w;
+    let with = with.map(|x| &x[..slots]);
+    let count = (factor.len() / slots).min(out[0].len());
+    let [values, slopes, bounds] = out.map(|o| &mut o[..count]);
+    let row = |j: usize| &factor[j * slots..][..slots];
+    for j in (0..count).step_by(2) {
+        let last = (j + 1).min(count - 1); // of an odd number the last is taken twice
+        let both = two_looks([row(j), row(last)], with);
+        for (at, [value, slope, bound]) in [j, last].into_iter().zip(both) {
+            (values[at], slopes[at], bounds[at]) = (value, slope, bound);
         }
-        for (((c, v), s), w) in row4.zip(v4.clone()).zip(s4.clone()).zip(w4.clone()) {
-            for k in 0..4 {
-                sums[0][k] += c[k] * v[k];
-                sums[1][k] += c[k] * s[k];
-                sums[2][k] += c[k].abs() * w[k];
-            }
-        }
-        *value = sums[0].iter().sum::<f64>() + ends[0];
-        *slope = sums[1].iter().sum::<f64>() + ends[1];
-        *bound = sums[2].iter().sum::<f64>() + ends[2];
     }
 }
 
