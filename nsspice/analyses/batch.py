@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -93,7 +94,10 @@ def jobs_of(deck: Deck) -> list[Job]:
     """
     if not deck.analyses:
         hint = "add .tran tstep tstop, .dc source start stop step, or .op"
-        if deck.title.lstrip().startswith("."):
+        unread = [w for w in deck.warnings if w.code in ("NS1090", "NS1093") and w.hint]
+        if unread:
+            hint = f"{unread[0].message.partition(':')[0]}; {unread[0].hint}"
+        elif re.match(r"\s*\.(?!title)", deck.title, re.IGNORECASE):
             hint = f"{deck.title.split()[0]} stands in the first line, which is the title; {hint}"
         raise UsageError(
             Diagnostic("NS4006", f"{deck.file} asks for no analysis", hint=hint),

@@ -9,6 +9,7 @@ from pathlib import Path
 from ..errors import Span, suggest
 from .findings import Findings
 from .lines import Line, logical_lines, physical_lines
+from .script import Script
 from .source import read_text
 
 #: nested includes beyond this are a loop in disguise
@@ -43,9 +44,15 @@ class FileReader:
     ----------
     findings : Findings
         Receives what is wrong with files and blocks.
+
+    Attributes
+    ----------
+    scripts : list of Script
+        The ``.control`` blocks read so far.
     """
 
     def __init__(self, findings: Findings) -> None:
+        self.scripts: list[Script] = []
         self._findings = findings
         self._count = 0
         self._texts: dict[Path, list[str]] = {}
@@ -65,6 +72,8 @@ class FileReader:
             if line.text.lstrip()[:1] == ".":
                 card = card_of(line)
                 if card == "end":
+                    if index < len(lines):
+                        self._report_rest(lines[index:])
                     return
                 if card == "control":
                     index = self._skip_control(lines, index - 1)
@@ -91,23 +100,23 @@ class FileReader:
                 return
             yield line
 
+    def _report_rest(self, rest: list[Line]) -> None:
+        """Warn of lines after .end, which some programs read all the same."""
+        shown = ", ".join(f"'{line.shown()}'" for line in rest[:6]) + (", ..." * (len(rest) > 6))
+        message = f"lines after .end are not read: {shown}"
+        self._findings.warning("NS1093", message, rest[0].whole(), "move .end behind them")
+
     def _skip_control(self, lines: list[Line], start: int) -> int:
-        """Return the index after .endc; warn once with the commands left out."""
-        commands: list[str] = []
+        """Return the index after .endc; keep the commands between."""
         for index in range(start + 1, len(lines)):
             if card_of(lines[index]) in ("endc", "end"):
                 break
-            commands.append(" ".join(lines[index].raw.split())[:60])
         else:
             index = len(lines)
         where = lines[start].whole()
         if index == len(lines) or card_of(lines[index]) == "end":
             self._findings.error("NS1044", ".control without .endc", where)
-        shown = ", ".join(f"'{c}'" for c in commands[:12]) + (", ..." if len(commands) > 12 else "")
-        known = [c for c in commands if c.split()[0].lower() in ("tran", "op", "dc", "meas")]
-        hint = f"write it as a card: .{known[0]}" if known else ""
-        message = f".control block is not executed: {shown}" if shown else ".control block is empty"
-        self._findings.warning("NS1090", message, where, hint)
+        self.scripts.append(Script(where, lines[start + 1 : index]))
         return index + (index < len(lines) and card_of(lines[index]) == "endc")
 
     def _section_end(self, lines: list[Line], start: int) -> int | None:

@@ -67,6 +67,10 @@ class Line:
             end = min(end, self.pieces[index + 1][0] - 1)
         return Span(self.file, number, start - first + column + 1, max(end - start, 1), source)
 
+    def shown(self) -> str:
+        """Return the text for a message, in short."""
+        return " ".join(self.raw.split())[:60]
+
     def whole(self) -> Span:
         """Return the place of the line from its first visible character on."""
         start = len(self.raw) - len(self.raw.lstrip())

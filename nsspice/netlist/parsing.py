@@ -19,6 +19,7 @@ from .files import FileReader
 from .findings import Findings, Unreadable
 from .lines import physical_lines
 from .scope import Scope
+from .script import ANALYSES, Script
 from .source import read_text
 from .structure import build
 
@@ -147,7 +148,8 @@ def _parse(text: str, file: str, params: Mapping[str, float], directory: Path) -
         place = Span(file, 1, 1, max(len(rows[0]), 1), rows[0])
         hint = "put a title line above it"
         findings.warning("NS1092", "the first line is the title and not simulated", place, hint)
-    block = build(FileReader(findings).main(rows, file, directory), findings)
+    files = FileReader(findings)
+    block = build(files.main(rows, file, directory), findings)
     reader = Reader(findings)
     bodies = BodyReader(reader)
     body = bodies.read(block)
@@ -161,6 +163,7 @@ def _parse(text: str, file: str, params: Mapping[str, float], directory: Path) -
     expander.check_controls()
     _evaluate_all(deck, scope, findings)
     deck.elements = expander.elements
+    _read_scripts(files.scripts, expander, scope, findings)
     cards.read()
     _check_given(deck, scope, findings)
     _check_temperature(deck, scope, findings)
@@ -173,6 +176,17 @@ def _parse(text: str, file: str, params: Mapping[str, float], directory: Path) -
     findings.raise_errors(deck)
     deck.warnings = findings.warnings
     return deck
+
+
+def _read_scripts(
+    scripts: list[Script], expander: Expander, scope: Scope, findings: Findings
+) -> None:
+    """Take the analyses of ``.control`` blocks for those of a deck that has none of its own."""
+    asked = any(card in ANALYSES and not home.prefix for card, _, home in expander.cards)
+    for script in scripts:
+        taken = [] if asked else script.analyses()
+        expander.cards += [(line.text.split()[0], line, scope) for line in taken]
+        script.report(taken, findings)
 
 
 def _check_temperature(deck: Deck, scope: Scope, findings: Findings) -> None:

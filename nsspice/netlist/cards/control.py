@@ -11,6 +11,7 @@ from ..findings import Unreadable
 from ..lines import Line
 from ..node import TooLarge
 from ..scope import Scope
+from ..script import ANALYSES
 from . import analyses, measure, options, outputs
 from .context import Context
 from .reading import Reader
@@ -54,23 +55,16 @@ _IGNORED = {
 }
 #: silent: every LTspice deck has them
 _SILENT = {"backanno", "width", "text"}
+#: analyses of their own: they change nothing of what others give
+_OTHER_ANALYSES = ("ac", "acmodel", "disto", "hb", "noise", "pss", "pz", "sens", "sp", "tf")
+_OTHER_HINT = "only .op, .dc and .tran are computed"
 _UNSUPPORTED = {
-    "ac": "only .op, .dc and .tran are computed",
-    "acmodel": "only .op, .dc and .tran are computed",
     "data": "write .step param name list ...",
     "alter": "write one netlist for each variant, or use .step",
     "del": "leave the lines out",
-    "disto": "only .op, .dc and .tran are computed",
     "ferret": "use .include with a local file",
-    "hb": "only .op, .dc and .tran are computed",
     "load": "give initial values with .ic or IC=",
     "mc": "use .step",
-    "noise": "only .op, .dc and .tran are computed",
-    "pss": "only .op, .dc and .tran are computed",
-    "pz": "only .op, .dc and .tran are computed",
-    "sens": "only .op, .dc and .tran are computed",
-    "sp": "only .op, .dc and .tran are computed",
-    "tf": "only .op, .dc and .tran are computed",
     "wcase": "use .step",
 }
 _STRUCTURE = ("param", "subckt", "ends", "model", "include", "lib", "func", "if", "else", "elseif",
@@ -95,6 +89,7 @@ class CardReader:
     def __init__(self, deck: Deck, reader: Reader, scope: Scope, expander: Expander) -> None:
         self._context = Context(deck, reader, scope, expander)
         self._expander = expander
+        self._computes = False  # whether the deck asks for an analysis that is computed
 
     def prepare(self) -> None:
         """Read what the elements depend on: .global, .temp, and .step without a .param."""
@@ -111,6 +106,9 @@ class CardReader:
     def read(self) -> None:
         """Read all other cards."""
         self._context.index()
+        self._computes = any(
+            card in ANALYSES and not scope.prefix for card, _, scope in self._expander.cards
+        )
         for card, line, scope in self._expander.cards:
             if card in _EARLY and not scope.prefix:
                 continue
@@ -139,6 +137,10 @@ class CardReader:
         if card in _IGNORED:
             if card not in _SILENT:
                 findings.warning("NS1003", f".{card} is ignored", where, _IGNORED[card])
+        elif self._computes and card in _OTHER_ANALYSES:
+            findings.warning("NS1003", f".{card} is skipped", where, _OTHER_HINT)
+        elif card in _OTHER_ANALYSES:
+            findings.error("NS1002", f".{card} is not supported", where, _OTHER_HINT)
         elif card in _UNSUPPORTED:
             findings.error("NS1002", f".{card} is not supported", where, _UNSUPPORTED[card])
         elif card in _READERS or card in _EARLY:

@@ -149,8 +149,8 @@ def test_warnings(line: str, code: str) -> None:
 
 
 def test_control_block_names_what_it_leaves_out() -> None:
-    (warning,) = deck(".control", "TRAN 1u 1m", "run", ".endc").warnings
-    assert "'TRAN 1u 1m', 'run'" in warning.message
+    (warning,) = deck(".control", "TRAN 1u 1m", "alter r1 2", "run", ".endc").warnings
+    assert "'TRAN 1u 1m', 'alter r1 2', 'run'" in warning.message
     assert warning.hint == "write it as a card: .TRAN 1u 1m"
 
 
