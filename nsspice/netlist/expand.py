@@ -178,11 +178,14 @@ class Expander:
         ac = None
         if given.ac is not None:
             ac = (scope.number(given.ac[0]), scope.number(given.ac[1]))
+        values = [scope.number(value) for value in given.values]
+        for index in given.relative:
+            values[index] += values[index - 2]
         return Source(
             None if given.dc is None else scope.number(given.dc),
             ac,
             given.kind,
-            tuple([scope.number(value) for value in given.values]),
+            tuple(values),
             {key: scope.number(value) for key, value in given.options.items()},
             given.span,
         )

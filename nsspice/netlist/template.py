@@ -49,13 +49,17 @@ class ParamText:
 
 @dataclass(slots=True)
 class SourceTemplate:
-    """Value of an independent source, see ``deck.Source``."""
+    """Value of an independent source, see ``deck.Source``.
+
+    ``relative`` holds the places of those values of a PWL that count from the time before.
+    """
 
     span: Span
     dc: Value | None = None
     ac: tuple[Value, Value] | None = None
     kind: str = ""
     values: list[Value] = field(default_factory=list)
+    relative: tuple[int, ...] = ()
     options: dict[str, Value] = field(default_factory=dict)
 
 

@@ -17,7 +17,7 @@ from .terminals import GROUND, Terminals
 
 _PARAMS = {"m", "tc1", "tc2", "temp", "dtemp", "ic"}
 #: what the expression of a line may give
-_QUANTITIES = {"b": ("v", "i"), "c": ("q",), "l": ("flux",)}
+_QUANTITIES = {"b": ("v", "i"), "c": ("q",), "l": ("flux",), "r": ("r", "v")}
 #: more inputs make more products than anyone can write
 _MAX_INPUTS = 50
 
@@ -38,6 +38,10 @@ def controlled(reader: Reader, line: Line, items: list[Item]) -> Template:
         _table(terminals, result, quantity)
     elif keys & {"value", "vol", "cur"} or word in ("value", "vol", "cur"):
         _given(terminals, result, quantity)
+    elif "laplace" in (keys | {word}) or "freq" in (keys | {word}):
+        message = f"{result.name}: transfer functions of s are not simulated"
+        hint = "build the filter of R, C and controlled sources"
+        raise Unreadable("NS1002", message, result.span, hint)
     elif result.letter in "eg":
         terminals.take_nodes(2, "controlling nodes")
         result.nodes, result.controls = terminals.nodes[:2], terminals.nodes[2:]
@@ -244,7 +248,7 @@ def _whole(terminals: Terminals, tree: Node) -> Formula:
 def behavioural(reader: Reader, line: Line) -> Template:
     """Read ``B n+ n- V=expr`` or ``I=expr``, ``C n+ n- Q=expr``, ``L n+ n- Flux=expr``.
 
-    The expression needs no braces.
+    Also ``R n+ n- R=expr`` and ``V=expr``.  The expression needs no braces.
     """
     found = re.match(r"\s*(\S+)[\s,(]+([^\s,()=]+)[\s,]+([^\s,()=]+)", line.text)
     name = line.text.split()[0]
@@ -278,4 +282,14 @@ def behavioural(reader: Reader, line: Line) -> Template:
             result.params[key] = ParamText(value, line.span(begin, right))
     if not result.quantity:
         raise Unreadable("NS1008", f"{name}: the expression is missing", whole, hint)
+    if result.quantity == "r":  # the value of a resistor as such
+        result.quantity = ""
     return result
+
+
+def is_law(line: Line) -> bool:
+    """Return whether ``R=`` or ``V=`` of an R line is an expression without braces."""
+    for key, _, left, right in assignments(line, 0)[1]:
+        if key in ("r", "v") and line.text[left - 1] not in "{'\"":
+            return re.search(r"[(*/^?<>]", line.text[left:right]) is not None
+    return False

@@ -9,7 +9,7 @@ from ..findings import Unreadable
 from ..lines import Line
 from ..statement import Item, items
 from ..template import InstanceTemplate, Template
-from .controlled import behavioural, controlled
+from .controlled import behavioural, controlled, is_law
 from .passive import coupling, passive
 from .reading import Reader, flat
 from .semiconductors import current_switch, diode, switch, transistor
@@ -64,7 +64,7 @@ def element(reader: Reader, line: Line) -> Template | InstanceTemplate:
     """
     text = line.text
     letter = text[0] if text[0] > " " else text.lstrip()[0]
-    if letter == "b" or (letter in "cl" and "=" in text and _LAW.search(text)):
+    if letter == "b" or ("=" in text and _is_law(letter, line)):
         return behavioural(reader, line)
     read = _READERS.get(letter)
     if read is None and letter != "x":
@@ -75,6 +75,13 @@ def element(reader: Reader, line: Line) -> Template | InstanceTemplate:
         hint = "a line starts with the name of an element, a blank, and its nodes"
         raise Unreadable("NS1009", "the name of an element is needed here", where, hint)
     return read(reader, line, found) if read is not None else instance(reader, line, found)
+
+
+def _is_law(letter: str, line: Line) -> bool:
+    """Return whether an R, C or L line gives its law as an expression."""
+    if letter == "r":
+        return is_law(line)
+    return letter in "cl" and _LAW.search(line.text) is not None
 
 
 def _unknown(line: Line, letter: str) -> Unreadable:

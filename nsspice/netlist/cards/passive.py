@@ -17,7 +17,7 @@ _COMMON = {"m", "temp", "dtemp", "scale"}
 _NOTES = {"mfg", "pn", "type", "pppkg"}
 _RATINGS = {
     "r": {"tol", "pwr"} | _NOTES,
-    "c": {"v", "irms"} | _NOTES,
+    "c": {"v", "irms", "mtbf"} | _NOTES,
     "l": {"ipk", "irms"} | _NOTES,
 }
 #: Chan's core with hysteresis, LTspice's

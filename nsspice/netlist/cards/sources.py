@@ -110,6 +110,8 @@ def _waveform(terminals: Terminals, value: SourceTemplate, word: Item, kind: str
             break
         arguments.append(item)
         terminals.next()
+    if kind == "pwl":
+        arguments, value.relative = _relative(line, arguments)
     reader = terminals.reader
     value.values = [reader.value(line, a, f"an argument of {kind}") for a in arguments]
     if any(pair.text == "file" for pair in terminals.pairs):
@@ -119,6 +121,19 @@ def _waveform(terminals: Terminals, value: SourceTemplate, word: Item, kind: str
     if problem:
         raise Unreadable("NS1008", f"{terminals.name}: {problem}", where, hint)
     _decimal_commas(terminals, arguments)
+
+
+def _relative(line: Line, arguments: list[Item]) -> tuple[list[Item], tuple[int, ...]]:
+    """Return the arguments of a PWL, and which of them are times after the one before: ``+1u``.
+
+    The plus of ``+{tr}`` is a word of its own.
+    """
+    signs = [k for k, a in enumerate(arguments) if line.raw[a.start : a.end] == "+"]
+    left = [a for k, a in enumerate(arguments) if k not in signs]
+    marked = {id(arguments[k + 1]) for k in signs if k + 1 < len(arguments)}
+    times = enumerate(left[2::2], start=1)
+    relative = [2 * k for k, a in times if id(a) in marked or line.raw[a.start] == "+"]
+    return left, tuple(relative)
 
 
 def _decimal_commas(terminals: Terminals, arguments: list[Item]) -> None:

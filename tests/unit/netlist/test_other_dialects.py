@@ -1,0 +1,61 @@
+"""What LTspice and PSpice write and others do not."""
+
+from __future__ import annotations
+
+import pytest
+
+from nsspice import read
+from nsspice.netlist import Deck, NetlistError, parse_text
+
+
+def deck(*lines: str) -> Deck:
+    return parse_text("title\n.param t0=10u tr=1u\n" + "\n".join(lines))
+
+
+@pytest.mark.parametrize(
+    ("written", "times"),
+    [
+        ("PWL(0 0 +1m 1 +2m 1 +3m 0)", (0.0, 1e-3, 3e-3, 6e-3)),
+        ("PWL(0 0 +1u 1 20u 1 +1u 0)", (0.0, 1e-6, 20e-6, 21e-6)),
+        ("PWL 0,0 t0,0 +10n,5 +480n,5", (0.0, 10e-6, 10.01e-6, 10.49e-6)),
+        ("PWL(0 0 {t0} 0 +{tr} 5 +{2*tr} 3)", (0.0, 10e-6, 11e-6, 13e-6)),
+        ("PWL(0 +1 1u +2\n+2u +1 3u -1)", (0.0, 1e-6, 2e-6, 3e-6)),
+    ],
+)
+def test_relative_times_of_pwl(written: str, times: tuple[float, ...]) -> None:
+    (source, _) = deck(f"V1 a 0 {written}", "R1 a 0 1").elements
+    assert source.source is not None
+    assert source.source.values[::2] == pytest.approx(times, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("written", "current"),
+    [
+        ("R=1k + 2*V(a)", 4.0 / 1008.0),
+        ("R=if(V(a)>3,1k,2k)", 4e-3),
+        ("R={1k} tol=5", 4e-3),
+        ("R='2*1k' pwr=0.25", 2e-3),
+        ("R=2k m=2", 4e-3),
+        ("V=i*1k", 4e-3),
+    ],
+)
+def test_resistors_by_expressions_without_braces(written: str, current: float) -> None:
+    solution = read(f"title\nV1 a 0 4\nR1 a 0 {written}\n.op\n").run()[0]
+    assert -float(solution["i(v1)"][0]) == pytest.approx(current, rel=1e-9)
+
+
+def test_notes_of_catalogues() -> None:
+    line = 'C1 a 0 330u V=4 Irms=2.5 Rser=7m MTBF=2000 Lser=0 mfg="K" pn="A7" ppPkg=1'
+    assert [e.name for e in deck("V1 a 0 1", line).elements] == ["v1", "c1", "c1.rser"]
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["E1 b 0 LAPLACE {V(a)} {1/(1+s)}", "E1 b 0 a 0 Laplace=1/(1+s)", "G1 0 b Laplace=1/(1+s)"],
+)
+def test_transfer_functions_are_named(line: str) -> None:
+    with pytest.raises(NetlistError) as caught:
+        deck("V1 a 0 1", "R1 b 0 1", line)
+    (finding,) = caught.value.diagnostics
+    assert finding.code == "NS1002"
+    assert "transfer functions of s" in finding.message
