@@ -246,6 +246,8 @@ class Expander:
         for name, given in item.params.items():
             if name not in header.params:
                 if name == "m":
+                    if scope.param(name, given).value == 1.0:  # schematic editors write it
+                        continue
                     message = f"{item.name}: m= on an X line is not supported"
                     raise Unreadable("NS1014", message, given.span, "write the instance m times")
                 hint = suggest(name, header.params)

@@ -17,8 +17,10 @@ MAX_DEPTH = 50
 #: lines of all files together, included files counted each time
 MAX_LINES = 5_000_000
 
-#: what LTspice writes into each netlist with a diode or a transistor, used or not
-_CATALOGUE = re.compile(r"[^\s\"'].*[\\/]lib[\\/]cmp[\\/]standard\.\w+", re.IGNORECASE)
+#: what LTspice writes into each netlist with a diode or a transistor, and PSpice into every one
+_CATALOGUE = re.compile(
+    r"[^\s\"'].*[\\/]lib[\\/]cmp[\\/]standard\.\w+|(?<![^\s\"'])nom\.lib\b", re.IGNORECASE
+)
 _ARGUMENT = re.compile(r'"[^"]*"?|\'[^\']*\'?|\S+')
 
 
@@ -148,8 +150,10 @@ class FileReader:
             name, words = catalogue.group(), words[:1]
         where = line.span(start, start + len(name))
         path = directory / Path(name).expanduser() if name[:1] == "~" else directory / name
+        if "\\" in name and not path.exists():  # written on Windows
+            path = directory / name.replace("\\", "/")
         if catalogue and not path.exists():
-            message = f"LTspice's catalogue of parts {name} is not here"
+            message = f"the catalogue of parts {name} is not here"
             hint = "a model from it has to be copied into the netlist"
             self._findings.warning("NS1053", message, where, hint)
             return

@@ -29,6 +29,7 @@ _READERS: dict[str, Callable[[Context, Line], None]] = {
     "plot": outputs.outputs,
     "print": outputs.outputs,
     "probe": outputs.outputs,
+    "probe64": outputs.outputs,
     "save": outputs.outputs,
     "step": analyses.step,
     "tran": analyses.tran,

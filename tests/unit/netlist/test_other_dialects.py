@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from nsspice import read
-from nsspice.netlist import Deck, NetlistError, parse_text
+from nsspice.netlist import Deck, NetlistError, parse_file, parse_text
 
 
 def deck(*lines: str) -> Deck:
@@ -59,3 +61,36 @@ def test_transfer_functions_are_named(line: str) -> None:
     (finding,) = caught.value.diagnostics
     assert finding.code == "NS1002"
     assert "transfer functions of s" in finding.message
+
+
+@pytest.mark.parametrize("written", ['"nom.lib"', "nom.lib", '"NOM.LIB"'])
+def test_the_catalogue_of_pspice_may_be_missing(written: str) -> None:
+    found = deck("V1 a 0 1", "R1 a 0 1", f".LIB {written}")
+    assert [w.code for w in found.warnings] == ["NS1053"]
+
+
+def test_other_libraries_may_not_be_missing() -> None:
+    with pytest.raises(NetlistError) as caught:
+        deck("V1 a 0 1", "R1 a 0 1", ".lib mynom.lib")
+    assert [d.code for d in caught.value.diagnostics] == ["NS1050"]
+
+
+def test_paths_of_windows(tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "load.inc").write_text("R1 a 0 1k\n")
+    path = tmp_path / "main.cir"
+    path.write_text('title\nV1 a 0 1\n.include ".\\parts\\load.inc"\n')
+    assert [e.name for e in parse_file(path).elements] == ["v1", "r1"]
+
+
+def test_one_instance_is_one() -> None:
+    lines = ("V1 a 0 1", ".subckt load p\nR1 p 0 1k\n.ends")
+    assert len(deck(*lines, "X1 a load m=1").elements) == 2
+    with pytest.raises(NetlistError):
+        deck(*lines, "X1 a load m=2")
+
+
+def test_probe64() -> None:
+    found = deck("V1 a 0 1", "R1 a 0 1", ".PROBE64 V(a)")
+    assert [s.name for s in found.saves] == ["v(a)"]
+    assert not found.warnings
