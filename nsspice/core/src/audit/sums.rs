@@ -73,6 +73,8 @@ pub struct Sums {
     resisted: Form,
     /// `E` and `G` row by row
     laws: [Csc; 2],
+    /// charge or flux in each law while its own unknown stores half a joule
+    joule: Vec<f64>,
     a: Bilinear,
     s: Bilinear,
     averaging: Option<(Bilinear, Bilinear)>,
@@ -148,12 +150,17 @@ impl Sums {
         let reach = Reach::new(&kinds, a.ncols, &entries_e, &entries_g, &entries_a, average, pairs);
         let (sources, functions) = (linear.s.ncols, smooth.map_or(0, |laws| laws.f.ncols));
         let turned = if averaging.is_some() { sources } else { 0 };
+        let mut joule = vec![0.0; g.nrows];
+        e.iter()
+            .filter(|(row, col, _)| row == col)
+            .for_each(|(row, _, v)| joule[row] = v.abs().sqrt());
         let known = if smooth.is_some() { ITERATED / TOLERANCE } else { 0.0 };
         Some(Sums {
             stored: Form::new(&storage),
             controls: Bilinear::new(&controls),
             resisted: Form::new(g),
             laws: [e.clone(), g.clone()],
+            joule,
             lanes: Lanes::new([g.nrows, a.ncols, sources, turned, functions, functions, g.nrows]),
             a: Bilinear::new(a),
             s: Bilinear::new(&linear.s),
@@ -386,15 +393,16 @@ impl Sums {
 
     /// Takes integrals of the rates of what is stored, unknowns, multipliers and sources over a motion:
     /// what they miss the laws by is charge and flux that times its unknown is missing in the balance.
-    pub fn miss(&mut self, rate: &[f64], z: &[f64], l: &[f64], u: &[f64]) {
+    /// Rounding of what stores half a joule alone is no miss.
+    pub fn miss(&mut self, rate: &[f64], z: &[f64], l: &[f64], u: &[f64], rounding: f64) {
         self.residual.clear();
         self.residual.resize(z.len(), 0.0);
         self.laws[0].mul_add(1.0, rate, &mut self.residual);
         self.laws[1].mul_add(1.0, z, &mut self.residual);
         self.a.columns.mul_add(1.0, l, &mut self.residual);
         self.s.columns.mul_add(-1.0, u, &mut self.residual);
-        for (missed, &kind) in self.residual.iter().zip(&self.kinds) {
-            self.missed[usize::from(kind)] += missed.abs();
+        for ((missed, &kind), joule) in self.residual.iter().zip(&self.kinds).zip(&self.joule) {
+            self.missed[usize::from(kind)] += (missed.abs() - rounding * joule).max(0.0);
         }
     }
 

@@ -6,7 +6,9 @@
 //! coordinates at a time, each with a random sign and as large as its integral over the segment.  What
 //! is left are charges and fluxes by which Kirchhoff's laws are missed, whatever the time; times the
 //! largest voltage and current they are energy.  Several coordinates that break a law could hide each
-//! other with one choice of signs, but every segment makes its own.
+//! other with one choice of signs, but every segment makes its own.  Products of `n` numbers are rounded
+//! by `n u` of the largest (Higham: Accuracy and Stability of Numerical Algorithms, 2002, section 3.5):
+//! so a fast rate times the rounding of all coordinates is what any mode with it misses.
 //!
 //! That the coordinates move as they should is seen by following them once more ([`super::course`])
 //! from the state at the begin: the stored energy at both ends is that of these two states, and a next
@@ -17,7 +19,7 @@ use super::mode::Mode;
 use super::products::Two;
 use super::run::Engine;
 use crate::audit::Sums;
-use crate::dense::{add_scaled, complex, dot, Complex};
+use crate::dense::{add_scaled, complex, dot, norm, Complex};
 
 /// An input that acts somewhere: its number, and what it acts on, in energy coordinates and in the
 /// unknowns that store nothing.
@@ -243,7 +245,10 @@ impl Retrace {
         self.u.clear();
         let sources = engine.inputs.waveforms().len();
         self.u.extend((0..sources).map(|k| engine.inputs.value_of(k, &self.v)));
-        sums.miss(&self.rate, &self.z, &self.l, &self.u);
+        // of coordinates whose energy is half the square of their length
+        let fastest = mode.poles.iter().fold(0.0f64, |m, p| m.max(p.alpha.hypot(p.omega)));
+        let rounding = mode.n as f64 * f64::EPSILON * fastest * norm(&self.asked);
+        sums.miss(&self.rate, &self.z, &self.l, &self.u, rounding);
     }
 }
 
