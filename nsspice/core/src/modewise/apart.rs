@@ -67,11 +67,11 @@ fn add_multiple(to: &mut Matrix, row: usize, width: usize, factor: Complex, from
 
 /// `B X - X T = C` for a coordinate that another one drives: with `C w = c w + d conj(w)` the rates
 /// of the parts are those of `w` and of its conjugate.
-fn response(b: &Fast, w: &Fast, c: &Matrix) -> Matrix {
+pub(super) fn response(b: Complex, w: Complex, c: &Matrix) -> Matrix {
     let at = |r: usize, k: usize| if r < c.rows && k < c.cols { c[(r, k)] } else { 0.0 };
     let straight = complex(at(0, 0) + at(1, 1), at(1, 0) - at(0, 1)).scale(0.5);
     let turned = complex(at(0, 0) - at(1, 1), at(1, 0) + at(0, 1)).scale(0.5);
-    let (x, y) = (straight / (b.rate - w.rate), turned / (b.rate - w.rate.conj()));
+    let (x, y) = (straight / (b - w), turned / (b - w.conj()));
     let parts = [[(x + y).re, -(x - y).im], [(x + y).im, (x - y).re]];
     Matrix::from_fn(c.rows, c.cols, |r, k| parts[r][k])
 }
@@ -136,7 +136,7 @@ impl Apart {
                 if near(w.rate) || near(w.rate.conj()) {
                     return None;
                 }
-                let x = response(b, w, &c);
+                let x = response(b.rate, w.rate, &c);
                 out.shears.push((b.places().to_vec(), w.places().to_vec(), x));
             }
             row += b.width;

@@ -1,5 +1,6 @@
 //! Guards as rows over the columns of a mode: multipliers, slacks, distances from thresholds.
 
+use super::answer::Answer;
 use super::network::Network;
 use super::tracked::Tracked;
 use crate::dense::Matrix;
@@ -11,7 +12,7 @@ pub(super) fn guard_rows(
     on: &[bool],
     active: &[usize],
     states: &Tracked,
-    algebraic: &Tracked,
+    algebraic: &Answer,
     n: usize,
 ) -> Tracked {
     let mut out = impulse_rows(net, on, active, states, algebraic);
@@ -28,7 +29,7 @@ pub(super) fn impulse_rows(
     on: &[bool],
     active: &[usize],
     states: &Tracked,
-    algebraic: &Tracked,
+    algebraic: &Answer,
 ) -> Tracked {
     let k = net.kernel.cols;
     let off: Vec<usize> = (0..net.m).filter(|&i| !on[i]).collect();
@@ -41,7 +42,7 @@ pub(super) fn impulse_rows(
     });
     let mut slack = algebraic.under(&factor);
     slack.add(-1.0, &states.under(&net.br.select_rows(&off)));
-    let mut out = Tracked::zeros(net.m, algebraic.value.cols);
+    let mut out = Tracked::zeros(net.m, algebraic.rows.value.cols);
     let mut put = |to: usize, from: &Tracked, row: usize| {
         out.value.row_mut(to).copy_from_slice(from.value.row(row));
         out.bound.row_mut(to).copy_from_slice(from.bound.row(row));
@@ -50,7 +51,7 @@ pub(super) fn impulse_rows(
         put(p, &slack, i);
     }
     for (i, &p) in active.iter().enumerate() {
-        put(p, algebraic, k + i);
+        put(p, &algebraic.rows, k + i);
     }
     out
 }
@@ -61,21 +62,18 @@ pub(super) fn control_rows(
     switches: &[Switch],
     gates: &[bool],
     states: &Tracked,
-    algebraic: &Tracked,
+    algebraic: &Answer,
     n: usize,
     width: usize,
 ) -> Tracked {
-    let k = net.kernel.cols;
     let mut out = Tracked::zeros(switches.len(), width);
     for (s, switch) in switches.iter().enumerate() {
-        let combine = |m: &Matrix| {
-            Matrix::from_fn(1, m.cols, |_, c| {
-                switch.control.iter().map(|&(u, f)| f * m[(u, c)]).sum()
-            })
+        let combine = |m: &Matrix, width: usize| {
+            let of = |c: usize| switch.control.iter().map(|&(u, f)| f * m[(u, c)]).sum();
+            Matrix::from_fn(1, width, |_, c| if c < m.cols { of(c) } else { 0.0 })
         };
-        let mut row = states.under(&combine(&net.big_r));
-        let part: Vec<usize> = (0..k).collect();
-        row.add(1.0, &algebraic.rows(&part).under(&combine(&net.kernel)));
+        let mut row = states.under(&combine(&net.big_r, net.states));
+        row.add(1.0, &algebraic.under(&combine(&net.kernel, algebraic.rows.value.rows)));
         row.clean(net.n + net.m);
         let (threshold, sign) = switch.edge(gates[s]);
         for c in 0..width {

@@ -11,6 +11,7 @@
 //! ([`fixed`]).
 
 mod align;
+mod answer;
 mod apart;
 mod between;
 mod block;
@@ -38,6 +39,7 @@ mod rows;
 mod run;
 mod scales;
 mod share;
+mod sharpen;
 mod sides;
 pub mod spectrum;
 mod spread;

@@ -8,6 +8,7 @@
 //! constraints take away leaves as impulses.
 
 use super::align::fastest_first;
+use super::answer::Answer;
 use super::block::row_norm;
 use super::guard_rows::{control_rows, guard_rows, impulse_rows};
 use super::network::Network;
@@ -161,16 +162,16 @@ fn unit_rows(a: &Matrix) -> (Matrix, Vec<f64>) {
     (out, sizes)
 }
 
-/// The inverse, with zeros where it has nothing but rounding: currents that cannot flow must not
-/// look like currents.
-fn inverse_of(a: &Matrix, factor: &Lu) -> Matrix {
-    let (mut inverse, correction) = factor.refine(a, &Matrix::identity(a.rows));
-    for (v, c) in inverse.data.iter_mut().zip(&correction.data) {
+/// `A^-1 B`, with zeros where it has nothing but rounding: currents that cannot flow must not look like
+/// currents.
+pub(super) fn solved(a: &Matrix, factor: &Lu, b: &Matrix) -> Matrix {
+    let (mut solution, correction) = factor.refine(a, b);
+    for (v, c) in solution.data.iter_mut().zip(&correction.data) {
         if v.abs() <= c.abs() {
             *v = 0.0;
         }
     }
-    inverse
+    solution
 }
 
 /// Largest acceptable condition of the jump matrices.
@@ -273,7 +274,7 @@ impl Mode {
         if factor.ratio == 0.0 {
             return Err("its algebraic equations are singular".into());
         }
-        let inverse = inverse_of(&block, &factor);
+        let inverse = solved(&block, &factor, &Matrix::identity(block.rows));
         let forcing = kna.select_rows(&stairs.rows);
         let response = inverse.times(&forcing.times(&q2));
         let indirect = pi.times(&kan.select_cols(&stairs.cols).times(&response));
@@ -298,16 +299,7 @@ impl Mode {
         let zeros_x = Matrix::zeros(stairs.rows.len(), n);
         let mut right = Tracked::exact(place(&zeros_x, &force.select_rows(&stairs.rows), None));
         right.add(-1.0, &states.under(&forcing));
-        let mut part = right.under(&inverse);
-        if part.cancels() {
-            // what passes a node that a large resistance ties: not by the potential of that node
-            part.value = factor.solve_refined(&block, &right.value);
-        }
-        let mut algebraic = Tracked::zeros(size, width);
-        for (i, &c) in stairs.cols.iter().enumerate() {
-            algebraic.value.row_mut(c).copy_from_slice(part.value.row(i));
-            algebraic.bound.row_mut(c).copy_from_slice(part.bound.row(i));
-        }
+        let mut algebraic = Answer::new([&block, &inverse], &factor, right, &stairs.cols, size);
         // a' but for the constraints' share
         let mut change = Tracked::exact(place(&Matrix::zeros(r, n), &net.rs, None));
         change.add(-1.0, &states.under(&net.rgr));
@@ -317,9 +309,10 @@ impl Mode {
             let zero = (Matrix::zeros(ties, n), Matrix::zeros(ties, nv));
             let drift = place(&zero.0, &zero.1, Some(&solve_g.times(&ties_f)));
             kappa.add(-1.0, &Tracked::exact(drift));
-            algebraic.add(1.0, &kappa.under(&tie_cols));
+            algebraic.add(&kappa.under(&tie_cols));
         }
-        let change = change.under(&pi);
+        let mut change = change.under(&pi);
+        change.clean(1);
         let j = Matrix::from_fn(n, n, |i, c| change.value[(i, c)]);
         let jv = Matrix::from_fn(n, nv, |i, c| change.value[(i, n + c)]);
 
@@ -330,9 +323,9 @@ impl Mode {
         if let Some(share) = &share {
             let mut unknowns = states.under(&net.big_r);
             let part: Vec<usize> = (0..k).collect();
-            unknowns.add(1.0, &algebraic.rows(&part).under(&net.kernel));
+            unknowns.add(1.0, &algebraic.rows.rows(&part).under(&net.kernel));
             let amounts = share.amounts(&diodes, &unknowns);
-            algebraic.add(1.0, &amounts.under(&stairs.open_cols));
+            algebraic.add(&amounts.under(&stairs.open_cols));
             diodes = guard_rows(net, on, &active, &states, &algebraic, n);
         }
         diodes.clean(net.n + net.m);
@@ -347,14 +340,14 @@ impl Mode {
                 }
             });
             let content = Tracked::exact(solve_g.times(&joint));
-            let mut algebraic = content.under(&tie_cols);
+            let mut algebraic = Answer::plain(content.under(&tie_cols));
             let still = Tracked::zeros(r, r + nv);
             let mut guards = impulse_rows(net, on, &active, &still, &algebraic);
             if let Some(share) = &share {
                 let part: Vec<usize> = (0..k).collect();
-                let unknowns = algebraic.rows(&part).under(&net.kernel);
+                let unknowns = algebraic.rows.rows(&part).under(&net.kernel);
                 let amounts = share.amounts(&guards, &unknowns);
-                algebraic.add(1.0, &amounts.under(&stairs.open_cols));
+                algebraic.add(&amounts.under(&stairs.open_cols));
                 guards = impulse_rows(net, on, &active, &still, &algebraic);
             }
             guards.clean(net.n + net.m);
@@ -363,7 +356,7 @@ impl Mode {
             };
             let pairs = (0..net.m).filter(diode).collect();
             Impulses {
-                algebraic: algebraic.value,
+                algebraic: algebraic.rows.value,
                 guards: guards.value,
                 bounds: guards.bound,
                 pairs,
@@ -437,7 +430,7 @@ impl Mode {
             drive: to.times(&jv),
             leave_x: q2.times(&from),
             leave_v: yc,
-            algebraic: to_rows(&algebraic.value),
+            algebraic: to_rows(&algebraic.rows.value),
             guards: to_rows(&all.value),
             slack: watch.iter().map(|w| !matches!(w, Watch::Pair(i) if on[*i])).collect(),
             watch,

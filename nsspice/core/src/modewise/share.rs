@@ -1,5 +1,6 @@
 //! The choice among values that the laws leave undetermined: those of least norm.
 
+use super::answer::Answer;
 use super::guard_rows::impulse_rows;
 use super::network::Network;
 use super::tracked::Tracked;
@@ -16,7 +17,7 @@ pub(super) struct Share {
 impl Share {
     pub fn new(net: &Network, on: &[bool], active: &[usize], open: &Matrix) -> Share {
         let k = net.kernel.cols;
-        let directions = Tracked::exact(open.clone());
+        let directions = Answer::plain(Tracked::exact(open.clone()));
         let still = Tracked::zeros(net.states, open.cols);
         let mut seen = impulse_rows(net, on, active, &still, &directions);
         seen.clean(net.n + net.m);

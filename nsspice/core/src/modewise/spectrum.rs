@@ -3,10 +3,12 @@
 use super::block::row_norm;
 use super::cluster::clustered;
 use super::scales::Scales;
+use super::sharpen::sharpened;
 use crate::dense::{complex, eigen, eigen_symmetric, Complex, Eigen, Lu, Matrix};
+use crate::union_find::UnionFind;
 
 /// Condition of the eigenvectors above which the closed form loses too many digits.
-const CONDITION: f64 = 1e6;
+pub(super) const CONDITION: f64 = 1e6;
 /// The same where nothing else is at hand.
 const LAST_CONDITION: f64 = 1e10;
 
@@ -18,7 +20,7 @@ const SPREAD: f64 = 1e6;
 
 /// What the equations of an eigenvector may be off by, in units of the largest entry of J: a
 /// hundredth of what the laws may be.
-const OFF: f64 = 1e-2 * crate::audit::TOLERANCE;
+pub(super) const OFF: f64 = 1e-2 * crate::audit::TOLERANCE;
 
 /// Largest entry of `J V - V L` for vectors of unit size, `L` the eigenvalues, in units of that of J.
 fn backward_error(j: &Matrix, found: &Eigen) -> f64 {
@@ -99,6 +101,30 @@ fn slow_half(j: &Matrix, fast: &Eigen) -> Option<(Eigen, Matrix, f64)> {
     (backward_error(j, &both) <= OFF).then_some((both, inverse, split))
 }
 
+/// Groups of coordinates that do not act on those of other groups.
+fn independent(j: &Matrix) -> Vec<Vec<usize>> {
+    let n = j.rows;
+    let mut together = UnionFind::new(n);
+    for r in 0..n {
+        for (c, v) in j.row(r).iter().enumerate() {
+            if *v != 0.0 {
+                together.join(r, c);
+            }
+        }
+    }
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    let mut place = vec![None; n];
+    for k in 0..n {
+        let root = together.root(k);
+        let group = *place[root].get_or_insert_with(|| {
+            groups.push(Vec::new());
+            groups.len() - 1
+        });
+        groups[group].push(k);
+    }
+    groups
+}
+
 /// One eigenvalue, or a complex pair.
 #[derive(Clone, Copy, Debug)]
 pub struct Pole {
@@ -134,6 +160,32 @@ impl Spectrum {
     /// Decomposes `x' = J x`; `None` if J is (nearly) defective and too large for its exponential.
     /// `symmetric`: J is, but for rounding.
     pub fn new(j: &Matrix, symmetric: bool) -> Option<Spectrum> {
+        let groups = independent(j);
+        if groups.len() < 2 {
+            return Spectrum::of_one(j, symmetric);
+        }
+        let part = |list: &Vec<usize>| j.select_rows(list).select_cols(list);
+        let of_group = |list| Spectrum::of_one(&part(list), symmetric);
+        let parts: Vec<Spectrum> = groups.iter().map(of_group).collect::<Option<_>>()?;
+        let (poles, blocks, order) = Spectrum::beside(&parts);
+        let (mut from_modal, mut to_modal) = [0; 2].map(|_| Matrix::zeros(j.rows, j.rows)).into();
+        let mut first = 0;
+        for (list, part) in groups.iter().zip(&parts) {
+            for (i, &row) in list.iter().enumerate() {
+                from_modal.row_mut(row)[first..first + list.len()]
+                    .copy_from_slice(part.from_modal.row(i));
+                for k in 0..list.len() {
+                    to_modal[(first + k, row)] = part.to_modal[(k, i)];
+                }
+            }
+            first += list.len();
+        }
+        let (from_modal, to_modal) = (from_modal.select_cols(&order), to_modal.select_rows(&order));
+        Some(Spectrum { poles, blocks, from_modal, to_modal })
+    }
+
+    /// The same for coordinates that act on one another.
+    fn of_one(j: &Matrix, symmetric: bool) -> Option<Spectrum> {
         let n = j.rows;
         let size = j.max_abs();
         let mut skewness = 0.0f64;
@@ -166,10 +218,18 @@ impl Spectrum {
                 to_modal: unit,
             })
         };
-        let found = match eigen(j) {
-            Some(found) if backward_error(j, &found) <= OFF => found,
-            _ => return whole(),
+        let Some(found) = eigen(j) else {
+            return whole();
         };
+        let (plain, condition) = Spectrum::from_eigen(&found, Vec::new());
+        if condition < CONDITION {
+            if let Some(sharp) = plain.and_then(|plain| sharpened(j, plain)) {
+                return Some(sharp);
+            }
+        }
+        if backward_error(j, &found) > OFF {
+            return whole();
+        }
         let (found, slow) = match slow_half(j, &found) {
             Some((both, inverse, split)) => (both, Some((inverse, split))),
             None => (found, None),
@@ -187,31 +247,40 @@ impl Spectrum {
         }
     }
 
-    /// From those of two motions.  Blocks come after all poles.
+    /// From those of two motions.
     fn of_scales(scales: &Scales, slow: Spectrum, fast: Spectrum) -> Spectrum {
-        let n = slow.from_modal.cols;
-        let of_poles = |s: &Spectrum| s.blocks.first().map_or(s.from_modal.cols, |b| b.0);
-        let (first, second) = (of_poles(&slow), of_poles(&fast));
-        // where a coordinate of the slow motion goes, and one of the fast motion
-        let placed = |k: usize| if k < first { k } else { k + second };
-        let moved = |k: usize| if k < second { k + first } else { k + n };
-        let mut order = vec![0; n + fast.from_modal.cols];
-        (0..n).for_each(|k| order[placed(k)] = k);
-        (0..fast.from_modal.cols).for_each(|k| order[moved(k)] = n + k);
-        let mut poles = slow.poles;
-        poles.extend(fast.poles.iter().map(|p| Pole { at: moved(p.at), ..*p }));
-        let mut blocks: Vec<_> = slow.blocks.into_iter().map(|(k, b)| (placed(k), b)).collect();
-        blocks.extend(fast.blocks.into_iter().map(|(k, b)| (moved(k), b)));
-        Spectrum {
-            poles,
-            blocks,
-            from_modal: scales.from(&slow.from_modal, &fast.from_modal).select_cols(&order),
-            to_modal: scales.to(&slow.to_modal, &fast.to_modal).select_rows(&order),
+        let from_modal = scales.from(&slow.from_modal, &fast.from_modal);
+        let to_modal = scales.to(&slow.to_modal, &fast.to_modal);
+        let (poles, blocks, order) = Spectrum::beside(&[slow, fast]);
+        let (from_modal, to_modal) = (from_modal.select_cols(&order), to_modal.select_rows(&order));
+        Spectrum { poles, blocks, from_modal, to_modal }
+    }
+
+    /// Poles and blocks of several motions, and which of their coordinates becomes which: blocks come
+    /// after all poles.
+    fn beside(parts: &[Spectrum]) -> (Vec<Pole>, Vec<(usize, Matrix)>, Vec<usize>) {
+        let (mut poles, mut blocks) = (Vec::new(), Vec::new());
+        let (mut order, mut rest, mut first) = (Vec::new(), Vec::new(), 0);
+        for part in parts {
+            let n = part.from_modal.cols;
+            let moving = part.blocks.first().map_or(n, |b| b.0);
+            let at = order.len();
+            poles.extend(part.poles.iter().map(|p| Pole { at: at + p.at, ..*p }));
+            order.extend(first..first + moving);
+            blocks.extend(part.blocks.iter().map(|(k, b)| (rest.len() + k - moving, b.clone())));
+            rest.extend(first + moving..first + n);
+            first += n;
         }
+        blocks.iter_mut().for_each(|(k, _)| *k += order.len());
+        order.extend(rest);
+        (poles, blocks, order)
     }
 
     /// From eigenvectors, and invariant subspaces with their matrices; with the condition of all.
-    fn from_eigen(found: &Eigen, blocks: Vec<(Matrix, Matrix)>) -> (Option<Spectrum>, f64) {
+    pub(super) fn from_eigen(
+        found: &Eigen,
+        blocks: Vec<(Matrix, Matrix)>,
+    ) -> (Option<Spectrum>, f64) {
         let mut from_modal = found.vectors.clone();
         let mut poles = Vec::with_capacity(found.values.len());
         let mut at = 0;
@@ -239,5 +308,36 @@ impl Spectrum {
         let to_modal = factor.solve_refined(&from_modal, &Matrix::identity(from_modal.rows));
         let condition = row_norm(&from_modal) * row_norm(&to_modal);
         (Some(Spectrum { poles, blocks: placed, from_modal, to_modal }), condition)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_that_do_not_meet_share_no_vector() {
+        // an oscillator and two stores of 1e12 times its rates, interlaced
+        let j = Matrix::from_fn(4, 4, |r, c| match (r, c) {
+            (0, 2) => 1.0,
+            (2, 0) => -1.0,
+            (1, 1) | (3, 3) => -1e12,
+            (1, 3) => 4e11,
+            (3, 1) => -3e11,
+            _ => 0.0,
+        });
+        assert_eq!(independent(&j), [vec![0, 2], vec![1, 3]]);
+        let spectrum = Spectrum::new(&j, false).unwrap();
+        for pole in &spectrum.poles {
+            let slow = pole.size() < 2.0;
+            for r in 0..4 {
+                let inside = (r % 2 == 0) == slow;
+                let v = spectrum.from_modal[(r, pole.at)];
+                assert!(inside || v == 0.0);
+            }
+            assert!(!slow || (pole.alpha == 0.0 && (pole.omega - 1.0).abs() < 1e-15));
+        }
+        let one = spectrum.to_modal.times(&spectrum.from_modal);
+        assert!((0..4).all(|k| (one[(k, k)] - 1.0).abs() < 1e-14));
     }
 }
