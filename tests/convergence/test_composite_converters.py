@@ -1,4 +1,4 @@
-"""Converters fed by one another: picofarads beside millifarads, floating rails, many rates in one mode."""
+"""Converters fed by one another: picofarads beside millifarads, floating rails, many rates."""
 
 from __future__ import annotations
 
