@@ -73,6 +73,20 @@ fn residual(j: &Matrix, sizes: &Matrix, spectrum: &Spectrum) -> (Matrix, f64) {
     (to_modal.times(&rest), worst)
 }
 
+/// The part of `P` between the two vectors of a pair: `D` takes the rest of theirs.
+fn within(p: &mut Matrix, found: &Matrix, pair: &Pole) {
+    let (k, n) = (pair.at, pair.at + 1);
+    if pair.omega == 0.0 {
+        return;
+    }
+    let along = 0.25 * (found[(k, k)] - found[(n, n)]) / pair.omega;
+    let across = -0.25 * (found[(k, n)] + found[(n, k)]) / pair.omega;
+    if along.abs().max(across.abs()) <= SMALL {
+        (p[(k, k)], p[(n, n)]) = (across, -across);
+        (p[(k, n)], p[(n, k)]) = (along, along);
+    }
+}
+
 /// `P`, and labels of the poles: those with vectors that are mixed have the same.
 fn corrections(found: &Matrix, poles: &[Pole]) -> (Matrix, Vec<usize>) {
     let mut p = Matrix::zeros(found.rows, found.cols);
@@ -81,7 +95,11 @@ fn corrections(found: &Matrix, poles: &[Pole]) -> (Matrix, Vec<usize>) {
         for (k, b) in poles.iter().enumerate() {
             let (rows, cols) = (places(a), places(b));
             let part = Matrix::from_fn(rows.len(), cols.len(), |r, c| -found[(a.at + r, b.at + c)]);
-            if i == k || part.max_abs() == 0.0 {
+            if part.max_abs() == 0.0 {
+                continue;
+            }
+            if i == k {
+                within(&mut p, found, a);
                 continue;
             }
             let rate = |pole: &Pole| complex(pole.alpha, pole.omega);
