@@ -8,6 +8,12 @@ use super::{ratio, worse, TOLERANCE};
 /// Numbers in a block at which it is judged: what is kept of them fits into a fast cache.
 const FULL: usize = 1 << 12;
 
+/// Rounding of what is stored excuses no more than this part of the terms of the laws of a group, which
+/// would leave nothing to be judged,
+const EXCUSED: f64 = 1e-3;
+/// or of what is at least this part of the largest current.
+const SMALL: f64 = 1e-6;
+
 /// What is known of one point.
 pub struct Point<'a> {
     pub z: &'a [f64],
@@ -85,7 +91,9 @@ impl Auditor {
         if point.after_jump {
             for group in &self.groups {
                 let sum = |list: &[f64]| group.iter().map(|&row| list[row]).sum::<f64>();
-                let found = ratio(sum(error).abs(), sum(scale).max(sum(floor)));
+                let size = sum(scale).max(SMALL * grain.largest[1]);
+                let floor = sum(floor).min(EXCUSED / TOLERANCE * size);
+                let found = ratio(sum(error).abs(), size.max(floor));
                 if worse(found, tied.0) {
                     tied = (found, Some(group[0]));
                 }

@@ -358,6 +358,7 @@ impl Stepper {
             let _ = self.stay(&before, &mut after, once.length);
         }
         self.storage.project(&mut after);
+        let lifted = after.clone();
         if linear {
             // with junctions charges depend on potentials
             self.storage.lower(&before, &mut after);
@@ -371,6 +372,13 @@ impl Stepper {
         let impulses = [0, 1, 2].map(|k| limit(&short[k], long.as_ref().map(|long| &long[k])));
         let length = once.length;
         let span = if twice.is_some() { 0.0 } else { length };
+        if charges.is_none() && self.smooth.is_none() {
+            let mut brought = vec![0.0; before.len()];
+            self.sys.linear.g.mul_add(-1.0, &impulses[0], &mut brought);
+            self.sys.linear.a.mul_add(-1.0, &impulses[1], &mut brought);
+            self.sys.linear.s.mul_add(span, &self.u0, &mut brought);
+            self.storage.charge_lifted(&self.sys.linear.e, &before, &lifted, &brought, &mut after);
+        }
         // what the laws leave open keeps the value it had: densities of impulses are no values
         self.l.copy_from_slice(&multipliers);
         self.z.copy_from_slice(&before);

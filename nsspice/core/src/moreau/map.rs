@@ -4,8 +4,8 @@
 //! slacks of the others) depend affinely on the stored part of the old state and on the sources.
 //! For circuits of up to a few dozen unknowns this is several times cheaper than a triangular solve.
 
+use super::matrices::StepMatrices;
 use super::refine::refine;
-use super::stage::StepMatrices;
 use crate::mlcp::ModeFactor;
 
 /// The affine map of one mode at one step length.

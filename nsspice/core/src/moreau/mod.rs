@@ -12,12 +12,14 @@
 mod aftermath;
 mod clock;
 mod controls;
+mod drowned;
 mod impact_law;
 mod impacts;
 mod instant;
 mod islands;
 mod jumps;
 mod map;
+mod matrices;
 mod motion;
 mod record;
 mod refine;

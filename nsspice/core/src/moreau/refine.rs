@@ -5,7 +5,7 @@
 //! refinement with residuals in twice the working precision (J. H. Wilkinson 1963; T. Ogita,
 //! S. M. Rump, S. Oishi, *Accurate sum and dot product*, SIAM J. Sci. Comput. 26, 2005).
 
-use super::stage::StepMatrices;
+use super::matrices::StepMatrices;
 use crate::mlcp::ModeFactor;
 
 /// A first correction below this part of the largest entry: nothing to refine.

@@ -1,7 +1,8 @@
 //! Steps of systems with smooth nonlinear terms: the same scheme, each step by Newton's method.
 
 use super::clock::evaluate;
-use super::stage::{StepMatrices, System};
+use super::matrices::StepMatrices;
+use super::stage::System;
 use super::stepper::{Failure, Outcome, Stepper};
 use crate::descriptor::Linear;
 use crate::mlcp::{Residual, Start};

@@ -2,8 +2,9 @@
 
 use super::clock::{evaluate, Target};
 use super::impacts::Cut;
+use super::matrices::Ends;
 use super::record::Quantities;
-use super::stage::{Ends, Stage, ROUNDED};
+use super::stage::{Stage, ROUNDED};
 use super::stepper::{Failure, Large, Outcome, Stepper};
 use crate::mlcp::{Residual, Role, Start};
 use crate::switch::ROUNDING;
@@ -248,6 +249,9 @@ impl Stepper {
         if self.smooth.is_some() || self.stages[k].length.is_infinite() {
             return;
         }
+        if self.solve_with_sums(k, Ends { z0: base, u0, u1 }) {
+            return;
+        }
         let n = self.z.len();
         self.x[..n].copy_from_slice(&self.z);
         self.x[n..].copy_from_slice(&self.l);
@@ -277,7 +281,7 @@ impl Stepper {
     }
 
     /// Whether `x` satisfies the laws of the present mode with the right-hand side `rhs`.
-    fn signs_hold(&mut self, k: usize) -> bool {
+    pub(super) fn signs_hold(&mut self, k: usize) -> bool {
         let stage = &mut self.stages[k];
         let (z, guards) = self.x.split_at(self.z.len());
         multipliers(guards, &self.active, &mut self.w);
@@ -561,7 +565,7 @@ impl Stepper {
 }
 
 /// Multipliers from guards: those of inactive pairs vanish.
-fn multipliers(guards: &[f64], active: &[bool], l: &mut [f64]) {
+pub(super) fn multipliers(guards: &[f64], active: &[bool], l: &mut [f64]) {
     for ((l, &guard), &active) in l.iter_mut().zip(guards).zip(active) {
         *l = if active { guard } else { 0.0 };
     }

@@ -3,13 +3,14 @@
 //! Beside `E/h` what such nodes conduct drowns in rounding: the tie of 1 GOhm that gives an isolated
 //! secondary its potential is nothing beside 100 uF in steps of a nanosecond.  In the sum of the laws
 //! of all nodes of a group nothing is stored, so that it holds what conducts to its own digits.  It
-//! takes the place of the law of the first node, see `floating.rs`.
+//! takes the place of the law of one node, see `floating.rs`.
 
-use super::stage::{Ends, StepMatrices, OPEN};
+use super::matrices::{Ends, StepMatrices, OPEN};
 use crate::dense::DenseLu;
-use crate::descriptor::Linear;
+use crate::descriptor::{stored_groups, Linear};
 use crate::floating::Floating;
 use crate::sparse::Csc;
+use crate::union_find::UnionFind;
 
 /// Entries of a sum below this part of their terms are rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
@@ -31,6 +32,8 @@ pub struct Sums {
     sums: Vec<Sum>,
     /// the largest capacitance and the least conductance, to ground or between nodes [F, S]
     extremes: [f64; 2],
+    /// modes may leave something open, which stays where it is
+    open: bool,
 }
 
 /// The factored equations of a mode with sums.
@@ -38,26 +41,38 @@ pub struct SummedMode {
     lu: DenseLu,
     /// factors of its rows and of its columns
     scales: [Vec<f64>; 2],
+    /// nodes of which nothing is told, that stay where they are
+    pinned: Vec<usize>,
 }
 
 impl Sums {
-    /// Those of a system, if it has any.
-    pub fn new(linear: &Linear) -> Option<Sums> {
+    /// Those of a system for the groups of `floating.rs`, if it has any: for modes that are regular but for
+    /// rounding.
+    pub fn floating(linear: &Linear) -> Option<Sums> {
+        let floating = Floating::new(&linear.e, &linear.g, &linear.row_kind);
+        Sums::new(linear, floating.groups().to_vec(), false)
+    }
+
+    /// The same for all groups that have one, and for all modes.
+    pub fn tied(linear: &Linear) -> Option<Sums> {
+        Sums::new(linear, groups(linear), true)
+    }
+
+    fn new(linear: &Linear, groups: Vec<Vec<usize>>, open: bool) -> Option<Sums> {
         let (n, m, _) = linear.sizes();
         if n + m > OPEN {
             return None; // sparse factors, which the sums would fill
         }
-        let floating = Floating::new(&linear.e, &linear.g, &linear.row_kind);
-        let sums = floating.groups().iter().map(|rows| Sum {
-            g: total(&linear.g, rows),
-            a: total(&linear.a, rows),
-            s: total(&linear.s, rows),
-            rows: rows.clone(),
+        let sums = groups.into_iter().map(|rows| Sum {
+            g: total(&linear.g, &rows),
+            a: total(&linear.a, &rows),
+            s: total(&linear.s, &rows),
+            rows,
         });
         let sums: Vec<Sum> = sums.collect();
         let extremes =
             [linear.e.values.iter().fold(0.0, |a: f64, v| a.max(v.abs())), least(linear)];
-        (!sums.is_empty()).then_some(Sums { sums, extremes })
+        (!sums.is_empty()).then_some(Sums { sums, extremes, open })
     }
 
     /// Whether in steps of this length [s] what is stored may hide what conducts.
@@ -81,11 +96,13 @@ impl Sums {
         }
         let a = matrices.a_rows.iter().filter(|e| !summed(e.1));
         entries.extend(a.map(|(c, r, v)| (r, n + c, v)));
-        for sum in &self.sums {
+        let on = |pair: &usize| active[*pair];
+        let pinned = if self.open { self.left_open(active) } else { Vec::new() };
+        entries.extend(pinned.iter().map(|&row| (row, row, 1.0)));
+        for sum in self.sums.iter().filter(|sum| !pinned.contains(&sum.rows[0])) {
             entries.extend(sum.g.iter().map(|&(c, v)| (sum.rows[0], c, v)));
             entries.extend(sum.a.iter().map(|&(c, v)| (sum.rows[0], n + c, v)));
         }
-        let on = |pair: &usize| active[*pair];
         entries.extend(matrices.b_rows.iter().filter(|e| on(&e.1)).map(|(c, r, v)| (n + r, c, -v)));
         entries
             .extend(matrices.d_rows.iter().filter(|e| on(&e.1)).map(|(c, r, v)| (n + r, n + c, v)));
@@ -94,13 +111,41 @@ impl Sums {
         entries.iter().for_each(|&(r, c, v)| largest[r] = largest[r].max((v * scale[c]).abs()));
         let rows: Vec<f64> = largest.iter().map(|v| if *v > 0.0 { 1.0 / v } else { 1.0 }).collect();
         let mut lu = DenseLu::default();
+        lu.set_hold(if self.open { 1.0 } else { 0.0 });
         lu.factor_by(size, |lu| {
             lu.fill(0.0);
             for (r, c, v) in entries {
                 lu[c * size + r] += rows[r] * v * scale[c];
             }
         });
-        lu.singular().is_none().then(|| SummedMode { lu, scales: [rows, scale.to_vec()] })
+        lu.singular().is_none().then(|| SummedMode { lu, scales: [rows, scale.to_vec()], pinned })
+    }
+
+    /// A node of each part that nothing but conducting pairs connects, and these only inside: the law of the
+    /// whole part says nothing, and its potential is open.
+    fn left_open(&self, active: &[bool]) -> Vec<usize> {
+        let parts = || self.sums.iter().enumerate().filter(|(_, sum)| sum.g.is_empty());
+        let mut together = UnionFind::new(self.sums.len());
+        let mut tied: Vec<bool> = self.sums.iter().map(|sum| !sum.s.is_empty()).collect();
+        for pair in (0..active.len()).filter(|&pair| active[pair]) {
+            let at = |sum: &Sum| sum.a.iter().find(|e| e.0 == pair).map(|e| e.1);
+            let ends: Vec<(usize, f64)> =
+                parts().filter_map(|(k, sum)| Some((k, at(sum)?))).collect();
+            match ends[..] {
+                [(a, into), (b, out)] if into == -out => _ = together.join(a, b),
+                _ => ends.iter().for_each(|&(k, _)| tied[k] = true),
+            }
+        }
+        let tied: Vec<usize> =
+            (0..tied.len()).filter(|&k| tied[k]).map(|k| together.root(k)).collect();
+        let open = parts().filter(|&(k, _)| together.root(k) == k && !tied.contains(&k));
+        open.map(|(_, sum)| sum.rows[0]).collect()
+    }
+
+    /// The largest current by which a point misses the sums.
+    pub fn missed(&self, z: &[f64], l: &[f64], u: &[f64]) -> f64 {
+        let of = |sum: &Sum| dot(&sum.s, u) - dot(&sum.g, z) - dot(&sum.a, l);
+        self.sums.iter().map(|sum| of(sum).abs()).fold(0.0, f64::max)
     }
 
     /// Puts the sums of the right-hand side for an increment in their places.
@@ -111,10 +156,17 @@ impl Sums {
     }
 
     /// Puts the residuals of sums in their places: `x = [z; l]` with a right-hand side of sums.
-    pub fn residual(&self, rhs: &[f64], (z, l): (&[f64], &[f64]), out: &mut [f64]) {
+    pub fn residual(
+        &self,
+        mode: &SummedMode,
+        rhs: &[f64],
+        (z, l): (&[f64], &[f64]),
+        out: &mut [f64],
+    ) {
         for sum in &self.sums {
             let row = sum.rows[0];
-            out[row] = rhs[row] - dot(&sum.g, z) - dot(&sum.a, l);
+            let open = mode.pinned.contains(&row);
+            out[row] = if open { 0.0 } else { rhs[row] - dot(&sum.g, z) - dot(&sum.a, l) };
         }
     }
 }
@@ -129,6 +181,26 @@ impl SummedMode {
         }
         x.iter_mut().zip(columns).for_each(|(x, scale)| *x *= scale);
     }
+}
+
+/// Groups of nodes, each with the one first whose law gives way to the sum, so that all of them are
+/// independent: those of `floating.rs`, and in these all that only capacitors tie together.  A coil in
+/// series with a capacitor ends at such nodes, and its current drowns like any other.
+fn groups(linear: &Linear) -> Vec<Vec<usize>> {
+    let floating = Floating::new(&linear.e, &linear.g, &linear.row_kind);
+    let [mut tied, _] = stored_groups(&linear.e);
+    tied.retain(|rows| rows.len() > 1 && rows.iter().all(|&row| linear.row_kind[row] == 0));
+    let mut outer = floating.groups().to_vec();
+    for rows in &mut outer {
+        let inside = |row: usize| tied.iter().position(|group| group.contains(&row));
+        match rows.iter().position(|&row| inside(row).is_none()) {
+            Some(free) => rows.swap(0, free),
+            // their sums make up that of the whole
+            None => _ = inside(rows[0]).map(|group| tied.swap_remove(group)),
+        }
+    }
+    outer.extend(tied);
+    outer
 }
 
 /// The least conductance between two nodes or to ground [S].

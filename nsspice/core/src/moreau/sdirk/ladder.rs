@@ -1,6 +1,7 @@
 //! Matrices of the step lengths in use, and the stage equations of a fixed mode.
 
-use super::super::stage::{Ends, Probe, Stage, OPEN, ROUNDED};
+use super::super::matrices::{Ends, OPEN};
+use super::super::stage::{Probe, Stage, ROUNDED};
 use super::super::step::ACCEPT;
 use super::super::stepper::Stepper;
 use super::super::sums::Sums;
@@ -111,7 +112,11 @@ impl Ladder {
             resistance: 1.0,
             finest: FINEST * relative,
             deepest: RUNGS - 1,
-            sums: if s.smooth.is_some() { None } else { Sums::new(&s.sys.linear).map(Arc::new) },
+            sums: if s.smooth.is_some() {
+                None
+            } else {
+                Sums::floating(&s.sys.linear).map(Arc::new)
+            },
             made: 0,
             stored,
             met: Vec::new(),
@@ -175,8 +180,8 @@ impl Ladder {
                 }
             }
             let mut stage = Stage::new(&s.sys, self.stage_length(level), true, &s.constants);
-            let matters = self.finest < DIGITS / SMALL || level >= SHORT;
             stage.sums = self.sums.clone().filter(|sums| sums.needed(stage.length));
+            let matters = self.finest < DIGITS / SMALL || level >= SHORT;
             if matters || stage.sums.is_some() {
                 stage.probe = Some(self.probe(s, matters));
             }

@@ -1,7 +1,7 @@
 //! Behind an event: the next mode; and single implicit steps over what cannot be located.
 
 use super::super::clock::evaluate;
-use super::super::stage::OPEN;
+use super::super::matrices::OPEN;
 use super::super::stepper::{Failure, Stepper};
 use super::super::turns::Turn;
 use super::ladder::SMALL;
