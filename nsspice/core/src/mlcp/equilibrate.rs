@@ -7,11 +7,16 @@ const SWEEPS: usize = 12;
 /// Steps of the conjugate gradient iteration; the exact minimum is not needed.
 const GRADIENT_STEPS: usize = 25;
 
+/// Row, column and size of an entry that is not zero.
+type Entry = (u32, u32, f64);
+
 /// Factors `d`, powers of two, equal for row i and column i, that bring the entries of
 /// `diag(d) matrix diag(d)` near one: first all of them on average, then the largest of each row.
 pub(crate) fn equilibrate(matrix: &Csc) -> Vec<f64> {
-    let mut d = level(matrix);
-    ruiz(matrix, &mut d);
+    let entries = matrix.iter().filter(|e| e.2 != 0.0);
+    let entries: Vec<_> = entries.map(|(r, c, v)| (r as u32, c as u32, v.abs())).collect();
+    let mut d = level(matrix.nrows, &entries);
+    ruiz(&entries, &mut d);
     for f in &mut d {
         *f = f.log2().round().clamp(-250.0, 250.0).exp2();
     }
@@ -23,13 +28,9 @@ pub(crate) fn equilibrate(matrix: &Csc) -> Vec<f64> {
 ///
 /// Equations like `i = C/h v` and `v1 - v2 = 0` leave free how large currents are against
 /// voltages; this spreads the impedance level of one element over those joined by factors of one.
-fn level(matrix: &Csc) -> Vec<f64> {
-    let n = matrix.nrows;
-    let entries: Vec<(u32, u32, f64)> = matrix
-        .iter()
-        .filter(|e| e.2 != 0.0 && e.2.is_finite())
-        .map(|(r, c, v)| (r as u32, c as u32, v.abs().ln()))
-        .collect();
+fn level(n: usize, entries: &[Entry]) -> Vec<f64> {
+    let finite = entries.iter().filter(|e| e.2.is_finite());
+    let entries: Vec<Entry> = finite.map(|&(r, c, size)| (r, c, size.ln())).collect();
     let mut degree = vec![0.0f64; n];
     let mut residual = vec![0.0f64; n];
     for &(r, c, log) in &entries {
@@ -75,12 +76,13 @@ fn level(matrix: &Csc) -> Vec<f64> {
 
 /// Ruiz' iteration: the largest entry of each row and column comes near one.  Rows and columns
 /// without entries keep their factor.
-fn ruiz(matrix: &Csc, d: &mut [f64]) {
-    let mut largest = vec![0.0f64; matrix.nrows];
+fn ruiz(entries: &[Entry], d: &mut [f64]) {
+    let mut largest = vec![0.0f64; d.len()];
     for _ in 0..SWEEPS {
         largest.fill(0.0);
-        for (r, c, v) in matrix.iter() {
-            let size = (d[r] * v * d[c]).abs();
+        for &(r, c, size) in entries {
+            let (r, c) = (r as usize, c as usize);
+            let size = d[r] * size * d[c];
             largest[r] = largest[r].max(size);
             largest[c] = largest[c].max(size);
         }
