@@ -109,7 +109,7 @@ impl Factor {
     }
 
     /// The dense factors, if these are.
-    pub fn dense(&mut self) -> Option<&mut DenseLu> {
+    pub fn dense(&self) -> Option<&DenseLu> {
         match self {
             Factor::Dense(f) => Some(f),
             Factor::Sparse(_) => None,

@@ -7,13 +7,13 @@ use super::rank_one;
 /// Defines a function by one or two of the same arguments: what it is where there are registers of
 /// four numbers, compiled for them, and what it is elsewhere.
 macro_rules! widest {
-    ($(#[$doc:meta])* $visible:vis fn $name:ident $(<const $flag:ident: bool>)?
+    ($(#[$doc:meta])* $visible:vis fn $name:ident $(<const $flag:ident: $of:ty>)?
      ($($arg:ident: $kind:ty),* $(,)?) $(-> $out:ty)? = $wide:expr, $narrow:expr) => {
         $(#[$doc])*
-        $visible fn $name $(<const $flag: bool>)? ($($arg: $kind),*) $(-> $out)? {
+        $visible fn $name $(<const $flag: $of>)? ($($arg: $kind),*) $(-> $out)? {
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx2,fma")]
-            fn wide $(<const $flag: bool>)? ($($arg: $kind),*) $(-> $out)? {
+            fn wide $(<const $flag: $of>)? ($($arg: $kind),*) $(-> $out)? {
                 $wide
             }
             #[cfg(target_arch = "x86_64")]
@@ -23,12 +23,21 @@ macro_rules! widest {
                 // SAFETY: the processor has just been asked
                 return unsafe { wide $(::<$flag>)? ($($arg),*) };
             }
-            $narrow
+            // out of line: callers would prepare for its loops each time
+            #[cfg_attr(target_arch = "x86_64", cold)]
+            #[inline(never)]
+            fn narrow $(<const $flag: $of>)? ($($arg: $kind),*) $(-> $out)? {
+                $narrow
+            }
+            narrow $(::<$flag>)? ($($arg),*)
         }
     };
-    ($(#[$doc:meta])* $visible:vis fn $name:ident ($($arg:ident: $kind:ty),* $(,)?)
-     $(-> $out:ty)? = $both:expr) => {
-        widest! { $(#[$doc])* $visible fn $name($($arg: $kind),*) $(-> $out)? = $both, $both }
+    ($(#[$doc:meta])* $visible:vis fn $name:ident $(<const $flag:ident: $of:ty>)?
+     ($($arg:ident: $kind:ty),* $(,)?) $(-> $out:ty)? = $both:expr) => {
+        widest! {
+            $(#[$doc])*
+            $visible fn $name $(<const $flag: $of>)? ($($arg: $kind),*) $(-> $out)? = $both, $both
+        }
     };
 }
 

@@ -71,6 +71,8 @@ pub struct Equations {
     pub(super) pattern: Csc,
     /// E in the same pattern
     pub(super) storage: Vec<f64>,
+    /// the same as rows, columns and values
+    pub(super) stored: Vec<(u32, u32, f64)>,
     pub(super) entries: Vec<Entry>,
     pub(super) terms: Vec<Term>,
     pub(super) row_kind: Vec<u8>,
@@ -175,9 +177,10 @@ impl Equations {
             (pattern.colptr[c] + k) as u32
         };
         let mut storage = vec![0.0; pattern.values.len()];
-        for (r, c, v) in stored {
+        for &(r, c, v) in &stored {
             storage[place(r, c) as usize] += v;
         }
+        let stored = stored.into_iter().filter(|e| e.2 != 0.0);
         let entries: Vec<Entry> = positions
             .iter()
             .map(|&(t, j, slot)| Entry {
@@ -241,6 +244,7 @@ impl Equations {
             ordering: Arc::new(ordering(&full, m)),
             pattern,
             storage,
+            stored: stored.map(|(r, c, v)| (r as u32, c as u32, v)).collect(),
             entries,
             terms,
             row_kind: row_kind.to_vec(),

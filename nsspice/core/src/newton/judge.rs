@@ -1,6 +1,7 @@
 //! How far a point is from solving the equations, free of units and of scale.
 
 use super::equations::{Equations, FOUR};
+use super::laws::SMALL;
 use super::linear::Assembly;
 use crate::dense::{each, widest};
 use crate::mlcp::{Residual, Role};
@@ -17,32 +18,15 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 const NOTHING: f64 = 0.5 * f64::EPSILON;
 
 widest! {
-    fn balance(
-        assembly: &Assembly,
-        values: &[f64],
-        right: &[f64],
-        x: &[f64],
-        out: &mut Balance,
-    ) =
-        out.compute_any(assembly, values, right, x)
-}
-
-widest! {
-    fn judge_rows(
-        balance: &mut Balance,
-        eq: &Equations,
-        assembly: &Assembly,
-        tape: &Tape,
-        x: &[f64],
-    ) -> Rows =
-        balance.rows(eq, assembly, tape, x)
+    /// See [`Balance::shares`].
+    fn shares<const B: usize>(balance: &mut Balance, eq: &Equations, x: &[f64]) -> Shares =
+        balance.shares::<B>(eq, x)
 }
 
 /// What the rows of the unknowns say.
-struct Rows {
-    /// largest relative violation, and where
-    worst: f64,
-    row: usize,
+struct Shares {
+    /// the largest
+    top: f64,
     /// largest node voltage
     node: f64,
 }
@@ -53,7 +37,9 @@ pub(super) struct Balance {
     pub defect: Vec<f64>,
     /// sum of the sizes of the terms
     pub terms: Vec<f64>,
-    /// their quotients
+    /// the same, but no less than what rounds the unknowns
+    sizes: Vec<f64>,
+    /// defects as parts of these
     shares: Vec<f64>,
     /// sizes of the entries of multipliers that are not zero
     carried: Vec<f64>,
@@ -68,40 +54,28 @@ pub(super) struct Judgement {
     pub worst_row: usize,
 }
 
+/// The larger of two numbers by a comparison, which passes over NaN as `max` does and costs less.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b {
+        a
+    } else {
+        b
+    }
+}
+
 impl Balance {
     /// Room for the rows of `eq`, a whole number of fours.
     pub fn new(eq: &Equations) -> Balance {
         let zeros = vec![0.0; eq.padded()];
-        let [defect, terms, shares, carried] = [(); 4].map(|()| zeros.clone());
-        Balance { defect, terms, shares, carried, lenient: false }
+        let [defect, terms, sizes, shares, carried] = [(); 5].map(|()| zeros.clone());
+        Balance { defect, terms, sizes, shares, carried, lenient: false }
     }
 
     /// Computes both at `x = [z; l]` from the last evaluation of the tape.
     pub fn compute(&mut self, assembly: &Assembly, tape: &Tape, right: &[f64], x: &[f64]) {
-        balance(assembly, tape.registers(), right, x, self);
-    }
-
-    #[inline(always)]
-    fn compute_any(&mut self, assembly: &Assembly, values: &[f64], right: &[f64], x: &[f64]) {
-        let (defects, sizes) = (self.defect.as_chunks_mut().0, self.terms.as_chunks_mut().0);
-        let rows = right.as_chunks::<FOUR>().0.iter().zip(defects).zip(sizes);
-        for (b, ((right, defect), size)) in rows.enumerate() {
-            let (mut d, mut sum) = (*right, right.map(f64::abs));
-            let mut subtract = |v: &[f64; FOUR], x: f64| {
-                for i in 0..FOUR {
-                    let term = v[i] * x;
-                    d[i] -= term;
-                    sum[i] += term.abs();
-                }
-            };
-            for (c, v) in assembly.rows.row(b) {
-                subtract(v, x[*c as usize]);
-            }
-            for (k, c) in assembly.terms.row(b) {
-                subtract(c, values[*k as usize]);
-            }
-            (*defect, *size) = (d, sum);
-        }
+        let Balance { defect, terms, .. } = self;
+        assembly.laws.balance(tape.registers(), right, x, defect, terms);
     }
 
     /// Size of what the functions make of the unknowns in a row: in steep functions, how far its
@@ -112,12 +86,12 @@ impl Balance {
         entries.map(|e| (e.factor * slopes[e.slot as usize] * x[e.column as usize]).abs()).sum()
     }
 
-    /// Relative violations of the rows of the unknowns.
+    /// Relative violations of the rows of the unknowns, `B` blocks of four, or all there are if that is 0.
     #[inline(always)]
-    fn rows(&mut self, eq: &Equations, assembly: &Assembly, tape: &Tape, x: &[f64]) -> Rows {
-        // comparisons, which pass over NaN as `max` does and cost less
-        let larger = |a: f64, b: f64| if a > b { a } else { b };
-        let (terms, defects) = (self.terms.as_chunks::<FOUR>().0, self.defect.as_chunks().0);
+    fn shares<const B: usize>(&mut self, eq: &Equations, x: &[f64]) -> Shares {
+        let blocks = if B > 0 { B } else { eq.reach.len() };
+        let terms = &self.terms.as_chunks::<FOUR>().0[..blocks];
+        let defects = &self.defect.as_chunks::<FOUR>().0[..blocks];
         let of = |list: &[u32]| list.iter().fold(0.0f64, |v, &i| larger(x[i as usize].abs(), v));
         let (node, branch) = (of(&eq.nodes), of(&eq.branches));
         let mut current = branch;
@@ -136,60 +110,61 @@ impl Balance {
                 rows.iter().zip(values).for_each(|(&row, v)| self.carried[row] += v.abs());
             }
         }
-        let carried = &self.carried;
-        let floor = |reach: &[[f64; FOUR]; 2], row: usize| {
-            let i = row % FOUR;
-            FLOOR * (reach[0][i] * node + reach[1][i] * branch + carried[row] * current)
-        };
-        let shares = self.shares.as_chunks_mut::<FOUR>().0;
+        let carried = &self.carried.as_chunks::<FOUR>().0[..blocks];
+        let (reach, laws) = (&eq.reach[..blocks], &eq.laws[..blocks]);
+        let sizes = &mut self.sizes.as_chunks_mut::<FOUR>().0[..blocks];
+        let shares = &mut self.shares.as_chunks_mut::<FOUR>().0[..blocks];
         let mut top = [0.0f64; FOUR];
-        for (b, ((((share, term), defect), reach), laws)) in
-            shares.iter_mut().zip(terms).zip(defects).zip(&eq.reach).zip(&eq.laws).enumerate()
-        {
-            let defect: &[f64; FOUR] = defect;
-            let size: [f64; FOUR] = each(|i| larger(term[i], floor(reach, FOUR * b + i)));
-            let counted: [f64; FOUR] = each(|i| laws[i] * defect[i].abs());
+        for b in 0..blocks {
+            let floor: [f64; FOUR] = each(|i| {
+                let [voltages, currents] = [reach[b][0][i] * node, reach[b][1][i] * branch];
+                FLOOR * (voltages + currents + carried[b][i] * current)
+            });
+            let size = each(|i| larger(larger(terms[b][i], floor[i]), f64::MIN_POSITIVE));
             // nothing is no part of nothing, and NaN no number
-            let ratio: [f64; FOUR] = each(|i| counted[i] / larger(size[i], f64::MIN_POSITIVE));
+            let ratio: [f64; FOUR] = each(|i| laws[b][i] * defects[b][i].abs() / size[i]);
             let ratio = each(|i| if ratio[i] < f64::INFINITY { ratio[i] } else { f64::INFINITY });
             top = each(|i| larger(ratio[i], top[i]));
-            *share = ratio;
+            (sizes[b], shares[b]) = (size, ratio);
         }
-        let mut out = Rows { worst: 0.0, row: 0, node };
-        let top = larger(larger(top[0], top[1]), larger(top[2], top[3]));
-        if top <= NOTHING {
-            return out;
-        }
-        // the largest first: most others need no look then
+        Shares { top: larger(larger(top[0], top[1]), larger(top[2], top[3])), node }
+    }
+
+    /// The largest violation without what rounding may do, and where; `top` is that with it.
+    fn worst(
+        &self,
+        eq: &Equations,
+        assembly: &Assembly,
+        tape: &Tape,
+        x: &[f64],
+        top: f64,
+    ) -> (f64, usize) {
         let shares = &self.shares[..eq.n];
-        let first = shares.iter().position(|s| *s == top).unwrap_or(0);
         let ratio = |i: usize| {
             let excess = self.defect[i].abs() - ROUNDING * Self::steepness(assembly, tape, x, i);
-            if excess <= 0.0 {
-                return 0.0;
-            }
-            let ratio = excess / larger(self.terms[i], floor(&eq.reach[i / FOUR], i));
-            if ratio.is_finite() {
+            let ratio = if excess <= 0.0 { 0.0 } else { excess / self.sizes[i] };
+            if ratio < f64::INFINITY {
                 ratio
             } else {
                 f64::INFINITY
             }
         };
-        (out.worst, out.row) = (ratio(first), first);
-        let mut known = larger(out.worst, NOTHING);
+        // the largest first: most others need no look then
+        let first = shares.iter().position(|s| *s == top).unwrap_or(0);
+        let mut worst = (ratio(first), first);
         for (i, &share) in shares.iter().enumerate() {
-            if share > known && i != first {
+            if share > larger(worst.0, NOTHING) && i != first {
                 let ratio = ratio(i);
-                if ratio > out.worst {
-                    (out.worst, out.row) = (ratio, i);
-                    known = larger(ratio, NOTHING);
+                if ratio > worst.0 {
+                    worst = (ratio, i);
                 }
             }
         }
-        out
+        worst
     }
 
-    /// Relative violations of rows and pairs.
+    /// Relative violations of rows and pairs.  Below `enough` those of rows may be too large by what rounding
+    /// does to steep functions.
     pub fn judge(
         &mut self,
         eq: &Equations,
@@ -197,8 +172,22 @@ impl Balance {
         tape: &Tape,
         roles: &[Role],
         x: &[f64],
+        enough: f64,
     ) -> Judgement {
-        let Rows { worst: rows, row: worst_row, node } = judge_rows(self, eq, assembly, tape, x);
+        let Shares { top, node } = match eq.reach.len() {
+            1 => shares::<1>(self, eq, x),
+            2 => shares::<2>(self, eq, x),
+            3 => shares::<3>(self, eq, x),
+            SMALL => shares::<SMALL>(self, eq, x),
+            _ => shares::<0>(self, eq, x),
+        };
+        let (rows, worst_row) = if top <= NOTHING {
+            (0.0, 0)
+        } else if top <= enough {
+            (top, 0)
+        } else {
+            self.worst(eq, assembly, tape, x, top)
+        };
         let (n, terms, defect) = (eq.n, &self.terms, &self.defect);
         if roles.is_empty() {
             let residual = Residual { rows, complementarity: 0.0 };

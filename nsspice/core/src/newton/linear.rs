@@ -1,17 +1,20 @@
 //! The linearised problem: Jacobian of a mode, factored anew when values or mode change.
 
-use super::direct::Direct;
-use super::equations::{Equations, Part, FOUR};
+use super::direct::{Direct, MOST};
+use super::equations::{Equations, Part};
+use super::laws::Laws;
 use crate::linear::{Factor, SURVIVES};
 use crate::mlcp::equilibrate;
 use crate::sparse::Csc;
-use std::collections::BTreeMap;
 
 /// Conductances below this part of the usual one do not count in the scaling.
 const NOTHING: f64 = 1e-18;
 /// Largest scaled entry with which open columns are told from small ones; a column whose entries are below
 /// its inverse looks open, too, if it was scaled while a junction conducted far more.
 const BADLY_SCALED: f64 = 1e6;
+
+/// Modes for which the order of pivots is kept.
+const MODES: usize = 8;
 
 /// Lists, one after the other.
 pub(super) struct Rows<T> {
@@ -21,7 +24,7 @@ pub(super) struct Rows<T> {
 
 impl<T> Rows<T> {
     /// Gathers items by their rows, in the order in which they come.
-    fn new(count: usize, items: impl Iterator<Item = (usize, T)>) -> Rows<T> {
+    pub fn new(count: usize, items: impl Iterator<Item = (usize, T)>) -> Rows<T> {
         let mut items: Vec<(usize, T)> = items.collect();
         items.sort_by_key(|i| i.0);
         let start = (0..=count).map(|r| items.partition_point(|i| i.0 < r) as u32).collect();
@@ -32,18 +35,6 @@ impl<T> Rows<T> {
     pub fn row(&self, r: usize) -> &[T] {
         &self.list[self.start[r] as usize..self.start[r + 1] as usize]
     }
-}
-
-/// Gathers entries (row, column, value) that are not zero by four rows.
-fn in_fours(
-    size: usize,
-    entries: impl Iterator<Item = (usize, u32, f64)>,
-) -> Rows<(u32, [f64; FOUR])> {
-    let mut blocks: BTreeMap<(usize, u32), [f64; FOUR]> = BTreeMap::new();
-    for (r, c, v) in entries.filter(|e| e.2 != 0.0) {
-        blocks.entry((r / FOUR, c)).or_default()[r % FOUR] += v;
-    }
-    Rows::new(size.div_ceil(FOUR), blocks.into_iter().map(|((b, c), v)| (b, (c, v))))
 }
 
 /// A derivative `df/dz_j` in one entry of the Jacobian.
@@ -64,10 +55,8 @@ pub(super) struct Assembly {
     pub stamp: u64,
     /// `[[rate E + G, A], [-B, D]]`
     pub linear: Csc,
-    /// the same by four rows: columns in which something stands
-    pub rows: Rows<(u32, [f64; FOUR])>,
-    /// registers of the functions in each four rows, with their coefficients
-    pub terms: Rows<(u32, [f64; FOUR])>,
+    /// the same and the functions, as sums of terms
+    pub laws: Laws,
     /// derivatives in each row
     pub entries: Rows<Derivative>,
     /// the Jacobian with all pairs active, unscaled
@@ -90,13 +79,15 @@ pub(super) struct Assembly {
     weight: Vec<f64>,
     jacobian: Csc,
     factor: Option<Factor>,
-    /// the shorter way to dense factors, and whether it was taken last
-    direct: Option<Direct>,
-    directly: bool,
+    /// the shorter way to small factors in some modes, and by which of them it was taken last
+    direct: Vec<Direct>,
+    directly: Option<usize>,
     /// columns in which the scaled Jacobian has changed
     dirty: Vec<usize>,
     /// what its factors hold
     hold: f64,
+    /// the mode factored last
+    active: Vec<bool>,
 }
 
 impl Assembly {
@@ -112,14 +103,7 @@ impl Assembly {
         Assembly {
             rate,
             stamp: 0,
-            rows: in_fours(eq.size(), linear.iter().map(|(r, c, v)| (r, c as u32, v))),
-            terms: in_fours(
-                eq.size(),
-                eq.terms
-                    .iter()
-                    .filter(|t| t.part != Part::Law)
-                    .map(|t| (t.row as usize, t.register, coefficient(t.f, t.q))),
-            ),
+            laws: Laws::new(eq, &linear, coefficient),
             entries: Rows::new(
                 eq.n,
                 eq.entries
@@ -144,10 +128,11 @@ impl Assembly {
             jacobian: linear.clone(),
             linear,
             factor: None,
-            direct: None,
-            directly: false,
+            direct: Vec::new(),
+            directly: None,
             dirty: Vec::new(),
             hold: 0.0,
+            active: vec![false; eq.m],
         }
     }
 
@@ -162,9 +147,9 @@ impl Assembly {
         self.open = false;
     }
 
-    /// Whether some Jacobian has been factored and not scaled anew since.
-    pub fn factored(&self) -> bool {
-        self.factor.is_some()
+    /// Whether some Jacobian of this mode has been factored, none of another since, and nothing scaled anew.
+    pub fn factored(&self, active: &[bool]) -> bool {
+        self.factor.is_some() && self.active == active
     }
 
     /// Adds the derivatives of the functions to the linear part.
@@ -223,23 +208,44 @@ impl Assembly {
         self.steady = false;
         self.scalings += 1;
         self.factor = None;
-        self.direct = None;
+        self.direct.clear();
+        self.directly = None;
     }
 
     /// Whether `factorise_directly` may serve.
     pub fn is_direct(&self) -> bool {
-        self.scaled && !self.open && matches!(self.factor, Some(Factor::Dense(_)))
+        self.scaled && !self.open && self.factor.is_some() && self.linear.ncols <= MOST
     }
 
     /// Factors the Jacobian with these derivatives in a mode, without `linearise`; false if it is
-    /// singular.
+    /// singular, or the pivots found last do not serve.
     pub fn factorise_directly(&mut self, eq: &Equations, slopes: &[f64], active: &[bool]) -> bool {
-        let Some(factor) = self.factor.as_mut().and_then(Factor::dense) else { return false };
-        let direct = self.direct.get_or_insert_with(|| {
-            Direct::new(eq, &self.linear.values, &self.weight, &self.entries.list)
-        });
-        self.directly = true;
-        direct.factorise(eq, slopes, active, factor)
+        self.directly = self.direct.iter().position(|direct| direct.mode() == active);
+        let k = match self.directly {
+            Some(k) => k,
+            None if self.active == active => {
+                let Some(factor) = self.factor.as_ref().and_then(Factor::dense) else {
+                    return false;
+                };
+                let scales = [&self.row_scale[..], &self.scale];
+                let parts = (&self.linear.values[..], &self.entries.list[..]);
+                let direct = Direct::new(eq, parts, &self.weight, scales, factor, active);
+                if self.direct.len() >= MODES {
+                    self.direct.clear();
+                }
+                self.direct.push(direct);
+                self.direct.len() - 1
+            }
+            None => return false,
+        };
+        self.active.copy_from_slice(active);
+        if self.direct[k].factorise(slopes) {
+            self.directly = Some(k);
+            return true;
+        }
+        self.direct.swap_remove(k); // the next factors will tell a better order
+        self.directly = None;
+        false
     }
 
     /// Factors the present Jacobian in a mode; what it leaves open is held with the pivot `hold`.
@@ -287,6 +293,7 @@ impl Assembly {
     }
 
     fn try_factorise(&mut self, eq: &Equations, active: &[bool], hold: f64) -> bool {
+        self.active.copy_from_slice(active);
         let [largest, least] = self.fill();
         if hold > 0.0 && (largest > BADLY_SCALED || BADLY_SCALED * least < 1.0) {
             self.rescale(eq);
@@ -303,7 +310,7 @@ impl Assembly {
         match &mut self.factor {
             Some(factor) => {
                 factor.set_hold(hold);
-                if n == jacobian_size && hold == self.hold && !self.directly {
+                if n == jacobian_size && hold == self.hold {
                     factor.refactor_columns(&self.jacobian, &self.dirty);
                 } else {
                     factor.refactor(&self.jacobian);
@@ -321,7 +328,7 @@ impl Assembly {
             }
         }
         self.hold = hold;
-        self.directly = false;
+        self.directly = None;
         let ratio = self.factor.as_ref().map_or(0.0, Factor::pivot_ratio);
         self.open = ratio <= hold;
         if hold > 0.0 {
@@ -333,6 +340,9 @@ impl Assembly {
 
     /// `x := J^-1 x` in physical units, in the mode factored last.
     pub fn solve(&self, n: usize, active: &[bool], x: &mut [f64], work: &mut [f64]) {
+        if let Some(k) = self.directly {
+            return self.direct[k].solve(x);
+        }
         let (rows, columns) = (&self.row_scale, &self.scale);
         for (v, s) in x[..n].iter_mut().zip(rows) {
             *v *= s;

@@ -19,11 +19,13 @@
 //! solves one stage; the caller forms `rhs`, with [`Newton::stored`] for the charges
 //! `E z0 + Q f(z0)` of the old state.  [`Newton::values`] are the functions at the solution.
 
+mod advance;
 mod direct;
 mod driver;
 mod equations;
 mod homotopy;
 mod judge;
+mod laws;
 mod linear;
 mod path;
 mod solve;

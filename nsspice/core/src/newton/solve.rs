@@ -1,11 +1,10 @@
 //! The iteration.
 
-use super::driver;
 use super::equations::{Equations, Smooth};
 use super::homotopy;
 use super::judge::{Balance, Judgement};
 use super::linear::Assembly;
-use super::state::{fingerprint, flip, slack, State};
+use super::state::State;
 use super::turns::Turns;
 use crate::mlcp::{Residual, Role, Start};
 use crate::sparse::Csc;
@@ -30,8 +29,6 @@ const RATES: usize = 12;
 const ITERATIONS: usize = 40;
 /// The same where others may be found more easily.
 const BRIEF: usize = 10;
-/// Rounds of the active-set iteration before the driver takes over.
-const ROUNDS: usize = 12;
 
 /// A point that solves the equations.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -181,30 +178,6 @@ impl Newton {
         self.brief = brief;
     }
 
-    /// The solution of the equations linearised at the solution found last (or just before it) for a
-    /// right-hand side of the rows of z alone; all unknowns where they are if there is none.
-    pub fn respond(&mut self, rhs: &[f64], out: &mut [f64]) {
-        let n = self.eq.n;
-        let Newton { eq, tape, assemblies, present, state: s, .. } = self;
-        let assembly = &mut assemblies[*present];
-        let size = eq.size();
-        s.balance.defect[..n].copy_from_slice(rhs);
-        eq.floating.sum_up(&mut s.balance.defect[..n]);
-        s.balance.defect[n..].fill(0.0);
-        if eq.m > 0 || !assembly.factored() {
-            assembly.linearise(tape.slopes());
-            s.direct = false;
-            s.x.fill(0.0);
-            if !s.solve_mode(eq, assembly, tape.slopes()) {
-                s.step.fill(0.0);
-            }
-        } else {
-            s.step.copy_from_slice(&s.balance.defect[..size]);
-            assembly.solve(n, &s.active, &mut s.step, &mut s.work);
-        }
-        out.copy_from_slice(&s.step[..n]);
-    }
-
     /// Solves the equations at the present rate for the sources `u` at the time `t`.
     ///
     /// On entry `z`, `l` are a guess (for a cold start they do not count), on exit the solution;
@@ -262,8 +235,10 @@ impl Newton {
         s.t = t;
         s.roles.copy_from_slice(roles);
         let mut carried = std::mem::take(&mut self.carried);
-        self.add_carried(&carried, self.assemblies[self.present].rate);
-        carried.clear();
+        if !carried.is_empty() {
+            self.add_carried(&carried, self.assemblies[self.present].rate);
+            carried.clear();
+        }
         self.carried = carried;
     }
 
@@ -382,7 +357,8 @@ impl Newton {
                 self.advance_again();
                 continue;
             }
-            let found = self.judge();
+            let done = if round == 0 { GUESSED * accuracy } else { accuracy };
+            let found = self.judge_to(done);
             if !found.residual.rows.is_finite() {
                 // outside the domain of some function: part of the way back
                 if round == 0 || halvings > 30 {
@@ -402,7 +378,6 @@ impl Newton {
                 let (size, s) = (self.eq.size(), &mut self.state);
                 s.given.copy_from_slice(&s.balance.terms[..size]);
             }
-            let done = if round == 0 { GUESSED * accuracy } else { accuracy };
             if found.residual.worst() <= done {
                 if !self.tape.limited() {
                     let assembly = &mut self.assemblies[self.present];
@@ -449,7 +424,7 @@ impl Newton {
             if round == 0 {
                 self.assemblies[self.present].unjudged = UNJUDGED;
             }
-            let moved = if near && pull.is_none() && self.eq.m == 0 && !self.tape.limited() {
+            let moved = if near && pull.is_none() && self.keeps_mode() && !self.tape.limited() {
                 self.advance_again()
             } else {
                 self.advance(pull)
@@ -478,11 +453,11 @@ impl Newton {
     /// Whether the guess at `state.x`, just evaluated, needs no judgement: the last ones were not good
     /// enough, and one step with the same Jacobian made them so.
     fn needs_a_step(&mut self) -> bool {
-        let assembly = &mut self.assemblies[self.present];
-        if !assembly.steady || assembly.unjudged == 0 || self.eq.m > 0 || self.tape.limited() {
+        let assembly = &self.assemblies[self.present];
+        if !assembly.steady || assembly.unjudged == 0 || self.tape.limited() || !self.keeps_mode() {
             return false;
         }
-        assembly.unjudged -= 1;
+        self.assemblies[self.present].unjudged -= 1;
         let (size, s) = (self.eq.size(), &mut self.state);
         s.given.copy_from_slice(&s.balance.terms[..size]);
         true
@@ -509,86 +484,12 @@ impl Newton {
     }
 
     pub(super) fn judge(&mut self) -> Judgement {
-        let s = &mut self.state;
-        s.balance.judge(&self.eq, &self.assemblies[self.present], &self.tape, &s.roles, &s.x)
+        self.judge_to(0.0)
     }
 
-    /// As `advance` in a system without pairs, with the Jacobian factored last.
-    fn advance_again(&mut self) -> bool {
-        let Newton { eq, assemblies, present, state: s, .. } = self;
-        let size = eq.size();
-        s.iterations += 1;
-        s.step.copy_from_slice(&s.balance.defect[..size]);
-        assemblies[*present].solve(eq.n, &s.active, &mut s.step, &mut s.work);
-        s.x.iter_mut().zip(&s.step).for_each(|(x, d)| *x += d);
-        true
-    }
-
-    /// Solves the linearised problem; false if that is not possible.
-    pub(super) fn advance(&mut self, pull: Option<&Pull>) -> bool {
-        let Newton { eq, tape, assemblies, present, state: s, .. } = self;
-        let assembly = &mut assemblies[*present];
-        let n = eq.n;
-        // the first Jacobian of a small system is written when it is factorised
-        s.direct = pull.is_none() && assembly.is_direct();
-        if !s.direct {
-            assembly.linearise(tape.slopes());
-        }
-        if let Some(pull) = pull {
-            for (&at, d) in eq.diagonal.iter().zip(&eq.reference) {
-                assembly.values[at as usize] += pull.mu * d;
-            }
-        }
-        s.iterations += 1;
-        s.seen.clear();
-        let limit = if eq.m == 0 { 1 } else { ROUNDS.max((eq.m / 8).min(200)) };
-        for _ in 0..limit {
-            if !s.solve_mode(eq, assembly, tape.slopes()) {
-                break;
-            }
-            s.move_within_reach(eq, assembly);
-            for (i, _) in s.active.iter().enumerate().filter(|(_, &a)| !a) {
-                s.trial[n + i] = 0.0;
-            }
-            if !flip(eq, assembly, s) {
-                s.x.copy_from_slice(&s.trial);
-                return true;
-            }
-            let print = fingerprint(&s.active);
-            if s.seen.contains(&print) {
-                break;
-            }
-            s.seen.push(print);
-        }
-        if s.direct {
-            assembly.linearise(tape.slopes());
-        }
-        s.trial.copy_from_slice(&s.x);
-        let State { balance, roles, q, trial, active, .. } = s;
-        let solved = driver::step(eq, assembly, &balance.defect, roles, q, trial, active);
-        let Some(_) = solved else { return false };
-        s.stage = s.stage.max(2);
-        for ((d, t), x) in s.step.iter_mut().zip(&s.trial).zip(&mut s.x) {
-            *d = t - *x;
-            *x = *t;
-        }
-        true
-    }
-
-    /// Sets the active set from the signs at `state.x`.
-    pub(super) fn activate_from_signs(&mut self) {
-        let Newton { eq, assemblies, present, state: s, .. } = self;
-        let assembly = &assemblies[*present];
-        for i in 0..eq.m {
-            s.active[i] = match s.roles[i] {
-                Role::Closed => true,
-                Role::Open => false,
-                Role::Diode => {
-                    let scale = assembly.scale[eq.n + i];
-                    let (w, _) = slack(eq, assembly, &s.q, &s.x, i);
-                    s.x[eq.n + i] / scale > w * scale
-                }
-            };
-        }
+    /// As `judge`; what is good enough need not be known exactly.
+    fn judge_to(&mut self, enough: f64) -> Judgement {
+        let (assembly, s) = (&self.assemblies[self.present], &mut self.state);
+        s.balance.judge(&self.eq, assembly, &self.tape, &s.roles, &s.x, enough)
     }
 }

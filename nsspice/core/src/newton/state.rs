@@ -122,6 +122,14 @@ impl State {
         }
     }
 
+    /// What the present mode asks for, into `step`.
+    pub fn take_defects(&mut self, eq: &Equations) {
+        self.step.copy_from_slice(&self.balance.defect[..eq.size()]);
+        for (i, _) in self.active.iter().enumerate().filter(|(_, &a)| !a) {
+            self.step[eq.n + i] = -self.x[eq.n + i];
+        }
+    }
+
     /// Computes `step`, the solution of the equations of the present mode linearised at `x`; false
     /// if there is none.
     pub fn solve_mode(&mut self, eq: &Equations, assembly: &mut Assembly, slopes: &[f64]) -> bool {
@@ -140,10 +148,7 @@ impl State {
             if !factored {
                 continue;
             }
-            self.step.copy_from_slice(&self.balance.defect[..eq.size()]);
-            for (i, _) in self.active.iter().enumerate().filter(|(_, &a)| !a) {
-                self.step[n + i] = -self.x[n + i];
-            }
+            self.take_defects(eq);
             assembly.solve(n, &self.active, &mut self.step, &mut self.work);
             if self.step.iter().all(|v| v.is_finite()) {
                 self.stop_what_goes_round(eq, assembly);

@@ -37,10 +37,8 @@ impl Newton {
     /// Adds what the unknowns `z` carry to the right-hand side.
     pub(super) fn add_carried(&mut self, z: &[f64], rate: f64) {
         let Newton { eq, state: s, .. } = self;
-        for (c, &value) in z.iter().enumerate() {
-            for at in eq.pattern.colptr[c]..eq.pattern.colptr[c + 1] {
-                s.right[eq.pattern.rowidx[at]] += rate * eq.storage[at] * value;
-            }
+        for &(r, c, v) in &eq.stored {
+            s.right[r as usize] += rate * v * z[c as usize];
         }
     }
 

@@ -74,3 +74,63 @@ fn guesses_that_are_not_judged_change_no_solution() {
         (0..9).map(|_| solve(&mut newton, volts, &mut z, Start::Warm).iterations).collect();
     assert_eq!(rest[8], 0, "{rest:?}");
 }
+
+/// A chain of `count` nodes, 1 mS from each to the next and 0.1 mS to ground, a source of 1 mA at its
+/// begin, a junction at each second node, a pair from its last node to ground.
+fn chain(count: usize) -> (Newton, Csc) {
+    let junctions: Vec<usize> = (0..count).step_by(2).collect();
+    let (mut ops, mut args, mut outputs) = (Vec::new(), Vec::new(), Vec::new());
+    for &node in &junctions {
+        outputs.push(ops.len() as i32 + 1);
+        args.extend([[node as i32, 0, 0], [ops.len() as i32, 0, 0]]);
+        ops.extend([code("unknown"), code("junction")]);
+    }
+    let constants = [1e-14, 0.0259];
+    let program = Program::new(&ops, &args, &constants, &outputs, count, 0).unwrap();
+    let mut g: Vec<_> = (0..count).map(|i| (i, i, 1e-4)).collect();
+    for i in 1..count {
+        g.extend([(i - 1, i - 1, 1e-3), (i, i, 1e-3), (i - 1, i, -1e-3), (i, i - 1, -1e-3)]);
+    }
+    let g = Csc::from_triplets(count, count, &g);
+    let f: Vec<_> = junctions.iter().enumerate().map(|(k, &node)| (node, k, 1.0)).collect();
+    let f = Csc::from_triplets(count, junctions.len(), &f);
+    let q = Csc::from_triplets(count, junctions.len(), &[]);
+    let smooth = Smooth { tape: Tape::new(Arc::new(program)), f, q };
+    let none = Csc::from_triplets(count, count, &[]);
+    let a = Csc::from_triplets(count, 1, &[(count - 1, 0, 1.0)]);
+    let d = Csc::from_triplets(1, 1, &[]);
+    let newton = Newton::new(&none, &g, &a, &a.transpose(), &d, &vec![0; count], smooth);
+    (newton, g)
+}
+
+/// Small systems of each width and one that is not small, in both modes of a pair by turns: laws hold
+/// by their own sums, and most iterations find the order of pivots that was kept.
+#[test]
+fn laws_hold_in_systems_of_all_widths() {
+    for count in [1, 2, 3, 4, 7, 8, 11, 12, 15, 16, 31] {
+        let (mut newton, g) = chain(count);
+        let (mut z, mut l) = (vec![0.0; count], [0.0]);
+        for step in 0..60 {
+            let mut rhs = vec![0.0; count];
+            rhs[0] = 1e-3 * (0.2 * f64::from(step)).sin();
+            let role = if step % 7 < 4 { Role::Open } else { Role::Closed };
+            let start = if step == 0 { Start::Cold } else { Start::Warm };
+            let q = [0.01];
+            newton.solve(&rhs, &[], 0.0, &q, &[role], &mut z, &mut l, start).unwrap();
+            let mut defect = rhs.clone();
+            g.mul_add(-1.0, &z, &mut defect);
+            defect[count - 1] -= l[0];
+            for node in (0..count).step_by(2) {
+                defect[node] -= 1e-14 * (z[node] / 0.0259).exp_m1();
+            }
+            // the iteration ends at 1e-14 of the terms, which are less than 2 mA and 1 V, and at what
+            // rounding of the voltages does to junctions
+            let sure = 2e-3 * (1e-14 + 16.0 * f64::EPSILON / 0.0259);
+            assert!(defect.iter().all(|d| d.abs() < sure), "{count} {step}: {defect:?}");
+            match role {
+                Role::Closed => assert!((z[count - 1] - 0.01).abs() < 1e-14),
+                _ => assert_eq!(l[0], 0.0),
+            }
+        }
+    }
+}

@@ -100,7 +100,7 @@ impl Newton {
                 }
             }
         }
-        s.balance.judge(&self.eq, assembly, &self.tape, &s.roles, &s.x)
+        s.balance.judge(&self.eq, assembly, &self.tape, &s.roles, &s.x, 0.0)
     }
 
     /// Residual of the equations themselves at a point.

@@ -387,7 +387,7 @@ impl Ladder {
         self.roles.extend(roles.map(|(&role, &a)| if free { role } else { fixed(a) }));
         let roles = std::mem::take(&mut self.roles);
         s.rhs.fill(0.0);
-        self.rung(s, level).stage.matrices.add_sources(u, u, &mut s.rhs);
+        s.sys.linear.s.mul_add(1.0, u, &mut s.rhs);
         x.copy_from_slice(near);
         let (z, rest) = x.split_at_mut(n);
         let (l, f) = rest.split_at_mut(m);
@@ -411,8 +411,9 @@ impl Ladder {
                     return Fit::Open;
                 }
                 s.note(solved.residual);
-                let matrices = &self.rung(s, level).stage.matrices;
-                matrices.guards(&mut x[..n + m], &s.active, true, &mut s.w);
+                s.sys.linear.slacks(z, l, &mut s.w);
+                let blocked = l.iter_mut().zip(&s.w).zip(&s.active).filter(|l| !*l.1);
+                blocked.for_each(|((guard, &w), _)| *guard = w);
                 Fit::Solved
             }
             Err(unsolved) => {
