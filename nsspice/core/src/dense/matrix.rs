@@ -31,7 +31,10 @@ impl IndexMut<(usize, usize)> for Matrix {
 impl Matrix {
     /// The zero matrix.
     pub fn zeros(rows: usize, cols: usize) -> Matrix {
-        Matrix { rows, cols, data: vec![0.0; rows * cols] }
+        // without `calloc`, which takes several times as long for so little
+        let mut data = Vec::with_capacity(rows * cols);
+        data.extend((0..rows * cols).map(|_| 0.0));
+        Matrix { rows, cols, data }
     }
 
     /// The unit matrix.
@@ -359,24 +362,37 @@ impl Lu {
         let mut x = self.solve(b);
         let mut correction = x.clone();
         for _ in 0..REFINEMENTS {
-            correction = self.solve(&super::wide::residual(a, &x, b));
-            x.add_scaled(1.0, &correction);
+            let rest = super::wide::residual(a, &x, b);
+            let nothing = rest.data.iter().all(|v| *v == 0.0);
+            correction = if nothing { rest } else { self.solve(&rest) };
+            let mut still = true;
+            for (x, c) in x.data.iter_mut().zip(&correction.data) {
+                let next = *x + c;
+                still &= next == *x;
+                *x = next;
+            }
+            // the next steps would find the same
+            if still {
+                break;
+            }
         }
         (x, correction)
     }
 }
 
-/// Steps of refinement: each takes as many digits as the factorisation has.
+/// Steps of refinement at most: each takes as many digits as the factorisation has.
 const REFINEMENTS: usize = 3;
 
 /// `B - A X` as if computed with twice the precision and rounded once (T. Ogita, S. M. Rump,
 /// S. Oishi, SIAM J. Sci. Comput. 26, 2005).
 #[inline(always)]
 pub(super) fn residual(a: &Matrix, x: &Matrix, b: &Matrix) -> Matrix {
-    let (mut high, mut low) = (b.clone(), Matrix::zeros(b.rows, b.cols));
+    let (mut out, mut low) = (b.clone(), vec![0.0; b.cols]);
     for r in 0..a.rows {
+        let high = out.row_mut(r);
+        low.fill(0.0);
         for (k, &f) in a.row(r).iter().enumerate().filter(|f| *f.1 != 0.0) {
-            let sums = high.row_mut(r).iter_mut().zip(low.row_mut(r));
+            let sums = high.iter_mut().zip(&mut low);
             for ((sum, rest), &x) in sums.zip(x.row(k)) {
                 let product = -f * x;
                 let lost = f64::mul_add(-f, x, -product);
@@ -386,31 +402,51 @@ pub(super) fn residual(a: &Matrix, x: &Matrix, b: &Matrix) -> Matrix {
                 *sum = new;
             }
         }
+        add_scaled(high, 1.0, &low);
     }
-    high.add_scaled(1.0, &low);
-    high
+    out
 }
 
 /// Powers of 2 for rows and columns that bring the largest entry of each near 1.
 pub fn equilibrate(a: &Matrix) -> (Vec<f64>, Vec<f64>) {
     let (mut row, mut col) = (vec![1.0f64; a.rows], vec![1.0f64; a.cols]);
+    let (mut largest_row, mut largest_col) = (vec![0.0f64; a.rows], vec![0.0f64; a.cols]);
     for _ in 0..4 {
-        let (mut largest_row, mut largest_col) = (vec![0.0f64; a.rows], vec![0.0f64; a.cols]);
-        for r in 0..a.rows {
-            for (c, v) in a.row(r).iter().enumerate() {
-                let size = v.abs() * row[r] * col[c];
-                largest_row[r] = largest_row[r].max(size);
-                largest_col[c] = largest_col[c].max(size);
+        largest_col.fill(0.0);
+        for ((r, scale), most) in row.iter().enumerate().zip(&mut largest_row) {
+            *most = 0.0;
+            for ((v, other), largest) in a.row(r).iter().zip(&col).zip(&mut largest_col) {
+                let size = v.abs() * scale * other;
+                *most = most.max(size);
+                *largest = largest.max(size);
             }
         }
+        let mut balanced = true;
         for (s, &m) in row.iter_mut().zip(&largest_row).chain(col.iter_mut().zip(&largest_col)) {
-            if m > 0.0 && m.is_finite() {
+            if m > 0.0 && m.is_finite() && m != 1.0 {
                 *s /= m.sqrt();
+                balanced = false;
             }
+        }
+        if balanced {
+            break;
         }
     }
-    let power = |v: &f64| v.log2().round().exp2();
-    (row.iter().map(power).collect(), col.iter().map(power).collect())
+    row.iter_mut().chain(&mut col).for_each(|v| *v = power_near(*v));
+    (row, col)
+}
+
+/// The power of 2 that is nearest by its logarithm.
+fn power_near(v: f64) -> f64 {
+    if !v.is_normal() || v < 0.0 {
+        return v.log2().round().exp2();
+    }
+    let below = f64::from_bits(v.to_bits() & f64::INFINITY.to_bits());
+    if v >= below * std::f64::consts::SQRT_2 {
+        2.0 * below
+    } else {
+        below
+    }
 }
 
 #[cfg(test)]

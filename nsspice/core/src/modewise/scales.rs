@@ -58,13 +58,24 @@ impl Scales {
         }
         let shortest = row_norm(&factor.solve(&Matrix::identity(ff.rows)));
         let mut y = Matrix::zeros(ff.rows, ss.rows);
-        for _ in 0..STEPS {
-            let moved = y.times(&sum(&ss, 1.0, sf.times(&y)));
-            y = factor.solve_refined(&ff, &sum(&moved, -1.0, fs.clone()));
+        let mut own = ss.clone();
+        for step in 0..STEPS {
+            let next = factor.solve_refined(&ff, &sum(&y.times(&own), -1.0, fs.clone()));
+            let still = next == y;
+            y = next;
+            own = sum(&ss, 1.0, sf.times(&y));
+            // the first step is off by the ratio of the rates
+            let limit = if step == 0 { APART.sqrt() } else { f64::INFINITY };
+            let ratio = row_norm(&own) * shortest;
+            if ratio.is_nan() || ratio > limit {
+                return None;
+            }
+            if still {
+                break;
+            }
         }
-        let parts = [sum(&ss, 1.0, sf.times(&y)), sum(&ff, -1.0, y.times(&sf))];
-        let ratio = row_norm(&parts[0]) * shortest;
-        if ratio.is_nan() || ratio > APART {
+        let parts = [own, sum(&ff, -1.0, y.times(&sf))];
+        if row_norm(&parts[0]) * shortest > APART {
             return None;
         }
         // Z Jf = Jsf + Js Z, transposed
@@ -76,7 +87,12 @@ impl Scales {
         let mut z = Matrix::zeros(ss.rows, ff.rows);
         for _ in 0..STEPS {
             let right = sum(&sf, 1.0, parts[0].times(&z)).transpose();
-            z = factor.solve_refined(&turned, &right).transpose();
+            let next = factor.solve_refined(&turned, &right).transpose();
+            let still = next == z;
+            z = next;
+            if still {
+                break;
+            }
         }
         (row_norm(&y) <= MIXED && row_norm(&z) <= MIXED).then_some(Scales {
             slow,
