@@ -27,6 +27,7 @@ class System:
         capacitors: Sequence[tuple[int, int, float]],
         conductors: Sequence[tuple[int, int, float]],
     ) -> None: ...
+    def dominant(self) -> bool: ...
 
 class Stretches:
     begin: _Floats

@@ -13,6 +13,7 @@ from ..errors import Diagnostic
 from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem
 from ..solvers.audit import Auditor
+from ..solvers.compiled import shows_passive
 from ..solvers.moreau import Recorded
 from ..solvers.stepper import Jump
 from ..solvers.stretches import Recording
@@ -78,7 +79,7 @@ class Examiner:
         self.auditor = Auditor(system, H, Hs, timed)
         self._step = step
         self._active: Watcher | None = None
-        passive = system.passive
+        passive = shows_passive(system)
         #: what smooth laws store is no form of their unknowns, so that its energy is not known here
         self._passive = passive and system.smooth is None
         if not passive:

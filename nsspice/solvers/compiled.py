@@ -62,3 +62,19 @@ def compiled(system: DescriptorSystem) -> _core.System:
         elements.conductors,
     )
     return found
+
+
+def shows_passive(system: DescriptorSystem) -> bool:
+    """Return whether the arrays show that the network is passive: ``system.passive``, sooner.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from nsspice.problems import Csc
+    >>> one, none = Csc.from_triplets((1, 1), [0], [0], [1.0]), Csc.zeros
+    >>> shows_passive(DescriptorSystem(one, one, none((1, 0)), none((0, 1)), none((0, 0)),
+    ...     np.zeros(0), none((1, 0)), row_kind=np.zeros(1, np.uint8)))
+    True
+    """
+    # most networks show it by their diagonals: eigenvalues take as long as the run of a small one
+    return system.smooth is not None or compiled(system).dominant() or system.passive

@@ -14,6 +14,7 @@ pub mod switch;
 pub mod tape;
 pub mod waveform;
 
+mod dominance;
 mod floating;
 mod format;
 mod python;

@@ -89,6 +89,11 @@ impl PySystem {
             Err(misfit())
         }
     }
+
+    /// Whether diagonals show that the network is passive.
+    fn dominant(&self) -> bool {
+        self.linear.dominant()
+    }
 }
 
 impl PySystem {
