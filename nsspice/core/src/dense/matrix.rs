@@ -279,7 +279,10 @@ impl Lu {
     pub fn new(a: &Matrix) -> Lu {
         let n = a.rows;
         let (row, col) = equilibrate(a);
-        let mut lu = Matrix::from_fn(n, n, |r, c| a[(r, c)] * row[r] * col[c]);
+        let mut lu = a.clone();
+        for (r, scale) in row.iter().enumerate() {
+            lu.row_mut(r).iter_mut().zip(&col).for_each(|(v, other)| *v = *v * scale * other);
+        }
         let mut perm: Vec<usize> = (0..n).collect();
         let (mut least, mut greatest) = (f64::INFINITY, 0.0f64);
         for k in 0..n {
@@ -313,11 +316,12 @@ impl Lu {
     /// `A^-1 B`
     pub fn solve(&self, b: &Matrix) -> Matrix {
         let n = self.lu.rows;
-        let mut x = Matrix::from_fn(n, b.cols, |r, c| {
-            let p = self.perm[r];
-            b[(p, c)] * self.row[p]
-        });
         let cols = b.cols;
+        let mut data = Vec::with_capacity(n * cols);
+        for &p in &self.perm {
+            data.extend(b.row(p).iter().map(|v| v * self.row[p]));
+        }
+        let mut x = Matrix { rows: n, cols, data };
         if cols == 0 {
             return x;
         }

@@ -59,8 +59,8 @@ impl Engine {
         while let Some(first) = clock.peek().filter(within) {
             let most = if evenly { RUN } else { 1 };
             inside.times.clear();
+            let mut target = first;
             for (k, row) in rest.chunks_exact_mut(columns).take(most).enumerate() {
-                let Some(target) = clock.peek().filter(within) else { break };
                 // the last row need not stand where the others would have it
                 if (first + k as f64 * step - target).abs() > SAME * target {
                     break;
@@ -68,6 +68,8 @@ impl Engine {
                 row[0] = target;
                 inside.times.push((target - time).max(0.0));
                 clock.advance();
+                let Some(next) = clock.peek().filter(within) else { break };
+                target = next;
             }
             if inside.times.is_empty() {
                 break;

@@ -7,7 +7,7 @@
 
 use super::network::Network;
 use super::tracked::Tracked;
-use crate::dense::{equilibrate, norm, Echelon, Lu, Matrix};
+use crate::dense::{add_scaled, equilibrate, norm, Echelon, Lu, Matrix};
 
 /// Relative size below which numerical ranks see zero; only networks with controlled sources.
 const RANK: f64 = 1e-13;
@@ -48,27 +48,27 @@ impl Algebra {
     pub fn new(net: &Network, active: &[usize]) -> Algebra {
         let (k, r) = (net.kernel.cols, net.states);
         let size = k + active.len();
-        let knn = Matrix::from_fn(size, size, |i, j| match (i < k, j < k) {
-            (true, true) => net.ngn[(i, j)],
-            (true, false) => net.na[(i, active[j - k])],
-            (false, true) => -net.bn[(active[i - k], j)],
-            (false, false) => net.d[(active[i - k], active[j - k])],
-        });
-        let kna = Matrix::from_fn(size, r, |i, c| {
-            if i < k {
-                net.ngr[(i, c)]
-            } else {
-                -net.br[(active[i - k], c)]
-            }
-        });
-        let kan = Matrix::from_fn(r, size, |i, j| {
-            if j < k {
-                net.rgn[(i, j)]
-            } else {
-                net.ra[(i, active[j - k])]
-            }
-        });
-        Algebra { knn, kna, kan }
+        let list = |rows: usize, cols: usize| Vec::with_capacity(rows * cols);
+        let (mut knn, mut kna, mut kan) = (list(size, size), list(size, r), list(r, size));
+        for i in 0..k {
+            knn.extend_from_slice(net.ngn.row(i));
+            knn.extend(active.iter().map(|&p| net.na[(i, p)]));
+            kna.extend_from_slice(net.ngr.row(i));
+        }
+        for &p in active {
+            knn.extend(net.bn.row(p).iter().map(|v| -v));
+            knn.extend(active.iter().map(|&q| net.d[(p, q)]));
+            kna.extend(net.br.row(p).iter().map(|v| -v));
+        }
+        for i in 0..r {
+            kan.extend_from_slice(net.rgn.row(i));
+            kan.extend(active.iter().map(|&p| net.ra[(i, p)]));
+        }
+        Algebra {
+            knn: Matrix { rows: size, cols: size, data: knn },
+            kna: Matrix { rows: size, cols: r, data: kna },
+            kan: Matrix { rows: r, cols: size, data: kan },
+        }
     }
 }
 
@@ -83,6 +83,13 @@ impl Staircase {
     }
 }
 
+/// Adds `sign * column * row`.
+fn add_products(out: &mut Matrix, column: &[f64], row: &[f64], sign: f64) {
+    for (u, &f) in column.iter().enumerate().filter(|f| *f.1 != 0.0) {
+        add_scaled(out.row_mut(u), sign * f, row);
+    }
+}
+
 /// Passive networks: everything from matrices of small integers.
 fn by_graph(net: &Network, active: &[usize]) -> Staircase {
     let (k, n) = (net.kernel.cols, net.n);
@@ -93,12 +100,16 @@ fn by_graph(net: &Network, active: &[usize]) -> Staircase {
     let free = net.loose.cols;
     let width = free + ideal.len();
     let (skew_loose, at_loose) = (&net.skew_loose, &net.at_loose);
-    let joint = Matrix::from_fn(size, width, |i, j| match (i < k, j < free) {
-        (true, true) => skew_loose[(i, j)],
-        (true, false) => net.na[(i, active[ideal[j - free]])],
-        (false, true) => -at_loose[(active[i - k], j)],
-        (false, false) => 0.0,
-    });
+    let mut data = Vec::with_capacity(size * width);
+    for i in 0..k {
+        data.extend_from_slice(skew_loose.row(i));
+        data.extend(ideal.iter().map(|&j| net.na[(i, active[j])]));
+    }
+    for &p in active {
+        data.extend(at_loose.row(p).iter().map(|v| -v));
+        data.extend(ideal.iter().map(|_| 0.0));
+    }
+    let joint = Matrix { rows: size, cols: width, data };
     let directions = Echelon::new(joint, 0..width).kernel();
     let mut t = Matrix::zeros(size, directions.cols);
     for c in 0..directions.cols {
@@ -115,16 +126,13 @@ fn by_graph(net: &Network, active: &[usize]) -> Staircase {
         }
     }
     // what each direction demands of the states: t' [N' G_skew; -A'] on all unknowns
-    let demand = Matrix::from_fn(n, t.cols, |u, c| {
-        let mut sum = 0.0;
-        for i in 0..k {
-            sum += t[(i, c)] * net.n_skew[(i, u)];
-        }
-        for (j, &p) in active.iter().enumerate() {
-            sum -= t[(k + j, c)] * net.at[(p, u)];
-        }
-        sum
-    });
+    let mut demand = Matrix::zeros(n, t.cols);
+    for i in 0..k {
+        add_products(&mut demand, net.n_skew.row(i), t.row(i), 1.0);
+    }
+    for (j, &p) in active.iter().enumerate() {
+        add_products(&mut demand, net.at.row(p), t.row(k + j), -1.0);
+    }
     let found = Echelon::new(demand.clone(), 0..t.cols);
     let tie_demand = Some(demand.select_cols(&found.pivots).transpose());
     let tie = t.select_cols(&found.pivots);

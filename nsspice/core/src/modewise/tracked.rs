@@ -1,7 +1,7 @@
 //! Matrices that carry bounds of the terms their entries were summed from, so that entries which
 //! vanish but for rounding can be told from small ones.
 
-use crate::dense::Matrix;
+use crate::dense::{add_scaled, Matrix};
 
 /// Below this part of its bound an entry of equations of this size is rounding.
 pub fn negligible(size: usize) -> f64 {
@@ -33,7 +33,16 @@ impl Tracked {
 
     /// The product `factor * self`.
     pub fn under(&self, factor: &Matrix) -> Tracked {
-        Tracked { value: factor.times(&self.value), bound: factor.abs().times(&self.bound) }
+        assert_eq!(factor.cols, self.value.rows, "matrices do not fit");
+        let [mut value, mut bound] = [0; 2].map(|_| Matrix::zeros(factor.rows, self.value.cols));
+        for r in 0..factor.rows {
+            let (sums, sizes) = (value.row_mut(r), bound.row_mut(r));
+            for (k, &f) in factor.row(r).iter().enumerate().filter(|f| *f.1 != 0.0) {
+                add_scaled(sums, f, self.value.row(k));
+                add_scaled(sizes, f.abs(), self.bound.row(k));
+            }
+        }
+        Tracked { value, bound }
     }
 
     /// Adds `sign * other`.
