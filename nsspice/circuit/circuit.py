@@ -213,13 +213,12 @@ class Circuit:
     def _find(self, signal: str) -> list[tuple[int, str, float]]:
         parsed = parse_signal(signal)
         if parsed is not None and parsed.kind == "v":
-            a, b = (*parsed.names, "0")[:2]
-            if all(n == "0" or n in self.node_island for n in (a, b)):
-                places = [(n, f) for n, f in ((a, 1.0), (b, -1.0)) if n != "0"]
-                homes = {self.node_island[n] for n, _ in places}
-                if len(places) == 2 and len(homes) == 1:
-                    return [(homes.pop(), f"v({a},{b})", 1.0)]
-                return [(self.node_island[n], f"v({n})", f) for n, f in places]
+            home = self.node_island
+            a, b = parsed.names if len(parsed.names) == 2 else (parsed.names[0], "0")
+            if (a == "0" or a in home) and (b == "0" or b in home):
+                if "0" not in (a, b) and home[a] == home[b]:
+                    return [(home[a], f"v({a},{b})", 1.0)]
+                return [(home[n], f"v({n})", f) for n, f in ((a, 1.0), (b, -1.0)) if n != "0"]
         elif parsed is not None and parsed.kind == "i":
             found = owner(parsed.names[0], self._by_name)
             if found is not None and not isinstance(found[0], Coupling):

@@ -3,7 +3,7 @@
 use super::energy::Ledger;
 use super::matrix::Entries;
 use super::points::Block;
-use super::rounding::{share, Reach};
+use super::rounding::{share, Reach, Usual};
 use super::sources::Sources;
 use super::stretches::Seams;
 use super::{ratio, worse};
@@ -79,6 +79,8 @@ pub struct Auditor {
     pub(super) touched: Vec<Vec<usize>>,
     /// sums of the sizes of entries
     pub(super) reach: Reach,
+    /// what the last points were measured by
+    pub(super) usual: Usual,
     /// rounding of elimination in units of the tolerance
     pub(super) share: f64,
     /// largest voltage and current so far, of stretches and with smooth functions
@@ -157,6 +159,7 @@ impl Auditor {
             algebraic,
             groups,
             touched,
+            usual: Usual::default(),
             largest: [0.0; 2],
             share: share(n + m),
             block: Block::default(),

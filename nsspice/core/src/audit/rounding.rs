@@ -167,7 +167,7 @@ impl Reach {
 }
 
 /// What rounding is measured by at a point.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Grain {
     /// largest voltage and current
     pub largest: [f64; 2],
@@ -179,27 +179,55 @@ pub struct Grain {
     pub settled: f64,
 }
 
-impl Auditor {
-    /// Turns `floor`, which holds the sizes of sources and functions in each law, into what the law
-    /// is measured by at least; returns the same for the currents and voltages of pairs.
-    pub(super) fn floor(&self, grain: &Grain, floor: &mut [f64]) -> [f64; 2] {
+/// What the largest voltage and current make of all laws: the same for the points of a stretch.
+#[derive(Clone, Debug, Default)]
+pub struct Usual {
+    /// to which it belongs
+    grain: Option<Grain>,
+    /// of each row: what acts, and what is stored
+    rows: Vec<[f64; 2]>,
+    /// of pairs: currents and voltages
+    least: [f64; 2],
+}
+
+impl Usual {
+    fn see(&mut self, reach: &Reach, kinds: &[u8], grain: &Grain) {
+        if self.grain == Some(*grain) {
+            return;
+        }
         let Grain { largest, rate, share, settled } = *grain;
+        self.grain = Some(*grain);
         // what underflows, a value or a product with it, is off by the rounding of the smallest
         // number (section 2.1 there)
         let largest = largest.map(|v| v.max(f64::MIN_POSITIVE));
-        let largest = self.reach.stirred(&self.kinds, &largest, rate, share * TOLERANCE);
+        let largest = reach.stirred(kinds, &largest, rate, share * TOLERANCE);
         // of laws of currents and of voltages
-        let mut least = [0, 1].map(|kind: usize| {
-            let (sums, given) = &self.reach.slacks[kind];
+        self.least = [0, 1].map(|kind: usize| {
+            let (sums, given) = &reach.slacks[kind];
             (share.max(settled) * largest[1 - kind]).max(share * (given + meet(sums, &largest)))
         });
-        let rows = self.reach.stored.iter().zip(&self.reach.acting).zip(&self.kinds);
-        for (own, ((stored, acting), &kind)) in floor.iter_mut().zip(rows) {
-            let acting = *own + meet(acting, &largest) + f64::MIN_POSITIVE;
-            *own = (share * (acting + 2.0 * rate * meet(stored, &largest))).max(settled * acting);
+        self.rows.clear();
+        self.rows.extend(
+            reach.stored.iter().zip(&reach.acting).map(|(stored, acting)| {
+                [meet(acting, &largest), 2.0 * rate * meet(stored, &largest)]
+            }),
+        );
+    }
+}
+
+impl Auditor {
+    /// Turns `floor`, which holds the sizes of sources and functions in each law, into what the law
+    /// is measured by at least; returns the same for the currents and voltages of pairs.
+    pub(super) fn floor(&mut self, grain: &Grain, floor: &mut [f64]) -> [f64; 2] {
+        let Auditor { reach, usual, kinds, .. } = self;
+        usual.see(reach, kinds, grain);
+        let mut least = usual.least;
+        for ((own, [acting, stored]), &kind) in floor.iter_mut().zip(&usual.rows).zip(&*kinds) {
+            let acting = *own + acting + f64::MIN_POSITIVE;
+            *own = (grain.share * (acting + stored)).max(grain.settled * acting);
             least[usize::from(kind)] = least[usize::from(kind)].max(*own);
         }
-        let rows = self.reach.acting.iter().zip(&self.reach.shared).zip(&self.kinds);
+        let rows = reach.acting.iter().zip(&reach.shared).zip(&*kinds);
         for (own, ((acting, &shared), &kind)) in floor.iter_mut().zip(rows) {
             let added = if shared { 1.0 } else { acting[usize::from(1 - kind)].min(1.0) };
             *own = own.max(added * least[usize::from(kind)]);

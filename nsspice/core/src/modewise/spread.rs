@@ -50,7 +50,23 @@ fn rows_any<const ADD: bool>(
     table: &mut [f64],
     columns: usize,
 ) {
-    for (row, point) in table.chunks_exact_mut(columns).zip(points.chunks_exact(slots)) {
+    let rows = table.chunks_exact_mut(columns).zip(points.chunks_exact(slots));
+    if width == SIDE {
+        let factor = factor.as_chunks::<SIDE>().0;
+        for (row, point) in rows {
+            let mut sums = [0.0; SIDE];
+            for (p, f) in point.iter().zip(factor) {
+                for j in 0..SIDE {
+                    sums[j] += p * f[j];
+                }
+            }
+            for (o, sum) in row[1..].iter_mut().zip(sums) {
+                *o = if ADD { *o + sum } else { sum };
+            }
+        }
+        return;
+    }
+    for (row, point) in rows {
         for (k, out) in row[1..].chunks_mut(SIDE).enumerate() {
             let mut sums = [0.0; SIDE];
             for (p, f) in point.iter().zip(factor.chunks_exact(width)) {

@@ -5,6 +5,7 @@ use super::system::{misfit, PySystem};
 use super::{invalid, Floats, Matrix};
 use crate::audit::{Auditor, Balance, Sources, Steps, Stretches, Sums};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -171,31 +172,31 @@ impl PyAuditor {
     /// The worst errors, where, and the energies.
     fn result<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let out = PyDict::new(py);
-        out.set_item("laws", self.inner.laws)?;
-        out.set_item("complementarity", self.inner.complementarity)?;
-        out.set_item("worst_row", self.inner.worst_row)?;
-        out.set_item("worst_pair", self.inner.worst_pair)?;
-        out.set_item("checks", self.inner.checks)?;
-        out.set_item("seams", self.inner.seams.error())?;
+        out.set_item(intern!(py, "laws"), self.inner.laws)?;
+        out.set_item(intern!(py, "complementarity"), self.inner.complementarity)?;
+        out.set_item(intern!(py, "worst_row"), self.inner.worst_row)?;
+        out.set_item(intern!(py, "worst_pair"), self.inner.worst_pair)?;
+        out.set_item(intern!(py, "checks"), self.inner.checks)?;
+        out.set_item(intern!(py, "seams"), self.inner.seams.error())?;
         if let Some(sources) = &self.inner.sources {
-            out.set_item("sources", sources.error)?;
-            out.set_item("worst_source", sources.worst)?;
+            out.set_item(intern!(py, "sources"), sources.error)?;
+            out.set_item(intern!(py, "worst_source"), sources.worst)?;
         }
         if let Some(ledger) = &self.inner.ledger {
             let e = &ledger.energy;
             let energy = PyDict::new(py);
-            energy.set_item("stored", e.stored)?;
-            energy.set_item("delivered", e.delivered)?;
-            energy.set_item("dissipated", e.dissipated)?;
-            energy.set_item("lost", e.lost)?;
-            energy.set_item("scheme", e.scheme)?;
-            energy.set_item("imbalance", e.imbalance)?;
-            energy.set_item("steps", e.steps)?;
-            out.set_item("energy", energy)?;
-            out.set_item("drift", ledger.drift())?;
+            energy.set_item(intern!(py, "stored"), e.stored)?;
+            energy.set_item(intern!(py, "delivered"), e.delivered)?;
+            energy.set_item(intern!(py, "dissipated"), e.dissipated)?;
+            energy.set_item(intern!(py, "lost"), e.lost)?;
+            energy.set_item(intern!(py, "scheme"), e.scheme)?;
+            energy.set_item(intern!(py, "imbalance"), e.imbalance)?;
+            energy.set_item(intern!(py, "steps"), e.steps)?;
+            out.set_item(intern!(py, "energy"), energy)?;
+            out.set_item(intern!(py, "drift"), ledger.drift())?;
             let [stored, delivered] = ledger.in_jumps();
-            out.set_item("jumps_stored", stored)?;
-            out.set_item("jumps_delivered", delivered)?;
+            out.set_item(intern!(py, "jumps_stored"), stored)?;
+            out.set_item(intern!(py, "jumps_delivered"), delivered)?;
         }
         Ok(out)
     }
@@ -246,12 +247,12 @@ impl PyAuditor {
 /// The balance of energy over a run as a dict.
 pub(super) fn balance_dict<'py>(py: Python<'py>, b: &Balance) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
-    out.set_item("stored", b.stored)?;
-    out.set_item("delivered", b.delivered)?;
-    out.set_item("dissipated", b.dissipated)?;
-    out.set_item("scheme", b.scheme)?;
-    out.set_item("turned", b.turned)?;
-    out.set_item("drift", b.drift)?;
-    out.set_item("steps", b.steps)?;
+    out.set_item(intern!(py, "stored"), b.stored)?;
+    out.set_item(intern!(py, "delivered"), b.delivered)?;
+    out.set_item(intern!(py, "dissipated"), b.dissipated)?;
+    out.set_item(intern!(py, "scheme"), b.scheme)?;
+    out.set_item(intern!(py, "turned"), b.turned)?;
+    out.set_item(intern!(py, "drift"), b.drift)?;
+    out.set_item(intern!(py, "steps"), b.steps)?;
     Ok(out)
 }

@@ -6,6 +6,7 @@ use super::system::{misfit, PySystem, Sizes};
 use super::{event_arrays, failure_dict, fill, invalid, EventArrays, Floats};
 use crate::modewise::Engine;
 use numpy::{PyArray1, PyReadwriteArray2};
+use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -158,23 +159,23 @@ impl PyModewise {
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let s = &self.inner.stats;
         let out = PyDict::new(py);
-        out.set_item("fixed_steps", s.fixed_steps)?;
-        out.set_item("storm", u8::from(self.inner.storm()))?;
-        out.set_item("segments", s.segments)?;
-        out.set_item("events", s.events)?;
-        out.set_item("corners", s.corners)?;
-        out.set_item("mode_changes", s.mode_changes)?;
-        out.set_item("modes", self.inner.modes())?;
-        out.set_item("reduced", self.inner.reduced())?;
-        out.set_item("intervals", self.inner.intervals())?;
-        out.set_item("problems", self.inner.problems())?;
-        out.set_item("undetermined", s.undetermined)?;
-        out.set_item("switchings", s.switchings)?;
-        out.set_item("jumps", s.jumps)?;
-        out.set_item("chatter", s.chatter)?;
-        out.set_item("residual_rows", s.residual_rows)?;
-        out.set_item("residual_complementarity", s.residual_complementarity)?;
-        out.set_item("checks", s.checks)?;
+        out.set_item(intern!(py, "fixed_steps"), s.fixed_steps)?;
+        out.set_item(intern!(py, "storm"), u8::from(self.inner.storm()))?;
+        out.set_item(intern!(py, "segments"), s.segments)?;
+        out.set_item(intern!(py, "events"), s.events)?;
+        out.set_item(intern!(py, "corners"), s.corners)?;
+        out.set_item(intern!(py, "mode_changes"), s.mode_changes)?;
+        out.set_item(intern!(py, "modes"), self.inner.modes())?;
+        out.set_item(intern!(py, "reduced"), self.inner.reduced())?;
+        out.set_item(intern!(py, "intervals"), self.inner.intervals())?;
+        out.set_item(intern!(py, "problems"), self.inner.problems())?;
+        out.set_item(intern!(py, "undetermined"), s.undetermined)?;
+        out.set_item(intern!(py, "switchings"), s.switchings)?;
+        out.set_item(intern!(py, "jumps"), s.jumps)?;
+        out.set_item(intern!(py, "chatter"), s.chatter)?;
+        out.set_item(intern!(py, "residual_rows"), s.residual_rows)?;
+        out.set_item(intern!(py, "residual_complementarity"), s.residual_complementarity)?;
+        out.set_item(intern!(py, "checks"), s.checks)?;
         Ok(out)
     }
 }
