@@ -38,19 +38,20 @@ impl Echelon {
             }
             let inverse = 1.0 / a[(next, c)];
             a.row_mut(next).iter_mut().for_each(|v| *v *= inverse);
-            let pivot_row = a.row(next).to_vec();
-            for r in (0..a.rows).filter(|&r| r != next) {
-                let f = a[(r, c)];
+            let (above, rest) = a.data.split_at_mut(next * cols);
+            let (pivot_row, below) = rest.split_at_mut(cols);
+            for row in above.chunks_exact_mut(cols).chain(below.chunks_exact_mut(cols)) {
+                let f = row[c];
                 if f != 0.0 {
-                    add_scaled(a.row_mut(r), -f, &pivot_row);
-                    a[(r, c)] = 0.0;
+                    add_scaled(row, -f, pivot_row);
+                    row[c] = 0.0;
                 }
             }
             pivots.push(c);
         }
         a.data.truncate(pivots.len() * cols);
         a.rows = pivots.len();
-        for v in &mut a.data {
+        for v in a.data.iter_mut().filter(|v| **v != 0.0) {
             let whole = v.round();
             if (*v - whole).abs() < ZERO * 1e-3 {
                 *v = whole; // no rounding errors on integers

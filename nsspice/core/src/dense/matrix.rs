@@ -80,7 +80,11 @@ impl Matrix {
 
     /// The transpose.
     pub fn transpose(&self) -> Matrix {
-        Matrix::from_fn(self.cols, self.rows, |r, c| self[(c, r)])
+        let mut data = Vec::with_capacity(self.data.len());
+        for c in 0..self.cols {
+            data.extend(self.data[c.min(self.data.len())..].iter().step_by(self.cols));
+        }
+        Matrix { rows: self.cols, cols: self.rows, data }
     }
 
     /// The product `self * other`.
@@ -364,7 +368,7 @@ impl Lu {
     /// The same, and the last correction: an entry that is no larger vanishes but for rounding.
     pub fn refine(&self, a: &Matrix, b: &Matrix) -> (Matrix, Matrix) {
         let mut x = self.solve(b);
-        let mut correction = x.clone();
+        let mut correction = Matrix::default();
         for _ in 0..REFINEMENTS {
             let rest = super::wide::residual(a, &x, b);
             let nothing = rest.data.iter().all(|v| *v == 0.0);

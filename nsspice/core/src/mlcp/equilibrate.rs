@@ -86,10 +86,16 @@ fn ruiz(entries: &[Entry], d: &mut [f64]) {
             largest[r] = largest[r].max(size);
             largest[c] = largest[c].max(size);
         }
+        let mut settled = true;
         for (f, &big) in d.iter_mut().zip(&largest) {
-            if big > 0.0 && big.is_finite() {
-                *f /= big.sqrt();
+            let root = big.sqrt();
+            if big > 0.0 && big.is_finite() && root != 1.0 {
+                *f /= root;
+                settled = false;
             }
+        }
+        if settled {
+            break;
         }
     }
 }

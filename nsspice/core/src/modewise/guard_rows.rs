@@ -33,13 +33,12 @@ pub(super) fn impulse_rows(
 ) -> Tracked {
     let k = net.kernel.cols;
     let off: Vec<usize> = (0..net.m).filter(|&i| !on[i]).collect();
-    let factor = Matrix::from_fn(off.len(), k + active.len(), |i, j| {
-        if j < k {
-            -net.bn[(off[i], j)]
-        } else {
-            net.d[(off[i], active[j - k])]
-        }
-    });
+    let mut data = Vec::with_capacity(off.len() * (k + active.len()));
+    for &i in &off {
+        data.extend(net.bn.row(i).iter().map(|v| -v));
+        data.extend(active.iter().map(|&p| net.d[(i, p)]));
+    }
+    let factor = Matrix { rows: off.len(), cols: k + active.len(), data };
     let mut slack = algebraic.under(&factor);
     slack.add(-1.0, &states.under(&net.br.select_rows(&off)));
     let mut out = Tracked::zeros(net.m, algebraic.rows.value.cols);

@@ -267,9 +267,7 @@ impl Mode {
             };
         }
         // the regular block of the algebraic equations
-        let block = Matrix::from_fn(stairs.rows.len(), stairs.cols.len(), |i, j| {
-            knn[(stairs.rows[i], stairs.cols[j])]
-        });
+        let block = knn.select_rows(&stairs.rows).select_cols(&stairs.cols);
         let factor = Lu::new(&block);
         if factor.ratio == 0.0 {
             return Err("its algebraic equations are singular".into());
@@ -285,15 +283,15 @@ impl Mode {
         // columns [x | v | v']
         let width = n + 2 * nv;
         let place = |x: &Matrix, v: &Matrix, d: Option<&Matrix>| {
-            Matrix::from_fn(x.rows, width, |i, c| {
-                if c < n {
-                    x[(i, c)]
-                } else if c < n + nv {
-                    v[(i, c - n)]
-                } else {
-                    d.map_or(0.0, |d| d[(i, c - n - nv)])
-                }
-            })
+            let mut out = Matrix::zeros(x.rows, width);
+            for r in 0..x.rows {
+                let (of_x, rest) = out.row_mut(r).split_at_mut(n);
+                let (of_v, of_d) = rest.split_at_mut(nv);
+                of_x.copy_from_slice(x.row(r));
+                of_v.copy_from_slice(v.row(r));
+                d.iter().for_each(|d| of_d.copy_from_slice(d.row(r)));
+            }
+            out
         };
         let states = Tracked::exact(place(&q2, &yc, None));
         let zeros_x = Matrix::zeros(stairs.rows.len(), n);
@@ -313,8 +311,7 @@ impl Mode {
         }
         let mut change = change.under(&pi);
         change.clean(1);
-        let j = Matrix::from_fn(n, n, |i, c| change.value[(i, c)]);
-        let jv = Matrix::from_fn(n, nv, |i, c| change.value[(i, n + c)]);
+        let (j, jv) = (change.value.columns(0, n), change.value.columns(n, nv));
 
         // what no equation determines: least multipliers and slacks, then least voltages
         let open = stairs.open_cols.cols;
@@ -371,9 +368,9 @@ impl Mode {
         };
         let Spectrum { poles, blocks, from_modal: from, to_modal: to, .. } = spectrum;
         let to_rows = |t: &Matrix| Rows {
-            x: Matrix::from_fn(t.rows, n, |i, c| t[(i, c)]).times(&from),
-            v: Matrix::from_fn(t.rows, nv, |i, c| t[(i, n + c)]),
-            d: Matrix::from_fn(t.rows, nv, |i, c| t[(i, n + nv + c)]),
+            x: t.columns(0, n).times(&from),
+            v: t.columns(n, nv),
+            d: t.columns(n + nv, nv),
         };
         let mut kept = Vec::new();
         let mut watch = Vec::new();
@@ -474,8 +471,13 @@ impl Mode {
 
     /// Algebraic unknowns at a state, with inputs and their rates.
     pub fn algebra(&self, [x, v, d]: [&[f64]; 3], out: &mut [f64]) {
-        for (i, out) in out.iter_mut().enumerate() {
-            let (rows, r) = self.algebraic_row(i);
+        let Rows { x: of_x, v: of_v, d: of_d } = &self.algebraic;
+        let (listed, others) = out.split_at_mut(of_x.rows);
+        of_x.apply(x, listed);
+        of_v.apply_add(v, listed);
+        of_d.apply_add(d, listed);
+        for (i, out) in others.iter_mut().enumerate() {
+            let (rows, r) = self.algebraic_row(of_x.rows + i);
             *out = dot(rows.x.row(r), x) + dot(rows.v.row(r), v) + dot(rows.d.row(r), d);
         }
     }
