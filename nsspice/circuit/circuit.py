@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from ..devices import Conditions, Coupling, Device
+from ..devices import Conditions, Device
 from ..devices.stamper import AnalysisKind
 from ..errors import Diagnostic, NetlistError, UsageError, suggest
 from ..netlist.deck import Deck
@@ -213,15 +213,15 @@ class Circuit:
     def _find(self, signal: str) -> list[tuple[int, str, float]]:
         parsed = parse_signal(signal)
         if parsed is not None and parsed.kind == "v":
-            home = self.node_island
+            homes = self.node_island
             a, b = parsed.names if len(parsed.names) == 2 else (parsed.names[0], "0")
-            if (a == "0" or a in home) and (b == "0" or b in home):
-                if "0" not in (a, b) and home[a] == home[b]:
-                    return [(home[a], f"v({a},{b})", 1.0)]
-                return [(home[n], f"v({n})", f) for n, f in ((a, 1.0), (b, -1.0)) if n != "0"]
+            if (a == "0" or a in homes) and (b == "0" or b in homes):
+                if "0" not in (a, b) and homes[a] == homes[b]:
+                    return [(homes[a], f"v({a},{b})", 1.0)]
+                return [(homes[n], f"v({n})", f) for n, f in ((a, 1.0), (b, -1.0)) if n != "0"]
         elif parsed is not None and parsed.kind == "i":
             found = owner(parsed.names[0], self._by_name)
-            if found is not None and not isinstance(found[0], Coupling):
+            if found is not None and found[0].letter != "k":
                 home = self.element_island[found[0].name]
                 return [(home, f"i({parsed.names[0]})", 1.0)]
         known = [f"v({n})" for n in self.node_island] + [f"i({d})" for d in self.element_island]

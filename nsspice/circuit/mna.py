@@ -139,7 +139,7 @@ class MnaSystem:
                 return Functional(z=self.layout.voltage(a, b))
         elif signal is not None and signal.kind == "i":
             found = owner(signal.names[0], self._by_name)
-            if found is not None and not isinstance(found[0], Coupling):
+            if found is not None and found[0].letter != "k":
                 device, terminal = found
                 if terminal:
                     return device.terminal_current(self.layout, terminal)
@@ -171,6 +171,9 @@ class MnaSystem:
         layout = self.layout
         result, energy = [0.0] * self.system.n, 0.0
         for device in self.devices:
+            # to ask for an abstract class takes longer than all that follows
+            if not device.stores_energy and device.letter != "k":
+                continue
             if isinstance(device, Capacitor):
                 a, b = device.nodes
                 voltage = device.ic
@@ -191,7 +194,7 @@ class MnaSystem:
                     energy += mutual * first * second
                     result[layout.branches[one.name]] += mutual * second
                     result[layout.branches[two.name]] += mutual * first
-            elif device.smooth and device.stores_energy:
+            elif device.smooth:
                 stored = device.initial_charges(layout, lambda node: _node_voltage(ic, node))
                 for index, share in stored:
                     result[index] += share
