@@ -50,6 +50,24 @@ pub struct Block {
     slack: Vec<[f64; 2]>,
 }
 
+impl Block {
+    /// Makes room for so many points, or for as many as are judged together.
+    fn reserve(&mut self, points: usize, n: usize, m: usize) {
+        let points = points.min(1 + FULL / (n + m).max(1));
+        for list in [&mut self.error, &mut self.scale, &mut self.floor] {
+            list.reserve(points * n);
+        }
+        for list in [&mut self.l, &mut self.w, &mut self.volts] {
+            list.reserve(points * m);
+        }
+        self.roles.reserve(points * m);
+        self.slack.reserve(points * m);
+        self.unsigned.reserve(points);
+        self.least.reserve(points);
+        self.grain.reserve(points);
+    }
+}
+
 /// `value` less what may be rounding.
 fn beyond(value: f64, slack: f64) -> f64 {
     if value.abs() <= slack {
@@ -137,6 +155,11 @@ impl Auditor {
                 block.slack[k * m + i] = slack;
             }
         }
+    }
+
+    /// Makes room for so many points to come.
+    pub(super) fn expect(&mut self, points: usize) {
+        self.block.reserve(points, self.n, self.m);
     }
 
     /// Judges the points taken so far once they are many: the memory of a block is bounded, whatever

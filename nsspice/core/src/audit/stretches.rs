@@ -111,6 +111,7 @@ impl Auditor {
             let (z, l) = (&all.z[i * n..][..n], &all.l[i * m..][..m]);
             self.reach.see(&self.kinds, z, l, &mut self.largest);
         }
+        self.expect(count * s);
         let known = all.known / TOLERANCE;
         if n > 0 {
             let sides = all.seam_end.chunks_exact(n).zip(all.seam_begin.chunks_exact(n));

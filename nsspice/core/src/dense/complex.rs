@@ -42,7 +42,11 @@ impl Complex {
         if self.im == 0.0 {
             return complex(self.re.exp(), 0.0);
         }
-        let (size, (sin, cos)) = (self.re.exp(), self.im.sin_cos());
+        let (sin, cos) = self.im.sin_cos();
+        if self.re == 0.0 {
+            return complex(cos, sin);
+        }
+        let size = self.re.exp();
         complex(size * cos, size * sin)
     }
 
