@@ -17,6 +17,9 @@ pub enum Part {
     FunctionRate,
 }
 
+/// A sum of quantities: their numbers and factors.
+pub type Sum = Vec<(usize, f64)>;
+
 /// The quantities that outputs combine.
 #[derive(Clone, Copy, Debug)]
 pub struct Quantities<'a> {
@@ -123,18 +126,19 @@ impl Outputs {
         self.needs_function_rates
     }
 
-    /// The unknowns in each output with their factors; None if some output has more than unknowns
-    /// and sources.
-    pub fn of_unknowns(&self) -> Option<Vec<Vec<(usize, f64)>>> {
+    /// The unknowns and the sources in each output with their factors; None if some output has more than
+    /// those.
+    pub fn of_unknowns(&self) -> Option<Vec<[Sum; 2]>> {
         let [n, m, r, p, ..] = self.sizes;
+        let first = n + m + r;
         let terms = |ends: &[usize]| {
             let range = ends[0]..ends[1];
             let all = self.index[range.clone()].iter().zip(&self.factor[range]);
-            let mut found = Vec::new();
+            let mut found = [Vec::new(), Vec::new()];
             for (&index, &factor) in all {
                 match index as usize {
-                    j if j < n => found.push((j, factor)),
-                    j if (n + m + r..n + m + r + p).contains(&j) => {}
+                    j if j < n => found[0].push((j, factor)),
+                    j if (first..first + p).contains(&j) => found[1].push((j - first, factor)),
                     _ => return None,
                 }
             }
@@ -144,10 +148,7 @@ impl Outputs {
     }
 
     /// What each output is of sources alone, where the `known` unknowns are such sums themselves.
-    pub fn of_sources(
-        &self,
-        known: &[Option<Vec<(usize, f64)>>],
-    ) -> Vec<Option<Vec<(usize, f64)>>> {
+    pub fn of_sources(&self, known: &[Option<Sum>]) -> Vec<Option<Sum>> {
         let [n, m, r, p, ..] = self.sizes;
         let first = n + m + r;
         let sum = |ends: &[usize]| {
@@ -230,6 +231,7 @@ mod tests {
         assert_eq!(kinds, [3, 4, 6, 7, 8]);
         assert!(outputs.of_unknowns().is_none());
         let known = Outputs::new(&[list[4].clone(), list[6].clone()], [3, 1, 3, 1, 0, 0]);
-        assert_eq!(known.of_unknowns().unwrap(), [vec![(0, 2.0)], vec![]]);
+        let expected = [[vec![(0, 2.0)], vec![(0, -1.0)]], [vec![], vec![(0, 1.0)]]];
+        assert_eq!(known.of_unknowns().unwrap(), expected);
     }
 }

@@ -6,32 +6,27 @@
 //! Review 46 (2004) 501, doi:10.1137/S0036144502417715).  Between them it is compared with the laws.
 
 use super::super::stepper::Stepper;
+use super::curve::{basis, Basis, Curve, POWERS as POINTS};
 use super::driven::Driven;
 use super::rows::Inside;
 use std::f64::consts::PI;
 
-/// Points that the polynomial goes through.
-const POINTS: usize = 6;
-/// Points between them at which it is compared with the laws: the first, the middle and the last
-/// extremum of its error.
+/// Points between those of the polynomial at which it is compared with the laws: the first, the middle and
+/// the last extremum of its error.
 const LOOKS: [usize; 3] = [1, POINTS / 2, POINTS - 1];
 /// With fewer rows in a step all of them are solved for.
 const WORTH: f64 = 2.0 * (POINTS + LOOKS.len()) as f64;
 /// Largest distance of the polynomial from the laws, as a part of the tolerance.
 const NEAR: f64 = 0.1;
 
-/// Where a polynomial is known, and what it is in each column.
-struct Polynomial {
-    places: [f64; POINTS],
-    weights: [f64; POINTS],
-    values: Vec<Vec<f64>>,
-}
-
 /// The rows of one step.
 pub struct Between {
     /// the part of the step that the polynomial is for
     end: f64,
-    polynomial: Polynomial,
+    curve: Curve,
+    basis: Basis,
+    /// outputs at the points
+    values: Vec<Vec<f64>>,
     driven: Driven,
     /// outputs by the laws and by the polynomial
     exact: Vec<f64>,
@@ -40,38 +35,14 @@ pub struct Between {
     largest: Vec<f64>,
 }
 
-/// The part of the step at an angle of so many parts of half a turn, of twice as many as points.
+/// A place between -1 and 1, at an angle of so many parts of half a turn, of twice as many as points.
 fn place(angle: usize) -> f64 {
-    0.5 - 0.5 * (PI * angle as f64 / (2 * POINTS) as f64).cos()
+    -(PI * angle as f64 / (2 * POINTS) as f64).cos()
 }
 
-impl Polynomial {
-    fn new(columns: usize) -> Polynomial {
-        let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
-        let angle = |k: usize| PI * (2 * k + 1) as f64 / (2 * POINTS) as f64;
-        Polynomial {
-            places: std::array::from_fn(|k| place(2 * k + 1)),
-            weights: std::array::from_fn(|k| sign(k) * angle(k).sin()),
-            values: vec![vec![0.0; columns]; POINTS],
-        }
-    }
-
-    /// All columns at a place.
-    fn write(&self, place: f64, row: &mut [f64]) {
-        let mut shares = [0.0; POINTS];
-        for ((share, at), weight) in shares.iter_mut().zip(&self.places).zip(&self.weights) {
-            *share = weight / (place - at);
-        }
-        let sum: f64 = shares.iter().sum();
-        if let Some(k) = self.places.iter().position(|at| *at == place) {
-            return row.copy_from_slice(&self.values[k]);
-        }
-        row.fill(0.0);
-        for (share, values) in shares.iter().zip(&self.values) {
-            let share = share / sum;
-            row.iter_mut().zip(values).for_each(|(out, v)| *out += share * v);
-        }
-    }
+/// Where the polynomial meets the laws.
+fn places() -> [f64; POINTS] {
+    std::array::from_fn(|k| place(2 * k + 1))
 }
 
 impl Between {
@@ -79,7 +50,9 @@ impl Between {
         let zeros = vec![0.0; s.outputs.len()];
         Between {
             end: 1.0,
-            polynomial: Polynomial::new(zeros.len()),
+            curve: Curve::new(zeros.len()),
+            basis: basis(&places()),
+            values: vec![zeros.clone(); POINTS],
             driven: Driven::new(s),
             exact: zeros.clone(),
             plain: zeros.clone(),
@@ -96,19 +69,21 @@ impl Between {
     }
 
     fn agrees(&mut self, step: &mut Inside) -> bool {
-        let Between { end, polynomial, exact, plain, largest, .. } = self;
-        for (at, row) in polynomial.places.iter().zip(&mut polynomial.values) {
-            if !step.by_laws(*end * at, row) {
+        let Between { end, curve, exact, plain, largest, .. } = self;
+        let part = |place: f64| *end * (0.5 + 0.5 * place);
+        for (at, row) in places().into_iter().zip(&mut self.values) {
+            if !step.by_laws(part(at), row) {
                 return false;
             }
             for (largest, v) in largest.iter_mut().zip(row) {
                 *largest = largest.max(v.abs());
             }
         }
+        curve.join(&self.basis, &self.values);
         LOOKS.iter().all(|look| {
             let at = place(2 * look);
-            let solved = step.by_laws(*end * at, exact);
-            polynomial.write(at, plain);
+            let solved = step.by_laws(part(at), exact);
+            curve.write(at, plain);
             let mut outputs = exact.iter().zip(&*plain).zip(&*largest);
             solved && outputs.all(|((a, b), size)| (a - b).abs() <= NEAR * step.tolerance * size)
         })
@@ -116,7 +91,7 @@ impl Between {
 
     /// The outputs at the part `theta` of the step.
     pub(super) fn write(&self, step: &mut Inside, theta: f64, row: &mut [f64]) {
-        self.polynomial.write(theta / self.end, row);
+        self.curve.write(2.0 * theta / self.end - 1.0, row);
         if !self.driven.is_empty() {
             step.trial.look_up_sources(step.s, theta);
             self.driven.write(&step.trial.u, row);
@@ -128,38 +103,20 @@ impl Between {
 mod tests {
     use super::*;
 
-    #[test]
-    fn polynomials_are_met_everywhere() {
-        let law = |t: f64| [1.0, (t - 0.3) * (1.0 + t).powi(POINTS as i32 - 2)];
-        let mut polynomial = Polynomial::new(2);
-        for (at, row) in polynomial.places.iter().zip(&mut polynomial.values) {
-            row.copy_from_slice(&law(*at));
-        }
-        let mut row = [0.0; 2];
-        for t in (0..=40).map(|k| f64::from(k) / 40.0).chain(polynomial.places) {
-            polynomial.write(t, &mut row);
-            for (found, expected) in row.iter().zip(law(t)) {
-                assert!((found - expected).abs() <= 1e-13, "{t}: {found} {expected}");
-            }
-        }
-    }
-
     /// Of the next power the polynomial errs most where it is compared: by the least possible
-    /// error, `2 / 4^POINTS`.
+    /// error, `2 / 2^POINTS` between -1 and 1.
     #[test]
     fn it_is_compared_where_it_errs_most() {
-        let mut polynomial = Polynomial::new(1);
-        let law = |t: f64| t.powi(POINTS as i32);
-        for (at, row) in polynomial.places.iter().zip(&mut polynomial.values) {
-            row[0] = law(*at);
-        }
-        let error = |t: f64| {
+        let mut curve = Curve::new(1);
+        let law = |x: f64| x.powi(POINTS as i32);
+        curve.join(&basis(&places()), &places().map(|x| vec![law(x)]));
+        let error = |x: f64| {
             let mut row = [0.0];
-            polynomial.write(t, &mut row);
-            (row[0] - law(t)).abs()
+            curve.write(x, &mut row);
+            (row[0] - law(x)).abs()
         };
-        let most = 2.0 * 0.25f64.powi(POINTS as i32);
-        assert!((0..=100).all(|k| error(f64::from(k) / 100.0) <= most + 1e-15));
-        assert!(LOOKS.iter().all(|look| (error(place(2 * look)) - most).abs() <= 1e-15));
+        let most = 2.0 * 0.5f64.powi(POINTS as i32);
+        assert!((-50..=50).all(|k| error(f64::from(k) / 50.0) <= most + 1e-14));
+        assert!(LOOKS.iter().all(|look| (error(place(2 * look)) - most).abs() <= 1e-14));
     }
 }

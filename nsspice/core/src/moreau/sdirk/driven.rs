@@ -1,11 +1,9 @@
 //! Outputs that the sources determine by voltage laws alone: they are no polynomials, and need none.
 
+use super::super::record::Sum;
 use super::super::stepper::Stepper;
 
-/// A sum of sources with factors.
-type Sum = Vec<(usize, f64)>;
-
-/// The outputs that are sums of sources, each with its number.
+/// The outputs that are sums of sources, or have such a part, each with its number.
 pub struct Driven {
     sums: Vec<(usize, Sum)>,
 }
@@ -20,11 +18,25 @@ impl Driven {
         Driven { sums: sums.filter_map(|(k, sum)| Some((k, sum?))).collect() }
     }
 
+    /// Parts of all outputs.
+    pub fn parts(sums: Vec<Sum>) -> Driven {
+        let sums = sums.into_iter().enumerate();
+        Driven { sums: sums.filter(|(_, sum)| !sum.is_empty()).collect() }
+    }
+
+    fn sums<'a>(&'a self, u: &'a [f64]) -> impl Iterator<Item = (usize, f64)> + 'a {
+        let sum = |terms: &Sum| terms.iter().map(|&(j, factor)| factor * u[j]).sum();
+        self.sums.iter().map(move |(k, terms)| (*k, sum(terms)))
+    }
+
     /// Writes those of a row for the sources `u`.
     pub fn write(&self, u: &[f64], row: &mut [f64]) {
-        for (k, sum) in &self.sums {
-            row[*k] = sum.iter().map(|&(j, factor)| factor * u[j]).sum();
-        }
+        self.sums(u).for_each(|(k, sum)| row[k] = sum);
+    }
+
+    /// Adds those parts of a row.
+    pub fn add(&self, u: &[f64], row: &mut [f64]) {
+        self.sums(u).for_each(|(k, sum)| row[k] += sum);
     }
 
     /// There are none.

@@ -42,12 +42,6 @@ impl Inside<'_> {
         self.trial.write(self.s, self.ladder, row);
         fit == Fit::Solved
     }
-
-    /// The same by the continuous solution alone: right for what is stored.
-    pub fn continuous(&mut self, theta: f64, row: &mut [f64]) {
-        self.trial.interpolate(self.s, self.tableau, theta);
-        self.trial.write(self.s, self.ladder, row);
-    }
 }
 
 /// Instants at which rows are written.
@@ -141,7 +135,7 @@ impl Sdirk {
         let outputs = &mut row[1..];
         match origin {
             Origin::Between => self.between.write(&mut step, theta, outputs),
-            Origin::Continuous => step.continuous(theta, outputs),
+            Origin::Continuous => self.stored.write(&mut step, theta, outputs),
             Origin::Laws => {
                 step.by_laws(theta, outputs);
             }

@@ -329,16 +329,6 @@ impl Trial {
         }
     }
 
-    /// The unknowns of `point` by the polynomial alone, and the sources: right for what is stored.
-    pub fn interpolate(&mut self, s: &Stepper, tableau: &Tableau, theta: f64) {
-        let (n, value) = (self.n, tableau.weights(theta).0);
-        self.point[..n].copy_from_slice(&self.first[..n]);
-        for (k, v) in self.rates.iter().zip(&value) {
-            add(self.length * v, &k[..n], &mut self.point[..n]);
-        }
-        self.look_up_sources(s, theta);
-    }
-
     /// The sources at `theta`, into `u`.
     pub fn look_up_sources(&mut self, s: &Stepper, theta: f64) {
         let t = self.start + theta * self.length;

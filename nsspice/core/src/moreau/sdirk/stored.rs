@@ -1,7 +1,10 @@
 //! Outputs that are stored quantities: voltages across capacitors, currents of inductors.  The
 //! continuous solution gives them without solving for the rest.
 
+use super::super::record::Sum;
 use super::super::stepper::Stepper;
+use super::curve::Curve;
+use super::driven::Driven;
 use super::rows::Inside;
 use crate::union_find::UnionFind;
 
@@ -13,7 +16,11 @@ const NEAR: f64 = 0.1;
 /// Decides for each step whether its rows may come from the polynomial alone.  Of parts that are
 /// stiffer than the step is short it tells less than the laws do.
 pub struct StoredRows {
-    possible: bool,
+    /// the outputs as sums of unknowns, if all are stored
+    sums: Option<Vec<Sum>>,
+    /// what they have of sources beside those
+    driven: Driven,
+    curve: Curve,
     /// largest outputs so far
     largest: Vec<f64>,
     exact: Vec<f64>,
@@ -23,8 +30,11 @@ pub struct StoredRows {
 impl StoredRows {
     pub fn new(s: &Stepper) -> StoredRows {
         let zeros = vec![0.0; s.outputs.len()];
+        let (sums, parts) = stored_outputs(s).unzip();
         StoredRows {
-            possible: outputs_are_stored(s),
+            sums,
+            driven: Driven::parts(parts.unwrap_or_default()),
+            curve: Curve::new(zeros.len()),
             largest: zeros.clone(),
             exact: zeros.clone(),
             plain: zeros,
@@ -34,25 +44,35 @@ impl StoredRows {
     /// Whether the polynomial gives the rows of a step; at its middle it is compared with what the laws
     /// say.
     pub(super) fn plain(&mut self, step: &mut Inside) -> bool {
-        let mut near = self.possible && step.rows > WORTH;
-        if near {
-            step.by_laws(0.5 * step.end, &mut self.exact);
-            step.continuous(0.5 * step.end, &mut self.plain);
-            for ((a, b), largest) in self.exact.iter().zip(&self.plain).zip(&mut self.largest) {
-                *largest = largest.max(a.abs());
-                near &= (a - b).abs() <= NEAR * step.tolerance * *largest;
-            }
+        let Some(sums) = self.sums.as_ref().filter(|_| step.rows > WORTH) else { return false };
+        let middle = 0.5 * step.end;
+        step.by_laws(middle, &mut self.exact);
+        self.curve.follow(sums, step.trial, step.tableau);
+        let mut plain = std::mem::take(&mut self.plain);
+        self.write(step, middle, &mut plain);
+        let mut near = true;
+        for ((a, b), largest) in self.exact.iter().zip(&plain).zip(&mut self.largest) {
+            *largest = largest.max(a.abs());
+            near &= (a - b).abs() <= NEAR * step.tolerance * *largest;
         }
+        self.plain = plain;
         near
+    }
+
+    /// The outputs at the part `theta` of the step.
+    pub(super) fn write(&self, step: &mut Inside, theta: f64, row: &mut [f64]) {
+        self.curve.write(theta, row);
+        if !self.driven.is_empty() {
+            step.trial.look_up_sources(step.s, theta);
+            self.driven.add(&step.trial.u, row);
+        }
     }
 }
 
-/// Whether every output of `s` is a combination of quantities that linear capacitors and inductors
-/// store, with sources, and no such quantity is determined by the laws alone.
-fn outputs_are_stored(s: &Stepper) -> bool {
-    if s.smooth.is_none() {
-        return false;
-    }
+/// The outputs of `s` as sums of unknowns, and of sources, if every one is a combination of quantities that
+/// linear capacitors and inductors store, with sources, and no such quantity is determined by the laws alone.
+fn stored_outputs(s: &Stepper) -> Option<(Vec<Sum>, Vec<Sum>)> {
+    s.smooth.as_ref()?;
     let linear = &s.sys.linear;
     let (n, kind) = (s.z.len(), &linear.row_kind);
     // unknowns joined by capacitors, and ground: in each group all differences are stored
@@ -91,9 +111,9 @@ fn outputs_are_stored(s: &Stepper) -> bool {
         let ground = groups.root(ground);
         sums.iter().enumerate().all(|(g, s)| g == ground || s.0.abs() <= 1e-12 * s.1)
     };
-    let Some(outputs) = s.outputs.of_unknowns() else { return false };
-    if !outputs.iter().all(|output| fit(&mut groups, output)) {
-        return false;
+    let outputs = s.outputs.of_unknowns()?;
+    if !outputs.iter().all(|[unknowns, _]| fit(&mut groups, unknowns)) {
+        return None;
     }
     // a loop of capacitors and voltage laws ties what they store
     let mut tied = true;
@@ -107,5 +127,5 @@ fn outputs_are_stored(s: &Stepper) -> bool {
             _ => false,
         };
     }
-    tied
+    tied.then(|| outputs.into_iter().map(|[unknowns, sources]| (unknowns, sources)).unzip())
 }

@@ -4,6 +4,8 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 /// The largest number of stages.
 pub const MOST: usize = 6;
+/// The largest degree of a continuous solution.
+pub const DEGREE: usize = 4;
 
 /// A point near which the solution is known when a stage is to be solved.
 #[derive(Clone, Copy, Debug)]
@@ -39,14 +41,29 @@ pub struct Tableau {
     pub error_order: i32,
     /// weights of the rates in what the continuous solution has beyond Hermite's cubic, at its largest
     pub inside: &'static [f64],
-    /// per stage the coefficients of theta, theta^2, ... in the continuous solution
-    pub dense: &'static [&'static [f64]],
+    /// weights of the rates in the coefficients of theta, theta^2, ... of the continuous solution
+    pub dense: [[f64; MOST]; DEGREE],
     /// the stage nearest to the middle of the step
     pub middle: usize,
     /// from which points each stage is predicted
     pub predictors: &'static [&'static [Node]],
     /// the method of the first step after a jump or corner, where the rates at its begin are not known
     pub starter: Option<&'static Tableau>,
+}
+
+/// The coefficients of each stage, power by power.
+const fn by_powers<const D: usize>(stages: &[[f64; D]]) -> [[f64; MOST]; DEGREE] {
+    let mut powers = [[0.0; MOST]; DEGREE];
+    let mut p = 0;
+    while p < D {
+        let mut j = 0;
+        while j < stages.len() {
+            powers[p][j] = stages[j][p];
+            j += 1;
+        }
+        p += 1;
+    }
+    powers
 }
 
 const GAMMA2: f64 = 1.0 - FRAC_1_SQRT_2;
@@ -71,7 +88,7 @@ const TWO: Tableau = Tableau {
     smoothed: true,
     error_order: 2,
     inside: &[],
-    dense: &[&[1.0 + RATIO2, -FRAC_1_SQRT_2], &[-RATIO2, FRAC_1_SQRT_2]],
+    dense: by_powers(&[[1.0 + RATIO2, -FRAC_1_SQRT_2], [-RATIO2, FRAC_1_SQRT_2]]),
     middle: 0,
     predictors: &[&[Past(2), Past(0), Begin], &[Past(0), Begin, Stage(0)]],
     starter: None,
@@ -148,14 +165,14 @@ pub static FOURTH: Tableau = Tableau {
     error_order: 4,
     // the quartic term is `theta^2 (1 - theta)^2` times this
     inside: &[Q4[0] / 16.0, Q4[1] / 16.0, Q4[2] / 16.0, Q4[3] / 16.0, Q4[4] / 16.0, Q4[5] / 16.0],
-    dense: &[
-        &[1.0, 3.0 * B4[0] - 2.0 + Q4[0], 1.0 - 2.0 * (B4[0] + Q4[0]), Q4[0]],
-        &[0.0, 3.0 * B4[1] + Q4[1], -2.0 * (B4[1] + Q4[1]), Q4[1]],
-        &[0.0, 3.0 * B4[2] + Q4[2], -2.0 * (B4[2] + Q4[2]), Q4[2]],
-        &[0.0, 3.0 * B4[3] + Q4[3], -2.0 * (B4[3] + Q4[3]), Q4[3]],
-        &[0.0, 3.0 * B4[4] + Q4[4], -2.0 * (B4[4] + Q4[4]), Q4[4]],
-        &[0.0, 3.0 * B4[5] - 1.0 + Q4[5], 1.0 - 2.0 * (B4[5] + Q4[5]), Q4[5]],
-    ],
+    dense: by_powers(&[
+        [1.0, 3.0 * B4[0] - 2.0 + Q4[0], 1.0 - 2.0 * (B4[0] + Q4[0]), Q4[0]],
+        [0.0, 3.0 * B4[1] + Q4[1], -2.0 * (B4[1] + Q4[1]), Q4[1]],
+        [0.0, 3.0 * B4[2] + Q4[2], -2.0 * (B4[2] + Q4[2]), Q4[2]],
+        [0.0, 3.0 * B4[3] + Q4[3], -2.0 * (B4[3] + Q4[3]), Q4[3]],
+        [0.0, 3.0 * B4[4] + Q4[4], -2.0 * (B4[4] + Q4[4]), Q4[4]],
+        [0.0, 3.0 * B4[5] - 1.0 + Q4[5], 1.0 - 2.0 * (B4[5] + Q4[5]), Q4[5]],
+    ]),
     middle: 1,
     predictors: &[
         &[],
@@ -194,14 +211,14 @@ pub static START: Tableau = Tableau {
     smoothed: true,
     error_order: 4,
     inside: &[],
-    dense: &[
-        &[],
-        &[11.0 / 3.0, -463.0 / 72.0, 217.0 / 36.0, -20.0 / 9.0],
-        &[11.0 / 2.0, -385.0 / 16.0, 661.0 / 24.0, -10.0],
-        &[-125.0 / 18.0, 20125.0 / 432.0, -8875.0 / 216.0, 250.0 / 27.0],
-        &[0.0, -85.0 / 4.0, 85.0 / 6.0, 0.0],
-        &[-11.0 / 9.0, 557.0 / 108.0, -359.0 / 54.0, 80.0 / 27.0],
-    ],
+    dense: by_powers(&[
+        [0.0; DEGREE],
+        [11.0 / 3.0, -463.0 / 72.0, 217.0 / 36.0, -20.0 / 9.0],
+        [11.0 / 2.0, -385.0 / 16.0, 661.0 / 24.0, -10.0],
+        [-125.0 / 18.0, 20125.0 / 432.0, -8875.0 / 216.0, 250.0 / 27.0],
+        [0.0, -85.0 / 4.0, 85.0 / 6.0, 0.0],
+        [-11.0 / 9.0, 557.0 / 108.0, -359.0 / 54.0, 80.0 / 27.0],
+    ]),
     middle: 4,
     predictors: &[
         &[],
@@ -248,14 +265,14 @@ impl Tableau {
     /// Weights of the rates in the solution at `theta` and in its derivative.
     pub fn weights(&self, theta: f64) -> ([f64; MOST], [f64; MOST]) {
         let (mut value, mut slope) = ([0.0; MOST], [0.0; MOST]);
-        for (j, coefficients) in self.dense.iter().enumerate() {
-            for (p, &b) in coefficients.iter().enumerate().rev() {
+        for (p, row) in self.dense.iter().enumerate().rev() {
+            let exponent = (p + 1) as f64;
+            for (j, &b) in row.iter().enumerate() {
                 value[j] = value[j] * theta + b;
-                slope[j] = slope[j] * theta + b * (p + 1) as f64;
+                slope[j] = slope[j] * theta + b * exponent;
             }
-            value[j] *= theta;
         }
-        (value, slope)
+        (value.map(|v| v * theta), slope)
     }
 }
 
