@@ -5,6 +5,9 @@ use crate::sparse::Csc;
 /// Sums of a row that are smaller than this part of its entries are their rounding.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
+/// Most points of a step.
+const MOST: usize = 8;
+
 /// The symmetric part `M` of a matrix as `x' M x = sum c (x_i + s x_j)^2 + sum d x_i^2` with
 /// `s = 1` or `-1`: one square for each element between two nodes, without the cancellation of the
 /// entries that they share.
@@ -78,26 +81,26 @@ impl Form {
     }
 
     /// `sum w_ij k_i' M k_j` over the points `k` of a step.
-    pub fn products(&self, count: usize, point: impl Fn(usize, usize) -> f64, w: &[f64]) -> f64 {
+    pub fn products(&self, points: &[&[f64]], w: &[f64]) -> f64 {
         let mut sum = 0.0;
-        let mut v = [0.0; 8];
-        let mut add = |c: f64, value: &dyn Fn(usize) -> f64| {
-            for (k, v) in v[..count].iter_mut().enumerate() {
-                *v = value(k);
-            }
-            for (row, a) in w.chunks_exact(count).zip(&v) {
-                let inner: f64 = row.iter().zip(&v).map(|(w, b)| w * b).sum();
-                sum += c * a * inner;
-            }
-        };
         for &(i, j, sign, c) in &self.pairs {
-            add(c, &|k| point(k, i as usize) + sign * point(k, j as usize));
+            sum += c * products(points, w, |k| k[i as usize] + sign * k[j as usize]);
         }
         for &(i, c) in &self.single {
-            add(c, &|k| point(k, i as usize));
+            sum += c * products(points, w, |k| k[i as usize]);
         }
         sum
     }
+}
+
+/// `sum w_ij v_i v_j` over values `v` at points.
+#[inline]
+fn products(points: &[&[f64]], w: &[f64], value: impl Fn(&[f64]) -> f64) -> f64 {
+    let mut values = [0.0; MOST];
+    let values = &mut values[..points.len()];
+    values.iter_mut().zip(points).for_each(|(v, point)| *v = value(point));
+    let rows = w.chunks_exact(values.len()).zip(&*values);
+    rows.map(|(row, a)| a * row.iter().zip(&*values).map(|(w, b)| w * b).sum::<f64>()).sum()
 }
 
 #[cfg(test)]
@@ -137,7 +140,7 @@ mod tests {
                 expected += w[2 * i + j] * all.map(|&(r, c, v)| a[r] * v * b[c]).sum::<f64>();
             }
         }
-        let found = form.products(2, |k, i| points[k][i], &w);
+        let found = form.products(&points.each_ref().map(|x| &x[..]), &w);
         assert!((found - expected).abs() < 1e-13 * expected.abs());
     }
 }

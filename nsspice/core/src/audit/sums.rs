@@ -46,9 +46,11 @@ pub struct Balance {
 
 /// A step with several points.
 pub struct Points<'a> {
-    /// weights of the points [s]
+    /// its length [s]
+    pub length: f64,
+    /// weights of the points, as parts of the length
     pub weight: &'a [f64],
-    /// `w_i a_ij + w_j a_ji - w_i w_j`, row by row [s^2]
+    /// `w_i a_ij + w_j a_ji - w_i w_j`, row by row, as parts of its square
     pub taken: &'a [f64],
     /// unknowns at each point, and the rates of those that are stored
     pub z: &'a [&'a [f64]],
@@ -56,8 +58,8 @@ pub struct Points<'a> {
     pub rate: &'a [&'a [f64]],
     /// multipliers, (points, m)
     pub l: &'a [f64],
-    /// sources, (points, p)
-    pub u: &'a [f64],
+    /// sources at each point
+    pub u: &'a [&'a [f64]],
     /// smooth functions at each point, and their rates
     pub f: &'a [&'a [f64]],
     /// see `f`
@@ -116,14 +118,12 @@ impl Bilinear {
         Bilinear { columns: matrix.clone(), entries: Entries::new(matrix) }
     }
 
-    /// `y' M x`, of which many entries are zero
+    /// `y' M x`
+    #[inline]
     fn between(&self, y: &[f64], x: impl Fn(usize) -> f64) -> f64 {
         let mut sum = 0.0;
-        for j in 0..self.columns.ncols {
-            let x = x(j);
-            if x != 0.0 {
-                sum += x * self.columns.col_dot(j, y);
-            }
+        for &(row, column, value) in self.entries.list() {
+            sum += value * y[row as usize] * x(column as usize);
         }
         sum
     }
@@ -326,29 +326,28 @@ impl Sums {
     pub fn points(&mut self, z0: &[f64], all: &Points) {
         self.begin(z0);
         self.add_lanes();
-        let (m, p, count) = (self.a.columns.ncols, self.s.columns.ncols, all.weight.len());
+        let (m, count) = (self.a.columns.ncols, all.weight.len());
         let (mut delivered, mut dissipated) = (0.0, 0.0);
         for (i, &weight) in all.weight.iter().enumerate() {
-            let (z, l, u) = (all.z[i], &all.l[i * m..], &all.u[i * p..]);
-            if i + 1 == count {
-                self.look(z, l.get(..m).unwrap_or(&[]));
-            }
             if weight == 0.0 {
                 continue;
             }
-            let mut power = self.lost(z, l) + self.controls.between(z, |k| all.rate[i][k]);
+            let (z, l, u, rate) = (all.z[i], &all.l[i * m..], all.u[i], all.rate[i]);
+            let mut power = self.lost(z, l) + self.controls.between(z, |k| rate[k]);
             if let Some((acting, stored)) = &self.smooth {
-                power += acting.between(z, |k| all.f[i][k]);
-                power += stored.between(z, |k| all.f_rate[i][k]);
+                let (f, f_rate) = (all.f[i], all.f_rate[i]);
+                power += acting.between(z, |k| f[k]) + stored.between(z, |k| f_rate[k]);
             }
             dissipated += weight * power;
             delivered += weight * self.s.between(z, |k| u[k]);
-            self.time += weight.abs();
+            self.time += all.length * weight.abs();
         }
-        let scheme = 0.5 * self.stored.products(count, |k, i| all.rate[k][i], all.taken);
+        let scheme = 0.5 * self.stored.products(all.rate, all.taken);
         self.points += count as u64;
-        self.add_one(delivered, dissipated, scheme);
+        let h = all.length;
+        self.add_one(h * delivered, h * dissipated, h * h * scheme);
         if let Some(last) = all.z.last() {
+            self.look(last, all.l.get((count - 1) * m..).unwrap_or(&[]));
             self.go_on_from(last);
         }
     }

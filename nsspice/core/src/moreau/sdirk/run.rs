@@ -12,7 +12,7 @@ use super::points::PointRows;
 use super::rows::{Origin, Rows};
 use super::step::Trial;
 use super::stored::StoredRows;
-use super::witness::{no_length, sum_up, Witness};
+use super::witness::{no_length, Witness};
 use super::{Accuracy, Tableau};
 use crate::audit::Taken;
 use crate::waveform::Side;
@@ -511,7 +511,7 @@ impl Sdirk {
         }
         let (trial, ladder, tableau) = (&self.trial, &self.ladder, self.tableau);
         self.witness.step(s, trial, ladder, tableau, accepted.theta, accepted.time);
-        sum_up(s, trial, ladder, tableau, accepted.theta);
+        self.witness.sum_up(s, trial, ladder, tableau, accepted.theta);
         // a mode that ends where it begins has not been: its values may obey no sign, and are not shown
         let empty = accepted.end == End::Event
             && no_length(self.trial.start, accepted.time, self.trial.length);

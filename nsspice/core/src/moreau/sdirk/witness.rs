@@ -18,7 +18,8 @@ const FULL: usize = 1 << 18;
 /// Most points of a step: its stages and its end.
 const POINTS: usize = MOST + 1;
 
-/// How the rates at the points of a step make up its change and its points [s].
+/// How the rates at the points of a step make up its change and its points, as parts of its length.
+#[derive(Clone, Copy)]
 pub struct Weights {
     /// points with any weight
     pub count: usize,
@@ -26,6 +27,8 @@ pub struct Weights {
     pub own: [f64; POINTS],
     /// in each point
     pub inner: [[f64; POINTS]; POINTS],
+    /// in what the scheme takes: see [`Points`]
+    pub taken: [f64; POINTS * POINTS],
 }
 
 /// The stage whose point and rates stand for one: a first stage that counts for nothing has no rates.
@@ -38,17 +41,15 @@ fn standing(tableau: &Tableau, i: usize) -> usize {
 }
 
 impl Weights {
-    /// Of a step of the length `h` that ends at the part `theta` of it.
-    pub fn new(tableau: &Tableau, theta: f64, h: f64) -> Weights {
+    /// Of a step that ends at the part `theta` of its length.
+    pub fn new(tableau: &Tableau, theta: f64) -> Weights {
         let stages = tableau.stages();
-        // the step that ends in the point: its last row, in units of time
-        let stage = tableau.gamma * h;
+        // the step that ends in the point: its last row
+        let stage = tableau.gamma;
         let (mut own, mut inner) = ([0.0; POINTS], [[0.0; POINTS]; POINTS]);
         for (i, row) in inner.iter_mut().enumerate().take(stages) {
             let i = standing(tableau, i);
-            for (w, a) in row.iter_mut().zip(tableau.a[i]) {
-                *w = h * a;
-            }
+            row[..tableau.a[i].len()].copy_from_slice(tableau.a[i]);
             if i >= tableau.first() {
                 row[i] = stage;
             }
@@ -58,58 +59,26 @@ impl Weights {
         } else {
             let (value, slope) = tableau.weights(theta);
             for (w, (v, d)) in own.iter_mut().zip(value.iter().zip(&slope)).take(stages) {
-                *w = h * v - stage * d;
+                *w = v - stage * d;
             }
             own[stages] = stage;
         }
         inner[stages] = own;
-        Weights { count: stages + usize::from(theta != 1.0), own, inner }
+        let count = stages + usize::from(theta != 1.0);
+        let mut taken = [0.0; POINTS * POINTS];
+        for i in 0..count {
+            for j in 0..count {
+                taken[i * count + j] =
+                    own[i] * inner[i][j] + own[j] * inner[j][i] - own[i] * own[j];
+            }
+        }
+        Weights { count, own, inner, taken }
     }
 }
 
 /// Whether a step, tried with a length, ends where it begins.
 pub fn no_length(start: f64, end: f64, tried: f64) -> bool {
     end - start <= SAME * end.max(tried)
-}
-
-/// Adds an accepted step to the balance of energy of `s`, as [`Witness::step`] would record it.
-pub fn sum_up(s: &mut Stepper, trial: &Trial, ladder: &Ladder, tableau: &Tableau, theta: f64) {
-    let Some(sums) = &mut s.sums else { return };
-    let (n, m, p) = (s.z.len(), s.l.len(), s.u0.len());
-    let Weights { count, own, inner } = Weights::new(tableau, theta, trial.length);
-    let mut taken = [0.0; POINTS * POINTS];
-    for i in 0..count {
-        for j in 0..count {
-            taken[i * count + j] = own[i] * inner[i][j] + own[j] * inner[j][i] - own[i] * own[j];
-        }
-    }
-    let [mut z, mut rate, mut f, mut f_rate] = [[&[][..]; POINTS]; 4];
-    let (mut l, mut u) = (Vec::with_capacity(count * m), Vec::with_capacity(count * p));
-    for i in 0..count {
-        let inside = i < tableau.stages();
-        let (place, i) = (i, standing(tableau, i));
-        u.extend_from_slice(if inside { &trial.inputs[i] } else { &trial.u });
-        let x = if inside { &trial.stages[i] } else { &trial.point };
-        let rates = if inside { &trial.rates[i] } else { &trial.slope };
-        (z[place], f[place]) = (&x[..n], &x[n + m..]);
-        (rate[place], f_rate[place]) = rates.split_at(n);
-        let guards = x[n..n + m].iter().zip(s.active.iter().zip(&s.roles));
-        let open = trial.open[i];
-        l.extend(guards.map(|(&g, (&on, &role))| ladder.multiplier(g, on, role, open)));
-    }
-    sums.points(
-        &trial.first[..n],
-        &Points {
-            weight: &own[..count],
-            taken: &taken[..count * count],
-            z: &z[..count],
-            rate: &rate[..count],
-            l: &l,
-            u: &u,
-            f: &f[..count],
-            f_rate: &f_rate[..count],
-        },
-    );
 }
 
 /// Chooses the steps to record and keeps them.
@@ -120,6 +89,10 @@ pub struct Witness {
     /// steps without length since the last record
     empty: u8,
     pub taken: Taken,
+    /// those of the last step, of such a method and with such an end
+    weights: Option<(&'static Tableau, f64, Weights)>,
+    /// scratch: multipliers at the points
+    multipliers: Vec<f64>,
 }
 
 impl Witness {
@@ -135,6 +108,64 @@ impl Witness {
         std::mem::replace(&mut self.taken, Taken { nodes, known, ..Taken::default() })
     }
 
+    /// How the points of a step make it up that is accepted up to `theta` of its length; most are whole.
+    fn weights(&mut self, tableau: &'static Tableau, theta: f64) -> Weights {
+        match &self.weights {
+            Some((of, end, known)) if std::ptr::eq(*of, tableau) && *end == theta => *known,
+            _ => {
+                let weights = Weights::new(tableau, theta);
+                self.weights = Some((tableau, theta, weights));
+                weights
+            }
+        }
+    }
+
+    /// Adds an accepted step to the balance of energy of `s`, as [`Witness::step`] would record it.
+    pub fn sum_up(
+        &mut self,
+        s: &mut Stepper,
+        trial: &Trial,
+        ladder: &Ladder,
+        tableau: &'static Tableau,
+        theta: f64,
+    ) {
+        let Some(sums) = &mut s.sums else { return };
+        let (n, m) = (s.z.len(), s.l.len());
+        let Weights { count, own, taken, .. } = &self.weights(tableau, theta);
+        let [mut z, mut rate, mut u, mut f, mut f_rate] = [[&[][..]; POINTS]; 5];
+        self.multipliers.clear();
+        for place in 0..*count {
+            let inside = place < tableau.stages();
+            let i = standing(tableau, place);
+            let (x, rates, sources) = if inside {
+                (&trial.stages[i], &trial.rates[i], &trial.inputs[i])
+            } else {
+                (&trial.point, &trial.slope, &trial.u)
+            };
+            u[place] = sources;
+            (z[place], f[place]) = (&x[..n], &x[n + m..]);
+            (rate[place], f_rate[place]) = rates.split_at(n);
+            let guards = x[n..n + m].iter().zip(s.active.iter().zip(&s.roles));
+            let open = trial.open[i];
+            let multiplier = |(&g, (&on, &role))| ladder.multiplier(g, on, role, open);
+            self.multipliers.extend(guards.map(multiplier));
+        }
+        sums.points(
+            &trial.first[..n],
+            &Points {
+                length: trial.length,
+                weight: &own[..*count],
+                taken: &taken[..count * count],
+                z: &z[..*count],
+                rate: &rate[..*count],
+                l: &self.multipliers,
+                u: &u[..*count],
+                f: &f[..*count],
+                f_rate: &f_rate[..*count],
+            },
+        );
+    }
+
     /// Takes notice of an accepted step up to `theta` of its length, before the state of `s` moves
     /// to the point of `trial`.
     pub fn step(
@@ -142,7 +173,7 @@ impl Witness {
         s: &Stepper,
         trial: &Trial,
         ladder: &Ladder,
-        tableau: &Tableau,
+        tableau: &'static Tableau,
         theta: f64,
         end: f64,
     ) {
@@ -157,7 +188,7 @@ impl Witness {
         self.spent += PRICE;
         let (n, m) = (s.z.len(), s.l.len());
         let (stages, h) = (tableau.stages(), trial.length);
-        let Weights { own, inner, .. } = Weights::new(tableau, theta, h);
+        let Weights { own, inner, .. } = self.weights(tableau, theta);
         let taken = &mut self.taken;
         taken.begin.push(trial.start);
         taken.end.push(end);
@@ -167,7 +198,7 @@ impl Witness {
         taken.signed.push(0); // inner stages are of low order
         taken.first.extend_from_slice(&trial.first[..n]);
         taken.first_u.extend_from_slice(&s.u0);
-        taken.weight.extend_from_slice(&own[..=stages]);
+        taken.weight.extend(own[..=stages].iter().map(|w| h * w));
         if !s.switches.is_empty() {
             taken.roles.extend(s.roles.iter().map(|&r| r as u8));
         }
@@ -186,7 +217,7 @@ impl Witness {
             taken.u.extend_from_slice(if inside { &trial.inputs[i] } else { &trial.u });
             taken.rate.extend_from_slice(&rates[..n]);
             taken.function_rate.extend_from_slice(&rates[n..]);
-            taken.inner.extend_from_slice(&inner[i][..=stages]);
+            taken.inner.extend(inner[i][..=stages].iter().map(|w| h * w));
         }
     }
 }
