@@ -83,11 +83,11 @@ impl Csc {
 
     /// `y += factor * self * x`
     pub fn mul_add(&self, factor: f64, x: &[f64], y: &mut [f64]) {
-        for (c, &xc) in x.iter().enumerate().take(self.ncols) {
+        for (ends, &xc) in self.colptr.windows(2).zip(x) {
             let f = factor * xc;
             if f != 0.0 {
-                let (rows, values) = self.col(c);
-                for (&r, &v) in rows.iter().zip(values) {
+                let range = ends[0]..ends[1];
+                for (&r, &v) in self.rowidx[range.clone()].iter().zip(&self.values[range]) {
                     y[r] += f * v;
                 }
             }
@@ -96,9 +96,9 @@ impl Csc {
 
     /// `y += |self| * |x|`, the scale of rounding in `self * x`
     pub fn abs_mul_add(&self, x: &[f64], y: &mut [f64]) {
-        for (c, &xc) in x.iter().enumerate().take(self.ncols) {
-            let (rows, values) = self.col(c);
-            for (&r, &v) in rows.iter().zip(values) {
+        for (ends, &xc) in self.colptr.windows(2).zip(x) {
+            let range = ends[0]..ends[1];
+            for (&r, &v) in self.rowidx[range.clone()].iter().zip(&self.values[range]) {
                 y[r] += v.abs() * xc.abs();
             }
         }
