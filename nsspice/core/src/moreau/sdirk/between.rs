@@ -9,6 +9,7 @@ use super::super::stepper::Stepper;
 use super::curve::{basis, Basis, Curve, POWERS as POINTS};
 use super::driven::Driven;
 use super::rows::Inside;
+use super::step::Trial;
 use std::f64::consts::PI;
 
 /// Points between those of the polynomial at which it is compared with the laws: the first, the middle and
@@ -90,11 +91,11 @@ impl Between {
     }
 
     /// The outputs at the part `theta` of the step.
-    pub(super) fn write(&self, step: &mut Inside, theta: f64, row: &mut [f64]) {
+    pub(super) fn write(&self, s: &Stepper, trial: &mut Trial, theta: f64, row: &mut [f64]) {
         self.curve.write(2.0 * theta / self.end - 1.0, row);
         if !self.driven.is_empty() {
-            step.trial.look_up_sources(step.s, theta);
-            self.driven.write(&step.trial.u, row);
+            trial.look_up_sources(s, theta);
+            self.driven.write(&trial.u, row);
         }
     }
 }

@@ -41,6 +41,9 @@ impl Locator<'_> {
     /// A place within `(0, end]` behind the end of the mode, and how negative a guard is there, relative
     /// to its scale; None if the mode lasts.
     pub fn violation(&mut self, end: f64) -> Option<(f64, f64)> {
+        if self.s.diodes.is_empty() && self.s.switches.is_empty() {
+            return None;
+        }
         let (tableau, scales) = (self.tableau, self.scales);
         let last = tableau.stages() - 1;
         let mut order: [usize; STAGES] = std::array::from_fn(|i| i);
@@ -56,9 +59,6 @@ impl Locator<'_> {
             if violated(margin) {
                 return Some((tableau.c[i], -margin));
             }
-        }
-        if self.s.diodes.is_empty() && self.s.switches.is_empty() {
-            return None;
         }
         let whole = end == 1.0;
         let middle = if whole { tableau.c[tableau.middle] } else { 0.5 * end };

@@ -17,6 +17,7 @@
 //! Appl. Numer. Math. 146 (2019) 221.
 
 mod between;
+mod combine;
 mod curve;
 mod driven;
 mod guards;

@@ -1,5 +1,6 @@
 //! Where the solution of a stage probably lies: polynomials through points found before.
 
+use super::combine::add;
 use super::tableau::{Node, Tableau};
 
 /// Points of a past step do not tell what happens so many times its length later.
@@ -75,17 +76,29 @@ impl Past {
         if count < 2 {
             return false;
         }
-        let (known, at) = (&known[..count], tableau.c[i]);
+        let places = known.map(|(place, _)| place);
+        let weights = match count {
+            2 => lagrange::<2>(tableau.c[i], &places),
+            3 => lagrange::<3>(tableau.c[i], &places),
+            _ => lagrange::<4>(tableau.c[i], &places),
+        };
         out.fill(0.0);
-        for (j, (place, point)) in known.iter().enumerate() {
-            let others = known.iter().enumerate().filter(|(k, _)| *k != j);
-            let weight: f64 = others.map(|(_, (p, _))| (at - p) / (place - p)).product();
-            for (o, v) in out.iter_mut().zip(*point) {
-                *o += weight * v;
-            }
+        for (weight, (_, point)) in weights.iter().zip(&known[..count]) {
+            add(*weight, point, out);
         }
         true
     }
+}
+
+/// Weights in the value `at` a place of the polynomial through the first of some points.
+fn lagrange<const COUNT: usize>(at: f64, places: &[f64; 4]) -> [f64; 4] {
+    let mut weights = [1.0; 4];
+    for j in 0..COUNT {
+        for k in (0..COUNT).filter(|k| *k != j) {
+            weights[j] *= (at - places[k]) / (places[j] - places[k]);
+        }
+    }
+    weights
 }
 
 /// How far solutions inside a step were from its polynomial: the next one nearby is as far.

@@ -87,13 +87,24 @@ impl Rows {
 }
 
 impl Sdirk {
-    /// A row of the table inside the accepted step.
-    pub(super) fn write_inside(&mut self, s: &mut Stepper, label: f64, row: &mut [f64]) {
-        self.write_at(s, label, row);
-        if s.witness.keep_sides {
-            self.points.see(row);
+    /// Rows of the table inside the accepted step, which ends at a time: as many as there are or as there is
+    /// room for.
+    pub(super) fn write_inside(&mut self, s: &mut Stepper, end: f64, out: &mut [f64]) -> usize {
+        let end = end - self.at_once(end);
+        let mut count = 0;
+        for row in out.chunks_exact_mut(s.columns()) {
+            let label = self.rows.time();
+            if label >= end {
+                break;
+            }
+            self.write_at(s, label, row);
+            if s.witness.keep_sides {
+                self.points.see(row);
+            }
+            self.rows.next += 1;
+            count += 1;
         }
-        self.rows.next += 1;
+        count
     }
 
     /// Keeps points inside the accepted step beside the rows, for measures: a surge may come and go between
@@ -117,28 +128,37 @@ impl Sdirk {
     /// The outputs at a time inside the accepted step.
     fn write_at(&mut self, s: &mut Stepper, label: f64, row: &mut [f64]) {
         let theta = (label - self.trial.start) / self.trial.length;
+        let origin = match self.origin {
+            Some(origin) => origin,
+            None => self.find_origin(s, theta),
+        };
+        row[0] = label;
+        let outputs = &mut row[1..];
+        match origin {
+            Origin::Between => self.between.write(s, &mut self.trial, theta, outputs),
+            Origin::Continuous => self.stored.write(s, &mut self.trial, theta, outputs),
+            Origin::Laws => {
+                self.trial.evaluate(s, &mut self.ladder, self.tableau, theta);
+                self.trial.write(s, &self.ladder, outputs);
+            }
+        }
+    }
+
+    /// Where the rows of the accepted step come from, which are asked for from the part `theta` on.
+    fn find_origin(&mut self, s: &mut Stepper, theta: f64) -> Origin {
         let end = self.accepted.map_or(1.0, |a| a.theta);
         let rows = (end - theta) * self.trial.length / self.rows.step;
         let (trial, ladder, tableau) = (&mut self.trial, &mut self.ladder, self.tableau);
         let tolerance = self.accuracy.relative;
         let mut step = Inside { s, trial, ladder, tableau, end, rows, tolerance };
-        let origin = *self.origin.get_or_insert_with(|| {
-            if self.stored.plain(&mut step) {
-                Origin::Continuous
-            } else if self.between.serves(&mut step) {
-                Origin::Between
-            } else {
-                Origin::Laws
-            }
-        });
-        row[0] = label;
-        let outputs = &mut row[1..];
-        match origin {
-            Origin::Between => self.between.write(&mut step, theta, outputs),
-            Origin::Continuous => self.stored.write(&mut step, theta, outputs),
-            Origin::Laws => {
-                step.by_laws(theta, outputs);
-            }
-        }
+        let origin = if self.stored.plain(&mut step) {
+            Origin::Continuous
+        } else if self.between.serves(&mut step) {
+            Origin::Between
+        } else {
+            Origin::Laws
+        };
+        self.origin = Some(origin);
+        origin
     }
 }

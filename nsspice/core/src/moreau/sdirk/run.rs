@@ -214,11 +214,9 @@ impl Sdirk {
                 continue;
             }
             if let Some(accepted) = self.accepted {
-                let label = self.rows.time();
-                if label < accepted.time - self.at_once(accepted.time) {
-                    self.write_inside(s, label, row);
-                    rows += 1;
-                    continue;
+                rows += self.write_inside(s, accepted.time, &mut out[rows * columns..]);
+                if rows == capacity {
+                    break;
                 }
                 self.keep_pieces(s, accepted.time);
                 self.accepted = None;
@@ -255,7 +253,7 @@ impl Sdirk {
 
     /// A row this near to the end of a step belongs to it: the corner of a source and the multiple of the
     /// row distance that are one instant differ by rounding.
-    fn at_once(&self, time: f64) -> f64 {
+    pub(super) fn at_once(&self, time: f64) -> f64 {
         1e-12 * self.trial.length + 2.0 * f64::EPSILON * time
     }
 
@@ -481,7 +479,7 @@ impl Sdirk {
         }
         let (n, last) = (s.z.len(), self.tableau.stages() - 1);
         let trial = &mut self.trial;
-        trial.take_end(s, self.tableau);
+        trial.take_end(self.tableau);
         let (z, guards) = trial.point.split_at_mut(n);
         for (g, (&active, &role)) in guards.iter_mut().zip(s.active.iter().zip(&s.roles)) {
             // a step that is going to be cut may end beyond the root of a guard
@@ -502,7 +500,7 @@ impl Sdirk {
     fn finish(&mut self, s: &mut Stepper, accepted: Accepted) {
         let (n, m) = (s.z.len(), s.l.len());
         if accepted.theta == 1.0 {
-            self.trial.take_end(s, self.tableau);
+            self.trial.take_end(self.tableau);
         } else {
             self.trial.evaluate(s, &mut self.ladder, self.tableau, accepted.theta);
             if self.trial.crossing {
@@ -535,13 +533,13 @@ impl Sdirk {
             smooth.f.copy_from_slice(&self.trial.point[n + m..]);
             smooth.rates.copy_from_slice(&self.trial.slope[n..]);
         }
-        if !empty {
-            self.scales.note(s, &s.z, &s.l);
+        let plain = accepted.end == End::Plain;
+        if !empty && !plain {
+            self.scales.note(s, &s.z, &s.l); // behind a plain end the next step does
         }
         if self.trial.crossing {
             self.enter_mode(s);
         }
-        let plain = accepted.end == End::Plain;
         if plain && self.method.continues() {
             self.trial.continue_rates();
         }

@@ -2,9 +2,10 @@
 
 use super::super::record::Quantities;
 use super::super::stepper::Stepper;
+use super::combine::{add_rates, scaled_difference};
 use super::ladder::{Fit, Ladder, StageProblem};
 use super::predict::{Beside, Past};
-use super::tableau::{Tableau, FIRST};
+use super::tableau::{Tableau, FIRST, MOST};
 use crate::waveform::{Side, Waveform};
 
 /// After so many steps without a solution from one point other ways to one are tried: behind a fold of the
@@ -181,24 +182,20 @@ impl Trial {
             let t = self.start + tableau.c[i] * h;
             let u = &mut self.inputs[i];
             sources(&s.waveforms, t, self.start, self.corner, u);
-            self.u.copy_from_slice(u);
             let (done, rest) = self.stages.split_at_mut(i);
             let (base, x) = (&mut self.bases[i], &mut rest[0]);
             base[..n].copy_from_slice(&self.first[..n]);
             base[n..].copy_from_slice(&self.first[n + m..]);
-            for (&a, k) in tableau.a[i].iter().zip(&self.rates) {
-                add(a * h, k, base);
-            }
+            add_rates(h, tableau.a[i], &self.rates, base);
             // the last stage but one is a good beginning for Newton's method
             let near = done.last().unwrap_or(&self.first);
             if let Some(smooth) = &mut s.smooth {
-                let past = &self.past;
-                if past.predict(tableau, i, h, &self.first, done, &mut self.guess) {
+                if self.past.predict(tableau, i, h, &self.first, done, &mut self.guess) {
                     smooth.newton.predict(&self.guess);
                 }
                 smooth.newton.be_brief(level >= DEEP || self.unsolved < TRIED);
             }
-            let fit = solve(ladder, s, StageProblem { level, t, from: base, u: &self.u, near }, x);
+            let fit = solve(ladder, s, StageProblem { level, t, from: base, u, near }, x);
             if fit == Fit::Contradiction {
                 return Err(Broken { at: tableau.c[i] });
             }
@@ -207,10 +204,9 @@ impl Trial {
                 self.crossed |= self.mode != s.active;
             }
             self.open[i] = fit == Fit::Open;
-            let stored = x[..n].iter().chain(&x[n + m..]);
-            for ((k, x), b) in self.rates[i].iter_mut().zip(stored).zip(base.iter()) {
-                *k = (x - b) * rate;
-            }
+            let (rates, function_rates) = self.rates[i].split_at_mut(n);
+            scaled_difference(rate, &x[..n], &base[..n], rates);
+            scaled_difference(rate, &x[n + m..], &base[n..], function_rates);
         }
         Ok(())
     }
@@ -221,11 +217,7 @@ impl Trial {
     pub fn estimate(&mut self, s: &mut Stepper, ladder: &mut Ladder, tableau: &Tableau) {
         let last = tableau.stages() - 1;
         self.from.copy_from_slice(&self.bases[last]);
-        for (&e, k) in tableau.error.iter().zip(&self.rates) {
-            if e != 0.0 {
-                add(e * self.length, k, &mut self.from);
-            }
-        }
+        add_rates(self.length, tableau.error, &self.rates, &mut self.from);
         let (n, base) = (self.n, &self.bases[last]);
         for ((f, base), raw) in self.from.iter().zip(base).zip(&mut self.raw) {
             *raw = f - base;
@@ -242,8 +234,8 @@ impl Trial {
             };
             turn(s);
             let (x, t) = (&mut self.point, self.start + self.length);
-            let (level, near) = (self.level, &self.stages[last][..]);
-            ladder.solve(s, StageProblem { level, t, from: &self.from, u: &self.u, near }, x);
+            let (level, near, u) = (self.level, &self.stages[last][..], &self.inputs[last][..]);
+            ladder.solve(s, StageProblem { level, t, from: &self.from, u, near }, x);
             turn(s);
             for ((d, x), end) in self.slope.iter_mut().zip(&x[..n]).zip(&self.stages[last]) {
                 *d = x - end;
@@ -292,9 +284,7 @@ impl Trial {
             return;
         }
         self.raw.fill(0.0);
-        for (&w, k) in tableau.inside.iter().zip(&self.rates) {
-            add(w * self.length, k, &mut self.raw);
-        }
+        add_rates(self.length, tableau.inside, &self.rates, &mut self.raw);
         self.stored.fill(0.0);
         s.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
         self.smoothed.fill(0.0);
@@ -350,15 +340,12 @@ impl Trial {
         let (value, slope) = tableau.weights(theta);
         self.from[..n].copy_from_slice(&self.first[..n]);
         self.from[n..].copy_from_slice(&self.first[n + m..]);
-        for (j, k) in self.rates.iter().enumerate() {
-            add(h * value[j] - stage * slope[j], k, &mut self.from);
-        }
+        let weights: [f64; MOST] = std::array::from_fn(|j| h * value[j] - stage * slope[j]);
+        add_rates(1.0, &weights, &self.rates, &mut self.from);
         if let Some(smooth) = &mut s.smooth {
             // all unknowns lie near the polynomial through the stages
             self.guess.copy_from_slice(&self.first[..n]);
-            for (k, v) in self.rates.iter().zip(&value) {
-                add(h * v, &k[..n], &mut self.guess);
-            }
+            add_rates(h, &value, &self.rates, &mut self.guess);
             self.plain.copy_from_slice(&self.guess);
             self.beside.correct(theta, &mut self.guess);
             smooth.newton.predict(&self.guess);
@@ -406,17 +393,11 @@ impl Trial {
     }
 
     /// The end of the step as a point.
-    pub fn take_end(&mut self, s: &Stepper, tableau: &Tableau) {
+    pub fn take_end(&mut self, tableau: &Tableau) {
         let last = tableau.stages() - 1;
-        sources(&s.waveforms, self.start + self.length, self.start, self.corner, &mut self.u);
+        self.u.copy_from_slice(&self.inputs[last]);
         self.open[last + 1] = self.open[last];
         self.point.copy_from_slice(&self.stages[last]);
         self.slope.copy_from_slice(&self.rates[last]);
-    }
-}
-
-fn add(factor: f64, v: &[f64], out: &mut [f64]) {
-    for (o, v) in out.iter_mut().zip(v) {
-        *o += factor * v;
     }
 }

@@ -6,6 +6,7 @@ use super::super::stepper::Stepper;
 use super::curve::Curve;
 use super::driven::Driven;
 use super::rows::Inside;
+use super::step::Trial;
 use crate::union_find::UnionFind;
 
 /// With fewer rows than this in a step it is not worth while to look.
@@ -49,7 +50,7 @@ impl StoredRows {
         step.by_laws(middle, &mut self.exact);
         self.curve.follow(sums, step.trial, step.tableau);
         let mut plain = std::mem::take(&mut self.plain);
-        self.write(step, middle, &mut plain);
+        self.write(step.s, step.trial, middle, &mut plain);
         let mut near = true;
         for ((a, b), largest) in self.exact.iter().zip(&plain).zip(&mut self.largest) {
             *largest = largest.max(a.abs());
@@ -60,11 +61,11 @@ impl StoredRows {
     }
 
     /// The outputs at the part `theta` of the step.
-    pub(super) fn write(&self, step: &mut Inside, theta: f64, row: &mut [f64]) {
+    pub(super) fn write(&self, s: &Stepper, trial: &mut Trial, theta: f64, row: &mut [f64]) {
         self.curve.write(theta, row);
         if !self.driven.is_empty() {
-            step.trial.look_up_sources(step.s, theta);
-            self.driven.add(&step.trial.u, row);
+            trial.look_up_sources(s, theta);
+            self.driven.add(&trial.u, row);
         }
     }
 }
