@@ -46,3 +46,22 @@ def test_the_balance_of_energy_holds_and_both_engines_agree(count: int) -> None:
         for name in (f"v(p{k},m{k})", f"i(la{k})"):
             gap = np.abs(exact[name] - stepped[name])
             assert gap.mean() < RELTOL * np.ptp(exact[name]), name
+
+
+@pytest.mark.parametrize(("stop", "uic"), [(44e-3, True), (52e-3, True), (60e-3, False)])
+def test_the_current_of_a_coil_finds_its_end_in_short_steps(stop: float, uic: bool) -> None:
+    """Beside 2.6e9 A (470 uF, 566 V, 0.1 ns) 37 mA through one diode alone went unseen.
+
+    Such a point obeys the laws of the nodes up to rounding, not the sum of both sides of the
+    capacitor; longer steps saw that it was none, and steps of nanoseconds went on from it without
+    an end.  The number of steps does not depend on the end of the run, on which their lengths do.
+    """
+    circuit = nsspice.read(bridges(5))
+    exact = nsspice.tran(circuit, stop=stop, method="modewise", uic=uic)
+    stepped = nsspice.tran(circuit, stop=stop, method="sdirk", reltol=RELTOL, uic=uic)
+    assert stepped.certificate.passed, stepped.certificate
+    assert stepped.stats["steps"] < 3000, stepped.stats
+    for k in range(5):
+        for name in (f"v(p{k},m{k})", f"i(la{k})"):
+            gap = np.abs(exact[name] - stepped[name])
+            assert gap.mean() < RELTOL * np.ptp(exact[name]), name

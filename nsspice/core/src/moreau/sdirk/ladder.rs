@@ -23,6 +23,9 @@ const FINEST: f64 = 0.1;
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Steps from this level on are so short that what is stored may hide what the rest conducts.
 const SHORT: usize = 16;
+/// Sums of laws that are missed by more than this part of the largest current, or of what the largest
+/// voltage drives through the largest resistor, do not hold.
+const MISSED: f64 = 1e-6;
 /// Memory for matrices and factors of all rungs [numbers], roughly.
 const BUDGET: usize = 40_000_000;
 
@@ -50,6 +53,8 @@ pub struct Ladder {
     pub deepest: usize,
     /// sums of the laws of floating nodes
     sums: Option<Arc<Sums>>,
+    /// the least conductance of a resistor [S]
+    tie: f64,
     /// stages assembled
     pub made: u64,
     /// unknowns that carry storage
@@ -117,6 +122,7 @@ impl Ladder {
             } else {
                 Sums::floating(&s.sys.linear).map(Arc::new)
             },
+            tie: s.sys.conductances()[0],
             made: 0,
             stored,
             met: Vec::new(),
@@ -294,8 +300,22 @@ impl Ladder {
             return Fit::Contradiction;
         }
         self.sharpen(s, problem, x);
+        if self.drowned(s, level, u, x) {
+            self.deepest = self.deepest.min(level);
+            return Fit::Contradiction;
+        }
         encode(s, x, self.resistance);
         Fit::Open
+    }
+
+    /// Whether a solution misses the sums of the laws of what capacitors tie together: beside what is stored
+    /// there, a coil may have found no end, and its current flows on in so short steps.  A longer one tells.
+    fn drowned(&self, s: &Stepper, level: usize, u: &[f64], x: &[f64]) -> bool {
+        let needed = |sums: &&Arc<Sums>| sums.needed(self.stage_length(level));
+        let Some(sums) = s.sys.sums.as_ref().filter(needed) else { return false };
+        let (z, l) = x.split_at(s.z.len());
+        let [voltage, current] = s.sys.largest(&[z, &s.z]);
+        sums.missed(z, l, u) > MISSED * current.max(self.tie * voltage)
     }
 
     /// Solves a complementarity problem from `x`.  In a large system this is one system of equations as
