@@ -95,7 +95,7 @@ def _row(report: CostReport, line: dict[str, Any], fine: Any, signals: list[str]
         return Measurement(*setting, 0, nan, nan, nan, nan, line["note"])
     t = np.minimum(np.array(line["t"]), fine.time[-1])  # the last may lie beyond by rounding
     largest = mean = 0.0
-    for name, span in zip(signals, report.reference.span, strict=True):
+    for name, span in zip(signals, report.reference.graph.span, strict=True):
         gap = np.abs(np.array(line["values"][name]) - np.interp(t, fine.time, fine[name])) / span
         gap = np.where(np.isfinite(gap), gap, np.inf)
         largest = max(largest, float(gap.max()))
