@@ -131,8 +131,11 @@ impl Direct {
         let (columns, inverse) = (self.lu.as_chunks_mut::<B>().0, &mut self.inverse[..]);
         let mut seen = Seen { least: f64::INFINITY, greatest: 0.0, grown: [[0.0; FOUR]; B] };
         each_place!(B, eliminate, columns, inverse, &mut seen);
-        let grown = seen.grown.as_flattened().iter().all(|&quotient| quotient <= GROWTH);
-        grown && seen.greatest < f64::INFINITY && seen.least > SURVIVES * seen.greatest
+        let quotients = seen.grown.as_flattened().iter();
+        let grown = quotients.fold(1.0, |most, &quotient| larger(most, quotient));
+        // of a column that depends on those before it so much more is left by rounding
+        let survives = SURVIVES * grown * seen.greatest;
+        grown <= GROWTH && seen.greatest < f64::INFINITY && seen.least > survives
     }
 
     #[inline(always)]
