@@ -109,7 +109,7 @@ impl Factor {
     }
 
     /// The dense factors, if these are.
-    pub fn dense(&self) -> Option<&DenseLu> {
+    pub fn dense(&mut self) -> Option<&mut DenseLu> {
         match self {
             Factor::Dense(f) => Some(f),
             Factor::Sparse(_) => None,

@@ -44,13 +44,6 @@ impl DenseLu {
         columns.split_off(self.n - self.put_off.len())
     }
 
-    /// The rows in the order in which they serve as pivots.
-    pub fn rows(&self) -> Vec<usize> {
-        let mut rows: Vec<usize> = (0..self.n).collect();
-        self.swap.iter().enumerate().for_each(|(k, &p)| rows.swap(k, p));
-        rows
-    }
-
     /// Factorises a square matrix into the storage of this one.
     pub fn factor(&mut self, a: &Csc) {
         assert_eq!(a.nrows, a.ncols, "only square matrices have an LU factorisation here");

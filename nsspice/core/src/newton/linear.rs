@@ -1,6 +1,6 @@
 //! The linearised problem: Jacobian of a mode, factored anew when values or mode change.
 
-use super::direct::{Direct, MOST};
+use super::direct::Direct;
 use super::equations::{Equations, Part};
 use super::laws::Laws;
 use crate::linear::{Factor, SURVIVES};
@@ -12,9 +12,6 @@ const NOTHING: f64 = 1e-18;
 /// Largest scaled entry with which open columns are told from small ones; a column whose entries are below
 /// its inverse looks open, too, if it was scaled while a junction conducted far more.
 const BADLY_SCALED: f64 = 1e6;
-
-/// Modes for which the order of pivots is kept.
-const MODES: usize = 8;
 
 /// Lists, one after the other.
 pub(super) struct Rows<T> {
@@ -79,9 +76,9 @@ pub(super) struct Assembly {
     weight: Vec<f64>,
     jacobian: Csc,
     factor: Option<Factor>,
-    /// the shorter way to small factors in some modes, and by which of them it was taken last
-    direct: Vec<Direct>,
-    directly: Option<usize>,
+    /// the shorter way to dense factors, and whether it was taken last
+    direct: Option<Direct>,
+    directly: bool,
     /// columns in which the scaled Jacobian has changed
     dirty: Vec<usize>,
     /// what its factors hold
@@ -128,8 +125,8 @@ impl Assembly {
             jacobian: linear.clone(),
             linear,
             factor: None,
-            direct: Vec::new(),
-            directly: None,
+            direct: None,
+            directly: false,
             dirty: Vec::new(),
             hold: 0.0,
             active: vec![false; eq.m],
@@ -208,44 +205,24 @@ impl Assembly {
         self.steady = false;
         self.scalings += 1;
         self.factor = None;
-        self.direct.clear();
-        self.directly = None;
+        self.direct = None;
     }
 
     /// Whether `factorise_directly` may serve.
     pub fn is_direct(&self) -> bool {
-        self.scaled && !self.open && self.factor.is_some() && self.linear.ncols <= MOST
+        self.scaled && !self.open && matches!(self.factor, Some(Factor::Dense(_)))
     }
 
     /// Factors the Jacobian with these derivatives in a mode, without `linearise`; false if it is
-    /// singular, or the pivots found last do not serve.
+    /// singular.
     pub fn factorise_directly(&mut self, eq: &Equations, slopes: &[f64], active: &[bool]) -> bool {
-        self.directly = self.direct.iter().position(|direct| direct.mode() == active);
-        let k = match self.directly {
-            Some(k) => k,
-            None if self.active == active => {
-                let Some(factor) = self.factor.as_ref().and_then(Factor::dense) else {
-                    return false;
-                };
-                let scales = [&self.row_scale[..], &self.scale];
-                let parts = (&self.linear.values[..], &self.entries.list[..]);
-                let direct = Direct::new(eq, parts, &self.weight, scales, factor, active);
-                if self.direct.len() >= MODES {
-                    self.direct.clear();
-                }
-                self.direct.push(direct);
-                self.direct.len() - 1
-            }
-            None => return false,
-        };
+        let Some(factor) = self.factor.as_mut().and_then(Factor::dense) else { return false };
+        let direct = self.direct.get_or_insert_with(|| {
+            Direct::new(eq, &self.linear.values, &self.weight, &self.entries.list)
+        });
+        self.directly = true;
         self.active.copy_from_slice(active);
-        if self.direct[k].factorise(slopes) {
-            self.directly = Some(k);
-            return true;
-        }
-        self.direct.swap_remove(k); // the next factors will tell a better order
-        self.directly = None;
-        false
+        direct.factorise(eq, slopes, active, factor)
     }
 
     /// Factors the present Jacobian in a mode; what it leaves open is held with the pivot `hold`.
@@ -310,7 +287,7 @@ impl Assembly {
         match &mut self.factor {
             Some(factor) => {
                 factor.set_hold(hold);
-                if n == jacobian_size && hold == self.hold {
+                if n == jacobian_size && hold == self.hold && !self.directly {
                     factor.refactor_columns(&self.jacobian, &self.dirty);
                 } else {
                     factor.refactor(&self.jacobian);
@@ -328,7 +305,7 @@ impl Assembly {
             }
         }
         self.hold = hold;
-        self.directly = None;
+        self.directly = false;
         let ratio = self.factor.as_ref().map_or(0.0, Factor::pivot_ratio);
         self.open = ratio <= hold;
         if hold > 0.0 {
@@ -340,9 +317,6 @@ impl Assembly {
 
     /// `x := J^-1 x` in physical units, in the mode factored last.
     pub fn solve(&self, n: usize, active: &[bool], x: &mut [f64], work: &mut [f64]) {
-        if let Some(k) = self.directly {
-            return self.direct[k].solve(x);
-        }
         let (rows, columns) = (&self.row_scale, &self.scale);
         for (v, s) in x[..n].iter_mut().zip(rows) {
             *v *= s;

@@ -104,7 +104,7 @@ fn chain(count: usize) -> (Newton, Csc) {
 }
 
 /// Small systems of each width and one that is not small, in both modes of a pair by turns: laws hold
-/// by their own sums, and most iterations find the order of pivots that was kept.
+/// by their own sums.
 #[test]
 fn laws_hold_in_systems_of_all_widths() {
     for count in [1, 2, 3, 4, 7, 8, 11, 12, 15, 16, 31] {
