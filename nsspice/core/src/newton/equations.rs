@@ -69,10 +69,8 @@ pub struct Equations {
     pub(super) m: usize,
     /// `[[G, A], [-B, D]]` in the pattern of all Jacobians, with a full diagonal
     pub(super) pattern: Csc,
-    /// E in the same pattern
-    pub(super) storage: Vec<f64>,
-    /// the same as rows, columns and values
-    pub(super) stored: Vec<(u32, u32, f64)>,
+    /// entries of E: row, column, place in the same pattern, value
+    pub(super) stored: Vec<(u32, u32, u32, f64)>,
     pub(super) entries: Vec<Entry>,
     pub(super) terms: Vec<Term>,
     pub(super) row_kind: Vec<u8>,
@@ -177,10 +175,12 @@ impl Equations {
             (pattern.colptr[c] + k) as u32
         };
         let mut storage = vec![0.0; pattern.values.len()];
-        for &(r, c, v) in &stored {
+        for (r, c, v) in stored {
             storage[place(r, c) as usize] += v;
         }
-        let stored = stored.into_iter().filter(|e| e.2 != 0.0);
+        let stored = pattern.iter().zip(storage).enumerate().filter(|(_, (_, v))| *v != 0.0);
+        let stored =
+            stored.map(|(at, ((r, c, _), v))| (r as u32, c as u32, at as u32, v)).collect();
         let entries: Vec<Entry> = positions
             .iter()
             .map(|&(t, j, slot)| Entry {
@@ -242,9 +242,8 @@ impl Equations {
             branches: (0..n as u32).filter(|&i| row_kind[i as usize] != 0).collect(),
             diagonal: (0..size).map(|i| place(i, i)).collect(),
             ordering: Arc::new(ordering(&full, m)),
+            stored,
             pattern,
-            storage,
-            stored: stored.map(|(r, c, v)| (r as u32, c as u32, v)).collect(),
             entries,
             terms,
             row_kind: row_kind.to_vec(),

@@ -91,8 +91,8 @@ impl Assembly {
     pub fn new(eq: &Equations, rate: f64) -> Assembly {
         let mut linear = eq.pattern.clone();
         if rate != 0.0 {
-            for (v, e) in linear.values.iter_mut().zip(&eq.storage) {
-                *v += rate * e;
+            for &(_, _, at, v) in &eq.stored {
+                linear.values[at as usize] += rate * v;
             }
         }
         // no division by an infinite step: charges that do not count may be infinite themselves

@@ -37,7 +37,7 @@ impl Newton {
     /// Adds what the unknowns `z` carry to the right-hand side.
     pub(super) fn add_carried(&mut self, z: &[f64], rate: f64) {
         let Newton { eq, state: s, .. } = self;
-        for &(r, c, v) in &eq.stored {
+        for &(r, c, _, v) in &eq.stored {
             s.right[r as usize] += rate * v * z[c as usize];
         }
     }

@@ -60,6 +60,15 @@ impl Csc {
         (&self.rowidx[range.clone()], &self.values[range])
     }
 
+    /// Row numbers and values of all columns.
+    #[inline]
+    fn columns(&self) -> impl Iterator<Item = (&[usize], &[f64])> {
+        self.colptr.windows(2).map(|ends| {
+            let range = ends[0]..ends[1];
+            (&self.rowidx[range.clone()], &self.values[range])
+        })
+    }
+
     /// All entries as (row, column, value).
     pub fn iter(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         (0..self.ncols).flat_map(move |c| {
@@ -83,11 +92,10 @@ impl Csc {
 
     /// `y += factor * self * x`
     pub fn mul_add(&self, factor: f64, x: &[f64], y: &mut [f64]) {
-        for (ends, &xc) in self.colptr.windows(2).zip(x) {
+        for ((rows, values), &xc) in self.columns().zip(x) {
             let f = factor * xc;
             if f != 0.0 {
-                let range = ends[0]..ends[1];
-                for (&r, &v) in self.rowidx[range.clone()].iter().zip(&self.values[range]) {
+                for (&r, &v) in rows.iter().zip(values) {
                     y[r] += f * v;
                 }
             }
@@ -96,9 +104,8 @@ impl Csc {
 
     /// `y += |self| * |x|`, the scale of rounding in `self * x`
     pub fn abs_mul_add(&self, x: &[f64], y: &mut [f64]) {
-        for (ends, &xc) in self.colptr.windows(2).zip(x) {
-            let range = ends[0]..ends[1];
-            for (&r, &v) in self.rowidx[range.clone()].iter().zip(&self.values[range]) {
+        for ((rows, values), &xc) in self.columns().zip(x) {
+            for (&r, &v) in rows.iter().zip(values) {
                 y[r] += v.abs() * xc.abs();
             }
         }

@@ -1,16 +1,11 @@
-//! Sums of vectors with factors.
+//! Sums and differences of the vectors of a step.
 
-/// Adds a vector with a factor.
-pub fn add(factor: f64, v: &[f64], out: &mut [f64]) {
-    for (out, v) in out.iter_mut().zip(v) {
-        *out += factor * v;
-    }
-}
+use crate::dense::add_scaled;
 
 /// Adds the rates of stages, times a length and their weights.
 pub fn add_rates(length: f64, weights: &[f64], rates: &[Vec<f64>], out: &mut [f64]) {
     for (&weight, rates) in weights.iter().zip(rates).filter(|(weight, _)| **weight != 0.0) {
-        add(weight * length, rates, out);
+        add_scaled(out, weight * length, rates);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Where the solution of a stage probably lies: polynomials through points found before.
 
-use super::combine::add;
 use super::tableau::{Node, Tableau};
+use crate::dense::add_scaled;
 
 /// Points of a past step do not tell what happens so many times its length later.
 const FARTHEST: f64 = 4.0;
@@ -84,7 +84,7 @@ impl Past {
         };
         out.fill(0.0);
         for (weight, (_, point)) in weights.iter().zip(&known[..count]) {
-            add(*weight, point, out);
+            add_scaled(out, *weight, point);
         }
         true
     }
