@@ -39,6 +39,9 @@ enum Quick {
     Fails,
 }
 
+/// Instants this close to each other, relative to the time, are one.
+const SAME_INSTANT: f64 = 16.0 * f64::EPSILON;
+
 /// What is known at the begin of a step.
 struct Begun {
     /// a record of it is wanted
@@ -482,7 +485,9 @@ impl Stepper {
         // Newton's method ends where its laws hold well enough: right behind an event the control is at
         // its threshold up to that, on either side
         let known = if self.smooth.is_some() { ACCEPT } else { ROUNDING };
-        self.switches[k].turns(self.gates[k], z, known, self.carries(k))
+        // gates that cross their thresholds together do so in one step, whatever rounding of the time tells
+        let blur = SAME_INSTANT * self.time / self.step_length;
+        self.switches[k].turns(self.gates[k], z, known.max(blur), self.carries(k))
     }
 
     /// Whether a thyristor carries a current: one that has come to zero up to rounding is none.

@@ -146,6 +146,12 @@ impl Scales {
         (0..s.switches.len()).any(|k| margin(k) < -VIOLATED || margin(k).is_nan())
     }
 
+    /// How many switches have reached the thresholds that change them at a point.
+    pub fn turned(&self, s: &Stepper, x: &[f64]) -> usize {
+        let z = &x[..s.z.len()];
+        (0..s.switches.len()).filter(|&k| self.switch_margin(s, k, z) < 0.0).count()
+    }
+
     /// Distance of a switch to the threshold that would change it, relative to its scale.
     fn switch_margin(&self, s: &Stepper, k: usize, z: &[f64]) -> f64 {
         let (switch, gate) = (&s.switches[k], s.gates[k]);

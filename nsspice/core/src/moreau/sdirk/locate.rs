@@ -5,6 +5,7 @@ use super::guards::{Scales, VIOLATED};
 use super::ladder::{Fit, Ladder};
 use super::step::Trial;
 use super::tableau::{Tableau, MOST as STAGES};
+use super::witness::SAME;
 
 /// Evaluations spent on one root.
 const MOST: usize = 80;
@@ -98,9 +99,31 @@ impl Locator<'_> {
         None
     }
 
-    /// The end of the mode, the root of the margin in `(0, high]`, where it is negative at `high`: the
-    /// latest point found at which it is not above zero.
-    pub fn root(&mut self, high: f64) -> f64 {
+    /// The end of the mode within `(0, high]`, where a guard is negative at `high`.
+    pub fn end_of_mode(&mut self, high: f64) -> f64 {
+        let root = self.root(high);
+        if self.s.switches.len() < 2 {
+            return root;
+        }
+        // gates that take turns do so at one instant, which rounding tells apart
+        let (start, length) = (self.trial.start, self.trial.length);
+        let later = (root + SAME * (start + root * length) / length).min(high);
+        let [turned, more] = [root, later].map(|theta| self.turned(theta));
+        if more > turned {
+            later
+        } else {
+            root
+        }
+    }
+
+    /// How many switches have reached their thresholds at `theta`.
+    fn turned(&mut self, theta: f64) -> usize {
+        self.margin(theta);
+        self.scales.turned(self.s, &self.trial.point)
+    }
+
+    /// The root of the margin in `(0, high]`: the latest point found at which it is not above zero.
+    fn root(&mut self, high: f64) -> f64 {
         let (mut a, mut b) = (0.0f64, high);
         // the stage value that raised the alarm may differ from the continuous solution
         let mut fb = self.margin(b);

@@ -356,7 +356,7 @@ impl Sdirk {
             if let (Some((high, _)), false) = (found, passed) {
                 let (ladder, scales) = (&mut self.ladder, &self.scales);
                 let trial = &mut self.trial;
-                let theta = Locator { s, ladder, scales, tableau, trial }.root(high);
+                let theta = Locator { s, ladder, scales, tableau, trial }.end_of_mode(high);
                 self.in_a_row += 1;
                 self.troubled = s.time;
                 if self.futile && theta < EARLY {

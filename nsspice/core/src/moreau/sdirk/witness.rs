@@ -10,8 +10,8 @@ use crate::audit::{Points, Taken};
 /// once.
 const PRICE: u64 = 16;
 const STOCK: u64 = 64 * PRICE;
-/// A step that ends this close to its beginning, relative to the time, has no length.
-const SAME: f64 = 64.0 * f64::EPSILON;
+/// Instants this close to each other, relative to the time, are one.
+pub const SAME: f64 = 64.0 * f64::EPSILON;
 /// Records are handed over when they hold this many numbers.
 const FULL: usize = 1 << 18;
 
