@@ -144,10 +144,12 @@ class Bipolar(Transistor):
         p = self._at(stamper.layout.conditions)
         nodes = self._nodes()
         for node, end, key in zip(self.corners, "cbe", _OHMIC, strict=True):
-            if nodes[end] != node:
+            if nodes[end] == node:
+                continue
+            if key == "rb" and self._modulated:
                 stamper.internal_node(nodes[end], self.name)
-                if key != "rb" or not self._modulated:
-                    stamper.conductance(node, nodes[end], self.parallel / p[key])
+            else:
+                stamper.series_resistance(node, nodes[end], self.name, p[key] / self.parallel)
         flows = {name: (nodes[a], nodes[k]) for name, a, k in self._flows()}
 
         def across(name: str) -> int:
@@ -190,10 +192,8 @@ class Bipolar(Transistor):
     def current_into(self, layout: Layout, terminal: str) -> Functional:
         """Return the current into a terminal other than the base."""
         inner = self._nodes()[terminal]
-        for node, end, key in zip(self.corners, "cbe", _OHMIC, strict=True):
-            if end == terminal and inner != node:
-                conductance = self.parallel / self._at(layout.conditions)[key]
-                return Functional(z=layout.voltage(node, inner, conductance))
+        if inner in layout.branches:
+            return layout.branch(inner)
         f: list[tuple[int, float]] = []
         df: list[tuple[int, float]] = []
         for name, a, k in self._flows():

@@ -167,8 +167,8 @@ class JunctionBody:
         junction = self.law.at(layout.conditions, self.temp, self.dtemp)
         inner = a
         if self.law.rs:
-            inner = stamper.internal_node(f"{name}#internal", element)
-            stamper.conductance(a, inner, self.parallel / junction.resistance)
+            inner = f"{name}#internal"
+            stamper.series_resistance(a, inner, element, junction.resistance / self.parallel)
         v = stamper.voltage_register(inner, b)
         current = stamper.function(junction.write_current(tape, v))
         stamper.enter(inner, b, current, self.parallel)
@@ -181,8 +181,7 @@ class JunctionBody:
     def current(self, layout: Layout, name: str, a: str, b: str) -> Functional:
         """Return the current through the resistance, or the function and its charge's rate."""
         if self.law.rs:
-            resistance = self.law.at(layout.conditions, self.temp, self.dtemp).resistance
-            return Functional(z=layout.voltage(a, f"{name}#internal", self.parallel / resistance))
+            return layout.branch(f"{name}#internal")
         charge = layout.functions.get(f"{name}#charge")
         return Functional(
             f=((layout.functions[name], self.parallel),),

@@ -185,12 +185,12 @@ class Stamper:
 
     # unknowns, pairs, columns ----------------------------------------------------------------
 
-    def branch(self, name: str, kind: int = 1) -> int:
+    def branch(self, name: str, kind: int = 1, element: str = "") -> int:
         """Add a branch-current unknown with its row (kind 1: a voltage row, 0: a current row)."""
         index = self.size
         self.layout.branches[name] = index
         self.branch_names.append(f"i({name})")
-        self.branch_elements.append(name)
+        self.branch_elements.append(element or name)
         self.branch_kinds.append(kind)
         return index
 
@@ -335,6 +335,17 @@ class Stamper:
         for index, sign in self.layout.voltage(a, b):
             self.G.add(index, branch, sign)
             self.G.add(branch, index, -sign)
+
+    def series_resistance(self, node: str, inner: str, element: str, ohms: float) -> None:
+        """Add a node inside an element, behind a resistance whose current is an unknown.
+
+        The current of a blocking junction is less than the rounding of a difference of voltages
+        over so small a resistance.
+        """
+        self.internal_node(inner, element)
+        branch = self.branch(inner, element=element)
+        self.connect(branch, node, inner)
+        self.G.add(branch, branch, ohms)
 
     def current_source(self, a: str, b: str, column: int, factor: float = 1.0) -> None:
         """Let ``factor`` times a waveform flow from a through the element to b."""
