@@ -149,6 +149,24 @@ Vg g 0 PULSE(0 5 0 10n 10n 2.24u 5u)
 .end
 """
 
+#: the run ends at an edge, and sources on both sides of it were compared with one another
+EDGE_AT_THE_END = """Marx generator of two stages
+V1 n1 0 DC 12
+Vg2 g2 0 PULSE(0 5 0 0 0 60.5396u 121.079u)
+Vg3 g3 0 PULSE(0 5 60.5396u 0 0 60.5396u 121.079u)
+D5 n1 n4 dm
+C6 n4 0 2.469m
+D9 n4 n7 dm
+C10 n7 n8 2.469m
+S11 n4 n8 g2 0 sw
+S12 n8 0 g3 0 sw
+R13 n7 0 240
+.model sw SW(VT=2.5 RON=10m)
+.model dm D(Vfwd=0.6)
+.tran 3.02698u 363.237u
+.end
+"""
+
 DECKS = [
     CORNER_AT_THE_END,
     FREEWHEELING,
@@ -158,13 +176,86 @@ DECKS = [
     FLUX_FROM_REST,
     OPEN_CAPACITOR,
     WINDINGS_ON_A_SWITCH,
+    EDGE_AT_THE_END,
 ]
+
+#: the first charge passes junctions in no time; the potential of the first capacitor floats
+PUMP_FROM_REST = """Dickson pump with junctions, from rest
+Vg1 g1 0 PULSE(0 5 0 0 0 17.5811u 35.1621u)
+Vg2 g2 0 PULSE(0 5 17.5811u 0 0 17.5811u 35.1621u)
+V1 in 0 48
+D1 in a dm
+R1 g1 f 15.379
+C1 f a 239.7n IC=-2
+D2 a b dm
+R2 g2 h 56.984
+C2 h b 239.7n
+D3 b out dm
+C3 out 0 2.397u
+R3 out 0 2701.3
+.model dm D(IS=1e-12)
+.tran 0.879u 351.6u uic
+.end
+"""
+
+#: nothing limits the current of the clocks but the junctions: it falls with the inverse of the time
+STIFF_CLOCKS = """Dickson pump with clocks without resistance
+Vg1 g1 0 PULSE(0 5 0 0 0 3.54164u 7.08329u)
+Vg2 g2 0 PULSE(0 5 3.54164u 0 0 3.54164u 7.08329u)
+V1 in 0 48
+L1 in s 106.4n
+C1 s 0 9.609u
+D1 s a dm
+R1 g1 f 3.5033
+C2 f a 210.2n
+D2 a b dm
+C3 g1 b 210.2n
+D3 b c dm
+C4 g2 c 210.2n
+D4 c out dm
+C5 out 0 2.102u IC=0
+R2 out 0 95.117
+.model dm D(IS=1e-12)
+.tran 177.082n 28.3u
+.end
+"""
+
+#: windings without leakage and junctions with charges: no step as short as an impulse's was solved
+WINDINGS_FROM_REST = """Forward converter without leakage, from rest
+V1 in 0 48
+L1 in x 31.8m
+L2 s 0 31.8m
+L3 0 r 31.8m
+K1 L1 L2 1
+K2 L1 L3 1
+K3 L2 L3 1
+Vg g 0 PULSE(0 5 0 181.1n 181.1n 14.5487u 36.2149u)
+S1 x 0 g 0 sw
+D1 r in dm
+D2 s y dm
+D3 0 y dm
+L4 y out 6.359m
+C1 out 0 2.415u
+R1 out 0 1974.5
+.model sw SW(VT=2.5 RON=5m ROFF=1meg)
+.model dm D(IS=1e-10 RS=5m CJO=50p TT=5n)
+.tran 0.905371u 144.86u uic
+.end
+"""
+SMOOTH = [PUMP_FROM_REST, STIFF_CLOCKS, WINDINGS_FROM_REST]
 
 
 @pytest.mark.parametrize("method", ["modewise", "moreau", "sdirk"])
 @pytest.mark.parametrize("deck", DECKS)
 def test_is_certified(deck: str, method: str) -> None:
     assert nsspice.tran(nsspice.read(deck), method=method).certificate.passed
+
+
+@pytest.mark.parametrize("deck", SMOOTH)
+def test_smooth_laws_are_certified(deck: str) -> None:
+    run = nsspice.tran(nsspice.read(deck))
+    assert run.islands[0].method == "sdirk"
+    assert run.certificate.passed
 
 
 @pytest.mark.parametrize("method", ["moreau", "sdirk"])

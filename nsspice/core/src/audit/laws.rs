@@ -229,16 +229,21 @@ impl Auditor {
         sides.iter().for_each(|z| self.reach.see(&self.kinds, z, &[], &mut largest));
         let (mut stored, mut carried) = (vec![0.0; self.n], vec![0.0; self.n]);
         if let Some(smooth) = &mut self.smooth {
-            // in short steps functions carry what they are worth there, at a corner one thing or another
+            // in short steps functions carry what they are worth there, at a corner one thing or another;
+            // the potential of a group that floats may be any, and functions at it beyond all numbers
             let mut values = Vec::new();
+            let rate = 1.0 / length.max(f64::MIN_POSITIVE);
             for side in sides {
                 smooth.values(side, sources, time, &mut values);
+                if !values.iter().all(|f| f.is_finite()) {
+                    continue;
+                }
                 values.iter_mut().for_each(|f| *f = f.abs());
                 smooth.f.add_sizes(2.0 * length, &values, &mut carried);
+                // what they conduct counts for a short time only
+                stored.fill(0.0);
+                smooth.add_sizes(&self.kinds, &largest, sources, rate, &mut stored);
             }
-            // what they conduct counts for a short time only
-            let rate = 1.0 / length.max(f64::MIN_POSITIVE);
-            smooth.add_sizes(&self.kinds, &largest, sources, rate, &mut stored);
             stored.iter_mut().for_each(|s| *s *= length);
         }
         for (row, (&size, &kind)) in sizes.iter().zip(&self.kinds).enumerate() {

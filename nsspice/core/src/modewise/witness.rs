@@ -354,7 +354,8 @@ impl Engine {
     fn sources_inside(&self, time: f64, start: bool, v: &[f64], d: &[f64], out: &mut [f64]) {
         let side = if start { Side::Right } else { Side::Left };
         self.inputs.values(time, side, out);
-        let indistinct = self.end - self.time <= SAME * self.end;
+        let indistinct =
+            self.end - self.time <= SAME * self.end || !start && time - self.time <= SAME * time;
         for (k, u) in out.iter_mut().enumerate() {
             let (driven, rate) = (self.inputs.value_of(k, v), self.inputs.rate_of(k, d));
             let rounding = SAME * (time * rate).abs();

@@ -95,8 +95,12 @@ impl Stepper {
         if self.contradicted(leap) {
             Rest::Contradicted
         } else if self.smooth.is_some() {
-            // junctions move charge in times that nothing foretells: no sign of an impulse
-            Rest::Calm
+            // junctions move charge in times that nothing foretells: no sign of an impulse; but where one
+            // dies away as the inverse of the time, its values right behind the jump cannot be told
+            match &leap.settled {
+                Some((_, now, _)) if self.missed_by(&now.z, &now.l) > SIGNS => Rest::Bent,
+                _ => Rest::Calm,
+            }
         } else {
             leap.rest
         }

@@ -225,7 +225,14 @@ impl Stepper {
     ) -> Result<Leap, Box<Failure>> {
         let shortest = self.shortest_time();
         let begun = (self.z.clone(), self.l.clone());
-        let leap = self.leap(charges, part, shortest, start)?;
+        let leap = match self.leap(charges, part, shortest, start) {
+            // fluxes that differ by rounding make gigavolts of so short a step
+            Err(failure) if self.storage.tight() => {
+                (self.z, self.l) = begun.clone();
+                self.leap(charges, TIGHT, shortest, start).map_err(|_| failure)?
+            }
+            leap => leap?,
+        };
         let mut leap = self.without_motion(charges, &begun, leap, shortest, start);
         // what only begins to move misses nothing
         let mut leapt = self.leapt(charges, &begun.0, &leap);
@@ -244,8 +251,9 @@ impl Stepper {
             }
         }
         for part in CONTINUED {
-            // less is hidden where the first step was long
-            if rest == Rest::Calm && !(leapt && leap.missed() > MISSED) || leap.part >= IMPACT {
+            // less is hidden where the first step was long; junctions have much to hide only behind a jump
+            let calm = rest == Rest::Calm && !(leapt && leap.missed() > MISSED);
+            if calm || leap.part >= IMPACT || self.smooth.is_some() && !leapt {
                 break;
             }
             (self.z, self.l) = (leap.after.clone(), leap.multipliers.clone());

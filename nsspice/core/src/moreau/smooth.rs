@@ -1,6 +1,7 @@
 //! Steps of systems with smooth nonlinear terms: the same scheme, each step by Newton's method.
 
 use super::clock::evaluate;
+use super::jumps::ROUNDING;
 use super::matrices::StepMatrices;
 use super::stage::System;
 use super::stepper::{Failure, Outcome, Stepper};
@@ -246,7 +247,10 @@ impl Stepper {
         smooth.newton.add_flowing(&f, &mut missed, &mut sizes);
         let sum = |list: &[f64], rows: &[usize]| rows.iter().map(|&row| list[row]).sum::<f64>();
         let sums = smooth.newton.sums_that_store_nothing().iter();
-        let sums = sums.map(|rows| (sum(&missed, rows), sum(&sizes, rows)));
+        // beside all laws of its kind, whose rounding a law of zeros may have
+        let most = self.sys.largest(&[&sizes]).map(|size| ROUNDING * size);
+        let kind = |rows: &[usize]| usize::from(linear.row_kind[rows[0]]);
+        let sums = sums.map(|rows| (sum(&missed, rows), sum(&sizes, rows).max(most[kind(rows)])));
         sums.filter(|(_, size)| *size > 0.0)
             .fold(0.0, |worst, (missed, size)| f64::max(worst, missed.abs() / size))
     }
