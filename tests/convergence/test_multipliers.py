@@ -62,6 +62,18 @@ def test_modes_from_their_neighbours_are_those_from_the_network(stages):
         assert np.abs(one[f"v(b{s})"] - other[f"v(b{s})"]).max() < 1e-11 * 20.0 * stages
 
 
+def test_values_do_not_depend_on_the_number_of_rows():
+    """One by one through the unknowns of modes hardly met, or by rows made for modes."""
+    signals = ["v(a2)", "v(b9)", "v(a3,b5)", "i(da4)", "i(ca2)", "i(v1)"]
+    few, many = (
+        nsspice.tran(nsspice.read(deck(9)), stop=4e-3, row_step=4e-3 / rows, uic=True,
+                     method="modewise", signals=signals)
+        for rows in (20, 4000)
+    )  # fmt: skip
+    for name in signals:
+        assert np.abs(few[name] - many[name][::200]).max() < 1e-13 * np.abs(many[name]).max()
+
+
 def test_a_long_chain_at_rest_starts_with_values_below_rounding():
     """The waves reach the far stages as powers of the time: nothing but rounding at first."""
     sol = run(deck(40), 20e-6, 20)

@@ -24,6 +24,8 @@ const DEPTH: usize = 30;
 const SLOW: f64 = 8.0 * FLAT;
 /// Time constants after which nothing is left of a motion that decays.
 const GONE: f64 = 30.0;
+/// Points that are looked at in a segment at least: its ends, and one third and two of a piece.
+const POINTS: f64 = 4.0;
 /// Numbers kept at most in a run: what rings for ever has no end of points.
 const MOST: usize = 1 << 24;
 
@@ -39,7 +41,7 @@ impl Engine {
         if lively <= 0.0 {
             return;
         }
-        self.prepare_rows();
+        self.prepare_rows(POINTS);
         self.ends.span =
             self.ends.watched.iter().map(|_| [f64::INFINITY, f64::NEG_INFINITY]).collect();
         self.point_at(0.0);

@@ -41,6 +41,7 @@ mod scales;
 mod share;
 mod sharpen;
 mod sides;
+mod single;
 pub mod spectrum;
 mod spread;
 pub mod staircase;

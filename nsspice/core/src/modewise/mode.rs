@@ -13,6 +13,7 @@ use super::block::row_norm;
 use super::guard_rows::{control_rows, guard_rows, impulse_rows};
 use super::network::Network;
 use super::share::Share;
+use super::single::larger;
 use super::spectrum::{Pole, Spectrum};
 use super::staircase::{Algebra, Staircase};
 use super::tracked::Tracked;
@@ -467,6 +468,15 @@ impl Mode {
         } else {
             (&self.guards, self.active[i - listed])
         }
+    }
+
+    /// The size of an algebraic unknown's largest part where the modal state is of some size.
+    pub fn algebraic_size(&self, i: usize, state: f64, inputs: [&[f64]; 2]) -> f64 {
+        let (rows, r) = self.algebraic_row(i);
+        let of_x = if i < self.algebraic.x.rows { norm(rows.x.row(r)) } else { self.sizes[r].x };
+        let parts = inputs.into_iter().zip([rows.v.row(r), rows.d.row(r)]);
+        let terms = parts.flat_map(|(list, row)| list.iter().zip(row).map(|(y, f)| (y * f).abs()));
+        terms.fold(of_x * state, larger)
     }
 
     /// Algebraic unknowns at a state, with inputs and their rates.

@@ -3,6 +3,7 @@
 use super::inputs::Inputs;
 use super::mode::{Mode, Rows};
 use super::network::Network;
+use super::single::larger;
 use crate::dense::{add_scaled, norm, Matrix};
 
 /// One output: (index, factor) for z, multipliers, z' and sources.
@@ -47,10 +48,15 @@ impl OutputRows {
         OutputRows { value: Columns::new(value), rate: rate.map(Columns::new), norms }
     }
 
+    /// Memory held [bytes].
+    pub fn bytes(&self) -> usize {
+        let size = |c: &Columns| c.x.data.len() + c.v.data.len() + c.d.data.len();
+        8 * (self.norms.len() + size(&self.value) + self.rate.as_ref().map_or(0, size))
+    }
+
     /// What values contribute to the outputs at a state, with inputs and their rates; raises sizes
     /// to those that each output could have at a state of this size, and of the inputs.
     pub fn apply(&self, [x, v, d]: [&[f64]; 3], out: &mut [f64], sizes: &mut [f64]) {
-        let larger = |a: f64, b: f64| if a > b { a } else { b };
         let state = norm(x);
         for ((value, size), norm) in out.iter_mut().zip(sizes.iter_mut()).zip(&self.norms) {
             *value = 0.0;
@@ -81,38 +87,104 @@ impl OutputRows {
     }
 }
 
+/// What all outputs are made of, either their values or what multiplies rates: energy coordinates and
+/// what is algebraic, which every mode has.
+pub(super) struct Part {
+    /// outputs that energy coordinates contribute to
+    pub stored: Vec<usize>,
+    /// one row of factors for each of them
+    pub energy: Matrix,
+    /// norms of these rows
+    pub norms: Vec<f64>,
+    /// output, unknown of the kernel, factor
+    pub kernel: Vec<(usize, usize, f64)>,
+    /// output, pair, factor of its multiplier
+    pub pairs: Vec<(usize, usize, f64)>,
+}
+
+impl Part {
+    /// From factors of unknowns and of multipliers, both output by output.
+    fn new<'a>(
+        unknowns: impl Iterator<Item = &'a Vec<(usize, f64)>>,
+        pairs: Vec<(usize, usize, f64)>,
+        net: &Network,
+    ) -> Part {
+        let (mut stored, mut data, mut kernel) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut energy, mut rest) = (vec![0.0; net.states], vec![0.0; net.kernel.cols]);
+        for (output, terms) in unknowns.enumerate() {
+            energy.fill(0.0);
+            rest.fill(0.0);
+            for &(j, c) in terms {
+                add_scaled(&mut energy, c, net.big_r.row(j));
+                add_scaled(&mut rest, c, net.kernel.row(j));
+            }
+            if energy.iter().any(|c| *c != 0.0) {
+                stored.push(output);
+                data.extend_from_slice(&energy);
+            }
+            let found = rest.iter().enumerate().filter(|(_, c)| **c != 0.0);
+            kernel.extend(found.map(|(i, &c)| (output, i, c)));
+        }
+        let energy = Matrix { rows: stored.len(), cols: net.states, data };
+        let norms = (0..energy.rows).map(|k| norm(energy.row(k))).collect();
+        Part { stored, energy, norms, kernel, pairs }
+    }
+
+    /// Outputs with the place and the factor of what is algebraic in them.
+    pub fn algebraic<'a>(
+        &'a self,
+        mode: &'a Mode,
+        kernel: usize,
+    ) -> impl Iterator<Item = (usize, usize, f64)> + 'a {
+        let active = move |&(output, pair, c): &(usize, usize, f64)| {
+            mode.active.binary_search(&pair).ok().map(|at| (output, kernel + at, c))
+        };
+        self.kernel.iter().copied().chain(self.pairs.iter().filter_map(active))
+    }
+
+    /// The factors in the coordinates of a mode, for so many outputs.
+    fn rows(&self, mode: &Mode, count: usize, kernel: usize) -> Rows {
+        let [mut x, mut v, d] =
+            [mode.n, mode.leave_v.cols, mode.leave_v.cols].map(|cols| Matrix::zeros(count, cols));
+        for (to, from) in [(&mut x, &mode.leave_x), (&mut v, &mode.leave_v)] {
+            let part = self.energy.times(from);
+            for (k, &output) in self.stored.iter().enumerate() {
+                to.row_mut(output).copy_from_slice(part.row(k));
+            }
+        }
+        let mut rows = Rows { x, v, d };
+        for (output, unknown, c) in self.algebraic(mode, kernel) {
+            rows.add_algebraic(output, c, mode, unknown);
+        }
+        rows
+    }
+}
+
 /// All outputs in the coordinates of the network.
 pub struct Outputs {
     specs: Vec<Spec>,
-    /// per output: factors of energy coordinates and of the kernel part, for z and z'
-    value_r: Matrix,
-    value_n: Matrix,
-    rate_r: Matrix,
-    rate_n: Matrix,
+    /// values
+    pub(super) value: Part,
+    /// what multiplies rates, if anything does
+    pub(super) rate: Option<Part>,
+    /// unknowns of the kernel
+    pub(super) kernel: usize,
     /// source parts over `[1; inputs]`
-    sources: Vec<Vec<f64>>,
-    rated: bool,
+    pub(super) sources: Vec<Vec<f64>>,
 }
 
 impl Outputs {
     /// Prepares the functionals.
     pub fn new(specs: Vec<Spec>, net: &Network, inputs: &Inputs) -> Outputs {
-        let combine = |part: usize, base: &Matrix| {
-            let mut out = Matrix::zeros(specs.len(), base.cols);
-            for (o, spec) in specs.iter().enumerate() {
-                for &(j, c) in &spec[part] {
-                    add_scaled(out.row_mut(o), c, base.row(j));
-                }
-            }
-            out
-        };
+        let pairs = specs.iter().enumerate();
+        let pairs = pairs.flat_map(|(o, spec)| spec[1].iter().map(move |&(pair, c)| (o, pair, c)));
+        let value = Part::new(specs.iter().map(|s| &s[0]), pairs.collect(), net);
+        let rated = specs.iter().any(|s| !s[2].is_empty());
         Outputs {
-            value_r: combine(0, &net.big_r),
-            value_n: combine(0, &net.kernel),
-            rate_r: combine(2, &net.big_r),
-            rate_n: combine(2, &net.kernel),
+            value,
+            rate: rated.then(|| Part::new(specs.iter().map(|s| &s[2]), Vec::new(), net)),
+            kernel: net.kernel.cols,
             sources: specs.iter().map(|s| inputs.combine(&s[3])).collect(),
-            rated: specs.iter().any(|s| !s[2].is_empty()),
             specs,
         }
     }
@@ -129,33 +201,12 @@ impl Outputs {
 
     /// The outputs in one mode.
     pub fn rows(&self, mode: &Mode) -> OutputRows {
-        let k = self.value_n.cols;
-        let build = |r: &Matrix, n: &Matrix| {
-            let mut out = Rows {
-                x: r.times(&mode.leave_x),
-                v: r.times(&mode.leave_v),
-                d: Matrix::zeros(r.rows, mode.leave_v.cols),
-            };
-            for o in 0..r.rows {
-                for (i, &c) in n.row(o).iter().enumerate() {
-                    if c != 0.0 {
-                        out.add_algebraic(o, c, mode, i);
-                    }
-                }
-            }
-            out
-        };
-        let mut value = build(&self.value_r, &self.value_n);
-        for (o, spec) in self.specs.iter().enumerate() {
-            for &(pair, c) in &spec[1] {
-                if let Ok(at) = mode.active.binary_search(&pair) {
-                    value.add_algebraic(o, c, mode, k + at);
-                }
-            }
-            add_scaled(value.v.row_mut(o), 1.0, &self.sources[o]);
+        let build = |part: &Part| part.rows(mode, self.len(), self.kernel);
+        let mut value = build(&self.value);
+        for (o, factors) in self.sources.iter().enumerate() {
+            add_scaled(value.v.row_mut(o), 1.0, factors);
         }
-        let rate = self.rated.then(|| build(&self.rate_r, &self.rate_n));
-        OutputRows::new(&value, rate.as_ref())
+        OutputRows::new(&value, self.rate.as_ref().map(build).as_ref())
     }
 
     /// One row from unknowns, multipliers, rates and source values.

@@ -2,7 +2,7 @@
 
 use super::mode::Mode;
 use super::network::Network;
-use super::outputs::OutputRows;
+use super::outputs::{OutputRows, Outputs};
 use super::prepared::Reduced;
 use super::tally::Powers;
 use crate::dense::RankOne;
@@ -26,6 +26,8 @@ struct Entry {
     gates: Box<[bool]>,
     made: Option<Result<Arc<Mode>, String>>,
     outputs: Option<Box<OutputRows>>,
+    /// points at which outputs were wanted before they were made
+    points: f64,
     powers: Option<Box<Powers>>,
     used: u64,
     bytes: usize,
@@ -77,6 +79,7 @@ impl Registry {
             gates: gates.into(),
             made: None,
             outputs: None,
+            points: 0.0,
             powers: None,
             used: 0,
             bytes: 0,
@@ -179,9 +182,32 @@ impl Registry {
         }
     }
 
-    /// The outputs of a mode, made by `make` the first time.
-    pub fn outputs(&mut self, id: Id, make: impl FnOnce() -> OutputRows) -> &OutputRows {
-        self.entries[id].outputs.get_or_insert_with(|| Box::new(make()))
+    /// The outputs of a mode, which are wanted at so many points more: made as soon as they cost less
+    /// than all these points one by one.
+    #[inline]
+    pub fn outputs(
+        &mut self,
+        id: Id,
+        mode: &Mode,
+        outputs: &Outputs,
+        points: f64,
+    ) -> Option<&OutputRows> {
+        if self.entries[id].outputs.is_none() {
+            self.make_outputs(id, mode, outputs, points);
+        }
+        self.entries[id].outputs.as_deref()
+    }
+
+    #[cold]
+    fn make_outputs(&mut self, id: Id, mode: &Mode, outputs: &Outputs, points: f64) {
+        let entry = &mut self.entries[id];
+        entry.points += points;
+        if entry.points >= outputs.singly(mode) {
+            let made = outputs.rows(mode);
+            entry.bytes += made.bytes();
+            self.bytes += made.bytes();
+            entry.outputs = Some(Box::new(made));
+        }
     }
 
     /// The powers of a mode, to be given back.

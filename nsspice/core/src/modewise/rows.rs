@@ -1,6 +1,11 @@
-//! Rows inside segments: evaluated where they stand, those of a run in one product of matrices.
+//! Rows inside segments: evaluated where they stand, those of a run in one product of matrices, and
+//! few of a mode that is hardly met through its unknowns.
 
+use super::inputs::Segment;
+use super::mode::Mode;
+use super::outputs::Outputs;
 use super::run::{Engine, SAME};
+use super::single::Single;
 use super::spread::Spread;
 use super::stride::{Strides, FEW, RUN};
 use super::terms::Point;
@@ -11,6 +16,12 @@ use super::trajectory::Trajectory;
 pub(super) struct Inside {
     /// what is below belongs to the present segment
     pub ready: bool,
+    /// the mode has no rows of its own
+    singly: bool,
+    single: Single,
+    x: Vec<f64>,
+    v: Vec<f64>,
+    sizes: Vec<f64>,
     values: Spread,
     rates: Spread,
     rated: bool,
@@ -23,7 +34,16 @@ pub(super) struct Inside {
 
 impl Inside {
     /// The outputs at the instants of the run: the first from all terms anew, the others from it.
-    fn write(&mut self, path: &Trajectory, table: &mut [f64], columns: usize) {
+    fn write(
+        &mut self,
+        outputs: (&Outputs, &Mode),
+        (path, segment): (&Trajectory, &Segment),
+        table: &mut [f64],
+        columns: usize,
+    ) {
+        if self.singly {
+            return self.write_singly(outputs, (path, segment), table, columns);
+        }
         let Inside { values, rates, strides, anchor, times, terms: [value, slope], .. } = self;
         path.at(times[0], anchor);
         let (mut points, mut slopes) = (&anchor.value, &anchor.slope);
@@ -37,6 +57,27 @@ impl Inside {
             rates.write_add(slopes, path.slots, table, columns);
         }
     }
+
+    /// The outputs at the instants of the run, one after the other.
+    fn write_singly(
+        &mut self,
+        (outputs, mode): (&Outputs, &Mode),
+        (path, segment): (&Trajectory, &Segment),
+        table: &mut [f64],
+        columns: usize,
+    ) {
+        let Inside { anchor, single, times, x, v, sizes, .. } = self;
+        x.resize(mode.n, 0.0);
+        v.resize(segment.now.len(), 0.0);
+        sizes.resize(columns - 1, 0.0);
+        for (t, row) in times.iter().zip(table.chunks_exact_mut(columns)) {
+            path.at(*t, anchor);
+            path.state(anchor, x);
+            path.inputs(segment, anchor, v);
+            let at = (&*anchor, &x[..], &v[..]);
+            single.write((outputs, mode, None), (path, segment), at, &mut row[1..], sizes);
+        }
+    }
 }
 
 impl Engine {
@@ -48,14 +89,15 @@ impl Engine {
         let (time, end) = (self.time, self.end);
         let within = move |target: &f64| *target < before || (last && *target <= end);
         let Some(first) = self.rows.peek().filter(within) else { return 0 };
-        self.prepare_rows();
         let (step, columns) = (self.rows.step(), self.columns());
+        self.prepare_rows(((end - first) / step).max(0.0) + 1.0);
         let evenly = self.path.closed() && end - first >= FEW * step;
-        if evenly {
+        if evenly && !self.inside.singly {
             self.inside.strides.begin(&self.path, step);
         }
-        let Engine { rows: clock, path, inside, .. } = self;
         let (mut rest, mut count) = (out, 0);
+        let Engine { rows: clock, present, inside, path, segment, outputs, .. } = self;
+        let Some((_, mode)) = present else { return 0 };
         while let Some(first) = clock.peek().filter(within) {
             let most = if evenly { RUN } else { 1 };
             inside.times.clear();
@@ -76,7 +118,7 @@ impl Engine {
             }
             let table;
             (table, rest) = rest.split_at_mut(inside.times.len() * columns);
-            inside.write(path, table, columns);
+            inside.write((outputs, mode), (path, segment), table, columns);
             count += inside.times.len();
         }
         count
@@ -86,19 +128,23 @@ impl Engine {
     pub(super) fn write_inside(&mut self, time: f64, row: &mut [f64]) {
         self.inside.times.clear();
         self.inside.times.push(time);
-        self.inside.write(&self.path, row, row.len());
+        let Engine { present, inside, path, segment, outputs, .. } = self;
+        if let Some((_, mode)) = present {
+            inside.write((outputs, mode), (path, segment), row, row.len());
+        }
     }
 
-    /// Brings the outputs of the mode into the terms of the segment.
-    pub(super) fn prepare_rows(&mut self) {
+    /// Brings the outputs of the mode into the terms of the segment, if so many points are worth it.
+    pub(super) fn prepare_rows(&mut self, points: f64) {
         let Some((id, mode)) = &self.present else { return };
         let inside = &mut self.inside;
         if inside.ready {
             return;
         }
         inside.ready = true;
-        let outputs = &self.outputs;
-        let rows = self.registry.outputs(*id, || outputs.rows(mode));
+        let rows = self.registry.outputs(*id, mode, &self.outputs, points);
+        inside.singly = rows.is_none();
+        let Some(rows) = rows else { return };
         self.path.spread(&rows.value, &self.segment, &mut inside.values);
         inside.rated = rows.rate.is_some();
         if let Some(rate) = &rows.rate {

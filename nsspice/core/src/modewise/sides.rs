@@ -1,6 +1,7 @@
 //! Rows at the ends of segments: on both sides of what jumps there.
 
 use super::run::{Engine, Phase, SAME};
+use super::single::Single;
 use super::terms::Point;
 use crate::sides::{Home, Sides};
 
@@ -22,9 +23,7 @@ pub(super) struct Ends {
     pub rows: Sides,
     row: Vec<f64>,
     point: Point,
-    x: Vec<f64>,
-    v: Vec<f64>,
-    d: Vec<f64>,
+    single: Single,
 }
 
 impl Default for Ends {
@@ -39,9 +38,7 @@ impl Default for Ends {
             rows: Sides::default(),
             row: Vec::new(),
             point: Point::default(),
-            x: Vec::new(),
-            v: Vec::new(),
-            d: Vec::new(),
+            single: Single::default(),
         }
     }
 }
@@ -70,25 +67,19 @@ impl Engine {
     /// Evaluates the outputs at the end of the segment (`left`), whose state and inputs are known, or
     /// at its start.
     fn sample(&mut self, left: bool, row: &mut [f64]) {
-        let Engine { present, registry, outputs, ends, path, segment, .. } = self;
+        let Engine { present, registry, outputs, ends, path, segment, point: end, x, v, .. } = self;
         let Some((id, mode)) = present else { return };
-        let rows = registry.outputs(*id, || outputs.rows(mode));
-        let (x, v) =
-            if left { (&self.x[..], &self.v[..]) } else { (path.start(), &segment.now[..]) };
-        segment.rates(v, &mut ends.d);
-        // a sum of terms that cancel has the rounding of the terms
-        let sizes = &mut ends.rows.sizes;
-        sizes.resize(row.len(), 0.0);
-        rows.apply([x, v, &ends.d], &mut row[1..], &mut sizes[1..]);
-        if rows.rate.is_some() {
-            if !left {
-                path.at(0.0, &mut ends.point);
-            }
-            ends.x.resize(mode.n, 0.0);
-            path.state_rate(if left { &self.point } else { &ends.point }, &mut ends.x);
-            segment.curvatures(&ends.d, &mut ends.v);
-            rows.add_rates([&ends.x, &ends.d, &ends.v], &mut row[1..]);
+        let Ends { point, single, rows: Sides { sizes, .. }, .. } = ends;
+        if !left && outputs.rate.is_some() {
+            path.at(0.0, point);
         }
+        let at =
+            if left { (&*end, &x[..], &v[..]) } else { (&*point, path.start(), &segment.now[..]) };
+        // a sum of terms that cancel has the rounding of the terms
+        sizes.resize(row.len(), 0.0);
+        let rows = registry.outputs(*id, mode, outputs, 1.0);
+        let (row, sizes) = (&mut row[1..], &mut sizes[1..]);
+        single.write((outputs, mode, rows), (path, segment), at, row, sizes);
     }
 
     /// Before a segment is left: the row at its end, if that is wanted.
