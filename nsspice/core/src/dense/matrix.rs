@@ -395,7 +395,7 @@ const REFINEMENTS: usize = 3;
 /// S. Oishi, SIAM J. Sci. Comput. 26, 2005).
 #[inline(always)]
 pub(super) fn residual(a: &Matrix, x: &Matrix, b: &Matrix) -> Matrix {
-    let (mut out, mut low) = (b.clone(), vec![0.0; b.cols]);
+    let (mut out, mut low) = (b.clone(), Matrix::zeros(1, b.cols).data);
     for r in 0..a.rows {
         let high = out.row_mut(r);
         low.fill(0.0);
@@ -418,7 +418,8 @@ pub(super) fn residual(a: &Matrix, x: &Matrix, b: &Matrix) -> Matrix {
 /// Powers of 2 for rows and columns that bring the largest entry of each near 1.
 pub fn equilibrate(a: &Matrix) -> (Vec<f64>, Vec<f64>) {
     let (mut row, mut col) = (vec![1.0f64; a.rows], vec![1.0f64; a.cols]);
-    let (mut largest_row, mut largest_col) = (vec![0.0f64; a.rows], vec![0.0f64; a.cols]);
+    // all are written before they are read; zeros would come from `calloc`
+    let (mut largest_row, mut largest_col) = (row.clone(), col.clone());
     for _ in 0..4 {
         largest_col.fill(0.0);
         for ((r, scale), most) in row.iter().enumerate().zip(&mut largest_row) {
