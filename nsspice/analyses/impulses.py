@@ -136,8 +136,8 @@ def _charges(mna: MnaSystem, jump: Jump) -> Iterator[tuple[str, float]]:
     yield from zip(mna.pairs, jump.multipliers.tolist(), strict=True)
     states = {f"i({store.name})" for store in mna.inductors}
     for name, value in zip(mna.unknowns, jump.unknowns.tolist(), strict=True):
-        # the current of an inductor jumps, it has no impulse
-        if name.startswith("i(") and name not in states:
+        # the current of an inductor jumps, it has no impulse; nobody asks for those inside elements
+        if name.startswith("i(") and name not in states and "#" not in name:
             yield name[2:-1], value
     for device in mna.devices:
         if device.letter in _DRIVE:

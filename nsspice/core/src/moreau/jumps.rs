@@ -25,6 +25,9 @@ const OF_FUNCTIONS: f64 = 1e3;
 const DESCENT: f64 = 1e-2;
 /// A change that a step shorter by that ratio reduces to this part was motion.
 const LESS: f64 = 0.1;
+/// How often impulsive steps are made shorter by that ratio, in which charges of junctions go more straight.
+const STRAIGHTER: usize = 4;
+const SHORTER: f64 = 0.1;
 /// Changes below this part of the largest charge (or flux) so far are no jump.
 pub(super) const NO_JUMP: f64 = 1e-9;
 /// Rounding of voltages and currents, relative to the largest.
@@ -356,8 +359,19 @@ impl Stepper {
         start: Start,
     ) -> Result<Leap, Box<Failure>> {
         let (before, multipliers) = (self.z.clone(), self.l.clone());
-        let (once, twice) = self.two_steps(charges, &before, part * shortest, start)?;
+        let mut part = part;
+        let (mut once, mut twice) = self.two_steps(charges, &before, part * shortest, start)?;
         let mut after = limit(&once.z, twice.as_ref().map(|t| &t.z));
+        for _ in 0..STRAIGHTER {
+            if self.is_straight([&once.z, twice.as_ref().map_or(&once.z, |t| &t.z), &after]) {
+                break;
+            }
+            part *= SHORTER;
+            let steps = self.two_steps(charges, &before, part * shortest, Start::Warm);
+            let Ok(steps) = steps else { break };
+            (once, twice) = steps;
+            after = limit(&once.z, twice.as_ref().map(|t| &t.z));
+        }
         let none = |q: &[f64]| q.iter().all(|q| *q == 0.0);
         let linear = !self.functions_store();
         let at_rest = || linear && self.storage.unknowns().all(|j| before[j] == 0.0);
@@ -406,6 +420,23 @@ impl Stepper {
             settled,
             rest,
         })
+    }
+
+    /// Whether the charges of junctions go as straight through two short steps to length 0 as the unknowns
+    /// do, up to what is no jump: they are exponentials of voltages.
+    fn is_straight(&mut self, [once, twice, after]: [&[f64]; 3]) -> bool {
+        if !self.functions_store() {
+            return true;
+        }
+        let [once, twice, after] = [once, twice, after].map(|z| self.stored_at(z));
+        let mut most = self.largest;
+        for (most, here) in most.iter_mut().zip(self.sys.largest(&[&once])) {
+            *most = most.max(here);
+        }
+        let bends = once.iter().zip(&twice).zip(&after).map(|((a, b), c)| (2.0 * a - b - c).abs());
+        bends
+            .zip(&self.sys.linear.row_kind)
+            .all(|(b, &kind)| b <= ROUNDING * most[usize::from(kind)])
     }
 
     /// From rest, where a much shorter step moves all that is stored in proportion less, nothing has
