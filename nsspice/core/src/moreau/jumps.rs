@@ -423,20 +423,19 @@ impl Stepper {
     }
 
     /// Whether the charges of junctions go as straight through two short steps to length 0 as the unknowns
-    /// do, up to what is no jump: they are exponentials of voltages.
+    /// do, beside the largest so far: they are exponentials of voltages.
     fn is_straight(&mut self, [once, twice, after]: [&[f64]; 3]) -> bool {
-        if !self.functions_store() {
+        let largest = self.largest;
+        let Some(smooth) = self.smooth.as_mut().filter(|smooth| smooth.newton.stores()) else {
             return true;
+        };
+        let (u, time) = (&self.u0, self.time);
+        let mut bends = vec![0.0; after.len()];
+        for (z, weight) in [(once, 2.0), (twice, -1.0), (after, -1.0)] {
+            smooth.add_stored_at(z, u, time, weight, &mut bends);
         }
-        let [once, twice, after] = [once, twice, after].map(|z| self.stored_at(z));
-        let mut most = self.largest;
-        for (most, here) in most.iter_mut().zip(self.sys.largest(&[&once])) {
-            *most = most.max(here);
-        }
-        let bends = once.iter().zip(&twice).zip(&after).map(|((a, b), c)| (2.0 * a - b - c).abs());
-        bends
-            .zip(&self.sys.linear.row_kind)
-            .all(|(b, &kind)| b <= ROUNDING * most[usize::from(kind)])
+        let kinds = self.sys.linear.row_kind.iter().map(|&kind| usize::from(kind));
+        bends.iter().zip(kinds).all(|(bend, kind)| bend.abs() <= ROUNDING * largest[kind])
     }
 
     /// From rest, where a much shorter step moves all that is stored in proportion less, nothing has

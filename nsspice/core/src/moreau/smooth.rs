@@ -171,12 +171,15 @@ impl SmoothPart {
             (linear.e.iter().collect(), self.newton.stored_slopes(z, u, clock));
         let mut own = vec![0.0; linear.g.nrows];
         linear.e.iter().filter(|e| e.0 == e.1).for_each(|(j, _, v)| own[j] = v);
-        let mut left = vec![0.0; linear.g.nrows];
+        let (mut left, mut held) = (vec![0.0; linear.g.nrows], vec![0.0; linear.g.nrows]);
+        linear.g.iter().filter(|e| e.0 == e.1).for_each(|(j, _, v)| held[j] = v.abs());
         for (row, c, v) in linear.g.iter() {
-            // by what conducts, or by the current that it drives through a winding
+            // by what conducts, by the current that it drives through a winding or through a resistance
+            let branch = linear.row_kind[row] == 0 && linear.row_kind[c] == 1;
             left[row] -= match (row == c, own[c] > 0.0) {
                 (true, _) => instant * v.abs(),
                 (false, true) => (instant * v) * (instant * v) / own[c],
+                (false, false) if branch && held[c] > 0.0 => instant * v * v / held[c],
                 (false, false) => 0.0,
             };
         }
