@@ -143,13 +143,15 @@ class Bipolar(Transistor):
         """Write the resistances, the currents and the charges."""
         p = self._at(stamper.layout.conditions)
         nodes = self._nodes()
+        held = p["cje"] > 0.0 and p["cjc"] > 0.0
         for node, end, key in zip(self.corners, "cbe", _OHMIC, strict=True):
             if nodes[end] == node:
                 continue
             if key == "rb" and self._modulated:
                 stamper.internal_node(nodes[end], self.name)
             else:
-                stamper.series_resistance(node, nodes[end], self.name, p[key] / self.parallel)
+                ohms = p[key] / self.parallel
+                stamper.series_resistance(node, nodes[end], self.name, ohms, held=held)
         flows = {name: (nodes[a], nodes[k]) for name, a, k in self._flows()}
 
         def across(name: str) -> int:
@@ -194,6 +196,10 @@ class Bipolar(Transistor):
         inner = self._nodes()[terminal]
         if inner in layout.branches:
             return layout.branch(inner)
+        for node, end, key in zip(self.corners, "cbe", _OHMIC, strict=True):
+            if end == terminal and inner != node:
+                conductance = self.parallel / self._at(layout.conditions)[key]
+                return Functional(z=layout.voltage(node, inner, conductance))
         f: list[tuple[int, float]] = []
         df: list[tuple[int, float]] = []
         for name, a, k in self._flows():

@@ -168,7 +168,8 @@ class JunctionBody:
         inner = a
         if self.law.rs:
             inner = f"{name}#internal"
-            stamper.series_resistance(a, inner, element, junction.resistance / self.parallel)
+            ohms = junction.resistance / self.parallel
+            stamper.series_resistance(a, inner, element, ohms, held=bool(self.law.cjo))
         v = stamper.voltage_register(inner, b)
         current = stamper.function(junction.write_current(tape, v))
         stamper.enter(inner, b, current, self.parallel)
@@ -180,8 +181,12 @@ class JunctionBody:
 
     def current(self, layout: Layout, name: str, a: str, b: str) -> Functional:
         """Return the current through the resistance, or the function and its charge's rate."""
+        inner = f"{name}#internal"
+        if inner in layout.branches:
+            return layout.branch(inner)
         if self.law.rs:
-            return layout.branch(f"{name}#internal")
+            resistance = self.law.at(layout.conditions, self.temp, self.dtemp).resistance
+            return Functional(z=layout.voltage(a, inner, self.parallel / resistance))
         charge = layout.functions.get(f"{name}#charge")
         return Functional(
             f=((layout.functions[name], self.parallel),),

@@ -336,13 +336,18 @@ class Stamper:
             self.G.add(index, branch, sign)
             self.G.add(branch, index, -sign)
 
-    def series_resistance(self, node: str, inner: str, element: str, ohms: float) -> None:
-        """Add a node inside an element, behind a resistance whose current is an unknown.
+    def series_resistance(
+        self, node: str, inner: str, element: str, ohms: float, *, held: bool
+    ) -> None:
+        """Add a node inside an element, behind a resistance [Ohm]; a capacitance may have it held.
 
-        The current of a blocking junction is less than the rounding of a difference of voltages
-        over so small a resistance.
+        Otherwise the current is an unknown: that of a blocking junction is less than the rounding
+        of a difference of voltages over so small a resistance.
         """
         self.internal_node(inner, element)
+        if held:
+            self.conductance(node, inner, 1.0 / ohms)
+            return
         branch = self.branch(inner, element=element)
         self.connect(branch, node, inner)
         self.G.add(branch, branch, ohms)

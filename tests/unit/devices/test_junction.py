@@ -109,6 +109,10 @@ def test_only_what_the_card_gives_is_simulated():
     assert plain.system.smooth is not None
     assert plain.system.smooth.Q.data.size == 0
     ohmic = assembled("V1 a 0 1\nD1 a 0 dm 2\n.model dm d(rs=4 cjo=1p)")
+    assert ohmic.unknowns == ["v(a)", "i(v1)", "v(d1#internal)"]
+    assert ohmic.functional("i(d1)").z == ((0, 0.5), (2, -0.5))
+    # nothing holds the node inside
+    ohmic = assembled("V1 a 0 1\nD1 a 0 dm 2\n.model dm d(rs=4)")
     assert ohmic.unknowns == ["v(a)", "i(v1)", "v(d1#internal)", "i(d1#internal)"]
     assert ohmic.functional("i(d1)").z == ((3, 1.0),)
     assert assembled("V1 a 0 1\nD1 a 0 dm\n.model dm d(rs=0 cjo=0 tt=0)").unknowns == plain.unknowns
