@@ -37,6 +37,8 @@ const MISSED: f64 = 1e-13;
 /// An impulsive step that its own end contradicts is continued from there by longer ones, in which
 /// less can hide.
 const CONTINUED: [f64; 3] = [JUMP, 1e-6, 1e-4];
+/// Two short steps that end this near to each other have led to values, not to impulses.
+const PLAIN: f64 = 1e-3;
 /// Jumps kept in full; later ones are only counted.
 const MAX_JUMPS: usize = 4096;
 
@@ -406,6 +408,11 @@ impl Stepper {
         self.z.copy_from_slice(&before);
         for j in self.storage.unknowns() {
             self.z[j] = after[j];
+        }
+        let apart = |twice: &Short| self.sys.apart(&once.z, &twice.z, &before);
+        let plain = twice.as_ref().is_some_and(|twice| apart(twice) <= PLAIN);
+        if let (Some(smooth), true, Start::Warm) = (&mut self.smooth, plain, start) {
+            smooth.newton.predict(&once.z); // junctions that had to turn have done so there
         }
         let (settled, rest) = self.settle(&after, shortest)?;
         Ok(Leap {
