@@ -374,15 +374,19 @@ fn depletion<const W: usize>(
     let log = log_near_one(&x);
     let exponent: Lanes<W> = each(|i| rest[i] * log[i]);
     let (grown, power) = growth(&exponent);
-    let (mut charge, mut capacitance) = ([0.0; W], [0.0; W]);
-    for i in 0..W {
-        let gathered = if exponent[i].abs() < 1e-300 { log[i] } else { grown[i] / rest[i] };
-        let beyond = v[i] - inside[i];
-        // t^-M = t^(1-M) / t
-        let here = c0[i] * (power[i] / (1.0 + x[i]));
-        let slope = here * bend[i];
-        charge[i] = beyond * (here + 0.5 * slope * beyond) - size[i] * gathered;
-        capacitance[i] = here + slope * beyond;
-    }
-    (charge, capacitance)
+    let gathered: Lanes<W> = each(|i| {
+        let quotient = grown[i] / rest[i];
+        if exponent[i].abs() < 1e-300 {
+            log[i]
+        } else {
+            quotient
+        }
+    });
+    let beyond: Lanes<W> = each(|i| v[i] - inside[i]);
+    // t^-M = t^(1-M) / t
+    let here: Lanes<W> = each(|i| c0[i] * (power[i] / (1.0 + x[i])));
+    let slope: Lanes<W> = each(|i| here[i] * bend[i]);
+    let charge =
+        each(|i| beyond[i] * (here[i] + 0.5 * slope[i] * beyond[i]) - size[i] * gathered[i]);
+    (charge, each(|i| here[i] + slope[i] * beyond[i]))
 }
