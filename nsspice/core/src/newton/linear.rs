@@ -64,6 +64,8 @@ pub(super) struct Assembly {
     /// stands
     row_scale: Vec<f64>,
     scaled: bool,
+    /// for the present values
+    fresh: bool,
     /// how often it has been scaled
     pub scalings: u32,
     /// the last Jacobian left something open, which was held
@@ -117,6 +119,7 @@ impl Assembly {
             scale: vec![1.0; eq.size()],
             row_scale: vec![1.0; eq.size()],
             scaled: false,
+            fresh: false,
             scalings: 0,
             open: false,
             steady: false,
@@ -141,6 +144,7 @@ impl Assembly {
     /// The Jacobian has been no measure: the next one is scaled anew.
     pub fn forget_scale(&mut self) {
         self.scaled = false;
+        self.fresh = false;
         self.open = false;
     }
 
@@ -151,6 +155,7 @@ impl Assembly {
 
     /// Adds the derivatives of the functions to the linear part.
     pub fn linearise(&mut self, slopes: &[f64]) {
+        self.fresh = false;
         self.values.copy_from_slice(&self.linear.values);
         for e in &self.entries.list {
             self.values[e.at as usize] += e.factor * slopes[e.slot as usize];
@@ -170,8 +175,11 @@ impl Assembly {
         }
     }
 
-    /// Scales the present Jacobian so that its entries come near one.
-    fn rescale(&mut self, eq: &Equations) {
+    /// Scales the present Jacobian so that its entries come near one; false if it already is.
+    fn rescale(&mut self, eq: &Equations) -> bool {
+        if std::mem::replace(&mut self.fresh, true) {
+            return false;
+        }
         let Assembly { jacobian, values, scale, row_scale, weight, .. } = self;
         for c in 0..jacobian.ncols {
             let range = jacobian.colptr[c]..jacobian.colptr[c + 1];
@@ -206,6 +214,7 @@ impl Assembly {
         self.scalings += 1;
         self.factor = None;
         self.direct = None;
+        true
     }
 
     /// Whether `factorise_directly` may serve.
@@ -241,8 +250,7 @@ impl Assembly {
             return true;
         }
         // values far from those that the scaling was made for look singular
-        self.rescale(eq);
-        self.try_factorise(eq, active, 0.0)
+        self.rescale(eq) && self.try_factorise(eq, active, 0.0)
     }
 
     /// Computes the scaled Jacobian, the columns that have changed, the largest entry and the largest of
@@ -272,8 +280,8 @@ impl Assembly {
     fn try_factorise(&mut self, eq: &Equations, active: &[bool], hold: f64) -> bool {
         self.active.copy_from_slice(active);
         let [largest, least] = self.fill();
-        if hold > 0.0 && (largest > BADLY_SCALED || BADLY_SCALED * least < 1.0) {
-            self.rescale(eq);
+        let badly = largest > BADLY_SCALED || BADLY_SCALED * least < 1.0;
+        if hold > 0.0 && badly && self.rescale(eq) {
             self.fill();
         }
         let (n, jacobian_size) = (eq.n, self.jacobian.ncols);
