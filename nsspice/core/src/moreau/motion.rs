@@ -26,22 +26,29 @@ pub(super) fn behind(after: &[f64], span: f64, settled: Option<&(Short, Short, f
 }
 
 impl Stepper {
-    /// Charges and fluxes of a state.
-    pub(super) fn stored_at(&mut self, z: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; z.len()];
-        self.sys.linear.e.mul_add(1.0, z, &mut out);
+    /// Charges and fluxes of a state, into `out`.
+    fn store_at(&mut self, z: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+        out.resize(z.len(), 0.0);
+        self.sys.linear.e.mul_add(1.0, z, out);
         if let Some(smooth) = &mut self.smooth {
-            smooth.add_stored_at(z, &self.u0, self.time, 1.0, &mut out);
+            smooth.add_stored_at(z, &self.u0, self.time, 1.0, out);
         }
+    }
+
+    /// Charges and fluxes of a state.
+    fn stored_at(&mut self, z: &[f64]) -> Vec<f64> {
+        let mut out = Vec::new();
+        self.store_at(z, &mut out);
         out
     }
 
     /// Whether an impulsive step has moved anything but as motion does.
     pub(super) fn leapt(&mut self, charges: Option<&[f64]>, before: &[f64], leap: &Leap) -> bool {
-        let (ones, mut largest) = (vec![1.0; before.len()], self.largest);
+        let mut largest = self.largest;
         let begun = behind(&leap.after, leap.span, leap.settled.as_ref());
         let sides = [before, &leap.first, &begun];
-        self.moved(sides, charges, NO_JUMP, &ones, &mut largest, &[])
+        self.moved(sides, charges, NO_JUMP, None, &mut largest, &[])
     }
 
     /// Did stored charges or fluxes jump by more than `share` of the largest?
@@ -53,9 +60,8 @@ impl Stepper {
         after: &[f64],
         share: f64,
     ) -> bool {
-        let ones = vec![1.0; before.len()];
         let mut largest = self.largest;
-        let found = self.moved([before, first, after], charges, share, &ones, &mut largest, &[]);
+        let found = self.moved([before, first, after], charges, share, None, &mut largest, &[]);
         self.largest = largest;
         found
     }
@@ -70,14 +76,14 @@ impl Stepper {
     ) -> bool {
         let weights = std::mem::take(&mut self.weights);
         let mut largest = self.heaviest;
-        let found = self.moved(sides, charges, NO_JUMP, &weights, &mut largest, values);
+        let found = self.moved(sides, charges, NO_JUMP, Some(&weights), &mut largest, values);
         self.heaviest = largest;
         self.weights = weights;
         found
     }
 
-    /// Did stored charges or fluxes, by their weights, change by more than `share` of the `largest`
-    /// so far?  A change that extrapolation to length 0 takes away was not a jump but the ordinary
+    /// Did stored charges or fluxes, by their weights if they have any, change by more than `share` of the
+    /// `largest_so_far`?  A change that extrapolation to length 0 takes away was not a jump but the ordinary
     /// motion during the short step; one that it turns round was motion that begins with the square
     /// of the time.
     fn moved(
@@ -85,36 +91,47 @@ impl Stepper {
         [before, first, after]: [&[f64]; 3],
         charges: Option<&[f64]>,
         share: f64,
-        weights: &[f64],
+        weights: Option<&[f64]>,
         largest_so_far: &mut [f64; 2],
         values: &[f64],
     ) -> bool {
-        let n = before.len();
-        let old = charges.map_or_else(|| self.stored_at(before), <[f64]>::to_vec);
-        let [once, new] = [first, after].map(|z| self.stored_at(z));
-        // what rounding of the largest voltage (current) makes of each charge (flux)
-        let largest = self.sys.largest(&[after, values]);
-        let scale: Vec<f64> =
-            self.sys.linear.row_kind.iter().map(|&k| largest[usize::from(k)]).collect();
-        let mut noise = vec![0.0; n];
-        self.sys.linear.e.abs_mul_add(&scale, &mut noise);
-        let mut found = false;
-        for kind in 0..2u8 {
-            let rows = || (0..n).filter(|&i| self.sys.linear.row_kind[i] == kind);
-            let sizes = rows().map(|i| weights[i] * old[i].abs().max(new[i].abs()));
-            // against the largest so far: a flux that has just decayed to rounding does not jump
-            let largest = &mut largest_so_far[usize::from(kind)];
-            *largest = sizes.fold(*largest, f64::max);
-            // a current that flows on through other stores is extrapolated to rounding of it
-            let most = rows().fold(0.0f64, |a, i| a.max((once[i] - old[i]).abs()));
-            found |= rows().any(|i| {
-                let (change, moved) = (new[i] - old[i], once[i] - old[i]);
-                weights[i] * change.abs() > share * *largest
-                    && change.abs() > ROUNDING * noise[i].max(most)
-                    && change.abs() > 0.1 * moved.abs()
-                    && change.signum() == moved.signum()
-            });
+        let mut lists = std::mem::take(&mut self.moving);
+        let [old, once, new, scale, noise] = &mut lists;
+        match charges {
+            Some(charges) => {
+                old.clear();
+                old.extend_from_slice(charges);
+            }
+            None => self.store_at(before, old),
         }
+        self.store_at(first, once);
+        self.store_at(after, new);
+        // what rounding of the largest voltage (current) makes of each charge (flux)
+        let (kinds, largest) = (&self.sys.linear.row_kind, self.sys.largest(&[after, values]));
+        scale.clear();
+        scale.extend(kinds.iter().map(|&k| largest[usize::from(k)]));
+        noise.clear();
+        noise.resize(kinds.len(), 0.0);
+        self.sys.linear.e.abs_mul_add(scale, noise);
+        let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
+        // a current that flows on through other stores is extrapolated to rounding of it
+        let mut most = [0.0f64; 2];
+        for (i, &kind) in kinds.iter().enumerate() {
+            let kind = usize::from(kind);
+            // against the largest so far: a flux that has just decayed to rounding does not jump
+            let largest = &mut largest_so_far[kind];
+            *largest = largest.max(weight(i) * old[i].abs().max(new[i].abs()));
+            most[kind] = most[kind].max((once[i] - old[i]).abs());
+        }
+        let found = kinds.iter().enumerate().any(|(i, &kind)| {
+            let kind = usize::from(kind);
+            let (change, moved) = (new[i] - old[i], once[i] - old[i]);
+            weight(i) * change.abs() > share * largest_so_far[kind]
+                && change.abs() > ROUNDING * noise[i].max(most[kind])
+                && change.abs() > 0.1 * moved.abs()
+                && change.signum() == moved.signum()
+        });
+        self.moving = lists;
         found
     }
 

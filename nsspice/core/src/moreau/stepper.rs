@@ -169,6 +169,8 @@ pub struct Stepper {
     /// what charges and fluxes are measured by in jumps, and the largest so far of each kind
     pub(super) weights: Vec<f64>,
     pub(super) heaviest: [f64; 2],
+    /// scratch: charges and fluxes on both sides of what may be a jump, and what they are measured by
+    pub(super) moving: [Vec<f64>; 5],
     /// pairs that close at speed
     pub(super) impacts: Impacts,
     /// the switch that has changed last
@@ -267,6 +269,7 @@ impl Stepper {
             weights,
             conductances,
             heaviest: [0.0; 2],
+            moving: Default::default(),
             constants: waveforms.iter().map(Waveform::constant).collect(),
             static_system,
             diodes,

@@ -63,20 +63,19 @@ impl Locator<'_> {
         }
         let whole = end == 1.0;
         let middle = if whole { tableau.c[tableau.middle] } else { 0.5 * end };
-        let mut samples = [Vec::new(), Vec::new()];
         if !whole {
-            for (sample, theta) in samples.iter_mut().zip([middle, end]) {
+            for (k, theta) in [middle, end].into_iter().enumerate() {
                 let margin = self.margin(theta);
                 if violated(margin) {
                     return Some((theta, -margin));
                 }
-                sample.extend_from_slice(&self.trial.point);
+                self.trial.remember(k, theta, tableau.stages());
             }
         }
         let (at_middle, at_end) = if whole {
             (&self.trial.stages[tableau.middle][..], &self.trial.stages[last][..])
         } else {
-            (&samples[0][..], &samples[1][..])
+            (&self.trial.samples[0].point[..], &self.trial.samples[1].point[..])
         };
         let mut at = [0.0, middle, end];
         let mut points = [self.trial.first.clone(), at_middle.to_vec(), at_end.to_vec()];

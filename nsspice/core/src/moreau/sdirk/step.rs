@@ -80,6 +80,20 @@ pub struct Trial {
     pub point: Vec<f64>,
     /// rates of the unknowns and functions there
     pub slope: Vec<f64>,
+    /// two points at which guards have been looked at: rows and the end of the step ask for them again
+    pub samples: [Sample; 2],
+}
+
+/// A point of the continuous solution of a step that is cut.
+#[derive(Clone, Default)]
+pub struct Sample {
+    /// where it is, as a part of the step; nothing if it is not of this one
+    theta: Option<f64>,
+    /// unknowns, guards and functions
+    pub point: Vec<f64>,
+    slope: Vec<f64>,
+    u: Vec<f64>,
+    open: bool,
 }
 
 /// The stages could not be computed up to the end.
@@ -144,6 +158,7 @@ impl Trial {
             u: vec![0.0; s.u0.len()],
             point: vec![0.0; n + m + p],
             slope: vec![0.0; n + p],
+            samples: Default::default(),
             n,
             m,
         }
@@ -170,6 +185,7 @@ impl Trial {
         self.level = level;
         self.beside.forget();
         self.length = ladder.length(level);
+        self.samples.iter_mut().for_each(|sample| sample.theta = None);
         self.crossed = false;
         let solve = self.way();
         let h = self.length;
@@ -325,6 +341,25 @@ impl Trial {
         sources(&s.waveforms, t, self.start, self.corner, &mut self.u);
     }
 
+    /// Keeps the point at `theta`, evaluated last, as one of the samples.
+    pub fn remember(&mut self, k: usize, theta: f64, stages: usize) {
+        let sample = &mut self.samples[k];
+        (sample.theta, sample.open) = (Some(theta), self.open[stages]);
+        sample.point.clone_from(&self.point);
+        sample.slope.clone_from(&self.slope);
+        sample.u.clone_from(&self.u);
+    }
+
+    /// Goes back to the sample at `theta` if there is one.
+    fn recall(&mut self, theta: f64, stages: usize) -> Option<Fit> {
+        let sample = self.samples.iter().find(|sample| sample.theta == Some(theta))?;
+        self.open[stages] = sample.open;
+        self.point.copy_from_slice(&sample.point);
+        self.slope.copy_from_slice(&sample.slope);
+        self.u.copy_from_slice(&sample.u);
+        Some(if sample.open { Fit::Open } else { Fit::Solved })
+    }
+
     /// Evaluates the continuous solution at `theta` (of the step): stored quantities from the
     /// polynomial, all others from the laws at that instant.
     pub fn evaluate(
@@ -334,6 +369,10 @@ impl Trial {
         tableau: &Tableau,
         theta: f64,
     ) -> Fit {
+        // across ends of modes the solution tells the mode, too
+        if let (false, Some(fit)) = (self.crossing, self.recall(theta, tableau.stages())) {
+            return fit;
+        }
         let (n, m) = (self.n, self.m);
         let h = self.length;
         let stage = tableau.gamma * h;
