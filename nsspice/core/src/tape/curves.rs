@@ -58,6 +58,9 @@ pub(super) fn depletion(constants: &[f64], v: f64) -> (f64, f64) {
     (charge, at_edge + slope * beyond)
 }
 
+/// The part of the values on both sides of a zero below which a broken line is known by its zero.
+const NEAR_ZERO: f64 = 0.1;
+
 /// Points `x1, y1, x2, y2 ...` behind a count: value and slope of the broken line, constant beyond
 /// its ends; at a kink the slope to the right, at a jump the value to the right.
 pub(super) fn table(constants: &[f64], x: f64) -> (f64, f64) {
@@ -70,7 +73,14 @@ pub(super) fn table(constants: &[f64], x: f64) -> (f64, f64) {
         Some(k) => {
             let [x0, y0, x1, y1] = [0, 1, 2, 3].map(|i| points[2 * (k - 1) + i]);
             let slope = (y1 - y0) / (x1 - x0);
-            (y0 + (x - x0) * slope, slope)
+            let value = y0 + (x - x0) * slope;
+            // beside a zero between the points rounding of these is all that is left of their difference:
+            // an amplifier at rest would never find it
+            let crosses = y0.min(y1) < 0.0 && y0.max(y1) > 0.0;
+            if crosses && value.abs() <= NEAR_ZERO * y0.abs().min(y1.abs()) {
+                return (slope * (x - (x0 * y1 - x1 * y0) / (y1 - y0)), slope);
+            }
+            (value, slope)
         }
     }
 }
@@ -88,5 +98,30 @@ pub(super) fn staircase(constants: &[f64], x: f64) -> f64 {
             }
         }
         Some(k) => points[2 * k - 1],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is left of 12 V beside the zero of an amplifier is no rounding of them, and where one form takes
+    /// the place of the other nothing jumps.
+    #[test]
+    fn a_broken_line_is_known_beside_its_zero() {
+        for shift in [0.0, 1e-7] {
+            let points = [2.0, -1.2e-6 + shift, -12.0, 1.2e-6 + shift, 12.0];
+            for x in [1e-30, -3e-20, 1e-12] {
+                let (value, slope) = table(&points, x + shift);
+                let moved = x + shift - shift;
+                assert!(
+                    (value - slope * moved).abs() <= 4.0 * f64::EPSILON * slope * (x.abs() + shift)
+                );
+            }
+        }
+        let points = [2.0, -1.2e-6, -12.0, 1.2e-6, 12.0];
+        let edge = NEAR_ZERO * 1.2e-6;
+        let [below, above] = [1.0 - 1e-15, 1.0 + 1e-15].map(|part| table(&points, edge * part).0);
+        assert!((below - above).abs() <= 1e-14, "{below} {above}");
     }
 }
