@@ -108,14 +108,6 @@ impl Factor {
         }
     }
 
-    /// The dense factors, if these are.
-    pub fn dense(&mut self) -> Option<&mut DenseLu> {
-        match self {
-            Factor::Dense(f) => Some(f),
-            Factor::Sparse(_) => None,
-        }
-    }
-
     /// A number between 0 (singular) and 1: the part of the smallest pivot that survived
     /// cancellation.
     pub fn pivot_ratio(&self) -> f64 {

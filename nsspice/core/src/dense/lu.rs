@@ -14,6 +14,8 @@ pub struct DenseLu {
     /// row exchanged with row `k` at step `k`
     swap: Vec<usize>,
     pivot_ratio: f64,
+    /// the least and the largest pivot
+    extremes: [f64; 2],
     singular: Option<usize>,
     hold: f64,
     /// largest entries of the columns, where they are to be held
@@ -130,6 +132,7 @@ impl DenseLu {
 
     /// The pivot ratio from the sizes of the pivots.
     fn rate(&mut self, least: f64, greatest: f64) {
+        self.extremes = [least, greatest];
         self.pivot_ratio = match self.singular {
             Some(_) => 0.0,
             None if self.n == 0 => 1.0,
@@ -234,6 +237,11 @@ impl DenseLu {
     /// `min |u_ii| / max |u_ii|`; 0 for a singular or non-finite matrix, 1 for the empty one.
     pub fn pivot_ratio(&self) -> f64 {
         self.pivot_ratio
+    }
+
+    /// Sizes of the least and the largest pivot; infinity and zero for the empty matrix.
+    pub fn extremes(&self) -> [f64; 2] {
+        self.extremes
     }
 
     /// The first column that depends on those before it (or is not finite).

@@ -1,6 +1,6 @@
 //! The linearised problem: Jacobian of a mode, factored anew when values or mode change.
 
-use super::direct::Direct;
+use super::direct::{Direct, Parts};
 use super::equations::{Equations, Part};
 use super::laws::Laws;
 use crate::linear::{Factor, SURVIVES};
@@ -26,6 +26,11 @@ impl<T> Rows<T> {
         items.sort_by_key(|i| i.0);
         let start = (0..=count).map(|r| items.partition_point(|i| i.0 < r) as u32).collect();
         Rows { start, list: items.into_iter().map(|i| i.1).collect() }
+    }
+
+    /// The same with other items.
+    pub fn map<U>(self, of: impl Fn(T) -> U) -> Rows<U> {
+        Rows { start: self.start, list: self.list.into_iter().map(of).collect() }
     }
 
     #[inline]
@@ -225,13 +230,18 @@ impl Assembly {
     /// Factors the Jacobian with these derivatives in a mode, without `linearise`; false if it is
     /// singular.
     pub fn factorise_directly(&mut self, eq: &Equations, slopes: &[f64], active: &[bool]) -> bool {
-        let Some(factor) = self.factor.as_mut().and_then(Factor::dense) else { return false };
         let direct = self.direct.get_or_insert_with(|| {
-            Direct::new(eq, &self.linear.values, &self.weight, &self.entries.list)
+            let parts = Parts {
+                linear: &self.linear.values,
+                weight: &self.weight,
+                derivatives: &self.entries.list,
+                scales: [&self.row_scale, &self.scale],
+            };
+            Direct::new(eq, &parts)
         });
         self.directly = true;
         self.active.copy_from_slice(active);
-        direct.factorise(eq, slopes, active, factor)
+        direct.factorise(slopes, active)
     }
 
     /// Factors the present Jacobian in a mode; what it leaves open is held with the pivot `hold`.
@@ -325,6 +335,9 @@ impl Assembly {
 
     /// `x := J^-1 x` in physical units, in the mode factored last.
     pub fn solve(&self, n: usize, active: &[bool], x: &mut [f64], work: &mut [f64]) {
+        if let (Some(direct), true) = (&self.direct, self.directly) {
+            return direct.solve(active, x, work);
+        }
         let (rows, columns) = (&self.row_scale, &self.scale);
         for (v, s) in x[..n].iter_mut().zip(rows) {
             *v *= s;

@@ -134,3 +134,39 @@ fn laws_hold_in_systems_of_all_widths() {
         }
     }
 }
+
+/// `V -- s -- 1 kOhm -- o`, a junction from o to ground: the law of the source comes first and its current
+/// last, and what is left between them gives the same solution as all laws at once.
+#[test]
+fn triangular_ends_of_a_jacobian_are_not_factorised() {
+    let ops = [code("unknown"), code("junction")];
+    let constants = [1e-14, 0.0259];
+    let program = Program::new(&ops, &[[1, 0, 0], [0, 0, 0]], &constants, &[1], 3, 0).unwrap();
+    let g = [(0, 0, 1e-3), (0, 1, -1e-3), (0, 2, 1.0), (1, 0, -1e-3), (1, 1, 1e-3), (2, 0, -1.0)];
+    let none = |r, c| Csc::from_triplets(r, c, &[]);
+    let f = Csc::from_triplets(3, 1, &[(1, 0, 1.0)]);
+    let smooth = Smooth { tape: Tape::new(Arc::new(program)), f, q: none(3, 1) };
+    let g = Csc::from_triplets(3, 3, &g);
+    let ends = (none(3, 0), none(0, 3));
+    let mut newton =
+        Newton::new(&none(3, 3), &g, &ends.0, &ends.1, &none(0, 0), &[0, 0, 1], smooth);
+    let mut z = [0.0; 3];
+    newton.solve(&[0.0, 0.0, -5.0], &[], 0.0, &[], &[], &mut z, &mut [], Start::Cold).unwrap();
+    assert!(z[0] == 5.0 && (1e-3 * (z[0] - z[1]) + z[2]).abs() < 1e-15, "{z:?}");
+    let Newton { eq, tape, assemblies, present, .. } = &mut newton;
+    let (assembly, mut work) = (&mut assemblies[*present], [0.0; 12]);
+    let right = [[1.0, -2.0, 0.5], [0.0, 1e-3, 0.0], [3.0, 0.0, 0.0]];
+    assembly.linearise(tape.slopes());
+    assert!(assembly.factorise(eq, &[], 0.0));
+    let mut whole = right;
+    whole.iter_mut().for_each(|x| assembly.solve(3, &[], x, &mut work));
+    assert!(assembly.is_direct() && assembly.factorise_directly(eq, tape.slopes(), &[]));
+    let mut parts = right;
+    parts.iter_mut().for_each(|x| assembly.solve(3, &[], x, &mut work));
+    assert_eq!(parts.map(|x| x[0]), [-0.5, 0.0, 0.0]); // without rounding
+    for (parts, whole) in parts.iter().zip(&whole) {
+        let size = whole.iter().fold(0.0f64, |size, v| size.max(v.abs()));
+        let near = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-14 * size;
+        assert!(parts.iter().zip(whole).all(near), "{parts:?} {whole:?}");
+    }
+}
