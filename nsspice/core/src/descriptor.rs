@@ -73,6 +73,9 @@ impl Linear {
 
     /// `w = q - B z + D l`
     pub fn slacks(&self, z: &[f64], l: &[f64], w: &mut [f64]) {
+        if w.is_empty() {
+            return;
+        }
         w.copy_from_slice(&self.q);
         self.b.mul_add(-1.0, z, w);
         self.d.mul_add(1.0, l, w);

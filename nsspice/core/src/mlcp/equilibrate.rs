@@ -13,8 +13,9 @@ type Entry = (u32, u32, f64);
 /// Factors `d`, powers of two, equal for row i and column i, that bring the entries of
 /// `diag(d) matrix diag(d)` near one: first all of them on average, then the largest of each row.
 pub(crate) fn equilibrate(matrix: &Csc) -> Vec<f64> {
-    let entries = matrix.iter().filter(|e| e.2 != 0.0);
-    let entries: Vec<_> = entries.map(|(r, c, v)| (r as u32, c as u32, v.abs())).collect();
+    let mut entries = Vec::with_capacity(matrix.values.len());
+    let all = matrix.iter().filter(|e| e.2 != 0.0);
+    entries.extend(all.map(|(r, c, v)| (r as u32, c as u32, v.abs())));
     let mut d = level(matrix.nrows, &entries);
     ruiz(&entries, &mut d);
     for f in &mut d {
@@ -30,7 +31,8 @@ pub(crate) fn equilibrate(matrix: &Csc) -> Vec<f64> {
 /// voltages; this spreads the impedance level of one element over those joined by factors of one.
 fn level(n: usize, entries: &[Entry]) -> Vec<f64> {
     let finite = entries.iter().filter(|e| e.2.is_finite());
-    let entries: Vec<Entry> = finite.map(|&(r, c, size)| (r, c, size.ln())).collect();
+    let mut entries = Vec::with_capacity(entries.len());
+    entries.extend(finite.map(|&(r, c, size)| (r, c, size.ln())));
     let mut degree = vec![0.0f64; n];
     let mut residual = vec![0.0f64; n];
     for &(r, c, log) in &entries {

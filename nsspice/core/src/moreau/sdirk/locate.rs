@@ -78,9 +78,10 @@ impl Locator<'_> {
             (&self.trial.samples[0].point[..], &self.trial.samples[1].point[..])
         };
         let mut at = [0.0, middle, end];
+        // most steps have no dip, and nothing is kept
+        let mut place = scales.dip(self.s, at, [&self.trial.first, at_middle, at_end])?;
         let mut points = [self.trial.first.clone(), at_middle.to_vec(), at_end.to_vec()];
         for _ in 0..LOOKS {
-            let place = scales.dip(self.s, at, [&points[0], &points[1], &points[2]])?;
             let margin = self.margin(place);
             if violated(margin) {
                 return Some((place, -margin));
@@ -94,6 +95,7 @@ impl Locator<'_> {
             let side = if away > 0.0 { 0 } else { 2 };
             (at[side], points[side]) = (at[1], point);
             at[1] = place;
+            place = scales.dip(self.s, at, [&points[0], &points[1], &points[2]])?;
         }
         None
     }
