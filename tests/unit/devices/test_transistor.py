@@ -102,8 +102,12 @@ def test_only_what_the_card_gives_is_simulated():
     assert plain.system.smooth.Q.data.size == 0
     assert circuit_of(text).islands[0].problem_class is ProblemClass.GE
     # rbm = rb is a plain resistance
-    full = assembled(text + "(rc=1 rb=2 re=3 rbm=2 cje=1p)")
-    assert full.unknowns[4:] == ["v(q1#collector)", "v(q1#base)", "v(q1#emitter)"]
+    full = assembled(text + "(rc=1 rb=2 re=3 rbm=2 cje=1p cjc=1p)")
+    inside = ["collector", "base", "emitter"]
+    assert full.unknowns[4:] == [f"v(q1#{end})" for end in inside]
+    # nothing holds the nodes inside: currents through the resistances are unknowns
+    bare = assembled(text + "(rc=1 rb=2 re=3 rbm=2)")
+    assert bare.unknowns[4:] == [f"{of}(q1#{end})" for end in inside for of in "vi"]
     assert circuit_of(text + "(tf=1n)").islands[0].problem_class is ProblemClass.DNCP
     zeros = assembled(text + "(rc=0 rb=0 re=0 cje=0 tf=0 vaf=0 ikf=0 ise=0)")
     assert zeros.unknowns == plain.unknowns
