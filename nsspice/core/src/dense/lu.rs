@@ -72,6 +72,7 @@ impl DenseLu {
         }
         fill(&mut self.lu);
         match n {
+            1 if self.hold == 0.0 => self.eliminate_small::<1>(),
             2 if self.hold == 0.0 => self.eliminate_small::<2>(),
             3 if self.hold == 0.0 => self.eliminate_small::<3>(),
             4 if self.hold == 0.0 => self.eliminate_small::<4>(),
@@ -255,6 +256,7 @@ impl DenseLu {
         let n = self.n;
         let x = &mut x[..n];
         match n {
+            1 => self.substitute::<1>(x),
             2 => self.substitute::<2>(x),
             3 => self.substitute::<3>(x),
             4 => self.substitute::<4>(x),
