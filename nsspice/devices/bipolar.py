@@ -194,12 +194,10 @@ class Bipolar(Transistor):
     def current_into(self, layout: Layout, terminal: str) -> Functional:
         """Return the current into a terminal other than the base."""
         inner = self._nodes()[terminal]
-        if inner in layout.branches:
-            return layout.branch(inner)
         for node, end, key in zip(self.corners, "cbe", _OHMIC, strict=True):
             if end == terminal and inner != node:
                 conductance = self.parallel / self._at(layout.conditions)[key]
-                return Functional(z=layout.voltage(node, inner, conductance))
+                return layout.series_current(node, inner, conductance)
         f: list[tuple[int, float]] = []
         df: list[tuple[int, float]] = []
         for name, a, k in self._flows():

@@ -181,12 +181,9 @@ class JunctionBody:
 
     def current(self, layout: Layout, name: str, a: str, b: str) -> Functional:
         """Return the current through the resistance, or the function and its charge's rate."""
-        inner = f"{name}#internal"
-        if inner in layout.branches:
-            return layout.branch(inner)
         if self.law.rs:
             resistance = self.law.at(layout.conditions, self.temp, self.dtemp).resistance
-            return Functional(z=layout.voltage(a, inner, self.parallel / resistance))
+            return layout.series_current(a, f"{name}#internal", self.parallel / resistance)
         charge = layout.functions.get(f"{name}#charge")
         return Functional(
             f=((layout.functions[name], self.parallel),),

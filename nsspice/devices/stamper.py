@@ -94,6 +94,12 @@ class Layout:
             terms.append((j, -factor))
         return tuple(terms)
 
+    def series_current(self, node: str, inner: str, conductance: float) -> Functional:
+        """Return the current through a resistance inside an element as an output."""
+        if inner in self.branches:
+            return self.branch(inner)
+        return Functional(z=self.voltage(node, inner, conductance))
+
     def branch(self, name: str) -> Functional:
         """Return the branch current of an element as an output."""
         return Functional(z=((self.branches[name], 1.0),))

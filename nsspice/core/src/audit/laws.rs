@@ -233,16 +233,18 @@ impl Auditor {
             // the potential of a group that floats may be any, and functions at it beyond all numbers
             let mut values = Vec::new();
             let rate = 1.0 / length.max(f64::MIN_POSITIVE);
-            for side in sides {
+            let mut sized = false;
+            for side in sides.into_iter().rev() {
                 smooth.values(side, sources, time, &mut values);
                 if !values.iter().all(|f| f.is_finite()) {
                     continue;
                 }
                 values.iter_mut().for_each(|f| *f = f.abs());
                 smooth.f.add_sizes(2.0 * length, &values, &mut carried);
-                // what they conduct counts for a short time only
-                stored.fill(0.0);
-                smooth.add_sizes(&self.kinds, &largest, sources, rate, &mut stored);
+                if !std::mem::replace(&mut sized, true) {
+                    // what they conduct counts for a short time only
+                    smooth.add_sizes(&self.kinds, &largest, sources, rate, &mut stored);
+                }
             }
             stored.iter_mut().for_each(|s| *s *= length);
         }

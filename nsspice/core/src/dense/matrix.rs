@@ -395,6 +395,7 @@ const REFINEMENTS: usize = 3;
 /// S. Oishi, SIAM J. Sci. Comput. 26, 2005).
 #[inline(always)]
 pub(super) fn residual(a: &Matrix, x: &Matrix, b: &Matrix) -> Matrix {
+    // zeros of a matrix do not come from `calloc`
     let (mut out, mut low) = (b.clone(), Matrix::zeros(1, b.cols).data);
     for r in 0..a.rows {
         let high = out.row_mut(r);

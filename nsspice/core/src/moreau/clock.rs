@@ -20,6 +20,9 @@ pub struct Target {
     pub jump: bool,
 }
 
+/// Instants this close to each other, relative to the time, are one.
+pub(super) const SAME: f64 = 16.0 * f64::EPSILON;
+
 /// No output rows within a piece.
 const NEVER: u64 = u64::MAX;
 
@@ -197,7 +200,7 @@ impl Clock {
 pub(super) fn next_corner(waveforms: &[Waveform], t: f64) -> (f64, bool) {
     let corners: Vec<_> = waveforms.iter().filter_map(|w| w.next_corner(t)).collect();
     let first = corners.iter().map(|c| c.time).fold(f64::INFINITY, f64::min);
-    let same = first + 16.0 * f64::EPSILON * first.abs();
+    let same = first + SAME * first.abs();
     // the latest of the merged instants: a value taken there is past every one of the edges
     let merged = || corners.iter().filter(|c| c.time <= same);
     (merged().map(|c| c.time).fold(first, f64::max), merged().any(|c| c.jump))

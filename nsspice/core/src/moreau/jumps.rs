@@ -244,7 +244,7 @@ impl Stepper {
         // the residual of so short a step is relative to multipliers of size 1/length, and may hide
         // a voltage; seen from where it led, it is in plain sight
         let mut rest = self.rest(&leap);
-        if rest != Rest::Calm && self.storage.tight() {
+        if rest != Rest::Calm && self.storage.tight() && leap.part < TIGHT {
             (self.z, self.l) = begun.clone();
             if let Ok(next) = self.leap(charges, TIGHT, shortest, start) {
                 let next = self.without_motion(charges, &begun, next, shortest, start);
@@ -365,7 +365,7 @@ impl Stepper {
         let (mut once, mut twice) = self.two_steps(charges, &before, part * shortest, start)?;
         let mut after = limit(&once.z, twice.as_ref().map(|t| &t.z));
         for _ in 0..STRAIGHTER {
-            if self.is_straight([&once.z, twice.as_ref().map_or(&once.z, |t| &t.z), &after]) {
+            if twice.as_ref().is_none_or(|t| self.is_straight([&once.z, &t.z, &after])) {
                 break;
             }
             part *= SHORTER;

@@ -1,6 +1,6 @@
 //! One step: by the affine map or the factor of the present mode, else by the driver.
 
-use super::clock::{evaluate, Target};
+use super::clock::{evaluate, Target, SAME};
 use super::impacts::Cut;
 use super::matrices::Ends;
 use super::record::Quantities;
@@ -38,9 +38,6 @@ enum Quick {
     /// the driver has to find the mode
     Fails,
 }
-
-/// Instants this close to each other, relative to the time, are one.
-const SAME_INSTANT: f64 = 16.0 * f64::EPSILON;
 
 /// What is known at the begin of a step.
 struct Begun {
@@ -486,7 +483,7 @@ impl Stepper {
         // its threshold up to that, on either side
         let known = if self.smooth.is_some() { ACCEPT } else { ROUNDING };
         // gates that cross their thresholds together do so in one step, whatever rounding of the time tells
-        let blur = SAME_INSTANT * self.time / self.step_length;
+        let blur = SAME * self.time / self.step_length;
         self.switches[k].turns(self.gates[k], z, known.max(blur), self.carries(k))
     }
 
