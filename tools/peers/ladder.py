@@ -6,7 +6,6 @@ import json
 import math
 import os
 import subprocess
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -31,19 +30,32 @@ def measure(report: CostReport, problem: Problem, limit: float) -> None:
     """Append the runs of Pulsim and Siconos to a report, or the reason why there are none.
 
     Errors are those at the peer's own points: interpolation between them would not be its fault.
+    As of our own runs, the least time of two turns counts.
     """
     fine = _exact(problem)
-    for peer, python in (
-        ("pulsim", os.environ.get("PULSIM_PYTHON")),
-        ("siconos", os.environ.get("SICONOS_PYTHON", SICONOS_PYTHON)),
-    ):
+    pythons = {
+        "pulsim": os.environ.get("PULSIM_PYTHON"),
+        "siconos": os.environ.get("SICONOS_PYTHON", SICONOS_PYTHON),
+    }
+    found: dict[str, list[Any]] = {}
+    for peer, python in pythons.items():
         try:
             if fine is None:
                 raise CannotError("smooth laws have no exact solution to measure against")
-            for line in _runs(peer, python, problem, limit):
-                report.rows.append(_row(report, line, fine, problem.signals))
+            found[peer] = _runs(peer, python, problem, limit)
         except CannotError as reason:
             report.absent.append(f"{peer}: {reason}")
+    for peer, lines in found.items():
+        again = {_setting(line): line for line in _runs(peer, pythons[peer], problem, limit)}
+        for line in lines:
+            if "seconds" in line:
+                turns = line, again.get(_setting(line), line)
+                line["seconds"] = min(turn.get("seconds", math.inf) for turn in turns)
+            report.rows.append(_row(report, line, fine, problem.signals))
+
+
+def _setting(line: dict[str, Any]) -> tuple[str, str, float]:
+    return line["method"], line["parameter"], line["value"]
 
 
 def _exact(problem: Problem) -> Any:
@@ -58,7 +70,7 @@ def _exact(problem: Problem) -> Any:
         return None
 
 
-def _runs(peer: str, python: str | None, problem: Problem, limit: float) -> Iterator[Any]:
+def _runs(peer: str, python: str | None, problem: Problem, limit: float) -> list[Any]:
     job: dict[str, Any] = {
         "signals": problem.signals,
         "stop": problem.analysis.stop,
@@ -85,12 +97,12 @@ def _runs(peer: str, python: str | None, problem: Problem, limit: float) -> Iter
     lines = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
     if not lines:
         raise CannotError((done.stderr.strip().splitlines() or ["no answer"])[-1])
-    yield from lines
+    return lines
 
 
 def _row(report: CostReport, line: dict[str, Any], fine: Any, signals: list[str]) -> Measurement:
     nan = float("nan")
-    setting = (line["method"], line["parameter"], line["value"])
+    setting = _setting(line)
     if "note" in line:
         return Measurement(*setting, 0, nan, nan, nan, nan, line["note"])
     t = np.minimum(np.array(line["t"]), fine.time[-1])  # the last may lie beyond by rounding

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from ...analyses.load import need_circuit
@@ -15,14 +16,13 @@ from . import ngspice_ladders
 from .problem import Problem
 from .reference import Reference, make_reference
 from .report import CostReport, Measurement
+from .timer import Timer
 
 #: Called with a sentence before each run.
 Notice = Callable[[str], None]
 
 _TOLERANCES = tuple(10.0**-k for k in range(2, 13))
 _DIVISIONS = tuple(4**k for k in range(16))
-_SHORT = 0.1  # [s] shorter runs are repeated until so much is spent, the least time counts
-_REPEATS = (2, 19)  # at least and at most
 
 #: ladders by name: settings that vary along them
 LADDERS = ("modewise", "sdirk", "sdirk2", "moreau", "moreau-half", *ngspice_ladders.LADDERS)
@@ -92,16 +92,17 @@ def cost(
     report = CostReport(circuit.deck.title, problem.signals, reference)
     floor = max(reference.error, 1e-13) if math.isfinite(reference.error) else 1e-12
     goal = floor if target is None else max(floor, min(target, 1e-9))
+    timer = Timer()
     for name in methods or LADDERS:
         try:
             if name in ngspice_ladders.LADDERS:
-                report.rows += ngspice_ladders.measure(
-                    problem, name, reference, limit, _repeats, say
-                )
+                report.rows += ngspice_ladders.measure(problem, name, reference, limit, timer, say)
             else:
-                _ladder(report, problem, name, goal, limit, say)
+                _ladder(report, problem, name, goal, limit, timer, say)
         except NsspiceError as error:
             report.absent.append(f"{name}: {error.diagnostics[0].message}")
+    say("short runs once more")
+    report.rows = timer.second_turn(report.rows)
     return report
 
 
@@ -130,7 +131,13 @@ def _settings(problem: Problem, name: str) -> Iterator[tuple[str, float, Setting
 
 
 def _ladder(
-    report: CostReport, problem: Problem, name: str, goal: float, limit: float, say: Notice
+    report: CostReport,
+    problem: Problem,
+    name: str,
+    goal: float,
+    limit: float,
+    timer: Timer,
+    say: Notice,
 ) -> None:
     last: Measurement | None = None
     spent = 0.0
@@ -148,8 +155,7 @@ def _ladder(
             note = failure.diagnostics[0].message
             report.rows.append(Measurement(name, parameter, value, 0, nan, nan, nan, nan, note))
             return
-        for _ in range(_repeats(spent)):
-            spent = min(spent, problem.run(settings)[1])
+        spent = timer.least(name, value, spent, partial(_seconds, problem, settings))
         steps = _steps(solution.stats)
         error, l1 = report.reference.distance(problem.table(solution))
         found = Measurement(name, parameter, value, steps, error, l1, spent)
@@ -160,16 +166,8 @@ def _ladder(
         last = found
 
 
-def _repeats(spent: float) -> int:
-    """Return how often a run is repeated that took so long [s].
-
-    Examples
-    --------
-    >>> _repeats(1e-3), _repeats(0.02), _repeats(0.09), _repeats(0.2)
-    (19, 5, 2, 0)
-    """
-    least, most = _REPEATS
-    return 0 if spent >= _SHORT else min(most, max(least, int(_SHORT / spent)))
+def _seconds(problem: Problem, settings: Settings) -> float:
+    return problem.run(settings)[1]
 
 
 def _steps(stats: dict[str, Any]) -> int:

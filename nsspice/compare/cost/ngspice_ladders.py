@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from .problem import Problem
 from .reference import Reference
 from .report import Measurement
+from .timer import Timer
 
 #: ladders by name: what distinguishes them.  ngspice's own integration method is the trapezoid, and
 #: its own tolerance 1e-3; with Gear's method sharp diodes do not ring.
@@ -30,7 +32,7 @@ def measure(
     name: str,
     reference: Reference,
     limit: float,
-    repeats: Callable[[float], int],
+    timer: Timer,
     say: Callable[[str], None],
 ) -> list[Measurement]:
     """Run one ladder of ngspice from coarse to fine.
@@ -43,8 +45,7 @@ def measure(
     reference : Reference
     limit : float
         The ladder ends before a run that would take longer [s].
-    repeats : callable
-        How often a run is repeated that took so long [s]; the least time counts.
+    timer : Timer
     say : callable
         Called with a sentence before each run.
 
@@ -69,6 +70,9 @@ def measure(
             **LADDERS[name],
         )
 
+    def time(step: float) -> float:
+        return once(step).seconds
+
     for part in _STEPS:
         step = part * usual_step(problem.analysis)
         say(f"{name} h<={step:.3g}")
@@ -82,7 +86,7 @@ def measure(
             continue
         if run.translation.exact and name == "ngspice-junction":
             return []  # no set-valued diode: the same runs once more
-        seconds = min([run.seconds, *(once(step).seconds for _ in range(repeats(run.seconds)))])
+        seconds = timer.least(name, step, run.seconds, partial(time, step))
         table = np.column_stack([np.interp(rows, run.time, run[s]) for s in problem.signals])
         error, l1 = reference.distance(table)
         found.append(Measurement(name, "h<", step, run.points, error, l1, seconds))

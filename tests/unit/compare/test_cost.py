@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from nsspice.compare.cost.graph import Graph
 from nsspice.compare.cost.problem import Problem
 from nsspice.compare.cost.reference import Reference
 from nsspice.compare.cost.report import price
+from nsspice.compare.cost.timer import Timer
 
 RC = """RC
 V1 a 0 SIN(0 1 1k)
@@ -210,3 +212,16 @@ C1 o 0 1n
     report = nsspice.cost(circuit, methods=["sdirk"])
     errors = {row.value: row.error for row in report.rows}
     assert errors[1e-8] < 1e-7
+
+
+def test_short_runs_are_timed_in_two_turns():
+    timer, times = Timer(), iter([0.09, 0.08, 0.02, 0.03, 0.01, 0.01, 0.01])
+    first = timer.least("m", float("nan"), 0.085, lambda: next(times))
+    assert first == 0.08
+    long = timer.least("m", 1.0, 0.5, lambda: next(times))
+    assert long == 0.5
+    rows = [replace(made("m", 1e-3, first), value=float("nan")), made("m", 1e-3, long)]
+    assert [row.seconds for row in timer.second_turn(rows)] == [0.02, 0.5]
+    assert (
+        next(times) == 0.01
+    )  # two repetitions of each turn of the short run, none of the long one

@@ -21,7 +21,7 @@ pub use echelon::Echelon;
 pub use eigen::{balance, eigen, Eigen};
 pub use least_norm::LeastNorm;
 pub use lu::DenseLu;
-pub use matrix::{add_scaled, dot, equilibrate, norm, Lu, Matrix};
+pub use matrix::{add_scaled, dot, equilibrate, larger, norm, Lu, Matrix};
 pub use rank_one::RankOne;
 pub use symmetric::eigen_symmetric;
 pub use wide::{collapse, looks};

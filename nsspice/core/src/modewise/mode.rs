@@ -13,11 +13,10 @@ use super::block::row_norm;
 use super::guard_rows::{control_rows, guard_rows, impulse_rows};
 use super::network::Network;
 use super::share::Share;
-use super::single::larger;
 use super::spectrum::{Pole, Spectrum};
 use super::staircase::{Algebra, Staircase};
 use super::tracked::Tracked;
-use crate::dense::{add_scaled, dot, norm, Lu, Matrix};
+use crate::dense::{add_scaled, dot, larger, norm, Lu, Matrix};
 use crate::mlcp::Role;
 use crate::switch::Switch;
 

@@ -3,8 +3,7 @@
 use super::inputs::Inputs;
 use super::mode::{Mode, Rows};
 use super::network::Network;
-use super::single::larger;
-use crate::dense::{add_scaled, norm, Matrix};
+use crate::dense::{add_scaled, larger, norm, Matrix};
 
 /// One output: (index, factor) for z, multipliers, z' and sources.
 pub type Spec = [Vec<(usize, f64)>; 4];

@@ -4,12 +4,13 @@
 use super::inputs::Segment;
 use super::mode::Mode;
 use super::outputs::Outputs;
-use super::run::{Engine, SAME};
+use super::run::Engine;
 use super::single::Single;
 use super::spread::Spread;
 use super::stride::{Strides, FEW, RUN};
 use super::terms::Point;
 use super::trajectory::Trajectory;
+use crate::waveform::INSTANT;
 
 /// The outputs along the present segment.
 #[derive(Default)]
@@ -85,7 +86,7 @@ impl Engine {
     /// returns their number.
     pub(super) fn write_rows(&mut self, out: &mut [f64]) -> usize {
         let last = self.end >= self.stop && self.end < self.corner;
-        let before = self.end - SAME * self.end;
+        let before = self.end - INSTANT * self.end;
         let (time, end) = (self.time, self.end);
         let within = move |target: &f64| *target < before || (last && *target <= end);
         let Some(first) = self.rows.peek().filter(within) else { return 0 };
@@ -104,7 +105,7 @@ impl Engine {
             let mut target = first;
             for (k, row) in rest.chunks_exact_mut(columns).take(most).enumerate() {
                 // the last row need not stand where the others would have it
-                if (first + k as f64 * step - target).abs() > SAME * target {
+                if (first + k as f64 * step - target).abs() > INSTANT * target {
                     break;
                 }
                 row[0] = target;

@@ -37,8 +37,6 @@ const STORM: (u64, f64) = (50_000, 2e-3);
 const CHECK: u64 = 64;
 /// Part of a segment behind the end of the run that the certificate sees.
 const PAST_THE_END: f64 = 1e-9;
-/// Two instants closer than this, relatively, are one.
-pub(super) const SAME: f64 = 64.0 * f64::EPSILON;
 
 /// Counters of a run.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,9 +1,10 @@
 //! Rows at the ends of segments: on both sides of what jumps there.
 
-use super::run::{Engine, Phase, SAME};
+use super::run::{Engine, Phase};
 use super::single::Single;
 use super::terms::Point;
 use crate::sides::{Home, Sides};
+use crate::waveform::INSTANT;
 
 /// Rows at the ends of segments.
 pub(super) struct Ends {
@@ -107,7 +108,7 @@ impl Engine {
         if moving {
             self.sample(false, &mut right);
         }
-        let row = self.rows.peek().filter(|t| (t - instant).abs() <= SAME * instant);
+        let row = self.rows.peek().filter(|t| (t - instant).abs() <= INSTANT * instant);
         let ends = &mut self.ends;
         let home = match &mut ends.kept {
             _ if instant >= ends.all_from => Home::Table,

@@ -8,7 +8,7 @@ use super::mode::Mode;
 use super::outputs::{OutputRows, Outputs, Part};
 use super::terms::Point;
 use super::trajectory::Trajectory;
-use crate::dense::norm;
+use crate::dense::{larger, norm};
 
 /// Work space.
 #[derive(Default)]
@@ -53,16 +53,6 @@ impl Single {
             Some(rows) => rows.add_rates([dx, d, dd], out),
             None => outputs.add(part, mode, [dx, d, dd], found, out, None),
         }
-    }
-}
-
-/// The larger of two: without regard to what is not a number it takes one instruction.
-#[inline]
-pub(super) fn larger(a: f64, b: f64) -> f64 {
-    if a > b {
-        a
-    } else {
-        b
     }
 }
 

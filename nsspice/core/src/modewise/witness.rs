@@ -12,7 +12,7 @@ use crate::audit::{worse, Taken};
 use crate::dense::complex;
 use crate::mlcp::Role;
 use crate::moreau::Records;
-use crate::waveform::Side;
+use crate::waveform::{Side, INSTANT};
 
 /// Nodes on [-1, 1] and their weights: six, exact for polynomials up to degree nine.
 const NODES: [f64; 6] = [
@@ -39,8 +39,6 @@ const REACH: f64 = 0.8;
 /// takes its rate for that of a part of them.
 const SMALL: f64 = 1e-6;
 const GONE: f64 = 1e-16;
-/// Two instants closer than this, relatively, cannot be told apart.
-const SAME: f64 = 64.0 * f64::EPSILON;
 /// Price of a stretch in segments, so that records cost some hundredths of a run, and how many can be
 /// had at once; what is left of a segment is left out.
 const PRICE: u64 = 256;
@@ -354,11 +352,11 @@ impl Engine {
     fn sources_inside(&self, time: f64, start: bool, v: &[f64], d: &[f64], out: &mut [f64]) {
         let side = if start { Side::Right } else { Side::Left };
         self.inputs.values(time, side, out);
-        let indistinct =
-            self.end - self.time <= SAME * self.end || !start && time - self.time <= SAME * time;
+        let indistinct = self.end - self.time <= INSTANT * self.end
+            || !start && time - self.time <= INSTANT * time;
         for (k, u) in out.iter_mut().enumerate() {
             let (driven, rate) = (self.inputs.value_of(k, v), self.inputs.rate_of(k, d));
-            let rounding = SAME * (time * rate).abs();
+            let rounding = INSTANT * (time * rate).abs();
             if indistinct || (*u - driven).abs() <= rounding + 1e-12 * u.abs().max(driven.abs()) {
                 *u = driven;
             }

@@ -3,7 +3,7 @@
 use super::equations::{Equations, FOUR};
 use super::laws::SMALL;
 use super::linear::Assembly;
-use crate::dense::{each, widest};
+use crate::dense::{each, larger, widest};
 use crate::mlcp::{Residual, Role};
 use crate::tape::Tape;
 
@@ -52,16 +52,6 @@ pub(super) struct Balance {
 pub(super) struct Judgement {
     pub residual: Residual,
     pub worst_row: usize,
-}
-
-/// The larger of two numbers by a comparison, which passes over NaN as `max` does and costs less.
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b {
-        a
-    } else {
-        b
-    }
 }
 
 impl Balance {

@@ -8,6 +8,9 @@ mod smooth;
 pub use piecewise::PiecewiseLinear;
 pub use smooth::Smooth;
 
+/// Two instants closer than this, relative to the time, cannot be told apart.
+pub const INSTANT: f64 = 64.0 * f64::EPSILON;
+
 /// Which limit to take where a waveform jumps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {

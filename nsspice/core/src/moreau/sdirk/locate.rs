@@ -5,7 +5,7 @@ use super::guards::{Scales, VIOLATED};
 use super::ladder::{Fit, Ladder};
 use super::step::Trial;
 use super::tableau::{Tableau, MOST as STAGES};
-use super::witness::SAME;
+use crate::waveform::INSTANT;
 
 /// Evaluations spent on one root.
 const MOST: usize = 80;
@@ -108,7 +108,7 @@ impl Locator<'_> {
         }
         // gates that take turns do so at one instant, which rounding tells apart
         let (start, length) = (self.trial.start, self.trial.length);
-        let later = (root + SAME * (start + root * length) / length).min(high);
+        let later = (root + INSTANT * (start + root * length) / length).min(high);
         let [turned, more] = [root, later].map(|theta| self.turned(theta));
         if more > turned {
             later

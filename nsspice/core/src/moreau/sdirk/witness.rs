@@ -5,13 +5,12 @@ use super::ladder::Ladder;
 use super::step::Trial;
 use super::tableau::{Tableau, MOST};
 use crate::audit::{Points, Taken};
+use crate::waveform::INSTANT;
 
 /// Price of a step in steps, so that records cost a twentieth of a run, and how many can be had at
 /// once.
 const PRICE: u64 = 16;
 const STOCK: u64 = 64 * PRICE;
-/// Instants this close to each other, relative to the time, are one.
-pub const SAME: f64 = 64.0 * f64::EPSILON;
 /// Records are handed over when they hold this many numbers.
 const FULL: usize = 1 << 18;
 
@@ -78,7 +77,7 @@ impl Weights {
 
 /// Whether a step, tried with a length, ends where it begins.
 pub fn no_length(start: f64, end: f64, tried: f64) -> bool {
-    end - start <= SAME * end.max(tried)
+    end - start <= INSTANT * end.max(tried)
 }
 
 /// Chooses the steps to record and keeps them.
