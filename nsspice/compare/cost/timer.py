@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
+from ...errors import NsspiceError
 from .report import Measurement
 
 _SHORT = 0.1  # [s] shorter runs are repeated until so much is spent
@@ -46,16 +48,20 @@ class Timer:
         run : callable
             Runs once more and returns the time [s].
         """
-        if seconds < _SHORT:
-            self._runs[method, repr(value)] = run  # what has no parameter has nan
+        self._runs[method, repr(value)] = run  # what has no parameter has nan
         return _least(seconds, run)
 
     def second_turn(self, rows: Sequence[Measurement]) -> list[Measurement]:
-        """Return the measurements with the least times of both turns."""
-        found = []
-        for row in rows:
+        """Return the measurements with the least times of both turns.
+
+        What fails the second time keeps the time of the first.
+        """
+        found = list(rows)
+        for k, row in enumerate(rows):
             run = self._runs.get((row.method, repr(row.value)))
-            found.append(replace(row, seconds=_least(row.seconds, run)) if run else row)
+            if run is not None:
+                with suppress(NsspiceError):
+                    found[k] = replace(row, seconds=_least(row.seconds, run))
         return found
 
 

@@ -19,6 +19,7 @@ from nsspice.compare.cost.problem import Problem
 from nsspice.compare.cost.reference import Reference
 from nsspice.compare.cost.report import price
 from nsspice.compare.cost.timer import Timer
+from nsspice.errors import Diagnostic
 
 RC = """RC
 V1 a 0 SIN(0 1 1k)
@@ -222,6 +223,20 @@ def test_short_runs_are_timed_in_two_turns():
     assert long == 0.5
     rows = [replace(made("m", 1e-3, first), value=float("nan")), made("m", 1e-3, long)]
     assert [row.seconds for row in timer.second_turn(rows)] == [0.02, 0.5]
-    assert (
-        next(times) == 0.01
-    )  # two repetitions of each turn of the short run, none of the long one
+    # two repetitions of each turn of the short run, none of the long one
+    assert next(times) == 0.01
+
+
+def test_a_run_that_fails_the_second_time_keeps_its_time():
+    timer, calls = Timer(), iter([0.05, 0.04])
+
+    def run() -> float:
+        seconds = next(calls, None)
+        if seconds is None:
+            raise nsspice.NsspiceError(Diagnostic("NS4009", "gone"))
+        return seconds
+
+    first = timer.least("m", 1e-6, 0.06, run)
+    assert first == 0.04
+    row = made("m", 1e-3, first)
+    assert timer.second_turn([row]) == [row]
