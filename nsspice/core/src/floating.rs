@@ -97,6 +97,9 @@ pub struct Floating {
     groups: Vec<Vec<usize>>,
     /// the first row of the group of each row
     first: Vec<Option<usize>>,
+    /// the same for cut sets of windings, which may lie inside a group
+    cuts: Vec<Vec<usize>>,
+    cut: Vec<Option<usize>>,
     /// sums in which nothing but a weak tie is left
     bare: Vec<bool>,
 }
@@ -108,7 +111,13 @@ impl Floating {
         let n = e.nrows;
         let law = |row: usize| row_kind[row] == 0;
         let [floating, fixed] = stored_groups(e);
-        let mut out = Floating { groups: Vec::new(), first: vec![None; n], bare: vec![false; n] };
+        let mut out = Floating {
+            groups: Vec::new(),
+            first: vec![None; n],
+            cuts: Vec::new(),
+            cut: vec![None; n],
+            bare: vec![false; n],
+        };
         let (mut groups, free) = joined(g, &floating, law, |_| true, (false, WEAK));
         groups.retain(|group| group.len() > 1 && group.iter().all(|&row| free[row]));
         groups.into_iter().for_each(|group| out.take(group, true));
@@ -127,6 +136,38 @@ impl Floating {
         out
     }
 
+    /// Adds the cut sets of windings: groups of nodes that nothing but windings (branches in `e`) connects to
+    /// the rest, and in whose laws nothing else stands `beside`.  In the sum of these no voltages are left,
+    /// whose gigavolts in an impulse hide that the currents of the windings vanish.
+    pub fn take_cut_sets(&mut self, e: &Csc, g: &Csc, row_kind: &[u8], beside: &[bool]) {
+        let law = |row: usize| row_kind[row] == 0;
+        let n = e.nrows;
+        let mut stored = vec![false; n];
+        e.iter().for_each(|(_, column, _)| stored[column] = true);
+        let (mut cuts, free) = joined(g, &[], law, |c| law(c) || !stored[c], (false, ROUNDING));
+        let alone = |row: usize| free[row] && !stored[row] && !beside[row];
+        cuts.retain(|cut| cut.len() > 1 && cut.iter().all(|&row| alone(row)));
+        // two sums in the place of laws that both contain would leave one law too few
+        let mut inside = vec![false; n];
+        cuts.iter().flatten().for_each(|&row| inside[row] = true);
+        for group in &mut self.groups {
+            if let Some(own) = group.iter().position(|&row| !inside[row]) {
+                let bare = std::mem::take(&mut self.bare[group[0]]);
+                group.swap(0, own);
+                self.bare[group[0]] = bare;
+                group.iter().for_each(|&row| self.first[row] = Some(group[0]));
+            }
+        }
+        for mut cut in cuts {
+            let own = |&row: &usize| self.first[row].is_none_or(|first| !cut.contains(&first));
+            let Some(own) = cut.iter().position(own) else { continue };
+            cut.swap(0, own);
+            cut.iter().for_each(|&row| self.cut[row] = Some(cut[0]));
+            self.bare[cut[0]] = true;
+            self.cuts.push(cut);
+        }
+    }
+
     fn take(&mut self, group: Vec<usize>, bare: bool) {
         self.bare[group[0]] = bare;
         group.iter().for_each(|&row| self.first[row] = Some(group[0]));
@@ -140,22 +181,23 @@ impl Floating {
 
     /// Whether a sum stands in the place of this row.
     pub fn is_sum(&self, row: usize) -> bool {
-        self.first[row] == Some(row)
+        [&self.first, &self.cut].iter().any(|first| first[row] == Some(row))
     }
 
-    /// The row of the sum that contains a row.
-    pub fn first(&self, row: usize) -> Option<usize> {
-        self.first[row]
+    /// The rows of the sums that contain a row.
+    pub fn sums_with(&self, row: usize) -> impl Iterator<Item = usize> {
+        [self.first[row], self.cut[row]].into_iter().flatten()
     }
 
-    /// The row of the sum to which another row is to be added.
-    fn sum_of(&self, row: usize) -> Option<usize> {
-        self.first[row].filter(|&first| first != row)
+    /// The rows of the sums to which another row is to be added.
+    fn sums_of(&self, row: usize) -> impl Iterator<Item = usize> {
+        self.sums_with(row).filter(move |&first| first != row)
     }
 
     /// The entries of a matrix, those of sums included.
     pub fn with_sums(&self, matrix: &Csc) -> Vec<(usize, usize, f64)> {
-        let copies = matrix.iter().filter_map(|(r, c, v)| Some((self.sum_of(r)?, c, v)));
+        let copies =
+            matrix.iter().flat_map(|(r, c, v)| self.sums_of(r).map(move |sum| (sum, c, v)));
         matrix.iter().chain(copies).collect()
     }
 
@@ -190,7 +232,7 @@ impl Floating {
 
     /// Turns the right-hand side of laws into one with sums.
     pub fn sum_up(&self, rhs: &mut [f64]) {
-        for group in &self.groups {
+        for group in self.groups.iter().chain(&self.cuts) {
             rhs[group[0]] = group.iter().map(|&row| rhs[row]).sum();
         }
     }
@@ -230,6 +272,27 @@ mod tests {
     #[test]
     fn a_source_to_ground_makes_up_for_the_sum() {
         assert!(!example(None).is_sum(0));
+    }
+
+    #[test]
+    fn a_star_of_windings_is_a_cut_set() {
+        // windings 4, 5 and 6 from ground to nodes 0, 1 and 2; resistors from there to node 3
+        let mut g = vec![(3, 3, 3.0)];
+        for k in 0..3 {
+            g.extend([(k, k, 1.0), (k, 3, -1.0), (3, k, -1.0)]);
+            g.extend([(k, 4 + k, -1.0), (4 + k, k, 1.0)]);
+        }
+        let g = Csc::from_triplets(7, 7, &g);
+        let e = Csc::from_triplets(7, 7, &[4, 5, 6].map(|k| (k, k, 1e-3)));
+        let kinds = [0, 0, 0, 0, 1, 1, 1];
+        let mut floating = Floating::new(&e, &g, &kinds);
+        let junction = |row: usize| (0..7).map(|k| k == row).collect::<Vec<_>>();
+        floating.take_cut_sets(&e, &g, &kinds, &junction(2));
+        assert!(floating.cuts.is_empty());
+        floating.take_cut_sets(&e, &g, &kinds, &junction(7));
+        assert_eq!(floating.cuts, [[0, 1, 2, 3]]);
+        let law = floating.conductances(&g).into_iter().filter(|e| e.0 == 0 && e.2 != 0.0);
+        assert_eq!(law.collect::<Vec<_>>(), [(0, 4, -1.0), (0, 5, -1.0), (0, 6, -1.0)]);
     }
 
     #[test]

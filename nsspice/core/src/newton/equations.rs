@@ -118,7 +118,10 @@ impl Equations {
     ) -> Equations {
         let (n, m) = (g.nrows, a.ncols);
         let size = n + m;
-        let floating = Floating::new(e, g, row_kind);
+        let mut floating = Floating::new(e, g, row_kind);
+        let mut beside = vec![false; n];
+        [a, &smooth.f, &smooth.q].iter().for_each(|m| m.iter().for_each(|e| beside[e.0] = true));
+        floating.take_cut_sets(e, g, row_kind, &beside);
         let a = &Csc::from_triplets(n, m, &floating.with_sums(a));
         let mut terms: Vec<Term> = Vec::new();
         for (matrix, rate) in [(&smooth.f, false), (&smooth.q, true)] {
@@ -138,7 +141,7 @@ impl Equations {
         }
         let mut sums: BTreeMap<(u32, u32), Term> = BTreeMap::new();
         for t in &terms {
-            if let Some(first) = floating.first(t.row as usize) {
+            for first in floating.sums_with(t.row as usize) {
                 let row = first as u32;
                 let sum = sums.entry((row, t.function)).or_insert(Term {
                     row,

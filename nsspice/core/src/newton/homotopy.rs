@@ -44,10 +44,17 @@ pub(super) fn first(newton: &mut Newton) -> Option<Judgement> {
     if rest.residual.worst() == 0.0 {
         return Some(rest);
     }
+    from_nothing(newton).or_else(|| follow(newton, &zero))
+}
+
+/// Newton's method from zero, with all junctions at their knees.
+pub(super) fn from_nothing(newton: &mut Newton) -> Option<Judgement> {
+    newton.state.x.fill(0.0);
+    newton.activate_from_signs();
     newton.tape.set_points(&vec![0.0; newton.tape.points().len()]);
     newton.tape.point_at_knees();
     let limit = patience(newton);
-    newton.iterate(limit, None, Linearisation::Held).or_else(|| follow(newton, &zero))
+    newton.iterate(limit, None, Linearisation::Held)
 }
 
 /// Iterations where the solution may be far away.

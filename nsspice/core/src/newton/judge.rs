@@ -2,7 +2,7 @@
 
 use super::equations::{Equations, FOUR};
 use super::laws::SMALL;
-use super::linear::Assembly;
+use super::linear::{Assembly, NO_SLOPE};
 use crate::dense::{each, larger, widest};
 use crate::mlcp::{Residual, Role};
 use crate::tape::Tape;
@@ -43,7 +43,8 @@ pub(super) struct Balance {
     shares: Vec<f64>,
     /// sizes of the entries of multipliers that are not zero
     carried: Vec<f64>,
-    /// laws of currents are judged against the largest: leakage is left open
+    /// laws of currents are judged against the largest, and those of leakage not at all where they have no
+    /// slope left: it is left open
     pub lenient: bool,
 }
 
@@ -92,8 +93,14 @@ impl Balance {
                 largest = each(|i| larger(term[i] * counts[i], largest[i]));
             }
             current = largest.into_iter().fold(current, larger);
+            // beside what flows, not beside terms that an impulse makes large and that cancel
+            let flows = x[eq.n..].iter().fold(branch, |most, l| larger(l.abs(), most));
             for (carried, &kind) in self.carried.iter_mut().zip(&eq.row_kind) {
-                *carried = f64::from(self.lenient && kind == 0);
+                *carried = if self.lenient && kind == 0 {
+                    flows / larger(current, f64::MIN_POSITIVE)
+                } else {
+                    0.0
+                };
             }
             for (c, _) in x[eq.n..].iter().enumerate().filter(|l| *l.1 != 0.0) {
                 let (rows, values) = eq.a.col(c);
@@ -130,8 +137,14 @@ impl Balance {
         top: f64,
     ) -> (f64, usize) {
         let shares = &self.shares[..eq.n];
+        let voltage = eq.nodes.iter().fold(0.0f64, |v, &i| v.max(x[i as usize].abs()));
+        let open = |i: usize| match self.lenient && eq.kind(i) == 0 {
+            true => NO_SLOPE * eq.reference[i] * voltage,
+            false => 0.0,
+        };
         let ratio = |i: usize| {
-            let excess = self.defect[i].abs() - ROUNDING * Self::steepness(assembly, tape, x, i);
+            let rounding = ROUNDING * Self::steepness(assembly, tape, x, i);
+            let excess = self.defect[i].abs() - rounding - open(i);
             let ratio = if excess <= 0.0 { 0.0 } else { excess / self.sizes[i] };
             if ratio < f64::INFINITY {
                 ratio

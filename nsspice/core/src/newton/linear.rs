@@ -8,7 +8,7 @@ use crate::mlcp::equilibrate;
 use crate::sparse::Csc;
 
 /// Conductances below this part of the usual one do not count in the scaling.
-const NOTHING: f64 = 1e-18;
+pub(super) const NO_SLOPE: f64 = 1e-18;
 /// Largest scaled entry with which open columns are told from small ones; a column whose entries are below
 /// its inverse looks open, too, if it was scaled while a junction conducted far more.
 const BADLY_SCALED: f64 = 1e6;
@@ -191,7 +191,7 @@ impl Assembly {
             let entries = jacobian.rowidx[range.clone()].iter().zip(&values[range.clone()]);
             for (out, (&r, &v)) in jacobian.values[range].iter_mut().zip(entries) {
                 // what a blocking junction leaves is no measure of a circuit
-                let counts = v.abs() * eq.unit[r] * eq.unit[c] >= NOTHING;
+                let counts = v.abs() * eq.unit[r] * eq.unit[c] >= NO_SLOPE;
                 *out = if counts { v } else { 0.0 };
             }
         }

@@ -206,7 +206,9 @@ impl Newton {
                 s.x[n..].copy_from_slice(l);
                 self.warm()
             }
-            Start::Cold => homotopy::first(self),
+            Start::Cold => {
+                homotopy::first(self).or_else(|| self.without_leakage(homotopy::from_nothing))
+            }
         };
         self.predicted = false;
         let s = &mut self.state;
@@ -271,18 +273,22 @@ impl Newton {
         }
         self.restore();
         let begin = self.state.x.clone();
-        homotopy::follow(self, &begin).or_else(|| self.without_leakage())
+        homotopy::follow(self, &begin).or_else(|| {
+            self.without_leakage(|newton| {
+                newton.restore();
+                newton.iterate(ITERATIONS, None, Linearisation::Careful)
+            })
+        })
     }
 
-    /// A last resort: a blocking junction behind an open switch has no slope in the range of numbers, by which
-    /// its node could find to where its leakage vanishes.
-    fn without_leakage(&mut self) -> Option<Judgement> {
-        if self.eq.m == 0 {
-            return None;
-        }
-        self.restore();
+    /// A last resort: a blocking junction behind an open switch, or between others that block, has no slope in
+    /// the range of numbers by which its node could find to where its leakage vanishes.
+    fn without_leakage(
+        &mut self,
+        solve: impl FnOnce(&mut Newton) -> Option<Judgement>,
+    ) -> Option<Judgement> {
         self.state.balance.lenient = true;
-        let found = self.iterate(ITERATIONS, None, Linearisation::Careful);
+        let found = solve(self);
         self.state.balance.lenient = false;
         found
     }
