@@ -277,31 +277,56 @@ D2 q 0 ds
 .tran 0.88u 0.1m uic
 .end
 """
-#: steep charges of junctions and an impulse of the coils of the load come at one instant
-INVERTER_AT_REST = """inverter
+INVERTER = """inverter with a load of coils in a star
 Vin a 0 100
 {legs}
-.model ds D(IS=8.13e-08 RS=4.27m CJO=862p TT=3.05n)
-.model sw SW(VT=0.5 RON=49.3m ROFF=200k)
-.tran 3.208u 320.84u uic
+.model ds D({junction})
+.model sw SW(VT=0.5{switch})
+.tran 3u 300u{uic}
 .end
-""".format(
-    legs="\n".join(
-        f"""Vg{k} g{k} 0 PULSE(0 1 {on}u 0 0 28.8754u 64.1676u)
+"""
+LEG = """Vg{k} g{k} 0 PULSE(0 1 {on}u 0 0 28.8754u 64.1676u)
 Vh{k} h{k} 0 PULSE(0 1 {off}u 0 0 28.8754u 64.1676u)
 Sh{k} a p{k} g{k} 0 sw
 Sl{k} p{k} 0 h{k} 0 sw
 Dh{k} p{k} a ds
 Dl{k} 0 p{k} ds
-Rl{k} p{k} u{k} 19.58
-Ll{k} u{k} x{k} 264.2u IC={start}
+Rl{k} p{k} u{k} {ohms}
+Ll{k} u{k} x{k} {henries} IC={start}
 RLl{k} x{k} star 5.11m"""
-        for k, (on, off, start) in enumerate(
-            [(0, 32.0838, 0), (21.3892, 53.473, 0), (42.7784, 10.6946, 0.3)]
-        )
-    )
+GATES = [(0, 32.0838), (21.3892, 53.473), (42.7784, 10.6946)]
+
+
+def _inverter(
+    load: tuple[float, float], starts: tuple[float, float, float], junction: str, **more: str
+) -> str:
+    ohms, henries = load
+    legs = [
+        LEG.format(k=k, on=on, off=off, ohms=ohms, henries=henries, start=start)
+        for k, ((on, off), start) in enumerate(zip(GATES, starts, strict=True))
+    ]
+    texts = {"switch": "", "uic": ""} | more
+    return INVERTER.format(legs="\n".join(legs), junction=junction, **texts)
+
+
+#: charges of junctions and fluxes of the load jump at one instant
+IMPULSE_IN_INVERTER = _inverter(
+    (19.58, 264.2e-6),
+    (0, 0, 0.3),
+    "IS=8.13e-08 RS=4.27m CJO=862p TT=3.05n",
+    switch=" RON=49.3m ROFF=200k",
+    uic=" uic",
 )
-SMOOTH = [INVERTER_AT_REST, PUMP_FROM_REST, STIFF_CLOCKS, WINDINGS_FROM_REST, ZETA]
+#: all gates are open at the operating point: nothing but leakage holds the legs
+INVERTER_BEHIND_LEAKAGE = _inverter((591.5, 32.26e-3), (0, 0, 0), "IS=1.94e-14 N=1.45 RS=3.76m")
+SMOOTH = [
+    IMPULSE_IN_INVERTER,
+    INVERTER_BEHIND_LEAKAGE,
+    PUMP_FROM_REST,
+    STIFF_CLOCKS,
+    WINDINGS_FROM_REST,
+    ZETA,
+]
 
 
 @pytest.mark.parametrize("method", ["modewise", "moreau", "sdirk"])

@@ -12,7 +12,8 @@
 //! The same holds for groups of nodes that resistors tie together, with the currents of junctions
 //! from outside: the current of 40 Ohm at 5 V has a rounding error of 3e-17 A, and a leakage of
 //! 1e-16 A determines the potential of both ends. It also holds for an isolated part that 1 GOhm
-//! ties to ground.
+//! ties to ground; and for nodes that windings alone connect to the rest, whose voltages are impulses
+//! where the currents of the windings jump.
 
 use crate::descriptor::stored_groups;
 use crate::sparse::Csc;
@@ -91,15 +92,38 @@ fn cancelling(mut entries: Vec<(usize, f64)>) -> (Vec<[usize; 2]>, Vec<(usize, f
     (pairs, others)
 }
 
-/// The groups, of current rows, and how rows turn into sums.
+/// The columns in which something is stored.
+fn stored_columns(e: &Csc) -> Vec<bool> {
+    let mut stored = vec![false; e.ncols];
+    e.iter().for_each(|(_, column, _)| stored[column] = true);
+    stored
+}
+
+/// Groups of rows that have none in common.
 #[derive(Clone, Debug)]
-pub struct Floating {
+struct Family {
     groups: Vec<Vec<usize>>,
     /// the first row of the group of each row
     first: Vec<Option<usize>>,
-    /// the same for cut sets of windings, which may lie inside a group
-    cuts: Vec<Vec<usize>>,
-    cut: Vec<Option<usize>>,
+}
+
+impl Family {
+    fn new(rows: usize) -> Family {
+        Family { groups: Vec::new(), first: vec![None; rows] }
+    }
+
+    fn take(&mut self, group: Vec<usize>) {
+        group.iter().for_each(|&row| self.first[row] = Some(group[0]));
+        self.groups.push(group);
+    }
+}
+
+/// The groups, of current rows, and how rows turn into sums.
+#[derive(Clone, Debug)]
+pub struct Floating {
+    /// groups that something ties, and cut sets of windings, which may lie inside one of them
+    tied: Family,
+    cuts: Family,
     /// sums in which nothing but a weak tie is left
     bare: Vec<bool>,
 }
@@ -111,18 +135,12 @@ impl Floating {
         let n = e.nrows;
         let law = |row: usize| row_kind[row] == 0;
         let [floating, fixed] = stored_groups(e);
-        let mut out = Floating {
-            groups: Vec::new(),
-            first: vec![None; n],
-            cuts: Vec::new(),
-            cut: vec![None; n],
-            bare: vec![false; n],
-        };
+        let [tied, cuts] = [Family::new(n), Family::new(n)];
+        let mut out = Floating { tied, cuts, bare: vec![false; n] };
         let (mut groups, free) = joined(g, &floating, law, |_| true, (false, WEAK));
         groups.retain(|group| group.len() > 1 && group.iter().all(|&row| free[row]));
         groups.into_iter().for_each(|group| out.take(group, true));
-        let mut stored = vec![false; n];
-        e.iter().for_each(|(_, column, _)| stored[column] = true);
+        let stored = stored_columns(e);
         let (mut groups, mut free) =
             joined(g, &floating, law, |c| !law(c) && !stored[c], (true, ROUNDING));
         fixed.iter().flatten().for_each(|&row| free[row] = false);
@@ -130,7 +148,7 @@ impl Floating {
         floating.iter().filter(|group| group.len() > 1).flatten().for_each(|&j| held[j] = true);
         groups.retain(|group| {
             group.iter().any(|&row| held[row])
-                && group.iter().all(|&row| free[row] && out.first[row].is_none())
+                && group.iter().all(|&row| free[row] && out.tied.first[row].is_none())
         });
         groups.into_iter().for_each(|group| out.take(group, false));
         out
@@ -142,55 +160,50 @@ impl Floating {
     pub fn take_cut_sets(&mut self, e: &Csc, g: &Csc, row_kind: &[u8], beside: &[bool]) {
         let law = |row: usize| row_kind[row] == 0;
         let n = e.nrows;
-        let mut stored = vec![false; n];
-        e.iter().for_each(|(_, column, _)| stored[column] = true);
+        let stored = stored_columns(e);
         let (mut cuts, free) = joined(g, &[], law, |c| law(c) || !stored[c], (false, ROUNDING));
         let alone = |row: usize| free[row] && !stored[row] && !beside[row];
         cuts.retain(|cut| cut.len() > 1 && cut.iter().all(|&row| alone(row)));
         // two sums in the place of laws that both contain would leave one law too few
         let mut inside = vec![false; n];
         cuts.iter().flatten().for_each(|&row| inside[row] = true);
-        for group in &mut self.groups {
-            if let Some(own) = group.iter().position(|&row| !inside[row]) {
-                let bare = std::mem::take(&mut self.bare[group[0]]);
-                group.swap(0, own);
-                self.bare[group[0]] = bare;
-                group.iter().for_each(|&row| self.first[row] = Some(group[0]));
-            }
+        for mut group in std::mem::take(&mut self.tied.groups) {
+            let bare = std::mem::take(&mut self.bare[group[0]]);
+            let own = group.iter().position(|&row| !inside[row]);
+            group.swap(0, own.unwrap_or(0));
+            self.take(group, bare);
         }
         for mut cut in cuts {
-            let own = |&row: &usize| self.first[row].is_none_or(|first| !cut.contains(&first));
-            let Some(own) = cut.iter().position(own) else { continue };
+            let other = |&row: &usize| self.tied.first[row].is_none_or(|row| !cut.contains(&row));
+            let Some(own) = cut.iter().position(other) else { continue };
             cut.swap(0, own);
-            cut.iter().for_each(|&row| self.cut[row] = Some(cut[0]));
             self.bare[cut[0]] = true;
-            self.cuts.push(cut);
+            self.cuts.take(cut);
         }
     }
 
     fn take(&mut self, group: Vec<usize>, bare: bool) {
         self.bare[group[0]] = bare;
-        group.iter().for_each(|&row| self.first[row] = Some(group[0]));
-        self.groups.push(group);
+        self.tied.take(group);
     }
 
     /// The rows of each group, of which the sum takes the place of the first.
     pub fn groups(&self) -> &[Vec<usize>] {
-        &self.groups
+        &self.tied.groups
     }
 
     /// Whether a sum stands in the place of this row.
     pub fn is_sum(&self, row: usize) -> bool {
-        [&self.first, &self.cut].iter().any(|first| first[row] == Some(row))
+        self.sums_with(row).any(|first| first == row)
     }
 
     /// The rows of the sums that contain a row.
-    pub fn sums_with(&self, row: usize) -> impl Iterator<Item = usize> {
-        [self.first[row], self.cut[row]].into_iter().flatten()
+    pub fn sums_with(&self, row: usize) -> impl Iterator<Item = usize> + '_ {
+        [&self.tied, &self.cuts].into_iter().filter_map(move |family| family.first[row])
     }
 
     /// The rows of the sums to which another row is to be added.
-    fn sums_of(&self, row: usize) -> impl Iterator<Item = usize> {
+    fn sums_of(&self, row: usize) -> impl Iterator<Item = usize> + '_ {
         self.sums_with(row).filter(move |&first| first != row)
     }
 
@@ -232,7 +245,7 @@ impl Floating {
 
     /// Turns the right-hand side of laws into one with sums.
     pub fn sum_up(&self, rhs: &mut [f64]) {
-        for group in self.groups.iter().chain(&self.cuts) {
+        for group in self.tied.groups.iter().chain(&self.cuts.groups) {
             rhs[group[0]] = group.iter().map(|&row| rhs[row]).sum();
         }
     }
@@ -288,11 +301,29 @@ mod tests {
         let mut floating = Floating::new(&e, &g, &kinds);
         let junction = |row: usize| (0..7).map(|k| k == row).collect::<Vec<_>>();
         floating.take_cut_sets(&e, &g, &kinds, &junction(2));
-        assert!(floating.cuts.is_empty());
+        assert!(floating.cuts.groups.is_empty());
         floating.take_cut_sets(&e, &g, &kinds, &junction(7));
-        assert_eq!(floating.cuts, [[0, 1, 2, 3]]);
+        assert_eq!(floating.cuts.groups, [[0, 1, 2, 3]]);
         let law = floating.conductances(&g).into_iter().filter(|e| e.0 == 0 && e.2 != 0.0);
         assert_eq!(law.collect::<Vec<_>>(), [(0, 4, -1.0), (0, 5, -1.0), (0, 6, -1.0)]);
+    }
+
+    #[test]
+    fn a_group_around_a_cut_set_keeps_a_law_outside_it() {
+        // windings 3 and 4 from node 2 to nodes 0 and 1, which a resistor ties; nothing leads to ground
+        let mut g = vec![(0, 0, 1.0), (0, 1, -1.0), (1, 0, -1.0), (1, 1, 1.0)];
+        g.extend((0..2).flat_map(|k| [(k, 3 + k, -1.0), (2, 3 + k, 1.0)]));
+        let g = Csc::from_triplets(5, 5, &g);
+        let e = Csc::from_triplets(5, 5, &[(3, 3, 1e-3), (4, 4, 1e-3)]);
+        let mut floating = Floating::new(&e, &g, &[0, 0, 0, 1, 1]);
+        let sum = |floating: &Floating| {
+            let mut rhs = [1.0, 2.0, 4.0, 8.0, 16.0];
+            floating.sum_up(&mut rhs);
+            rhs
+        };
+        assert_eq!(sum(&floating), [7.0, 2.0, 4.0, 8.0, 16.0]);
+        floating.take_cut_sets(&e, &g, &[0, 0, 0, 1, 1], &[false; 5]);
+        assert_eq!(sum(&floating), [3.0, 2.0, 7.0, 8.0, 16.0]);
     }
 
     #[test]

@@ -34,23 +34,24 @@ const UNLOAD_STEPS: usize = 400;
 
 /// A first solution, from nothing.
 pub(super) fn first(newton: &mut Newton) -> Option<Judgement> {
-    let size = newton.eq.size();
-    let zero = vec![0.0; size];
-    newton.state.x.copy_from_slice(&zero);
-    newton.activate_from_signs();
+    begin_at_zero(newton);
     // a circuit at rest has no scale against which rounding could be told from a solution
     newton.evaluate_at_x(Linearisation::Exact, None);
     let rest = newton.judge();
     if rest.residual.worst() == 0.0 {
         return Some(rest);
     }
-    from_nothing(newton).or_else(|| follow(newton, &zero))
+    from_knees(newton).or_else(|| follow(newton, &vec![0.0; newton.eq.size()]))
 }
 
-/// Newton's method from zero, with all junctions at their knees.
-pub(super) fn from_nothing(newton: &mut Newton) -> Option<Judgement> {
+/// All unknowns at zero, in the mode that follows from that.
+pub(super) fn begin_at_zero(newton: &mut Newton) {
     newton.state.x.fill(0.0);
     newton.activate_from_signs();
+}
+
+/// Newton's method with all junctions at their knees.
+pub(super) fn from_knees(newton: &mut Newton) -> Option<Judgement> {
     newton.tape.set_points(&vec![0.0; newton.tape.points().len()]);
     newton.tape.point_at_knees();
     let limit = patience(newton);

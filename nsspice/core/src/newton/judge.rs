@@ -41,7 +41,7 @@ pub(super) struct Balance {
     sizes: Vec<f64>,
     /// defects as parts of these
     shares: Vec<f64>,
-    /// sizes of the entries of multipliers that are not zero
+    /// currents beside which those of a row are rounded, where it has pairs that conduct
     carried: Vec<f64>,
     /// laws of currents are judged against the largest, and those of leakage not at all where they have no
     /// slope left: it is left open
@@ -93,18 +93,17 @@ impl Balance {
                 largest = each(|i| larger(term[i] * counts[i], largest[i]));
             }
             current = largest.into_iter().fold(current, larger);
-            // beside what flows, not beside terms that an impulse makes large and that cancel
-            let flows = x[eq.n..].iter().fold(branch, |most, l| larger(l.abs(), most));
-            for (carried, &kind) in self.carried.iter_mut().zip(&eq.row_kind) {
-                *carried = if self.lenient && kind == 0 {
-                    flows / larger(current, f64::MIN_POSITIVE)
-                } else {
-                    0.0
-                };
+            self.carried.fill(0.0);
+            if self.lenient {
+                // beside what flows, not beside terms that an impulse makes large and that cancel
+                let flows = x[eq.n..].iter().fold(branch, |most, l| larger(l.abs(), most));
+                eq.nodes.iter().for_each(|&row| self.carried[row as usize] = flows);
             }
             for (c, _) in x[eq.n..].iter().enumerate().filter(|l| *l.1 != 0.0) {
                 let (rows, values) = eq.a.col(c);
-                rows.iter().zip(values).for_each(|(&row, v)| self.carried[row] += v.abs());
+                rows.iter()
+                    .zip(values)
+                    .for_each(|(&row, v)| self.carried[row] += v.abs() * current);
             }
         }
         let carried = &self.carried.as_chunks::<FOUR>().0[..blocks];
@@ -115,7 +114,7 @@ impl Balance {
         for b in 0..blocks {
             let floor: [f64; FOUR] = each(|i| {
                 let [voltages, currents] = [reach[b][0][i] * node, reach[b][1][i] * branch];
-                FLOOR * (voltages + currents + carried[b][i] * current)
+                FLOOR * (voltages + currents + carried[b][i])
             });
             let size = each(|i| larger(larger(terms[b][i], floor[i]), f64::MIN_POSITIVE));
             // nothing is no part of nothing, and NaN no number
@@ -127,21 +126,18 @@ impl Balance {
         Shares { top: larger(larger(top[0], top[1]), larger(top[2], top[3])), node }
     }
 
-    /// The largest violation without what rounding may do, and where; `top` is that with it.
+    /// The largest violation without what rounding may do, and where; that with it is among the shares.
     fn worst(
         &self,
         eq: &Equations,
         assembly: &Assembly,
         tape: &Tape,
         x: &[f64],
-        top: f64,
+        Shares { top, node }: &Shares,
     ) -> (f64, usize) {
         let shares = &self.shares[..eq.n];
-        let voltage = eq.nodes.iter().fold(0.0f64, |v, &i| v.max(x[i as usize].abs()));
-        let open = |i: usize| match self.lenient && eq.kind(i) == 0 {
-            true => NO_SLOPE * eq.reference[i] * voltage,
-            false => 0.0,
-        };
+        let open = if self.lenient { NO_SLOPE * node } else { 0.0 };
+        let open = |i: usize| if eq.kind(i) == 0 { open * eq.reference[i] } else { 0.0 };
         let ratio = |i: usize| {
             let rounding = ROUNDING * Self::steepness(assembly, tape, x, i);
             let excess = self.defect[i].abs() - rounding - open(i);
@@ -153,7 +149,7 @@ impl Balance {
             }
         };
         // the largest first: most others need no look then
-        let first = shares.iter().position(|s| *s == top).unwrap_or(0);
+        let first = shares.iter().position(|s| s == top).unwrap_or(0);
         let mut worst = (ratio(first), first);
         for (i, &share) in shares.iter().enumerate() {
             if share > larger(worst.0, NOTHING) && i != first {
@@ -177,19 +173,20 @@ impl Balance {
         x: &[f64],
         enough: f64,
     ) -> Judgement {
-        let Shares { top, node } = match eq.reach.len() {
+        let shares = match eq.reach.len() {
             1 => shares::<1>(self, eq, x),
             2 => shares::<2>(self, eq, x),
             3 => shares::<3>(self, eq, x),
             SMALL => shares::<SMALL>(self, eq, x),
             _ => shares::<0>(self, eq, x),
         };
+        let top = shares.top;
         let (rows, worst_row) = if top <= NOTHING {
             (0.0, 0)
         } else if top <= enough {
             (top, 0)
         } else {
-            self.worst(eq, assembly, tape, x, top)
+            self.worst(eq, assembly, tape, x, &shares)
         };
         let (n, terms, defect) = (eq.n, &self.terms, &self.defect);
         if roles.is_empty() {
@@ -197,7 +194,7 @@ impl Balance {
             return Judgement { residual, worst_row };
         }
         let mut current = 0.0f64;
-        let mut voltage = node;
+        let mut voltage = shares.node;
         for &r in &eq.touched {
             current = current.max(terms[r]);
         }

@@ -206,9 +206,12 @@ impl Newton {
                 s.x[n..].copy_from_slice(l);
                 self.warm()
             }
-            Start::Cold => {
-                homotopy::first(self).or_else(|| self.without_leakage(homotopy::from_nothing))
-            }
+            Start::Cold => homotopy::first(self).or_else(|| {
+                self.without_leakage(|newton| {
+                    homotopy::begin_at_zero(newton);
+                    homotopy::from_knees(newton)
+                })
+            }),
         };
         self.predicted = false;
         let s = &mut self.state;
