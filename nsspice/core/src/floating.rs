@@ -155,13 +155,31 @@ impl Floating {
     }
 
     /// Adds the cut sets of windings: groups of nodes that nothing but windings (branches in `e`) connects to
-    /// the rest, and in whose laws nothing else stands `beside`.  In the sum of these no voltages are left,
-    /// whose gigavolts in an impulse hide that the currents of the windings vanish.
-    pub fn take_cut_sets(&mut self, e: &Csc, g: &Csc, row_kind: &[u8], beside: &[bool]) {
+    /// the rest, and in whose laws nothing stands `beside` that their sum keeps: junctions (columns of `inside`)
+    /// lie between two of them.  In the sum of these no voltages are left, whose gigavolts in an impulse hide
+    /// that the currents of the windings vanish.
+    pub fn take_cut_sets(
+        &mut self,
+        e: &Csc,
+        g: &Csc,
+        row_kind: &[u8],
+        inside: [&Csc; 2],
+        beside: &[bool],
+    ) {
         let law = |row: usize| row_kind[row] == 0;
         let n = e.nrows;
         let stored = stored_columns(e);
-        let (mut cuts, free) = joined(g, &[], law, |c| law(c) || !stored[c], (false, ROUNDING));
+        let mut free = vec![true; n];
+        let mut tied: Vec<Vec<usize>> = Vec::new();
+        for (rows, values) in inside.iter().flat_map(|m| (0..m.ncols).map(|c| m.col(c))) {
+            let own = rows.iter().zip(values).filter(|(&row, v)| law(row) && **v != 0.0);
+            let own: Vec<(usize, f64)> = own.map(|(&row, &v)| (row, v)).collect();
+            let (pairs, rest) = cancelling(own);
+            tied.extend(pairs.into_iter().map(Vec::from));
+            rest.iter().for_each(|e| free[e.0] = false);
+        }
+        let (mut cuts, linear) = joined(g, &tied, law, |c| law(c) || !stored[c], (false, ROUNDING));
+        free.iter_mut().zip(linear).for_each(|(free, linear)| *free &= linear);
         let alone = |row: usize| free[row] && !stored[row] && !beside[row];
         cuts.retain(|cut| cut.len() > 1 && cut.iter().all(|&row| alone(row)));
         // two sums in the place of laws that both contain would leave one law too few
@@ -185,6 +203,11 @@ impl Floating {
     fn take(&mut self, group: Vec<usize>, bare: bool) {
         self.bare[group[0]] = bare;
         self.tied.take(group);
+    }
+
+    /// Whether there are cut sets of windings.
+    pub fn has_cut_sets(&self) -> bool {
+        !self.cuts.groups.is_empty()
     }
 
     /// The rows of each group, of which the sum takes the place of the first.
@@ -299,10 +322,15 @@ mod tests {
         let e = Csc::from_triplets(7, 7, &[4, 5, 6].map(|k| (k, k, 1e-3)));
         let kinds = [0, 0, 0, 0, 1, 1, 1];
         let mut floating = Floating::new(&e, &g, &kinds);
-        let junction = |row: usize| (0..7).map(|k| k == row).collect::<Vec<_>>();
-        floating.take_cut_sets(&e, &g, &kinds, &junction(2));
-        assert!(floating.cuts.groups.is_empty());
-        floating.take_cut_sets(&e, &g, &kinds, &junction(7));
+        let none = Csc::from_triplets(7, 0, &[]);
+        let junction =
+            |from: usize, to: usize| Csc::from_triplets(7, 1, &[(from, 0, 1.0), (to, 0, -1.0)]);
+        let pair = |row: usize| (0..7).map(|k| k == row).collect::<Vec<_>>();
+        // to a winding; from inside to the rest
+        floating.take_cut_sets(&e, &g, &kinds, [&none, &none], &pair(2));
+        floating.take_cut_sets(&e, &g, &kinds, [&none, &junction(2, 4)], &pair(7));
+        assert!(!floating.has_cut_sets());
+        floating.take_cut_sets(&e, &g, &kinds, [&none, &junction(2, 1)], &pair(7));
         assert_eq!(floating.cuts.groups, [[0, 1, 2, 3]]);
         let law = floating.conductances(&g).into_iter().filter(|e| e.0 == 0 && e.2 != 0.0);
         assert_eq!(law.collect::<Vec<_>>(), [(0, 4, -1.0), (0, 5, -1.0), (0, 6, -1.0)]);
@@ -322,7 +350,8 @@ mod tests {
             rhs
         };
         assert_eq!(sum(&floating), [7.0, 2.0, 4.0, 8.0, 16.0]);
-        floating.take_cut_sets(&e, &g, &[0, 0, 0, 1, 1], &[false; 5]);
+        let none = Csc::from_triplets(5, 0, &[]);
+        floating.take_cut_sets(&e, &g, &[0, 0, 0, 1, 1], [&none, &none], &[false; 5]);
         assert_eq!(sum(&floating), [3.0, 2.0, 7.0, 8.0, 16.0]);
     }
 

@@ -328,7 +328,7 @@ impl Stepper {
     }
 
     /// The sizes of the terms of charges and fluxes of a state.
-    fn stored_sizes(&self, z: &[f64]) -> Vec<f64> {
+    pub(super) fn stored_sizes(&self, z: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; z.len()];
         self.sys.linear.e.abs_mul_add(z, &mut out);
         out

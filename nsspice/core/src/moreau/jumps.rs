@@ -5,7 +5,6 @@ use super::motion::behind;
 use super::stage::System;
 use super::stepper::{Failure, Outcome, Stepper, MAX_REACTIONS};
 use crate::mlcp::Start;
-use crate::sparse::Csc;
 
 /// Length of an impulsive step relative to the nominal step and to the fastest time constant: short
 /// enough that nothing but the jump happens in it, long enough that `E/h` does not drown `G`.
@@ -19,13 +18,12 @@ const TIGHT: f64 = 1e-3;
 /// A stored unknown that differs by more than this from what the jump left is not determined by what
 /// is stored: the potential of a floating capacitor.
 pub(super) const LOOSE: f64 = 1e-6;
-/// Times of junctions are estimates, and their charges small: beside them 1e-5 is short.
-const OF_FUNCTIONS: f64 = 1e3;
 /// Ratio of lengths on the way down to a short step that is too hard at once.
 const DESCENT: f64 = 1e-2;
 /// A change that a step shorter by that ratio reduces to this part was motion.
 const LESS: f64 = 0.1;
-/// How often impulsive steps are made shorter by that ratio, in which charges of junctions go more straight.
+/// How often impulsive steps are made shorter by that ratio; those in which charges of junctions go most
+/// straight are taken.
 const STRAIGHTER: usize = 4;
 const SHORTER: f64 = 0.1;
 /// Changes below this part of the largest charge (or flux) so far are no jump.
@@ -65,57 +63,6 @@ pub struct Jump {
     pub span: f64,
     /// the shortest of those steps [s]
     pub shortest: f64,
-}
-
-/// An estimate of the fastest time constant [s]: largest rate at which stored quantities act on each
-/// other, directly or through one algebraic unknown, in coordinates with unit storage.
-pub(super) fn fastest_time(e: &Csc, g: &Csc) -> f64 {
-    let n = g.nrows;
-    let mut storage = vec![0.0; n];
-    let mut diagonal = vec![0.0; n];
-    for (matrix, out) in [(e, &mut storage), (g, &mut diagonal)] {
-        for (_, c, v) in matrix.iter().filter(|e| e.0 == e.1) {
-            out[c] = v.abs().sqrt();
-        }
-    }
-    // strongest coupling of each algebraic unknown to stored quantities, as row and as column
-    let (mut into, mut from) = (vec![0.0f64; n], vec![0.0f64; n]);
-    let mut rate = 0.0f64;
-    for (r, c, v) in g.iter() {
-        match (storage[r] > 0.0, storage[c] > 0.0) {
-            (true, true) => rate = rate.max(v.abs() / (storage[r] * storage[c])),
-            (false, true) if diagonal[r] > 0.0 => {
-                into[r] = into[r].max(v.abs() / (diagonal[r] * storage[c]));
-            }
-            (true, false) if diagonal[c] > 0.0 => {
-                from[c] = from[c].max(v.abs() / (storage[r] * diagonal[c]));
-            }
-            _ => {}
-        }
-    }
-    rate = into.iter().zip(&from).map(|(a, b)| a * b).fold(rate, f64::max);
-    1.0 / rate // infinite if nothing couples
-}
-
-/// The shortest time in which a group of capacitors as a whole moves [s]: what holds its potential may be
-/// the charge of a junction, a small part of what the group stores.
-fn time_of_groups(groups: &[Vec<usize>], e: &Csc, g: &Csc) -> f64 {
-    let mut owner = vec![None; g.nrows];
-    for (k, group) in groups.iter().enumerate() {
-        group.iter().for_each(|&j| owner[j] = Some(k));
-    }
-    // of each: what it stores for a common potential, the size of the terms of that, what it conducts
-    let mut sums = vec![[0.0; 3]; groups.len()];
-    let inside = |r: usize, c: usize| owner[r].filter(|_| owner[r] == owner[c]);
-    for (k, v) in e.iter().filter_map(|(r, c, v)| Some((inside(r, c)?, v))) {
-        sums[k][0] += v;
-        sums[k][1] += v.abs();
-    }
-    for (k, v) in g.iter().filter_map(|(r, c, v)| Some((inside(r, c)?, v))) {
-        sums[k][2] += v;
-    }
-    let tied = sums.iter().filter(|[stored, size, _]| *stored > ROUNDING * size);
-    tied.fold(f64::INFINITY, |time, [stored, _, conducted]| time.min(stored / conducted.abs()))
 }
 
 /// What charges and fluxes are measured by where jumps are reported: `1 / sqrt(E_ii)`; with functions
@@ -205,19 +152,6 @@ impl Stepper {
     /// Whether some charge is a function of the unknowns: then charges depend on potentials.
     pub(super) fn functions_store(&self) -> bool {
         self.smooth.as_ref().is_some_and(|smooth| smooth.newton.stores())
-    }
-
-    /// What impulsive steps have to be short beside [s]: charges of junctions move in times that the
-    /// present state tells.
-    fn shortest_time(&mut self) -> f64 {
-        let known = self.step_length.min(self.fastest);
-        let instant = f64::EPSILON * self.step_length; // no time at all beside the steps
-        let (linear, u, time) = (&self.sys.linear, &self.u0, self.time);
-        let Some(smooth) = &mut self.smooth else { return known };
-        let Some(e) = smooth.stored(linear, &self.z, u, time, instant) else { return known };
-        let g = smooth.conducting(linear);
-        let time = fastest_time(&e, g).min(time_of_groups(self.storage.floating(), &e, g));
-        known.min(OF_FUNCTIONS * time)
     }
 
     /// The impulsive step from the present state, which is left undefined; the first steps have
@@ -364,15 +298,21 @@ impl Stepper {
         let mut part = part;
         let (mut once, mut twice) = self.two_steps(charges, &before, part * shortest, start)?;
         let mut after = limit(&once.z, twice.as_ref().map(|t| &t.z));
+        let scale = self.scale_of_charges(&once);
+        let mut bend = self.bend_of_charges(&once, twice.as_ref(), &after, scale);
+        let mut shorter = part;
         for _ in 0..STRAIGHTER {
-            if twice.as_ref().is_none_or(|t| self.is_straight([&once.z, &t.z, &after])) {
+            if bend <= ROUNDING {
                 break;
             }
-            part *= SHORTER;
-            let steps = self.two_steps(charges, &before, part * shortest, Start::Warm);
+            shorter *= SHORTER;
+            let steps = self.two_steps(charges, &before, shorter * shortest, Start::Warm);
             let Ok(steps) = steps else { break };
-            (once, twice) = steps;
-            after = limit(&once.z, twice.as_ref().map(|t| &t.z));
+            let end = limit(&steps.0.z, steps.1.as_ref().map(|t| &t.z));
+            let found = self.bend_of_charges(&steps.0, steps.1.as_ref(), &end, scale);
+            if found <= bend {
+                ((once, twice), after, part, bend) = (steps, end, shorter, found);
+            }
         }
         let none = |q: &[f64]| q.iter().all(|q| *q == 0.0);
         let linear = !self.functions_store();
@@ -429,20 +369,38 @@ impl Stepper {
         })
     }
 
-    /// Whether the charges of junctions go as straight through two short steps to length 0 as the unknowns
-    /// do, beside the largest so far: they are exponentials of voltages.
-    fn is_straight(&mut self, [once, twice, after]: [&[f64]; 3]) -> bool {
-        let largest = self.largest;
-        let Some(smooth) = self.smooth.as_mut().filter(|smooth| smooth.newton.stores()) else {
-            return true;
-        };
+    /// The largest charge and flux so far and at the end of a short step.
+    fn scale_of_charges(&mut self, step: &Short) -> [f64; 2] {
+        let mut charges = vec![0.0; step.z.len()];
+        if let Some(smooth) = &mut self.smooth {
+            smooth.add_stored_at(&step.z, &self.u0, self.time, 1.0, &mut charges);
+        }
+        let [charge, flux] = self.sys.largest(&[&charges]);
+        [self.largest[0].max(charge), self.largest[1].max(flux)]
+    }
+
+    /// How far the charges of junctions are from going as straight through two short steps to length 0 as the
+    /// unknowns do, beside a scale: they are exponentials of voltages.
+    fn bend_of_charges(
+        &mut self,
+        once: &Short,
+        twice: Option<&Short>,
+        after: &[f64],
+        scale: [f64; 2],
+    ) -> f64 {
+        let smooth = self.smooth.as_mut().filter(|smooth| smooth.newton.stores());
+        let (Some(smooth), Some(twice)) = (smooth, twice) else { return 0.0 };
         let (u, time) = (&self.u0, self.time);
         let mut bends = vec![0.0; after.len()];
-        for (z, weight) in [(once, 2.0), (twice, -1.0), (after, -1.0)] {
+        for (z, weight) in [(&once.z[..], 2.0), (&twice.z, -1.0), (after, -1.0)] {
             smooth.add_stored_at(z, u, time, weight, &mut bends);
         }
-        let kinds = self.sys.linear.row_kind.iter().map(|&kind| usize::from(kind));
-        bends.iter().zip(kinds).all(|(bend, kind)| bend.abs() <= ROUNDING * largest[kind])
+        if !bends.iter().all(|bend| bend.is_finite()) {
+            return f64::INFINITY;
+        }
+        let bends = self.sys.largest(&[&bends]);
+        let share = |kind: usize| if bends[kind] > 0.0 { bends[kind] / scale[kind] } else { 0.0 };
+        share(0).max(share(1))
     }
 
     /// From rest, where a much shorter step moves all that is stored in proportion less, nothing has

@@ -30,6 +30,7 @@ mod step;
 mod stepper;
 mod storage;
 mod sums;
+mod times;
 mod turns;
 mod witness;
 

@@ -120,8 +120,8 @@ impl Equations {
         let size = n + m;
         let mut floating = Floating::new(e, g, row_kind);
         let mut beside = vec![false; n];
-        [a, &smooth.f, &smooth.q].iter().for_each(|m| m.iter().for_each(|e| beside[e.0] = true));
-        floating.take_cut_sets(e, g, row_kind, &beside);
+        a.iter().for_each(|e| beside[e.0] = true);
+        floating.take_cut_sets(e, g, row_kind, [&smooth.f, &smooth.q], &beside);
         let a = &Csc::from_triplets(n, m, &floating.with_sums(a));
         let mut terms: Vec<Term> = Vec::new();
         for (matrix, rate) in [(&smooth.f, false), (&smooth.q, true)] {

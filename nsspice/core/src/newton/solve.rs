@@ -21,6 +21,8 @@ const COARSEST: f64 = 1e-11;
 const SURE: f64 = 0.1;
 /// Largest relative residual of an accepted solution: where rounding allows no better.
 const ACCEPT: f64 = 1e-10;
+/// A first step with a Jacobian of old that ends with more than this has led away.
+const ASTRAY: f64 = 1e-3;
 /// Guesses that are not judged after one that was not good enough: in a circuit at rest they are.
 const UNJUDGED: u8 = 7;
 /// Rates whose matrices are kept.
@@ -367,7 +369,11 @@ impl Newton {
                 continue;
             }
             let done = if round == 0 { GUESSED * accuracy } else { accuracy };
-            let found = self.judge_to(done);
+            let mut found = self.judge_to(done);
+            if before == 0.0 && self.has_gone_astray(&found) {
+                self.evaluate_at_x(how, pull);
+                found = self.judge_to(done);
+            }
             if !found.residual.rows.is_finite() {
                 // outside the domain of some function: part of the way back
                 if round == 0 || halvings > 30 {
@@ -470,6 +476,19 @@ impl Newton {
         let (size, s) = (self.eq.size(), &mut self.state);
         s.given.copy_from_slice(&s.balance.terms[..size]);
         true
+    }
+
+    /// Whether the first step, with a Jacobian of old, has led away: goes back to the guess then.  What hangs on
+    /// the leakage of junctions alone has slopes that differ by powers of ten a moment later.
+    fn has_gone_astray(&mut self, found: &Judgement) -> bool {
+        let s = &mut self.state;
+        let Some(points) = s.kept.get(s.x.len()..) else { return false };
+        let away = self.tape.limited() || found.residual.worst() > ASTRAY;
+        if away {
+            s.x.copy_from_slice(&s.begin);
+            self.tape.set_points(points);
+        }
+        away
     }
 
     /// Evaluates the functions at `state.x` and the balance there.

@@ -65,6 +65,8 @@ pub struct Trial {
     own: Vec<bool>,
     /// there are such
     mixed: bool,
+    /// unknowns on whose common value nothing that is stored depends
+    afloat: Vec<Vec<usize>>,
     /// where Newton's method begins
     past: Past,
     guess: Vec<f64>,
@@ -125,8 +127,10 @@ impl Trial {
         for j in s.smooth.iter().flat_map(|smooth| smooth.newton.stored_unknowns()) {
             own[j] = true;
         }
+        let sums = s.smooth.iter().flat_map(|smooth| smooth.newton.sums_that_store_nothing());
         Trial {
             mixed: own.contains(&true),
+            afloat: sums.filter(|sum| sum.len() > 1).cloned().collect(),
             own,
             storage,
             conducted,
@@ -238,6 +242,7 @@ impl Trial {
         for ((f, base), raw) in self.from.iter().zip(base).zip(&mut self.raw) {
             *raw = f - base;
         }
+        self.level_out();
         if s.smooth.is_some() {
             ladder.respond(s, self.level, &self.raw, &mut self.slope);
         } else {
@@ -292,6 +297,15 @@ impl Trial {
         }
     }
 
+    /// Takes the mean of each group out of `raw` on whose common value nothing that is stored depends: behind
+    /// a jump, where only windings hold such a group, it is known to the rounding of their fluxes alone.
+    fn level_out(&mut self) {
+        for group in &self.afloat {
+            let mean = group.iter().map(|&j| self.raw[j]).sum::<f64>() / group.len() as f64;
+            group.iter().for_each(|&j| self.raw[j] -= mean);
+        }
+    }
+
     /// Adds to the estimate what the continuous solution has beyond Hermite's cubic: inside a step in which
     /// a diode begins to conduct it errs more than at the end.
     pub fn look_inside(&mut self, s: &mut Stepper, ladder: &mut Ladder, tableau: &Tableau) {
@@ -301,6 +315,7 @@ impl Trial {
         }
         self.raw.fill(0.0);
         add_rates(self.length, tableau.inside, &self.rates, &mut self.raw);
+        self.level_out();
         self.stored.fill(0.0);
         s.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
         self.smoothed.fill(0.0);
@@ -326,6 +341,7 @@ impl Trial {
         for (raw, (x, z)) in self.raw.iter_mut().zip(self.point[..n].iter().zip(&self.first)) {
             *raw = if fit == Fit::Contradiction { 0.0 } else { x - z };
         }
+        self.level_out();
         self.stored.fill(0.0);
         s.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
         for j in 0..n {

@@ -1,0 +1,85 @@
+//! What impulsive steps have to be short beside: the fastest times of a circuit.
+
+use super::jumps::ROUNDING;
+use super::stepper::Stepper;
+use crate::sparse::Csc;
+
+/// Times of junctions are estimates, and their charges small: beside them 1e-5 is short.
+const OF_FUNCTIONS: f64 = 1e3;
+/// Beside so many times that in which the largest voltage would move the rounding of the largest flux, a
+/// millionth shows voltages that windings alone hold to five digits.
+const OF_FLUXES: f64 = 1e11;
+
+/// An estimate of the fastest time constant [s]: largest rate at which stored quantities act on each
+/// other, directly or through one algebraic unknown, in coordinates with unit storage.
+pub(super) fn fastest_time(e: &Csc, g: &Csc) -> f64 {
+    let n = g.nrows;
+    let mut storage = vec![0.0; n];
+    let mut diagonal = vec![0.0; n];
+    for (matrix, out) in [(e, &mut storage), (g, &mut diagonal)] {
+        for (_, c, v) in matrix.iter().filter(|e| e.0 == e.1) {
+            out[c] = v.abs().sqrt();
+        }
+    }
+    // strongest coupling of each algebraic unknown to stored quantities, as row and as column
+    let (mut into, mut from) = (vec![0.0f64; n], vec![0.0f64; n]);
+    let mut rate = 0.0f64;
+    for (r, c, v) in g.iter() {
+        match (storage[r] > 0.0, storage[c] > 0.0) {
+            (true, true) => rate = rate.max(v.abs() / (storage[r] * storage[c])),
+            (false, true) if diagonal[r] > 0.0 => {
+                into[r] = into[r].max(v.abs() / (diagonal[r] * storage[c]));
+            }
+            (true, false) if diagonal[c] > 0.0 => {
+                from[c] = from[c].max(v.abs() / (storage[r] * diagonal[c]));
+            }
+            _ => {}
+        }
+    }
+    rate = into.iter().zip(&from).map(|(a, b)| a * b).fold(rate, f64::max);
+    1.0 / rate // infinite if nothing couples
+}
+
+/// The shortest time in which a group of capacitors as a whole moves [s]: what holds its potential may be
+/// the charge of a junction, a small part of what the group stores.
+fn time_of_groups(groups: &[Vec<usize>], e: &Csc, g: &Csc) -> f64 {
+    let mut owner = vec![None; g.nrows];
+    for (k, group) in groups.iter().enumerate() {
+        group.iter().for_each(|&j| owner[j] = Some(k));
+    }
+    // of each: what it stores for a common potential, the size of the terms of that, what it conducts
+    let mut sums = vec![[0.0; 3]; groups.len()];
+    let inside = |r: usize, c: usize| owner[r].filter(|_| owner[r] == owner[c]);
+    for (k, v) in e.iter().filter_map(|(r, c, v)| Some((inside(r, c)?, v))) {
+        sums[k][0] += v;
+        sums[k][1] += v.abs();
+    }
+    for (k, v) in g.iter().filter_map(|(r, c, v)| Some((inside(r, c)?, v))) {
+        sums[k][2] += v;
+    }
+    let tied = sums.iter().filter(|[stored, size, _]| *stored > ROUNDING * size);
+    tied.fold(f64::INFINITY, |time, [stored, _, conducted]| time.min(stored / conducted.abs()))
+}
+
+impl Stepper {
+    /// What impulsive steps have to be short beside [s]: charges of junctions move in times that the
+    /// present state tells.
+    pub(super) fn shortest_time(&mut self) -> f64 {
+        let known = self.step_length.min(self.fastest);
+        let instant = f64::EPSILON * self.step_length; // no time at all beside the steps
+        let [voltage, _] = self.sys.largest(&[&self.z]);
+        let [_, flux] = self.sys.largest(&[&self.stored_sizes(&self.z)]);
+        let (linear, u, time) = (&self.sys.linear, &self.u0, self.time);
+        let Some(smooth) = &mut self.smooth else { return known };
+        let Some(e) = smooth.stored(linear, &self.z, u, time, instant) else { return known };
+        let g = smooth.conducting(linear);
+        let time = fastest_time(&e, g).min(time_of_groups(self.storage.floating(), &e, g));
+        // the charge of a blocking junction may be next to nothing, and as fast
+        let told = if smooth.newton.has_cut_sets() && flux > 0.0 && voltage > 0.0 {
+            OF_FLUXES * f64::EPSILON * flux / voltage
+        } else {
+            0.0
+        };
+        known.min((OF_FUNCTIONS * time).max(told))
+    }
+}
