@@ -319,9 +319,36 @@ IMPULSE_IN_INVERTER = _inverter(
 )
 #: all gates are open at the operating point: nothing but leakage holds the legs
 INVERTER_BEHIND_LEAKAGE = _inverter((591.5, 32.26e-3), (0, 0, 0), "IS=1.94e-14 N=1.45 RS=3.76m")
+#: the voltage of a junction without capacitance is a logarithm of the time since the impulse
+IMPULSE_BESIDE_DIFFUSION = _inverter(
+    (5.563, 632.4e-6), (0.3, 0, 0), "IS=3.79e-09 TT=1.47n", uic=" uic"
+)
+#: the same from rest: nothing flows at t = 0
+RECTIFIER_FROM_REST = """three-phase rectifier with line inductances
+V0 w0 0 SIN(0 12 25270)
+L0 w0 p0 474.2u
+D1 p0 o ds
+D2 n p0 ds
+V1 w1 0 SIN(0 12 25270 0 0 -120)
+L1 w1 p1 474.2u
+D3 p1 o ds
+D4 n p1 ds
+V2 w2 0 SIN(0 12 25270 0 0 -240)
+L2 w2 p2 474.2u
+D5 p2 o ds
+D6 n p2 ds
+C1 o y 236.1u
+R1 y n 31.2m
+R2 o n 7.206
+.model ds D(IS=1.52e-08 N=1.12 RS=52m)
+.tran 1.979u 197.86u uic
+.end
+"""
 SMOOTH = [
+    IMPULSE_BESIDE_DIFFUSION,
     IMPULSE_IN_INVERTER,
     INVERTER_BEHIND_LEAKAGE,
+    RECTIFIER_FROM_REST,
     PUMP_FROM_REST,
     STIFF_CLOCKS,
     WINDINGS_FROM_REST,

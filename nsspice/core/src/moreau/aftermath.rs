@@ -214,7 +214,8 @@ impl Stepper {
                 _ => (settled, 0.0),
             };
             // what bends more in shorter steps, and by no more than rounding may, is a line
-            let line = rest == Rest::Bent && bends[1] > bend && bend <= self.noise(&once);
+            let [voltages, currents] = self.noise(&once.z, once.length);
+            let line = rest == Rest::Bent && bends[1] > bend && bend <= voltages.max(currents);
             let calm = line && self.broken(&settled.z, &settled.l, &once) <= SIGNS;
             let rest = if calm { Rest::Calm } else { rest };
             return Ok((Some((once, settled, missed)), rest));
@@ -245,7 +246,11 @@ impl Stepper {
                 };
                 let broken = [&held, &limit].map(|s| self.broken(&s.z, &s.l, once));
                 let near = self.sys.apart(&held.z, &limit.z, &once.z) <= bend.max(LOOSE);
-                if missed <= HELD && broken[0] <= broken[1].max(SIGNS) && near {
+                // the voltage of a junction may be the logarithm of the time: no line leads to its begin
+                let known = self.smooth.is_some()
+                    && !self.storage.tight()
+                    && self.noise(&once.z, part * once.length)[0] <= LOOSE;
+                if missed <= HELD && broken[0] <= broken[1].max(SIGNS) && (near || known) {
                     return (held, missed);
                 }
                 // motion is missed less by shorter steps, a law that ties charges is not
@@ -334,16 +339,16 @@ impl Stepper {
         out
     }
 
-    /// What rounding of stored quantities may make of the largest voltage or current in a short step,
-    /// relative to it.
-    fn noise(&self, short: &Short) -> f64 {
-        let stored = self.stored_sizes(&short.z);
+    /// What rounding of stored quantities may make of the largest voltage and current in a short step,
+    /// relative to them.
+    fn noise(&self, z: &[f64], length: f64) -> [f64; 2] {
+        let stored = self.stored_sizes(z);
         // charges make currents, fluxes voltages
         let [currents, voltages] = self.sys.largest(&[&stored]);
-        let largest = self.sys.largest(&[&short.z]);
+        let largest = self.sys.largest(&[z]);
         let part = |made: f64, largest: f64| if made > 0.0 { made / largest } else { 0.0 };
-        let rounding = NOISE * f64::EPSILON / short.length;
-        rounding * part(currents, largest[1]).max(part(voltages, largest[0]))
+        let rounding = NOISE * f64::EPSILON / length;
+        [part(voltages, largest[0]), part(currents, largest[1])].map(|part| rounding * part)
     }
 
     /// Second difference of three equidistant points, relative to the largest value of its kind.
