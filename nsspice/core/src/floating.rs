@@ -48,9 +48,7 @@ fn joined(
     let mut diagonal = vec![0.0f64; n];
     g.iter().filter(|e| e.0 == e.1).for_each(|(row, _, v)| diagonal[row] = v.abs());
     for c in (0..n).filter(|&c| counts(c)) {
-        let (rows, values) = g.col(c);
-        let own = rows.iter().zip(values).filter(|(&row, v)| law(row) && **v != 0.0);
-        let mut own: Vec<(usize, f64)> = own.map(|(&row, &v)| (row, v)).collect();
+        let mut own = entries_in_laws(g, c, &law);
         let all = own.len();
         if law(c) {
             // beside the conductances at one of its ends this one is a weak tie
@@ -77,6 +75,13 @@ fn joined(
     (0..n).filter(|&row| law(row)).for_each(|row| groups[ties.root(row)].push(row));
     groups.retain(|group| !group.is_empty());
     (groups, free)
+}
+
+/// The entries of a column in laws of currents.
+fn entries_in_laws(matrix: &Csc, c: usize, law: impl Fn(usize) -> bool) -> Vec<(usize, f64)> {
+    let (rows, values) = matrix.col(c);
+    let own = rows.iter().zip(values).filter(|(&row, v)| law(row) && **v != 0.0);
+    own.map(|(&row, &v)| (row, v)).collect()
 }
 
 /// The rows of entries that cancel, two by two, and the other entries.
@@ -171,10 +176,8 @@ impl Floating {
         let stored = stored_columns(e);
         let mut free = vec![true; n];
         let mut tied: Vec<Vec<usize>> = Vec::new();
-        for (rows, values) in inside.iter().flat_map(|m| (0..m.ncols).map(|c| m.col(c))) {
-            let own = rows.iter().zip(values).filter(|(&row, v)| law(row) && **v != 0.0);
-            let own: Vec<(usize, f64)> = own.map(|(&row, &v)| (row, v)).collect();
-            let (pairs, rest) = cancelling(own);
+        for (m, c) in inside.iter().flat_map(|m| (0..m.ncols).map(move |c| (m, c))) {
+            let (pairs, rest) = cancelling(entries_in_laws(m, c, law));
             tied.extend(pairs.into_iter().map(Vec::from));
             rest.iter().for_each(|e| free[e.0] = false);
         }

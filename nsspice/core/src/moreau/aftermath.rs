@@ -214,8 +214,8 @@ impl Stepper {
                 _ => (settled, 0.0),
             };
             // what bends more in shorter steps, and by no more than rounding may, is a line
-            let [voltages, currents] = self.noise(&once.z, once.length);
-            let line = rest == Rest::Bent && bends[1] > bend && bend <= voltages.max(currents);
+            let noise = || self.noise(&once.z, once.length).into_iter().fold(0.0, f64::max);
+            let line = rest == Rest::Bent && bends[1] > bend && bend <= noise();
             let calm = line && self.broken(&settled.z, &settled.l, &once) <= SIGNS;
             let rest = if calm { Rest::Calm } else { rest };
             return Ok((Some((once, settled, missed)), rest));
@@ -247,10 +247,12 @@ impl Stepper {
                 let broken = [&held, &limit].map(|s| self.broken(&s.z, &s.l, once));
                 let near = self.sys.apart(&held.z, &limit.z, &once.z) <= bend.max(LOOSE);
                 // the voltage of a junction may be the logarithm of the time: no line leads to its begin
-                let known = self.smooth.is_some()
-                    && !self.storage.tight()
-                    && self.noise(&once.z, part * once.length)[0] <= LOOSE;
-                if missed <= HELD && broken[0] <= broken[1].max(SIGNS) && (near || known) {
+                let known = || {
+                    self.smooth.is_some()
+                        && !self.storage.tight()
+                        && self.noise(&once.z, part * once.length)[0] <= LOOSE
+                };
+                if missed <= HELD && broken[0] <= broken[1].max(SIGNS) && (near || known()) {
                     return (held, missed);
                 }
                 // motion is missed less by shorter steps, a law that ties charges is not

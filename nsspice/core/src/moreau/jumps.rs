@@ -298,7 +298,8 @@ impl Stepper {
         let mut part = part;
         let (mut once, mut twice) = self.two_steps(charges, &before, part * shortest, start)?;
         let mut after = limit(&once.z, twice.as_ref().map(|t| &t.z));
-        let scale = self.scale_of_charges(&once);
+        let linear = !self.functions_store();
+        let scale = if linear { self.largest } else { self.scale_of_charges(&once) };
         let mut bend = self.bend_of_charges(&once, twice.as_ref(), &after, scale);
         let mut shorter = part;
         for _ in 0..STRAIGHTER {
@@ -315,7 +316,6 @@ impl Stepper {
             }
         }
         let none = |q: &[f64]| q.iter().all(|q| *q == 0.0);
-        let linear = !self.functions_store();
         let at_rest = || linear && self.storage.unknowns().all(|j| before[j] == 0.0);
         if twice.is_none() && charges.map_or_else(at_rest, none) {
             // a step that is too hard tells nothing

@@ -67,19 +67,25 @@ impl Stepper {
     pub(super) fn shortest_time(&mut self) -> f64 {
         let known = self.step_length.min(self.fastest);
         let instant = f64::EPSILON * self.step_length; // no time at all beside the steps
-        let [voltage, _] = self.sys.largest(&[&self.z]);
-        let [_, flux] = self.sys.largest(&[&self.stored_sizes(&self.z)]);
+                                                       // the charge of a blocking junction may be next to nothing, and as fast
+        let held = self.smooth.as_ref().is_some_and(|smooth| smooth.newton.has_cut_sets());
+        let told = if held { self.time_of_fluxes() } else { 0.0 };
         let (linear, u, time) = (&self.sys.linear, &self.u0, self.time);
         let Some(smooth) = &mut self.smooth else { return known };
         let Some(e) = smooth.stored(linear, &self.z, u, time, instant) else { return known };
         let g = smooth.conducting(linear);
         let time = fastest_time(&e, g).min(time_of_groups(self.storage.floating(), &e, g));
-        // the charge of a blocking junction may be next to nothing, and as fast
-        let told = if smooth.newton.has_cut_sets() && flux > 0.0 && voltage > 0.0 {
+        known.min((OF_FUNCTIONS * time).max(told))
+    }
+
+    /// The time in which rounding of the largest flux is no voltage yet [s]; 0 where there is none.
+    fn time_of_fluxes(&self) -> f64 {
+        let [voltage, _] = self.sys.largest(&[&self.z]);
+        let [_, flux] = self.sys.largest(&[&self.stored_sizes(&self.z)]);
+        if flux > 0.0 && voltage > 0.0 {
             OF_FLUXES * f64::EPSILON * flux / voltage
         } else {
             0.0
-        };
-        known.min((OF_FUNCTIONS * time).max(told))
+        }
     }
 }

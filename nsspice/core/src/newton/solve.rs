@@ -370,7 +370,7 @@ impl Newton {
             }
             let done = if round == 0 { GUESSED * accuracy } else { accuracy };
             let mut found = self.judge_to(done);
-            if before == 0.0 && self.has_gone_astray(&found) {
+            if before == 0.0 && self.goes_back(&found) {
                 self.evaluate_at_x(how, pull);
                 found = self.judge_to(done);
             }
@@ -478,9 +478,9 @@ impl Newton {
         true
     }
 
-    /// Whether the first step, with a Jacobian of old, has led away: goes back to the guess then.  What hangs on
-    /// the leakage of junctions alone has slopes that differ by powers of ten a moment later.
-    fn has_gone_astray(&mut self, found: &Judgement) -> bool {
+    /// Goes back to the guess if the first step, with a Jacobian of old, has led away; true if so.  What hangs
+    /// on the leakage of junctions alone has slopes that differ by powers of ten a moment later.
+    fn goes_back(&mut self, found: &Judgement) -> bool {
         let s = &mut self.state;
         let Some(points) = s.kept.get(s.x.len()..) else { return false };
         let away = self.tape.limited() || found.residual.worst() > ASTRAY;
