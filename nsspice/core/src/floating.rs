@@ -14,15 +14,18 @@
 //! 1e-16 A determines the potential of both ends. It also holds for an isolated part that 1 GOhm
 //! ties to ground; and for nodes that windings alone connect to the rest, whose voltages are impulses
 //! where the currents of the windings jump.
+//!
+//! Of windings without leakage see `windings.rs`.
 
 use crate::descriptor::stored_groups;
 use crate::sparse::Csc;
 use crate::union_find::UnionFind;
+use crate::windings::{laws_without_storage, Multiples};
 
 /// Conductances that sum to this part of their sizes sum to zero: less is lost in their assembly.
 const ROUNDING: f64 = f64::EPSILON;
-/// The same for charges.
-const LOST: f64 = 1e-12;
+/// The same for charges and fluxes.
+pub(crate) const LOST: f64 = 1e-12;
 /// A tie of this part of the conductances beside it: what it carries is rounding of theirs.
 const WEAK: f64 = 1e-6;
 
@@ -131,6 +134,8 @@ pub struct Floating {
     cuts: Family,
     /// sums in which nothing but a weak tie is left
     bare: Vec<bool>,
+    /// laws of windings without leakage, to which multiples of others are added
+    windings: Vec<Multiples>,
 }
 
 impl Floating {
@@ -141,7 +146,7 @@ impl Floating {
         let law = |row: usize| row_kind[row] == 0;
         let [floating, fixed] = stored_groups(e);
         let [tied, cuts] = [Family::new(n), Family::new(n)];
-        let mut out = Floating { tied, cuts, bare: vec![false; n] };
+        let mut out = Floating { tied, cuts, bare: vec![false; n], windings: Vec::new() };
         let (mut groups, free) = joined(g, &floating, law, |_| true, (false, WEAK));
         groups.retain(|group| group.len() > 1 && group.iter().all(|&row| free[row]));
         groups.into_iter().for_each(|group| out.take(group, true));
@@ -203,6 +208,12 @@ impl Floating {
         }
     }
 
+    /// Adds the windings without leakage, but for those in whose laws `others` stand.
+    pub fn take_windings(&mut self, e: &Csc, row_kind: &[u8], others: &[bool]) {
+        self.windings = laws_without_storage(e, row_kind);
+        self.windings.retain(|law| !others[law.row]);
+    }
+
     fn take(&mut self, group: Vec<usize>, bare: bool) {
         self.bare[group[0]] = bare;
         self.tied.take(group);
@@ -237,7 +248,11 @@ impl Floating {
     pub fn with_sums(&self, matrix: &Csc) -> Vec<(usize, usize, f64)> {
         let copies =
             matrix.iter().flat_map(|(r, c, v)| self.sums_of(r).map(move |sum| (sum, c, v)));
-        matrix.iter().chain(copies).collect()
+        let multiples = matrix.iter().flat_map(|(r, c, v)| {
+            let own = move |law: &Multiples| Some((law.row, c, law.factor(r)? * v));
+            self.windings.iter().filter_map(own)
+        });
+        matrix.iter().chain(copies).chain(multiples).collect()
     }
 
     /// The same for conductances: those that leave a sum leave no rounding of theirs there, but zeros.
@@ -258,7 +273,10 @@ impl Floating {
     pub fn stored(&self, matrix: &Csc) -> Vec<(usize, usize, f64)> {
         let [sums, sizes] = self.sums_and_sizes(matrix);
         let left = sums.iter().zip(sizes.iter());
-        let left = left.filter(|(sum, size)| !self.is_sum(sum.0) || sum.2.abs() > LOST * size.2);
+        let left = left.filter(|(sum, size)| {
+            let summed = self.is_sum(sum.0) || self.windings.iter().any(|law| law.row == sum.0);
+            !summed || sum.2.abs() > LOST * size.2
+        });
         left.map(|(sum, _)| sum).collect()
     }
 
@@ -266,7 +284,11 @@ impl Floating {
     fn sums_and_sizes(&self, matrix: &Csc) -> [Csc; 2] {
         let sizes: Vec<_> = matrix.iter().map(|(r, c, v)| (r, c, v.abs())).collect();
         let sizes = Csc::from_triplets(matrix.nrows, matrix.ncols, &sizes);
-        [matrix, &sizes].map(|m| Csc::from_triplets(m.nrows, m.ncols, &self.with_sums(m)))
+        let absolute = |v: f64| v.abs();
+        [(matrix, (|v| v) as fn(f64) -> f64), (&sizes, absolute)].map(|(m, part)| {
+            let all = self.with_sums(m).into_iter().map(|(r, c, v)| (r, c, part(v)));
+            Csc::from_triplets(m.nrows, m.ncols, &all.collect::<Vec<_>>())
+        })
     }
 
     /// Turns the right-hand side of laws into one with sums.
@@ -274,6 +296,7 @@ impl Floating {
         for group in self.tied.groups.iter().chain(&self.cuts.groups) {
             rhs[group[0]] = group.iter().map(|&row| rhs[row]).sum();
         }
+        self.windings.iter().for_each(|law| law.add_to(rhs));
     }
 }
 

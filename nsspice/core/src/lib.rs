@@ -13,6 +13,7 @@ pub mod sparse;
 pub mod switch;
 pub mod tape;
 pub mod waveform;
+mod windings;
 
 mod dominance;
 mod floating;

@@ -100,7 +100,7 @@ pub struct Equations {
     pub(super) a: Csc,
     pub(super) b: Csc,
     pub(super) d: Csc,
-    /// nodes that only charges tie
+    /// nodes that only charges tie, windings without leakage
     pub(super) floating: Floating,
 }
 
@@ -122,6 +122,9 @@ impl Equations {
         let mut beside = vec![false; n];
         a.iter().for_each(|e| beside[e.0] = true);
         floating.take_cut_sets(e, g, row_kind, [&smooth.f, &smooth.q], &beside);
+        let mut functional = vec![false; n];
+        smooth.f.iter().chain(smooth.q.iter()).for_each(|e| functional[e.0] = true);
+        floating.take_windings(e, row_kind, &functional);
         let a = &Csc::from_triplets(n, m, &floating.with_sums(a));
         let mut terms: Vec<Term> = Vec::new();
         for (matrix, rate) in [(&smooth.f, false), (&smooth.q, true)] {

@@ -1,0 +1,115 @@
+//! Windings without leakage: ratios of voltages in the place of some of their laws.
+//!
+//! The inductances of perfectly coupled windings are a singular matrix: their fluxes are those of fewer
+//! currents.  So multiples of the laws of some windings, added to those of the others, leave nothing
+//! stored there: `v2 - M/L1 v1 = 0`.  In a short step the difference of two fluxes, each rounded and
+//! divided by the length, would be volts in its place, and no leakage limits the current that these
+//! drive: 0.07 Vs in 1e-17 s have a rounding error of 0.8 V.
+
+use crate::floating::LOST;
+use crate::sparse::Csc;
+use crate::union_find::UnionFind;
+
+/// A law to which multiples of others are added, in which nothing is stored then.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Multiples {
+    pub row: usize,
+    others: Vec<(usize, f64)>,
+}
+
+impl Multiples {
+    /// By how much another law is multiplied, if it is added.
+    pub fn factor(&self, other: usize) -> Option<f64> {
+        self.others.iter().find(|term| term.0 == other).map(|term| term.1)
+    }
+
+    /// Adds the multiples to the right-hand side.
+    pub fn add_to(&self, rhs: &mut [f64]) {
+        let sum: f64 = self.others.iter().map(|(other, factor)| factor * rhs[*other]).sum();
+        rhs[self.row] += sum;
+    }
+}
+
+/// The laws of windings that others make free of fluxes, by elimination with the largest inductance left as
+/// the pivot: those of the windings that give no pivot.
+pub fn laws_without_storage(e: &Csc, row_kind: &[u8]) -> Vec<Multiples> {
+    let branch = |row: usize| row_kind[row] != 0;
+    let entries = || e.iter().filter(|&(r, c, v)| branch(r) && branch(c) && v != 0.0);
+    let mut coupled = UnionFind::new(e.nrows);
+    entries().for_each(|(r, c, _)| _ = coupled.join(r, c));
+    let mut groups = vec![Vec::new(); e.nrows];
+    entries().filter(|e| e.0 == e.1).for_each(|(r, _, _)| groups[coupled.root(r)].push(r));
+    let mut laws = Vec::new();
+    for rows in groups.into_iter().filter(|rows| rows.len() > 1) {
+        let count = rows.len();
+        let place = |j: usize| rows.iter().position(|&row| row == j);
+        // what is left of the inductances, and which laws have been added to which
+        let mut left = vec![vec![0.0; count]; count];
+        let mut added = left.clone();
+        for (r, c, v) in entries() {
+            if let (Some(r), Some(c)) = (place(r), place(c)) {
+                left[r][c] += v;
+            }
+        }
+        added.iter_mut().enumerate().for_each(|(k, row)| row[k] = 1.0);
+        let own: Vec<f64> = (0..count).map(|k| left[k][k].abs()).collect();
+        let mut rest: Vec<usize> = (0..count).collect();
+        loop {
+            let size = |k: usize| left[k][k].abs();
+            let counts = (0..rest.len()).filter(|&at| size(rest[at]) > LOST * own[rest[at]]);
+            let most = counts.max_by(|&a, &b| size(rest[a]).total_cmp(&size(rest[b])));
+            let Some(pivot) = most.map(|at| rest.swap_remove(at)) else { break };
+            for &k in &rest {
+                let factor = left[k][pivot] / left[pivot][pivot];
+                for list in [&mut left, &mut added] {
+                    let from = list[pivot].clone();
+                    list[k].iter_mut().zip(&from).for_each(|(v, p)| *v -= factor * p);
+                }
+            }
+        }
+        for k in rest {
+            let others = (0..count).filter(|&j| j != k && added[k][j] != 0.0);
+            laws.push(Multiples {
+                row: rows[k],
+                others: others.map(|j| (rows[j], added[k][j])).collect(),
+            });
+        }
+    }
+    laws
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Inductances of windings 1 to 3 behind node 0, of so many turns on one core, with a leakage beside.
+    fn windings(turns: [f64; 3], leakage: f64) -> Csc {
+        let pairs = (0..3).flat_map(|r| (0..3).map(move |c| (r, c)));
+        let own = |r: usize, c: usize| if r == c { leakage } else { 0.0 };
+        let all = pairs.map(|(r, c)| (r + 1, c + 1, turns[r] * turns[c] + own(r, c)));
+        Csc::from_triplets(4, 4, &all.collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn without_leakage_voltages_are_as_turns() {
+        let laws = laws_without_storage(&windings([0.1, 0.3, 0.2], 0.0), &[0, 1, 1, 1]);
+        let mut voltages = [7.0, 1.0, 3.0, 2.0];
+        assert_eq!(laws.iter().map(|law| law.row).collect::<Vec<_>>().len(), 2);
+        for law in &laws {
+            assert!(
+                law.row != 2
+                    && (law.factor(2).unwrap() + [0.1, 0.0, 0.2][law.row - 1] / 0.3).abs() < 1e-15
+            );
+            law.add_to(&mut voltages);
+            assert!(voltages[law.row].abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn with_leakage_each_winding_has_a_flux() {
+        assert_eq!(laws_without_storage(&windings([1.0, 3.0, 2.0], 1e-9), &[0, 1, 1, 1]), []);
+        // capacitors between nodes are no windings
+        let capacitor = [(0, 0, 1.0), (0, 1, -1.0), (1, 0, -1.0), (1, 1, 1.0)];
+        assert_eq!(laws_without_storage(&Csc::from_triplets(2, 2, &capacitor), &[0, 0]), []);
+    }
+}
