@@ -344,9 +344,30 @@ R2 o n 7.206
 .tran 1.979u 197.86u uic
 .end
 """
+#: at rest all diodes block, and the potential of the three bridges is open but for rounding
+INVERTER_AT_REST = """three-phase inverter at rest
+Vin vi 0 12
+Rin vi a 14.4m
+"""
+for _leg, (_high, _low) in enumerate([(0.0, 2.194), (1.462, 3.656), (2.925, 0.7312)]):
+    INVERTER_AT_REST += f"""Vg{_leg} g{_leg} 0 PULSE(0 1 {_high}u 44n 44n 1.974u 4.387u)
+Vh{_leg} h{_leg} 0 PULSE(0 1 {_low}u 44n 44n 1.974u 4.387u)
+Sh{_leg} a p{_leg} g{_leg} 0 sw
+Sl{_leg} p{_leg} 0 h{_leg} 0 sw
+Dh{_leg} p{_leg} a ds
+Dl{_leg} 0 p{_leg} ds
+Rl{_leg} p{_leg} u{_leg} 1.46
+Ll{_leg} u{_leg} star 45u
+"""
+INVERTER_AT_REST += """.model ds D(IS=5.5e-13 N=1.46 RS=17m TT=1.14n)
+.model sw SW(VT=0.5)
+.tran 0.22u 44u uic
+.end
+"""
 SMOOTH = [
     IMPULSE_BESIDE_DIFFUSION,
     IMPULSE_IN_INVERTER,
+    INVERTER_AT_REST,
     INVERTER_BEHIND_LEAKAGE,
     RECTIFIER_FROM_REST,
     PUMP_FROM_REST,

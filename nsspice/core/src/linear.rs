@@ -133,6 +133,14 @@ impl Factor {
         }
     }
 
+    /// `x := A^-T x`, as `solve`.
+    pub fn solve_transposed(&self, x: &mut [f64], work: &mut [f64]) -> Result<(), Singular> {
+        match self {
+            Factor::Dense(f) => f.solve_transposed(x),
+            Factor::Sparse(f) => f.solve_transposed(x, work),
+        }
+    }
+
     /// A copy for many scaled solves, if the factors are sparse and regular; see `Packed::new`.
     pub fn packed(
         &self,
@@ -142,6 +150,47 @@ impl Factor {
         match self {
             Factor::Sparse(f) if f.singular().is_none() => Some(Packed::new(f, row, column)),
             _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `b' (A^-1 c) = (A^-T b)' c`, dense and sparse, also where a column is held.
+    #[test]
+    fn transposed_solves_match_solves() {
+        for n in [3, 9, DENSE_LIMIT + 20] {
+            let mut state = 1u64;
+            let mut number = || {
+                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                (state >> 33) as f64 / (1u64 << 31) as f64 - 0.5
+            };
+            let near = |r: usize, c: usize| r == c || (r * 7 + c * 3) % n < 3;
+            let places = (0..n).flat_map(|r| (0..n).map(move |c| (r, c)));
+            let mut entries: Vec<_> =
+                places.filter(|&(r, c)| near(r, c)).map(|(r, c)| (r, c, number())).collect();
+            for held in [false, true] {
+                if held {
+                    entries.iter_mut().filter(|e| e.1 == 1).for_each(|e| e.2 = 0.0);
+                }
+                let a = Csc::from_triplets(n, n, &entries);
+                let mut factor = Factor::new(&a, &Arc::new(ordering(&a, 0)));
+                if held {
+                    factor.set_hold(1e-3);
+                    factor.factor(&a);
+                    assert_eq!(factor.held(), [1]);
+                }
+                let (b, c): (Vec<f64>, Vec<f64>) = (0..n).map(|_| (number(), number())).unzip();
+                let (mut x, mut y, mut work) = (c.clone(), b.clone(), vec![0.0; n]);
+                factor.solve(&mut x, &mut work).unwrap();
+                factor.solve_transposed(&mut y, &mut work).unwrap();
+                let product =
+                    |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+                let [one, two] = [product(&b, &x), product(&y, &c)];
+                assert!((one - two).abs() < 1e-9 * (one.abs() + 1.0), "{n} {held} {one} {two}");
+            }
         }
     }
 }

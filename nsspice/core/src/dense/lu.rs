@@ -272,6 +272,25 @@ impl DenseLu {
         Ok(())
     }
 
+    /// `x := A^-T x`; leaves `x` alone if the matrix is singular.
+    pub fn solve_transposed(&self, x: &mut [f64]) -> Result<(), Singular> {
+        self.singular().map_or(Ok(()), Err)?;
+        let n = self.n;
+        for &(k, other) in &self.put_off {
+            x.swap(k, other);
+        }
+        for k in 0..n {
+            let above = self.lu[k * n..k * n + k].iter().zip(&*x);
+            x[k] = self.inverse[k] * above.fold(x[k], |rest, (u, x)| rest - u * x);
+        }
+        for k in (0..n).rev() {
+            let below = self.lu[k * n + k + 1..(k + 1) * n].iter().zip(&x[k + 1..]);
+            x[k] = below.fold(x[k], |rest, (l, x)| rest - l * x);
+            x.swap(k, self.swap[k]);
+        }
+        Ok(())
+    }
+
     /// As `substitute_any`, with loops of known length.
     fn substitute<const N: usize>(&self, x: &mut [f64]) {
         let (columns, inverse) = (&self.lu.as_chunks::<N>().0[..N], &self.inverse[..N]);

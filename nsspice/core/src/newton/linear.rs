@@ -173,6 +173,30 @@ impl Assembly {
         factor.map_or_else(Vec::new, Factor::held)
     }
 
+    /// The combination of the rows that vanishes but for what holds column `c`, into `y`.
+    pub fn contradiction(
+        &self,
+        n: usize,
+        active: &[bool],
+        c: usize,
+        y: &mut [f64],
+        work: &mut [f64],
+    ) {
+        y.fill(0.0);
+        y[c] = 1.0;
+        let solved = self.factor.as_ref().map(|f| f.solve_transposed(y, work));
+        if !matches!(solved, Some(Ok(()))) {
+            y.fill(f64::NAN);
+        }
+        let rows = &self.row_scale;
+        for (v, s) in y[..n].iter_mut().zip(rows) {
+            *v *= s;
+        }
+        for ((v, s), &on) in y[n..].iter_mut().zip(&rows[n..]).zip(active) {
+            *v = if on { *v * s } else { *v / s };
+        }
+    }
+
     /// `out += factor J_c` with a column of the Jacobian of all pairs.
     pub fn add_column(&self, c: usize, factor: f64, out: &mut [f64]) {
         for at in self.jacobian.colptr[c]..self.jacobian.colptr[c + 1] {

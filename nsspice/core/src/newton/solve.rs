@@ -31,6 +31,9 @@ const RATES: usize = 12;
 const ITERATIONS: usize = 40;
 /// The same where others may be found more easily.
 const BRIEF: usize = 10;
+/// From a good start, so many times as long while the worst defect falls to this part each time.
+const PATIENCE: usize = 3;
+const FALLS: f64 = 0.5;
 
 /// A point that solves the equations.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,6 +126,7 @@ impl Newton {
                 seen: Vec::new(),
                 iterations: 0,
                 stage: 1,
+                falling: (0, 0.0),
                 begin: zeros.clone(),
                 leave: vec![(1.0, 0); size],
                 given: zeros.clone(),
@@ -360,7 +364,8 @@ impl Newton {
         s.bounded = true;
         s.reach.0 = 0; // no scaling has this number
         self.turns.forget();
-        for round in 0..=limit {
+        let most = if limit > BRIEF { PATIENCE * limit } else { limit };
+        for round in 0..=most {
             self.evaluate_at_x(how, pull);
             how = Linearisation::Careful;
             if round == 0 && pull.is_none() && self.needs_a_step() {
@@ -424,7 +429,8 @@ impl Newton {
                     break; // rounding: no better than before
                 }
             }
-            if round == limit {
+            if round + 1 >= limit && (round == most || !self.falls(found.worst_row, round >= limit))
+            {
                 break;
             }
             // Newton's method squares the residual; with the Jacobian of the last step it falls by
@@ -476,6 +482,15 @@ impl Newton {
         let (size, s) = (self.eq.size(), &mut self.state);
         s.given.copy_from_slice(&s.balance.terms[..size]);
         true
+    }
+
+    /// Whether the defect of the worst row goes on falling: a junction that was driven far gives way by one
+    /// thermal voltage at a time.  Not `asked`, it is only kept.
+    #[cold]
+    fn falls(&mut self, row: usize, asked: bool) -> bool {
+        let s = &mut self.state;
+        let before = std::mem::replace(&mut s.falling, (row, s.balance.defect[row].abs()));
+        !asked || before.0 == row && s.falling.1 <= FALLS * before.1
     }
 
     /// Goes back to the guess if the first step, with a Jacobian of old, has led away; true if so.  What hangs

@@ -41,6 +41,8 @@ pub(super) struct State {
     pub seen: Vec<u64>,
     pub iterations: u32,
     pub stage: u8,
+    /// the worst row, and its defect, of a round that may be the last
+    pub falling: (usize, f64),
     /// where the iteration began
     pub begin: Vec<f64>,
     /// how far each unknown may go beyond the reach of all, and how often it was stopped there
@@ -149,6 +151,9 @@ impl State {
                 continue;
             }
             self.take_defects(eq);
+            if assembly.open() {
+                self.settle_contradictions(n, assembly);
+            }
             assembly.solve(n, &self.active, &mut self.step, &mut self.work);
             if self.step.iter().all(|v| v.is_finite()) {
                 self.stop_what_goes_round(eq, assembly);

@@ -144,6 +144,26 @@ impl SparseLu {
         Ok(())
     }
 
+    /// `x := A^-T x`, as `solve`.
+    pub fn solve_transposed(&self, x: &mut [f64], work: &mut [f64]) -> Result<(), Singular> {
+        self.singular().map_or(Ok(()), Err)?;
+        let n = self.size();
+        let (x, y) = (&mut x[..n], &mut work[..n]);
+        for ((&c, y), inverse) in self.ordering.order.iter().zip(&mut *y).zip(&self.inverse) {
+            *y = x[c as usize] * inverse;
+        }
+        for e in &self.upper.entries {
+            y[e.column as usize] -= e.value * y[e.row as usize];
+        }
+        for e in self.lower.entries.iter().rev() {
+            y[e.column as usize] -= e.value * y[e.row as usize];
+        }
+        for (y, &r) in y.iter().zip(&self.row) {
+            x[r as usize] = *y;
+        }
+        Ok(())
+    }
+
     /// Sets `pivot_ratio` after all columns are known; in several lanes, because a partial
     /// refactorisation may take less time than one comparison after the other.
     pub(super) fn rate(&mut self) {
