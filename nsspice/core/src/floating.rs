@@ -282,13 +282,9 @@ impl Floating {
 
     /// A matrix with sums, and the sums of the sizes of the same entries.
     fn sums_and_sizes(&self, matrix: &Csc) -> [Csc; 2] {
-        let sizes: Vec<_> = matrix.iter().map(|(r, c, v)| (r, c, v.abs())).collect();
-        let sizes = Csc::from_triplets(matrix.nrows, matrix.ncols, &sizes);
-        let absolute = |v: f64| v.abs();
-        [(matrix, (|v| v) as fn(f64) -> f64), (&sizes, absolute)].map(|(m, part)| {
-            let all = self.with_sums(m).into_iter().map(|(r, c, v)| (r, c, part(v)));
-            Csc::from_triplets(m.nrows, m.ncols, &all.collect::<Vec<_>>())
-        })
+        let terms = self.with_sums(matrix);
+        let sizes: Vec<_> = terms.iter().map(|&(r, c, v)| (r, c, v.abs())).collect();
+        [terms, sizes].map(|all| Csc::from_triplets(matrix.nrows, matrix.ncols, &all))
     }
 
     /// Turns the right-hand side of laws into one with sums.

@@ -13,7 +13,6 @@ pub mod sparse;
 pub mod switch;
 pub mod tape;
 pub mod waveform;
-mod windings;
 
 mod dominance;
 mod floating;
@@ -21,3 +20,4 @@ mod format;
 mod python;
 mod sides;
 mod union_find;
+mod windings;

@@ -157,20 +157,17 @@ impl Factor {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sparse::examples::Rng;
 
     /// `b' (A^-1 c) = (A^-T b)' c`, dense and sparse, also where a column is held.
     #[test]
     fn transposed_solves_match_solves() {
         for n in [3, 9, DENSE_LIMIT + 20] {
-            let mut state = 1u64;
-            let mut number = || {
-                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-                (state >> 33) as f64 / (1u64 << 31) as f64 - 0.5
-            };
+            let mut rng = Rng(1);
             let near = |r: usize, c: usize| r == c || (r * 7 + c * 3) % n < 3;
             let places = (0..n).flat_map(|r| (0..n).map(move |c| (r, c)));
             let mut entries: Vec<_> =
-                places.filter(|&(r, c)| near(r, c)).map(|(r, c)| (r, c, number())).collect();
+                places.filter(|&(r, c)| near(r, c)).map(|(r, c)| (r, c, rng.signed())).collect();
             for held in [false, true] {
                 if held {
                     entries.iter_mut().filter(|e| e.1 == 1).for_each(|e| e.2 = 0.0);
@@ -182,7 +179,7 @@ mod tests {
                     factor.factor(&a);
                     assert_eq!(factor.held(), [1]);
                 }
-                let (b, c): (Vec<f64>, Vec<f64>) = (0..n).map(|_| (number(), number())).unzip();
+                let [b, c] = [(); 2].map(|()| rng.vector(n));
                 let (mut x, mut y, mut work) = (c.clone(), b.clone(), vec![0.0; n]);
                 factor.solve(&mut x, &mut work).unwrap();
                 factor.solve_transposed(&mut y, &mut work).unwrap();

@@ -43,10 +43,7 @@ impl Newton {
     pub(super) fn advance_again(&mut self) -> bool {
         let Newton { eq, assemblies, present, state: s, .. } = self;
         s.iterations += 1;
-        s.take_defects(eq);
-        if assemblies[*present].open() {
-            s.settle_contradictions(eq.n, &assemblies[*present]);
-        }
+        s.take_defects(eq, &assemblies[*present]);
         assemblies[*present].solve(eq.n, &s.active, &mut s.step, &mut s.work);
         s.x.iter_mut().zip(&s.step).for_each(|(x, d)| *x += d);
         true

@@ -16,7 +16,7 @@ impl State {
     /// Takes what contradicts by rounding out of the right-hand side in `step`, in the law with the largest
     /// terms, where the Jacobian factored last holds something.
     #[cold]
-    pub fn settle_contradictions(&mut self, n: usize, assembly: &Assembly) {
+    pub(super) fn settle_contradictions(&mut self, n: usize, assembly: &Assembly) {
         let mut combinations: Vec<Vec<f64>> = Vec::new();
         for c in assembly.held() {
             let mut y = vec![0.0; self.x.len()];

@@ -188,11 +188,16 @@ impl Assembly {
         if !matches!(solved, Some(Ok(()))) {
             y.fill(f64::NAN);
         }
+        self.scale_rows(n, active, y);
+    }
+
+    /// Multiplies rows by their scales; those of pairs that block are divided.
+    fn scale_rows(&self, n: usize, active: &[bool], x: &mut [f64]) {
         let rows = &self.row_scale;
-        for (v, s) in y[..n].iter_mut().zip(rows) {
+        for (v, s) in x[..n].iter_mut().zip(rows) {
             *v *= s;
         }
-        for ((v, s), &on) in y[n..].iter_mut().zip(&rows[n..]).zip(active) {
+        for ((v, s), &on) in x[n..].iter_mut().zip(&rows[n..]).zip(active) {
             *v = if on { *v * s } else { *v / s };
         }
     }
@@ -362,18 +367,12 @@ impl Assembly {
         if let (Some(direct), true) = (&self.direct, self.directly) {
             return direct.solve(active, x, work);
         }
-        let (rows, columns) = (&self.row_scale, &self.scale);
-        for (v, s) in x[..n].iter_mut().zip(rows) {
-            *v *= s;
-        }
-        for ((v, s), &on) in x[n..].iter_mut().zip(&rows[n..]).zip(active) {
-            *v = if on { *v * s } else { *v / s };
-        }
+        self.scale_rows(n, active, x);
         let solved = self.factor.as_ref().map(|f| f.solve(x, work));
         if !matches!(solved, Some(Ok(()))) {
             x.fill(f64::NAN);
         }
-        for (v, s) in x.iter_mut().zip(columns) {
+        for (v, s) in x.iter_mut().zip(&self.scale) {
             *v *= s;
         }
     }

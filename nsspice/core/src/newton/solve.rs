@@ -126,7 +126,6 @@ impl Newton {
                 seen: Vec::new(),
                 iterations: 0,
                 stage: 1,
-                falling: (0, 0.0),
                 begin: zeros.clone(),
                 leave: vec![(1.0, 0); size],
                 given: zeros.clone(),
@@ -365,6 +364,7 @@ impl Newton {
         s.reach.0 = 0; // no scaling has this number
         self.turns.forget();
         let most = if limit > BRIEF { PATIENCE * limit } else { limit };
+        let mut last = (0, 0.0); // the worst row and its defect
         for round in 0..=most {
             self.evaluate_at_x(how, pull);
             how = Linearisation::Careful;
@@ -429,9 +429,15 @@ impl Newton {
                     break; // rounding: no better than before
                 }
             }
-            if round + 1 >= limit && (round == most || !self.falls(found.worst_row, round >= limit))
-            {
-                break;
+            // a junction that was driven far gives way by one thermal voltage at a time
+            if round + 1 >= limit {
+                let row = found.worst_row;
+                let defect = self.state.balance.defect[row].abs();
+                let falls = row == last.0 && defect <= FALLS * last.1;
+                last = (row, defect);
+                if round == most || round >= limit && !falls {
+                    break;
+                }
             }
             // Newton's method squares the residual; with the Jacobian of the last step it falls by
             // the last quotient once more, or twice that: where that is enough it is kept
@@ -482,15 +488,6 @@ impl Newton {
         let (size, s) = (self.eq.size(), &mut self.state);
         s.given.copy_from_slice(&s.balance.terms[..size]);
         true
-    }
-
-    /// Whether the defect of the worst row goes on falling: a junction that was driven far gives way by one
-    /// thermal voltage at a time.  Not `asked`, it is only kept.
-    #[cold]
-    fn falls(&mut self, row: usize, asked: bool) -> bool {
-        let s = &mut self.state;
-        let before = std::mem::replace(&mut s.falling, (row, s.balance.defect[row].abs()));
-        !asked || before.0 == row && s.falling.1 <= FALLS * before.1
     }
 
     /// Goes back to the guess if the first step, with a Jacobian of old, has led away; true if so.  What hangs

@@ -41,8 +41,6 @@ pub(super) struct State {
     pub seen: Vec<u64>,
     pub iterations: u32,
     pub stage: u8,
-    /// the worst row, and its defect, of a round that may be the last
-    pub falling: (usize, f64),
     /// where the iteration began
     pub begin: Vec<f64>,
     /// how far each unknown may go beyond the reach of all, and how often it was stopped there
@@ -124,11 +122,14 @@ impl State {
         }
     }
 
-    /// What the present mode asks for, into `step`.
-    pub fn take_defects(&mut self, eq: &Equations) {
+    /// What the present mode asks for, into `step`, but for contradictions by rounding.
+    pub fn take_defects(&mut self, eq: &Equations, assembly: &Assembly) {
         self.step.copy_from_slice(&self.balance.defect[..eq.size()]);
         for (i, _) in self.active.iter().enumerate().filter(|(_, &a)| !a) {
             self.step[eq.n + i] = -self.x[eq.n + i];
+        }
+        if assembly.open() {
+            self.settle_contradictions(eq.n, assembly);
         }
     }
 
@@ -150,10 +151,7 @@ impl State {
             if !factored {
                 continue;
             }
-            self.take_defects(eq);
-            if assembly.open() {
-                self.settle_contradictions(n, assembly);
-            }
+            self.take_defects(eq, assembly);
             assembly.solve(n, &self.active, &mut self.step, &mut self.work);
             if self.step.iter().all(|v| v.is_finite()) {
                 self.stop_what_goes_round(eq, assembly);
