@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from switched_bridge import BRIDGE
 
 import nsspice
 
@@ -65,19 +66,14 @@ FROM_REST = (
 .tran 1.805u 180.54u uic
 """,
 )
-FULL_BRIDGE = """full bridge with leakage, junctions that store nothing but diffusion charges
+FULL_BRIDGE = (
+    """full bridge with leakage, junctions that store nothing but diffusion charges
 Vin a 0 24
 Vg g 0 PULSE(0 1 0 0 0 14.4901u 30.8301u)
 Vh h 0 PULSE(0 1 15.415u 0 0 14.4901u 30.8301u)
-S1 a p g 0 sw
-S2 p 0 h 0 sw
-D1 0 p ds
-D2 p a ds
-S3 a q h 0 sw
-S4 q 0 g 0 sw
-D3 0 q ds
-D4 q a ds
-Rp p p3 47.3m
+"""
+    + BRIDGE
+    + """Rp p p3 47.3m
 L1 p3 q 8.262m
 L2 s 0 27.91m
 L3 0 t 27.91m
@@ -94,6 +90,7 @@ R1 o 0 7.585
 .model sw SW(VT=0.5 RON=17.8m ROFF=22.2meg)
 .tran 1.542u 308.3u uic
 """
+)
 
 
 def _missed(

@@ -10,24 +10,20 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from switched_bridge import BRIDGE
 
 import nsspice
 
 #: dead times in which the bridge floats on the leakage of its diodes
-DOUBLER = """current doubler behind a full bridge
+DOUBLER = (
+    """current doubler behind a full bridge
 Vin vi 0 12
 Rin vi a 1.38m
 Vg g 0 PULSE(0 1 0 0 0 1.969u 5.199u)
 Vh h 0 PULSE(0 1 2.5995u 0 0 1.969u 5.199u)
-S1 a p g 0 sw
-S2 p 0 h 0 sw
-S3 a q h 0 sw
-S4 q 0 g 0 sw
-D1 0 p ds
-D2 p a ds
-D3 0 q ds
-D4 q a ds
-L1 p q 2.7m
+"""
+    + BRIDGE
+    + """L1 p q 2.7m
 L2 s t 10.8m
 K1 L1 L2 1
 D5 0 s ds
@@ -41,21 +37,17 @@ R1 o 0 651
 .model sw SW(VT=0.5 RON=6.4m ROFF=27meg)
 .tran 0.52u 52u uic
 """
+)
 
-CENTRE_TAP = """full bridge, rectifier with a centre tap
+CENTRE_TAP = (
+    """full bridge, rectifier with a centre tap
 Vin vi 0 12
 Rin vi a 1.6m
 Vg g 0 PULSE(0 1 0 38n 38n 17.99u 38.27u)
 Vh h 0 PULSE(0 1 19.13u 38n 38n 17.99u 38.27u)
-S1 a p g 0 sw
-S2 p 0 h 0 sw
-D1 0 p ds
-D2 p a ds
-S3 a q h 0 sw
-S4 q 0 g 0 sw
-D3 0 q ds
-D4 q a ds
-Rp p p3 0.59
+"""
+    + BRIDGE
+    + """Rp p p3 0.59
 L1 p3 q 67m
 L2 s 0 16.75m
 L3 0 t 16.75m
@@ -71,6 +63,7 @@ R1 o 0 30
 .model sw SW(VT=0.5 RON=7.7m ROFF=87meg)
 .tran 1.91u 382u uic
 """
+)
 
 #: a deck, its primary, each secondary with the ratio of its turns, and what is stored for long
 CASES = {
