@@ -44,6 +44,10 @@ pub struct Balance {
     pub steps: u64,
 }
 
+/// How much more a step may move than all before it have moved and stored to count in full: what one
+/// stage beyond all bounds turns over is no measure of the run.
+const LEAP: f64 = 1e3;
+
 /// A step with several points.
 pub struct Points<'a> {
     /// its length [s]
@@ -93,7 +97,7 @@ pub struct Sums {
     delivered: f64,
     dissipated: f64,
     scheme: f64,
-    /// all of it without signs
+    /// all of it without signs, of a leap as much as counts
     moved: f64,
     /// largest stored energy, as the sums tell it
     peak: f64,
@@ -219,20 +223,27 @@ impl Sums {
         self.resisted.at(|k| z[k]) + self.a.between(z, |j| l[j])
     }
 
+    /// Takes what steps have moved that end at `z`.
     #[inline]
-    fn add(&mut self, [delivered, dissipated, scheme]: [f64; 3], moved: f64, steps: u64) {
+    fn add(&mut self, parts: [f64; 3], moved: f64, steps: u64, z: &[f64]) {
+        let known = self.moved + self.peak;
+        self.sum(parts, steps);
+        if moved <= LEAP * known {
+            self.moved += moved;
+            self.peak = self.peak.max(self.expected().abs());
+        } else {
+            let energy = self.energy(z).abs();
+            self.moved += moved.min(LEAP * (known + energy));
+            self.peak = self.peak.max(energy);
+        }
+    }
+
+    #[inline]
+    fn sum(&mut self, [delivered, dissipated, scheme]: [f64; 3], steps: u64) {
         self.delivered += delivered;
         self.dissipated += dissipated;
         self.scheme += scheme;
-        self.moved += moved;
-        self.peak = self.peak.max(self.expected().abs());
         self.steps += steps;
-    }
-
-    /// The same of one step.
-    fn add_one(&mut self, delivered: f64, dissipated: f64, scheme: f64) {
-        let moved = delivered.abs() + dissipated.abs() + scheme.abs();
-        self.add([delivered, dissipated, scheme], moved, 1);
     }
 
     /// Stored energy as the sums tell it.
@@ -278,7 +289,8 @@ impl Sums {
         let delivered = h * self.s.between(z, |k| u[k]);
         self.time += h;
         self.points += 1;
-        self.add_one(delivered, dissipated, scheme);
+        let parts = [delivered, dissipated, scheme];
+        self.add(parts, parts.iter().map(|part| part.abs()).sum(), 1, z);
     }
 
     /// Adds the steps that wait.
@@ -317,7 +329,7 @@ impl Sums {
         }
         self.time += time;
         self.points += lanes.count as u64;
-        self.add([delivered, dissipated, scheme], moved, lanes.count as u64);
+        self.add([delivered, dissipated, scheme], moved, lanes.count as u64, lanes.last()[0]);
         lanes.count = 0;
         self.lanes = Some(lanes);
     }
@@ -345,8 +357,9 @@ impl Sums {
         let scheme = 0.5 * self.stored.products(all.rate, all.taken);
         self.points += count as u64;
         let h = all.length;
-        self.add_one(h * delivered, h * dissipated, h * h * scheme);
+        let parts = [h * delivered, h * dissipated, h * h * scheme];
         if let Some(last) = all.z.last() {
+            self.add(parts, parts.iter().map(|part| part.abs()).sum(), 1, last);
             self.look(last, all.l.get((count - 1) * m..).unwrap_or(&[]));
             self.go_on_from(last);
         }
@@ -387,7 +400,9 @@ impl Sums {
     pub fn motion(&mut self, length: f64, [dissipated, delivered]: [f64; 2]) {
         self.time += length;
         self.points += 1;
-        self.add_one(delivered, dissipated, 0.0);
+        self.sum([delivered, dissipated, 0.0], 1);
+        self.moved += delivered.abs() + dissipated.abs();
+        self.peak = self.peak.max(self.expected().abs());
     }
 
     /// Takes integrals of the rates of what is stored, unknowns, multipliers and sources over a motion:
@@ -464,128 +479,4 @@ impl Sums {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// So many capacitors of 1 F with 1 Ohm each, implicit steps of 10 ms; the first one gains energy
-    /// of nowhere before the step `wrong`.
-    fn drift(count: usize, wrong: Option<usize>, conductance: f64) -> Balance {
-        let diagonal = |v: f64| {
-            let entries: Vec<_> = (0..count).map(|k| (k, k, v)).collect();
-            Csc::from_triplets(count, count, &entries)
-        };
-        let linear = Linear {
-            e: diagonal(1.0),
-            g: diagonal(1.0),
-            a: Csc::zeros(count, 0),
-            b: Csc::zeros(0, count),
-            d: Csc::zeros(0, 0),
-            q: Vec::new(),
-            s: Csc::zeros(count, 0),
-            row_kind: vec![0; count],
-        };
-        let mut sums = Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!());
-        let none = &[][..];
-        let mut z = vec![1.0; count];
-        for step in 0..100 {
-            if wrong == Some(step) {
-                z[0] *= 1.0 + 1e-6;
-            }
-            let next: Vec<f64> = z.iter().map(|z| z / (1.0 + 0.01 * conductance)).collect();
-            sums.step(0.01, [&z, &next], none, [none, none], [none, none], false);
-            z = next;
-        }
-        sums.balance(&z)
-    }
-
-    #[test]
-    fn energy_from_nowhere_is_noticed_in_any_step() {
-        for count in [1, 200] {
-            let right = drift(count, None, 1.0);
-            assert!(right.drift < 1e-14, "{right:?}");
-            // 1 J / 2 per capacitor, of which (1 + h)^-200 is left
-            let stored = 0.5 * count as f64 * (1.01f64.powi(-200) - 1.0);
-            assert!((right.stored - stored).abs() < 1e-12 * count as f64);
-            assert!((right.dissipated + right.scheme + stored).abs() < 1e-12 * count as f64);
-            assert_eq!(right.steps, 100);
-            // of all that one capacitor of 200 held
-            for step in [1, 17, 60] {
-                assert!(drift(count, Some(step), 1.0).drift > 1e-7 / (count as f64 * 3.0));
-            }
-            assert!(drift(count, None, 1.0 + 1e-6).drift > TOLERANCE);
-        }
-    }
-
-    /// A discharge in motions of which the heat is known, with a jump in the middle.
-    fn by_motions(wrong: Option<usize>, reported: bool) -> Balance {
-        let one = Csc::from_triplets(1, 1, &[(0, 0, 1.0)]);
-        let linear = Linear {
-            e: one.clone(),
-            g: one,
-            a: Csc::zeros(1, 0),
-            b: Csc::zeros(0, 1),
-            d: Csc::zeros(0, 0),
-            q: Vec::new(),
-            s: Csc::zeros(1, 0),
-            row_kind: vec![0],
-        };
-        let mut sums = Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!());
-        let mut z = 1.0f64;
-        sums.start(&[z]);
-        for k in 0..100 {
-            if wrong == Some(k) {
-                z *= 1.0 + 1e-6;
-            }
-            if k == 50 {
-                if reported {
-                    sums.jump(&[z], &[0.5 * z]);
-                }
-                z *= 0.5;
-            }
-            let next = z * (-0.01f64).exp();
-            sums.motion(0.01, [0.5 * (z * z - next * next), 0.0]);
-            z = next;
-        }
-        sums.balance(&[z])
-    }
-
-    #[test]
-    fn states_that_change_between_motions_are_noticed() {
-        let right = by_motions(None, true);
-        assert!(right.drift < 1e-14, "{right:?}");
-        assert_eq!(right.steps, 100);
-        for k in [1, 17, 60] {
-            assert!(by_motions(Some(k), true).drift > TOLERANCE);
-        }
-        assert!(by_motions(None, false).drift > 0.1);
-    }
-
-    #[test]
-    fn powers_as_forms_are_those_of_points() {
-        // a resistor between two nodes, a diode, a source
-        let linear = Linear {
-            e: Csc::from_triplets(2, 2, &[(0, 0, 1.0)]),
-            g: Csc::from_triplets(2, 2, &[(0, 0, 2.0), (0, 1, -2.0), (1, 0, -2.0), (1, 1, 5.0)]),
-            a: Csc::from_triplets(2, 1, &[(0, 0, 1.0), (1, 0, -1.0)]),
-            b: Csc::zeros(1, 2),
-            d: Csc::zeros(1, 1),
-            q: vec![0.0],
-            s: Csc::from_triplets(2, 1, &[(1, 0, 3.0)]),
-            row_kind: vec![0; 2],
-        };
-        let sums = Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!());
-        let rows = |cols: usize, data: &[f64]| Matrix { rows: 2, cols, data: data.to_vec() };
-        let (z, l, u) =
-            (rows(2, &[1.0, 2.0, -1.0, 0.5]), rows(1, &[0.3, -2.0]), rows(1, &[4.0, 1.0]));
-        let [lost, given] = sums.powers(&z, &l, &u);
-        let y = [0.7, -1.3];
-        let at = |m: &Matrix, k: usize| y[0] * m[(0, k)] + y[1] * m[(1, k)];
-        let (a, b, current, source) = (at(&z, 0), at(&z, 1), at(&l, 0), at(&u, 0));
-        let form = |q: &Matrix| {
-            (0..2).map(|i| (0..2).map(|j| y[i] * q[(i, j)] * y[j]).sum::<f64>()).sum::<f64>()
-        };
-        let expected = 2.0 * (a - b).powi(2) + 3.0 * b * b + current * (a - b);
-        assert!((form(&lost) - expected).abs() < 1e-13);
-        assert!((form(&given) - 3.0 * b * source).abs() < 1e-13);
-    }
-}
+mod tests;

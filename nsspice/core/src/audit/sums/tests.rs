@@ -1,0 +1,167 @@
+use super::*;
+
+/// So many capacitors of 1 F with 1 Ohm each, implicit steps of 10 ms; the first one gains energy
+/// of nowhere before the step `wrong`.
+fn drift(count: usize, wrong: Option<usize>, conductance: f64) -> Balance {
+    let diagonal = |v: f64| {
+        let entries: Vec<_> = (0..count).map(|k| (k, k, v)).collect();
+        Csc::from_triplets(count, count, &entries)
+    };
+    let linear = Linear {
+        e: diagonal(1.0),
+        g: diagonal(1.0),
+        a: Csc::zeros(count, 0),
+        b: Csc::zeros(0, count),
+        d: Csc::zeros(0, 0),
+        q: Vec::new(),
+        s: Csc::zeros(count, 0),
+        row_kind: vec![0; count],
+    };
+    let mut sums = Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!());
+    let none = &[][..];
+    let mut z = vec![1.0; count];
+    for step in 0..100 {
+        if wrong == Some(step) {
+            z[0] *= 1.0 + 1e-6;
+        }
+        let next: Vec<f64> = z.iter().map(|z| z / (1.0 + 0.01 * conductance)).collect();
+        sums.step(0.01, [&z, &next], none, [none, none], [none, none], false);
+        z = next;
+    }
+    sums.balance(&z)
+}
+
+#[test]
+fn energy_from_nowhere_is_noticed_in_any_step() {
+    for count in [1, 200] {
+        let right = drift(count, None, 1.0);
+        assert!(right.drift < 1e-14, "{right:?}");
+        // 1 J / 2 per capacitor, of which (1 + h)^-200 is left
+        let stored = 0.5 * count as f64 * (1.01f64.powi(-200) - 1.0);
+        assert!((right.stored - stored).abs() < 1e-12 * count as f64);
+        assert!((right.dissipated + right.scheme + stored).abs() < 1e-12 * count as f64);
+        assert_eq!(right.steps, 100);
+        // of all that one capacitor of 200 held
+        for step in [1, 17, 60] {
+            assert!(drift(count, Some(step), 1.0).drift > 1e-7 / (count as f64 * 3.0));
+        }
+        assert!(drift(count, None, 1.0 + 1e-6).drift > TOLERANCE);
+    }
+}
+
+/// A discharge in motions of which the heat is known, with a jump in the middle.
+fn by_motions(wrong: Option<usize>, reported: bool) -> Balance {
+    let one = Csc::from_triplets(1, 1, &[(0, 0, 1.0)]);
+    let linear = Linear {
+        e: one.clone(),
+        g: one,
+        a: Csc::zeros(1, 0),
+        b: Csc::zeros(0, 1),
+        d: Csc::zeros(0, 0),
+        q: Vec::new(),
+        s: Csc::zeros(1, 0),
+        row_kind: vec![0],
+    };
+    let mut sums = Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!());
+    let mut z = 1.0f64;
+    sums.start(&[z]);
+    for k in 0..100 {
+        if wrong == Some(k) {
+            z *= 1.0 + 1e-6;
+        }
+        if k == 50 {
+            if reported {
+                sums.jump(&[z], &[0.5 * z]);
+            }
+            z *= 0.5;
+        }
+        let next = z * (-0.01f64).exp();
+        sums.motion(0.01, [0.5 * (z * z - next * next), 0.0]);
+        z = next;
+    }
+    sums.balance(&[z])
+}
+
+#[test]
+fn states_that_change_between_motions_are_noticed() {
+    let right = by_motions(None, true);
+    assert!(right.drift < 1e-14, "{right:?}");
+    assert_eq!(right.steps, 100);
+    for k in [1, 17, 60] {
+        assert!(by_motions(Some(k), true).drift > TOLERANCE);
+    }
+    assert!(by_motions(None, false).drift > 0.1);
+}
+
+#[test]
+fn powers_as_forms_are_those_of_points() {
+    // a resistor between two nodes, a diode, a source
+    let linear = Linear {
+        e: Csc::from_triplets(2, 2, &[(0, 0, 1.0)]),
+        g: Csc::from_triplets(2, 2, &[(0, 0, 2.0), (0, 1, -2.0), (1, 0, -2.0), (1, 1, 5.0)]),
+        a: Csc::from_triplets(2, 1, &[(0, 0, 1.0), (1, 0, -1.0)]),
+        b: Csc::zeros(1, 2),
+        d: Csc::zeros(1, 1),
+        q: vec![0.0],
+        s: Csc::from_triplets(2, 1, &[(1, 0, 3.0)]),
+        row_kind: vec![0; 2],
+    };
+    let sums = Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!());
+    let rows = |cols: usize, data: &[f64]| Matrix { rows: 2, cols, data: data.to_vec() };
+    let (z, l, u) = (rows(2, &[1.0, 2.0, -1.0, 0.5]), rows(1, &[0.3, -2.0]), rows(1, &[4.0, 1.0]));
+    let [lost, given] = sums.powers(&z, &l, &u);
+    let y = [0.7, -1.3];
+    let at = |m: &Matrix, k: usize| y[0] * m[(0, k)] + y[1] * m[(1, k)];
+    let (a, b, current, source) = (at(&z, 0), at(&z, 1), at(&l, 0), at(&u, 0));
+    let form = |q: &Matrix| {
+        (0..2).map(|i| (0..2).map(|j| y[i] * q[(i, j)] * y[j]).sum::<f64>()).sum::<f64>()
+    };
+    let expected = 2.0 * (a - b).powi(2) + 3.0 * b * b + current * (a - b);
+    assert!((form(&lost) - expected).abs() < 1e-13);
+    assert!((form(&given) - 3.0 * b * source).abs() < 1e-13);
+}
+
+#[test]
+fn a_step_beyond_all_bounds_is_no_measure() {
+    // 1 F with 1 Ohm beside a source; in one step the source drives a voltage through the resistor,
+    // and a thousandth of the state is lost right after it
+    let one = Csc::from_triplets(1, 1, &[(0, 0, 1.0)]);
+    let linear = Linear {
+        e: one.clone(),
+        g: one.clone(),
+        a: Csc::zeros(1, 0),
+        b: Csc::zeros(0, 1),
+        d: Csc::zeros(0, 0),
+        q: Vec::new(),
+        s: one,
+        row_kind: vec![0],
+    };
+    let drift = |beyond: f64, lost: f64| {
+        let mut sums = Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!());
+        let mut z = 1.0;
+        for step in 0..50 {
+            let (next, leap) = (z / 1.01, if step == 25 { beyond } else { 0.0 });
+            let all = Points {
+                length: 0.01,
+                weight: &[1e-3, 1.0],
+                taken: &[0.0, 0.0, 0.0, 1.0],
+                z: &[&[leap], &[next]],
+                rate: &[&[0.0], &[(next - z) / 0.01]],
+                l: &[],
+                u: &[&[leap], &[0.0]],
+                f: &[],
+                f_rate: &[],
+            };
+            sums.points(&[z], &all);
+            z = if step == 25 { next * (1.0 - lost) } else { next };
+        }
+        sums.balance(&[z]).drift
+    };
+    for beyond in [0.0, 1.0, 1e3, 1e6, 1e12, 1e60] {
+        assert!(drift(beyond, 1e-3) > 10.0 * TOLERANCE, "{beyond}");
+    }
+    // what it turned over is rounded: 1e-16 of 2e7 J
+    for beyond in [0.0, 1.0, 1e3, 1e6] {
+        assert!(drift(beyond, 0.0) < TOLERANCE, "{beyond}");
+    }
+}
