@@ -65,6 +65,33 @@ R1 o 0 30
 """
 )
 
+#: a coil, a capacitor and a winding in series, on a bridge without capacitance
+RESONANT = (
+    """LLC converter, junctions with a transit time
+Vin a 0 48
+Vg g 0 PULSE(0 1 0 2.9u 2.9u 66.3u 287u)
+Vh h 0 PULSE(0 1 143.5u 2.9u 2.9u 66.3u 287u)
+"""
+    + BRIDGE
+    + """Lr p p2 5.5m
+Cr p2 p3 374n
+L1 p3 q 275m
+L2 s 0 50.9m
+L3 0 t 50.9m
+K1 L1 L2 1
+K2 L1 L3 1
+K3 L2 L3 1
+D5 s f ds
+D6 t f ds
+Rf f o 31m
+C1 o 0 1.36m
+R1 o 0 10.5
+.model ds D(IS=6.88e-11 RS=26.1m TT=2.53n)
+.model sw SW(VT=0.5)
+.tran 14.34u 300u
+"""
+)
+
 #: a deck, its primary, each secondary with the ratio of its turns, and what is stored for long
 CASES = {
     "doubler": (DOUBLER, "v(p,q)", {"v(s,t)": 2.0}, ("v(o)", "i(l3)")),
@@ -106,3 +133,15 @@ def test_no_winding_jumps() -> None:
     turns = run["i(l1)"] + 0.5 * run["i(l2)"] + 0.5 * run["i(l3)"]
     # the flux that volts change: at most 12 V / 67 mH for the distance of two rows
     assert np.abs(np.diff(turns)).max() < 12.0 / 67e-3 * 1.91e-6 * 1.05
+
+
+def test_a_resonant_tank_has_one_current() -> None:
+    """Coil and winding in series carry one current, also beside the charge of the capacitor there.
+
+    In steps of 1e-22 s the rounding of that charge (17 uC) is amperes; the sum of the laws at the
+    ends of the capacitor has none of it, and the bridge around it floats as a whole, too.
+    """
+    run = nsspice.tran(nsspice.read(RESONANT), all_points=True)
+    assert run.certificate.passed
+    coil, winding = run["i(lr)"], run["i(l1)"]
+    assert np.abs(coil - winding).max() < 1e-10 * np.abs(coil).max()

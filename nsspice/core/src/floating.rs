@@ -129,8 +129,10 @@ impl Family {
 /// The groups, of current rows, and how rows turn into sums.
 #[derive(Clone, Debug)]
 pub struct Floating {
-    /// groups that something ties, and cut sets of windings, which may lie inside one of them
+    /// groups that something ties; those that capacitors tie inside one of them; and cut sets of windings,
+    /// which may lie there, too
     tied: Family,
+    inner: Family,
     cuts: Family,
     /// sums in which nothing but a weak tie is left
     bare: Vec<bool>,
@@ -145,8 +147,8 @@ impl Floating {
         let n = e.nrows;
         let law = |row: usize| row_kind[row] == 0;
         let [floating, fixed] = stored_groups(e);
-        let [tied, cuts] = [Family::new(n), Family::new(n)];
-        let mut out = Floating { tied, cuts, bare: vec![false; n], windings: Vec::new() };
+        let [tied, inner, cuts] = [0; 3].map(|_| Family::new(n));
+        let mut out = Floating { tied, inner, cuts, bare: vec![false; n], windings: Vec::new() };
         let (mut groups, free) = joined(g, &floating, law, |_| true, (false, WEAK));
         groups.retain(|group| group.len() > 1 && group.iter().all(|&row| free[row]));
         groups.into_iter().for_each(|group| out.take(group, true));
@@ -157,11 +159,39 @@ impl Floating {
         let mut held = vec![false; n];
         floating.iter().filter(|group| group.len() > 1).flatten().for_each(|&j| held[j] = true);
         groups.retain(|group| {
-            group.iter().any(|&row| held[row])
-                && group.iter().all(|&row| free[row] && out.tied.first[row].is_none())
+            group.iter().any(|&row| held[row]) && group.iter().all(|&row| free[row])
         });
+        let (inner, mut groups): (Vec<_>, Vec<_>) =
+            groups.into_iter().partition(|group| out.tied.first[group[0]].is_some());
+        groups.retain(|group| group.iter().all(|&row| out.tied.first[row].is_none()));
         groups.into_iter().for_each(|group| out.take(group, false));
+        out.take_inner(inner);
         out
+    }
+
+    /// Adds groups that lie inside others, whose sums take the place of laws outside them where they can: two
+    /// sums in the place of laws that both contain would leave one law too few.
+    fn take_inner(&mut self, groups: Vec<Vec<usize>>) {
+        let mut inside = vec![false; self.bare.len()];
+        groups.iter().flatten().for_each(|&row| inside[row] = true);
+        self.keep_outside(&inside);
+        for group in groups {
+            let around = self.tied.first[group[0]];
+            let within = group.iter().all(|&row| self.tied.first[row] == around);
+            if within && around.is_some_and(|first| !group.contains(&first)) {
+                self.inner.take(group);
+            }
+        }
+    }
+
+    /// Lets sums take the place of laws that are not `inside` something.
+    fn keep_outside(&mut self, inside: &[bool]) {
+        for mut group in std::mem::take(&mut self.tied.groups) {
+            let bare = std::mem::take(&mut self.bare[group[0]]);
+            let own = group.iter().position(|&row| !inside[row]);
+            group.swap(0, own.unwrap_or(0));
+            self.take(group, bare);
+        }
     }
 
     /// Adds the cut sets of windings: groups of nodes that nothing but windings (branches in `e`) connects to
@@ -190,15 +220,10 @@ impl Floating {
         free.iter_mut().zip(linear).for_each(|(free, linear)| *free &= linear);
         let alone = |row: usize| free[row] && !stored[row] && !beside[row];
         cuts.retain(|cut| cut.len() > 1 && cut.iter().all(|&row| alone(row)));
-        // two sums in the place of laws that both contain would leave one law too few
-        let mut inside = vec![false; n];
+        cuts.retain(|cut| cut.iter().all(|&row| self.inner.first[row].is_none()));
+        let mut inside: Vec<bool> = self.inner.first.iter().map(Option::is_some).collect();
         cuts.iter().flatten().for_each(|&row| inside[row] = true);
-        for mut group in std::mem::take(&mut self.tied.groups) {
-            let bare = std::mem::take(&mut self.bare[group[0]]);
-            let own = group.iter().position(|&row| !inside[row]);
-            group.swap(0, own.unwrap_or(0));
-            self.take(group, bare);
-        }
+        self.keep_outside(&inside);
         for mut cut in cuts {
             let other = |&row: &usize| self.tied.first[row].is_none_or(|row| !cut.contains(&row));
             let Some(own) = cut.iter().position(other) else { continue };
@@ -236,7 +261,9 @@ impl Floating {
 
     /// The rows of the sums that contain a row.
     pub fn sums_with(&self, row: usize) -> impl Iterator<Item = usize> + '_ {
-        [&self.tied, &self.cuts].into_iter().filter_map(move |family| family.first[row])
+        [&self.tied, &self.inner, &self.cuts]
+            .into_iter()
+            .filter_map(move |family| family.first[row])
     }
 
     /// The rows of the sums to which another row is to be added.
@@ -289,7 +316,7 @@ impl Floating {
 
     /// Turns the right-hand side of laws into one with sums.
     pub fn sum_up(&self, rhs: &mut [f64]) {
-        for group in self.tied.groups.iter().chain(&self.cuts.groups) {
+        for group in [&self.tied, &self.inner, &self.cuts].into_iter().flat_map(|f| &f.groups) {
             rhs[group[0]] = group.iter().map(|&row| rhs[row]).sum();
         }
         self.windings.iter().for_each(|law| law.add_to(rhs));
@@ -375,6 +402,21 @@ mod tests {
         let none = Csc::from_triplets(5, 0, &[]);
         floating.take_cut_sets(&e, &g, &[0, 0, 0, 1, 1], [&none, &none], &[false; 5]);
         assert_eq!(sum(&floating), [3.0, 2.0, 7.0, 8.0, 16.0]);
+    }
+
+    #[test]
+    fn a_capacitor_between_coils_has_a_sum_inside_that_of_all() {
+        // coils 4 and 5 from node 0 to 1 and from 2 to 3, a capacitor between 1 and 2
+        let g = [(0, 4, 1.0), (1, 4, -1.0), (2, 5, 1.0), (3, 5, -1.0)];
+        let e = [(1, 1, 1.0), (1, 2, -1.0), (2, 1, -1.0), (2, 2, 1.0), (4, 4, 1.0), (5, 5, 1.0)];
+        let [e, g] = [&e[..], &g[..]].map(|list| Csc::from_triplets(6, 6, list));
+        let kinds = [0, 0, 0, 0, 1, 1];
+        // a source joins all
+        let joined: Vec<_> = g.iter().chain([(0, 3, 1.0), (3, 3, -1.0)]).collect();
+        let floating = Floating::new(&e, &Csc::from_triplets(6, 6, &joined), &kinds);
+        let mut rhs = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
+        floating.sum_up(&mut rhs);
+        assert_eq!(rhs, [15.0, 6.0, 4.0, 8.0, 16.0, 32.0]);
     }
 
     #[test]
