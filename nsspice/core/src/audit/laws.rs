@@ -247,6 +247,12 @@ impl Auditor {
                 }
             }
             stored.iter_mut().for_each(|s| *s *= length);
+            // and charges of junctions are exponentials of what is extrapolated: half of their motion stays
+            let mut moving = vec![false; self.n];
+            smooth.q.entries().for_each(|(row, ..)| moving[row] = true);
+            for (row, carried) in carried.iter_mut().enumerate().filter(|e| moving[e.0]) {
+                *carried += length * largest[usize::from(1 - self.kinds[row])];
+            }
         }
         for (row, (&size, &kind)) in sizes.iter().zip(&self.kinds).enumerate() {
             let usual = length * self.reach.acting(row, &largest);

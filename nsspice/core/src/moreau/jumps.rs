@@ -311,7 +311,7 @@ impl Stepper {
             let Ok(steps) = steps else { break };
             let end = limit(&steps.0.z, steps.1.as_ref().map(|t| &t.z));
             let found = self.bend_of_charges(&steps.0, steps.1.as_ref(), &end, scale);
-            if found <= bend {
+            if found <= bend && self.no_more_impulsive(&once, &steps.0) {
                 ((once, twice), after, part, bend) = (steps, end, shorter, found);
             }
         }
@@ -367,6 +367,14 @@ impl Stepper {
             settled,
             rest,
         })
+    }
+
+    /// Whether a shorter step from the same state has no larger impulses than a longer one: those of a jump
+    /// stay as they are, all others fall. At petavolts rounding lets junctions store what nothing brought.
+    fn no_more_impulsive(&self, longer: &Short, shorter: &Short) -> bool {
+        let [long, short] = [longer, shorter]
+            .map(|step| self.sys.largest(&[&step.z]).map(|largest| largest * step.length));
+        (0..2).all(|kind| short[kind] <= 2.0 * long[kind])
     }
 
     /// The largest charge and flux so far and at the end of a short step.
