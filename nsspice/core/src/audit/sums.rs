@@ -44,9 +44,16 @@ pub struct Balance {
     pub steps: u64,
 }
 
-/// How much more a step may move than all before it have moved and stored to count in full: what one
+/// How much more a step may move, or its rounding make, than all before it to count in full: what one
 /// stage beyond all bounds turns over is no measure of the run.
 const LEAP: f64 = 1e3;
+
+/// An energy, or power, that the largest voltage and current bring about: a form of both.
+type Product = [[f64; 2]; 2];
+
+fn product(form: &Product, largest: &[f64; 2]) -> f64 {
+    (0..2).map(|kind| largest[kind] * dot(&form[kind], largest)).sum()
+}
 
 /// A step with several points.
 pub struct Points<'a> {
@@ -101,9 +108,18 @@ pub struct Sums {
     moved: f64,
     /// largest stored energy, as the sums tell it
     peak: f64,
-    time: f64,
     steps: u64,
+    /// what the largest voltage and current store, and what they do
+    content: Product,
+    acting: Product,
+    /// rounding that steps may have left in the laws, as energy; their points and time since that was
+    /// told, and the largest voltage and current of the last point
+    held: f64,
+    recent: (u64, f64),
+    present: [f64; 2],
+    /// points of all steps and motions; points and time of motions
     points: u64,
+    motions: (u64, f64),
     largest: [f64; 2],
     /// charge and flux by which laws are missed
     missed: [f64; 2],
@@ -159,6 +175,13 @@ impl Sums {
             .filter(|(row, col, _)| row == col)
             .for_each(|(row, _, v)| joule[row] = v.abs().sqrt());
         let known = if smooth.is_some() { ITERATED / TOLERANCE } else { 0.0 };
+        let [mut content, mut acting] = [Product::default(); 2];
+        for (row, &kind) in kinds.iter().enumerate() {
+            for (k, unit) in [[1.0, 0.0], [0.0, 1.0]].iter().enumerate() {
+                content[usize::from(kind)][k] += reach.content(row, unit);
+                acting[usize::from(kind)][k] += reach.acting(row, unit);
+            }
+        }
         Some(Sums {
             stored: Form::new(&storage),
             controls: Bilinear::new(&controls),
@@ -180,9 +203,14 @@ impl Sums {
             scheme: 0.0,
             moved: 0.0,
             peak: 0.0,
-            time: 0.0,
             steps: 0,
+            content,
+            acting,
+            held: 0.0,
+            recent: (0, 0.0),
+            present: [0.0; 2],
             points: 0,
+            motions: (0, 0.0),
             largest: [0.0; 2],
             missed: [0.0; 2],
             residual: Vec::new(),
@@ -213,8 +241,29 @@ impl Sums {
         self.lanes.is_none() || self.first.is_none()
     }
 
+    /// Takes the largest voltage and current at the end of steps.
     fn look(&mut self, z: &[f64], l: &[f64]) {
-        self.reach.see(&self.kinds, z, l, &mut self.largest);
+        let mut here = [0.0; 2];
+        self.reach.see(&self.kinds, z, l, &mut here);
+        let most = |a: [f64; 2]| [a[0].max(here[0]), a[1].max(here[1])];
+        (self.largest, self.present) = (most(self.largest), most(self.present));
+        let recent = std::mem::take(&mut self.recent);
+        let mut told = self.rounding(recent, &self.present);
+        let known = self.moved + self.peak + self.held;
+        if self.held > 0.0 && told > known {
+            // where a coil loses its last current one node has kilovolts, and what is stored elsewhere none
+            told = told.min(self.rounding_at(recent, z, l)).min(LEAP * known);
+        }
+        self.held += told;
+        self.present = here;
+    }
+
+    /// Energy that laws may be off by in points and time, to the rounding of elimination (see
+    /// [`super::rounding`]), or to that at which an iteration ends: of what they store once in each step
+    /// (twice: at both its ends), of what acts in them all the time.
+    fn rounding(&self, (points, time): (u64, f64), largest: &[f64; 2]) -> f64 {
+        let stored = 2.0 * points as f64 * product(&self.content, largest);
+        self.share * (stored + time * product(&self.acting, largest))
     }
 
     /// Power that is dissipated in resistors and set-valued elements.
@@ -244,6 +293,24 @@ impl Sums {
         self.dissipated += dissipated;
         self.scheme += scheme;
         self.steps += steps;
+    }
+
+    /// The same beside the voltages and currents of a point, each where it is.
+    #[cold]
+    fn rounding_at(&self, (points, time): (u64, f64), z: &[f64], l: &[f64]) -> f64 {
+        let size: Vec<f64> = z.iter().map(|v| v.abs()).collect();
+        let [mut stored, mut acting] = [0; 2].map(|_| vec![0.0; z.len()]);
+        self.laws[0].abs_mul_add(&size, &mut stored);
+        self.laws[1].abs_mul_add(&size, &mut acting);
+        self.a.columns.abs_mul_add(l, &mut acting);
+        self.share * (2.0 * points as f64 * dot(&size, &stored) + time * dot(&size, &acting))
+    }
+
+    /// Counts points of steps and their time.
+    #[inline]
+    fn pass(&mut self, points: u64, time: f64) {
+        self.recent = (self.recent.0 + points, self.recent.1 + time);
+        self.points += points;
     }
 
     /// Stored energy as the sums tell it.
@@ -287,8 +354,7 @@ impl Sums {
         }
         let dissipated = h * power + self.controls.between(z, |k| z[k] - z0[k]);
         let delivered = h * self.s.between(z, |k| u[k]);
-        self.time += h;
-        self.points += 1;
+        self.pass(1, h);
         let parts = [delivered, dissipated, scheme];
         self.add(parts, parts.iter().map(|part| part.abs()).sum(), 1, z);
     }
@@ -327,8 +393,7 @@ impl Sums {
             scheme += taken;
             moved += given.abs() + power.abs() + taken.abs();
         }
-        self.time += time;
-        self.points += lanes.count as u64;
+        self.pass(lanes.count as u64, time);
         self.add([delivered, dissipated, scheme], moved, lanes.count as u64, lanes.last()[0]);
         lanes.count = 0;
         self.lanes = Some(lanes);
@@ -339,7 +404,7 @@ impl Sums {
         self.begin(z0);
         self.add_lanes();
         let (m, count) = (self.a.columns.ncols, all.weight.len());
-        let (mut delivered, mut dissipated) = (0.0, 0.0);
+        let (mut delivered, mut dissipated, mut time) = (0.0, 0.0, 0.0);
         for (i, &weight) in all.weight.iter().enumerate() {
             if weight == 0.0 {
                 continue;
@@ -352,10 +417,10 @@ impl Sums {
             }
             dissipated += weight * power;
             delivered += weight * self.s.between(z, |k| u[k]);
-            self.time += all.length * weight.abs();
+            time += all.length * weight.abs();
         }
         let scheme = 0.5 * self.stored.products(all.rate, all.taken);
-        self.points += count as u64;
+        self.pass(count as u64, time);
         let h = all.length;
         let parts = [h * delivered, h * dissipated, h * h * scheme];
         if let Some(last) = all.z.last() {
@@ -398,7 +463,7 @@ impl Sums {
 
     /// Takes a motion of some length, of which the integrals of both powers are known.
     pub fn motion(&mut self, length: f64, [dissipated, delivered]: [f64; 2]) {
-        self.time += length;
+        self.motions = (self.motions.0 + 1, self.motions.1 + length);
         self.points += 1;
         self.sum([delivered, dissipated, 0.0], 1);
         self.moved += delivered.abs() + dissipated.abs();
@@ -427,7 +492,7 @@ impl Sums {
 
     /// Takes the largest voltage and current from a point.
     pub fn see(&mut self, z: &[f64], l: &[f64]) {
-        self.look(z, l);
+        self.reach.see(&self.kinds, z, l, &mut self.largest);
     }
 
     /// Takes a jump.
@@ -445,22 +510,15 @@ impl Sums {
 
     /// The balance of a run that has come to `z`.
     ///
-    /// A law holds to the rounding of elimination (see [`super::rounding`]), or to that at which an
-    /// iteration ends: of what it stores once in each step (twice: at both its ends), of what acts in
-    /// it all the time.  Times its unknown, that is energy, and what all steps may add up to is no
-    /// error.  Their sums are rounded `points` times.
+    /// What rounding may add up to in all steps is no error.  Their sums are rounded once for each point.
     pub fn balance(&mut self, z: &[f64]) -> Balance {
         self.add_lanes();
         let Some(first) = self.first else { return Balance::default() };
         let last = self.energy(z);
-        let (mut content, mut acting) = (0.0, 0.0);
-        for (row, &kind) in self.kinds.iter().enumerate() {
-            let unknown = self.largest[usize::from(kind)];
-            content += unknown * self.reach.content(row, &self.largest);
-            acting += unknown * self.reach.acting(row, &self.largest);
-        }
+        let held = self.held
+            + self.rounding(self.recent, &self.present)
+            + self.rounding(self.motions, &self.largest);
         let points = self.points as f64;
-        let held = self.share * (2.0 * points * content + self.time * acting);
         let added = points * f64::EPSILON / TOLERANCE * self.moved;
         let scale = self.moved + self.peak + first.abs() + last.abs() + held + added;
         let missing = dot(&self.missed, &self.largest);

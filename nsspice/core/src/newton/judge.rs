@@ -13,6 +13,8 @@ const FLOOR: f64 = 1e-6;
 /// What rounding of the unknowns by a few units may do to a row, through steep functions, is no
 /// defect.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
+/// Nor is it an excuse where it leaves less than this of the terms: at teravolts, junctions carry anything.
+const KNOWN: f64 = 0.1;
 
 /// A defect of this part of its terms is rounding of one of them.
 const NOTHING: f64 = 0.5 * f64::EPSILON;
@@ -140,6 +142,7 @@ impl Balance {
         let open = |i: usize| if eq.kind(i) == 0 { open * eq.reference[i] } else { 0.0 };
         let ratio = |i: usize| {
             let rounding = ROUNDING * Self::steepness(assembly, tape, x, i);
+            let rounding = if rounding <= KNOWN * self.sizes[i] { rounding } else { 0.0 };
             let excess = self.defect[i].abs() - rounding - open(i);
             let ratio = if excess <= 0.0 { 0.0 } else { excess / self.sizes[i] };
             if ratio < f64::INFINITY {
