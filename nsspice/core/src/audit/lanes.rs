@@ -163,6 +163,17 @@ fn squares_any(form: &Form, x: &[Lane], out: &mut Lane) {
             sum[k] += c * a[k] * a[k];
         }
     }
+    for (l, c) in &form.combined {
+        let mut all = [0.0; LANES];
+        for &(i, factor) in l {
+            for k in 0..LANES {
+                all[k] += factor * x[i as usize][k];
+            }
+        }
+        for k in 0..LANES {
+            sum[k] += c * all[k] * all[k];
+        }
+    }
     *out = sum;
 }
 
