@@ -173,13 +173,13 @@ impl Stepper {
                 }
                 continue;
             }
-            let z = to_zero([&once.z, &twice.z, &thrice.z]);
-            let l = to_zero([&once.l, &twice.l, &thrice.l]);
+            let limit = self.limit_of([&once, &twice, &thrice]);
+            let Short { z, l, .. } = &limit;
             // a diode may block (conduct) after less than the shortest of them: then they lie on the
             // line of the mode that follows, and its start breaks the laws
-            let broken = self.broken(&z, &l, &once) / SIGNS;
+            let broken = self.broken(z, l, &once) / SIGNS;
             let fine =
-                bend <= BEND && broken <= 1.0 && !self.jumped(None, after, &once.z, &z, LOOSE);
+                bend <= BEND && broken <= 1.0 && !self.jumped(None, after, &once.z, z, LOOSE);
             let fault = bend.max(BEND * broken);
             impulsive |= bend > IMPULSIVE;
             let shown = self.smooth.is_some() || self.shows(after, &once);
@@ -195,7 +195,6 @@ impl Stepper {
                 (shown || !best.shown) && fault < best.fault && bend <= best.bend.max(BEND)
             };
             if fine || best.as_ref().is_none_or(better) {
-                let limit = Short { z, l, length: 0.0 };
                 best = Some(Candidate { shown, fault, bend, once, limit });
             }
             if fine {
@@ -230,6 +229,26 @@ impl Stepper {
             (once, settled, 0.0)
         });
         Ok((pair, Rest::Unclear))
+    }
+
+    /// The limit of three steps, or the shortest of them, if junctions would store there what no step in
+    /// between does: their charges are exponentials of what is extrapolated.
+    fn limit_of(&mut self, [once, twice, thrice]: [&Short; 3]) -> Short {
+        let z = to_zero([&once.z, &twice.z, &thrice.z]);
+        if self.functions_store() {
+            let [limit, first, last] =
+                [&z, &once.z, &thrice.z].map(|z| self.stored_by_functions(z));
+            let astray = |i: usize| {
+                let rounding = LOOSE * (first[i].abs() + last[i].abs());
+                let known =
+                    (limit[i] - first[i]).abs() <= 2.0 * (first[i] - last[i]).abs() + rounding;
+                !known
+            };
+            if (0..z.len()).any(astray) {
+                return Short { z: once.z.clone(), l: once.l.clone(), length: once.length };
+            }
+        }
+        Short { z, l: to_zero([&once.l, &twice.l, &thrice.l]), length: 0.0 }
     }
 
     /// The values at which a short step ends with the charges of `after`, if they obey the signs as

@@ -379,10 +379,7 @@ impl Stepper {
 
     /// The largest charge and flux so far and at the end of a short step.
     fn scale_of_charges(&mut self, step: &Short) -> [f64; 2] {
-        let mut charges = vec![0.0; step.z.len()];
-        if let Some(smooth) = &mut self.smooth {
-            smooth.add_stored_at(&step.z, &self.u0, self.time, 1.0, &mut charges);
-        }
+        let charges = self.stored_by_functions(&step.z);
         let [charge, flux] = self.sys.largest(&[&charges]);
         [self.largest[0].max(charge), self.largest[1].max(flux)]
     }

@@ -236,6 +236,15 @@ impl Stepper {
         f
     }
 
+    /// The charges and fluxes of smooth functions of the unknowns `z` in each law.
+    pub(super) fn stored_by_functions(&mut self, z: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; z.len()];
+        if let Some(smooth) = &mut self.smooth {
+            smooth.add_stored_at(z, &self.u0, self.time, 1.0, &mut out);
+        }
+        out
+    }
+
     /// How far a state is from obeying the laws, and sums of laws, in which nothing is stored, as a part of
     /// their terms; nothing where all laws are linear.
     pub(super) fn missed_by(&mut self, z: &[f64], l: &[f64]) -> f64 {
