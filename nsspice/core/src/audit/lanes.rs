@@ -112,11 +112,11 @@ impl Lanes {
         }
     }
 
-    /// Unknowns and multipliers of the last step that waits.
-    pub fn last(&self) -> [&[f64]; 2] {
+    /// Unknowns, multipliers and functions of the last step that waits.
+    pub fn last(&self) -> [&[f64]; 3] {
         let (k, start) = (self.count.saturating_sub(1), &self.start);
         let row = &self.rows[k * start[PARTS - 1]..];
-        [&row[..start[1]], &row[start[1]..start[2]]]
+        [&row[..start[1]], &row[start[1]..start[2]], &row[start[4]..start[5]]]
     }
 
     /// One part of all steps.

@@ -225,7 +225,7 @@ impl Sums {
         if self.first.is_none() {
             let energy = self.energy(z);
             (self.first, self.peak) = (Some(energy), energy.abs());
-            self.look(z, &[]);
+            self.look(z, &[], &[]);
             self.go_on_from(z);
         }
     }
@@ -242,7 +242,7 @@ impl Sums {
     }
 
     /// Takes the largest voltage and current at the end of steps.
-    fn look(&mut self, z: &[f64], l: &[f64]) {
+    fn look(&mut self, z: &[f64], l: &[f64], f: &[f64]) {
         let mut here = [0.0; 2];
         self.reach.see(&self.kinds, z, l, &mut here);
         let most = |a: [f64; 2]| [a[0].max(here[0]), a[1].max(here[1])];
@@ -252,7 +252,7 @@ impl Sums {
         let known = self.moved + self.peak + self.held;
         if self.held > 0.0 && told > known {
             // where a coil loses its last current one node has kilovolts, and what is stored elsewhere none
-            told = told.min(self.rounding_at(recent, z, l)).min(LEAP * known);
+            told = told.min(self.rounding_at(recent, [z, l, f])).min(LEAP * known);
         }
         self.held += told;
         self.present = here;
@@ -297,12 +297,16 @@ impl Sums {
 
     /// The same beside the voltages and currents of a point, each where it is.
     #[cold]
-    fn rounding_at(&self, (points, time): (u64, f64), z: &[f64], l: &[f64]) -> f64 {
+    fn rounding_at(&self, (points, time): (u64, f64), [z, l, f]: [&[f64]; 3]) -> f64 {
         let size: Vec<f64> = z.iter().map(|v| v.abs()).collect();
         let [mut stored, mut acting] = [0; 2].map(|_| vec![0.0; z.len()]);
         self.laws[0].abs_mul_add(&size, &mut stored);
         self.laws[1].abs_mul_add(&size, &mut acting);
         self.a.columns.abs_mul_add(l, &mut acting);
+        if let Some((flowing, kept)) = &self.smooth {
+            flowing.columns.abs_mul_add(f, &mut acting);
+            kept.columns.abs_mul_add(f, &mut stored);
+        }
         self.share * (2.0 * points as f64 * dot(&size, &stored) + time * dot(&size, &acting))
     }
 
@@ -336,12 +340,12 @@ impl Sums {
             if lanes.count == LANES {
                 self.add_lanes();
             } else if new {
-                self.look(z, l);
+                self.look(z, l, f);
             }
             return;
         }
         if new || self.steps.is_multiple_of(LANES as u64) {
-            self.look(z, l);
+            self.look(z, l, f);
         }
         let mut scheme = 0.5 * self.stored.at(|k| z[k] - z0[k]);
         if let Some((by_unknowns, by_sources)) = &self.averaging {
@@ -365,8 +369,8 @@ impl Sums {
             return;
         }
         let Some(mut lanes) = self.lanes.take() else { return };
-        let [z, l] = lanes.last();
-        self.look(z, l);
+        let [z, l, f] = lanes.last();
+        self.look(z, l, f);
         lanes.close();
         let [mut stored, mut averaged, mut power, mut given, mut ruled] = [[0.0; LANES]; 5];
         lanes.squares(&self.stored, CHANGE, &mut stored);
@@ -425,7 +429,8 @@ impl Sums {
         let parts = [h * delivered, h * dissipated, h * h * scheme];
         if let Some(last) = all.z.last() {
             self.add(parts, parts.iter().map(|part| part.abs()).sum(), 1, last);
-            self.look(last, all.l.get((count - 1) * m..).unwrap_or(&[]));
+            let l = all.l.get((count - 1) * m..).unwrap_or(&[]);
+            self.look(last, l, all.f.last().copied().unwrap_or(&[]));
             self.go_on_from(last);
         }
     }

@@ -508,7 +508,7 @@ impl Stepper {
         }
         if self.smooth.is_some() {
             if charges.is_none() {
-                self.carry_stored(before, 1.0 / delta);
+                self.carry_stored(before);
             }
             self.u1.copy_from_slice(&self.u0);
         }

@@ -267,10 +267,13 @@ impl Stepper {
             .fold(0.0, |worst, (missed, size)| f64::max(worst, missed.abs() / size))
     }
 
-    /// Adds the stored functions of the state `z` to the right-hand side.
-    pub(super) fn carry_stored(&mut self, z: &[f64], rate: f64) {
-        if let Some(smooth) = &mut self.smooth {
-            smooth.add_stored_at(z, &self.u0, self.time, rate, &mut self.rhs);
+    /// Gives what the functions of the state `z` store to Newton's method.
+    pub(super) fn carry_stored(&mut self, z: &[f64]) {
+        if self.functions_store() {
+            let f = self.functions_at(z);
+            if let Some(smooth) = &mut self.smooth {
+                smooth.newton.carry_functions(&f);
+            }
         }
     }
 
@@ -304,7 +307,7 @@ impl Stepper {
             smooth.known = true;
         }
         if wanted {
-            smooth.newton.add_stored(1.0 / length, &smooth.f, &mut self.rhs);
+            smooth.newton.carry_functions(&smooth.f);
         }
         smooth.rates.copy_from_slice(&smooth.f);
         smooth.extrapolate(&self.z, begin, self.time);

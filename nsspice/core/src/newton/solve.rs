@@ -72,6 +72,7 @@ pub struct Newton {
     prediction: Vec<f64>,
     /// see [`Newton::carry`]; empty: nothing
     pub(super) carried: Vec<f64>,
+    pub(super) carried_functions: Vec<f64>,
     pub(super) state: State,
     pub(super) turns: Turns,
 }
@@ -111,6 +112,7 @@ impl Newton {
             predicted: false,
             prediction: vec![0.0; eq.n],
             carried: Vec::new(),
+            carried_functions: Vec::new(),
             state: State {
                 x: zeros.clone(),
                 right: vec![0.0; eq.padded()],
@@ -250,6 +252,12 @@ impl Newton {
             carried.clear();
         }
         self.carried = carried;
+        let mut carried = std::mem::take(&mut self.carried_functions);
+        if !carried.is_empty() {
+            self.add_carried_functions(&carried, self.assemblies[self.present].rate);
+            carried.clear();
+        }
+        self.carried_functions = carried;
     }
 
     /// From `state.x`, the last solution, by way of the prediction if there is one.

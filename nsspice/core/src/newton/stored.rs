@@ -39,6 +39,20 @@ impl Newton {
         self.carried.extend_from_slice(z);
     }
 
+    /// The same for what the functions `f` store.
+    pub fn carry_functions(&mut self, f: &[f64]) {
+        self.carried_functions.clear();
+        self.carried_functions.extend_from_slice(f);
+    }
+
+    /// Adds what functions store to the right-hand side.
+    pub(super) fn add_carried_functions(&mut self, f: &[f64], rate: f64) {
+        let Newton { eq, state: s, .. } = self;
+        for t in eq.terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Law) {
+            s.right[t.row as usize] += rate * t.q * f[t.function as usize];
+        }
+    }
+
     /// Adds what the unknowns `z` carry to the right-hand side.
     pub(super) fn add_carried(&mut self, z: &[f64], rate: f64) {
         let Newton { eq, state: s, .. } = self;

@@ -414,9 +414,9 @@ impl Ladder {
         decode(l, &s.active, &roles, resistance);
         let Some(smooth) = &mut s.smooth else { return Fit::Contradiction };
         let newton = &mut smooth.newton;
-        newton.add_stored(rate, &from[n..], &mut s.rhs);
         newton.set_rate(rate);
         newton.carry(&from[..n]);
+        newton.carry_functions(&from[n..]);
         let solved = newton.solve(&s.rhs, u, t, &s.sys.linear.q, &roles, z, l, Start::Warm);
         self.roles = roles;
         match solved {

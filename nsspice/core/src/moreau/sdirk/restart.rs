@@ -154,7 +154,7 @@ impl Sdirk {
         } else {
             matrices.right_hand_side(&from, &u, &u, &mut s.rhs);
         }
-        s.carry_stored(&from, 1.0 / length);
+        s.carry_stored(&from);
         s.forget_functions();
         s.time = end;
         if let Err(failure) = s.solve(k, length, Start::Warm) {
