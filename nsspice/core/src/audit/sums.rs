@@ -44,9 +44,11 @@ pub struct Balance {
     pub steps: u64,
 }
 
-/// How much more a step may move, or its rounding make, than all before it to count in full: what one
-/// stage beyond all bounds turns over is no measure of the run.
+/// How much more a step may move than all before it to count in full: what one stage beyond all bounds
+/// turns over is no measure of the run.
 const LEAP: f64 = 1e3;
+/// What rounding in such steps may be, in units of the tolerance: a hundredth of all energies.
+const LEAPS: f64 = 1e6;
 
 /// An energy, or power, that the largest voltage and current bring about: a form of both.
 type Product = [[f64; 2]; 2];
@@ -112,9 +114,10 @@ pub struct Sums {
     /// what the largest voltage and current store, and what they do
     content: Product,
     acting: Product,
-    /// rounding that steps may have left in the laws, as energy; their points and time since that was
-    /// told, and the largest voltage and current of the last point
+    /// rounding that steps may have left in the laws, as energy, and that of steps beyond all others; their
+    /// points and time since that was told, and the largest voltage and current of the last point
     held: f64,
+    leaps: f64,
     recent: (u64, f64),
     present: [f64; 2],
     /// points of all steps and motions; points and time of motions
@@ -207,6 +210,7 @@ impl Sums {
             content,
             acting,
             held: 0.0,
+            leaps: 0.0,
             recent: (0, 0.0),
             present: [0.0; 2],
             points: 0,
@@ -248,13 +252,13 @@ impl Sums {
         let most = |a: [f64; 2]| [a[0].max(here[0]), a[1].max(here[1])];
         (self.largest, self.present) = (most(self.largest), most(self.present));
         let recent = std::mem::take(&mut self.recent);
-        let mut told = self.rounding(recent, &self.present);
-        let known = self.moved + self.peak + self.held;
-        if self.held > 0.0 && told > known {
+        let told = self.rounding(recent, &self.present);
+        if self.held > 0.0 && told > self.moved + self.peak + self.held {
             // where a coil loses its last current one node has kilovolts, and what is stored elsewhere none
-            told = told.min(self.rounding_at(recent, [z, l, f])).min(LEAP * known);
+            self.leaps += told.min(self.rounding_at(recent, [z, l, f]));
+        } else {
+            self.held += told;
         }
-        self.held += told;
         self.present = here;
     }
 
@@ -525,7 +529,8 @@ impl Sums {
             + self.rounding(self.motions, &self.largest);
         let points = self.points as f64;
         let added = points * f64::EPSILON / TOLERANCE * self.moved;
-        let scale = self.moved + self.peak + first.abs() + last.abs() + held + added;
+        let known = self.moved + self.peak + first.abs() + last.abs() + held + added;
+        let scale = known + self.leaps.min(LEAPS * known);
         let missing = dot(&self.missed, &self.largest);
         let error = (last - self.expected()).abs() + missing;
         Balance {
