@@ -124,6 +124,12 @@ impl Family {
         group.iter().for_each(|&row| self.first[row] = Some(group[0]));
         self.groups.push(group);
     }
+
+    fn leave(&mut self, place: usize) -> Vec<usize> {
+        let group = self.groups.swap_remove(place);
+        group.iter().for_each(|&row| self.first[row] = None);
+        group
+    }
 }
 
 /// The groups, of current rows, and how rows turn into sums.
@@ -136,6 +142,7 @@ pub struct Floating {
     cuts: Family,
     /// sums in which nothing but a weak tie is left
     bare: Vec<bool>,
+    stores: Vec<bool>,
     /// laws of windings without leakage, to which multiples of others are added
     windings: Vec<Multiples>,
 }
@@ -148,7 +155,14 @@ impl Floating {
         let law = |row: usize| row_kind[row] == 0;
         let [floating, fixed] = stored_groups(e);
         let [tied, inner, cuts] = [0; 3].map(|_| Family::new(n));
-        let mut out = Floating { tied, inner, cuts, bare: vec![false; n], windings: Vec::new() };
+        let mut out = Floating {
+            tied,
+            inner,
+            cuts,
+            bare: vec![false; n],
+            stores: stored_columns(e),
+            windings: Vec::new(),
+        };
         let (mut groups, free) = joined(g, &floating, law, |_| true, (false, WEAK));
         groups.retain(|group| group.len() > 1 && group.iter().all(|&row| free[row]));
         groups.into_iter().for_each(|group| out.take(group, true));
@@ -194,10 +208,11 @@ impl Floating {
         }
     }
 
-    /// Adds the cut sets of windings: groups of nodes that nothing but windings (branches in `e`) connects to
-    /// the rest, and in whose laws nothing stands `beside` that their sum keeps: junctions (columns of `inside`)
-    /// lie between two of them.  In the sum of these no voltages are left, whose gigavolts in an impulse hide
-    /// that the currents of the windings vanish.
+    /// Adds the cut sets of windings: groups of nodes that nothing but windings (branches in `e`) and weak ties
+    /// connect to the rest, and in whose laws nothing stands `beside` that their sum keeps: junctions (columns of
+    /// `inside`) and capacitors lie between two of them.  In the sum of these no voltages are left, whose
+    /// gigavolts in an impulse hide that the currents of the windings vanish, and no charges, whose rounding
+    /// over a short step hides it, too.
     pub fn take_cut_sets(
         &mut self,
         e: &Csc,
@@ -210,22 +225,32 @@ impl Floating {
         let n = e.nrows;
         let stored = stored_columns(e);
         let mut free = vec![true; n];
-        let mut tied: Vec<Vec<usize>> = Vec::new();
+        let [mut tied, fixed] = stored_groups(e);
+        fixed.iter().flatten().for_each(|&row| free[row] = false);
         for (m, c) in inside.iter().flat_map(|m| (0..m.ncols).map(move |c| (m, c))) {
             let (pairs, rest) = cancelling(entries_in_laws(m, c, law));
             tied.extend(pairs.into_iter().map(Vec::from));
             rest.iter().for_each(|e| free[e.0] = false);
         }
-        let (mut cuts, linear) = joined(g, &tied, law, |c| law(c) || !stored[c], (false, ROUNDING));
+        let (mut cuts, linear) = joined(g, &tied, law, |c| law(c) || !stored[c], (false, WEAK));
         free.iter_mut().zip(linear).for_each(|(free, linear)| *free &= linear);
-        let alone = |row: usize| free[row] && !stored[row] && !beside[row];
+        let alone = |row: usize| free[row] && !beside[row];
         cuts.retain(|cut| cut.len() > 1 && cut.iter().all(|&row| alone(row)));
-        cuts.retain(|cut| cut.iter().all(|&row| self.inner.first[row].is_none()));
         let mut inside: Vec<bool> = self.inner.first.iter().map(Option::is_some).collect();
         cuts.iter().flatten().for_each(|&row| inside[row] = true);
         self.keep_outside(&inside);
         for mut cut in cuts {
-            let other = |&row: &usize| self.tied.first[row].is_none_or(|row| !cut.contains(&row));
+            // the sum of a group inside follows from this one and the laws of the nodes around it
+            let inside = |group: &Vec<usize>| group.iter().all(|row| cut.contains(row));
+            if let Some(place) = self.tied.groups.iter().position(inside) {
+                let group = self.tied.leave(place);
+                let own = group.iter().find(|&&row| self.inner.first[row].is_none());
+                let first = own.and_then(|own| cut.iter().position(|row| row == own));
+                cut.swap(0, first.unwrap_or(0));
+            }
+            let sums =
+                |row: usize| [self.tied.first[row], self.inner.first[row]].into_iter().flatten();
+            let other = |&row: &usize| sums(row).all(|first| !cut.contains(&first));
             let Some(own) = cut.iter().position(other) else { continue };
             cut.swap(0, own);
             self.bare[cut[0]] = true;
@@ -246,7 +271,7 @@ impl Floating {
 
     /// Whether there are cut sets of windings.
     pub fn has_cut_sets(&self) -> bool {
-        !self.cuts.groups.is_empty()
+        self.cuts.groups.iter().any(|cut| cut.iter().all(|&row| !self.stores[row]))
     }
 
     /// The rows of each group, of which the sum takes the place of the first.
@@ -383,6 +408,32 @@ mod tests {
         assert_eq!(floating.cuts.groups, [[0, 1, 2, 3]]);
         let law = floating.conductances(&g).into_iter().filter(|e| e.0 == 0 && e.2 != 0.0);
         assert_eq!(law.collect::<Vec<_>>(), [(0, 4, -1.0), (0, 5, -1.0), (0, 6, -1.0)]);
+    }
+
+    #[test]
+    fn a_rectifier_behind_coils_is_a_cut_set() {
+        // coils 3 and 4 end at nodes 0 and 1, junctions lead from there to node 2 and a capacitor on to 5,
+        // which a resistor that hardly conducts ties to ground
+        let mut g = vec![(0, 3, -1.0), (1, 4, -1.0), (3, 0, 1.0), (4, 1, 1.0)];
+        g.extend([(2, 2, 1.0), (2, 5, -1.0), (5, 2, -1.0), (5, 5, 1.0 + 2f64.powi(-40))]);
+        let mut e = vec![(3, 3, 1e-3), (4, 4, 1e-3)];
+        e.extend([(2, 2, 1e-6), (2, 5, -1e-6), (5, 2, -1e-6), (5, 5, 1e-6)]);
+        let [e, g] = [&e[..], &g[..]].map(|list| Csc::from_triplets(6, 6, list));
+        let kinds = [0, 0, 0, 1, 1, 0];
+        let junctions = [(0, 0, 1.0), (2, 0, -1.0), (1, 1, 1.0), (2, 1, -1.0)];
+        let [junctions, none] = [&junctions[..], &[]].map(|list| Csc::from_triplets(6, 2, list));
+        let mut floating = Floating::new(&e, &g, &kinds);
+        assert_eq!(floating.groups(), [[2, 5]]);
+        floating.take_cut_sets(&e, &g, &kinds, [&junctions, &none], &[false; 6]);
+        // its sum takes the place of that of the capacitor, not of the law of a coil's end
+        assert!(floating.groups().is_empty());
+        assert_eq!(floating.cuts.groups.len(), 1);
+        assert_eq!(floating.cuts.groups[0][0], 2);
+        let left = floating.conductances(&g).into_iter().filter(|e| e.0 == 2 && e.2 != 0.0);
+        assert_eq!(left.collect::<Vec<_>>(), [(2, 3, -1.0), (2, 4, -1.0), (2, 5, 2f64.powi(-40))]);
+        let mut rhs = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
+        floating.sum_up(&mut rhs);
+        assert_eq!(rhs, [1.0, 2.0, 39.0, 8.0, 16.0, 32.0]);
     }
 
     #[test]

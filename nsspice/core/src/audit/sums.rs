@@ -47,7 +47,9 @@ pub struct Balance {
 /// How much more a step may move than all before it to count in full: what one stage beyond all bounds
 /// turns over is no measure of the run.
 const LEAP: f64 = 1e3;
-/// What rounding in such steps may be, in units of the tolerance: a hundredth of all energies.
+/// Powers of two by which rounding in such steps is beyond the usual one.
+const FAR: i64 = 10;
+/// What it may be, in units of the tolerance: a hundredth of all energies.
 const LEAPS: f64 = 1e6;
 
 /// An energy, or power, that the largest voltage and current bring about: a form of both.
@@ -118,6 +120,8 @@ pub struct Sums {
     /// points and time since that was told, and the largest voltage and current of the last point
     held: f64,
     leaps: f64,
+    /// sum of the binary exponents of what was told, and how many
+    usual: (i64, i64),
     recent: (u64, f64),
     present: [f64; 2],
     /// points of all steps and motions; points and time of motions
@@ -211,6 +215,7 @@ impl Sums {
             acting,
             held: 0.0,
             leaps: 0.0,
+            usual: (0, 0),
             recent: (0, 0.0),
             present: [0.0; 2],
             points: 0,
@@ -253,13 +258,25 @@ impl Sums {
         (self.largest, self.present) = (most(self.largest), most(self.present));
         let recent = std::mem::take(&mut self.recent);
         let told = self.rounding(recent, &self.present);
-        if self.held > 0.0 && told > self.moved + self.peak + self.held {
+        let unusual = self.is_unusual(told);
+        if unusual && told > self.moved + self.peak {
             // where a coil loses its last current one node has kilovolts, and what is stored elsewhere none
             self.leaps += told.min(self.rounding_at(recent, [z, l, f]));
         } else {
             self.held += told;
         }
         self.present = here;
+    }
+
+    /// Whether a number is far beyond the geometric mean of all so far, which a few of them hardly move.
+    fn is_unusual(&mut self, number: f64) -> bool {
+        let exponent = (number.to_bits() >> 52) as i64;
+        let (sum, count) = &mut self.usual;
+        let unusual = *count > 0 && exponent - *sum / *count > FAR;
+        if number > 0.0 {
+            (*sum, *count) = (*sum + exponent, *count + 1);
+        }
+        unusual
     }
 
     /// Energy that laws may be off by in points and time, to the rounding of elimination (see
@@ -529,8 +546,8 @@ impl Sums {
             + self.rounding(self.motions, &self.largest);
         let points = self.points as f64;
         let added = points * f64::EPSILON / TOLERANCE * self.moved;
-        let known = self.moved + self.peak + first.abs() + last.abs() + held + added;
-        let scale = known + self.leaps.min(LEAPS * known);
+        let known = self.moved + self.peak + first.abs() + last.abs();
+        let scale = known + held + added + self.leaps.min(LEAPS * known);
         let missing = dot(&self.missed, &self.largest);
         let error = (last - self.expected()).abs() + missing;
         Balance {

@@ -9,15 +9,18 @@ use crate::mlcp::Role;
 const ROUNDS: usize = 12;
 
 impl Newton {
-    /// The solution of the equations linearised at the solution found last (or just before it) for a
-    /// right-hand side of the rows of z alone; all unknowns where they are if there is none.
-    pub fn respond(&mut self, rhs: &[f64], out: &mut [f64]) {
+    /// The solution of the equations linearised at the solution found last (or just before it) for changes of
+    /// what the unknowns `z` and the functions `f` store; all unknowns where they are if there is none.
+    pub fn respond(&mut self, z: &[f64], f: &[f64], out: &mut [f64]) {
         let n = self.eq.n;
+        self.state.right[..n].fill(0.0);
+        let rate = self.assemblies[self.present].rate;
+        self.add_carried(z, rate);
+        self.add_carried_functions(f, rate);
         let Newton { eq, tape, assemblies, present, state: s, .. } = self;
         let assembly = &mut assemblies[*present];
         let size = eq.size();
-        s.balance.defect[..n].copy_from_slice(rhs);
-        eq.floating.sum_up(&mut s.balance.defect[..n]);
+        s.balance.defect[..n].copy_from_slice(&s.right[..n]);
         s.balance.defect[n..].fill(0.0);
         if assembly.factored(&s.active) {
             s.step.copy_from_slice(&s.balance.defect[..size]);

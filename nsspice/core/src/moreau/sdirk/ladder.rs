@@ -449,11 +449,8 @@ impl Ladder {
         let n = s.z.len();
         let rate = 1.0 / self.stage_length(level);
         let Some(smooth) = &mut s.smooth else { return };
-        s.rhs.fill(0.0);
-        s.sys.linear.e.mul_add(rate, &raw[..n], &mut s.rhs);
-        smooth.newton.add_stored(rate, &raw[n..], &mut s.rhs);
         smooth.newton.set_rate(rate);
-        smooth.newton.respond(&s.rhs, &mut out[..n]);
+        smooth.newton.respond(&raw[..n], &raw[n..], &mut out[..n]);
     }
 
     /// Residual of the last stage solved at a level: unknowns `z`, multipliers `l`.
