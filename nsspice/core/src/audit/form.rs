@@ -13,6 +13,9 @@ const LEFT: f64 = 16.0 * f64::EPSILON;
 /// Most points of a step.
 const MOST: usize = 8;
 
+/// `l`, by unknowns, and `c` of `c (l' x)^2`.
+type Square = (Vec<(u32, f64)>, f64);
+
 /// The symmetric part `M` of a matrix as `x' M x = sum c (x_i + s x_j)^2 + sum d x_i^2` with
 /// `s = 1` or `-1`: one square for each element between two nodes, without the cancellation of the
 /// entries that they share.
@@ -26,7 +29,7 @@ pub struct Form {
     /// `i`, `d`
     pub single: Vec<(u32, f64)>,
     /// `l` and `c`
-    pub combined: Vec<(Vec<(u32, f64)>, f64)>,
+    pub combined: Vec<Square>,
 }
 
 impl Form {
@@ -140,7 +143,7 @@ fn combination(l: &[(u32, f64)], x: impl Fn(usize) -> f64) -> f64 {
 }
 
 /// The squares of some rows of a symmetric matrix by elimination; `None` if it has negative ones.
-fn eliminated(matrix: &Csc, rows: &[usize]) -> Option<Vec<(Vec<(u32, f64)>, f64)>> {
+fn eliminated(matrix: &Csc, rows: &[usize]) -> Option<Vec<Square>> {
     let mut block = Matrix::zeros(rows.len(), rows.len());
     let place = |row: usize| rows.iter().position(|&own| own == row);
     for (r, c, v) in matrix.iter() {
@@ -157,9 +160,11 @@ fn eliminated(matrix: &Csc, rows: &[usize]) -> Option<Vec<(Vec<(u32, f64)>, f64)
         let place = (0..open.len()).max_by(|&a, &b| share(open[a]).total_cmp(&share(open[b])))?;
         let pivot = open[place];
         let c = block[(pivot, pivot)];
-        if !(c > LEFT * size[pivot]) {
-            // nothing but rounding may be left
-            let nothing = |k: &usize| block[(*k, *k)].abs() <= LEFT * size[*k];
+        let rounding = |i: usize, j: usize| {
+            block[(i, j)].abs() <= LEFT * (size[i].abs() * size[j].abs()).sqrt()
+        };
+        if rounding(pivot, pivot) || c.is_nan() || c < 0.0 {
+            let nothing = |&i: &usize| open.iter().all(|&j| rounding(i, j));
             return open.iter().all(nothing).then_some(out);
         }
         let l: Vec<f64> = open.iter().map(|&k| block[(pivot, k)] / c).collect();
@@ -206,6 +211,17 @@ mod tests {
             assert!((stored - 0.5 * leakage * 9e32).abs() < 1e-14 * 9e32 * leakage.max(1e-16));
             let y = [1.0, 0.0, 0.0];
             assert!((form.between(&y, &y) - 1.0).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn what_is_no_sum_of_squares_stays_as_it_is() {
+        for diagonal in [0.0, 1.0] {
+            let entries = [(0, 0, diagonal), (0, 1, 2.0), (1, 0, 2.0), (1, 1, diagonal)];
+            let form = Form::new(&Csc::from_triplets(2, 2, &entries));
+            assert!(form.combined.is_empty());
+            let x = [1.0, -3.0];
+            assert!((form.at(|k| x[k]) - (10.0 * diagonal - 12.0)).abs() < 1e-14);
         }
     }
 
