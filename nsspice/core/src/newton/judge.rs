@@ -55,6 +55,8 @@ pub(super) struct Balance {
 pub(super) struct Judgement {
     pub residual: Residual,
     pub worst_row: usize,
+    /// rounding leaves nothing known of the worst row
+    pub unknown: bool,
 }
 
 impl Balance {
@@ -128,6 +130,11 @@ impl Balance {
         Shares { top: larger(larger(top[0], top[1]), larger(top[2], top[3])), node }
     }
 
+    /// Whether rounding of the unknowns leaves most of a row, in a step; a law that is one function may vanish.
+    fn known(&self, assembly: &Assembly, row: usize, rounding: f64) -> bool {
+        assembly.rate == 0.0 || rounding <= KNOWN * self.sizes[row]
+    }
+
     /// The largest violation without what rounding may do, and where; that with it is among the shares.
     fn worst(
         &self,
@@ -142,7 +149,7 @@ impl Balance {
         let open = |i: usize| if eq.kind(i) == 0 { open * eq.reference[i] } else { 0.0 };
         let ratio = |i: usize| {
             let rounding = ROUNDING * Self::steepness(assembly, tape, x, i);
-            let rounding = if rounding <= KNOWN * self.sizes[i] { rounding } else { 0.0 };
+            let rounding = if self.known(assembly, i, rounding) { rounding } else { 0.0 };
             let excess = self.defect[i].abs() - rounding - open(i);
             let ratio = if excess <= 0.0 { 0.0 } else { excess / self.sizes[i] };
             if ratio < f64::INFINITY {
@@ -184,17 +191,21 @@ impl Balance {
             _ => shares::<0>(self, eq, x),
         };
         let top = shares.top;
+        let mut unknown = false;
         let (rows, worst_row) = if top <= NOTHING {
             (0.0, 0)
         } else if top <= enough {
             (top, 0)
         } else {
-            self.worst(eq, assembly, tape, x, &shares)
+            let worst = self.worst(eq, assembly, tape, x, &shares);
+            let rounding = ROUNDING * Self::steepness(assembly, tape, x, worst.1);
+            unknown = !self.known(assembly, worst.1, rounding);
+            worst
         };
         let (n, terms, defect) = (eq.n, &self.terms, &self.defect);
         if roles.is_empty() {
             let residual = Residual { rows, complementarity: 0.0 };
-            return Judgement { residual, worst_row };
+            return Judgement { residual, worst_row, unknown };
         }
         let mut current = 0.0f64;
         let mut voltage = shares.node;
@@ -218,6 +229,6 @@ impl Balance {
             complementarity = complementarity.max(violation);
         }
         let residual = Residual { rows, complementarity };
-        Judgement { residual, worst_row }
+        Judgement { residual, worst_row, unknown }
     }
 }

@@ -34,6 +34,8 @@ const BRIEF: usize = 10;
 /// From a good start, so many times as long while the worst defect falls to this part each time.
 const PATIENCE: usize = 3;
 const FALLS: f64 = 0.5;
+/// Rounds in a row in which rounding leaves nothing known of the worst law: there is no way back.
+const LOST: usize = 4;
 
 /// A point that solves the equations.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,7 +86,7 @@ pub(super) struct Pull<'a> {
     pub centre: &'a [f64],
 }
 
-const NOWHERE: Judgement = Judgement { residual: Residual::INFINITE, worst_row: 0 };
+const NOWHERE: Judgement = Judgement { residual: Residual::INFINITE, worst_row: 0, unknown: false };
 
 impl Newton {
     /// Prepares a system.
@@ -373,6 +375,7 @@ impl Newton {
         self.turns.forget();
         let most = if limit > BRIEF { PATIENCE * limit } else { limit };
         let mut last = (0, 0.0); // the worst row and its defect
+        let mut lost = 0;
         for round in 0..=most {
             self.evaluate_at_x(how, pull);
             how = Linearisation::Careful;
@@ -436,6 +439,10 @@ impl Newton {
                 } else if s.best.0.residual.worst() <= ACCEPT {
                     break; // rounding: no better than before
                 }
+            }
+            lost = if found.unknown { lost + 1 } else { 0 };
+            if lost > LOST {
+                break;
             }
             // a junction that was driven far gives way by one thermal voltage at a time
             if round + 1 >= limit {

@@ -119,8 +119,9 @@ impl Newton {
             self.state.x.copy_from_slice(&side);
             self.evaluate_at_x(Linearisation::Exact, pull);
             if self.is_faded() {
-                let Judgement { residual, worst_row } = self.judge();
-                return Some(Judgement { residual: Residual { rows: 0.0, ..residual }, worst_row });
+                let found = self.judge();
+                let residual = Residual { rows: 0.0, ..found.residual };
+                return Some(Judgement { residual, ..found });
             }
         }
         self.state.x.copy_from_slice(&end);
