@@ -1,4 +1,4 @@
-"""Random converters of junctions with TT and no capacitance: where their energy went, to a millionth.
+"""Random converters of junctions with TT and no capacitance: where their energy went, to 1e-6.
 
 In steps of 1e-19 s the charge of such a junction over the length of the step is 1e11 A, and its
 rounding amperes.  What that, potentials of teravolts, or the limit of short steps made of a state
