@@ -28,16 +28,20 @@ const ROUNDING: f64 = f64::EPSILON;
 pub(crate) const LOST: f64 = 1e-12;
 /// A tie of this part of the conductances beside it: what it carries is rounding of theirs.
 const WEAK: f64 = 1e-6;
+/// Ties to ground of this part leave the sum of a cut set worth while: rounding of the charges of junctions
+/// over a short step is more than what they carry.
+const LIGHT: f64 = 1e-2;
 
 /// The laws that groups of unknowns and some columns of a matrix join, and which of them are in no group
 /// whose sum has anything of these columns left; such columns may `stay` in more than one law.  What is at
-/// most a `weak` part of what stands beside it joins nothing, and nothing of it counts as left.
+/// most a `weak` part of what stands beside it joins nothing; what sums to a `left` part of its size, at most,
+/// is nothing left.
 fn joined(
     g: &Csc,
     floating: &[Vec<usize>],
     law: impl Fn(usize) -> bool,
     counts: impl Fn(usize) -> bool,
-    (stay, weak): (bool, f64),
+    (stay, weak, left): (bool, f64, f64),
 ) -> (Vec<Vec<usize>>, Vec<bool>) {
     let n = g.nrows;
     let (mut ties, mut free) = (UnionFind::new(n), vec![true; n]);
@@ -65,7 +69,7 @@ fn joined(
         let rows: Vec<usize> = own.iter().map(|e| e.0).collect();
         let (sum, size) =
             own.iter().fold((0.0, 0.0), |(sum, size), e| (sum + e.1, size + e.1.abs()));
-        let left = f64::abs(sum) > weak * size;
+        let left = f64::abs(sum) > left * size;
         if left && stay && all > 1 {
             continue;
         }
@@ -163,12 +167,12 @@ impl Floating {
             stores: stored_columns(e),
             windings: Vec::new(),
         };
-        let (mut groups, free) = joined(g, &floating, law, |_| true, (false, WEAK));
+        let (mut groups, free) = joined(g, &floating, law, |_| true, (false, WEAK, WEAK));
         groups.retain(|group| group.len() > 1 && group.iter().all(|&row| free[row]));
         groups.into_iter().for_each(|group| out.take(group, true));
         let stored = stored_columns(e);
         let (mut groups, mut free) =
-            joined(g, &floating, law, |c| !law(c) && !stored[c], (true, ROUNDING));
+            joined(g, &floating, law, |c| !law(c) && !stored[c], (true, ROUNDING, ROUNDING));
         fixed.iter().flatten().for_each(|&row| free[row] = false);
         let mut held = vec![false; n];
         floating.iter().filter(|group| group.len() > 1).flatten().for_each(|&j| held[j] = true);
@@ -235,7 +239,8 @@ impl Floating {
             tied.extend(pairs.into_iter().map(Vec::from));
             rest.iter().for_each(|e| free[e.0] = false);
         }
-        let (mut cuts, linear) = joined(g, &tied, law, |c| law(c) || !stored[c], (false, WEAK));
+        let (mut cuts, linear) =
+            joined(g, &tied, law, |c| law(c) || !stored[c], (false, WEAK, LIGHT));
         free.iter_mut().zip(linear).for_each(|(free, linear)| *free &= linear);
         let alone = |row: usize| free[row] && !beside[row];
         cuts.retain(|cut| cut.len() > 1 && cut.iter().all(|&row| alone(row)));
@@ -416,27 +421,34 @@ mod tests {
     #[test]
     fn a_rectifier_behind_coils_is_a_cut_set() {
         // coils 3 and 4 end at nodes 0 and 1, junctions lead from there to node 2 and a capacitor on to 5,
-        // which a resistor that hardly conducts ties to ground
-        let mut g = vec![(0, 3, -1.0), (1, 4, -1.0), (3, 0, 1.0), (4, 1, 1.0)];
-        g.extend([(2, 2, 1.0), (2, 5, -1.0), (5, 2, -1.0), (5, 5, 1.0 + 2f64.powi(-40))]);
+        // which a resistor ties to ground
         let mut e = vec![(3, 3, 1e-3), (4, 4, 1e-3)];
         e.extend([(2, 2, 1e-6), (2, 5, -1e-6), (5, 2, -1e-6), (5, 5, 1e-6)]);
-        let [e, g] = [&e[..], &g[..]].map(|list| Csc::from_triplets(6, 6, list));
+        let e = Csc::from_triplets(6, 6, &e);
         let kinds = [0, 0, 0, 1, 1, 0];
         let junctions = [(0, 0, 1.0), (2, 0, -1.0), (1, 1, 1.0), (2, 1, -1.0)];
         let [junctions, none] = [&junctions[..], &[]].map(|list| Csc::from_triplets(6, 2, list));
-        let mut floating = Floating::new(&e, &g, &kinds);
-        assert_eq!(floating.groups(), [[2, 5]]);
-        floating.take_cut_sets(&e, &g, &kinds, [&junctions, &none], &[false; 6]);
-        // its sum takes the place of that of the capacitor, not of the law of a coil's end
-        assert!(floating.groups().is_empty());
-        assert_eq!(floating.cuts.groups.len(), 1);
-        assert_eq!(floating.cuts.groups[0][0], 2);
-        let left = floating.conductances(&g).into_iter().filter(|e| e.0 == 2 && e.2 != 0.0);
-        assert_eq!(left.collect::<Vec<_>>(), [(2, 3, -1.0), (2, 4, -1.0), (2, 5, 2f64.powi(-40))]);
-        let mut rhs = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
-        floating.sum_up(&mut rhs);
-        assert_eq!(rhs, [1.0, 2.0, 39.0, 8.0, 16.0, 32.0]);
+        for (tie, cut) in [(-40, true), (-10, true), (-1, false)] {
+            let tie = 2f64.powi(tie);
+            let mut g = vec![(0, 3, -1.0), (1, 4, -1.0), (3, 0, 1.0), (4, 1, 1.0)];
+            g.extend([(2, 2, 1.0), (2, 5, -1.0), (5, 2, -1.0), (5, 5, 1.0 + tie)]);
+            let g = Csc::from_triplets(6, 6, &g);
+            let mut floating = Floating::new(&e, &g, &kinds);
+            assert_eq!(floating.groups(), [[2, 5]]);
+            floating.take_cut_sets(&e, &g, &kinds, [&junctions, &none], &[false; 6]);
+            // its sum takes the place of that of the capacitor, not of the law of a coil's end
+            assert_eq!(floating.groups().is_empty(), cut);
+            assert_eq!(floating.cuts.groups.len(), usize::from(cut));
+            if !cut {
+                continue;
+            }
+            assert_eq!(floating.cuts.groups[0][0], 2);
+            let left = floating.conductances(&g).into_iter().filter(|e| e.0 == 2 && e.2 != 0.0);
+            assert_eq!(left.collect::<Vec<_>>(), [(2, 3, -1.0), (2, 4, -1.0), (2, 5, tie)]);
+            let mut rhs = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
+            floating.sum_up(&mut rhs);
+            assert_eq!(rhs, [1.0, 2.0, 39.0, 8.0, 16.0, 32.0]);
+        }
     }
 
     #[test]

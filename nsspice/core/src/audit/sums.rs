@@ -116,12 +116,12 @@ pub struct Sums {
     /// what the largest voltage and current store, and what they do
     content: Product,
     acting: Product,
-    /// rounding that steps may have left in the laws, as energy, and that of steps beyond all others; their
-    /// points and time since that was told, and the largest voltage and current of the last point
+    /// rounding that steps may have left in the laws, as energy, and that of steps beyond all others
     held: f64,
     leaps: f64,
-    /// sum of the binary exponents of what was told, and how many
+    /// sum of the binary exponents of what was told of it, and how many
     usual: (i64, i64),
+    /// points and time of steps since then, and the largest voltage and current of the last point
     recent: (u64, f64),
     present: [f64; 2],
     /// points of all steps and motions; points and time of motions
