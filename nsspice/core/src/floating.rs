@@ -231,11 +231,8 @@ impl Floating {
         let mut free = vec![true; n];
         let [mut tied, fixed] = stored_groups(e);
         fixed.iter().flatten().for_each(|&row| free[row] = false);
-        let mut meeting = vec![0; n];
         for (m, c) in inside.iter().flat_map(|m| (0..m.ncols).map(move |c| (m, c))) {
-            let own = entries_in_laws(m, c, law);
-            own.iter().for_each(|e| meeting[e.0] += 1);
-            let (pairs, rest) = cancelling(own);
+            let (pairs, rest) = cancelling(entries_in_laws(m, c, law));
             tied.extend(pairs.into_iter().map(Vec::from));
             rest.iter().for_each(|e| free[e.0] = false);
         }
@@ -255,10 +252,9 @@ impl Floating {
             let sums =
                 |row: usize| [self.tied.first[row], self.inner.first[row]].into_iter().flatten();
             let other = |row: usize| sums(row).all(|first| !cut.contains(&first));
-            // charges of junctions hide the law in which most of them meet, and not that of a coil's end
+            // charges hide the law of a capacitor more than that of a coil's end
             let own = (0..cut.len()).rev().filter(|&k| other(cut[k]));
-            let own = own.max_by_key(|&k| (group.contains(&cut[k]), meeting[cut[k]]));
-            let Some(own) = own else { continue };
+            let Some(own) = own.max_by_key(|&k| group.contains(&cut[k])) else { continue };
             cut.swap(0, own);
             self.bare[cut[0]] = true;
             self.cuts.take(cut);
@@ -412,10 +408,9 @@ mod tests {
         floating.take_cut_sets(&e, &g, &kinds, [&none, &junction(2, 4)], &pair(7));
         assert!(!floating.has_cut_sets());
         floating.take_cut_sets(&e, &g, &kinds, [&none, &junction(2, 1)], &pair(7));
-        // in the place of a law in which a junction stands
-        assert_eq!(floating.cuts.groups, [[1, 0, 2, 3]]);
-        let law = floating.conductances(&g).into_iter().filter(|e| e.0 == 1 && e.2 != 0.0);
-        assert_eq!(law.collect::<Vec<_>>(), [(1, 4, -1.0), (1, 5, -1.0), (1, 6, -1.0)]);
+        assert_eq!(floating.cuts.groups, [[0, 1, 2, 3]]);
+        let law = floating.conductances(&g).into_iter().filter(|e| e.0 == 0 && e.2 != 0.0);
+        assert_eq!(law.collect::<Vec<_>>(), [(0, 4, -1.0), (0, 5, -1.0), (0, 6, -1.0)]);
     }
 
     #[test]

@@ -354,8 +354,7 @@ impl Stepper {
         if let (Some(smooth), true, Start::Warm) = (&mut self.smooth, plain, start) {
             smooth.newton.predict(&once.z); // junctions that had to turn have done so there
         }
-        // voltages are what is left of fluxes over the length of the steps
-        let (settled, rest) = self.exactly(|s| s.settle(&after, shortest))?;
+        let (settled, rest) = self.settle(&after, shortest)?;
         Ok(Leap {
             first: once.z,
             part,

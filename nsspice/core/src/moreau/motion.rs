@@ -170,8 +170,7 @@ impl Stepper {
         let (mut before, multipliers) = begun;
         self.storage.project(&mut before);
         (self.z, self.l) = (before.clone(), multipliers.clone());
-        let settled = self.exactly(|s| s.settle(&before, shortest));
-        let Ok((settled, rest)) = settled else { return leap };
+        let Ok((settled, rest)) = self.settle(&before, shortest) else { return leap };
         let impulses = [0, 1, 2].map(|k| vec![0.0; leap.impulses[k].len()]);
         let (first, after, span) = (before.clone(), before, 0.0);
         let still = Leap { first, after, impulses, span, multipliers, settled, rest, ..leap };
