@@ -109,9 +109,8 @@ pub fn sums_that_store_nothing(e: &Csc, q: &Csc) -> Vec<Vec<usize>> {
             stores[together.root(rows[0])] = true;
         }
     }
-    let mut groups = vec![Vec::new(); n];
-    (0..n).for_each(|row| groups[together.root(row)].push(row));
-    groups.retain(|group| group.first().is_some_and(|&row| !stores[together.root(row)]));
+    let mut groups = together.groups(0..n);
+    groups.retain(|group| !stores[together.root(group[0])]);
     groups
 }
 
@@ -125,12 +124,8 @@ pub fn stored_groups(e: &Csc) -> [Vec<Vec<usize>>; 2] {
         sum[r] += v;
         size[r] += v.abs();
     }
-    let mut groups: Vec<Vec<usize>> = vec![Vec::new(); n];
-    for j in (0..n).filter(|&j| size[j] > 0.0) {
-        groups[together.root(j)].push(j);
-    }
+    let groups = together.groups((0..n).filter(|&j| size[j] > 0.0));
     let free = |g: &Vec<usize>| g.iter().all(|&j| f64::abs(sum[j]) <= ROUNDING * size[j]);
-    let stored = groups.into_iter().filter(|g| !g.is_empty());
-    let (floating, others) = stored.partition(free);
+    let (floating, others) = groups.into_iter().partition(free);
     [floating, others]
 }

@@ -78,10 +78,7 @@ fn joined(
             rows.iter().for_each(|&row| free[row] = false);
         }
     }
-    let mut groups = vec![Vec::new(); n];
-    (0..n).filter(|&row| law(row)).for_each(|row| groups[ties.root(row)].push(row));
-    groups.retain(|group| !group.is_empty());
-    (groups, free)
+    (ties.groups((0..n).filter(|&row| law(row))), free)
 }
 
 /// The entries of a column in laws of currents.
@@ -146,6 +143,7 @@ pub struct Floating {
     cuts: Family,
     /// sums in which nothing but a weak tie is left
     bare: Vec<bool>,
+    /// in which columns something is stored
     stores: Vec<bool>,
     /// laws of windings without leakage, to which multiples of others are added
     windings: Vec<Multiples>,
@@ -170,9 +168,8 @@ impl Floating {
         let (mut groups, free) = joined(g, &floating, law, |_| true, (false, WEAK, WEAK));
         groups.retain(|group| group.len() > 1 && group.iter().all(|&row| free[row]));
         groups.into_iter().for_each(|group| out.take(group, true));
-        let stored = stored_columns(e);
-        let (mut groups, mut free) =
-            joined(g, &floating, law, |c| !law(c) && !stored[c], (true, ROUNDING, ROUNDING));
+        let loose = |c: usize| !law(c) && !out.stores[c];
+        let (mut groups, mut free) = joined(g, &floating, law, loose, (true, ROUNDING, ROUNDING));
         fixed.iter().flatten().for_each(|&row| free[row] = false);
         let mut held = vec![false; n];
         floating.iter().filter(|group| group.len() > 1).flatten().for_each(|&j| held[j] = true);
@@ -227,7 +224,6 @@ impl Floating {
     ) {
         let law = |row: usize| row_kind[row] == 0;
         let n = e.nrows;
-        let stored = stored_columns(e);
         let mut free = vec![true; n];
         let [mut tied, fixed] = stored_groups(e);
         fixed.iter().flatten().for_each(|&row| free[row] = false);
@@ -237,7 +233,7 @@ impl Floating {
             rest.iter().for_each(|e| free[e.0] = false);
         }
         let (mut cuts, linear) =
-            joined(g, &tied, law, |c| law(c) || !stored[c], (false, WEAK, LIGHT));
+            joined(g, &tied, law, |c| law(c) || !self.stores[c], (false, WEAK, LIGHT));
         free.iter_mut().zip(linear).for_each(|(free, linear)| *free &= linear);
         let alone = |row: usize| free[row] && !beside[row];
         cuts.retain(|cut| cut.len() > 1 && cut.iter().all(|&row| alone(row)));

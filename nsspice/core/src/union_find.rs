@@ -25,4 +25,12 @@ impl UnionFind {
         self.0[i] = j;
         i != j
     }
+
+    /// The sets of some numbers, each as a list, in the order of what stands for them.
+    pub fn groups(&mut self, members: impl Iterator<Item = usize>) -> Vec<Vec<usize>> {
+        let mut groups = vec![Vec::new(); self.0.len()];
+        members.for_each(|k| groups[self.root(k)].push(k));
+        groups.retain(|group| !group.is_empty());
+        groups
+    }
 }

@@ -37,8 +37,7 @@ pub fn laws_without_storage(e: &Csc, row_kind: &[u8]) -> Vec<Multiples> {
     let entries = || e.iter().filter(|&(r, c, v)| branch(r) && branch(c) && v != 0.0);
     let mut coupled = UnionFind::new(e.nrows);
     entries().for_each(|(r, c, _)| _ = coupled.join(r, c));
-    let mut groups = vec![Vec::new(); e.nrows];
-    entries().filter(|e| e.0 == e.1).for_each(|(r, _, _)| groups[coupled.root(r)].push(r));
+    let groups = coupled.groups(entries().filter(|e| e.0 == e.1).map(|e| e.0));
     let mut laws = Vec::new();
     for rows in groups.into_iter().filter(|rows| rows.len() > 1) {
         let count = rows.len();

@@ -72,15 +72,15 @@ impl Form {
         let mut together = UnionFind::new(matrix.nrows);
         self.pairs.iter().for_each(|p| _ = together.join(p.0 as usize, p.1 as usize));
         let mut negative = vec![false; matrix.nrows];
-        self.single.iter().filter(|s| s.1 < 0.0).for_each(|s| {
-            negative[together.root(s.0 as usize)] = true;
-        });
-        for root in (0..matrix.nrows).filter(|&k| negative[k]) {
-            let rows: Vec<usize> =
-                (0..matrix.nrows).filter(|&k| together.root(k) == root).collect();
+        let below = self.single.iter().filter(|s| s.1 < 0.0);
+        below.for_each(|s| negative[s.0 as usize] = true);
+        for rows in together.groups(0..matrix.nrows) {
+            if !rows.iter().any(|&row| negative[row]) {
+                continue;
+            }
             let Some(squares) = eliminated(matrix, &rows) else { continue };
-            self.pairs.retain(|p| together.root(p.0 as usize) != root);
-            self.single.retain(|s| together.root(s.0 as usize) != root);
+            self.pairs.retain(|p| !rows.contains(&(p.0 as usize)));
+            self.single.retain(|s| !rows.contains(&(s.0 as usize)));
             self.combined.extend(squares);
         }
     }

@@ -308,6 +308,11 @@ impl Sums {
         }
     }
 
+    /// The same of one step.
+    fn add_one(&mut self, parts: [f64; 3], z: &[f64]) {
+        self.add(parts, parts.iter().map(|part| part.abs()).sum(), 1, z);
+    }
+
     #[inline]
     fn sum(&mut self, [delivered, dissipated, scheme]: [f64; 3], steps: u64) {
         self.delivered += delivered;
@@ -380,8 +385,7 @@ impl Sums {
         let dissipated = h * power + self.controls.between(z, |k| z[k] - z0[k]);
         let delivered = h * self.s.between(z, |k| u[k]);
         self.pass(1, h);
-        let parts = [delivered, dissipated, scheme];
-        self.add(parts, parts.iter().map(|part| part.abs()).sum(), 1, z);
+        self.add_one([delivered, dissipated, scheme], z);
     }
 
     /// Adds the steps that wait.
@@ -447,9 +451,8 @@ impl Sums {
         let scheme = 0.5 * self.stored.products(all.rate, all.taken);
         self.pass(count as u64, time);
         let h = all.length;
-        let parts = [h * delivered, h * dissipated, h * h * scheme];
         if let Some(last) = all.z.last() {
-            self.add(parts, parts.iter().map(|part| part.abs()).sum(), 1, last);
+            self.add_one([h * delivered, h * dissipated, h * h * scheme], last);
             let l = all.l.get((count - 1) * m..).unwrap_or(&[]);
             self.look(last, l, all.f.last().copied().unwrap_or(&[]));
             self.go_on_from(last);

@@ -13,15 +13,13 @@ impl Newton {
     /// what the unknowns `z` and the functions `f` store; all unknowns where they are if there is none.
     pub fn respond(&mut self, z: &[f64], f: &[f64], out: &mut [f64]) {
         let n = self.eq.n;
-        self.state.right[..n].fill(0.0);
-        let rate = self.assemblies[self.present].rate;
-        self.add_carried(z, rate);
-        self.add_carried_functions(f, rate);
         let Newton { eq, tape, assemblies, present, state: s, .. } = self;
         let assembly = &mut assemblies[*present];
         let size = eq.size();
-        s.balance.defect[..n].copy_from_slice(&s.right[..n]);
-        s.balance.defect[n..].fill(0.0);
+        let defect = &mut s.balance.defect;
+        defect.fill(0.0);
+        eq.add_carried(assembly.rate, z, defect);
+        eq.add_carried_functions(assembly.rate, |k| f[k], defect);
         if assembly.factored(&s.active) {
             s.step.copy_from_slice(&s.balance.defect[..size]);
             assembly.solve(n, &s.active, &mut s.step, &mut s.work);

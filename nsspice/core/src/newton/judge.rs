@@ -130,12 +130,8 @@ impl Balance {
         Shares { top: larger(larger(top[0], top[1]), larger(top[2], top[3])), node }
     }
 
-    /// Whether rounding of the unknowns leaves most of a row, in a step; a law that is one function may vanish.
-    fn known(&self, assembly: &Assembly, row: usize, rounding: f64) -> bool {
-        assembly.rate == 0.0 || rounding <= KNOWN * self.sizes[row]
-    }
-
-    /// The largest violation without what rounding may do, and where; that with it is among the shares.
+    /// The largest violation without what rounding may do, where, and whether rounding leaves too little of
+    /// that row; that with it is among the shares.
     fn worst(
         &self,
         eq: &Equations,
@@ -143,29 +139,26 @@ impl Balance {
         tape: &Tape,
         x: &[f64],
         Shares { top, node }: &Shares,
-    ) -> (f64, usize) {
+    ) -> (f64, usize, bool) {
         let shares = &self.shares[..eq.n];
         let open = if self.lenient { NO_SLOPE * node } else { 0.0 };
         let open = |i: usize| if eq.kind(i) == 0 { open * eq.reference[i] } else { 0.0 };
         let ratio = |i: usize| {
             let rounding = ROUNDING * Self::steepness(assembly, tape, x, i);
-            let rounding = if self.known(assembly, i, rounding) { rounding } else { 0.0 };
-            let excess = self.defect[i].abs() - rounding - open(i);
+            // a law that is one function alone may vanish, which counts in steps only
+            let known = assembly.rate == 0.0 || rounding <= KNOWN * self.sizes[i];
+            let excess = self.defect[i].abs() - if known { rounding } else { 0.0 } - open(i);
             let ratio = if excess <= 0.0 { 0.0 } else { excess / self.sizes[i] };
-            if ratio < f64::INFINITY {
-                ratio
-            } else {
-                f64::INFINITY
-            }
+            (if ratio < f64::INFINITY { ratio } else { f64::INFINITY }, i, !known)
         };
         // the largest first: most others need no look then
         let first = shares.iter().position(|s| s == top).unwrap_or(0);
-        let mut worst = (ratio(first), first);
+        let mut worst = ratio(first);
         for (i, &share) in shares.iter().enumerate() {
             if share > larger(worst.0, NOTHING) && i != first {
-                let ratio = ratio(i);
-                if ratio > worst.0 {
-                    worst = (ratio, i);
+                let here = ratio(i);
+                if here.0 > worst.0 {
+                    worst = here;
                 }
             }
         }
@@ -191,16 +184,12 @@ impl Balance {
             _ => shares::<0>(self, eq, x),
         };
         let top = shares.top;
-        let mut unknown = false;
-        let (rows, worst_row) = if top <= NOTHING {
-            (0.0, 0)
+        let (rows, worst_row, unknown) = if top <= NOTHING {
+            (0.0, 0, false)
         } else if top <= enough {
-            (top, 0)
+            (top, 0, false)
         } else {
-            let worst = self.worst(eq, assembly, tape, x, &shares);
-            let rounding = ROUNDING * Self::steepness(assembly, tape, x, worst.1);
-            unknown = !self.known(assembly, worst.1, rounding);
-            worst
+            self.worst(eq, assembly, tape, x, &shares)
         };
         let (n, terms, defect) = (eq.n, &self.terms, &self.defect);
         if roles.is_empty() {

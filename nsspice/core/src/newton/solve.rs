@@ -248,18 +248,16 @@ impl Newton {
         s.u.copy_from_slice(u);
         s.t = t;
         s.roles.copy_from_slice(roles);
-        let mut carried = std::mem::take(&mut self.carried);
-        if !carried.is_empty() {
-            self.add_carried(&carried, self.assemblies[self.present].rate);
-            carried.clear();
+        let rate = self.assemblies[self.present].rate;
+        if !self.carried.is_empty() {
+            self.eq.add_carried(rate, &self.carried, &mut s.right);
+            self.carried.clear();
         }
-        self.carried = carried;
-        let mut carried = std::mem::take(&mut self.carried_functions);
-        if !carried.is_empty() {
-            self.add_carried_functions(&carried, self.assemblies[self.present].rate);
-            carried.clear();
+        if !self.carried_functions.is_empty() {
+            let stored = |k: usize| self.carried_functions[k];
+            self.eq.add_carried_functions(rate, stored, &mut s.right);
+            self.carried_functions.clear();
         }
-        self.carried_functions = carried;
     }
 
     /// From `state.x`, the last solution, by way of the prediction if there is one.

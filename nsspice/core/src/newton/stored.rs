@@ -1,8 +1,29 @@
 //! What functions store, whose rates count, and what they let flow.
 
-use super::equations::Part;
+use super::equations::{Equations, Part};
 use super::solve::Newton;
 use crate::tape::Linearisation;
+
+impl Equations {
+    /// `out += rate E z`, sums of laws included.
+    pub(super) fn add_carried(&self, rate: f64, z: &[f64], out: &mut [f64]) {
+        for &(r, c, _, v) in &self.stored {
+            out[r as usize] += rate * v * z[c as usize];
+        }
+    }
+
+    /// `out += rate Q f` with the functions `f`, sums of laws included.
+    pub(super) fn add_carried_functions(
+        &self,
+        rate: f64,
+        f: impl Fn(usize) -> f64,
+        out: &mut [f64],
+    ) {
+        for t in self.terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Law) {
+            out[t.row as usize] += rate * t.q * f(t.function as usize);
+        }
+    }
+}
 
 impl Newton {
     /// `out += factor Q f` with the functions `f`.
@@ -45,32 +66,13 @@ impl Newton {
         self.carried_functions.extend_from_slice(f);
     }
 
-    /// Adds what functions store to the right-hand side.
-    pub(super) fn add_carried_functions(&mut self, f: &[f64], rate: f64) {
-        let Newton { eq, state: s, .. } = self;
-        for t in eq.terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Law) {
-            s.right[t.row as usize] += rate * t.q * f[t.function as usize];
-        }
-    }
-
-    /// Adds what the unknowns `z` carry to the right-hand side.
-    pub(super) fn add_carried(&mut self, z: &[f64], rate: f64) {
-        let Newton { eq, state: s, .. } = self;
-        for &(r, c, _, v) in &eq.stored {
-            s.right[r as usize] += rate * v * z[c as usize];
-        }
-    }
-
     /// Sets the right-hand side to `right + rate (E z + Q f(z))` for the point `x = [z; l]`.
     pub(super) fn hold_stored(&mut self, right: &[f64], x: &[f64], rate: f64) {
-        self.state.right.copy_from_slice(right);
-        let n = self.eq.n;
-        self.add_carried(&x[..n], rate);
         let Newton { eq, tape, state: s, .. } = self;
+        s.right.copy_from_slice(right);
+        eq.add_carried(rate, &x[..eq.n], &mut s.right);
         tape.evaluate(&x[..eq.n], &s.u, s.t, Linearisation::Exact);
-        for t in eq.terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Law) {
-            s.right[t.row as usize] += rate * t.q * tape.value(t.function as usize);
-        }
+        eq.add_carried_functions(rate, |k| tape.value(k), &mut s.right);
     }
 
     /// The rows in which functions stand.

@@ -1,23 +1,27 @@
 use super::*;
 
-/// So many capacitors of 1 F with 1 Ohm each, implicit steps of 10 ms; the first one gains energy
-/// of nowhere before the step `wrong`.
-fn drift(count: usize, wrong: Option<usize>, conductance: f64) -> Balance {
-    let diagonal = |v: f64| {
-        let entries: Vec<_> = (0..count).map(|k| (k, k, v)).collect();
-        Csc::from_triplets(count, count, &entries)
+/// So many capacitors of 1 F with 1 Ohm each, beside sources of currents at the first of them.
+fn capacitors(count: usize, sources: usize) -> Sums {
+    let diagonal = |columns: usize| {
+        let entries: Vec<_> = (0..columns).map(|k| (k, k, 1.0)).collect();
+        Csc::from_triplets(count, columns, &entries)
     };
     let linear = Linear {
-        e: diagonal(1.0),
-        g: diagonal(1.0),
+        e: diagonal(count),
+        g: diagonal(count),
         a: Csc::zeros(count, 0),
         b: Csc::zeros(0, count),
         d: Csc::zeros(0, 0),
         q: Vec::new(),
-        s: Csc::zeros(count, 0),
+        s: diagonal(sources),
         row_kind: vec![0; count],
     };
-    let mut sums = Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!());
+    Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!())
+}
+
+/// Implicit steps of 10 ms; the first capacitor gains energy of nowhere before the step `wrong`.
+fn drift(count: usize, wrong: Option<usize>, conductance: f64) -> Balance {
+    let mut sums = capacitors(count, 0);
     let none = &[][..];
     let mut z = vec![1.0; count];
     for step in 0..100 {
@@ -51,18 +55,7 @@ fn energy_from_nowhere_is_noticed_in_any_step() {
 
 /// A discharge in motions of which the heat is known, with a jump in the middle.
 fn by_motions(wrong: Option<usize>, reported: bool) -> Balance {
-    let one = Csc::from_triplets(1, 1, &[(0, 0, 1.0)]);
-    let linear = Linear {
-        e: one.clone(),
-        g: one,
-        a: Csc::zeros(1, 0),
-        b: Csc::zeros(0, 1),
-        d: Csc::zeros(0, 0),
-        q: Vec::new(),
-        s: Csc::zeros(1, 0),
-        row_kind: vec![0],
-    };
-    let mut sums = Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!());
+    let mut sums = capacitors(1, 0);
     let mut z = 1.0f64;
     sums.start(&[z]);
     for k in 0..100 {
@@ -125,19 +118,8 @@ fn powers_as_forms_are_those_of_points() {
 fn a_step_beyond_all_bounds_is_no_measure() {
     // 1 F with 1 Ohm beside a source; in one step the source drives a voltage through the resistor,
     // and a thousandth of the state is lost right after it
-    let one = Csc::from_triplets(1, 1, &[(0, 0, 1.0)]);
-    let linear = Linear {
-        e: one.clone(),
-        g: one.clone(),
-        a: Csc::zeros(1, 0),
-        b: Csc::zeros(0, 1),
-        d: Csc::zeros(0, 0),
-        q: Vec::new(),
-        s: one,
-        row_kind: vec![0],
-    };
     let drift = |beyond: f64, lost: f64| {
-        let mut sums = Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!());
+        let mut sums = capacitors(1, 1);
         let mut z = 1.0;
         for step in 0..50 {
             let (next, leap) = (z / 1.01, if step == 25 { beyond } else { 0.0 });
