@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from switched_bridge import BRIDGE
+from converter_parts import BRIDGE, PUSH_PULL
 
 import nsspice
 
@@ -17,37 +17,25 @@ import nsspice
 ROUNDING = 1e-5
 
 #: voltage and its resistance; edge, on-time and period; windings and coupling; choke, output
-PUSH_PULL = """push-pull converter with leakage and without snubbers
+PUSH_PULL_DECK = (
+    """push-pull converter with leakage and without snubbers
 .param primary={} secondary={} k={} on={} period={} edge={}
 Vin vi 0 {}
 Rin vi a {}
 Vg g 0 PULSE(0 1 0 {{edge}} {{edge}} {{on}} {{period}})
 Vh h 0 PULSE(0 1 {{period/2}} {{edge}} {{edge}} {{on}} {{period}})
-L1 a m1 {{primary}}
-L2 m2 a {{primary}}
-L3 s 0 {{secondary}}
-L4 0 t {{secondary}}
-K1 L1 L2 {{k}}
-K2 L1 L3 {{k}}
-K3 L1 L4 {{k}}
-K4 L2 L3 {{k}}
-K5 L2 L4 {{k}}
-K6 L3 L4 {{k}}
-S1 m1 0 g 0 sw
-S2 m2 0 h 0 sw
-D3 0 m1 ds
-D4 0 m2 ds
-D1 s f ds
-D2 t f ds
-Lo f o {}
+"""
+    + PUSH_PULL.replace("{", "{{").replace("}", "}}")
+    + """Lo f o {}
 C1 o 1_y {}
 RC1 1_y 0 {}
 R1 o 0 {}
 """
+)
 #: windings, coupling and choke; then the deck
 SLOW_GATES = (
     (0.2868, 0.02811, 0.999, 0.05735),
-    PUSH_PULL.format(
+    PUSH_PULL_DECK.format(
         *(0.2868, 0.02811, 0.999, 3.40208e-05, 0.00015447, 1.545e-07),
         *(100, 0.25, 0.05735, 0.0007776, 0.0862, 28.69),
     )
@@ -57,7 +45,7 @@ SLOW_GATES = (
 )
 FROM_REST = (
     (0.3479, 0.06286, 0.99, 0.06957),
-    PUSH_PULL.format(
+    PUSH_PULL_DECK.format(
         *(0.3479, 0.06286, 0.99, 1.62489e-05, 3.61087e-05, 0),
         *(48, 0.00884, 0.06957, 2.233e-05, 0.0169, 243.2),
     )

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from switched_bridge import BRIDGE
+from converter_parts import BRIDGE, RESONANT
 
 import nsspice
 
@@ -62,33 +62,6 @@ R1 o 0 30
 .model ds D(IS=3.6e-15 N=1.5)
 .model sw SW(VT=0.5 RON=7.7m ROFF=87meg)
 .tran 1.91u 382u uic
-"""
-)
-
-#: a coil, a capacitor and a winding in series, on a bridge without capacitance
-RESONANT = (
-    """LLC converter, junctions with a transit time
-Vin a 0 48
-Vg g 0 PULSE(0 1 0 2.9u 2.9u 66.3u 287u)
-Vh h 0 PULSE(0 1 143.5u 2.9u 2.9u 66.3u 287u)
-"""
-    + BRIDGE
-    + """Lr p p2 5.5m
-Cr p2 p3 374n
-L1 p3 q 275m
-L2 s 0 50.9m
-L3 0 t 50.9m
-K1 L1 L2 1
-K2 L1 L3 1
-K3 L2 L3 1
-D5 s f ds
-D6 t f ds
-Rf f o 31m
-C1 o 0 1.36m
-R1 o 0 10.5
-.model ds D(IS=6.88e-11 RS=26.1m TT=2.53n)
-.model sw SW(VT=0.5)
-.tran 14.34u 300u
 """
 )
 

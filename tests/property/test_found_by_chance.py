@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from converter_parts import half_bridge
 
 import nsspice
 
@@ -285,13 +286,8 @@ Vin a 0 100
 .tran 3u 300u{uic}
 .end
 """
-LEG = """Vg{k} g{k} 0 PULSE(0 1 {on}u 0 0 28.8754u 64.1676u)
-Vh{k} h{k} 0 PULSE(0 1 {off}u 0 0 28.8754u 64.1676u)
-Sh{k} a p{k} g{k} 0 sw
-Sl{k} p{k} 0 h{k} 0 sw
-Dh{k} p{k} a ds
-Dl{k} 0 p{k} ds
-Rl{k} p{k} u{k} {ohms}
+PULSE = "0 0 28.8754u 64.1676u"
+LOAD = """Rl{k} p{k} u{k} {ohms}
 Ll{k} u{k} x{k} {henries} IC={start}
 RLl{k} x{k} star 5.11m"""
 GATES = [(0, 32.0838), (21.3892, 53.473), (42.7784, 10.6946)]
@@ -302,7 +298,7 @@ def _inverter(
 ) -> str:
     ohms, henries = load
     legs = [
-        LEG.format(k=k, on=on, off=off, ohms=ohms, henries=henries, start=start)
+        half_bridge(k, on, off, PULSE) + LOAD.format(k=k, ohms=ohms, henries=henries, start=start)
         for k, ((on, off), start) in enumerate(zip(GATES, starts, strict=True))
     ]
     texts = {"switch": "", "uic": ""} | more
@@ -350,13 +346,8 @@ Vin vi 0 12
 Rin vi a 14.4m
 """
 for _leg, (_high, _low) in enumerate([(0.0, 2.194), (1.462, 3.656), (2.925, 0.7312)]):
-    INVERTER_AT_REST += f"""Vg{_leg} g{_leg} 0 PULSE(0 1 {_high}u 44n 44n 1.974u 4.387u)
-Vh{_leg} h{_leg} 0 PULSE(0 1 {_low}u 44n 44n 1.974u 4.387u)
-Sh{_leg} a p{_leg} g{_leg} 0 sw
-Sl{_leg} p{_leg} 0 h{_leg} 0 sw
-Dh{_leg} p{_leg} a ds
-Dl{_leg} 0 p{_leg} ds
-Rl{_leg} p{_leg} u{_leg} 1.46
+    INVERTER_AT_REST += half_bridge(_leg, _high, _low, "44n 44n 1.974u 4.387u")
+    INVERTER_AT_REST += f"""Rl{_leg} p{_leg} u{_leg} 1.46
 Ll{_leg} u{_leg} star 45u
 """
 INVERTER_AT_REST += """.model ds D(IS=5.5e-13 N=1.46 RS=17m TT=1.14n)
