@@ -12,6 +12,10 @@ pub const DENSE_LIMIT: usize = 32;
 /// A column of which less than this part survives elimination depends on those before it.
 pub const SURVIVES: f64 = 1e-13;
 
+/// Below this part of its column a pivot is none, even if nothing was lost on the way: rounding of right-hand
+/// sides would move the unknown out of all bounds.
+pub const TRACE: f64 = 1e-18;
+
 /// The matrix cannot be factorised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Singular {

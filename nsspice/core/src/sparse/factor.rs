@@ -7,7 +7,7 @@
 
 use super::lu::Entry;
 use super::{Csc, SparseLu};
-use crate::linear::SURVIVES;
+use crate::linear::{SURVIVES, TRACE};
 
 /// The diagonal entry is the pivot if it reaches this part of the largest candidate in a row that
 /// no mode change touches ...
@@ -133,19 +133,21 @@ impl SparseLu {
         let Some(mut p) = chosen.filter(|_| finite) else {
             return false;
         };
-        // the row that goes with a column that depends on others is its own, if it is still there
-        let open = SURVIVES * scale.max(largest);
-        if self.hold > 0.0 && self.x[p].abs() <= open && self.place[c] == FREE {
-            p = c;
-        }
         let mut pivot = self.x[p];
         if p != c {
             scale = self.terms(a, k, p);
         }
         let scale = scale.max(largest).max(pivot.abs());
         self.survival[k] = pivot.abs() / scale;
-        if self.hold > 0.0 && pivot.abs() <= SURVIVES * scale {
-            pivot = (self.hold * if scale > 0.0 { scale } else { 1.0 }).copysign(pivot);
+        let small = self.hold > 0.0 && pivot.abs() <= SURVIVES * scale;
+        let lost = |size: f64| pivot.abs() <= size.max(TRACE * scale);
+        if small && lost(SURVIVES * self.summed(a, k, |j| self.row[j], p)) {
+            // the row that goes with a column that depends on others is its own, if it is still there
+            if self.place[c] == FREE {
+                p = c;
+            }
+            let sign = self.x[p];
+            pivot = (self.hold * if scale > 0.0 { scale } else { 1.0 }).copysign(sign);
             self.survival[k] = self.hold;
         }
         self.row[k] = p as u32;
@@ -233,6 +235,31 @@ impl SparseLu {
             scale += factor.map_or(0.0, |l| (l.value * e.value).abs());
         }
         scale
+    }
+
+    /// As `terms`, with the terms of those terms: beside large entries that cancel nothing, a small pivot has
+    /// all of its digits.  Rows of `L` are numbered as `row` numbers the pivots.
+    pub(super) fn summed(
+        &self,
+        a: &Csc,
+        k: usize,
+        row: impl Fn(usize) -> u32,
+        p: usize,
+    ) -> f64 {
+        let mut terms = vec![0.0f64; self.size()];
+        let (rows, values) = a.col(self.ordering.order[k] as usize);
+        for (&r, v) in rows.iter().zip(values) {
+            let place = self.place[r];
+            let at = if place == FREE { r as u32 } else { row(place as usize) };
+            terms[at as usize] = v.abs();
+        }
+        for e in self.upper.col(k) {
+            let term = terms[row(e.row as usize) as usize];
+            for l in self.lower.col(e.row as usize) {
+                terms[l.row as usize] += l.value.abs() * term;
+            }
+        }
+        terms[p]
     }
 
     /// Lists the columns in which each row of `U` has entries.

@@ -1,7 +1,7 @@
 //! Partial refactorisation after a few rows have changed.
 
 use super::{Csc, SparseLu};
-use crate::linear::SURVIVES;
+use crate::linear::{SURVIVES, TRACE};
 
 /// An old pivot stays unless an entry below it is larger by more than this factor: somewhat beyond
 /// the threshold at which pivots are chosen, so that they do not flutter between two modes.
@@ -111,7 +111,9 @@ impl SparseLu {
         let mut pivot = std::mem::take(&mut x[k]);
         let scale = scale.max(largest).max(pivot.abs());
         let mut survival = pivot.abs() / scale;
-        if self.hold > 0.0 && survival <= SURVIVES {
+        let small = self.hold > 0.0 && survival <= SURVIVES;
+        let lost = |size: f64| pivot.abs() <= size.max(TRACE * scale);
+        if small && lost(SURVIVES * self.summed(a, k, |j| j as u32, k)) {
             pivot = (self.hold * scale).copysign(pivot);
             survival = self.hold;
         }
@@ -122,7 +124,7 @@ impl SparseLu {
         let mut changed = false;
         let lower = self.lower.range(k);
         for e in &mut self.lower.entries[lower] {
-            let l = std::mem::take(&mut x[e.row as usize]) / pivot;
+            let l = std::mem::take(&mut self.x[e.row as usize]) / pivot;
             changed |= l != e.value;
             usable &= l.abs() <= LARGEST_FACTOR;
             e.value = l;
