@@ -15,6 +15,10 @@ import nsspice
 
 #: right behind a jump steps are as short as the rounding of fluxes allows for five digits
 ROUNDING = 1e-5
+#: the last row of the slow gates lies right behind an edge: there the limit of steps of 5 fs
+#: (extrapolation takes them 1.83 times) tells voltages of 28 mH by three currents of 0.2 A, rounded
+#: to 1.4e-17 A; across the leakage of 28 uH that is 8e-5 of what two windings do at 1e5 A/s
+AT_AN_EDGE = 1e-4
 
 #: voltage and its resistance; edge, on-time and period; windings and coupling; choke, output
 PUSH_PULL_DECK = (
@@ -94,18 +98,21 @@ def _missed(
 
 
 @pytest.mark.parametrize(
-    ("values", "deck"),
-    [(SLOW_GATES[0], SLOW_GATES[1] + ".tran 7.723u 772.35u\n"), FROM_REST],
+    ("values", "deck", "rounding"),
+    [
+        (SLOW_GATES[0], SLOW_GATES[1] + ".tran 7.723u 772.35u\n", AT_AN_EDGE),
+        (*FROM_REST, ROUNDING),
+    ],
     ids=["slow gates", "from rest"],
 )
-def test_push_pull(values: tuple[float, ...], deck: str) -> None:
+def test_push_pull(values: tuple[float, ...], deck: str, rounding: float) -> None:
     run = nsspice.tran(nsspice.read(deck))
     assert run.certificate.passed
     v = {node: run[f"v({node})"] for node in ("a", "m1", "m2", "s", "t", "f", "o")}
     volts = [v["a"] - v["m1"], v["m2"] - v["a"], v["s"], -v["t"]]
     primary, secondary, k, choke = values
     inductances = [primary, primary, secondary, secondary]
-    assert _missed(inductances, k, volts, (v["f"] - v["o"]) / choke) < ROUNDING
+    assert _missed(inductances, k, volts, (v["f"] - v["o"]) / choke) < rounding
 
 
 def test_full_bridge() -> None:

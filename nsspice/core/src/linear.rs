@@ -14,7 +14,28 @@ pub const SURVIVES: f64 = 1e-13;
 
 /// Below this part of its column a pivot is none, even if nothing was lost on the way: rounding of right-hand
 /// sides would move the unknown out of all bounds.
-pub const TRACE: f64 = 1e-18;
+pub const TRACE: f64 = 1e-30;
+
+/// Largest entries of the rows of a matrix, but for unknowns that a row of their own gives: what pivots are
+/// compared with where rows are not equilibrated.  In a law that contains the slopes of blocking junctions
+/// alone 1e-25 is no trace of anything larger.
+pub fn row_sizes(
+    n: usize,
+    entries: impl Iterator<Item = (usize, usize, f64)> + Clone,
+    sizes: &mut [f64],
+) {
+    let entries = entries.filter(|e| e.2 != 0.0);
+    let mut rows = vec![(0, 0); n];
+    for (r, c, _) in entries.clone() {
+        rows[r] = (rows[r].0 + 1, c);
+    }
+    let mut given = vec![false; n];
+    rows.iter().filter(|row| row.0 == 1).for_each(|row| given[row.1] = true);
+    sizes.fill(0.0);
+    for (r, _, v) in entries.filter(|&(r, c, _)| !given[c] || rows[r].0 == 1) {
+        sizes[r] = sizes[r].max(v.abs());
+    }
+}
 
 /// The matrix cannot be factorised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! LU factorisation of a small dense matrix with partial pivoting.
 
-use crate::linear::{Singular, SURVIVES};
+use crate::linear::{row_sizes, Singular, SURVIVES, TRACE};
 use crate::sparse::Csc;
 
 /// `P A = L U`, stored over `A` column by column; refactoring reuses the storage.
@@ -18,7 +18,7 @@ pub struct DenseLu {
     extremes: [f64; 2],
     singular: Option<usize>,
     hold: f64,
-    /// largest entries of the columns, where they are to be held
+    /// largest entries of the columns, then of the rows, where something is to be held
     sizes: Vec<f64>,
     /// scratch: what has been summed in a column
     terms: Vec<f64>,
@@ -151,6 +151,9 @@ impl DenseLu {
             let size = |c: &[f64]| c.iter().fold(0.0f64, |a, v| a.max(v.abs()));
             self.sizes.clear();
             self.sizes.extend(self.lu.chunks_exact(n).map(size));
+            self.sizes.resize(2 * n, 0.0);
+            let entry = |at: usize| (at % n, at / n, self.lu[at]);
+            row_sizes(n, (0..n * n).map(entry), &mut self.sizes[n..]);
         }
         let mut last = n;
         for k in 0..n {
@@ -158,16 +161,24 @@ impl DenseLu {
                 if k == last {
                     self.hold_rest(k);
                 }
-                let (p, best) = pivot(&self.lu[k * n..(k + 1) * n], k);
+                let column = &self.lu[k * n..(k + 1) * n];
+                let (p, best) = if self.hold > 0.0 {
+                    pivot_of_rows(column, k, &self.sizes[n..])
+                } else {
+                    pivot(column, k)
+                };
                 let small = self.hold > 0.0 && k < last && best <= SURVIVES * self.sizes[k];
                 // beside large entries that cancel nothing, a small pivot has all of its digits
-                if !small || best > SURVIVES * self.summed(k, p) {
+                if !small || best > (SURVIVES * self.summed(k, p)).max(TRACE * self.sizes[k]) {
                     break (p, best);
                 }
                 last -= 1;
                 self.exchange_columns(k, last);
             };
             self.swap[k] = p;
+            if self.hold > 0.0 {
+                self.sizes.swap(n + k, n + p);
+            }
             least = least.min(best);
             greatest = greatest.max(best);
             // also if so small that its reciprocal overflows
@@ -349,4 +360,17 @@ fn pivot(column: &[f64], k: usize) -> (usize, f64) {
         }
     }
     (p, best)
+}
+
+/// As `pivot`, by the part that each candidate has of its row: where a law contains the slopes of blocking
+/// junctions alone, 1e-25 is no trace of anything larger.
+fn pivot_of_rows(column: &[f64], k: usize, rows: &[f64]) -> (usize, f64) {
+    let (mut p, mut part) = (k, -1.0);
+    for (i, (v, size)) in column.iter().zip(rows).enumerate().skip(k) {
+        let own = if *v == 0.0 { 0.0 } else { v.abs() / size };
+        if own > part || own.is_nan() {
+            (p, part) = (i, own);
+        }
+    }
+    (p, column[p].abs())
 }

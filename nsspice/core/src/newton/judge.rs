@@ -15,6 +15,8 @@ const FLOOR: f64 = 1e-6;
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Nor is it an excuse where it leaves less than this of the terms: at teravolts, junctions carry anything.
 const KNOWN: f64 = 0.1;
+/// But for currents below this part of the largest: those of leakage are rounded by less than counts.
+const SLIGHT: f64 = 1e-3;
 
 /// A defect of this part of its terms is rounding of one of them.
 const NOTHING: f64 = 0.5 * f64::EPSILON;
@@ -29,8 +31,9 @@ widest! {
 struct Shares {
     /// the largest
     top: f64,
-    /// largest node voltage
+    /// largest node voltage and current of a branch
     node: f64,
+    branch: f64,
 }
 
 /// Defects of a point, and against what they are judged.
@@ -127,7 +130,7 @@ impl Balance {
             top = each(|i| larger(ratio[i], top[i]));
             (sizes[b], shares[b]) = (size, ratio);
         }
-        Shares { top: larger(larger(top[0], top[1]), larger(top[2], top[3])), node }
+        Shares { top: larger(larger(top[0], top[1]), larger(top[2], top[3])), node, branch }
     }
 
     /// The largest violation without what rounding may do, where, and whether rounding leaves too little of
@@ -138,7 +141,7 @@ impl Balance {
         assembly: &Assembly,
         tape: &Tape,
         x: &[f64],
-        Shares { top, node }: &Shares,
+        Shares { top, node, branch }: &Shares,
     ) -> (f64, usize, bool) {
         let shares = &self.shares[..eq.n];
         let open = if self.lenient { NO_SLOPE * node } else { 0.0 };
@@ -146,7 +149,8 @@ impl Balance {
         let ratio = |i: usize| {
             let rounding = ROUNDING * Self::steepness(assembly, tape, x, i);
             // a law that is one function alone may vanish, which counts in steps only
-            let known = assembly.rate == 0.0 || rounding <= KNOWN * self.sizes[i];
+            let slight = if eq.kind(i) == 0 { SLIGHT * branch } else { 0.0 };
+            let known = assembly.rate == 0.0 || rounding <= larger(KNOWN * self.sizes[i], slight);
             let excess = self.defect[i].abs() - if known { rounding } else { 0.0 } - open(i);
             let ratio = if excess <= 0.0 { 0.0 } else { excess / self.sizes[i] };
             (if ratio < f64::INFINITY { ratio } else { f64::INFINITY }, i, !known)

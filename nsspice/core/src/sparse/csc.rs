@@ -70,7 +70,7 @@ impl Csc {
     }
 
     /// All entries as (row, column, value).
-    pub fn iter(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+    pub fn iter(&self) -> impl Iterator<Item = (usize, usize, f64)> + Clone + '_ {
         (0..self.ncols).flat_map(move |c| {
             let (rows, values) = self.col(c);
             rows.iter().zip(values).map(move |(&r, &v)| (r, c, v))

@@ -44,6 +44,7 @@ impl SparseLu {
         self.place.fill(FREE);
         self.singular = None;
         self.pivot_ratio = 0.0;
+        self.measure_rows(a);
         let mut search = Search {
             seen: vec![FREE; n],
             stack: Vec::new(),
@@ -196,7 +197,7 @@ impl SparseLu {
         // largest among the rows that stay, and among those that change with the mode
         let (mut fixed, mut switching) = ((0.0, None), (0.0, None));
         for &r in rows {
-            let (r, v) = (r as usize, self.x[r as usize].abs());
+            let (r, v) = (r as usize, self.part(r as usize));
             let best = if r < self.ordering.first_switching { &mut fixed } else { &mut switching };
             if v > best.0 {
                 *best = (v, Some(r));
@@ -205,7 +206,7 @@ impl SparseLu {
             }
         }
         // candidates of earlier columns are zero in `x`, so that a diagonal that is taken loses
-        let diagonal = self.x[c].abs();
+        let diagonal = self.part(c);
         let best = if diagonal > 0.0
             && diagonal >= PREFER_DIAGONAL * fixed.0
             && diagonal >= PREFER_FIXED * switching.0
@@ -216,7 +217,17 @@ impl SparseLu {
         } else {
             switching
         };
-        best.1.filter(|_| best.0.is_finite() && (1.0 / best.0).is_finite())
+        best.1.filter(|&p| self.x[p].is_finite() && (1.0 / self.x[p]).is_finite())
+    }
+
+    /// The part that a candidate in `x` has of its row.
+    fn part(&self, row: usize) -> f64 {
+        let v = self.x[row].abs();
+        if v == 0.0 {
+            0.0
+        } else {
+            v / self.row_sizes[row]
+        }
     }
 
     /// The pivot row of a column that vanishes, where such are held.
@@ -239,13 +250,7 @@ impl SparseLu {
 
     /// As `terms`, with the terms of those terms: beside large entries that cancel nothing, a small pivot has
     /// all of its digits.  Rows of `L` are numbered as `row` numbers the pivots.
-    pub(super) fn summed(
-        &self,
-        a: &Csc,
-        k: usize,
-        row: impl Fn(usize) -> u32,
-        p: usize,
-    ) -> f64 {
+    pub(super) fn summed(&self, a: &Csc, k: usize, row: impl Fn(usize) -> u32, p: usize) -> f64 {
         let mut terms = vec![0.0f64; self.size()];
         let (rows, values) = a.col(self.ordering.order[k] as usize);
         for (&r, v) in rows.iter().zip(values) {

@@ -55,6 +55,7 @@ impl SparseLu {
         assert_eq!((a.nrows, a.ncols), (n, n), "the matrix that was ordered");
         let mut usable = self.singular.is_none();
         let mut columns = 0;
+        self.measure_rows(a);
         for word in 0..self.dirty.len() {
             // dependents lie behind, possibly in the same word
             while usable && self.dirty[word] != 0 {
@@ -122,11 +123,13 @@ impl SparseLu {
             e.value *= inverse;
         }
         let mut changed = false;
+        let own = self.row_sizes[self.row[k] as usize];
         let lower = self.lower.range(k);
         for e in &mut self.lower.entries[lower] {
             let l = std::mem::take(&mut self.x[e.row as usize]) / pivot;
             changed |= l != e.value;
-            usable &= l.abs() <= LARGEST_FACTOR;
+            let size = self.row_sizes[self.row[e.row as usize] as usize];
+            usable &= l.abs() * own <= LARGEST_FACTOR * size;
             e.value = l;
         }
         self.inverse[k] = inverse;

@@ -322,3 +322,42 @@ fn what_a_matrix_leaves_open_is_held_and_all_else_solved() {
         }
     }
 }
+
+#[test]
+fn laws_of_leakage_alone_are_pivots_beside_anything_larger() {
+    // two nodes in series with a coil, tied to the rest by leakage: the law of the coil, that of one node,
+    // and the sum of both, in which no rounding of the current is
+    let (coil, leak) = (1e4, 1e-25);
+    let entries = [
+        (0, 0, 1.0),
+        (0, 1, -1.0),
+        (0, 2, -coil),
+        (1, 1, 64.0 * leak),
+        (1, 2, -1e-4),
+        (2, 0, leak),
+        (2, 1, leak),
+    ];
+    let a = Csc::from_triplets(3, 3, &entries);
+    let truth = [5.0 / 3.0, 1.0 / 3.0, 64e-21 / 3.0];
+    let right = [truth[0] - truth[1], 0.0, 2.0 * leak];
+    let mut sparse = factor(&a, 0);
+    sparse.set_hold(1e-9);
+    sparse.factor(&a);
+    let mut again = sparse.clone();
+    again.refactor(&a);
+    let mut dense = DenseLu::new(&a);
+    dense.set_hold(1e-9);
+    dense.factor(&a);
+    let mut work = [0.0; 3];
+    for which in 0..3 {
+        let mut x = right;
+        match which {
+            0 => sparse.solve(&mut x, &mut work).unwrap(),
+            1 => again.solve(&mut x, &mut work).unwrap(),
+            _ => dense.solve(&mut x).unwrap(),
+        }
+        for (v, truth) in x.iter().zip(&truth).take(2) {
+            assert!((v - truth).abs() < 1e-14, "{which}: {x:?}");
+        }
+    }
+}
