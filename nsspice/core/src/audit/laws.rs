@@ -247,11 +247,18 @@ impl Auditor {
                 }
             }
             stored.iter_mut().for_each(|s| *s *= length);
-            // and charges of junctions are exponentials of what is extrapolated: half of their motion stays
+            // and charges of junctions are exponentials of what is extrapolated: half of their motion stays;
+            // of that of others what flows in the shortest of the steps, two on each side
             let mut moving = vec![false; self.n];
             smooth.q.entries().for_each(|(row, ..)| moving[row] = true);
-            for (row, carried) in carried.iter_mut().enumerate().filter(|e| moving[e.0]) {
-                *carried += length * largest[usize::from(1 - self.kinds[row])];
+            for ((row, carried), &kind) in carried.iter_mut().enumerate().zip(&self.kinds) {
+                let mut flowing = largest;
+                flowing[usize::from(kind)] = 0.0;
+                *carried += if moving[row] {
+                    length * flowing[usize::from(1 - kind)]
+                } else {
+                    4.0 * shortest.min(length) * self.reach.acting(row, &flowing)
+                };
             }
         }
         for (row, (&size, &kind)) in sizes.iter().zip(&self.kinds).enumerate() {

@@ -225,7 +225,7 @@ impl Stepper {
             None => self.two_steps(None, after, length, Start::Warm).ok().map(|(once, _)| once),
         };
         let pair = once.map(|once| {
-            let settled = Short { z: once.z.clone(), l: once.l.clone(), length: once.length };
+            let settled = once.clone();
             (once, settled, 0.0)
         });
         Ok((pair, Rest::Unclear))
@@ -245,7 +245,7 @@ impl Stepper {
                 !known
             };
             if (0..z.len()).any(astray) {
-                return Short { z: once.z.clone(), l: once.l.clone(), length: once.length };
+                return (*once).clone();
             }
         }
         Short { z, l: to_zero([&once.l, &twice.l, &thrice.l]), length: 0.0 }
@@ -276,6 +276,10 @@ impl Stepper {
                 }
                 // motion is missed less by shorter steps, a law that ties charges is not
                 open = if missed <= LOOSE { missed } else { 0.0 };
+            }
+            // the step itself obeys the laws
+            if self.smooth.is_some() {
+                return (once.clone(), open);
             }
         }
         (limit, open)

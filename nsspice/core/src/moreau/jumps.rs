@@ -78,6 +78,7 @@ pub(super) fn jump_weights(sys: &System) -> Vec<f64> {
 }
 
 /// Solution of a short step.
+#[derive(Clone)]
 pub(super) struct Short {
     pub z: Vec<f64>,
     pub l: Vec<f64>,
