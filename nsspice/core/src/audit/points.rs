@@ -14,6 +14,9 @@ const EXCUSED: f64 = 1e-3;
 /// or of what is at least this part of the largest current.
 const SMALL: f64 = 1e-6;
 
+/// Potentials are unknown if rounding of the largest exceeds this part of what sources give.
+const KNOWN: f64 = 1e-3;
+
 /// What is known of one point.
 pub struct Point<'a> {
     pub z: &'a [f64],
@@ -77,6 +80,17 @@ fn beyond(value: f64, slack: f64) -> f64 {
     }
 }
 
+/// A law of currents of which nothing is known: the rounding of its terms exceeds every current, since
+/// potentials are far from all that sources give (at teravolts junctions and ohms carry anything).
+fn unknown_law(kinds: &[u8], point: &Point, scale: &[f64], current: f64) -> Option<usize> {
+    let mut rows = scale.iter().zip(kinds).enumerate();
+    let (row, _) = rows.find(|(_, (s, &kind))| kind == 0 && f64::EPSILON * **s > current)?;
+    let nodes = point.z.iter().zip(kinds).filter(|node| *node.1 == 0);
+    let potential = nodes.fold(0.0f64, |most, (z, _)| most.max(z.abs()));
+    let given = point.u.iter().fold(0.0f64, |most, u| most.max(u.abs()));
+    (f64::EPSILON * potential > KNOWN * given).then_some(row)
+}
+
 impl Auditor {
     /// Takes a point; `rates` are those of stored charge and flux, and functions have been
     /// evaluated last.  Leaves in `floor` what each law is measured by at least.
@@ -105,6 +119,7 @@ impl Auditor {
         if let Some(smooth) = &self.smooth {
             smooth.f.add_both(1.0, point.f, error, scale);
         }
+        let lost = unknown_law(&self.kinds, point, scale, grain.largest[1]);
         let mut tied = (0.0, None);
         if point.after_jump {
             for group in &self.groups {
@@ -134,6 +149,9 @@ impl Auditor {
         block.slack.resize(pairs + m, [0.0; 2]);
         if let (found, Some(row)) = tied {
             self.note_law(found, row);
+        }
+        if let Some(row) = lost {
+            self.note_law(1.0, row);
         }
     }
 
@@ -261,5 +279,30 @@ impl Auditor {
         }
         self.complementarity = worst;
         self.worst_pair = place;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn currents_are_unknown_where_potentials_round_them_away() {
+        // a node tied to others by 20 S in all, and a branch; currents of up to 1 A, a source of 325 V
+        let law = |potential: f64| {
+            let z = [potential, 0.3];
+            let point = Point {
+                z: &z,
+                l: &[],
+                u: &[325.0],
+                f: &[],
+                roles: &[],
+                after_jump: true,
+                unsigned: false,
+            };
+            unknown_law(&[0, 1], &point, &[20.0 * potential, 0.0], 1.0)
+        };
+        // 1e16 V are rounded by 2 V, which drive 40 A
+        assert_eq!([1e3, 1e13, 1e16, 1e19].map(law), [None, None, Some(0), Some(0)]);
     }
 }
