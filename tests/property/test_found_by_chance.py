@@ -458,3 +458,24 @@ def test_coils_in_a_star_hold_it_at_the_mean_of_their_ends(method: str) -> None:
     run = nsspice.tran(nsspice.read(STAR_OF_COILS), method=method)
     assert abs(run["v(n2)"][0] - (96.0 + 6e-3 / 3.0) / 3.0) < 5e-6
     assert abs(run["i(l31)"][0] - 2.0 / 3.0) < 1e-12
+
+
+def test_the_neutral_point_of_coils_is_at_their_mean_right_behind_edges() -> None:
+    """Coils of a star begin with currents that do not add up; their junctions move in 1e-22 s."""
+    deck = "inverter with a star, from rest\nVin vi 0 48\nRin vi a 34.3m\n"
+    pulse = "0 0 5.05978u 11.244u"
+    for leg, (on, off) in enumerate([(0, 5.62198), (3.74798, 9.36996), (7.49597, 1.87399)]):
+        deck += half_bridge(leg, on, off, pulse)
+        start = "" if leg == 2 else " IC=1"
+        deck += f"Ll{leg} p{leg} u{leg} 542.7u{start}\nRl{leg} u{leg} star 10.58\n"
+    deck += """.model ds D(IS=1.27e-12 N=1.87 TT=27.3n)
+.model sw SW(VT=0.5 VH=0.1)
+.tran 0.5622u 56.22u uic
+"""
+    run = nsspice.tran(nsspice.read(deck))
+    assert run.certificate.passed
+    currents = np.array([run[f"i(ll{leg})"] for leg in range(3)])
+    assert currents[:, 0] == pytest.approx([1 / 3, 1 / 3, -2 / 3], rel=1e-9)
+    mean = np.mean([run[f"v(p{leg})"] for leg in range(3)], axis=0)
+    # in steps of 0.1 ps the rounding of 1 A in 0.54 mH is 0.6 uV
+    assert np.abs(run["v(star)"] - mean).max() < 1e-6

@@ -80,15 +80,35 @@ fn beyond(value: f64, slack: f64) -> f64 {
     }
 }
 
-/// A law of currents of which nothing is known: the rounding of its terms exceeds every current, since
-/// potentials are far from all that sources give (at teravolts junctions and ohms carry anything).
-fn unknown_law(kinds: &[u8], point: &Point, scale: &[f64], current: f64) -> Option<usize> {
-    let mut rows = scale.iter().zip(kinds).enumerate();
-    let (row, _) = rows.find(|(_, (s, &kind))| kind == 0 && f64::EPSILON * **s > current)?;
-    let nodes = point.z.iter().zip(kinds).filter(|node| *node.1 == 0);
-    let potential = nodes.fold(0.0f64, |most, (z, _)| most.max(z.abs()));
-    let given = point.u.iter().fold(0.0f64, |most, u| most.max(u.abs()));
-    (f64::EPSILON * potential > KNOWN * given).then_some(row)
+/// A law of currents of which nothing is known: the rounding of its terms exceeds every current, those `taken`
+/// by nodes that store included, since potentials are far from all that sources and such nodes give (at
+/// teravolts junctions and ohms carry anything).
+fn unknown_law(
+    kinds: &[u8],
+    point: &Point,
+    scale: &[f64],
+    current: f64,
+    taken: impl Fn(usize) -> Option<f64>,
+) -> Option<usize> {
+    let most = |list: &[f64]| list.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+    let nodes = || (0..kinds.len()).filter(|&row| kinds[row] == 0);
+    let terms = nodes().fold(0.0f64, |most, row| most.max(scale[row]));
+    // nearly always so: all else need not be looked at
+    if f64::EPSILON * terms <= current {
+        return None;
+    }
+    let sources = most(point.u);
+    let (mut flowing, mut given) = (current.max(most(point.f)).max(sources), sources);
+    let mut potential = 0.0f64;
+    for node in nodes() {
+        let here = point.z[node].abs();
+        potential = potential.max(here);
+        if let Some(taken) = taken(node) {
+            (flowing, given) = (flowing.max(taken), given.max(here));
+        }
+    }
+    let unknown = given > 0.0 && f64::EPSILON * potential > KNOWN * given;
+    nodes().find(|&row| unknown && f64::EPSILON * scale[row] > flowing)
 }
 
 impl Auditor {
@@ -119,7 +139,9 @@ impl Auditor {
         if let Some(smooth) = &self.smooth {
             smooth.f.add_both(1.0, point.f, error, scale);
         }
-        let lost = unknown_law(&self.kinds, point, scale, grain.largest[1]);
+        let taken =
+            |row: usize| (!self.algebraic[row]).then(|| rates[row].abs().max(error[row].abs()));
+        let lost = unknown_law(&self.kinds, point, scale, grain.largest[1], taken);
         let mut tied = (0.0, None);
         if point.after_jump {
             for group in &self.groups {
@@ -288,7 +310,7 @@ mod tests {
 
     #[test]
     fn currents_are_unknown_where_potentials_round_them_away() {
-        // a node tied to others by 20 S in all, and a branch; currents of up to 1 A, a source of 325 V
+        // a node tied to others by 2000 S in all, and a branch; currents of up to 1 A, a source of 325 V
         let law = |potential: f64| {
             let z = [potential, 0.3];
             let point = Point {
@@ -300,9 +322,9 @@ mod tests {
                 after_jump: true,
                 unsigned: false,
             };
-            unknown_law(&[0, 1], &point, &[20.0 * potential, 0.0], 1.0)
+            unknown_law(&[0, 1], &point, &[2e3 * potential, 0.0], 1.0, |_| None)
         };
-        // 1e16 V are rounded by 2 V, which drive 40 A
+        // 1e16 V are rounded by 2 V, which drive 4 kA
         assert_eq!([1e3, 1e13, 1e16, 1e19].map(law), [None, None, Some(0), Some(0)]);
     }
 }

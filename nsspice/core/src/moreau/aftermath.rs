@@ -217,6 +217,8 @@ impl Stepper {
             let line = rest == Rest::Bent && bends[1] > bend && bend <= noise();
             let calm = line && self.broken(&settled.z, &settled.l, &once) <= SIGNS;
             let rest = if calm { Rest::Calm } else { rest };
+            let mut settled = settled;
+            self.centre_neutrals(&mut settled.z, &settled.l);
             return Ok((Some((once, settled, missed)), rest));
         }
         let length = AFTER_JUMP[0] * shortest;
@@ -225,7 +227,8 @@ impl Stepper {
             None => self.two_steps(None, after, length, Start::Warm).ok().map(|(once, _)| once),
         };
         let pair = once.map(|once| {
-            let settled = once.clone();
+            let mut settled = once.clone();
+            self.centre_neutrals(&mut settled.z, &settled.l);
             (once, settled, 0.0)
         });
         Ok((pair, Rest::Unclear))

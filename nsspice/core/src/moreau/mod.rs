@@ -21,6 +21,7 @@ mod jumps;
 mod map;
 mod matrices;
 mod motion;
+mod neutral;
 mod record;
 mod refine;
 mod sdirk;
