@@ -149,8 +149,8 @@ impl Balance {
         let ratio = |i: usize| {
             let rounding = ROUNDING * Self::steepness(assembly, tape, x, i);
             // a law that is one function alone may vanish, which counts in steps only
-            let slight = if eq.kind(i) == 0 { SLIGHT * branch } else { 0.0 };
-            let known = assembly.rate == 0.0 || rounding <= larger(KNOWN * self.sizes[i], slight);
+            let slight = || eq.kind(i) == 0 && rounding <= SLIGHT * branch;
+            let known = assembly.rate == 0.0 || rounding <= KNOWN * self.sizes[i] || slight();
             let excess = self.defect[i].abs() - if known { rounding } else { 0.0 } - open(i);
             let ratio = if excess <= 0.0 { 0.0 } else { excess / self.sizes[i] };
             (if ratio < f64::INFINITY { ratio } else { f64::INFINITY }, i, !known)
