@@ -13,6 +13,14 @@ D3 0 q ds
 D4 q a ds
 """
 
+#: windings ``L1`` to ``L3`` without leakage, two of which a rectifier joins to ``f``
+SECONDARY = """K1 L1 L2 1
+K2 L1 L3 1
+K3 L2 L3 1
+D5 s f ds
+D6 t f ds
+"""
+
 #: a coil, a capacitor and a winding in series, on a bridge without capacitance
 RESONANT = (
     """LLC converter, junctions with a transit time
@@ -26,12 +34,9 @@ Cr p2 p3 374n
 L1 p3 q 275m
 L2 s 0 50.9m
 L3 0 t 50.9m
-K1 L1 L2 1
-K2 L1 L3 1
-K3 L2 L3 1
-D5 s f ds
-D6 t f ds
-Rf f o 31m
+"""
+    + SECONDARY
+    + """Rf f o 31m
 C1 o 0 1.36m
 R1 o 0 10.5
 .model ds D(IS=6.88e-11 RS=26.1m TT=2.53n)

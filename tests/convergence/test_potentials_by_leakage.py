@@ -8,16 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from converter_parts import BRIDGE
+from converter_parts import BRIDGE, SECONDARY
 
 import nsspice
 
-SECONDARY = """K1 L1 L2 1
-K2 L1 L3 1
-K3 L2 L3 1
-D5 s f ds
-D6 t f ds
-"""
 #: the magnetising current stays in the secondary while the switches are open; took 400 000 steps
 COIL = (
     """full bridge with a resistance and a coil, junctions that store nothing

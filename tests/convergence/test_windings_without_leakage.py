@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from converter_parts import BRIDGE, RESONANT
+from converter_parts import BRIDGE, RESONANT, SECONDARY
 
 import nsspice
 
@@ -51,12 +51,9 @@ Vh h 0 PULSE(0 1 19.13u 38n 38n 17.99u 38.27u)
 L1 p3 q 67m
 L2 s 0 16.75m
 L3 0 t 16.75m
-K1 L1 L2 1
-K2 L1 L3 1
-K3 L2 L3 1
-D5 s f ds
-D6 t f ds
-Rf f o 85m
+"""
+    + SECONDARY
+    + """Rf f o 85m
 C1 o 0 15u
 R1 o 0 30
 .model ds D(IS=3.6e-15 N=1.5)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from converter_parts import half_bridge
+from converter_parts import SECONDARY, half_bridge
 
 import nsspice
 
@@ -356,7 +356,8 @@ INVERTER_AT_REST += """.model ds D(IS=5.5e-13 N=1.46 RS=17m TT=1.14n)
 .end
 """
 #: right behind the edges a coil without current drives diodes whose voltage no line leads to
-TANK_WITHOUT_CURRENT = """half bridge with a resonant tank, junctions that store nothing
+TANK_WITHOUT_CURRENT = (
+    """half bridge with a resonant tank, junctions that store nothing
 Vin a 0 5
 Vg g 0 PULSE(0 1 0 0 0 23.7585u 110.454u)
 Vh h 0 PULSE(0 1 55.2271u 0 0 23.7585u 110.454u)
@@ -373,12 +374,9 @@ Cr p2 p3 5.294u
 L1 p3 q 2.881m
 L2 s 0 505.4u
 L3 0 t 505.4u
-K1 L1 L2 1
-K2 L1 L3 1
-K3 L2 L3 1
-D5 s f ds
-D6 t f ds
-Rf f o 0.245
+"""
+    + SECONDARY
+    + """Rf f o 0.245
 C1 o 0 247u
 R1 o 0 39.37
 .model ds D(IS=2.34e-08 N=1.06 RS=15.4m)
@@ -386,6 +384,7 @@ R1 o 0 39.37
 .tran 5.523u 1.1045m
 .end
 """
+)
 #: a capacitor of 3 V on a node of 327 V: what 17 A move in 0.1 ps is 1.5e-8 of its charge
 CLAMP_AT_LOW_VOLTAGE = """flyback with leakage and a clamp
 Vin a 0 325

@@ -37,6 +37,16 @@ pub fn row_sizes(
     }
 }
 
+/// The part that an entry is of the largest of its row.
+#[inline]
+pub fn part_of_row(v: f64, size: f64) -> f64 {
+    if v == 0.0 {
+        0.0
+    } else {
+        v.abs() / size
+    }
+}
+
 /// The matrix cannot be factorised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Singular {

@@ -1,6 +1,6 @@
 //! LU factorisation of a small dense matrix with partial pivoting.
 
-use crate::linear::{row_sizes, Singular, SURVIVES, TRACE};
+use crate::linear::{part_of_row, row_sizes, Singular, SURVIVES, TRACE};
 use crate::sparse::Csc;
 
 /// `P A = L U`, stored over `A` column by column; refactoring reuses the storage.
@@ -362,12 +362,11 @@ fn pivot(column: &[f64], k: usize) -> (usize, f64) {
     (p, best)
 }
 
-/// As `pivot`, by the part that each candidate has of its row: where a law contains the slopes of blocking
-/// junctions alone, 1e-25 is no trace of anything larger.
+/// As `pivot`, by the part that each candidate has of its row.
 fn pivot_of_rows(column: &[f64], k: usize, rows: &[f64]) -> (usize, f64) {
     let (mut p, mut part) = (k, -1.0);
     for (i, (v, size)) in column.iter().zip(rows).enumerate().skip(k) {
-        let own = if *v == 0.0 { 0.0 } else { v.abs() / size };
+        let own = part_of_row(*v, *size);
         if own > part || own.is_nan() {
             (p, part) = (i, own);
         }

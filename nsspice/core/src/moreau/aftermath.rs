@@ -208,7 +208,7 @@ impl Stepper {
         };
         if let Some(best) = best.filter(|best| !rounding(best.bend)) {
             let Candidate { bend, once, limit: settled, .. } = best;
-            let (settled, missed) = match rest {
+            let (mut settled, missed) = match rest {
                 Rest::Calm | Rest::Bent => self.held(after, &once, settled, bend),
                 _ => (settled, 0.0),
             };
@@ -217,7 +217,6 @@ impl Stepper {
             let line = rest == Rest::Bent && bends[1] > bend && bend <= noise();
             let calm = line && self.broken(&settled.z, &settled.l, &once) <= SIGNS;
             let rest = if calm { Rest::Calm } else { rest };
-            let mut settled = settled;
             self.centre_neutrals(&mut settled.z, &settled.l);
             return Ok((Some((once, settled, missed)), rest));
         }

@@ -12,14 +12,14 @@ use crate::union_find::UnionFind;
 /// What sums of entries lose in their assembly, as a part of their sizes.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Nodes with one potential that is open but for coils, and these: column, law, and their part in the sum of
-/// the laws of the nodes by their inductance.
+/// Nodes with one potential that is open but for coils, and these: the law of each, and its part in the sum of
+/// the laws of the nodes over its inductance.
 struct Neutral {
     nodes: Vec<usize>,
     coils: Vec<(usize, f64)>,
 }
 
-/// The neutral points of a system, in whose laws no function, pair or source stands besides those `taken`.
+/// The neutral points of a system; laws are `taken` in which functions, pairs or sources stand.
 fn neutrals(e: &Csc, g: &Csc, row_kind: &[u8], taken: &[bool]) -> Vec<Neutral> {
     let n = g.nrows;
     let node = |row: usize| row_kind[row] == 0;
@@ -79,7 +79,6 @@ impl Stepper {
     /// Moves the potentials of neutral points in the unknowns right after a jump to where the rates of the
     /// currents that meet there sum to zero.  No law in which nothing is stored feels that.
     pub(super) fn centre_neutrals(&mut self, z: &mut [f64], l: &[f64]) {
-        let f = self.functions_at(z);
         let (Some(smooth), linear) = (&self.smooth, &self.sys.linear) else { return };
         let mut taken = vec![false; z.len()];
         smooth.newton.rows_of_functions().for_each(|row| taken[row] = true);
@@ -90,18 +89,14 @@ impl Stepper {
         if found.is_empty() {
             return;
         }
-        let (mut acting, mut sizes) = (vec![0.0; z.len()], vec![0.0; z.len()]);
-        linear.g.mul_add(1.0, z, &mut acting);
-        linear.a.mul_add(1.0, l, &mut acting);
-        linear.s.mul_add(-1.0, &self.u0, &mut acting);
-        smooth.newton.add_flowing(&f, &mut acting, &mut sizes);
+        let Some([acting, _]) = self.acting_at(z, l) else { return };
         // how each neutral point acts on the laws of coils
         let mut matrix = Vec::new();
         for (column, neutral) in found.iter().enumerate() {
             let mut there = vec![0.0; z.len()];
             neutral.nodes.iter().for_each(|&node| there[node] = 1.0);
             let mut on_laws = vec![0.0; z.len()];
-            linear.g.mul_add(1.0, &there, &mut on_laws);
+            self.sys.linear.g.mul_add(1.0, &there, &mut on_laws);
             for (row, other) in found.iter().enumerate() {
                 let part = other.coils.iter().map(|&(law, part)| part * on_laws[law]).sum();
                 matrix.push((row, column, part));

@@ -245,18 +245,26 @@ impl Stepper {
         out
     }
 
+    /// What acts in each law at a state, without what is stored, and the sizes of its terms; nothing where all
+    /// laws are linear.
+    pub(super) fn acting_at(&mut self, z: &[f64], l: &[f64]) -> Option<[Vec<f64>; 2]> {
+        let f = self.functions_at(z);
+        let (smooth, linear) = (self.smooth.as_ref()?, &self.sys.linear);
+        let [mut acting, mut sizes] = [(); 2].map(|()| vec![0.0; z.len()]);
+        let terms = [(&linear.g, 1.0, z), (&linear.a, 1.0, l), (&linear.s, -1.0, &self.u0[..])];
+        for (matrix, sign, x) in terms {
+            matrix.mul_add(sign, x, &mut acting);
+            matrix.abs_mul_add(x, &mut sizes);
+        }
+        smooth.newton.add_flowing(&f, &mut acting, &mut sizes);
+        Some([acting, sizes])
+    }
+
     /// How far a state is from obeying the laws, and sums of laws, in which nothing is stored, as a part of
     /// their terms; nothing where all laws are linear.
     pub(super) fn missed_by(&mut self, z: &[f64], l: &[f64]) -> f64 {
-        let f = self.functions_at(z);
+        let Some([missed, sizes]) = self.acting_at(z, l) else { return 0.0 };
         let (Some(smooth), linear) = (&self.smooth, &self.sys.linear) else { return 0.0 };
-        let (mut missed, mut sizes) = (vec![0.0; z.len()], vec![0.0; z.len()]);
-        let terms = [(&linear.g, 1.0, z), (&linear.a, 1.0, l), (&linear.s, -1.0, &self.u0[..])];
-        for (matrix, sign, x) in terms {
-            matrix.mul_add(sign, x, &mut missed);
-            matrix.abs_mul_add(x, &mut sizes);
-        }
-        smooth.newton.add_flowing(&f, &mut missed, &mut sizes);
         let sum = |list: &[f64], rows: &[usize]| rows.iter().map(|&row| list[row]).sum::<f64>();
         let sums = smooth.newton.sums_that_store_nothing().iter();
         // beside all laws of its kind, whose rounding a law of zeros may have

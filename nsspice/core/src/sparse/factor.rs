@@ -7,7 +7,7 @@
 
 use super::lu::Entry;
 use super::{Csc, SparseLu};
-use crate::linear::{SURVIVES, TRACE};
+use crate::linear::{part_of_row, SURVIVES, TRACE};
 
 /// The diagonal entry is the pivot if it reaches this part of the largest candidate in a row that
 /// no mode change touches ...
@@ -140,9 +140,7 @@ impl SparseLu {
         }
         let scale = scale.max(largest).max(pivot.abs());
         self.survival[k] = pivot.abs() / scale;
-        let small = self.hold > 0.0 && pivot.abs() <= SURVIVES * scale;
-        let lost = |size: f64| pivot.abs() <= size.max(TRACE * scale);
-        if small && lost(SURVIVES * self.summed(a, k, |j| self.row[j], p)) {
+        if self.is_lost(a, k, (pivot.abs(), scale), |j| self.row[j], p) {
             // the row that goes with a column that depends on others is its own, if it is still there
             if self.place[c] == FREE {
                 p = c;
@@ -222,12 +220,7 @@ impl SparseLu {
 
     /// The part that a candidate in `x` has of its row.
     fn part(&self, row: usize) -> f64 {
-        let v = self.x[row].abs();
-        if v == 0.0 {
-            0.0
-        } else {
-            v / self.row_sizes[row]
-        }
+        part_of_row(self.x[row], self.row_sizes[row])
     }
 
     /// The pivot row of a column that vanishes, where such are held.
@@ -248,9 +241,23 @@ impl SparseLu {
         scale
     }
 
-    /// As `terms`, with the terms of those terms: beside large entries that cancel nothing, a small pivot has
-    /// all of its digits.  Rows of `L` are numbered as `row` numbers the pivots.
-    pub(super) fn summed(&self, a: &Csc, k: usize, row: impl Fn(usize) -> u32, p: usize) -> f64 {
+    /// Whether a pivot of this size, beside what its column has, is to be held: beside large entries that cancel
+    /// nothing, a small pivot has all of its digits.
+    pub(super) fn is_lost(
+        &self,
+        a: &Csc,
+        k: usize,
+        (pivot, scale): (f64, f64),
+        row: impl Fn(usize) -> u32,
+        p: usize,
+    ) -> bool {
+        self.hold > 0.0
+            && pivot <= SURVIVES * scale
+            && pivot <= (SURVIVES * self.summed(a, k, row, p)).max(TRACE * scale)
+    }
+
+    /// As `terms`, with the terms of those terms.  Rows of `L` are numbered as `row` numbers the pivots.
+    fn summed(&self, a: &Csc, k: usize, row: impl Fn(usize) -> u32, p: usize) -> f64 {
         let mut terms = vec![0.0f64; self.size()];
         let (rows, values) = a.col(self.ordering.order[k] as usize);
         for (&r, v) in rows.iter().zip(values) {

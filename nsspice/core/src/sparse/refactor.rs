@@ -1,7 +1,6 @@
 //! Partial refactorisation after a few rows have changed.
 
 use super::{Csc, SparseLu};
-use crate::linear::{SURVIVES, TRACE};
 
 /// An old pivot stays unless an entry below it is larger by more than this factor: somewhat beyond
 /// the threshold at which pivots are chosen, so that they do not flutter between two modes.
@@ -112,9 +111,7 @@ impl SparseLu {
         let mut pivot = std::mem::take(&mut x[k]);
         let scale = scale.max(largest).max(pivot.abs());
         let mut survival = pivot.abs() / scale;
-        let small = self.hold > 0.0 && survival <= SURVIVES;
-        let lost = |size: f64| pivot.abs() <= size.max(TRACE * scale);
-        if small && lost(SURVIVES * self.summed(a, k, |j| j as u32, k)) {
+        if self.is_lost(a, k, (pivot.abs(), scale), |j| j as u32, k) {
             pivot = (self.hold * scale).copysign(pivot);
             survival = self.hold;
         }
