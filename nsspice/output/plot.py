@@ -96,13 +96,18 @@ def new_figure() -> Any:
 
 
 def _title(solution: Solution) -> str:
-    text = solution.title or {"tran": "Transient", "dc": "DC sweep"}.get(solution.analysis, "")
-    if len(text) > 90:
-        text = text[:87] + "..."
+    title = solution.title or {"tran": "Transient", "dc": "DC sweep"}.get(solution.analysis, "")
+    text = plain_text(title, 90)
     if solution.parameters:
         text += "\n" + ", ".join(f"{k} = {number(v)}" for k, v in solution.parameters.items())
-    # a dollar sign would start matplotlib's formula mode
-    return text.replace("$", r"\$")
+    return text
+
+
+def plain_text(text: str, most: int) -> str:
+    """Return a text of a deck as a title: so many characters at most, no formulas."""
+    if len(text) > most:
+        text = text[: most - 3] + "..."
+    return text.replace("$", r"\$")  # a dollar sign would start matplotlib's formula mode
 
 
 def _axis_unit(name: str) -> str:
@@ -227,13 +232,16 @@ def _flat_limits(panel: Any, peak: float) -> None:
 
 def save_figure(figure: Any, path: Path) -> None:
     """Write a figure into a file, whose ending tells the format."""
-    # fixed metadata: two runs of a deck give the same picture file
+    from matplotlib import rc_context
+
+    # fixed metadata and identifiers: two runs of a deck give the same picture file
     ending = path.suffix.lower()
     metadata: dict[str, Any] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(
         ending, {}
     )
     try:
-        figure.savefig(path, metadata=metadata)
+        with rc_context({"svg.hashsalt": "nsspice"}):
+            figure.savefig(path, metadata=metadata)
     except OSError as error:
         if path.exists() and os.path.getsize(path) == 0:
             path.unlink(missing_ok=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -199,6 +200,24 @@ def test_command_line(tmp_path):
     assert picture.stat().st_size > 1000
     text = CliRunner().invoke(app, [*args, "-q"]).stdout
     assert "cheapest way to 1e-06" in text
+
+
+def test_each_ladder_has_a_look_of_its_own_and_the_legend_covers_none():
+    """The ninth ladder had the colour and the line of the first, and the legend lay on points."""
+    own = ["modewise", "sdirk", "sdirk2", "moreau", "moreau-half"]
+    peers = ["ngspice", "ngspice-trap", "ngspice-tight", "ngspice-junction", "pulsim-dsed"]
+    peers += ["pulsim-trbdf2", "pulsim-fixed", "siconos", "siconos-half"]
+    run = partial(Measurement, parameter="h", value=1e-6, steps=10, error=1e-3, l1=1e-4)
+    rows = [run(name, seconds=10.0**-k) for k, name in enumerate(own + peers)]
+    reference = nsspice.cost(nsspice.read(RC), methods=["modewise"]).reference
+    figure = CostReport("costs $1 and $2", ["v(c)"], reference, rows).plot()
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    curves = [line for line in axes.lines if line.get_label() in own + peers]
+    looks = {(line.get_color(), line.get_linestyle()) for line in curves}
+    assert len(looks) == len(curves) == len(own + peers)
+    (legend,) = figure.legends
+    assert not legend.get_window_extent().overlaps(axes.get_window_extent())
 
 
 def test_rungs_of_a_deck_with_laws_of_the_time_take_the_steps_of_a_run():

@@ -46,10 +46,12 @@ def test_formats(solution, tmp_path, ending):
     assert {"png": b"PNG", "svg": b"<?xml", "pdf": b"%PDF"}[ending] in start
 
 
-def test_two_runs_give_identical_pictures(solution, tmp_path):
-    for name in ("a.png", "b.png"):
-        solution.plot(tmp_path / name)
-    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+@pytest.mark.parametrize("ending", ["png", "svg"])
+def test_two_runs_give_identical_pictures(solution, tmp_path, ending):
+    for name in "ab":
+        solution.plot(tmp_path / f"{name}.{ending}")
+    first, second = (tmp_path / f"{name}.{ending}" for name in "ab")
+    assert first.read_bytes() == second.read_bytes()
 
 
 def test_unknown_format(solution, tmp_path):
