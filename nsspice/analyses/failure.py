@@ -91,6 +91,21 @@ def _restless(circuit: Circuit, mna: MnaSystem, problem: UnsolvedStep, where: st
     )
 
 
+def chatter(circuit: Circuit, elements: Sequence[str], interval: float) -> Diagnostic:
+    """Return the warning of switches that react at multiples of an interval [s] only."""
+    chatter, react = ("chatters", "it reacts") if len(elements) == 1 else ("chatter", "they react")
+    return Diagnostic(
+        "NS3052",
+        f"{_list(elements)} {chatter}: without hysteresis, what a switch does takes its own "
+        f"control back across the threshold at once; {react} at multiples of {interval:.3g} s "
+        "instead",
+        _span(circuit, elements),
+        "give it hysteresis (VH); a smaller longest step, the last number of .tran, lets it react "
+        "earlier",
+        severity="warning",
+    )
+
+
 def _no_convergence(
     circuit: Circuit, mna: MnaSystem, problem: UnsolvedStep, where: str
 ) -> StepError:

@@ -18,7 +18,7 @@ from .certificate import Certificate
 from .curve import Floats
 from .events import Events
 from .examiner import Examiner, sampling
-from .failure import named_failure
+from .failure import chatter, named_failure
 from .following import PATH_METHODS, Following, of_linearised
 from .impulses import jumps_of
 from .initial import start
@@ -195,7 +195,10 @@ class IslandRunner:
 
     def warnings(self) -> list[Diagnostic]:
         """Return what the certificate has to say besides its verdict."""
-        return self.examiner.warnings()
+        pairs, interval = self.stepper.chattering
+        elements = dict.fromkeys(self.mna.pair_elements[pair] for pair in pairs)
+        found = self.examiner.warnings()
+        return [*found, chatter(self.circuit, list(elements), interval)] if elements else found
 
     def _hand_over(self) -> None:
         """Take what the solver has left for the checks and the measures."""

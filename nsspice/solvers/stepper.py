@@ -224,6 +224,15 @@ class Stepper(ABC):
         return self._core.events()  # type: ignore[no-any-return]
 
     @property
+    def chattering(self) -> tuple[list[int], float]:
+        """Pairs of the switches that chatter, and the time between two looks at their controls [s].
+
+        A switch without hysteresis that takes its own control back across the threshold would
+        change without end; such a one is sampled.
+        """
+        return self._core.chattering()  # type: ignore[no-any-return]
+
+    @property
     def statistics(self) -> dict[str, float]:
         """Counters of the run and the worst residuals of all checks."""
         return self._core.statistics()  # type: ignore[no-any-return]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from chattering_deck import MODULATOR
 from ideal_transformer import IDEAL_TRANSFORMER
 
 import nsspice
@@ -179,16 +180,17 @@ def test_switch_on_a_threshold_of_its_own_circuit():
     assert on[1] == pytest.approx(rise + fall + again, rel=1e-13)
 
 
-def test_accumulating_events_come_to_an_end():
-    """A switch that cannot stay on either side of its threshold: implicit steps carry it on."""
+def test_a_switch_that_slides_is_sampled():
+    """One that cannot stay on either side of its threshold: v' is 8 kV/s or -1 kV/s, never both."""
     text = (
         "slide\nV1 in 0 10\nR1 in a 1k\nS1 a c ref c SW\nC1 c 0 1u IC=0\nR2 c 0 1k\nVr ref 0 1\n"
         ".model SW SW(VT=0)\n"
     )
     sol = run(text, 2e-3, 200)
-    assert sol.stats["fixed_steps"] > 0
-    assert "implicit steps" in sol.islands[0].note
-    assert sol["v(c)"][sol.time > 1e-3] == pytest.approx(1.0, abs=0.1)
+    assert sol.stats["fixed_steps"] == 0
+    # five millionths of the run, at the larger of both rates
+    assert sol["v(c)"][sol.time > 1e-3] == pytest.approx(1.0, abs=8e3 * 5e-6 * 2e-3)
+    assert "reacts at multiples of 1e-08 s" in sol.warnings[0].message
 
 
 def test_start_from_the_dc_solution_and_late_rows():
@@ -255,21 +257,7 @@ D2 c 0
 
 def test_implicit_steps_do_not_prolong_a_ramp_that_ends_where_they_begin():
     """A clock of 1 V, whose ramps of 1 ns went on to 500 V in steps of 0.5 us."""
-    deck = """sigma-delta modulator whose comparator chatters while the clock is high
-V1 in 0 SIN(0 0.5 1k)
-R1 in x 10k
-R2 q x 10k
-E1 int 0 0 x 1e6
-C1 x int 1n
-B1 cmp 0 V=if(v(int)>0,-1,1)
-S1 cmp m clock 0 sample
-C2 m 0 10p
-E2 q 0 m 0 -1
-V2 clock 0 PULSE(0 1 0 1n 1n 100n 1u)
-.model sample SW(VT=0.5 RON=100)
-.tran 0.5u 1m uic
-"""
-    run = nsspice.tran(nsspice.read(deck))
+    run = nsspice.tran(nsspice.read(MODULATOR))
     assert run.stats["fixed_steps"] > 1000
     assert run.certificate.passed
     assert np.abs(run["v(clock)"]).max() <= 1.0

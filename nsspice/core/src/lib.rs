@@ -18,6 +18,7 @@ mod dominance;
 mod floating;
 mod format;
 mod python;
+mod sampling;
 mod sides;
 mod union_find;
 mod windings;

@@ -412,6 +412,11 @@ impl PyStepper {
         event_arrays(py, &self.inner.events)
     }
 
+    /// Pairs of the switches that chatter and are sampled, and the time between two of their looks [s].
+    fn chattering(&self) -> (Vec<usize>, f64) {
+        self.sdirk.as_ref().map_or((Vec::new(), 0.0), |c| c.chattering(&self.inner))
+    }
+
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let s = &self.inner.stats;
         let out = PyDict::new(py);

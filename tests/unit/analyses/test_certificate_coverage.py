@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from chattering_deck import CHATTER
+from chattering_deck import CONTROLLED
 from click.testing import CliRunner
 
 import nsspice
@@ -20,6 +21,8 @@ from nsspice.solvers.modewise import ModewiseStepper
 from nsspice.solvers.moreau import Records
 from nsspice.solvers.stretches import Stretches
 
+#: a ball on a rigid floor: the mode in which it rests has an index above 2
+IMPACT = (Path(__file__).parents[3] / "netlists/thesis/ex414_rigid_impact.net").read_text()
 #: which of the parallel diodes carries the current is open
 OPEN = """open
 V1 a 0 SIN(0 10 50)
@@ -34,11 +37,11 @@ R2 d 0 100
 """
 
 
-def finished(text, method, stop):
+def finished(text, method, stop, longest=None):
     """Return the runner of a whole run, and what it has recorded, untouched."""
     circuit = nsspice.read(text)
     analysis = Tran(stop=stop, row_step=stop / 400, uic=True)
-    settings = Settings(method, 1.0)
+    settings = Settings(method, longest or stop / 400)
     runner = IslandRunner(circuit, 0, circuit.islands[0], [], analysis, settings, None, None)
     runner._wait = 1 << 40
     runner.start()
@@ -56,7 +59,7 @@ def verdict(runner, stretches, records):
 
 
 def test_implicit_steps_of_the_mode_wise_engine_are_all_checked():
-    runner, stretches, records = finished(CHATTER, "modewise", 2e-3)
+    runner, stretches, records = finished(IMPACT, "modewise", 2.0)
     count = runner.stepper.statistics["fixed_steps"]
     assert count > 100
     assert records.time.size == count
@@ -65,14 +68,14 @@ def test_implicit_steps_of_the_mode_wise_engine_are_all_checked():
 
 @pytest.mark.parametrize("name", ["z", "change", "lam", "u"])
 def test_a_wrong_implicit_step_fails(name):
-    runner, stretches, records = finished(CHATTER, "modewise", 2e-3)
+    runner, stretches, records = finished(IMPACT, "modewise", 2.0)
     array = getattr(records, name).copy()
     array[array.shape[0] // 2] += 1e-6 * np.abs(array).max()
     assert not verdict(runner, stretches, replace(records, **{name: array})).passed
 
 
 def test_single_implicit_steps_of_sdirk_are_all_checked():
-    runner, stretches, records = finished(CHATTER, "sdirk", 2e-3)
+    runner, stretches, records = finished(CONTROLLED, "sdirk", 0.12, 1.0)
     assert runner.stepper.statistics["forced"] > 20
     # the states right after jumps stand among them, with negative lengths
     assert np.sum(records.length > 0.0) == runner.stepper.statistics["forced"]
@@ -80,7 +83,7 @@ def test_single_implicit_steps_of_sdirk_are_all_checked():
 
 
 def test_modes_of_sdirk_that_leave_something_open_are_checked():
-    runner, stretches, records = finished(OPEN, "sdirk", 0.04)
+    runner, stretches, records = finished(OPEN, "sdirk", 0.04, 1.0)
     assert runner.stepper.statistics["undetermined"] > 100
     both = [runner.mna.pairs.index(name) for name in ("d1", "d2")]
     ends = stretches.lam[:, -1][:, both]
@@ -97,7 +100,7 @@ def test_modes_of_sdirk_that_leave_something_open_are_checked():
 
 def test_a_wrong_implicit_step_ends_with_exit_code_3(tmp_path, monkeypatch):
     deck = tmp_path / "chatter.net"
-    deck.write_text(CHATTER)
+    deck.write_text(IMPACT)
     take = ModewiseStepper.take_records
 
     def tampered(self):

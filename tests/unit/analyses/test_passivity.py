@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from chattering_deck import CONTROLLED
 
 import nsspice
 
@@ -46,24 +47,6 @@ def test_an_inverter_is_not_warned_about() -> None:
     run = nsspice.tran(nsspice.read(BRIDGE + FROM_SOURCES))
     assert not [w for w in run.warnings if w.code == "NS3050"]
     assert run.certificate.several == ()
-
-
-#: a half-controlled bridge; where all four conduct, nothing tells how they share their currents
-CONTROLLED = """Bridge of two thyristors and two diodes, gates by expressions, which float
-V1 a 0 SIN(0 100 50)
-Ls a x 1m
-D1 x p g1 thyristor
-D2 0 p g2 thyristor
-D3 n x diode
-D4 n 0 diode
-L1 p m 20m
-R1 m n 10
-B1 g1 p V={v(a)>50 ? 5 : 0}
-B2 g2 p V={v(a)<-50 ? 5 : 0}
-.model thyristor SCR(Vgt=1)
-.model diode D(ideal)
-.tran 0.1m 60m
-"""
 
 
 def test_sources_of_floating_gates_are_no_gain() -> None:

@@ -18,6 +18,7 @@ mod block;
 pub mod bundle;
 mod cluster;
 mod course;
+mod crowd;
 mod fixed;
 mod guard_rows;
 mod impact;

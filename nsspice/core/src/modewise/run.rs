@@ -19,6 +19,7 @@ use super::trajectory::Trajectory;
 use super::verify::Scale;
 use super::witness::Witness;
 use crate::moreau::{by_sources, Failure, Jump, Progress};
+use crate::sampling::Sampling;
 use crate::switch::Switch;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -27,12 +28,6 @@ use std::time::{Duration, Instant};
 const LOOK: u64 = 32;
 /// Switch reactions at one instant before it is called chatter.
 const MAX_REACTIONS: usize = 64;
-/// So many events within so small a part of the run are an accumulation.
-const CROWD: usize = 40;
-const CROWDED: f64 = 1e-12;
-/// So much work (a segment, or ten intervals) within so small a part of the run means that it would
-/// take minutes or hours: the rest is stepped.
-const STORM: (u64, f64) = (50_000, 2e-3);
 /// Segments between two residual checks of known modes.
 const CHECK: u64 = 64;
 /// Part of a segment behind the end of the run that the certificate sees.
@@ -114,9 +109,12 @@ pub struct Engine {
     pub(super) z: Vec<f64>,
     pub(super) l: Vec<f64>,
     pub(super) v: Vec<f64>,
-    crowd: Vec<f64>,
+    /// times of events that may pile up
+    pub(super) crowd: Vec<f64>,
+    /// switches that chatter
+    pub(super) sampling: Sampling,
     /// number of events and time at the last look for a storm
-    gust: (u64, f64),
+    pub(super) gust: (u64, f64),
     /// events follow one another too fast to be followed
     pub(super) storm: bool,
     /// when the exact engine took over again, and the implicit step before
@@ -180,6 +178,7 @@ impl Engine {
             l: vec![0.0; m],
             v: vec![0.0; count],
             crowd: Vec::new(),
+            sampling: Sampling::new(switches.len(), 1.0),
             gust: (0, 0.0),
             storm: false,
             resumed: (f64::NEG_INFINITY, 0.0),
@@ -221,6 +220,7 @@ impl Engine {
     pub fn plan(&mut self, stop: f64, out_start: f64, out_step: f64, fixed_step: f64) -> u64 {
         self.stop = stop;
         self.fixed_step = fixed_step;
+        self.sampling = self.new_sampling();
         self.rows = RowClock::new(out_start, out_step, stop);
         self.rows.rows()
     }
@@ -295,6 +295,7 @@ impl Engine {
             horizon = 1e-3 * self.stop;
         }
         self.scale.see_inputs(&self.segment, horizon.min(self.stop));
+        horizon = horizon.min(self.look() - self.time);
         self.throw_by_inputs();
         let mut crossing: &[usize] = crossing;
         let mut struck = false;
@@ -346,6 +347,9 @@ impl Engine {
             for k in 0..self.picker.verifier.thrown.len() {
                 let s = self.picker.verifier.thrown[k];
                 self.gates[s] = !self.gates[s];
+                if self.sampling.on[s] {
+                    self.sampling.turn(s);
+                }
                 self.stats.switchings += 1;
             }
             crossing = &[];
@@ -462,28 +466,18 @@ impl Engine {
             return self.carry_on();
         }
         match self.ending {
-            Ending::Horizon => self.stats.corners += 1,
+            Ending::Horizon => self.stats.corners += u64::from(self.end >= self.corner),
             Ending::Crossing => {
                 for &j in &crossing {
                     if let Watch::Switch(s) = mode.watch[j] {
                         self.gates[s] = !self.gates[s];
+                        self.sampling.note(s);
                         self.stats.switchings += 1;
                     }
                 }
-                self.crowd.push(self.time);
-                // where events have piled up already, few are enough
-                let again = self.time - self.resumed.0 <= 64.0 * self.resumed.1;
-                let limit = if again { 3 } else { CROWD };
-                if self.crowd.len() > limit {
-                    let first = self.crowd[self.crowd.len() - limit];
-                    if self.time - first < CROWDED * self.stop {
-                        self.crowd.clear();
-                        self.crossing = crossing;
-                        return self.carry_on();
-                    }
-                    if self.crowd.len() > 4 * CROWD {
-                        self.crowd.drain(..2 * CROWD);
-                    }
+                if self.is_crowded() && !self.sampling.begin(self.time) {
+                    self.crossing = crossing;
+                    return self.carry_on();
                 }
             }
         }
@@ -498,22 +492,6 @@ impl Engine {
             self.note_right();
         }
         result
-    }
-
-    /// Looks now and then whether the run would take for ever; true if it is given up.
-    fn too_fast(&mut self) -> bool {
-        let work = self.stats.segments + self.march.intervals / 10;
-        if work - self.gust.0 < STORM.0 {
-            return false;
-        }
-        self.storm = self.time - self.gust.1 < STORM.1 * self.stop;
-        self.gust = (work, self.time);
-        self.storm
-    }
-
-    /// Events follow one another too fast: the rest of the run is stepped.
-    pub fn storm(&self) -> bool {
-        self.storm
     }
 
     /// Computes rows into `out` until it is full, the plan ends, a step fails or `budget` is spent.

@@ -80,6 +80,10 @@ pub struct Verifier {
     open: Vec<usize>,
     /// switches whose control lies beyond the threshold
     pub thrown: Vec<usize>,
+    /// switches that are sampled
+    pub sampled: Vec<bool>,
+    /// whether these look at their controls now
+    pub looking: bool,
     /// guards that are negative at the start
     pub negative: Vec<usize>,
     /// values and slopes of the guards at the start, and how large their terms become
@@ -153,6 +157,9 @@ impl Verifier {
                 }
             }
         }
+        if self.sampled.contains(&true) {
+            self.sample(mode, horizon);
+        }
         for j in 0..count {
             let (g, noise) = (self.looks.value[j], self.noise[j]);
             if g > noise || self.clear[j] > 0.0 {
@@ -184,6 +191,20 @@ impl Verifier {
             return Finding::Guard(worst.0, worst.1);
         }
         self.rise(mode, path, horizon)
+    }
+
+    /// Sampled switches turn when they look, and are not watched in between.
+    fn sample(&mut self, mode: &Mode, horizon: f64) {
+        for (j, watch) in mode.watch.iter().enumerate() {
+            let Watch::Switch(s) = *watch else { continue };
+            if !self.sampled[s] || self.clear[j] > 0.0 {
+                continue;
+            }
+            self.clear[j] = horizon;
+            if self.looking && self.looks.value[j] < -self.noise[j] {
+                self.thrown.push(s);
+            }
+        }
     }
 
     /// The worst impulse of the wrong sign, in units of its tolerance.

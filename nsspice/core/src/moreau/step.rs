@@ -477,14 +477,20 @@ impl Stepper {
         self.switches[k].role(self.gates[k]) == Role::Diode
     }
 
-    /// Whether a switch turns where the unknowns are `z`.
+    /// The switches that turn where the unknowns are now.
+    pub(super) fn turning(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.switches.len()).filter(|&k| self.turns(k, &self.z))
+    }
+
+    /// Whether a switch turns where the unknowns are `z`; not one that is sampled.
     fn turns(&self, k: usize, z: &[f64]) -> bool {
         // Newton's method ends where its laws hold well enough: right behind an event the control is at
         // its threshold up to that, on either side
         let known = if self.smooth.is_some() { ACCEPT } else { ROUNDING };
         // gates that cross their thresholds together do so in one step, whatever rounding of the time tells
         let blur = SAME * self.time / self.step_length;
-        self.switches[k].turns(self.gates[k], z, known.max(blur), self.carries(k))
+        !self.sampled[k]
+            && self.switches[k].turns(self.gates[k], z, known.max(blur), self.carries(k))
     }
 
     /// Whether a thyristor carries a current: one that has come to zero up to rounding is none.

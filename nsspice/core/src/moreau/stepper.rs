@@ -148,6 +148,8 @@ pub struct Stepper {
     pub(super) smooth: Option<Box<SmoothPart>>,
     pub(super) waveforms: Vec<Waveform>,
     pub(super) switches: Arc<[Switch]>,
+    /// those that chatter, see [`crate::sampling`]
+    pub(super) sampled: Vec<bool>,
     /// state of each switch's gate
     pub(super) gates: Vec<bool>,
     pub(super) outputs: Outputs,
@@ -322,6 +324,7 @@ impl Stepper {
             logged_epoch: 0,
             sys,
             waveforms,
+            sampled: vec![false; switches.len()],
             switches,
             gates,
             last_thrown: None,

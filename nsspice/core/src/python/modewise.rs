@@ -147,6 +147,11 @@ impl PyModewise {
         self.inner.trouble().map(str::to_owned)
     }
 
+    /// Pairs of the switches that chatter and are sampled, and the time between two of their looks [s].
+    fn chattering(&self) -> (Vec<usize>, f64) {
+        self.inner.chattering()
+    }
+
     fn jumps<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         self.inner.jumps.iter().map(|j| super::jump_dict(py, j)).collect()
     }

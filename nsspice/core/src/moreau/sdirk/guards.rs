@@ -152,28 +152,46 @@ impl Scales {
         (0..s.switches.len()).filter(|&k| self.switch_margin(s, k, z) < 0.0).count()
     }
 
-    /// Distance of a switch to the threshold that would change it, relative to its scale.
+    /// Distance of a switch that is watched to the threshold that would change it, relative to its scale.
     fn switch_margin(&self, s: &Stepper, k: usize, z: &[f64]) -> f64 {
         let (switch, gate) = (&s.switches[k], s.gates[k]);
-        if switch.held(gate, s.active[switch.pair]) {
+        if s.sampled[k] || switch.held(gate, s.active[switch.pair]) {
             return f64::INFINITY;
         }
-        let (threshold, sign) = switch.edge(gate);
-        let scale = self.largest[usize::from(self.control[k])].max(f64::MIN_POSITIVE);
-        sign * (switch.value(z) - threshold) / scale
+        self.control_margin(s, k, z)
     }
 
-    /// Changes the switches whose thresholds have been reached at `z`; true if there are any.
-    pub fn turn_switches(&self, s: &mut Stepper, z: &[f64]) -> bool {
-        let mut any = false;
-        for k in 0..s.switches.len() {
-            if self.switch_margin(s, k, z) > VIOLATED {
-                continue;
-            }
-            any = true;
-            s.throw(k);
-        }
-        any
+    fn control_margin(&self, s: &Stepper, k: usize, z: &[f64]) -> f64 {
+        let (threshold, sign) = s.switches[k].edge(s.gates[k]);
+        let scale = self.largest[usize::from(self.control[k])].max(f64::MIN_POSITIVE);
+        sign * (s.switches[k].value(z) - threshold) / scale
+    }
+
+    /// The switches that are watched whose thresholds have been reached at `z`.
+    pub fn reached(&self, s: &Stepper, z: &[f64]) -> Vec<usize> {
+        (0..s.switches.len()).filter(|&k| self.switch_margin(s, k, z) <= VIOLATED).collect()
+    }
+
+    /// The switches whose controls are within a part of their scales of their thresholds at `z`.
+    pub fn near(&self, s: &Stepper, z: &[f64], part: f64) -> Vec<usize> {
+        let near =
+            |&k: &usize| !s.switches[k].latching && self.control_margin(s, k, z).abs() <= part;
+        (0..s.switches.len()).filter(near).collect()
+    }
+
+    /// How far the control of a switch was from its threshold in the part `theta` of a step, about, relative
+    /// to its scale.
+    pub fn excursion(&self, s: &Stepper, k: usize, stages: &[Vec<f64>], theta: f64) -> f64 {
+        let margins = stages.iter().map(|x| self.control_margin(s, k, &x[..s.z.len()]).abs());
+        theta * margins.fold(0.0, f64::max)
+    }
+
+    /// The sampled switches whose controls lie beyond their thresholds at `z`.
+    pub fn beyond(&self, s: &Stepper, z: &[f64]) -> Vec<usize> {
+        let held = |k: usize| s.switches[k].held(s.gates[k], s.active[s.switches[k].pair]);
+        let turns =
+            |&k: &usize| s.sampled[k] && !held(k) && self.control_margin(s, k, z) < -VIOLATED;
+        (0..s.switches.len()).filter(turns).collect()
     }
 
     /// Where, between three samples at the places `at`, some guard may dip below zero although it is

@@ -9,8 +9,8 @@
 //! a ladder of powers of two, so that matrices are seldom factorised; a step that would end beyond a
 //! corner of a source is cut there.
 //!
-//! Where modes change so fast that nothing can be located (accumulations, sliding), single implicit
-//! steps with complementarity pass over it.
+//! Where modes change so fast that nothing can be located (accumulations), single implicit steps with
+//! complementarity pass over it; switches that chatter are sampled.
 //!
 //! References: R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006; E. Hairer, G. Wanner, *Solving
 //! Ordinary Differential Equations II* (1996), sections IV.6 and VII; C. A. Kennedy, M. H. Carpenter,
@@ -19,6 +19,7 @@
 mod between;
 mod combine;
 mod curve;
+mod detour;
 mod driven;
 mod guards;
 mod ladder;

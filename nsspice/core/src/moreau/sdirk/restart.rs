@@ -4,14 +4,13 @@ use super::super::clock::evaluate;
 use super::super::matrices::OPEN;
 use super::super::stepper::{Failure, Stepper};
 use super::super::turns::Turn;
+use super::detour::FORCED_LEVEL;
 use super::ladder::SMALL;
-use super::run::{Sdirk, FORCED_LEVEL};
+use super::run::Sdirk;
 use crate::mlcp::{Role, Start};
+use crate::sampling::AGAIN;
 use crate::waveform::Side;
 
-const LONGEST_FORCED: usize = 10;
-/// Steps without a solution or with too large an error, while the time hardly moves, before one is forced.
-const FAILED_IN_A_ROW: u32 = 40;
 /// A step that errs by less than this part of the tolerance may be an implicit one.
 const SHARE: f64 = 0.1;
 
@@ -62,11 +61,66 @@ impl Sdirk {
         let (z, l) = (s.z.clone(), s.l.clone());
         let changed = s.react();
         if let Err(failure) = s.settle_after(changed) {
-            s.z = z;
-            s.l = l;
-            self.restless = failure.restless.map(|_| failure);
+            if !(failure.restless.is_some() && self.calm(s, (&z, &l))) {
+                (s.z, s.l) = (z, l);
+                self.restless = failure.restless.map(|_| failure);
+            }
         }
         s.log_events();
+    }
+
+    /// Samples the switches that come to no rest at an instant if the tolerance does not tell on which side of
+    /// its threshold any of them is, and begins once more from `before`; false if there is no such solution.
+    fn calm(&mut self, s: &mut Stepper, before: (&[f64], &[f64])) -> bool {
+        let near = self.scales.near(s, &s.z, self.accuracy.relative);
+        if !s.turning().all(|k| near.contains(&k)) {
+            return false;
+        }
+        near.iter().for_each(|&k| (0..AGAIN).for_each(|_| self.sampling.note(k)));
+        self.sampling.begin(s.time);
+        s.sampled.clone_from(&self.sampling.on);
+        s.z.copy_from_slice(before.0);
+        s.l.copy_from_slice(before.1);
+        s.settle_after(true).is_ok()
+    }
+
+    /// Samples the switches that have made events pile up; false if there are none.
+    pub(super) fn sample(&mut self, s: &mut Stepper) -> bool {
+        let time = s.time;
+        // the rounding of an instant is passed over by one implicit step
+        let since = self.detour.since().min(self.detour.left());
+        let any = time - since <= self.sampling.interval && self.sampling.begin(time);
+        if any {
+            self.detour.note_progress();
+            s.sampled.clone_from(&self.sampling.on);
+        }
+        any
+    }
+
+    /// The switches whose thresholds have been reached at `point`, the part `theta` of the step.  Those that have
+    /// left them by less than the tolerance since may chatter.
+    pub(super) fn reach(&mut self, s: &Stepper, theta: f64) -> Vec<usize> {
+        let reached = self.scales.reached(s, &self.trial.point[..s.z.len()]);
+        for &k in &reached {
+            let away = self.scales.excursion(s, k, &self.trial.stages, theta);
+            if away <= self.accuracy.relative {
+                self.sampling.note(k);
+            }
+        }
+        reached
+    }
+
+    /// The sampled switches that turn at `point`, the end of a step at a time.
+    pub(super) fn look(&mut self, s: &mut Stepper, time: f64) -> Vec<usize> {
+        if !self.sampling.looks(time) {
+            return Vec::new();
+        }
+        let turned = self.scales.beyond(s, &self.trial.point[..s.z.len()]);
+        turned.iter().for_each(|&k| self.sampling.turn(k));
+        if self.sampling.release() {
+            s.sampled.clone_from(&self.sampling.on);
+        }
+        turned
     }
 
     /// Where the mode of a trial step leaves something open (what blocking bridges float between), stages
@@ -100,32 +154,23 @@ impl Sdirk {
         self.rested
     }
 
-    /// Notes that a step from `time` has failed; whether so many have that a single implicit one has to pass
-    /// over what is there.
+    /// Notes that a step from `time` has failed; whether an implicit one has to pass over what is there.
     pub(super) fn is_stuck(&mut self, time: f64) -> bool {
-        if time > self.stuck.0 + self.ladder.length(FORCED_LEVEL) {
-            self.stuck = (time, 0);
-        }
-        self.stuck.1 += 1;
-        let stuck = self.stuck.1 > FAILED_IN_A_ROW;
-        if stuck {
-            self.stuck.1 = 0;
-        }
-        stuck
+        self.detour.is_stuck(time, self.ladder.length(FORCED_LEVEL))
     }
 
     /// A single implicit step with complementarity, over what cannot be located.
     pub(super) fn force(&mut self, s: &mut Stepper) -> Result<(), Box<Failure>> {
         let target = self.corner.0.min(self.stop);
         let remaining = target - s.time;
-        let level = self.ladder.sound(s, self.forced_level);
+        let level = self.detour.enter(s.time);
+        let level = self.ladder.sound(s, level);
         let wanted = self.ladder.stage_length(level);
         let length = if wanted >= remaining * (1.0 - 1e-9) { remaining } else { wanted };
         let at_corner = length == remaining && target == self.corner.0;
-        self.forced_level = self.forced_level.saturating_sub(1).max(LONGEST_FORCED);
         self.implicit(s, length, if length == remaining { target } else { s.time + length })?;
         self.counters.forced += 1;
-        self.in_a_row = 0;
+        self.detour.leave(s.time, length);
         self.futile = false;
         self.level = self.level.min(FORCED_LEVEL);
         if at_corner {

@@ -4,6 +4,7 @@ use super::super::clock::{evaluate, next_corner};
 use super::super::step::ACCEPT;
 use super::super::stepper::{Failure, Progress, Stepper};
 use super::between::Between;
+use super::detour::{Detour, FORCED_LEVEL};
 use super::guards::Scales;
 use super::ladder::{Ladder, RUNGS, SMALL};
 use super::locate::Locator;
@@ -15,6 +16,7 @@ use super::stored::StoredRows;
 use super::witness::{no_length, Witness};
 use super::{Accuracy, Tableau};
 use crate::audit::Taken;
+use crate::sampling::Sampling;
 use crate::waveform::Side;
 use std::time::{Duration, Instant};
 
@@ -22,10 +24,9 @@ use std::time::{Duration, Instant};
 const STAGE_ACCURACY: f64 = 1e-6;
 /// First level of a run with error control.
 const FIRST_LEVEL: usize = 12;
-/// Level of the implicit steps that pass over what cannot be located.
-pub(super) const FORCED_LEVEL: usize = 20;
-/// Events in a row, without an accepted whole step between them, before a step is forced.
-const IN_A_ROW: u32 = 12;
+/// Longest time between two looks of switches that chatter, as a part of the run: at some ten microseconds for
+/// each restart all take seconds.
+const INTERVAL: f64 = 2e-5;
 /// An event this early in a step (as a part of it), where the mode does not end, is looked for again
 /// with a shorter step.
 const EARLY: f64 = 0.05;
@@ -61,8 +62,12 @@ pub struct Counters {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum End {
     Plain,
-    Corner { jump: bool },
+    Corner {
+        jump: bool,
+    },
     Event,
+    /// switches that are sampled look at their controls
+    Look,
 }
 
 /// An accepted step whose rows are being written.
@@ -87,16 +92,16 @@ pub struct Sdirk {
     pub(super) trial: Trial,
     pub(super) accepted: Option<Accepted>,
     pub(super) level: usize,
-    pub(super) in_a_row: u32,
     /// length and error of the last step that was free to grow
     pub(super) last_error: (f64, f64),
     /// the last event did not end the mode
     pub(super) futile: bool,
     /// when the last guard was violated [s]
     pub(super) troubled: f64,
-    /// since when steps that fail keep the time from moving [s], and how many
-    pub(super) stuck: (f64, u32),
-    pub(super) forced_level: usize,
+    /// what keeps the time from moving
+    pub(super) detour: Detour,
+    /// switches that chatter
+    pub(super) sampling: Sampling,
     pub(super) begun: bool,
     pub(super) corner: (f64, bool),
     pub(super) points: PointRows,
@@ -148,12 +153,11 @@ impl Sdirk {
             trial: Trial::new(s, method),
             accepted: None,
             level: if fixed { 0 } else { FIRST_LEVEL },
-            in_a_row: 0,
             last_error: (longest, 0.0),
             futile: false,
             troubled: f64::NEG_INFINITY,
-            stuck: (f64::NEG_INFINITY, 0),
-            forced_level: FORCED_LEVEL,
+            detour: Detour::new(),
+            sampling: Sampling::new(s.switches.len(), longest.min(INTERVAL * (stop - s.time))),
             begun: false,
             corner: (f64::NEG_INFINITY, false),
             points: PointRows::default(),
@@ -177,6 +181,11 @@ impl Sdirk {
     /// Modes met at the busiest step length.
     pub fn mode_count(&self) -> usize {
         self.ladder.mode_count()
+    }
+
+    /// Pairs of the switches of `s` that have been sampled, and the time between two of their looks [s].
+    pub fn chattering(&self, s: &Stepper) -> (Vec<usize>, f64) {
+        self.sampling.chattering(&s.switches)
     }
 
     /// The steps recorded since the last call.
@@ -302,9 +311,14 @@ impl Sdirk {
         let fixed = self.accuracy.relative >= 1.0;
         let (end, jump) = self.corner;
         let (target, at_corner) = if end <= self.stop { (end, true) } else { (self.stop, false) };
+        let looks = self.sampling.next < target;
+        let target = if looks { self.sampling.next } else { target };
         let remaining = target - s.time;
         loop {
-            if self.in_a_row > IN_A_ROW || self.level >= self.ladder.deepest {
+            if self.detour.is_crowded(s.time) && self.sample(s) {
+                return self.step(s);
+            }
+            if self.detour.is_crowded(s.time) || self.level >= self.ladder.deepest {
                 return self.force(s);
             }
             let mut level = self.level;
@@ -357,7 +371,7 @@ impl Sdirk {
                 let (ladder, scales) = (&mut self.ladder, &self.scales);
                 let trial = &mut self.trial;
                 let theta = Locator { s, ladder, scales, tableau, trial }.end_of_mode(high);
-                self.in_a_row += 1;
+                self.detour.note_event(s.time + theta * self.trial.length);
                 self.troubled = s.time;
                 if self.futile && theta < EARLY {
                     // the mode did not end here: look closer
@@ -373,15 +387,16 @@ impl Sdirk {
                         let length = self.trial.length;
                         (self.rows.meet(s.time + length, length), End::Plain)
                     }
+                    (true, _) if looks => (target, End::Look),
                     (true, true) => (target, End::Corner { jump }),
                     (true, false) => (target, End::Plain),
                 };
                 self.accepted = Some(Accepted { theta: limit, time, end });
                 let clear = self.ladder.length(FORCED_LEVEL);
                 if whole && (time > self.troubled + clear || passed) {
-                    self.in_a_row = 0;
+                    self.detour.note_progress();
+                    self.sampling.forget();
                     self.futile = false;
-                    self.forced_level = FORCED_LEVEL;
                 }
                 // room to grow: the next longer step would do, with a margin
                 if !fixed && level <= self.level {
@@ -507,6 +522,7 @@ impl Sdirk {
                 self.trial.mode.clone_from(&self.ladder.met);
             }
         }
+        let mut turned = self.look(s, accepted.time);
         let (trial, ladder, tableau) = (&self.trial, &self.ladder, self.tableau);
         self.witness.step(s, trial, ladder, tableau, accepted.theta, accepted.time);
         self.witness.sum_up(s, trial, ladder, tableau, accepted.theta);
@@ -533,7 +549,7 @@ impl Sdirk {
             smooth.f.copy_from_slice(&self.trial.point[n + m..]);
             smooth.rates.copy_from_slice(&self.trial.slope[n..]);
         }
-        let plain = accepted.end == End::Plain;
+        let plain = matches!(accepted.end, End::Plain | End::Look) && turned.is_empty();
         if !empty && !plain {
             self.scales.note(s, &s.z, &s.l); // behind a plain end the next step does
         }
@@ -543,22 +559,24 @@ impl Sdirk {
         if plain && self.method.continues() {
             self.trial.continue_rates();
         }
-        match accepted.end {
-            End::Plain => s.u0.copy_from_slice(&self.trial.u),
-            End::Corner { .. } | End::Event => {
-                s.u1.copy_from_slice(&self.trial.u);
-                self.points.note_left(s);
-                evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
-                let before = s.active.clone();
-                if accepted.end == End::Event
-                    && !self.scales.turn_switches(s, &self.trial.point[..n])
-                {
-                    self.turn(s);
-                } else {
-                    self.restart(s);
-                }
-                self.futile = accepted.end == End::Event && before == s.active;
+        if plain {
+            s.u0.copy_from_slice(&self.trial.u);
+        } else {
+            s.u1.copy_from_slice(&self.trial.u);
+            self.points.note_left(s);
+            evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
+            let before = s.active.clone();
+            let event = accepted.end == End::Event;
+            if event {
+                turned.extend(self.reach(s, accepted.theta));
             }
+            turned.iter().for_each(|&k| s.throw(k));
+            if event && turned.is_empty() {
+                self.turn(s);
+            } else {
+                self.restart(s);
+            }
+            self.futile = event && before == s.active;
         }
         if s.smooth.is_some() {
             self.trial.leave(self.tableau, accepted.theta, plain);

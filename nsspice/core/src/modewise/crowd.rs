@@ -1,0 +1,82 @@
+//! Events that follow one another too fast.
+//!
+//! Where switches chatter they are sampled ([`crate::sampling`]); what piles up else (Zeno) is passed over by
+//! implicit steps ([`super::fixed`]), and so is the rest of a run that would take for ever.
+
+use super::run::Engine;
+use crate::sampling::Sampling;
+
+/// So many events within so small a part of the run are an accumulation.
+const CROWD: usize = 40;
+const CROWDED: f64 = 1e-12;
+/// The same number where events have piled up already.
+const AGAIN: usize = 3;
+/// So much work (a segment, or ten intervals) within so small a part of the run means that it would
+/// take minutes or hours: the rest is stepped.
+const STORM: (u64, f64) = (50_000, 2e-3);
+/// Longest time between two looks of switches that chatter, as a part of the run: at a few microseconds each,
+/// all take a second.
+const INTERVAL: f64 = 5e-6;
+
+impl Engine {
+    /// Nobody is sampled; looks are no further apart than implicit steps.
+    pub(super) fn new_sampling(&self) -> Sampling {
+        Sampling::new(self.switches.len(), self.fixed_step.min(INTERVAL * self.stop))
+    }
+
+    /// Lets the switches that are sampled look at their controls if it is time; returns when they look next [s].
+    pub(super) fn look(&mut self) -> f64 {
+        let looking = self.sampling.looks(self.time);
+        if looking {
+            self.sampling.release();
+        }
+        let verifier = &mut self.picker.verifier;
+        verifier.sampled.clone_from(&self.sampling.on);
+        verifier.looking = looking;
+        self.sampling.next
+    }
+
+    /// Notes an event at the present time; whether such pile up.
+    pub(super) fn is_crowded(&mut self) -> bool {
+        let crowded = CROWDED * self.stop;
+        if self.crowd.last().is_some_and(|&last| self.time - last > crowded) {
+            self.sampling.forget();
+        }
+        self.crowd.push(self.time);
+        let again = self.time - self.resumed.0 <= 64.0 * self.resumed.1;
+        let limit = if again { AGAIN } else { CROWD };
+        if self.crowd.len() <= limit {
+            return false;
+        }
+        let first = self.crowd[self.crowd.len() - limit];
+        if self.time - first < crowded {
+            self.crowd.clear();
+            return true;
+        }
+        if self.crowd.len() > 4 * CROWD {
+            self.crowd.drain(..2 * CROWD);
+        }
+        false
+    }
+
+    /// Looks now and then whether the run would take for ever; true if it is given up.
+    pub(super) fn too_fast(&mut self) -> bool {
+        let work = self.stats.segments + self.march.intervals / 10;
+        if work - self.gust.0 < STORM.0 {
+            return false;
+        }
+        self.storm = self.time - self.gust.1 < STORM.1 * self.stop;
+        self.gust = (work, self.time);
+        self.storm
+    }
+
+    /// Events follow one another too fast: the rest of the run is stepped.
+    pub fn storm(&self) -> bool {
+        self.storm
+    }
+
+    /// Pairs of the switches that have been sampled, and the time between two of their looks [s].
+    pub fn chattering(&self) -> (Vec<usize>, f64) {
+        self.sampling.chattering(&self.switches)
+    }
+}

@@ -1,0 +1,123 @@
+//! When a single implicit step has to pass over what cannot be located, and how long it is.
+//!
+//! Where events pile up (Zeno), where a switch without hysteresis keeps its own control at the threshold (it
+//! chatters: Filippov's sliding mode) and where steps fail, the time hardly moves.  An implicit step needs no
+//! instants.  The first is short; while the next one is needed soon behind the last they are doubled, and
+//! fewer events are waited for: what piles up goes on doing so.
+
+/// Level of the first such step.
+pub(super) const FORCED_LEVEL: usize = 20;
+/// That of the longest.
+const LONGEST: usize = 10;
+/// Events in a row, without an accepted whole step between them, before a step is forced; and soon behind
+/// such a step.
+const IN_A_ROW: u32 = 12;
+const AGAIN: u32 = 2;
+/// Soon is within so many lengths of the last one; so long these events may take.  A step that overshoots the
+/// threshold may take far longer to come back.
+const SOON: f64 = 4096.0;
+const BURST: f64 = 64.0;
+/// Most implicit steps in a row before others are tried.
+const PATIENCE: u32 = 8;
+/// Steps without a solution or with too large an error, while the time hardly moves, before one is forced.
+const FAILED_IN_A_ROW: u32 = 40;
+
+/// Counts what keeps the time from moving.
+pub struct Detour {
+    /// events without a whole step between them, and when the first of them was [s]
+    events: u32,
+    since: f64,
+    /// since when steps fail [s], and how many have
+    failures: (f64, u32),
+    level: usize,
+    /// end and length of the last one [s]
+    last: (f64, f64),
+    /// how many are to follow one another, and how many are still to come
+    wait: u32,
+    left: u32,
+}
+
+impl Detour {
+    /// Nothing keeps the time from moving yet.
+    pub fn new() -> Detour {
+        let never = f64::NEG_INFINITY;
+        Detour {
+            events: 0,
+            since: never,
+            failures: (never, 0),
+            level: FORCED_LEVEL,
+            last: (never, 0.0),
+            wait: 0,
+            left: 0,
+        }
+    }
+
+    /// Notes an event at a time, without a whole step since the last one.
+    pub fn note_event(&mut self, time: f64) {
+        if self.events == 0 {
+            self.since = time;
+        }
+        self.events += 1;
+    }
+
+    /// Notes that a whole step has led away from the last event.
+    pub fn note_progress(&mut self) {
+        self.events = 0;
+    }
+
+    /// Notes that a step from `time` has failed; whether so many have, while the time has moved less than
+    /// `little`, that an implicit one has to pass over what is there.
+    pub fn is_stuck(&mut self, time: f64, little: f64) -> bool {
+        if time > self.failures.0 + little {
+            self.failures = (time, 0);
+        }
+        self.failures.1 += 1;
+        let stuck = self.failures.1 > FAILED_IN_A_ROW;
+        if stuck {
+            self.failures.1 = 0;
+        }
+        stuck
+    }
+
+    fn is_soon(&self, time: f64) -> bool {
+        let (end, length) = self.last;
+        let burst = self.events == 0 || time - self.since <= BURST * length;
+        burst && time - end <= SOON * length
+    }
+
+    /// Whether events pile up at a time.
+    pub fn is_crowded(&self, time: f64) -> bool {
+        let most = if self.is_soon(time) { AGAIN } else { IN_A_ROW };
+        self.left > 0 || self.events > most
+    }
+
+    /// Since when there has been no whole step between events [s].
+    pub fn since(&self) -> f64 {
+        self.since
+    }
+
+    /// The end of the last implicit step [s].
+    pub fn left(&self) -> f64 {
+        self.last.0
+    }
+
+    /// The level of an implicit step from a time on.
+    pub fn enter(&mut self, time: f64) -> usize {
+        let again = self.is_soon(time);
+        let crowded = self.is_crowded(time);
+        if self.left > 0 {
+            self.left -= 1;
+        } else {
+            self.wait = if again && crowded { (2 * self.wait).clamp(1, PATIENCE) } else { 0 };
+            self.left = self.wait;
+        }
+        self.level = if again { self.level.saturating_sub(1).max(LONGEST) } else { FORCED_LEVEL };
+        self.level
+    }
+
+    /// Notes such a step by its end and its length.
+    pub fn leave(&mut self, end: f64, length: f64) {
+        self.last = (end, length);
+        self.events = 0;
+    }
+}

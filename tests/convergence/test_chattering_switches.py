@@ -1,0 +1,106 @@
+"""Switches without hysteresis that hold their own control at its threshold: sampled, not skipped.
+
+Implicit steps of a row let the current of a converter swing between 1 and 20 A where its comparator
+asks for 4 A, certified; with error control the run did not end.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import nsspice
+
+#: v(o) is held by a large capacitor: the current rises with 100 kA/s and falls with 230 kA/s
+BOOST = """boost converter that compares its current with {limit}
+V1 p 0 100
+L1 p x 1m IC=0
+S1 x 0 g 0 gate
+D1 x o {diode}
+C1 o 0 1 IC=330
+R1 o 0 300
+Bg g 0 V=if(i(L1) < {limit}, 1, 0)
+.model gate SW(VT=0.5 RON=1u)
+.model lossless D(ideal)
+.model smooth D(IS=1e-9)
+.tran 100u {stop} uic
+"""
+#: the share of the run between two looks of a switch
+INTERVALS = {"modewise": 5e-6, "sdirk": 2e-5}
+
+
+@pytest.mark.parametrize(
+    ("method", "diode"), [("modewise", "lossless"), ("sdirk", "lossless"), ("sdirk", "smooth")]
+)
+@pytest.mark.parametrize("stop", [2e-3, 20e-3])
+def test_a_current_stays_at_its_limit(method: str, diode: str, stop: float) -> None:
+    text = BOOST.format(limit="4", diode=diode, stop=stop)
+    run = nsspice.tran(nsspice.read(text), method=method)
+    current = run["i(l1)"][run.time > 0.1e-3]
+    # a look may come one interval late, and the comparator and the switch react together
+    slack = INTERVALS[method] * stop * np.array([232e3, 100e3])
+    assert current.min() >= 4.0 - 1.01 * slack[0]
+    assert current.max() <= 4.0 + 1.01 * slack[1]
+    assert run.certificate is not None
+    assert run.certificate.passed
+    assert abs(run.certificate.energy.scheme) < 1e-4 * run.certificate.energy.delivered
+    assert [w.code for w in run.warnings] == ["NS3052"]
+
+
+def test_a_limit_that_moves_is_followed_beside_a_smooth_law() -> None:
+    """A rectified sine as the limit: the current follows it where 100 V can."""
+    limit = "2*abs(sin(2*pi*50*time))+1"
+    text = BOOST.format(limit=limit, diode="smooth", stop=10e-3)
+    run = nsspice.tran(nsspice.read(text))
+    late = run.time > 0.1e-3
+    wanted = 2.0 * np.abs(np.sin(100.0 * np.pi * run.time[late])) + 1.0
+    slack = 2e-5 * 10e-3 * 233e3
+    assert np.abs(run["i(l1)"][late] - wanted).max() <= 1.01 * slack
+
+
+def test_a_smaller_longest_step_lets_the_switch_react_earlier() -> None:
+    text = BOOST.format(limit="4", diode="lossless", stop="0.2m 0 0.2n")
+    run = nsspice.tran(nsspice.read(text))
+    current = run["i(l1)"][run.time > 0.05e-3]
+    assert np.abs(current - 4.0).max() <= 1.01 * 0.2e-9 * 232e3
+
+
+def test_relays_of_one_leg_change_together() -> None:
+    """Both at once or not at all: else they join two sources, or cut a current off."""
+    text = """leg of relays that holds a current
+Vp p 0 100
+Vn n 0 -100
+S1 p a r i relay
+S2 a n i r relay
+L1 a m 10m IC=0
+Vs m 0 0
+H1 i 0 Vs 1
+Vr r 0 SIN(0 1 50)
+.model relay SW(VT=0)
+.tran 20u 20m uic
+"""
+    for method, interval in INTERVALS.items():
+        run = nsspice.tran(nsspice.read(text), method=method)
+        slack = 1.05 * interval * 20e-3 * 100.0 / 10e-3
+        assert np.abs(run["i(l1)"] - run["v(r)"]).max() <= slack
+        assert np.abs(run["i(vp)"]).max() <= 1.1
+        assert run.certificate.passed
+
+
+def test_the_rounding_of_an_instant_is_no_chatter() -> None:
+    """A gate that its own ripple turns twice at one crossing is not sampled."""
+    text = """comparator on a slow sine
+V1 a 0 SIN(0 1 50)
+B1 g 0 V=if(v(a) > 0.5, 1, 0)
+S1 x 0 g 0 gate
+R1 v x 1k
+V2 v 0 5
+C1 x 0 1n
+.model gate SW(VT=0.5 RON=1)
+.tran 10u 60m
+"""
+    for method in INTERVALS:
+        run = nsspice.tran(nsspice.read(text), method=method)
+        assert run.warnings == []
+        on = [e.time for e in run.events if e.element.startswith("s1") and e.change == "on"]
+        assert on == pytest.approx([(k + 1.0 / 12.0) / 50.0 for k in range(3)], rel=1e-9)
