@@ -52,6 +52,7 @@ fn joined(
         .iter()
         .filter(|group| group.iter().all(|&row| law(row)))
         .for_each(|group| tie(&mut ties, group));
+    let ends = ends_of_branches(g, &law);
     let mut diagonal = vec![0.0f64; n];
     g.iter().filter(|e| e.0 == e.1).for_each(|(row, _, v)| diagonal[row] = v.abs());
     for c in (0..n).filter(|&c| counts(c)) {
@@ -63,8 +64,14 @@ fn joined(
             own.retain(|&(row, v)| row == c || v.abs() > weak * beside(row));
         }
         // a current leaves one node and enters another, whatever it controls elsewhere, and whatever
-        // controls it
-        let (pairs, own) = cancelling(own);
+        // controls it; what it controls may cancel with one end as well
+        let (mut own, control): (Vec<_>, Vec<_>) =
+            own.into_iter().partition(|e| ends[c].is_empty() || ends[c].contains(&e.0));
+        let (mut pairs, rest) = cancelling(own);
+        own = rest;
+        let (more, control) = cancelling(control);
+        pairs.extend(more);
+        own.extend(control);
         pairs.iter().for_each(|pair| tie(&mut ties, pair));
         let rows: Vec<usize> = own.iter().map(|e| e.0).collect();
         let (sum, size) =
@@ -79,6 +86,17 @@ fn joined(
         }
     }
     (ties.groups((0..n).filter(|&row| law(row))), free)
+}
+
+/// The nodes in the law of each branch: the ends between which its voltage is.
+fn ends_of_branches(g: &Csc, law: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
+    let mut ends = vec![Vec::new(); g.nrows];
+    for (row, node, v) in g.iter() {
+        if v != 0.0 && !law(row) && law(node) {
+            ends[row].push(node);
+        }
+    }
+    ends
 }
 
 /// The entries of a column in laws of currents.
@@ -179,9 +197,20 @@ impl Floating {
         let (inner, mut groups): (Vec<_>, Vec<_>) =
             groups.into_iter().partition(|group| out.tied.first[group[0]].is_some());
         groups.retain(|group| group.iter().all(|&row| out.tied.first[row].is_none()));
-        groups.into_iter().for_each(|group| out.take(group, false));
+        for group in groups {
+            out.take_parts(&group, &floating);
+            out.take(group, false);
+        }
         out.take_inner(inner);
         out
+    }
+
+    /// Adds the parts of a group that capacitors tie and currents of branches join, but for that of its first
+    /// row, which follows: else such a current is what rounding leaves of charges, in a short step.
+    fn take_parts(&mut self, group: &[usize], floating: &[Vec<usize>]) {
+        let inside = |part: &&Vec<usize>| part.len() > 1 && part.iter().all(|r| group.contains(r));
+        let parts = floating.iter().filter(inside).filter(|part| !part.contains(&group[0]));
+        parts.for_each(|part| self.inner.take(part.clone()));
     }
 
     /// Adds groups that lie inside others, whose sums take the place of laws outside them where they can: two

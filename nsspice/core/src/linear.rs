@@ -12,6 +12,10 @@ pub const DENSE_LIMIT: usize = 32;
 /// A column of which less than this part survives elimination depends on those before it.
 pub const SURVIVES: f64 = 1e-13;
 
+/// A pivot below this part of the terms that it is the sum of is their rounding, and that of the entries that were
+/// summed before.
+pub const LOST: f64 = 64.0 * f64::EPSILON;
+
 /// Below this part of its column a pivot is none, even if nothing was lost on the way: rounding of right-hand
 /// sides would move the unknown out of all bounds.
 pub const TRACE: f64 = 1e-30;

@@ -1,6 +1,6 @@
 //! LU factorisation of a small dense matrix with partial pivoting.
 
-use crate::linear::{part_of_row, row_sizes, Singular, SURVIVES, TRACE};
+use crate::linear::{part_of_row, row_sizes, Singular, LOST, SURVIVES, TRACE};
 use crate::sparse::Csc;
 
 /// `P A = L U`, stored over `A` column by column; refactoring reuses the storage.
@@ -20,8 +20,8 @@ pub struct DenseLu {
     hold: f64,
     /// largest entries of the columns, then of the rows, where something is to be held
     sizes: Vec<f64>,
-    /// scratch: what has been summed in a column
-    terms: Vec<f64>,
+    /// the matrix itself, its columns in order, where something is to be held
+    given: Vec<f64>,
     /// columns that were exchanged because they depend on those before, in this order
     put_off: Vec<(usize, usize)>,
 }
@@ -152,6 +152,7 @@ impl DenseLu {
             self.sizes.clear();
             self.sizes.extend(self.lu.chunks_exact(n).map(size));
             self.sizes.resize(2 * n, 0.0);
+            self.given.clone_from(&self.lu);
             let entry = |at: usize| (at % n, at / n, self.lu[at]);
             row_sizes(n, (0..n * n).map(entry), &mut self.sizes[n..]);
         }
@@ -169,7 +170,7 @@ impl DenseLu {
                 };
                 let small = self.hold > 0.0 && k < last && best <= SURVIVES * self.sizes[k];
                 // beside large entries that cancel nothing, a small pivot has all of its digits
-                if !small || best > (SURVIVES * self.summed(k, p)).max(TRACE * self.sizes[k]) {
+                if !small || best > (LOST * self.terms(k, p)).max(TRACE * self.sizes[k]) {
                     break (p, best);
                 }
                 last -= 1;
@@ -207,29 +208,35 @@ impl DenseLu {
         self.rate(least, greatest);
     }
 
-    /// The size of the terms that add up to the entry in row `p` of column `k`, and of those that
-    /// these come from.
-    fn summed(&mut self, k: usize, p: usize) -> f64 {
+    /// The size of the terms that the pivot in row `p` of column `k` is the sum of: it is `y' A x` with the
+    /// rows and columns that elimination has combined.
+    fn terms(&self, k: usize, p: usize) -> f64 {
         let n = self.n;
-        let terms = &mut self.terms;
-        terms.clear();
-        terms.extend(self.lu[k * n..(k + 1) * n].iter().map(|v| v.abs()));
+        let mut y = vec![0.0; n];
+        y[p] = 1.0;
         for j in (0..k).rev() {
-            terms.swap(j, self.swap[j]);
+            let below = self.lu[j * n + j + 1..(j + 1) * n].iter().zip(&y[j + 1..]);
+            y[j] -= below.map(|(l, y)| l * y).sum::<f64>();
+            y.swap(j, self.swap[j]);
         }
-        for (j, column) in self.lu.chunks_exact(n).enumerate().take(k) {
-            terms.swap(j, self.swap[j]);
-            let f = terms[j];
-            for (term, l) in terms[j + 1..].iter_mut().zip(&column[j + 1..]) {
-                *term += l.abs() * f;
+        let mut x = self.lu[k * n..k * n + k].to_vec();
+        for j in (0..k).rev() {
+            x[j] *= self.inverse[j];
+            for i in 0..j {
+                x[i] -= self.lu[j * n + i] * x[j];
             }
         }
-        terms[p]
+        x.push(1.0);
+        let column = |j: usize| self.given[j * n..(j + 1) * n].iter().zip(&y);
+        let size = |j: usize| column(j).map(|(a, y)| (a * y).abs()).sum::<f64>();
+        x.iter().enumerate().map(|(j, x)| x.abs() * size(j)).sum()
     }
 
     fn exchange_columns(&mut self, k: usize, other: usize) {
         if k != other {
             let (left, right) = self.lu.split_at_mut(other * self.n);
+            left[k * self.n..(k + 1) * self.n].swap_with_slice(&mut right[..self.n]);
+            let (left, right) = self.given.split_at_mut(other * self.n);
             left[k * self.n..(k + 1) * self.n].swap_with_slice(&mut right[..self.n]);
             self.sizes.swap(k, other);
         }
