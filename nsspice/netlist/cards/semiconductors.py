@@ -20,6 +20,9 @@ _TRANSISTOR = {
 #: an area; 2N2222 and 1N4148 are names of models
 _FACTOR = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?[^\W\d]*")
 
+#: PSpice and LTspice mark the node of the substrate so: [4]
+_BRACKETED = re.compile(r"\[[^\[\]]+\]")
+
 
 def diode(reader: Reader, line: Line, items: list[Item]) -> Template:
     """Read ``D anode cathode [gate] [model] [area] [off] [ic=]``; without a model it is ideal."""
@@ -38,7 +41,12 @@ def diode(reader: Reader, line: Line, items: list[Item]) -> Template:
 
 
 def transistor(reader: Reader, line: Line, items: list[Item]) -> Template:
-    """Read ``Q nc nb ne [ns] model [area] [off] [ic=vbe,vce]``."""
+    """Read ``Q nc nb ne [ns] model [area] [off] [ic=vbe,vce]``; ``[ns]`` may be written so."""
+    bracketed = len(items) > 4 and _BRACKETED.fullmatch(items[4].text) is not None
+    if bracketed:
+        node = items[4]
+        bare = node._replace(text=node.text[1:-1], start=node.start + 1, end=node.end - 1)
+        items = [*items[:4], bare, *items[5:]]
     terminals = Terminals(reader, line, items)
     terminals.take_nodes(3)
     following = terminals.peek()
@@ -46,7 +54,6 @@ def transistor(reader: Reader, line: Line, items: list[Item]) -> Template:
     # a fourth node stands before the model if two names follow, or a number that cannot be one
     second = words[1].text if len(words) > 1 else ""
     named = bool(second) and second != "off" and not _FACTOR.fullmatch(second)
-    bracketed = following is not None and following.text[:1] == "["
     if following is not None and words and (named or bracketed):
         terminals.take_nodes(1)
     result = terminals.template()

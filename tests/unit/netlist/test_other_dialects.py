@@ -94,3 +94,12 @@ def test_probe64() -> None:
     found = deck("V1 a 0 1", "R1 a 0 1", ".PROBE64 V(a)")
     assert [s.name for s in found.saves] == ["v(a)"]
     assert not found.warnings
+
+
+@pytest.mark.parametrize("model", ["np", "2n2222"])
+def test_the_substrate_in_brackets(model: str) -> None:
+    found = deck("V1 3 0 1", "R1 3 4 1k", f"Q1 3 0 4 [4] {model} 2", f".model {model} NPN(CJS=1p)")
+    transistor = found.elements[-1]
+    assert transistor.nodes == ("3", "0", "4", "4")
+    assert transistor.node_spans[3].column == 11
+    assert transistor.params["area"].value == 2.0
