@@ -28,9 +28,12 @@ def controlled(reader: Reader, line: Line, items: list[Item]) -> Template:
     terminals.take_nodes(2)
     result = terminals.template()
     quantity = "v" if result.letter in "eh" else "i"
-    form = terminals.peek()
-    word = form.text if form is not None and form.kind == "word" else ""
+    word = _keyword(terminals, result.letter)
     keys = {pair.text for pair in terminals.pairs}
+    if {"laplace", "freq"} & (keys | {word}):
+        message = f"{result.name}: transfer functions of s are not simulated"
+        hint = "build the filter of R, C and controlled sources"
+        raise Unreadable("NS1002", message, result.span, hint)
     if word == "poly":
         terminals.next()
         _poly(terminals, result, quantity)
@@ -38,10 +41,6 @@ def controlled(reader: Reader, line: Line, items: list[Item]) -> Template:
         _table(terminals, result, quantity)
     elif keys & {"value", "vol", "cur"} or word in ("value", "vol", "cur"):
         _given(terminals, result, quantity)
-    elif "laplace" in (keys | {word}) or "freq" in (keys | {word}):
-        message = f"{result.name}: transfer functions of s are not simulated"
-        hint = "build the filter of R, C and controlled sources"
-        raise Unreadable("NS1002", message, result.span, hint)
     elif result.letter in "eg":
         terminals.take_nodes(2, "controlling nodes")
         result.nodes, result.controls = terminals.nodes[:2], terminals.nodes[2:]
@@ -63,6 +62,24 @@ def controlled(reader: Reader, line: Line, items: list[Item]) -> Template:
     result.params = terminals.params(_PARAMS)
     terminals.finish(result)
     return result
+
+
+def _keyword(terminals: Terminals, letter: str) -> str:
+    """Return the word that may say in which form the source is given, ``""`` without one.
+
+    None is one where just the nodes (or the source) and a gain of a linear source are left:
+    ``E1 a 0 freq 0 2`` senses a node called freq.
+    """
+    rest = terminals.ahead()
+    if not rest or rest[0].kind != "word":
+        return ""
+    count = 2 if letter in "eg" else 1
+    if not any(pair.text in ("gain", "table", "laplace") for pair in terminals.pairs):
+        count += 1
+    text = terminals.line.text
+    named = all(item.kind == "word" for item in rest[:2])
+    called = any(text[item.end : item.end + 1] == "(" for item in rest)  # VALUE 2*v(a)
+    return "" if len(rest) == count and named and not called else rest[0].text
 
 
 def _gain(terminals: Terminals, result: Template) -> None:

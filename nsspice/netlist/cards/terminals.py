@@ -88,6 +88,10 @@ class Terminals:
         """Look at the next item."""
         return self._items[self._at] if self._at < len(self._items) else None
 
+    def ahead(self) -> list[Item]:
+        """Look at all remaining items."""
+        return self._items[self._at :]
+
     def next_name(self) -> Item | None:
         """Take the next item if it is a word and not a number."""
         item = self.peek()
