@@ -106,6 +106,8 @@ class _Binder:
             return num(value)
         if word in ("time", "temper") or (self._own_current and word == "i"):
             return var(word)
+        if word == "temp":  # PSpice's and LTspice's name
+            return var("temper")
         if word in CONSTANTS:
             return num(CONSTANTS[word])
         known = [*scope.known("params"), *scope.known("fixed"), "time", "temper"]

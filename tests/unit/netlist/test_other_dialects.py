@@ -103,3 +103,20 @@ def test_the_substrate_in_brackets(model: str) -> None:
     assert transistor.nodes == ("3", "0", "4", "4")
     assert transistor.node_spans[3].column == 11
     assert transistor.params["area"].value == 2.0
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        ("E1 a 0 VALUE={1+1m*(TEMP-27)}", [1.0]),
+        ("E1 a 0 VALUE={1+1m*(TEMP-27)}\n.temp 127", [1.1]),
+        ("E1 a 0 VALUE={1+1m*(TEMP-27)}\n.step temp list 27 127", [1.0, 1.1]),
+        ("V1 a 0 {v}\n.param v={1+1m*(temp-27)}\n.temp 127", [1.1]),
+        ("E1 a 0 VALUE={1+1m*(TEMP-27)}\n.param temp=77\n.temp 127", [1.05]),
+        ("E1 a 0 VALUE={V(temp)}\nV1 temp 0 2\n.temp 127", [2.0]),
+    ],
+)
+def test_temp_is_the_temperature(lines: str, expected: list[float]) -> None:
+    solutions = read(f"title\n{lines}\nR1 a 0 1k\n.op\n").run()
+    found = [float(v) for s in solutions for v in s["v(a)"]]
+    assert found == pytest.approx(expected)
