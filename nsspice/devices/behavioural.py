@@ -17,7 +17,7 @@ from ..netlist.node import Node, num
 from ..problems.descriptor import Functional, Switch, Waveform
 from .behaviour import linear_form, wave_of
 from .carrier import Carrier
-from .coefficients import LINE, Coefficients
+from .coefficients import EXPONENTIAL, LINE, Coefficients
 from .comparators import Comparator, split
 from .device import NO_VALUES, Context, Device, Edge, check_flags
 from .effect import Effect
@@ -297,6 +297,7 @@ class BehaviouralResistor(Reading):
     INSTANCE = Table(
         Parameter("m", "number of equal resistors in parallel", "", 1.0),
         *_SHARED[:-1],
+        EXPONENTIAL,
         inert("ac", "resistance for .ac only", "Ohm"),
         inert("noisy", "noise on or off"),
         inert("noise", "noise on or off"),

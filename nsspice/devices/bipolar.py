@@ -67,7 +67,7 @@ class Bipolar(Transistor):
     ) -> None:
         super().__init__(element, npn, parallel)
         self.card = card
-        self.temp = given.get("temp")
+        self.temp = given.get("temp", card.get("t_abs"))
         self.dtemp = given.get("dtemp", 0.0)
         self.ic = given.get("ic"), given.get("icvce")
         self.stores_energy = any(card.get(key) for key in ("cje", "cjc", "tf", "tr", "cjs"))

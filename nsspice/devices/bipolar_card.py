@@ -59,6 +59,7 @@ CARD = Table(
     Parameter("xti", "temperature exponent of is", "", 3.0, aliases=("pt",)),
     Parameter("xtb", "temperature exponent of the gains", "", 0.0),
     Parameter("tnom", "temperature at which parameters are given", "C", aliases=("tref",)),
+    Parameter("t_abs", "temperature of its transistors", "C"),
     Parameter("irb", "base current at which rb falls to half", "A"),
     Parameter("xcjc", "share of cjc at the inner base", "", 1.0),
     Parameter("cjs", "substrate capacitance at 0 V", "F", aliases=("ccs",)),
@@ -116,6 +117,7 @@ EFFECTS = (
     ("iss", "substrate junction", "A", 1),
     ("xtb", "gain over temperature", "", 0),
     ("tnom", "nominal temperature", "C", 0),
+    ("t_abs", "own temperature", "C", 0),
 )
 #: zero means "no such effect"
 NEUTRAL_ZERO = frozenset(
@@ -124,7 +126,7 @@ NEUTRAL_ZERO = frozenset(
 )
 _POSITIVE = frozenset(["is", "bf", "br", "nf", "nr", "ne", "nc", "ns", "nk", "vje", "vjc", "vjs"])
 _BELOW_ONE = frozenset(["mje", "mjc", "mjs", "fc"])
-_SIGNED = frozenset(["eg", "xti", "xtb", "tnom", "subs"]) | {
+_SIGNED = frozenset(["eg", "xti", "xtb", "tnom", "t_abs", "subs"]) | {
     key for _, *keys in COEFFICIENTS for key in keys
 }
 

@@ -118,6 +118,7 @@ class Diode(LegDevice):
         inert("mj", "grading coefficient"),
         inert("fc", "forward capacitance coefficient"),
         inert("tnom", "nominal temperature", "C"),
+        inert("t_abs", "temperature (piecewise-linear laws have none)", "C"),
         inert("kf", "flicker noise"),
         inert("af", "flicker noise"),
         inert("level", "model level"),

@@ -53,6 +53,7 @@ class JunctionLaw:
     eg: float = 1.11
     xti: float = 3.0
     tnom: float | None = None
+    t_abs: float | None = None
     trs1: float = 0.0
     trs2: float = 0.0
     tikf: float = 0.0
@@ -98,11 +99,11 @@ class JunctionLaw:
         ----------
         conditions : Conditions
         temp : float or None
-            The element's own temperature [degrees Celsius].
+            The element's own temperature [degrees Celsius], by default that of the card.
         dtemp : float
             Above the circuit's [K].
         """
-        actual = kelvin(conditions, temp, dtemp)
+        actual = kelvin(conditions, self.t_abs if temp is None else temp, dtemp)
         nominal = (conditions.nominal if self.tnom is None else self.tnom) + CELSIUS
         vt = thermal_voltage(actual)
         rise = actual - nominal
@@ -151,6 +152,7 @@ _EFFECTS = (
     ("cjo", "junction charge", "F", 1),
     ("tt", "diffusion charge", "s", 0),
     ("tnom", "nominal temperature", "C", 0),
+    ("t_abs", "own temperature", "C", 0),
 )
 _NEUTRAL_ZERO = frozenset({"rs", "isr", "ikf", "ibvl", "cjo", "tt"})
 _COEFFICIENTS = (

@@ -33,6 +33,7 @@ CARD = Table(
     Parameter("eg", "band gap", "eV", 1.11),
     Parameter("xti", "temperature exponent of is", "", 3.0),
     Parameter("tnom", "temperature at which parameters are given", "C", aliases=("tref",)),
+    Parameter("t_abs", "temperature of its diodes", "C"),
     refused("ikr", "knee current of reverse injection", "leave it out", "A"),
     refused("jsw", "sidewall saturation current", _SIDEWALL, "A"),
     refused("isw", "sidewall saturation current", _SIDEWALL, "A"),

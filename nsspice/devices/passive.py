@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
+from ..netlist.functions import ABSOLUTE_ZERO
 from .coefficients import LINE, Coefficients
 from .device import Context, Device, check_flags, check_model, number
 from .parameter import Parameter
@@ -56,14 +57,20 @@ def read_given(
         known = context.cards.get(id(element.model))
         if known is None:
             known = law.MODEL.read(element.model.params, f"model {element.model.name}", findings)
+            if known.get("t_abs", 0.0) < ABSOLUTE_ZERO:
+                message = f"t_abs of model {element.model.name} is below absolute zero"
+                span = element.model.params["t_abs"].span
+                findings.error("NS2005", message, span, "give degrees Celsius")
             context.cards[id(element.model)] = known
         card = known
     if given.get("m", 1.0) <= 0.0:
         findings.error("NS2005", f"m of {element.name} must be positive", element.params["m"].span)
         return None
-    for key in ("tc1", "tc2", "tnom"):
+    for key in ("tc1", "tc2", "tce", "tnom"):
         if key in card:
             given.setdefault(key, card[key])
+    if "t_abs" in card:
+        given.setdefault("temp", card["t_abs"])
     Coefficients.of(given).check(element, findings)
     return given, card
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ..netlist.expression import Expression
 from ..problems.descriptor import Functional
-from .coefficients import CARD
+from .coefficients import CARD, EXPONENTIAL
 from .device import NO_VALUES, Context, Device, Edge
 from .effect import Effect
 from .parameter import Parameter, Table, inert, refused
@@ -28,6 +28,7 @@ class Resistor(Passive):
     KIND = "resistor"
     INSTANCE = Table(
         *SHARED,
+        EXPONENTIAL,
         inert("ac", "resistance for .ac only", "Ohm"),
         inert("ic", "initial value (a resistor stores nothing)"),
         inert("noisy", "noise on or off"),
@@ -35,6 +36,7 @@ class Resistor(Passive):
     )
     MODEL = Table(
         *CARD,
+        EXPONENTIAL,
         Parameter("r", "resistance", "Ohm", aliases=("res", "resistance")),
         refused("rsh", "sheet resistance", "write the resistance on the element line", "Ohm"),
         inert("kf", "flicker noise"),

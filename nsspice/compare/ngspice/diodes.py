@@ -53,12 +53,13 @@ def _junction(
     writer: DeckWriter, name: str, body: JunctionBody, a: str, b: str, ic: float | None
 ) -> None:
     """Write a smooth junction, which ngspice has."""
-    words = " ".join(f"{key}={value!r}" for key, value in body.law.given)
+    words = " ".join(f"{key}={value!r}" for key, value in body.law.given if key != "t_abs")
     model = writer.model(("d", body.law), "junction", f"d({words})")
     line: list[object] = [writer.names.element("d", name), a, b, model]
     # m= and not an area: ngspice 39 leaves IBV as it is, and writes beyond its memory for "2.0"
     count = body.parallel if body.parallel != 1.0 else None
-    given = ("m", count), ("ic", ic), ("temp", body.temp), ("dtemp", body.dtemp or None)
+    temp = body.law.t_abs if body.temp is None else body.temp
+    given = ("m", count), ("ic", ic), ("temp", temp), ("dtemp", body.dtemp or None)
     for key, value in given:
         if value is not None:
             line.append(f"{key}={value!r}")

@@ -75,6 +75,8 @@ def _passive(writer: DeckWriter, element: Element, device: Passive) -> None:
             raise untranslatable(f"{element.name} has a temperature of its own in a .dc temp sweep")
         value = device.value
         coefficients = f"tc1={rise.tc1!r} tc2={rise.tc2!r} dtemp={rise.dtemp!r}"
+        if rise.tce:
+            coefficients += f" tce={rise.tce!r}"
     if value == 0.0 and letter in "rl":
         meter = writer.names.element("v", device.name)
         writer.add(meter, *(writer.node(n) for n in device.nodes), "DC 0")
@@ -175,6 +177,8 @@ def _transistor(writer: DeckWriter, element: Element, device: Device) -> None:
         words.append(f"m={parallel!r}")
     for key in ("temp", "dtemp"):
         param = element.params.get(key)
+        if key == "temp" and param is None:
+            param = element.model.params.get("t_abs")
         if param is not None and isinstance(param.value, int | float):
             words.append(f"{key}={float(param.value)!r}")
     writer.add(*words)

@@ -23,7 +23,9 @@ _RATINGS = {
 #: Chan's core with hysteresis, LTspice's
 _CORE = {"hc", "bs", "br", "a", "lm", "lg", "n"}
 _KNOWN = {
-    "r": _COMMON | {"r", "v", "tc", "tc1", "tc2", "ac", "noisy", "noise", "ic"} | _RATINGS["r"],
+    "r": _COMMON
+    | {"r", "v", "tc", "tc1", "tc2", "tce", "ac", "noisy", "noise", "ic"}
+    | _RATINGS["r"],
     "c": _COMMON | {"c", "ic", "tc", "tc1", "tc2"} | PARASITICS | _RATINGS["c"],
     "l": _COMMON | {"l", "ic", "tc", "tc1", "tc2", "nt"} | PARASITICS | _RATINGS["l"] | _CORE,
 }
