@@ -56,7 +56,8 @@ def check_cutsets(graph: Graph, mode: Mode) -> Iterator[tuple[Diagnostic, list[s
         for part, sign in ((start, -1.0), (end, 1.0)):
             if part != 0:
                 total = totals.setdefault(part, WaveSum())
-                total.add(mode.waveforms[source.name], sign * source.m)
+                for waveform in mode.waveforms[source.name]:
+                    total.add(waveform, sign * source.m)
                 crossing.setdefault(part, []).append(source)
     for part, total in totals.items():
         if part in free or total.vanishes():

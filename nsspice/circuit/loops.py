@@ -83,8 +83,8 @@ def check_loops(graph: Graph, mode: Mode) -> Iterator[Finding]:
         for edge in edges:
             if edge.kind == "V":
                 voltage = WaveSum()
-                if device.name in mode.waveforms:
-                    voltage.add(mode.waveforms[device.name], 1.0)
+                for waveform in mode.waveforms.get(device.name, ()):
+                    voltage.add(waveform, 1.0)
                 yield from _place(forest, device, voltage, mode)
             elif edge.kind == "E" and isinstance(device, Vcvs):
                 pending.append(device)

@@ -33,13 +33,13 @@ class Mode:
         Inductors are shorts and capacitors are open.
     what : str
         For messages: ``at DC`` or an empty string.
-    waveforms : dict of str to Waveform or None
-        What each independent source does; None for a swept one.
+    waveforms : dict of str to tuple of Waveform or None
+        What each independent source does, as a sum; None for a swept one.
     """
 
     dc: bool
     what: str
-    waveforms: dict[str, Waveform | None]
+    waveforms: dict[str, tuple[Waveform | None, ...]]
 
 
 def check_topology(
@@ -88,10 +88,11 @@ def modes(devices: Sequence[Device], deck: Deck, defaults: Conditions) -> list[M
     transients = [a for a in deck.analyses if isinstance(a, TranCard)]
     steady = [a for a in deck.analyses if isinstance(a, OpCard | DcCard)]
     if transients or not deck.analyses:
-        result.append(Mode(False, "", {d.name: d.waveform(defaults) for d in sources}))
+        result.append(Mode(False, "", {d.name: d.waveforms(defaults) for d in sources}))
     if any(not card.uic for card in transients):
-        start: dict[str, Waveform | None] = {
-            d.name: Waveform("dc", (initial_value(d.waveform(defaults)),)) for d in sources
+        start: dict[str, tuple[Waveform | None, ...]] = {
+            d.name: tuple(Waveform("dc", (initial_value(w),)) for w in d.waveforms(defaults))
+            for d in sources
         }
         result.append(Mode(True, "at DC (the start of .tran)", start))
     if steady:
@@ -99,7 +100,9 @@ def modes(devices: Sequence[Device], deck: Deck, defaults: Conditions) -> list[M
         constant = Conditions(
             defaults.temperature, {}, "dc", defaults.tstep, defaults.tstop, defaults.nominal
         )
-        values = {d.name: None if d.name in swept else d.waveform(constant) for d in sources}
+        values: dict[str, tuple[Waveform | None, ...]] = {
+            d.name: (None,) if d.name in swept else d.waveforms(constant) for d in sources
+        }
         result.append(Mode(True, "at DC", values))
     return result
 

@@ -11,7 +11,7 @@ from .effect import Effect
 from .parameter import Parameter, Table
 from .stamper import Conditions, Layout, Stamper
 from .vsource import SOURCE_SHARED, read_source
-from .waveform import source_waveform
+from .waveform import source_waveforms
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element, Source
@@ -36,9 +36,9 @@ class CurrentSource(Device):
         found = read_source(cls, element, context)
         return None if found is None else cls(element, found[0], found[1].get("m", 1.0))
 
-    def waveform(self, conditions: Conditions) -> Waveform:
-        """Return the current of one source, before ``m``, as a function of time."""
-        return source_waveform(self.source, conditions, self.name)
+    def waveforms(self, conditions: Conditions) -> tuple[Waveform, ...]:
+        """Return the functions of time whose sum is the current of one source, before ``m``."""
+        return source_waveforms(self.source, conditions, self.name)
 
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
         """Return one current branch."""
@@ -46,13 +46,15 @@ class CurrentSource(Device):
 
     def stamp(self, stamper: Stamper) -> None:
         """Write the current that leaves the first node."""
-        waveform = self.waveform(stamper.layout.conditions)
-        if waveform.kind != "dc" or waveform.values[0] != 0.0:
-            column = stamper.column(waveform)
-            stamper.layout.columns[self.name] = column
-            stamper.current_source(*self.ends, column, self.m)
+        for number, waveform in enumerate(self.waveforms(stamper.layout.conditions)):
+            if waveform.kind != "dc" or waveform.values[0] != 0.0:
+                column = stamper.column(waveform)
+                stamper.layout.columns[f"{self.name}#end" if number else self.name] = column
+                stamper.current_source(*self.ends, column, self.m)
 
     def current(self, layout: Layout) -> Functional:
         """Return the source's own value."""
-        column = layout.columns.get(self.name)
-        return Functional() if column is None else Functional(u=((column, self.m),))
+        names = (self.name, f"{self.name}#end")
+        return Functional(
+            u=tuple((layout.columns[n], self.m) for n in names if n in layout.columns)
+        )

@@ -10,7 +10,7 @@ from .device import NO_VALUES, Context, Device, Edge, check_flags
 from .effect import Effect
 from .parameter import Table, inert, refused
 from .stamper import Conditions, Layout, Stamper
-from .waveform import check_source, source_waveform
+from .waveform import check_source, source_waveforms
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element, Source
@@ -42,9 +42,9 @@ class VoltageSource(Device):
         found = read_source(cls, element, context)
         return None if found is None else cls(element, found[0])
 
-    def waveform(self, conditions: Conditions) -> Waveform:
-        """Return the voltage as a function of time."""
-        return source_waveform(self.source, conditions, self.name)
+    def waveforms(self, conditions: Conditions) -> tuple[Waveform, ...]:
+        """Return the functions of time whose sum is the voltage."""
+        return source_waveforms(self.source, conditions, self.name)
 
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
         """Return one voltage branch."""
@@ -54,11 +54,11 @@ class VoltageSource(Device):
         """Write ``-(va - vb) = -V``."""
         branch = stamper.branch(self.name)
         stamper.connect(branch, *self.ends)
-        waveform = self.waveform(stamper.layout.conditions)
-        if waveform.kind != "dc" or waveform.values[0] != 0.0:
-            column = stamper.column(waveform)
-            stamper.layout.columns[self.name] = column
-            stamper.S.add(branch, column, -1.0)
+        for waveform in self.waveforms(stamper.layout.conditions):
+            if waveform.kind != "dc" or waveform.values[0] != 0.0:
+                column = stamper.column(waveform)
+                stamper.layout.columns.setdefault(self.name, column)
+                stamper.S.add(branch, column, -1.0)
 
     def current(self, layout: Layout) -> Functional:
         """Return the unknown current."""

@@ -51,7 +51,7 @@ def check_source(source: Source, owner: str, findings: Findings) -> bool:
         negative = {
             "pulse": ("tr", "tf", "pw", "np"),
             "exp": ("tau1", "tau2"),
-            "sin": ("frequency",),
+            "sin": ("frequency", "cycles"),
         }
         for name in negative.get(kind, ()):
             value = given.get(name)
@@ -175,8 +175,45 @@ def transient(source: Source, conditions: Conditions) -> Waveform:
     return Waveform("pwl", tuple(points), repeat + delay if repeat >= 0.0 else math.nan)
 
 
+def _ending(source: Source, conditions: Conditions) -> Waveform | None:
+    """Return what is added to a sine so that it stays where it ends, None if it has no end.
+
+    It is the same sine with the other sign, from there on.
+
+    Examples
+    --------
+    >>> from nsspice.errors import Span
+    >>> from nsspice.netlist.deck import Source
+    >>> ten = Source(None, None, "sin", (1.0, 2.0, 50.0, 0.0, 0.0, 0.0, 10.0), {}, Span("", 2, 1))
+    >>> _ending(ten, Conditions(tstop=1.0)).values
+    (0.0, -2.0, 50.0, 0.2, 0.0, 0.0)
+    """
+    cycles = _given(source, 6, 0.0)
+    _, amplitude, frequency, delay, damping, phase = transient(source, conditions).values
+    if not (cycles > 0.0 and frequency > 0.0):
+        return None
+    duration = cycles / frequency
+    amplitude *= -math.exp(-damping * duration)
+    phase = (phase + 360.0 * cycles) % 360.0
+    if phase % 180.0 == 0.0:
+        amplitude, phase = (amplitude if phase == 0.0 else -amplitude), 0.0
+    level = -amplitude * math.sin(math.radians(phase)) if phase else 0.0
+    return Waveform("sin", (level, amplitude, frequency, delay + duration, damping, phase))
+
+
+def source_waveforms(source: Source, conditions: Conditions, owner: str) -> tuple[Waveform, ...]:
+    """Return what a source does under the given conditions, as a sum of waveforms."""
+    first = source_waveform(source, conditions, owner)
+    if first.kind != "sin":
+        return (first,)
+    rest = _ending(source, conditions)
+    return (first,) if rest is None else (first, rest)
+
+
 def source_waveform(source: Source, conditions: Conditions, owner: str) -> Waveform:
     """Return what a source does under the given conditions (a sweep value, DC, or in time).
+
+    A sine of a limited number of cycles is given without its end.
 
     Examples
     --------

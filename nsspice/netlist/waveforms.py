@@ -4,7 +4,7 @@ from __future__ import annotations
 
 #: waveform -> names of its arguments in order, how many are required; pwl takes pairs instead
 ARGUMENTS: dict[str, tuple[tuple[str, ...], int]] = {
-    "sin": (("offset", "amplitude", "frequency", "delay", "damping", "phase"), 2),
+    "sin": (("offset", "amplitude", "frequency", "delay", "damping", "phase", "cycles"), 2),
     "pulse": (("v1", "v2", "td", "tr", "tf", "pw", "per", "np"), 2),
     "exp": (("v1", "v2", "td1", "tau1", "td2", "tau2"), 2),
     "sffm": (("offset", "amplitude", "fc", "mdi", "fs", "phasec", "phases"), 2),
@@ -19,7 +19,7 @@ def form(kind: str) -> str:
     Examples
     --------
     >>> form("sin")
-    'sin(offset amplitude frequency delay damping phase)'
+    'sin(offset amplitude frequency delay damping phase cycles)'
     """
     return f"{kind}({' '.join(ARGUMENTS[kind][0])})"
 

@@ -101,7 +101,9 @@ def _coupling(writer: DeckWriter, device: Coupling) -> None:
 
 
 def _source(writer: DeckWriter, device: VoltageSource | CurrentSource) -> None:
-    waveform = device.waveform(writer.conditions)
+    waveform, *end = device.waveforms(writer.conditions)
+    if end:
+        raise untranslatable(f"{device.name}: ngspice has no sine of a limited number of cycles")
     text, sharp = source_text(waveform, writer.stop, writer.edge)
     words: list[object] = [writer.names.element(device.letter, device.name)]
     if isinstance(device, VoltageSource):
