@@ -9,6 +9,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..circuit import Circuit
+from ..devices import CurrentSource, VoltageSource
+from ..devices.passive import Passive
 from ..errors import Diagnostic, NumericalError, Span, UsageError
 from ..netlist.deck import DcCard, Sweep
 from .cards import Dc
@@ -183,15 +185,13 @@ def check_sweep(circuit: Circuit, sweep: Sweep) -> None:
         return
     span = sweep.span if sweep.span.line else None
     device = circuit.device(sweep.name)
-    if device.letter not in "virlc":
-        raise UsageError(
-            Diagnostic(
-                "NS4007",
-                f"{sweep.name} cannot be swept",
-                span,
-                "sweep a V, I, R, L or C, or temp",
-            )
-        )
+    if not isinstance(device, VoltageSource | CurrentSource | Passive):
+        law = ": its value is a law" if device.letter in "irlc" else ""
+        message = f"{sweep.name} cannot be swept{law}"
+        hint = "sweep a V, I, R, L or C, or temp"
+        if law:
+            hint = "write {name} into the law, and sweep the parameter: .step param name ..."
+        raise UsageError(Diagnostic("NS4007", message, span, hint))
 
 
 def _solve(

@@ -1,4 +1,7 @@
-"""Independent current source ``I a b ...``: a given current flows from a through it to b."""
+"""Independent current source ``I a b ...``: a given current flows from a through it to b.
+
+With a table of the voltage across it, LTspice's ``TBL``, it is a behavioural source.
+"""
 
 from __future__ import annotations
 
@@ -31,8 +34,12 @@ class CurrentSource(Device):
         self.effects = (Effect(f"{source.kind or 'dc'} current"),)
 
     @classmethod
-    def read(cls, element: Element, context: Context) -> CurrentSource | None:
+    def read(cls, element: Element, context: Context) -> Device | None:
         """Return the source of an element line, or None after reporting why not."""
+        if element.quantity:
+            from .behavioural import Behavioural
+
+            return Behavioural.read(element, context)
         found = read_source(cls, element, context)
         return None if found is None else cls(element, found[0], found[1].get("m", 1.0))
 

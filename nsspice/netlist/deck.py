@@ -86,7 +86,7 @@ class Element:
     value : float or Expression or None
         R L C: value; linear E F G H: gain; K: coefficient.  An expression of signals makes the
         element nonlinear: R ``V={expr(i)}``, E/G ``VALUE= TABLE POLY``, B ``V=`` or ``I=``,
-        C ``Q=``, L ``Flux=``.
+        I ``TBL``, C ``Q=``, L ``Flux=``.
     quantity : str
         For expressions what they give: ``"v"`` or ``"i"``, ``"q"`` of C, ``"flux"`` of L; ``""``
         otherwise.

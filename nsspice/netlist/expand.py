@@ -157,7 +157,7 @@ class Expander:
     @staticmethod
     def _plain(item: Template) -> str:
         """Return the quantity of a source whose expression turned out to be a number."""
-        return item.quantity if item.letter in "bcefghlr" else ""
+        return item.quantity if item.letter in "bcefghilr" else ""
 
     @staticmethod
     def _no_model(scope: Scope, item: Template) -> Unreadable:

@@ -173,17 +173,38 @@ def _table(terminals: Terminals, result: Template, quantity: str) -> None:
         else:
             raise Unreadable("NS1008", f"{result.name}: TABLE needs an expression in braces",
                              result.span, "write TABLE {v(a)} = (x,y) (x,y)")  # fmt: skip
-    if len(points) < 2 or len(points) % 2:
-        message = f"{result.name}: TABLE needs pairs (x,y), {len(points)} numbers given"
-        raise Unreadable("NS1008", message, result.span)
     if expression is not None:
         inner = reader.formula(line, expression.start + 1, expression.end - 1)
         tree = inner.node if isinstance(inner, Formula) else num(inner)
     else:
         tree = voltage(*terminals.nodes[2:4])
-    values = [_node(reader.value(line, p, "a number of the table")) for p in points]
-    result.value = _whole(terminals, call("pwl", tree, *values))
+    result.value = table_law(terminals, tree, points)
     result.quantity = quantity
+
+
+def table_law(terminals: Terminals, tree: Node, points: list[Item]) -> Formula:
+    """Return a function of straight lines between points.
+
+    Parameters
+    ----------
+    terminals : Terminals
+        Of the line.
+    tree : Node
+        What the function depends on.
+    points : list of Item
+        ``x1 y1 x2 y2 ...``
+
+    Raises
+    ------
+    Unreadable
+        If the numbers make no pairs.
+    """
+    if len(points) < 2 or len(points) % 2:
+        message = f"{terminals.name}: TABLE needs pairs (x,y), {len(points)} numbers given"
+        raise Unreadable("NS1008", message, terminals.span)
+    reader, line = terminals.reader, terminals.line
+    values = [_node(reader.value(line, p, "a number of the table")) for p in points]
+    return _whole(terminals, call("pwl", tree, *values))
 
 
 def _words(items: list[Item]) -> list[Item]:

@@ -6,17 +6,21 @@ from collections.abc import Collection
 from itertools import pairwise
 
 from ...errors import suggest
+from ..expression_parser import voltage
 from ..findings import Unreadable
 from ..lines import Line
 from ..statement import Item
 from ..template import SourceTemplate, Template, Value
 from ..waveforms import KINDS, count_problem
-from .reading import Reader
+from .controlled import table_law
+from .reading import Reader, flat
 from .terminals import Terminals
 
 _SPELLINGS = {"sine": "sin"}
 _OTHER = {"trnoise", "trrandom", "noise", "external", "distof1", "distof2", "wavefile", "pat"}
 _PARAMS = {"r", "td", "m", "rser", "cpar", "rpar", "ac", "dc", "load", "file"}
+#: words that end the arguments of a waveform
+_KEYWORDS = {"dc", "ac", "load", *KINDS}
 
 
 def source(reader: Reader, line: Line, items: list[Item]) -> Template:
@@ -46,6 +50,10 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
             )
         elif kind in KINDS:
             _waveform(terminals, value, item, kind)
+        elif kind == "tbl" and result.letter == "i":
+            _table(terminals, result, _arguments(terminals))
+        elif kind == "load" and result.letter == "i":
+            raise _load(terminals, item)
         elif kind in _OTHER:
             where = line.span(item.start, item.end)
             message = f"{result.name}: the waveform {kind} is not supported"
@@ -61,6 +69,10 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
             value.dc = _number(terminals, item, "a DC value or a waveform")
         else:
             _unexpected(terminals, item, result)
+    for pair in terminals.pairs:
+        if pair.text == "tbl" and result.letter == "i":
+            _table(terminals, result, list(flat([pair.items[1]])))
+    terminals.pairs = [pair for pair in terminals.pairs if pair.text != "tbl"]
     params = terminals.params(_PARAMS)
     if "dc" in params:
         value.dc = terminals.param_value(params.pop("dc"))
@@ -72,7 +84,30 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
         elif key in params:
             raise Unreadable("NS1014", f"{result.name}: {key}= belongs to PWL", params[key].span)
     result.params = params
+    if result.quantity:
+        if value.kind or value.dc is not None:
+            message = f"{result.name}: a table and another value are given"
+            raise Unreadable("NS1009", message, result.span, "keep one of them")
+        result.source = None
     return result
+
+
+def _table(terminals: Terminals, result: Template, points: list[Item]) -> None:
+    """Let the current of a source follow a table of the voltage across it (LTspice)."""
+    result.value = table_law(terminals, voltage(*result.nodes), points)
+    result.quantity = "i"
+
+
+def _load(terminals: Terminals, item: Item) -> Unreadable:
+    """Return what to say about a source that takes power only (LTspice)."""
+    a, b = terminals.nodes
+    return Unreadable(
+        "NS1002",
+        f"{terminals.name}: load, a current that ends with the voltage across it, is not simulated",
+        terminals.line.span(item.start, item.end),
+        "a constant current that falls to zero below 0.5 V is a table of the voltage: "
+        f"{terminals.name} {a} {b} TBL(0 0 0.5 1m), with the current in place of 1m",
+    )
 
 
 def _optional(terminals: Terminals) -> Item | None:
@@ -104,12 +139,7 @@ def _waveform(terminals: Terminals, value: SourceTemplate, word: Item, kind: str
         message = f"{terminals.name}: a second waveform after {value.kind}"
         raise Unreadable("NS1009", message, where, "keep one of them")
     value.kind = kind
-    arguments: list[Item] = []
-    while (item := terminals.peek()) is not None:
-        if _next_is(terminals, {"dc", "ac", *KINDS}):
-            break
-        arguments.append(item)
-        terminals.next()
+    arguments = _arguments(terminals)
     if kind == "pwl":
         arguments, value.relative = _relative(line, arguments)
     reader = terminals.reader
@@ -121,6 +151,15 @@ def _waveform(terminals: Terminals, value: SourceTemplate, word: Item, kind: str
     if problem:
         raise Unreadable("NS1008", f"{terminals.name}: {problem}", where, hint)
     _decimal_commas(terminals, arguments)
+
+
+def _arguments(terminals: Terminals) -> list[Item]:
+    """Take everything up to the next keyword."""
+    arguments: list[Item] = []
+    while (item := terminals.peek()) is not None and not _next_is(terminals, _KEYWORDS):
+        arguments.append(item)
+        terminals.next()
+    return arguments
 
 
 def _relative(line: Line, arguments: list[Item]) -> tuple[list[Item], tuple[int, ...]]:
