@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from ..netlist.findings import Findings
-from .parameter import Parameter, Table, inert, refused
+from .parameter import Parameter, Table, inert, limited, refused
 from .transistor import RATINGS
 
 if TYPE_CHECKING:
@@ -25,8 +25,13 @@ COEFFICIENTS = (
     ("rbm", "trm1", "trm2"),
 )
 
+#: IS of a card without one [A]
+_CURRENT = 1e-16
+#: a larger grading coefficient has no charge at forward voltages (ngspice's bound, too)
+STEEPEST = 0.999
+
 CARD = Table(
-    Parameter("is", "transport saturation current", "A", 1e-16),
+    Parameter("is", "transport saturation current", "A", _CURRENT),
     Parameter("bf", "forward current gain", "", 100.0, aliases=("bfm",)),
     Parameter("nf", "forward emission coefficient", "", 1.0),
     Parameter("br", "reverse current gain", "", 1.0, aliases=("brm",)),
@@ -37,6 +42,8 @@ CARD = Table(
     Parameter("ikr", "knee of the reverse gain", "A"),
     Parameter("ise", "base-emitter leakage", "A"),
     Parameter("ne", "emission coefficient of ise", "", 1.5),
+    Parameter("c2", "ise as a multiple of is (SPICE2)"),
+    Parameter("c4", "isc as a multiple of is (SPICE2)"),
     Parameter("isc", "base-collector leakage", "A"),
     Parameter("nc", "emission coefficient of isc", "", 2.0),
     Parameter("rb", "base resistance", "Ohm"),
@@ -125,7 +132,8 @@ NEUTRAL_ZERO = frozenset(
     | {"irb", "cje", "cjc", "tf", "xtf", "tr", "cjs", "iss", "xtb"}
 )
 _POSITIVE = frozenset(["is", "bf", "br", "nf", "nr", "ne", "nc", "ns", "nk", "vje", "vjc", "vjs"])
-_BELOW_ONE = frozenset(["mje", "mjc", "mjs", "fc"])
+#: LTspice's breakdown, of which nothing is simulated
+_BREAKDOWN = ("bvcbo", "nbvcbo", "bvbe", "ibvbe", "nbvbe")
 _SIGNED = frozenset(["eg", "xti", "xtb", "tnom", "t_abs", "subs"]) | {
     key for _, *keys in COEFFICIENTS for key in keys
 }
@@ -142,27 +150,43 @@ def check_card(model: Model, findings: Findings) -> dict[str, float] | None:
     """
     owner = f"model {model.name}"
     before = len(findings.errors)
-    given = CARD.read(model.params, owner, findings)
+    broken = [key for key in _BREAKDOWN if key in model.params]
+    if broken:
+        findings.warning(
+            "NS2052",
+            f"{', '.join(broken)} of {owner} are ignored: its transistors do not break down",
+            model.params[broken[0]].span,
+            "if they come so far, put a diode with BV across the junction",
+        )
+    params = {key: param for key, param in model.params.items() if key not in broken}
+    given = CARD.read(params, owner, findings)
     for key, value in given.items():
         bound = ""
         if key in _SIGNED or math.isnan(value):
             continue
         if value < 0.0 or (key in _POSITIVE and value == 0.0):
             bound = "positive" if key in _POSITIVE else "at least 0"
-        elif key in _BELOW_ONE and value >= 1.0:
+        elif key == "fc" and value >= 1.0:
             bound = "below 1"
         if bound:
             span = model.params[key].span if key in model.params else model.span
             findings.error("NS2005", f"{owner}: {key}={value:g} must be {bound}", span)
     if given.get("subs", 1.0) not in (1.0, -1.0):
         wrong = f"{owner}: subs={given['subs']:g} must be 1 (collector) or -1 (base)"
-        findings.error("NS2005", wrong, model.params["subs"].span)
+        hint = "leave it out: 1 is the rule of NPN, -1 that of PNP transistors"
+        findings.error("NS2005", wrong, model.params["subs"].span, hint)
     if given.get("xcjc", 1.0) > 1.0:
         wrong = f"{owner}: xcjc={given['xcjc']:g} is a share of cjc: at most 1"
         findings.error("NS2005", wrong, model.params["xcjc"].span)
     for key, needed in (("rbm", "rb"), ("irb", "rbm")):
         if given.get(key) and needed not in given:
             findings.warning("NS2052", f"{owner}: {key} has no effect without {needed}", model.span)
+    for key in ("mje", "mjc", "mjs"):
+        limited(given, key, STEEPEST, model, findings)
+    for key, multiple in (("ise", "c2"), ("isc", "c4")):
+        if multiple in given:
+            leakage = given.pop(multiple) * given.get("is", _CURRENT)
+            given.setdefault(key, leakage)
     # an infinite Early voltage or knee is written by some programs for "no such effect"
     for key in ("vaf", "var", "ikf", "ikr", "irb", "itf", "vtf"):
         if math.isinf(given.get(key, 0.0)):

@@ -13,14 +13,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from .bipolar_card import CARD, COEFFICIENTS
+from .bipolar_card import CARD, COEFFICIENTS, STEEPEST
 from .stamper import Conditions
 from .thermal import CELSIUS, depletion, kelvin, saturation, thermal_voltage
 
 #: what a parameter is if the card does not give it; 0 stands for an absent effect
 _DEFAULTS = {p.name: p.default or 0.0 for p in CARD.parameters if p.status == "used"}
-#: a larger grading coefficient has no charge at forward voltages (ngspice's bound, too)
-_STEEPEST = 0.999
 
 
 def at_temperature(
@@ -59,7 +57,7 @@ def at_temperature(
     for key, n in (("ise", "ne"), ("isc", "nc"), ("iss", "ns")):
         p[key] = saturation(p[key], p[n], gap, exponent, nominal, actual) / growth
     for c, v, m in (("cje", "vje", "mje"), ("cjc", "vjc", "mjc"), ("cjs", "vjs", "mjs")):
-        p[m] = min(p[m], _STEEPEST)
+        p[m] = min(p[m], STEEPEST)
         p[c], p[v] = depletion(p[c], p[v], p[m], nominal, actual)
     p["vt"] = thermal_voltage(actual)
     return p

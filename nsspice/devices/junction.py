@@ -23,6 +23,9 @@ from .effect import Effect
 from .stamper import Conditions
 from .thermal import CELSIUS, depletion, kelvin, saturation, thermal_voltage
 
+#: a larger grading coefficient is taken as this one (ngspice's bound)
+STEEPEST = 0.9
+
 
 @dataclass(frozen=True, slots=True)
 class JunctionLaw:
@@ -111,7 +114,7 @@ class JunctionLaw:
         def growth(linear: float, quadratic: float = 0.0) -> float:
             return 1.0 + linear * rise + quadratic * rise * rise
 
-        grading = min(self.m * growth(self.tm1, self.tm2), _STEEPEST)
+        grading = min(self.m * growth(self.tm1, self.tm2), STEEPEST)
         current = saturation(self.is_, self.n, self.eg, self.xti, nominal, actual)
         if self.tlevc:
             cjo, vj = (self.cjo or 0.0) * growth(self.cta), self.vj - self.tpb * rise
@@ -159,8 +162,6 @@ _COEFFICIENTS = (
     *("trs1", "trs2", "tikf", "ttt1", "ttt2", "tm1", "tm2"),
     *("tbv1", "tbv2", "tcv", "tlevc", "cta", "tpb"),
 )
-#: a larger grading coefficient has no charge at forward voltages
-_STEEPEST = 0.999
 
 
 @dataclass(frozen=True, slots=True)

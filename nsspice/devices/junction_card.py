@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 from ..netlist.findings import Findings
-from .junction import JunctionLaw
-from .parameter import Parameter, Table, inert, refused
+from .junction import STEEPEST, JunctionLaw
+from .parameter import Parameter, Table, inert, limited, refused
 
 if TYPE_CHECKING:
     from ..netlist.deck import Model
@@ -116,6 +116,7 @@ def read_junction(model: Model, findings: Findings) -> JunctionLaw | None:
                 model.params[key].span,
                 "0 and 1 are",
             )
+    limited(given, "m", STEEPEST, model, findings)
     if len(findings.errors) > before:
         return None
     values = {("is_" if key == "is" else key): value for key, value in given.items()}
@@ -141,7 +142,7 @@ _RANGES = (
     ("nbvl", 0.0, _INF, True),
     ("cjo", 0.0, _INF, False),
     ("vj", 0.0, _INF, True),
-    ("m", 0.0, 1.0, False),
+    ("m", 0.0, _INF, False),
     ("fc", 0.0, 1.0, False),
     ("tt", 0.0, _INF, False),
 )

@@ -18,7 +18,7 @@ from ..netlist.findings import Findings
 from ..netlist.functions import ABSOLUTE_ZERO
 
 if TYPE_CHECKING:
-    from ..netlist.deck import Param
+    from ..netlist.deck import Model, Param
 
 
 #: a word with one was meant as an expression
@@ -153,3 +153,24 @@ class Table:
                 params[ignored[0]].span,
             )
         return values
+
+
+def limited(
+    given: dict[str, float], key: str, bound: float, model: Model, findings: Findings
+) -> None:
+    """Take a parameter of a model card as its upper bound if it lies above, with a warning.
+
+    Parameters
+    ----------
+    given : dict of str to float
+        What the card gives, by main names; changed in place.
+    key : str
+    bound : float
+    model : Model
+    findings : Findings
+    """
+    if given.get(key, bound) > bound:
+        message = f"{key}={given[key]:g} of model {model.name} is taken as {bound:g}"
+        span = model.params[key].span if key in model.params else model.span
+        findings.warning("NS2058", message, span, "a layer so steep has no charge when it conducts")
+        given[key] = bound

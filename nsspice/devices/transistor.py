@@ -26,7 +26,13 @@ ELEMENT = (
     refused("areab", "area of the base", "give area", neutral=(1.0,)),
     refused("areac", "area of the collector", "give area", neutral=(1.0,)),
 )
-RATINGS = tuple(inert(name, "rating or note") for name in ("mfg", "type", "vceo", "icrating"))
+RATINGS = tuple(
+    inert(name, "rating or note")
+    for name in (
+        *("mfg", "type", "vceo", "vcbo", "vebo", "icrating"),
+        *("vbe_max", "vbc_max", "vce_max", "ic_max", "ib_max", "pd_max", "te_max", "rth0", "cth0"),
+    )
+)
 
 
 class Transistor(Device):

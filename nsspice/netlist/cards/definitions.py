@@ -15,6 +15,8 @@ from .reading import Reader, assignments, flat, key_of
 from .terminals import GROUND
 
 _RESERVED = {"time", "temper", "hertz"}
+#: PSpice's lateral PNP: every PNP is lateral here, unless SUBS=1
+_SAME_TYPES = {"lpnp": "pnp"}
 _QUOTED = re.compile(r"\"[^\"]*\"|'[^']*'|\{[^}]*\}")
 _FUNCTION = re.compile(
     r"\s*\.(?:func|param|params)\s+([^\W\d]\w*)\s*\(([^()]*)\)\s*=?\s*", re.IGNORECASE
@@ -81,6 +83,7 @@ def model(reader: Reader, line: Line) -> ModelTemplate:
     if kind.startswith("ako:"):
         raise Unreadable("NS1002", f"model {name}: ako: is not supported", where,
                          "copy the parameters of the other model")  # fmt: skip
+    kind = _SAME_TYPES.get(kind, kind)
     params: dict[str, ParamText] = {}
     for item in words[3:]:  # bare words such as ideal are switches that are on
         if item.kind != "word" or not re.fullmatch(r"[^\W\d]\w*", item.text):

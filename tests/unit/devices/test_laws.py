@@ -178,7 +178,7 @@ def test_breakdown_resistance_defaults_to_ron():
         ("d(is=0)", "NS2005", "is=0"),
         ("d(isw=1p)", "NS2008", "sidewall"),
         ("d(v=foo)", "NS2005", "V={expression of i}"),
-        ("d(m=1)", "NS2005", "m=1 must be >= 0 and < 1"),
+        ("d(fc=1)", "NS2005", "fc=1 must be >= 0 and < 1"),
         ("sw(vt=1)", "NS2002", "d1"),
     ],
 )

@@ -187,7 +187,7 @@ def test_effects_are_listed_and_wrong_values_named():
         "share of the inner base (xcjc=0.5)",
     ):
         assert part in shown
-    bad = "V1 c 0 1\nQ1 c c 0 qm\n.model qm npn(subs=2 xcjc=1.5 vjs=0 mjs=1)"
+    bad = "V1 c 0 1\nQ1 c c 0 qm\n.model qm npn(subs=2 xcjc=1.5 vjs=0 fc=1)"
     with pytest.raises(NetlistError) as caught:
         circuit_of(bad)
     assert [d.code for d in caught.value.diagnostics] == ["NS2005"] * 4
