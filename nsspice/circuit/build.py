@@ -73,6 +73,7 @@ def read_devices(deck: Deck, findings: Findings) -> list[Device]:
         device = law_of(element.letter).read(element, context)
         if device is not None:
             devices.append(device)
+    context.tell()
     if not deck.elements:
         findings.error("NS2013", f"{deck.file} has no elements", None, "add elements to the deck")
     return devices

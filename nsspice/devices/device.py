@@ -48,6 +48,22 @@ class Context:
         self.cards: dict[int, dict[str, float]] = {}
         #: branches and effects of equal diodes
         self.diodes: dict[object, CurveBody] = {}
+        #: transistors with a substrate of which nothing is simulated
+        self.idle_substrates: list[Element] = []
+
+    def tell(self) -> None:
+        """Report what was noted of many elements, once for all of them."""
+        if not self.idle_substrates:
+            return
+        first, *others = self.idle_substrates
+        what = f"the substrate of {first.name} carries no current: no effect of it is simulated"
+        if others:
+            more = f"{len(others)} more transistor{'s' if len(others) > 1 else ''}"
+            what = (
+                f"the substrates of {first.name} and {more} carry no current: no effect of them "
+                "is simulated"
+            )
+        self.findings.warning("NS2052", what, first.span)
 
 
 class Device(Carrier):

@@ -69,11 +69,7 @@ class Transistor(Device):
         kind = EbersMoll if any(key in given for key in _JUNCTIONS) else Bipolar
         device = kind.of(element, model, context)
         if device is not None and len(element.nodes) > 3 and "s" not in device.terminals:
-            findings.warning(
-                "NS2052",
-                f"the substrate of {element.name} carries no current: no effect of it is simulated",
-                element.span,
-            )
+            context.idle_substrates.append(element)
         return device
 
     @property

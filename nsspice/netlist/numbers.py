@@ -47,8 +47,8 @@ _NUMBER = re.compile(
 )
 #: digits behind a letter: 2k2, 4R7
 _SPLIT = re.compile(r"([a-z\u00b5\u03bc]+)([0-9]+)", re.IGNORECASE)
-#: units that make a capital M plausible as milli: 10MH, 5MF, 20MA, 3MS
-_MILLI_UNITS = {"h", "f", "a", "s", "sec", "v"}
+#: units that make a capital M plausible as milli: 10MH, 5MF, 20MA, 3MS, 24.8MMHOS
+_MILLI_UNITS = {"h", "f", "a", "s", "sec", "v", "amp", "amps", "mho", "mhos"}
 
 
 class Number(NamedTuple):

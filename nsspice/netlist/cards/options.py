@@ -13,7 +13,7 @@ from .reading import flat
 
 #: options that nsspice reads
 OWN = {
-    "abstol", "cost", "engine", "gmin", "h", "hmin", "hmax", "itl1", "itl4", "maxsteps", "maxstep",
+    "abstol", "cost", "engine", "h", "hmin", "hmax", "itl1", "itl4", "maxsteps", "maxstep",
     "method", "order", "reltol", "seed", "step", "temp", "theta", "tnom", "tol", "vntol", "chgtol",
     "trtol", "correctors", "events", "certificate", "points", "allpoints",
 }  # fmt: skip
@@ -34,6 +34,7 @@ FOREIGN = {
 #: options of other simulators that add elements to a circuit or scale them
 CHANGING = {
     "cshunt": "it would add a capacitor to every node, which is not needed here",
+    "gmin": "it would put a conductance across every junction, which is not needed here",
     "gshunt": "it would add a conductance to every node, which is not needed here",
     "rseries": "it would add a resistor to every inductor, which is not needed here",
     "rshunt": "it would add a resistor to every node, which is not needed here",
@@ -87,8 +88,9 @@ def temperature(context: Context, line: Line) -> None:
     if not words:
         raise Unreadable("NS1080", ".temp needs a temperature", line.whole(), "write .temp 27")
     if len(words) > 1:
-        raise Unreadable("NS1080", ".temp with several values", line.whole(),
-                         "write .step temp list 27 50 100")  # fmt: skip
+        values = " ".join(line.raw[word.start : word.end] for word in words)
+        hint = f"write .step temp list {values}"
+        raise Unreadable("NS1080", ".temp with several values", line.whole(), hint)
     value = context.number(line, words[0], "a temperature")
     where = line.span(words[0].start, words[0].end)
     _set_temperature(context, above_absolute_zero(value, where))

@@ -38,8 +38,11 @@ class Reader:
         self._numbers: dict[str, Number | None] = {}
         self._trees: dict[str, Node] = {}
 
-    def number(self, line: Line, start: int, end: int) -> float | None:
-        """Return the plain number at a place, None if it is something else."""
+    def number(self, line: Line, start: int, end: int, key: str = "") -> float | None:
+        """Return the plain number at a place, None if it is something else.
+
+        ``key`` is the name of the parameter that it belongs to.
+        """
         text = line.raw[start:end]
         try:
             found = self._numbers[text]
@@ -50,7 +53,8 @@ class Reader:
         if found is None:
             return None
         if found.trap:
-            self.findings.warning("NS1011", found.trap, line.span(start, end), found.hint)
+            hint = found.hint if _may_be_farads(line, key) else _without_farads(found.hint)
+            self.findings.warning("NS1011", found.trap, line.span(start, end), hint)
         if not math.isfinite(found.value):
             message = f"{text[:40]} is beyond the range of numbers"
             raise Unreadable("NS1010", message, line.span(start, end))
@@ -118,7 +122,7 @@ class Reader:
         right = pair.items[1]
         where = line.span(pair.start, pair.end)
         if right.kind == "word":
-            number = self.number(line, right.start, right.end)
+            number = self.number(line, right.start, right.end, pair.text)
             if number is not None:
                 return ParamText(number, where)
             return ParamText(right.text, where, line.raw[right.start : right.end])
@@ -142,6 +146,20 @@ class Reader:
                 raise Unreadable("NS1014", f"{owner}: parameter {key} is given twice", where)
             result[key] = self.param(line, pair)
         return result
+
+
+def _may_be_farads(line: Line, key: str) -> bool:
+    """Return whether a number may be meant as a capacitance: ``IS=10F`` is none."""
+    text = line.text.lstrip()
+    if text.startswith(".model"):
+        return key.startswith("c")
+    return text[:1] in ".cx" or key.startswith("c")
+
+
+def _without_farads(hint: str) -> str:
+    """Return what else may be written for a number that is no capacitance."""
+    _, found, rest = hint.partition(" for farads, ")
+    return f"write {rest}" if found else hint
 
 
 def key_of(line: Line, pair: Item) -> str:

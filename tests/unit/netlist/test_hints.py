@@ -18,6 +18,7 @@ from nsspice.netlist import NetlistError
         ("Q1 a b 0 BC547", "NS1060", "add .model bc547"),
         (".tran 1u 1m startup uic", "NS1002", "uic to start from zero"),
         (".tran 1u 1m steady", "NS1002", "stop time"),
+        (".temp 0 25 {t} 75", "NS1080", "write .step temp list 0 25 {t} 75"),
         ("S1 a 0 c 0 s\n.model s vswitch(von=1 vhon=.6 voff=0)", "NS2008", "leave it out"),
     ],
 )
@@ -26,3 +27,51 @@ def test_what_to_do(lines: str, code: str, words: str) -> None:
         read(f"t\nV1 a 0 1\nR1 a b 1\n{lines}\n")
     assert caught.value.code == code
     assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("line", "hint"),
+    [
+        ("D1 a 0 dd\n.model dd D(IS=10F)", "write 10f for femto"),
+        ("D1 a 0 dd\n.model dd D(CJO=10F)", "write 10 for farads, 10f for femto"),
+        ("Q1 a a 0 qq\n.model qq NPN(ISE=10F)", "write 10f for femto"),
+        ("R2 b 0 10F", "write 10f for femto"),
+        ("L2 b 0 1 Cpar=10F", "write 10 for farads, 10f for femto"),
+        ("C2 b 0 10F", "write 10 for farads, 10f for femto"),
+        ("C2 b 0 cc 1\n.model cc C(TC1=10F)", "write 10f for femto"),
+    ],
+)
+def test_what_a_capital_f_may_stand_for(line: str, hint: str) -> None:
+    warnings = read(f"t\nV1 a 0 1\nR1 a b 1\nR9 b 0 1\n{line}\n").warnings
+    (found,) = [w for w in warnings if w.code == "NS1011"]
+    assert "10F is read as 1e-14" in found.message
+    assert found.hint == hint
+
+
+@pytest.mark.parametrize("unit", ["MHO", "MHOS", "A", "AMPS"])
+def test_milli_before_units_that_nobody_has_mega_of(unit: str) -> None:
+    circuit = read(f"t\nV1 a 0 1\nG1 a 0 a 0 24.8M{unit}\n")
+    assert not circuit.warnings
+    assert circuit.deck.elements[1].value == 0.0248
+
+
+def test_gmin_is_not_dropped_in_silence() -> None:
+    (found,) = read("t\nV1 a 0 1\nR1 a 0 1\n.options gmin=1n\n").warnings
+    assert found.message == "option gmin is ignored"
+    assert "across every junction" in found.hint
+
+
+@pytest.mark.parametrize(
+    ("count", "words"),
+    [
+        (1, "the substrate of q1 carries no current"),
+        (2, "the substrates of q1 and 1 more transistor carry no current"),
+        (9, "the substrates of q1 and 8 more transistors carry no current"),
+    ],
+)
+def test_idle_substrates_are_told_once(count: int, words: str) -> None:
+    lines = "".join(f"Q{k} a a 0 s qq\n" for k in range(1, count + 1))
+    circuit = read(f"t\nV1 a 0 1\nR1 a s 1\nR2 s 0 1\n{lines}.model qq NPN\n")
+    (found,) = circuit.warnings
+    assert found.code == "NS2052"
+    assert words in found.message
