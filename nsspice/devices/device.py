@@ -50,9 +50,24 @@ class Context:
         self.diodes: dict[object, CurveBody] = {}
         #: transistors with a substrate of which nothing is simulated
         self.idle_substrates: list[Element] = []
+        #: elements whose model card is of another type than they need, by that and by the card
+        self.wrong_types: dict[tuple[str, int], list[Element]] = {}
 
     def tell(self) -> None:
         """Report what was noted of many elements, once for all of them."""
+        for (needed, _), (first, *others) in self.wrong_types.items():
+            assert first.model is not None
+            who = f"{first.name} needs"
+            if others:
+                more = "element" if len(others) == 1 else "elements"
+                who = f"{first.name} and {len(others)} more {more} need"
+            self.findings.error(
+                "NS2002",
+                f"{who} a .model of type {needed}, but {first.model.name} is of type "
+                f"{first.model.type}",
+                first.span,
+                f"the card stands at {first.model.span}",
+            )
         if not self.idle_substrates:
             return
         first, *others = self.idle_substrates
@@ -253,27 +268,20 @@ def check_flags(device: type[Device], element: Element, findings: Findings) -> N
             )
 
 
-def check_model(
-    element: Element, types: tuple[str, ...], findings: Findings, required: bool
-) -> bool:
+def check_model(element: Element, types: tuple[str, ...], context: Context, required: bool) -> bool:
     """Return whether the model card has one of the given types; report it otherwise."""
+    needed = " or ".join(types)
     model = element.model
     if model is None:
         if required:
-            findings.error(
+            context.findings.error(
                 "NS2001",
-                f"{element.name} needs a .model of type {' or '.join(types)}",
+                f"{element.name} needs a .model of type {needed}",
                 element.span,
                 f"add .model NAME {types[0]}(...) and write NAME after the nodes",
             )
         return not required
     if model.type not in types:
-        findings.error(
-            "NS2002",
-            f"{element.name} needs a .model of type {' or '.join(types)}, "
-            f"but {model.name} is of type {model.type}",
-            element.span,
-            f"the card stands at {model.span}",
-        )
+        context.wrong_types.setdefault((needed, id(model)), []).append(element)
         return False
     return True

@@ -142,7 +142,7 @@ class Diode(LegDevice):
         findings = context.findings
         model = element.model
         if model is not None:
-            if not check_model(element, ("d", "scr"), findings, required=False):
+            if not check_model(element, ("d", "scr"), context, required=False):
                 return None
             if model.type == "scr":
                 from .thyristor import Thyristor

@@ -52,7 +52,7 @@ def read_given(
     given = law.INSTANCE.read(element.params, element.name, findings)
     card: dict[str, float] = {}
     if element.model is not None:
-        if not check_model(element, types, findings, required=False):
+        if not check_model(element, types, context, required=False):
             return None
         known = context.cards.get(id(element.model))
         if known is None:

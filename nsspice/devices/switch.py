@@ -108,7 +108,7 @@ class _Switch(Device):
         check_flags(cls, element, findings)
         given = cls.INSTANCE.read(element.params, element.name, findings)
         model = element.model
-        if not check_model(element, cls.TYPES, findings, required=True) or model is None:
+        if not check_model(element, cls.TYPES, context, required=True) or model is None:
             return None
         law = context.models.get(id(model))
         if law is None:

@@ -60,7 +60,7 @@ class Transistor(Device):
         from .ebers_moll import EbersMoll
 
         findings = context.findings
-        if not check_model(element, ("npn", "pnp"), findings, required=True):
+        if not check_model(element, ("npn", "pnp"), context, required=True):
             return None
         model = element.model
         assert model is not None

@@ -71,3 +71,13 @@ def test_another_place_of_the_substrate_is_one_error_with_advice() -> None:
         warnings("npn(subs=2)")
     (finding,) = caught.value.diagnostics
     assert finding.hint == "leave it out: 1 is the rule of NPN, -1 that of PNP transistors"
+
+
+@pytest.mark.parametrize(("count", "who"), [(1, "q1 needs"), (2, "q1 and 1 more element need")])
+def test_a_wrong_type_is_one_error_for_all_of_its_elements(count: int, who: str) -> None:
+    lines = "".join(f"Q{k} a a 0 qq\n" for k in range(1, count + 1))
+    with pytest.raises(nsspice.NsspiceError) as caught:
+        nsspice.read(f"t\nV1 a 0 1\n{lines}.model qq NJF\n")
+    (finding,) = caught.value.diagnostics
+    assert finding.code == "NS2002"
+    assert finding.message == f"{who} a .model of type npn or pnp, but qq is of type njf"
