@@ -81,6 +81,8 @@ pub struct Equations {
     pub(super) reference: Vec<f64>,
     /// scaling by which usual conductances and resistances become about one
     pub(super) unit: Vec<f64>,
+    /// rows of sums in which nothing stands but functions that store nothing
+    pub(super) leaks: Vec<usize>,
     /// laws in whose sum nothing is stored
     pub(super) unstored: Vec<Vec<usize>>,
     /// one for rows of unknowns, zero for slacks, in fours
@@ -185,7 +187,7 @@ impl Equations {
             storage[place(r, c) as usize] += v;
         }
         let stored = pattern.iter().zip(storage).enumerate().filter(|(_, (_, v))| *v != 0.0);
-        let stored =
+        let stored: Vec<(u32, u32, u32, f64)> =
             stored.map(|(at, ((r, c, _), v))| (r as u32, c as u32, at as u32, v)).collect();
         let entries: Vec<Entry> = positions
             .iter()
@@ -220,6 +222,13 @@ impl Equations {
             let four = |b| std::array::from_fn(|i| f64::from(counts(FOUR * b + i)));
             (0..size.div_ceil(FOUR)).map(four).collect()
         };
+        let mut leaks: Vec<bool> = (0..n).map(|row| floating.is_sum(row)).collect();
+        let linear = pattern.iter().filter(|e| e.2 != 0.0).map(|e| e.0);
+        let kept = stored.iter().map(|e| e.0 as usize);
+        let charges = terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Law);
+        let others = linear.chain(kept).chain(charges.map(|t| t.row as usize));
+        others.filter(|&row| row < n).for_each(|row| leaks[row] = false);
+        let leaks: Vec<usize> = (0..n).filter(|&row| leaks[row]).collect();
         let mut reach = vec![[[0.0; FOUR]; 2]; size.div_ceil(FOUR)];
         for (r, c, v) in pattern.iter() {
             if let Some(&kind) = row_kind.get(c) {
@@ -242,6 +251,7 @@ impl Equations {
                 .collect(),
             laws: mask(&|row| row < n),
             currents: mask(&|row| row < n && row_kind[row] == 0 && !stores[row]),
+            leaks,
             unstored: sums_that_store_nothing(e, &smooth.q),
             reach,
             nodes: (0..n as u32).filter(|&i| row_kind[i as usize] == 0).collect(),

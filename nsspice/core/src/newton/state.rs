@@ -19,6 +19,8 @@ const REACH: f64 = 2.0;
 const DRIVEN: f64 = 1e-6;
 /// Voltages below this part of what else is given, in the scaled system, say nothing.
 const TRACE: f64 = 1e-12;
+/// Sums of the currents of functions that are off by less than this part of them hold.
+const ROUNDED: f64 = 2.0 * f64::EPSILON;
 /// An unknown that is stopped there so many times in a row may go farther: twice as far, then 8, 128 and
 /// 32,768 times, as far as an amplifier of open loop gets from rest.
 const INSIST: u8 = 3;
@@ -127,6 +129,13 @@ impl State {
         self.step.copy_from_slice(&self.balance.defect[..eq.size()]);
         for (i, _) in self.active.iter().enumerate().filter(|(_, &a)| !a) {
             self.step[eq.n + i] = -self.x[eq.n + i];
+        }
+        // rounding of what blocking junctions let through would move the potential, for which nothing else has a
+        // slope, by volts
+        for &row in &eq.leaks {
+            if self.step[row].abs() <= ROUNDED * self.balance.terms[row] {
+                self.step[row] = 0.0;
+            }
         }
         if assembly.open() {
             self.settle_contradictions(eq.n, assembly);
