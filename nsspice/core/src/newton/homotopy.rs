@@ -31,6 +31,13 @@ const PROXIMAL_STEPS: usize = 400;
 /// after a point that was found and one that was not.
 const UNLOAD: [f64; 4] = [0.1, 1e-10, 2.0, 0.25];
 const UNLOAD_STEPS: usize = 400;
+/// Weights from which the pull to the begin is taken away: the least leaves paths of other branches than the
+/// others do.  Then the factors of a step (first, least, largest), and the weight below which nothing pulls.
+const LET_GO: [f64; 4] = [1e-3, 1e-1, 1e1, 1e3];
+const LOOSER: [f64; 4] = [0.1, 1e-3, 0.999, 1e-15];
+const LET_GO_STEPS: usize = 400;
+/// The last pull is next to nothing: without it no unknown becomes so many times as large.
+const FARTHEST: f64 = 100.0;
 
 /// A first solution, from nothing.
 pub(super) fn first(newton: &mut Newton) -> Option<Judgement> {
@@ -73,6 +80,7 @@ pub(super) fn follow(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
         .or_else(|| hold_back(newton, begin))
         .or_else(|| sharpen(newton, begin))
         .or_else(|| unload(newton, begin))
+        .or_else(|| let_go(newton, begin))
 }
 
 /// From a point at which some functions have no value (a pole, the edge of a domain): where the
@@ -291,4 +299,60 @@ fn unload(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
     newton.state.right.copy_from_slice(&right);
     newton.state.nearest = nearest;
     found
+}
+
+/// Conductances from all nodes to where they begin, and resistances in series with all branches, which are
+/// taken away step by step.  The centre stays where it is, so that amplifiers in a loop do not oscillate as
+/// they do where it moves; a path that ends is begun again at another weight.
+fn let_go(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
+    if newton.assemblies[newton.present].rate > 0.0 {
+        return None; // a step may be shorter, which costs less
+    }
+    LET_GO.iter().find_map(|&weight| let_go_from(newton, begin, weight))
+}
+
+/// Whether the present unknowns are about as large as those of `before`: voltages, and all others.
+fn stays(newton: &Newton, before: &[f64]) -> bool {
+    let eq = &newton.eq;
+    [true, false].into_iter().all(|nodes| {
+        let largest = |x: &[f64]| {
+            let kind =
+                x.iter().enumerate().filter(|(i, _)| nodes == (*i < eq.n && eq.kind(*i) == 0));
+            kind.fold(0.0f64, |most, (_, v)| most.max(v.abs()))
+        };
+        largest(&newton.state.x) <= FARTHEST * largest(before)
+    })
+}
+
+fn let_go_from(newton: &mut Newton, begin: &[f64], first: f64) -> Option<Judgement> {
+    newton.state.x.copy_from_slice(begin);
+    newton.tape.point_at_knees();
+    newton.run(POINT, Some(&Pull { mu: first, centre: begin }))?;
+    let [mut factor, least, largest, last] = LOOSER;
+    let mut here = first;
+    let mut x = newton.state.x.clone();
+    let mut points = newton.tape.points().to_vec();
+    for _ in 0..LET_GO_STEPS {
+        let mu = factor * here;
+        let pull = (mu >= last).then_some(Pull { mu, centre: begin });
+        match newton.run(POINT, pull.as_ref()) {
+            // without a solution the path leads to where rounding hides that
+            Some(found) if pull.is_none() => return stays(newton, &x).then_some(found),
+            Some(_) => {
+                here = mu;
+                factor = (factor * factor).max(least);
+                x.copy_from_slice(&newton.state.x);
+                points.copy_from_slice(newton.tape.points());
+            }
+            None => {
+                factor = factor.powf(0.25);
+                if factor > largest {
+                    return None;
+                }
+                newton.state.x.copy_from_slice(&x);
+                newton.tape.set_points(&points);
+            }
+        }
+    }
+    None
 }
