@@ -190,7 +190,8 @@ impl Newton {
     /// Solves the equations at the present rate for the sources `u` at the time `t`.
     ///
     /// On entry `z`, `l` are a guess (for a cold start they do not count), on exit the solution;
-    /// they are left alone if none is found.
+    /// they are left alone if none is found.  A static problem that has none near its guess is
+    /// solved from nothing.
     #[allow(clippy::too_many_arguments)] // the data of the problem
     pub fn solve(
         &mut self,
@@ -213,14 +214,9 @@ impl Newton {
             Start::Warm => {
                 s.x[..n].copy_from_slice(z);
                 s.x[n..].copy_from_slice(l);
-                self.warm()
+                self.warm().or_else(|| self.afresh())
             }
-            Start::Cold => homotopy::first(self).or_else(|| {
-                self.without_leakage(|newton| {
-                    homotopy::begin_at_zero(newton);
-                    homotopy::from_knees(newton)
-                })
-            }),
+            Start::Cold => self.cold(),
         };
         self.predicted = false;
         let s = &mut self.state;
@@ -258,6 +254,24 @@ impl Newton {
             self.eq.add_carried_functions(rate, stored, &mut s.right);
             self.carried_functions.clear();
         }
+    }
+
+    /// From nothing.
+    fn cold(&mut self) -> Option<Judgement> {
+        homotopy::first(self).or_else(|| {
+            self.without_leakage(|newton| {
+                homotopy::begin_at_zero(newton);
+                homotopy::from_knees(newton)
+            })
+        })
+    }
+
+    /// A static solution that no way from the last one leads to: the branch may have ended.
+    fn afresh(&mut self) -> Option<Judgement> {
+        if self.assemblies[self.present].rate != 0.0 {
+            return None; // a step begins where the last one has ended
+        }
+        self.cold()
     }
 
     /// From `state.x`, the last solution, by way of the prediction if there is one.
