@@ -18,6 +18,7 @@ from ..solvers.modewise import ModewiseStepper
 from ..solvers.moreau import MoreauStepper
 from .cards import Tran
 from .curve import Floats
+from .dc_start import start_dc, without_storage
 
 
 def start(
@@ -51,7 +52,7 @@ def start(
     elif step is not None and held:
         charges, energy = _stored(mna.system, _held_point(mna, held))
     else:
-        point = stepper.start_dc(0.0, guess_of(circuit, mna))
+        point = start_dc(stepper, without_storage(mna.system), guess_of(circuit, mna))
         if isinstance(stepper, MoreauStepper):
             stepper.leave_dc()
         return _stored(mna.system, point) if step is not None and stepper.jumps else None
@@ -101,9 +102,8 @@ def _held_point(mna: MnaSystem, held: Mapping[str, float]) -> Floats:
     inductors = [d for d in mna.devices if isinstance(d, Inductor)]
     loose = [layout.branches[d.name] for d in inductors if fixed.issuperset(d.nodes)]
     system = hold(mna.system, {layout.nodes[k]: v for k, v in held.items()}, loose)
-    stepper = MoreauStepper(system, ())
-    stepper.start_dc(0.0)
-    return stepper.state[0][: mna.system.n]
+    point = start_dc(MoreauStepper(system, ()), without_storage(system), None)
+    return point[: mna.system.n]
 
 
 def _stored(system: DescriptorSystem, point: Floats) -> tuple[Floats, float]:

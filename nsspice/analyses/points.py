@@ -10,12 +10,12 @@ import numpy as np
 
 from ..circuit import Circuit, Island, MnaSystem
 from ..errors import NumericalError
-from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem, Waveform
 from ..solvers.moreau import MoreauStepper
 from ..solvers.stepper import UnsolvedStep
 from .certificate import Certificate
 from .curve import Floats
+from .dc_start import start_dc, without_storage
 from .examiner import Examiner, sampling
 from .failure import named_failure
 from .following import PATH_METHODS, Following, of_linearised
@@ -94,7 +94,8 @@ class PointsOfIsland:
             if mna.unknowns != unknowns:  # a resistor of 0 Ohm has a current for an unknown
                 near, unknowns = guess_of(self.circuit, mna), mna.unknowns
             try:
-                stepper.start_dc(0.0, near)
+                stored = replace(system, E=mna.system.E, smooth=mna.system.smooth)
+                start_dc(stepper, stored, near)
                 stepper.plan_points(np.arange(float(last - first)))
                 yield from _rows(stepper, last - first)
             except UnsolvedStep as problem:
@@ -136,12 +137,7 @@ class PointsOfIsland:
             waveforms[column] = Waveform(
                 "pwl", tuple(points.tolist()), scale=waveforms[column].scale
             )
-        n = mna.system.n
-        smooth = mna.system.smooth
-        if smooth is not None:
-            smooth = replace(smooth, Q=Csc.zeros(smooth.Q.shape))
-        static = replace(mna.system, E=Csc.zeros((n, n)), waveforms=tuple(waveforms), smooth=smooth)
-        return mna, static
+        return mna, replace(without_storage(mna.system), waveforms=tuple(waveforms))
 
     def _failure(self, mna: MnaSystem, problem: UnsolvedStep, first: int) -> NumericalError:
         """Return the error, with the swept values in place of the count of points."""
