@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 from ..circuit import Circuit, MnaSystem
+from ..circuit.regularity import largest_sources
 from ..errors import Diagnostic, InfeasibleError, NumericalError, Span, StepError
 from ..solvers.stepper import UnsolvedStep
 
+#: what is so many times as large as all sources is no voltage of the circuit
+_AWAY = 1e3
 _NAMED = 6  # elements or nodes spelt out in one sentence
 
 
@@ -118,14 +122,24 @@ def _no_convergence(
         place, named = f"the law of {element}", [element]
     elif node is not None:
         # the culprits are nonlinear: they are named first
-        near = sorted((d for d in mna.devices if node in d.ends), key=lambda d: not d.smooth)
+        touching = (d for d in mna.devices if node in (d.nodes if d.letter == "q" else d.ends))
+        near = sorted(touching, key=lambda d: not d.smooth)
         named = [d.name for d in near]
         place = f"the current law of node {node} ({_list(named)})" if named else f"node {node}"
-    message = (
-        f"Newton's method found no solution {where}: "
-        f"{place} is violated most, by {problem.residual:.1e} of its terms"
-    )
+    if math.isfinite(problem.residual):
+        amount = f"is violated most, by {problem.residual:.1e} of its terms"
+    else:
+        amount = "has no finite value at any point that was tried"
+    message = f"Newton's method found no solution {where}: {place} {amount}"
     hint = "check the values there; give .nodeset voltages near the solution, or try another step"
+    away = _runaway(mna, problem)
+    if away is not None:
+        node, volts = away
+        message += f"; v({node}) is {volts:.1e} V at the best point, far beyond all sources"
+        hint = (
+            f"if nothing can carry the current at {node}, put a resistor from there to ground; "
+            "else give .nodeset voltages near the solution, or try another step"
+        )
     jumping = [d.name for d in mna.devices if any(e.jumps() for e in d.expressions)]
     if jumping:
         hint = (
@@ -137,6 +151,26 @@ def _no_convergence(
         time=problem.time,
         residual=problem.residual,
     )
+
+
+def _runaway(mna: MnaSystem, problem: UnsolvedStep) -> tuple[str, float] | None:
+    """Return a node and its voltage [V] at the best point that no source can give, None without.
+
+    Where nothing carries a current the search goes on to ever larger voltages.
+    """
+    if problem.point is None:
+        return None
+    volts = {
+        row: float(problem.point[row])
+        for row, node in enumerate(mna.row_nodes)
+        if node is not None and abs(problem.point[row]) > _AWAY * largest_sources(mna)
+    }
+    if not volts:
+        return None
+    row = problem.worst_row
+    if row not in volts:
+        row = max(volts, key=lambda r: abs(volts[r]))
+    return str(mna.row_nodes[row]), volts[row]
 
 
 def _across(mna: MnaSystem, nodes: Sequence[str], known: Sequence[str]) -> list[str]:

@@ -284,7 +284,13 @@ class MoreauStepper(Stepper):
         certificate = infeasibility(matrix, A, B, system.D, rhs, system.q, failure["roles"])
         if certificate is None and failure["suspect"]:
             return None
-        return UnsolvedStep(failure["time"], failure["residual"], certificate, failure["worst_row"])
+        return UnsolvedStep(
+            failure["time"],
+            failure["residual"],
+            certificate,
+            failure["worst_row"],
+            point=failure["point"],
+        )
 
     def freeze_time(self, time: float) -> None:
         """Let smooth functions see a fixed time [s]: in a sweep, the time counts the points."""

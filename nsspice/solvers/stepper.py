@@ -29,6 +29,8 @@ class UnsolvedStep(Exception):
         Proof that the laws contradict each other; None if none was found.
     worst_row : int or None
         The row that the best point of Newton's method violates most.
+    point : ndarray, shape (n,), or None
+        The unknowns of that point.
     restless : int or None
         The pair of a switch that finds no state: closed it opens, open it closes.
     """
@@ -40,12 +42,14 @@ class UnsolvedStep(Exception):
         certificate: Certificate | None,
         worst_row: int | None = None,
         restless: int | None = None,
+        point: Floats | None = None,
     ) -> None:
         self.time = time
         self.residual = residual
         self.certificate = certificate
         self.worst_row = worst_row
         self.restless = restless
+        self.point = point
         super().__init__(f"no solution at {time!r} (residual {residual:.2g})")
 
 

@@ -155,7 +155,9 @@ fn failure_dict<'py>(py: Python<'py>, f: &Failure) -> PyResult<Bound<'py, PyDict
     out.set_item("roles", PyArray1::from_slice(py, &f.roles))?;
     out.set_item("residual", f.residual)?;
     out.set_item("suspect", f.suspect)?;
-    out.set_item("worst_row", f.worst_row)?;
+    let best = f.best.as_deref();
+    out.set_item("worst_row", best.map(|b| b.worst_row))?;
+    out.set_item("point", best.map(|b| PyArray1::from_slice(py, &b.point)))?;
     out.set_item("restless", f.restless)?;
     Ok(out)
 }

@@ -108,7 +108,7 @@ impl Engine {
                 roles: roles.iter().map(|&r| r as u8).collect(),
                 residual,
                 suspect,
-                worst_row: None,
+                best: None,
                 restless: None,
             });
         }

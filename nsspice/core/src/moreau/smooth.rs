@@ -4,7 +4,7 @@ use super::clock::evaluate;
 use super::jumps::ROUNDING;
 use super::matrices::StepMatrices;
 use super::stage::System;
-use super::stepper::{Failure, Outcome, Stepper};
+use super::stepper::{Best, Failure, Outcome, Stepper};
 use crate::descriptor::Linear;
 use crate::mlcp::{Residual, Start};
 use crate::newton::{Data, Newton, Smooth, Tracking};
@@ -437,7 +437,8 @@ impl Stepper {
             Err(unsolved) => {
                 self.stats.linearised += u64::from(unsolved.iterations);
                 let worst = unsolved.residual.worst();
-                Err(self.failed(length, worst, false, Some(unsolved.worst_row)))
+                let best = Best { worst_row: unsolved.worst_row, point: unsolved.point };
+                Err(self.failed(length, worst, false, Some(Box::new(best))))
             }
         }
     }

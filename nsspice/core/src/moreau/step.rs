@@ -5,7 +5,7 @@ use super::impacts::Cut;
 use super::matrices::Ends;
 use super::record::Quantities;
 use super::stage::{Stage, ROUNDED};
-use super::stepper::{Failure, Large, Outcome, Stepper};
+use super::stepper::{Best, Failure, Large, Outcome, Stepper};
 use crate::mlcp::{Residual, Role, Start};
 use crate::switch::ROUNDING;
 use crate::waveform::Side;
@@ -406,7 +406,7 @@ impl Stepper {
         length: f64,
         residual: f64,
         suspect: bool,
-        worst_row: Option<usize>,
+        best: Option<Box<Best>>,
     ) -> Box<Failure> {
         Box::new(Failure {
             time: self.time,
@@ -415,7 +415,7 @@ impl Stepper {
             roles: self.roles.iter().map(|&r| r as u8).collect(),
             residual,
             suspect,
-            worst_row,
+            best,
             restless: None,
         })
     }

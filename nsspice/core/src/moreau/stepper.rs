@@ -53,8 +53,17 @@ impl Plan {
     }
 }
 
-/// A step that was not solved, with what a certificate needs.
+/// The best point of Newton's method where it finds no solution.
 #[derive(Clone, Debug)]
+pub struct Best {
+    /// the row of z it violates most
+    pub worst_row: usize,
+    /// the unknowns z
+    pub point: Vec<f64>,
+}
+
+/// A step that was not solved, with what a certificate needs.
+#[derive(Clone, Debug, Default)]
 pub struct Failure {
     /// end of the step [s]
     pub time: f64,
@@ -68,8 +77,8 @@ pub struct Failure {
     pub residual: f64,
     /// a solution was found, but it is so large that infeasibility has to be ruled out first
     pub suspect: bool,
-    /// the row that the best point of Newton's method violates most
-    pub worst_row: Option<usize>,
+    /// the best point of Newton's method
+    pub best: Option<Box<Best>>,
     /// the pair of a switch that finds no state: closed it opens, open it closes
     pub restless: Option<usize>,
 }
@@ -77,10 +86,8 @@ pub struct Failure {
 impl Failure {
     /// A switch has found no state: nothing is left to certify.
     pub fn restless(time: f64, pair: Option<usize>) -> Failure {
-        let (rhs, roles) = (Vec::new(), Vec::new());
-        let (length, residual) = (f64::INFINITY, 1.0);
-        let restless = pair;
-        Failure { time, length, rhs, roles, residual, suspect: false, worst_row: None, restless }
+        let (length, residual, restless) = (f64::INFINITY, 1.0, pair);
+        Failure { time, length, residual, restless, ..Failure::default() }
     }
 }
 

@@ -119,7 +119,7 @@ fn relax(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
         return None;
     }
     let right = newton.state.right.clone();
-    let nearest = newton.state.nearest;
+    let nearest = newton.state.nearest.clone();
     let found = relax_from(newton, begin, rate, &right);
     newton.set_rate(rate);
     newton.state.right.copy_from_slice(&right);
@@ -262,7 +262,7 @@ fn hold_back(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
 /// linearisation in saturation is blind to the volt or two in which they amplify, and in the artificial
 /// time of the other ways they oscillate.
 fn unload(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
-    let (right, nearest) = (newton.state.right.clone(), newton.state.nearest);
+    let (right, nearest) = (newton.state.right.clone(), newton.state.nearest.clone());
     newton.state.x.copy_from_slice(begin);
     newton.evaluate_at_x(Linearisation::Exact, None);
     let load = newton.state.balance.defect[..newton.eq.n].to_vec();

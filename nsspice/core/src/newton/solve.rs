@@ -57,6 +57,8 @@ pub struct Unsolved {
     pub residual: Residual,
     /// the row of z it violates most
     pub worst_row: usize,
+    /// the unknowns z there
+    pub point: Vec<f64>,
 }
 
 /// Newton's method for one system, at any rate and point.
@@ -137,7 +139,7 @@ impl Newton {
                 reach: (0, (0.0, 0.0)),
                 bounded: true,
                 best: (NOWHERE, zeros.clone()),
-                nearest: NOWHERE,
+                nearest: (NOWHERE, zeros.clone()),
                 trial: zeros,
                 kept: Vec::new(),
                 kept_active: vec![false; m],
@@ -209,7 +211,7 @@ impl Newton {
         let s = &mut self.state;
         s.iterations = 0;
         s.stage = 1;
-        s.nearest = NOWHERE;
+        s.nearest.0 = NOWHERE;
         let found = match start {
             Start::Warm => {
                 s.x[..n].copy_from_slice(z);
@@ -219,17 +221,32 @@ impl Newton {
             Start::Cold => self.cold(),
         };
         self.predicted = false;
+        let Some(found) = found else { return Err(Box::new(self.unsolved())) };
         let s = &mut self.state;
-        let Some(found) = found else {
-            return Err(Box::new(Unsolved {
-                iterations: s.iterations,
-                residual: s.nearest.residual,
-                worst_row: s.nearest.worst_row,
-            }));
-        };
         z.copy_from_slice(&s.x[..n]);
         l.copy_from_slice(&s.x[n..]);
         Ok(Solved { iterations: s.iterations, residual: found.residual, stage: s.stage })
+    }
+
+    /// The best point that was found.
+    fn unsolved(&mut self) -> Unsolved {
+        // junctions may have been limited in every iteration: then the last point, or rest
+        for rest in [false, true] {
+            if self.state.nearest.0.residual.worst().is_finite() {
+                break;
+            }
+            if rest {
+                homotopy::begin_at_zero(self);
+            }
+            self.evaluate_at_x(Linearisation::Exact, None);
+            let found = self.judge();
+            let s = &mut self.state;
+            s.nearest.0 = found;
+            s.nearest.1.copy_from_slice(&s.x);
+        }
+        let State { iterations, nearest: (found, x), .. } = &self.state;
+        let (residual, worst_row) = (found.residual, found.worst_row);
+        Unsolved { iterations: *iterations, residual, worst_row, point: x[..self.eq.n].to_vec() }
     }
 
     /// Takes the data of a problem.
@@ -443,12 +460,12 @@ impl Newton {
             }
             if !self.tape.limited() {
                 let s = &mut self.state;
-                if found.residual.worst() < s.best.0.residual.worst() {
+                let (worst, best) = (found.residual.worst(), s.best.0.residual.worst());
+                // of points that are equally bad the last shows where the search goes
+                if worst < best || worst == best && worst > ACCEPT {
                     s.best.0 = found;
-                    if found.residual.worst() <= ACCEPT {
-                        s.best.1.copy_from_slice(&s.x);
-                    }
-                } else if s.best.0.residual.worst() <= ACCEPT {
+                    s.best.1.copy_from_slice(&s.x);
+                } else if best <= ACCEPT {
                     break; // rounding: no better than before
                 }
             }
@@ -489,11 +506,14 @@ impl Newton {
         }
         self.assemblies[self.present].steady = false;
         let s = &mut self.state;
+        // the problem itself, with all its laws
         if pull.is_none()
             && !self.tape.is_blunt()
-            && s.best.0.residual.worst() < s.nearest.residual.worst()
+            && !s.balance.lenient
+            && s.best.0.residual.worst() <= s.nearest.0.residual.worst()
         {
-            s.nearest = s.best.0;
+            s.nearest.0 = s.best.0;
+            s.nearest.1.copy_from_slice(&s.best.1);
         }
         if s.best.0.residual.worst() > ACCEPT {
             return None;

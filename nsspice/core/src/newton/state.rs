@@ -57,8 +57,8 @@ pub(super) struct State {
     pub bounded: bool,
     /// best point of this iteration, where nothing was limited
     pub best: (Judgement, Vec<f64>),
-    /// the best of all iterations for the problem itself
-    pub nearest: Judgement,
+    /// the best point of all iterations for the problem itself
+    pub nearest: (Judgement, Vec<f64>),
     pub trial: Vec<f64>,
     /// point, linearisation points and mode of a warm start
     pub kept: Vec<f64>,
