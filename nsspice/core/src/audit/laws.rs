@@ -75,6 +75,8 @@ pub struct Auditor {
     pub(super) algebraic: Vec<bool>,
     /// laws of currents whose sum holds at every instant: of nodes that capacitors tie together
     pub(super) groups: Vec<Vec<usize>>,
+    /// those out of which a source leads: its current is what the laws sum to, with all of their rounding
+    pub(super) fed: Vec<bool>,
     /// of each pair, the laws of currents that it feeds
     pub(super) touched: Vec<Vec<usize>>,
     /// sums of the sizes of entries
@@ -102,6 +104,17 @@ pub struct Auditor {
     pub ledger: Option<Ledger>,
     /// source values; none where records do not tell instants
     pub sources: Option<Sources>,
+}
+
+/// Whether the current of a branch without storage leads out of a group of laws.
+fn is_fed(linear: &Linear, group: &[usize]) -> bool {
+    let mut stores = vec![false; linear.row_kind.len()];
+    linear.e.iter().for_each(|(_, column, _)| stores[column] = true);
+    (0..stores.len()).filter(|&c| linear.row_kind[c] == 1 && !stores[c]).any(|c| {
+        let (rows, values) = linear.g.col(c);
+        let inside = rows.iter().zip(values).filter(|e| group.contains(e.0));
+        inside.map(|e| e.1).sum::<f64>() != 0.0
+    })
 }
 
 impl Auditor {
@@ -157,6 +170,7 @@ impl Auditor {
             averaging,
             smooth,
             algebraic,
+            fed: groups.iter().map(|group| is_fed(linear, group)).collect(),
             groups,
             touched,
             usual: Usual::default(),

@@ -144,10 +144,11 @@ impl Auditor {
         let lost = unknown_law(&self.kinds, point, scale, grain.largest[1], taken);
         let mut tied = (0.0, None);
         if point.after_jump {
-            for group in &self.groups {
+            for (group, &fed) in self.groups.iter().zip(&self.fed) {
                 let sum = |list: &[f64]| group.iter().map(|&row| list[row]).sum::<f64>();
                 let size = sum(scale).max(SMALL * grain.largest[1]);
-                let floor = sum(floor).min(EXCUSED / TOLERANCE * size);
+                let most = if fed { f64::INFINITY } else { EXCUSED / TOLERANCE * size };
+                let floor = sum(floor).min(most);
                 let found = ratio(sum(error).abs(), size.max(floor));
                 if worse(found, tied.0) {
                     tied = (found, Some(group[0]));
