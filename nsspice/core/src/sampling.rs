@@ -12,7 +12,7 @@ use crate::switch::Switch;
 /// Turns while events pile up that are chatter.
 pub const AGAIN: u32 = 2;
 /// A switch that stays as it is for so many looks has ceased to chatter.
-const QUIET: u32 = 64;
+const QUIET: u32 = 16;
 /// Turns at looks that are worth a word.
 const TOLD: u64 = 8;
 /// An instant this near to the next look, as a part of the interval, is that.

@@ -1,7 +1,8 @@
 //! Right after a jump: what a few longer steps from where it led show of it.
 
+use super::failure::Failure;
 use super::jumps::{Leap, Short, LOOSE};
-use super::stepper::{Failure, Stepper};
+use super::stepper::Stepper;
 use crate::mlcp::Start;
 
 /// Lengths of the steps that show the values right after a jump, longest first: the extrapolation of

@@ -1,10 +1,11 @@
 //! Steps of systems with smooth nonlinear terms: the same scheme, each step by Newton's method.
 
 use super::clock::evaluate;
+use super::failure::{Best, Failure, Outcome};
 use super::jumps::ROUNDING;
 use super::matrices::StepMatrices;
 use super::stage::System;
-use super::stepper::{Best, Failure, Outcome, Stepper};
+use super::stepper::Stepper;
 use crate::descriptor::Linear;
 use crate::mlcp::{Residual, Start};
 use crate::newton::{Data, Newton, Smooth, Tracking};

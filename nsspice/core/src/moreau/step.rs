@@ -1,11 +1,12 @@
 //! One step: by the affine map or the factor of the present mode, else by the driver.
 
 use super::clock::{evaluate, Target, SAME};
+use super::failure::{Best, Failure, Outcome};
 use super::impacts::Cut;
 use super::matrices::Ends;
 use super::record::Quantities;
 use super::stage::{Stage, ROUNDED};
-use super::stepper::{Best, Failure, Large, Outcome, Stepper};
+use super::stepper::{Large, Stepper};
 use crate::mlcp::{Residual, Role, Start};
 use crate::switch::ROUNDING;
 use crate::waveform::Side;

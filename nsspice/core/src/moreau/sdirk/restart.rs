@@ -1,8 +1,9 @@
 //! Behind an event: the next mode; and single implicit steps over what cannot be located.
 
 use super::super::clock::evaluate;
+use super::super::failure::Failure;
 use super::super::matrices::OPEN;
-use super::super::stepper::{Failure, Stepper};
+use super::super::stepper::Stepper;
 use super::super::turns::Turn;
 use super::detour::FORCED_LEVEL;
 use super::ladder::SMALL;

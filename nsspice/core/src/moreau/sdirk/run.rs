@@ -1,8 +1,9 @@
 //! The loop: steps, rows, corners and events, resumable.
 
 use super::super::clock::{evaluate, next_corner};
+use super::super::failure::Failure;
 use super::super::step::ACCEPT;
-use super::super::stepper::{Failure, Progress, Stepper};
+use super::super::stepper::{Progress, Stepper};
 use super::between::Between;
 use super::detour::{Detour, FORCED_LEVEL};
 use super::guards::Scales;
@@ -30,6 +31,8 @@ const INTERVAL: f64 = 2e-5;
 /// An event this early in a step (as a part of it), where the mode does not end, is looked for again
 /// with a shorter step.
 const EARLY: f64 = 0.05;
+/// An event earlier than this is one at the begin of the step.
+const AT_ONCE: f64 = 1e-9;
 /// Rounding of an estimated error: that of the largest voltage (current), in the rates of all stages.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 /// Most by which the error of the next step is expected to rise.
@@ -371,6 +374,12 @@ impl Sdirk {
                 let (ladder, scales) = (&mut self.ladder, &self.scales);
                 let trial = &mut self.trial;
                 let theta = Locator { s, ladder, scales, tableau, trial }.end_of_mode(high);
+                // the continuous solution of a first step begins where it does to the tolerance only, which
+                // would decide how long what chatters stays in either mode
+                if tableau.looks_back() && (AT_ONCE..EARLY).contains(&theta) && !fixed {
+                    self.level = level + 3;
+                    continue;
+                }
                 self.detour.note_event(s.time + theta * self.trial.length);
                 self.troubled = s.time;
                 if self.futile && theta < EARLY {
