@@ -14,7 +14,7 @@ pub const SURVIVES: f64 = 1e-13;
 
 /// A pivot below this part of the terms that it is the sum of is their rounding, and that of the entries that were
 /// summed before.
-pub const LOST: f64 = 64.0 * f64::EPSILON;
+pub const LOST: f64 = 4.0 * f64::EPSILON;
 
 /// Below this part of its column a pivot is none, even if nothing was lost on the way: rounding of right-hand
 /// sides would move the unknown out of all bounds.
