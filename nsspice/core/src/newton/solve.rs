@@ -461,10 +461,11 @@ impl Newton {
             if !self.tape.limited() {
                 let s = &mut self.state;
                 let (worst, best) = (found.residual.worst(), s.best.0.residual.worst());
-                // of points that are equally bad the last shows where the search goes
-                if worst < best || worst == best && worst > ACCEPT {
+                if worst < best {
                     s.best.0 = found;
-                    s.best.1.copy_from_slice(&s.x);
+                    if worst <= ACCEPT {
+                        s.best.1.copy_from_slice(&s.x);
+                    }
                 } else if best <= ACCEPT {
                     break; // rounding: no better than before
                 }
@@ -512,8 +513,9 @@ impl Newton {
             && !s.balance.lenient
             && s.best.0.residual.worst() <= s.nearest.0.residual.worst()
         {
+            // the last point shows where the search has gone
             s.nearest.0 = s.best.0;
-            s.nearest.1.copy_from_slice(&s.best.1);
+            s.nearest.1.copy_from_slice(&s.x);
         }
         if s.best.0.residual.worst() > ACCEPT {
             return None;
