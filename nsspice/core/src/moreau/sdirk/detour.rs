@@ -1,9 +1,9 @@
 //! When a single implicit step has to pass over what cannot be located, and how long it is.
 //!
-//! Where events pile up (Zeno), where a switch without hysteresis keeps its own control at the threshold (it
-//! chatters: Filippov's sliding mode) and where steps fail, the time hardly moves.  An implicit step needs no
-//! instants.  The first is short; while the next one is needed soon behind the last they are doubled, and
-//! fewer events are waited for: what piles up goes on doing so.
+//! Where events pile up (Zeno) and where steps fail the time hardly moves.  An implicit step needs no instants.
+//! The first is short; while the next one is needed soon behind the last they are doubled, and fewer events
+//! are waited for: what piles up goes on doing so.  Switches that chatter are sampled
+//! ([`crate::sampling`]), once a step has not led away from there.
 
 /// Level of the first such step.
 pub(super) const FORCED_LEVEL: usize = 20;
@@ -97,7 +97,7 @@ impl Detour {
     }
 
     /// The end of the last implicit step [s].
-    pub fn left(&self) -> f64 {
+    pub fn end(&self) -> f64 {
         self.last.0
     }
 

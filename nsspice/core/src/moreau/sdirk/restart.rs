@@ -89,7 +89,7 @@ impl Sdirk {
     pub(super) fn sample(&mut self, s: &mut Stepper) -> bool {
         let time = s.time;
         // the rounding of an instant is passed over by one implicit step
-        let since = self.detour.since().min(self.detour.left());
+        let since = self.detour.since().min(self.detour.end());
         let any = time - since <= self.sampling.interval && self.sampling.begin(time);
         if any {
             self.detour.note_progress();
