@@ -7,6 +7,7 @@ charges tie; where Newton's method takes a long way, it may find only one of the
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from ..problems.csc import Csc
@@ -37,7 +38,7 @@ def without_storage(system: DescriptorSystem) -> DescriptorSystem:
 
 def start_dc(
     stepper: MoreauStepper | ModewiseStepper,
-    other: DescriptorSystem,
+    other: Callable[[], DescriptorSystem],
     guess: tuple[Floats, Floats] | None,
 ) -> Floats:
     """Start a stepper from the DC solution at time 0, and return its unknowns (n,).
@@ -45,9 +46,9 @@ def start_dc(
     Parameters
     ----------
     stepper : MoreauStepper or ModewiseStepper
-    other : DescriptorSystem
-        Its system with what is stored if the stepper has none, and the other way round: if Newton's
-        method fails, it may find a solution there, which is then the guess.
+    other : callable
+        Gives its system with what is stored if the stepper has none, and the other way round: if
+        Newton's method fails, it may find a solution there, which is then the guess.
     guess : (ndarray (n,), ndarray (m,)) or None
         Unknowns and multipliers to stay close to.
 
@@ -59,10 +60,12 @@ def start_dc(
     try:
         return stepper.start_dc(0.0, guess)
     except UnsolvedStep as problem:
-        same = other.static == stepper.system.static
-        if same or problem.certificate is not None or problem.worst_row is None:
+        if problem.certificate is not None or problem.worst_row is None:
             raise
-        second = MoreauStepper(other, ())
+        system = other()
+        if system.static == stepper.system.static:
+            raise
+        second = MoreauStepper(system, ())
         try:
             second.start_dc(0.0, guess)
             return stepper.start_dc(0.0, second.state)

@@ -97,11 +97,12 @@ def _restless(circuit: Circuit, mna: MnaSystem, problem: UnsolvedStep, where: st
 
 def chatter(circuit: Circuit, elements: Sequence[str], interval: float) -> Diagnostic:
     """Return the warning of switches that react at multiples of an interval [s] only."""
-    chatter, react = ("chatters", "it reacts") if len(elements) == 1 else ("chatter", "they react")
+    one = len(elements) == 1
+    chatters, reacts = ("chatters", "it reacts") if one else ("chatter", "they react")
     return Diagnostic(
         "NS3052",
-        f"{_list(elements)} {chatter}: without hysteresis, what a switch does takes its own "
-        f"control back across the threshold at once; {react} at multiples of {interval:.3g} s "
+        f"{_list(elements)} {chatters}: without hysteresis, what a switch does takes its own "
+        f"control back across the threshold at once; {reacts} at multiples of {interval:.3g} s "
         "instead",
         _span(circuit, elements),
         "give it hysteresis (VH); a smaller longest step, the last number of .tran, lets it react "
@@ -160,10 +161,11 @@ def _runaway(mna: MnaSystem, problem: UnsolvedStep) -> tuple[str, float] | None:
     """
     if problem.point is None:
         return None
+    most = _AWAY * largest_sources(mna)
     volts = {
         row: float(problem.point[row])
         for row, node in enumerate(mna.row_nodes)
-        if node is not None and abs(problem.point[row]) > _AWAY * largest_sources(mna)
+        if node is not None and abs(problem.point[row]) > most
     }
     if not volts:
         return None

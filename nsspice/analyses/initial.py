@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -52,7 +53,7 @@ def start(
     elif step is not None and held:
         charges, energy = _stored(mna.system, _held_point(mna, held))
     else:
-        point = start_dc(stepper, without_storage(mna.system), guess_of(circuit, mna))
+        point = start_dc(stepper, partial(without_storage, mna.system), guess_of(circuit, mna))
         if isinstance(stepper, MoreauStepper):
             stepper.leave_dc()
         return _stored(mna.system, point) if step is not None and stepper.jumps else None
@@ -102,7 +103,7 @@ def _held_point(mna: MnaSystem, held: Mapping[str, float]) -> Floats:
     inductors = [d for d in mna.devices if isinstance(d, Inductor)]
     loose = [layout.branches[d.name] for d in inductors if fixed.issuperset(d.nodes)]
     system = hold(mna.system, {layout.nodes[k]: v for k, v in held.items()}, loose)
-    point = start_dc(MoreauStepper(system, ()), without_storage(system), None)
+    point = start_dc(MoreauStepper(system, ()), partial(without_storage, system), None)
     return point[: mna.system.n]
 
 

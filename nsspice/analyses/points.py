@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -94,7 +95,7 @@ class PointsOfIsland:
             if mna.unknowns != unknowns:  # a resistor of 0 Ohm has a current for an unknown
                 near, unknowns = guess_of(self.circuit, mna), mna.unknowns
             try:
-                stored = replace(system, E=mna.system.E, smooth=mna.system.smooth)
+                stored = partial(replace, system, E=mna.system.E, smooth=mna.system.smooth)
                 start_dc(stepper, stored, near)
                 stepper.plan_points(np.arange(float(last - first)))
                 yield from _rows(stepper, last - first)

@@ -62,11 +62,14 @@ class Number(NamedTuple):
         A warning for the user, or ``""``.
     hint : str
         How to write what was probably meant.
+    elsewhere : str
+        The same where no capacitance is meant, or ``""``.
     """
 
     value: float
     trap: str = ""
     hint: str = ""
+    elsewhere: str = ""
 
 
 def read_number(text: str) -> Number | None:
@@ -126,6 +129,7 @@ def read_number(text: str) -> Number | None:
             value,
             f"{text} is read as {value:.12g}: F means femto, in capitals too",
             f"write {plain} for farads, {plain}f for femto",
+            f"write {plain}f for femto",
         )
     return Number(value)
 

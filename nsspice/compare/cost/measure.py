@@ -24,8 +24,9 @@ Notice = Callable[[str], None]
 _TOLERANCES = tuple(10.0**-k for k in range(2, 13))
 _DIVISIONS = tuple(4**k for k in range(16))
 
-#: ladders by name: settings that vary along them
-LADDERS = ("modewise", "sdirk", "sdirk2", "moreau", "moreau-half", *ngspice_ladders.LADDERS)
+#: ladders by name, settings that vary along them: our own, and all
+OWN = ("modewise", "sdirk", "sdirk2", "moreau", "moreau-half")
+LADDERS = (*OWN, *ngspice_ladders.LADDERS)
 
 
 def cost(

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...output.plot import check_format, new_figure, plain_text, save_figure
+from .measure import OWN
 
 if TYPE_CHECKING:
     from .report import CostReport
@@ -17,7 +18,6 @@ _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#
 _MARKERS = "os^Dv<>PX*h"
 #: lines of the other programs; methods of our own have a colour each in all pictures
 _LINES = {"ngspice": "--", "pulsim": "-.", "siconos": ":"}
-_OWN = ("modewise", "sdirk", "sdirk2", "moreau", "moreau-half")
 
 
 def _styles(names: Iterable[str]) -> Iterator[dict[str, str]]:
@@ -25,7 +25,7 @@ def _styles(names: Iterable[str]) -> Iterator[dict[str, str]]:
     counts = Counter[str]()
     for k, name in enumerate(names):
         line = next((line for peer, line in _LINES.items() if name.startswith(peer)), "-")
-        place = _OWN.index(name) if name in _OWN else counts[line]
+        place = OWN.index(name) if name in OWN else counts[line]
         counts[line] += 1
         colour = _COLOURS[place % len(_COLOURS)]
         yield {"linestyle": line, "color": colour, "marker": _MARKERS[k % len(_MARKERS)]}

@@ -114,6 +114,13 @@ pub fn sums_that_store_nothing(e: &Csc, q: &Csc) -> Vec<Vec<usize>> {
     groups
 }
 
+/// The columns in which something is stored.
+pub fn stored_columns(e: &Csc) -> Vec<bool> {
+    let mut stored = vec![false; e.ncols];
+    e.iter().for_each(|(_, column, _)| stored[column] = true);
+    stored
+}
+
 /// Unknowns that store together: groups on whose common value nothing that is stored depends (the
 /// potential of capacitors without a connection to ground), and the others.
 pub fn stored_groups(e: &Csc) -> [Vec<Vec<usize>>; 2] {

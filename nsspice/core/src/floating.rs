@@ -17,7 +17,7 @@
 //!
 //! Of windings without leakage see `windings.rs`.
 
-use crate::descriptor::stored_groups;
+use crate::descriptor::{stored_columns, stored_groups};
 use crate::sparse::Csc;
 use crate::union_find::UnionFind;
 use crate::windings::{laws_without_storage, Multiples};
@@ -65,13 +65,11 @@ fn joined(
         }
         // a current leaves one node and enters another, whatever it controls elsewhere, and whatever
         // controls it; what it controls may cancel with one end as well
-        let (mut own, control): (Vec<_>, Vec<_>) =
+        let (at_ends, controlled): (Vec<_>, Vec<_>) =
             own.into_iter().partition(|e| ends[c].is_empty() || ends[c].contains(&e.0));
-        let (mut pairs, rest) = cancelling(own);
-        own = rest;
-        let (more, control) = cancelling(control);
-        pairs.extend(more);
-        own.extend(control);
+        let [(mut pairs, mut own), (others, rest)] = [at_ends, controlled].map(cancelling);
+        pairs.extend(others);
+        own.extend(rest);
         pairs.iter().for_each(|pair| tie(&mut ties, pair));
         let rows: Vec<usize> = own.iter().map(|e| e.0).collect();
         let (sum, size) =
@@ -117,13 +115,6 @@ fn cancelling(mut entries: Vec<(usize, f64)>) -> (Vec<[usize; 2]>, Vec<(usize, f
         }
     }
     (pairs, others)
-}
-
-/// The columns in which something is stored.
-fn stored_columns(e: &Csc) -> Vec<bool> {
-    let mut stored = vec![false; e.ncols];
-    e.iter().for_each(|(_, column, _)| stored[column] = true);
-    stored
 }
 
 /// Groups of rows that have none in common.

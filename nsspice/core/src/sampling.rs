@@ -10,7 +10,7 @@
 use crate::switch::Switch;
 
 /// Turns while events pile up that are chatter.
-pub const AGAIN: u32 = 2;
+const AGAIN: u32 = 2;
 /// A switch that stays as it is for so many looks has ceased to chatter.
 const QUIET: u32 = 16;
 /// Turns at looks that are worth a word.
@@ -62,18 +62,23 @@ impl Sampling {
     /// Events have piled up at a time: samples the switches that turned again and again; false if there are
     /// none but those that are.
     pub fn begin(&mut self, time: f64) -> bool {
-        let mut any = false;
-        for k in 0..self.on.len() {
-            if self.turned[k] >= AGAIN && !self.on[k] {
+        let again = |&k: &usize| self.turned[k] >= AGAIN && !self.on[k];
+        let chattering: Vec<usize> = (0..self.on.len()).filter(again).collect();
+        self.sample(&chattering, time);
+        self.forget();
+        !chattering.is_empty()
+    }
+
+    /// Samples switches from a time on.
+    pub fn sample(&mut self, switches: &[usize], time: f64) {
+        for &k in switches {
+            if !self.on[k] {
                 (self.on[k], self.quiet[k]) = (true, 0);
-                any = true;
             }
         }
-        self.forget();
-        if any && self.next.is_infinite() {
+        if !switches.is_empty() && self.next.is_infinite() {
             self.plan(time);
         }
-        any
     }
 
     fn plan(&mut self, time: f64) {

@@ -53,7 +53,8 @@ class Reader:
         if found is None:
             return None
         if found.trap:
-            hint = found.hint if _may_be_farads(line, key) else _without_farads(found.hint)
+            plain = not found.elsewhere or _may_be_farads(line, key)
+            hint = found.hint if plain else found.elsewhere
             self.findings.warning("NS1011", found.trap, line.span(start, end), hint)
         if not math.isfinite(found.value):
             message = f"{text[:40]} is beyond the range of numbers"
@@ -154,12 +155,6 @@ def _may_be_farads(line: Line, key: str) -> bool:
     if text.startswith(".model"):
         return key.startswith("c")
     return text[:1] in ".cx" or key.startswith("c")
-
-
-def _without_farads(hint: str) -> str:
-    """Return what else may be written for a number that is no capacitance."""
-    _, found, rest = hint.partition(" for farads, ")
-    return f"write {rest}" if found else hint
 
 
 def key_of(line: Line, pair: Item) -> str:

@@ -7,7 +7,7 @@ use super::rounding::{share, Reach, Usual};
 use super::sources::Sources;
 use super::stretches::Seams;
 use super::{ratio, worse};
-use crate::descriptor::{stored_groups, Linear};
+use crate::descriptor::{stored_columns, stored_groups, Linear};
 use crate::newton::Smooth;
 use crate::sparse::Csc;
 use crate::tape::{Linearisation, Tape};
@@ -106,10 +106,8 @@ pub struct Auditor {
     pub sources: Option<Sources>,
 }
 
-/// Whether the current of a branch without storage leads out of a group of laws.
-fn is_fed(linear: &Linear, group: &[usize]) -> bool {
-    let mut stores = vec![false; linear.row_kind.len()];
-    linear.e.iter().for_each(|(_, column, _)| stores[column] = true);
+/// Whether the current of a branch that does not store leads out of a group of laws.
+fn is_fed(linear: &Linear, stores: &[bool], group: &[usize]) -> bool {
     (0..stores.len()).filter(|&c| linear.row_kind[c] == 1 && !stores[c]).any(|c| {
         let (rows, values) = linear.g.col(c);
         let inside = rows.iter().zip(values).filter(|e| group.contains(e.0));
@@ -143,6 +141,7 @@ impl Auditor {
         for (row, _) in smooth.iter().flat_map(|s| s.q.places()) {
             varying[row] = true;
         }
+        let columns = stored_columns(&linear.e);
         let [mut groups, _] = stored_groups(&linear.e);
         groups.retain(|group| group.iter().all(|&row| !varying[row]));
         let a = Entries::new(&linear.a);
@@ -170,7 +169,7 @@ impl Auditor {
             averaging,
             smooth,
             algebraic,
-            fed: groups.iter().map(|group| is_fed(linear, group)).collect(),
+            fed: groups.iter().map(|group| is_fed(linear, &columns, group)).collect(),
             groups,
             touched,
             usual: Usual::default(),

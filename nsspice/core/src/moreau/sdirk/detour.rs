@@ -91,14 +91,9 @@ impl Detour {
         self.left > 0 || self.events > most
     }
 
-    /// Since when there has been no whole step between events [s].
+    /// Since when events have piled up, and did so before the last implicit step as well [s].
     pub fn since(&self) -> f64 {
-        self.since
-    }
-
-    /// The end of the last implicit step [s].
-    pub fn end(&self) -> f64 {
-        self.last.0
+        self.since.min(self.last.0)
     }
 
     /// The level of an implicit step from a time on.

@@ -154,17 +154,22 @@ impl Scales {
 
     /// Distance of a switch that is watched to the threshold that would change it, relative to its scale.
     fn switch_margin(&self, s: &Stepper, k: usize, z: &[f64]) -> f64 {
-        let (switch, gate) = (&s.switches[k], s.gates[k]);
-        if s.sampled[k] || switch.held(gate, s.active[switch.pair]) {
-            return f64::INFINITY;
+        if s.sampled[k] {
+            f64::INFINITY
+        } else {
+            self.control_margin(s, k, z)
         }
-        self.control_margin(s, k, z)
     }
 
+    /// The same of any switch.
     fn control_margin(&self, s: &Stepper, k: usize, z: &[f64]) -> f64 {
-        let (threshold, sign) = s.switches[k].edge(s.gates[k]);
+        let (switch, gate) = (&s.switches[k], s.gates[k]);
+        if switch.held(gate, s.active[switch.pair]) {
+            return f64::INFINITY;
+        }
+        let (threshold, sign) = switch.edge(gate);
         let scale = self.largest[usize::from(self.control[k])].max(f64::MIN_POSITIVE);
-        sign * (s.switches[k].value(z) - threshold) / scale
+        sign * (switch.value(z) - threshold) / scale
     }
 
     /// The switches that are watched whose thresholds have been reached at `z`.
@@ -188,9 +193,7 @@ impl Scales {
 
     /// The sampled switches whose controls lie beyond their thresholds at `z`.
     pub fn beyond(&self, s: &Stepper, z: &[f64]) -> Vec<usize> {
-        let held = |k: usize| s.switches[k].held(s.gates[k], s.active[s.switches[k].pair]);
-        let turns =
-            |&k: &usize| s.sampled[k] && !held(k) && self.control_margin(s, k, z) < -VIOLATED;
+        let turns = |&k: &usize| s.sampled[k] && self.control_margin(s, k, z) < -VIOLATED;
         (0..s.switches.len()).filter(turns).collect()
     }
 

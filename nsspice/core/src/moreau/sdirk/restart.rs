@@ -9,7 +9,6 @@ use super::detour::FORCED_LEVEL;
 use super::ladder::SMALL;
 use super::run::Sdirk;
 use crate::mlcp::{Role, Start};
-use crate::sampling::AGAIN;
 use crate::waveform::Side;
 
 /// A step that errs by less than this part of the tolerance may be an implicit one.
@@ -77,7 +76,7 @@ impl Sdirk {
         if !s.turning().all(|k| near.contains(&k)) {
             return false;
         }
-        near.iter().for_each(|&k| (0..AGAIN).for_each(|_| self.sampling.note(k)));
+        self.sampling.sample(&near, s.time);
         self.sampling.begin(s.time);
         s.sampled.clone_from(&self.sampling.on);
         s.z.copy_from_slice(before.0);
@@ -87,10 +86,9 @@ impl Sdirk {
 
     /// Samples the switches that have made events pile up; false if there are none.
     pub(super) fn sample(&mut self, s: &mut Stepper) -> bool {
-        let time = s.time;
         // the rounding of an instant is passed over by one implicit step
-        let since = self.detour.since().min(self.detour.end());
-        let any = time - since <= self.sampling.interval && self.sampling.begin(time);
+        let near = s.time - self.detour.since() <= self.sampling.interval;
+        let any = near && self.sampling.begin(s.time);
         if any {
             self.detour.note_progress();
             s.sampled.clone_from(&self.sampling.on);

@@ -318,10 +318,11 @@ impl Sdirk {
         let target = if looks { self.sampling.next } else { target };
         let remaining = target - s.time;
         loop {
-            if self.detour.is_crowded(s.time) && self.sample(s) {
+            let crowded = self.detour.is_crowded(s.time);
+            if crowded && self.sample(s) {
                 return self.step(s);
             }
-            if self.detour.is_crowded(s.time) || self.level >= self.ladder.deepest {
+            if crowded || self.level >= self.ladder.deepest {
                 return self.force(s);
             }
             let mut level = self.level;
