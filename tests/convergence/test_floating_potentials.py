@@ -110,6 +110,39 @@ def test_the_potential_behind_an_edge_is_that_of_the_chain(gain: str) -> None:
     assert np.abs(run["i(vf)"] - current).max() <= 1e-8
 
 
+CUK = """Cuk converter at rest: winding, resistance, capacitor, junction
+V1 a 0 5
+L1 a x 2.119
+RL1 x m 1.57m
+C1 m n 23.14u
+D1 n 0 DM
+L2 n o 2.119
+C2 o 0 23.14u
+R2 o 0 540.7
+Vg g 0 PULSE(0 1 0 0.271u 0.271u 70u 271u)
+S1 m 0 g 0 SM
+.model DM D(IS=5.87e-13 N=1.62)
+.model SM SW(VT=0.5 VH=0.1)
+.tran 13.55u 1.3548m uic
+"""
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+def test_a_resistor_in_a_floating_part_hides_no_current(tolerance: float) -> None:
+    """At first 1e-11 A flow, the capacitor has 1e7 A of rounding in a short step, the resistor 1e-6 A.
+
+    Potentials of 1e283 V followed, NS3004, or a run without a certificate.
+    """
+    run = nsspice.tran(nsspice.read(CUK), reltol=tolerance)
+    assert run.certificate.passed
+    assert run.stats["steps"] < 3000
+    for name, most in (("v(n)", 10.0), ("v(x)", 10.0), ("v(o)", 1.0)):
+        assert np.abs(run[name]).max() < most
+    # the switch connects both windings to the supply for 70 us: 5 V / 2.119 H
+    on = run.time <= 70e-6
+    assert np.abs(run["i(l1)"] - 5.0 / 2.119 * run.time)[on].max() < 1e-4 * run["i(l1)"].max()
+
+
 LAMP = """temperature of a filament as a charge, beside an RC of a picosecond
 V1 a 0 PULSE(0 12 1m 1u 1u 1 2)
 R1 a c 1

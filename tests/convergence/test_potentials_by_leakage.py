@@ -62,7 +62,14 @@ R1 o 0 28.29
 )
 
 
-@pytest.mark.parametrize("deck", [COIL, TANK], ids=["coil", "tank"])
+#: 40 sections of RC at the supply, which it does not notice: 63 unknowns, whose factors are sparse
+LADDER = "Rz0 vi z0 1k\n" + "".join(
+    f"Rz{k + 1} z{k} z{k + 1} 1k\nCz{k} z{k} 0 1n\n" for k in range(40)
+)
+LARGE = COIL.replace(".tran", LADDER + ".tran")
+
+
+@pytest.mark.parametrize("deck", [COIL, TANK, LARGE], ids=["coil", "tank", "large"])
 def test_a_floating_output_costs_no_more_than_others(deck: str) -> None:
     runs = {tol: nsspice.tran(nsspice.read(deck), reltol=tol) for tol in (1e-4, 1e-6, 1e-8)}
     for run in runs.values():

@@ -33,7 +33,7 @@ const WEAK: f64 = 1e-6;
 const LIGHT: f64 = 1e-2;
 
 /// The laws that groups of unknowns and some columns of a matrix join, and which of them are in no group
-/// whose sum has anything of these columns left; such columns may `stay` in more than one law.  What is at
+/// whose sum has anything of these columns left; such currents may `stay` in more than one law.  What is at
 /// most a `weak` part of what stands beside it joins nothing; what sums to a `left` part of its size, at most,
 /// is nothing left.
 fn joined(
@@ -75,7 +75,7 @@ fn joined(
         let (sum, size) =
             own.iter().fold((0.0, 0.0), |(sum, size), e| (sum + e.1, size + e.1.abs()));
         let left = f64::abs(sum) > left * size;
-        if left && stay && all > 1 {
+        if left && stay && all > 1 && !law(c) {
             continue;
         }
         tie(&mut ties, &rows);
@@ -160,7 +160,8 @@ pub struct Floating {
 
 impl Floating {
     /// Finds the groups that conductances and sources (`g`) tie, of which nothing but a weak tie is left in the
-    /// sum, and those that capacitors (`e`) tie, across sources whose currents leave the sum.
+    /// sum, and those that capacitors (`e`) tie, across sources whose currents leave the sum: with resistors, as
+    /// far as all of what these carry leaves it, too.
     pub fn new(e: &Csc, g: &Csc, row_kind: &[u8]) -> Floating {
         let n = e.nrows;
         let law = |row: usize| row_kind[row] == 0;
@@ -177,18 +178,25 @@ impl Floating {
         let (mut groups, free) = joined(g, &floating, law, |_| true, (false, WEAK, WEAK));
         groups.retain(|group| group.len() > 1 && group.iter().all(|&row| free[row]));
         groups.into_iter().for_each(|group| out.take(group, true));
-        let loose = |c: usize| !law(c) && !out.stores[c];
-        let (mut groups, mut free) = joined(g, &floating, law, loose, (true, ROUNDING, ROUNDING));
-        fixed.iter().flatten().for_each(|&row| free[row] = false);
         let mut held = vec![false; n];
         floating.iter().filter(|group| group.len() > 1).flatten().for_each(|&j| held[j] = true);
-        groups.retain(|group| {
-            group.iter().any(|&row| held[row]) && group.iter().all(|&row| free[row])
-        });
+        let leaving = |conducts: bool| {
+            let counts = |c: usize| if law(c) { conducts } else { !out.stores[c] };
+            let (mut groups, mut free) =
+                joined(g, &floating, law, counts, (true, ROUNDING, ROUNDING));
+            fixed.iter().flatten().for_each(|&row| free[row] = false);
+            groups.retain(|group| {
+                group.iter().any(|&row| held[row]) && group.iter().all(|&row| free[row])
+            });
+            groups
+        };
+        let (mut wide, mut groups) = (leaving(true), leaving(false));
+        wide.retain(|group| group.iter().all(|&row| out.tied.first[row].is_none()));
+        groups.retain(|group| wide.iter().all(|other| !other.contains(&group[0])));
         let (inner, mut groups): (Vec<_>, Vec<_>) =
             groups.into_iter().partition(|group| out.tied.first[group[0]].is_some());
         groups.retain(|group| group.iter().all(|&row| out.tied.first[row].is_none()));
-        for group in groups {
+        for group in wide.into_iter().chain(groups) {
             out.take_parts(&group, &floating);
             out.take(group, false);
         }
@@ -494,6 +502,33 @@ mod tests {
         let mut rhs = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
         floating.sum_up(&mut rhs);
         assert_eq!(rhs, [15.0, 6.0, 4.0, 8.0, 16.0, 32.0]);
+    }
+
+    #[test]
+    fn a_resistor_beside_a_capacitor_belongs_to_its_sum() {
+        // a coil 3 from ground to node 0, a resistor on to node 1, a capacitor on to node 2, a coil 4 to ground
+        let e = [(1, 1, 1.0), (1, 2, -1.0), (2, 1, -1.0), (2, 2, 1.0), (3, 3, 1.0), (4, 4, 1.0)];
+        let e = Csc::from_triplets(5, 5, &e);
+        for (ground, whole) in [(0.0, true), (0.5, false)] {
+            let mut g = vec![(0, 3, -1.0), (2, 4, 1.0), (3, 0, 1.0), (4, 2, -1.0)];
+            g.extend([(0, 0, 2.0 + ground), (0, 1, -2.0), (1, 0, -2.0), (1, 1, 2.0)]);
+            let g = Csc::from_triplets(5, 5, &g);
+            let floating = Floating::new(&e, &g, &[0, 0, 0, 1, 1]);
+            // where another one ties it to ground, too, the sum would keep a voltage: without it, it has the
+            // current of the first
+            let sum = if whole { vec![0, 1, 2] } else { vec![1, 2] };
+            assert_eq!(floating.groups(), [sum.clone()]);
+            let left =
+                floating.conductances(&g).into_iter().filter(|e| e.0 == sum[0] && e.2 != 0.0);
+            let left: Vec<_> = left.collect();
+            let resistor: &[_] = if whole { &[] } else { &[(1, 0, -2.0), (1, 1, 2.0)] };
+            let coils = [(sum[0], 3, -1.0), (sum[0], 4, 1.0)];
+            let coils = &coils[usize::from(!whole)..];
+            assert_eq!(left.len(), resistor.len() + coils.len(), "{left:?}");
+            assert!(resistor.iter().chain(coils).all(|e| left.contains(e)), "{left:?}");
+            // the capacitor's own sum goes on inside
+            assert!(floating.is_sum(sum[0]) && floating.is_sum(1));
+        }
     }
 
     #[test]

@@ -20,34 +20,102 @@ pub const LOST: f64 = 4.0 * f64::EPSILON;
 /// sides would move the unknown out of all bounds.
 pub const TRACE: f64 = 1e-30;
 
-/// Largest entries of the rows of a matrix, but for unknowns that a row of their own gives: what pivots are
-/// compared with where rows are not equilibrated.  In a law that contains the slopes of blocking junctions
-/// alone 1e-25 is no trace of anything larger.
-pub fn row_sizes(
-    n: usize,
-    entries: impl Iterator<Item = (usize, usize, f64)> + Clone,
-    sizes: &mut [f64],
-) {
-    let entries = entries.filter(|e| e.2 != 0.0);
-    let mut rows = vec![(0, 0); n];
-    for (r, c, _) in entries.clone() {
-        rows[r] = (rows[r].0 + 1, c);
-    }
-    let mut given = vec![false; n];
-    rows.iter().filter(|row| row.0 == 1).for_each(|row| given[row.1] = true);
-    sizes.fill(0.0);
-    for (r, _, v) in entries.filter(|&(r, c, _)| !given[c] || rows[r].0 == 1) {
-        sizes[r] = sizes[r].max(v.abs());
-    }
+/// What candidates for pivots are compared with where rows are not equilibrated: the largest entries of the
+/// rows of a matrix, but for unknowns that a row of their own gives.  In a law that contains the slopes of
+/// blocking junctions beside these 1e-25 is no trace of anything larger.
+#[derive(Clone, Debug, Default)]
+pub struct RowSizes {
+    sizes: Vec<f64>,
+    /// rows of one entry that is no trace of its column, and the columns that rows of one entry give
+    alone: Vec<bool>,
+    given: Vec<bool>,
+    /// entries of each row, its last column, and that entry; largest entries of the columns
+    rows: Vec<(u32, u32, f64)>,
+    columns: Vec<f64>,
 }
 
-/// The part that an entry is of the largest of its row.
-#[inline]
-pub fn part_of_row(v: f64, size: f64) -> f64 {
-    if v == 0.0 {
-        0.0
-    } else {
-        v.abs() / size
+impl RowSizes {
+    /// Rows that are all alike.
+    pub fn alike(n: usize) -> RowSizes {
+        let none = vec![false; n];
+        RowSizes { sizes: vec![1.0; n], alone: none.clone(), given: none, ..Default::default() }
+    }
+
+    /// Measures a matrix.
+    pub fn measure(
+        &mut self,
+        n: usize,
+        entries: impl Iterator<Item = (usize, usize, f64)> + Clone,
+    ) {
+        let entries = entries.filter(|e| e.2 != 0.0);
+        let RowSizes { sizes, alone, given, rows, columns } = self;
+        rows.clear();
+        rows.resize(n, (0, 0, 0.0));
+        columns.clear();
+        columns.resize(n, 0.0);
+        for (r, c, v) in entries.clone() {
+            rows[r] = (rows[r].0 + 1, c as u32, v.abs());
+            columns[c] = columns[c].max(v.abs());
+        }
+        alone.clear();
+        given.clear();
+        given.resize(n, false);
+        for &(count, c, v) in rows.iter() {
+            given[c as usize] |= count == 1;
+            alone.push(count == 1 && v > SURVIVES * columns[c as usize]);
+        }
+        sizes.clear();
+        sizes.resize(n, 0.0);
+        for (r, _, v) in entries.filter(|&(r, c, _)| !given[c] || rows[r].0 == 1) {
+            sizes[r] = sizes[r].max(v.abs());
+        }
+    }
+
+    /// The part that an entry is of its row.
+    #[inline]
+    pub fn part(&self, v: f64, row: usize) -> f64 {
+        if v == 0.0 {
+            0.0
+        } else {
+            v.abs() / self.sizes[row]
+        }
+    }
+
+    /// The row that gives a column and contains nothing else, where the column would drown all else in another one
+    /// of the candidates, as the current of an open switch does in a law of leakages.
+    pub fn own_row(
+        &self,
+        column: usize,
+        candidates: impl Iterator<Item = (usize, f64)> + Clone,
+    ) -> Option<usize> {
+        let drowned = |(row, v)| SURVIVES * self.part(v, row) > 1.0;
+        if !self.given[column] || !candidates.clone().any(drowned) {
+            return None;
+        }
+        candidates.filter(|c| c.1 != 0.0).map(|c| c.0).find(|&row| self.alone[row])
+    }
+
+    /// Whether a row whose entry in a column does not vanish gives that column.
+    #[inline]
+    pub fn gives(&self, row: usize, column: usize) -> bool {
+        self.given[column] && self.alone[row]
+    }
+
+    /// The largest entry of a row.
+    #[inline]
+    pub fn size(&self, row: usize) -> f64 {
+        self.sizes[row]
+    }
+
+    /// Exchanges two rows.
+    pub fn swap_rows(&mut self, a: usize, b: usize) {
+        self.sizes.swap(a, b);
+        self.alone.swap(a, b);
+    }
+
+    /// Exchanges two columns.
+    pub fn swap_columns(&mut self, a: usize, b: usize) {
+        self.given.swap(a, b);
     }
 }
 

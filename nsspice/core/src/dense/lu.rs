@@ -1,6 +1,6 @@
 //! LU factorisation of a small dense matrix with partial pivoting.
 
-use crate::linear::{part_of_row, row_sizes, Singular, LOST, SURVIVES, TRACE};
+use crate::linear::{RowSizes, Singular, LOST, SURVIVES, TRACE};
 use crate::sparse::Csc;
 
 /// `P A = L U`, stored over `A` column by column; refactoring reuses the storage.
@@ -18,8 +18,9 @@ pub struct DenseLu {
     extremes: [f64; 2],
     singular: Option<usize>,
     hold: f64,
-    /// largest entries of the columns, then of the rows, where something is to be held
+    /// largest entries of the columns, and of the rows, where something is to be held
     sizes: Vec<f64>,
+    row_sizes: RowSizes,
     /// the matrix itself, its columns in order, where something is to be held
     given: Vec<f64>,
     /// columns that were exchanged because they depend on those before, in this order
@@ -151,10 +152,9 @@ impl DenseLu {
             let size = |c: &[f64]| c.iter().fold(0.0f64, |a, v| a.max(v.abs()));
             self.sizes.clear();
             self.sizes.extend(self.lu.chunks_exact(n).map(size));
-            self.sizes.resize(2 * n, 0.0);
             self.given.clone_from(&self.lu);
             let entry = |at: usize| (at % n, at / n, self.lu[at]);
-            row_sizes(n, (0..n * n).map(entry), &mut self.sizes[n..]);
+            self.row_sizes.measure(n, (0..n * n).map(entry));
         }
         let mut last = n;
         for k in 0..n {
@@ -164,7 +164,7 @@ impl DenseLu {
                 }
                 let column = &self.lu[k * n..(k + 1) * n];
                 let (p, best) = if self.hold > 0.0 {
-                    pivot_of_rows(column, k, &self.sizes[n..])
+                    pivot_of_rows(column, k, &self.row_sizes)
                 } else {
                     pivot(column, k)
                 };
@@ -178,7 +178,7 @@ impl DenseLu {
             };
             self.swap[k] = p;
             if self.hold > 0.0 {
-                self.sizes.swap(n + k, n + p);
+                self.row_sizes.swap_rows(k, p);
             }
             least = least.min(best);
             greatest = greatest.max(best);
@@ -239,6 +239,7 @@ impl DenseLu {
             let (left, right) = self.given.split_at_mut(other * self.n);
             left[k * self.n..(k + 1) * self.n].swap_with_slice(&mut right[..self.n]);
             self.sizes.swap(k, other);
+            self.row_sizes.swap_columns(k, other);
         }
         self.put_off.push((k, other));
     }
@@ -370,13 +371,14 @@ fn pivot(column: &[f64], k: usize) -> (usize, f64) {
 }
 
 /// As `pivot`, by the part that each candidate has of its row.
-fn pivot_of_rows(column: &[f64], k: usize, rows: &[f64]) -> (usize, f64) {
+fn pivot_of_rows(column: &[f64], k: usize, rows: &RowSizes) -> (usize, f64) {
     let (mut p, mut part) = (k, -1.0);
-    for (i, (v, size)) in column.iter().zip(rows).enumerate().skip(k) {
-        let own = part_of_row(*v, *size);
+    for (i, v) in column.iter().enumerate().skip(k) {
+        let own = rows.part(*v, i);
         if own > part || own.is_nan() {
             (p, part) = (i, own);
         }
     }
+    p = rows.own_row(k, column.iter().copied().enumerate().skip(k)).unwrap_or(p);
     (p, column[p].abs())
 }

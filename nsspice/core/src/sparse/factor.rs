@@ -7,7 +7,7 @@
 
 use super::lu::Entry;
 use super::{Csc, SparseLu};
-use crate::linear::{part_of_row, SURVIVES, TRACE};
+use crate::linear::{LOST, TRACE};
 
 /// The diagonal entry is the pivot if it reaches this part of the largest candidate in a row that
 /// no mode change touches ...
@@ -16,6 +16,9 @@ const PREFER_DIAGONAL: f64 = 1e-2;
 /// under a node of small capacitance is large only until the pair blocks, so that taking it would
 /// change the pivots with the mode.  What the growth costs in accuracy, one refinement regains.
 const PREFER_FIXED: f64 = 1e-6;
+
+/// Beside a pivot of more than this part of its column less was lost than counts: more is not looked at.
+const SUSPECT: f64 = 1e-9;
 
 /// Marks a row that is no pivot yet.
 const FREE: u32 = u32::MAX;
@@ -215,12 +218,14 @@ impl SparseLu {
         } else {
             switching
         };
-        best.1.filter(|&p| self.x[p].is_finite() && (1.0 / self.x[p]).is_finite())
+        let candidates = rows.iter().map(|&r| (r as usize, self.x[r as usize]));
+        let own = self.row_sizes.own_row(c, candidates);
+        own.or(best.1).filter(|&p| self.x[p].is_finite() && (1.0 / self.x[p]).is_finite())
     }
 
     /// The part that a candidate in `x` has of its row.
     fn part(&self, row: usize) -> f64 {
-        part_of_row(self.x[row], self.row_sizes[row])
+        self.row_sizes.part(self.x[row], row)
     }
 
     /// The pivot row of a column that vanishes, where such are held.
@@ -252,26 +257,39 @@ impl SparseLu {
         p: usize,
     ) -> bool {
         self.hold > 0.0
-            && pivot <= SURVIVES * scale
-            && pivot <= (SURVIVES * self.summed(a, k, row, p)).max(TRACE * scale)
+            && pivot <= SUSPECT * scale
+            && pivot <= (LOST * self.summed(a, k, row, p)).max(TRACE * scale)
     }
 
-    /// As `terms`, with the terms of those terms.  Rows of `L` are numbered as `row` numbers the pivots.
+    /// As `terms`, with all that was summed before: the pivot is `y' A x` with the rows and columns that
+    /// elimination has combined.  Rows of `L` are numbered as `row` numbers the pivots.
     fn summed(&self, a: &Csc, k: usize, row: impl Fn(usize) -> u32, p: usize) -> f64 {
-        let mut terms = vec![0.0f64; self.size()];
-        let (rows, values) = a.col(self.ordering.order[k] as usize);
-        for (&r, v) in rows.iter().zip(values) {
-            let place = self.place[r];
-            let at = if place == FREE { r as u32 } else { row(place as usize) };
-            terms[at as usize] = v.abs();
+        let mut y = vec![0.0f64; self.size()];
+        y[p] = 1.0;
+        for j in (0..k).rev() {
+            let below = self.lower.col(j).iter().map(|l| l.value * y[l.row as usize]);
+            y[row(j) as usize] = -below.sum::<f64>();
         }
-        for e in self.upper.col(k) {
-            let term = terms[row(e.row as usize) as usize];
-            for l in self.lower.col(e.row as usize) {
-                terms[l.row as usize] += l.value.abs() * term;
+        let mut x = vec![0.0f64; k + 1];
+        x[k] = 1.0;
+        self.upper.col(k).iter().for_each(|e| x[e.row as usize] = e.value);
+        for j in (0..k).rev() {
+            let v = x[j];
+            if v != 0.0 {
+                self.upper.col(j).iter().for_each(|e| x[e.row as usize] -= e.value * v);
+                x[j] = v * self.inverse[j];
             }
         }
-        terms[p]
+        let number = |r: usize| match self.place[r] {
+            FREE => r,
+            place => row(place as usize) as usize,
+        };
+        let size = |j: usize| {
+            let (rows, values) = a.col(self.ordering.order[j] as usize);
+            rows.iter().zip(values).map(|(&r, v)| (v * y[number(r)]).abs()).sum::<f64>()
+        };
+        let combined = x.iter().enumerate().filter(|x| *x.1 != 0.0);
+        combined.map(|(j, x)| x.abs() * size(j)).sum()
     }
 
     /// Lists the columns in which each row of `U` has entries.

@@ -1,7 +1,7 @@
 //! Sparse LU factors: what is stored, and solving with it.
 
 use super::{Csc, Ordering};
-use crate::linear::{row_sizes, Singular};
+use crate::linear::{RowSizes, Singular};
 use std::sync::Arc;
 
 /// One entry of a triangular factor, by positions in the elimination order.  It names its column
@@ -64,8 +64,8 @@ pub struct SparseLu {
     pub(super) singular: Option<usize>,
     pub(super) pivot_ratio: f64,
     pub(super) hold: f64,
-    /// largest entries of the rows, where something is to be held, else ones
-    pub(super) row_sizes: Vec<f64>,
+    /// all alike where nothing is to be held
+    pub(super) row_sizes: RowSizes,
     /// dense column, all zero between calls
     pub(super) x: Vec<f64>,
     /// one bit per position to recompute, all zero between calls
@@ -88,7 +88,7 @@ impl SparseLu {
             singular: None,
             pivot_ratio: 0.0,
             hold: 0.0,
-            row_sizes: vec![1.0; n],
+            row_sizes: RowSizes::alike(n),
             x: vec![0.0; n],
             dirty: vec![0; n.div_ceil(64)],
         };
@@ -99,7 +99,7 @@ impl SparseLu {
     /// See `Factor::set_hold`.
     pub fn set_hold(&mut self, hold: f64) {
         if hold == 0.0 && self.hold != 0.0 {
-            self.row_sizes.fill(1.0);
+            self.row_sizes = RowSizes::alike(self.size());
         }
         self.hold = hold;
     }
@@ -107,7 +107,7 @@ impl SparseLu {
     /// Measures the rows of the matrix that is to be factorised, if something is to be held.
     pub(super) fn measure_rows(&mut self, a: &Csc) {
         if self.hold > 0.0 {
-            row_sizes(self.size(), a.iter(), &mut self.row_sizes);
+            self.row_sizes.measure(self.size(), a.iter());
         }
     }
 

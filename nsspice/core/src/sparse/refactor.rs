@@ -120,13 +120,15 @@ impl SparseLu {
             e.value *= inverse;
         }
         let mut changed = false;
-        let own = self.row_sizes[self.row[k] as usize];
+        let row = self.row[k] as usize;
+        let (own, alone) =
+            (self.row_sizes.size(row), self.row_sizes.gives(row, self.ordering.order[k] as usize));
         let lower = self.lower.range(k);
         for e in &mut self.lower.entries[lower] {
             let l = std::mem::take(&mut self.x[e.row as usize]) / pivot;
             changed |= l != e.value;
-            let size = self.row_sizes[self.row[e.row as usize] as usize];
-            usable &= l.abs() * own <= LARGEST_FACTOR * size;
+            let size = self.row_sizes.size(self.row[e.row as usize] as usize);
+            usable &= alone || l.abs() * own <= LARGEST_FACTOR * size;
             e.value = l;
         }
         self.inverse[k] = inverse;
