@@ -111,6 +111,30 @@ def chatter(circuit: Circuit, elements: Sequence[str], interval: float) -> Diagn
     )
 
 
+def unbounded(circuit: Circuit, mna: MnaSystem, row: int, time: float) -> Diagnostic:
+    """Return the warning of a voltage that nothing bounds, at an unknown and a time [s]."""
+    node = mna.row_nodes[row] if row < len(mna.row_nodes) else None
+    element = mna.row_elements[row] if row < len(mna.row_elements) else None
+    named = _smooth_first(mna, node) if node is not None else [element] if element else []
+    place = f"node {node} ({_list(named)})" if node is not None else _list(named or ["a junction"])
+    return Diagnostic(
+        "NS3053",
+        f"the voltage at {place} has no bound at t = {time:.9g} s: junctions that store nothing "
+        "once they block tear off the current of a winding, and what becomes of it may depend on "
+        "the steps",
+        _span(circuit, named),
+        "give the diodes there a capacitance (CJO), or the winding a snubber; see what another "
+        "reltol says",
+        severity="warning",
+    )
+
+
+def _smooth_first(mna: MnaSystem, node: str) -> list[str]:
+    """Return the elements at a node; the culprits are nonlinear: they are named first."""
+    touching = (d for d in mna.devices if node in (d.nodes if d.letter == "q" else d.ends))
+    return [d.name for d in sorted(touching, key=lambda d: not d.smooth)]
+
+
 def _no_convergence(
     circuit: Circuit, mna: MnaSystem, problem: UnsolvedStep, where: str
 ) -> StepError:
@@ -122,10 +146,7 @@ def _no_convergence(
     if element is not None:
         place, named = f"the law of {element}", [element]
     elif node is not None:
-        # the culprits are nonlinear: they are named first
-        touching = (d for d in mna.devices if node in (d.nodes if d.letter == "q" else d.ends))
-        near = sorted(touching, key=lambda d: not d.smooth)
-        named = [d.name for d in near]
+        named = _smooth_first(mna, node)
         place = f"the current law of node {node} ({_list(named)})" if named else f"node {node}"
     if math.isfinite(problem.residual):
         amount = f"is violated most, by {problem.residual:.1e} of its terms"

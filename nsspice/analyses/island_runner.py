@@ -18,7 +18,7 @@ from .certificate import Certificate
 from .curve import Floats
 from .events import Events
 from .examiner import Examiner, sampling
-from .failure import chatter, named_failure
+from .failure import chatter, named_failure, unbounded
 from .following import PATH_METHODS, Following, of_linearised
 from .impulses import jumps_of
 from .initial import start
@@ -197,8 +197,12 @@ class IslandRunner:
         """Return what the certificate has to say besides its verdict."""
         pairs, interval = self.stepper.chattering
         elements = dict.fromkeys(self.mna.pair_elements[pair] for pair in pairs)
-        found = self.examiner.warnings()
-        return [*found, chatter(self.circuit, list(elements), interval)] if elements else found
+        found = [*self.examiner.warnings()]
+        if elements:
+            found.append(chatter(self.circuit, list(elements), interval))
+        if (torn := self.stepper.unbounded) is not None:
+            found.append(unbounded(self.circuit, self.mna, *torn))
+        return found
 
     def _hand_over(self) -> None:
         """Take what the solver has left for the checks and the measures."""

@@ -310,6 +310,15 @@ class MoreauStepper(Stepper):
         self._core.follow_path(by_rate, correctors)
 
     @property
+    def unbounded(self) -> tuple[int, float] | None:
+        """The row of the first unknown that no step could follow, and when [s].
+
+        A junction blocks at once when a winding has taken its last charge: nothing is left there
+        that would bound the voltage.
+        """
+        return self._core.unbounded()
+
+    @property
     def gates(self) -> list[bool]:
         """State of each switch's control: True above its thresholds."""
         return self._core.gates()

@@ -237,6 +237,11 @@ class Stepper(ABC):
         return self._core.chattering()  # type: ignore[no-any-return]
 
     @property
+    def unbounded(self) -> tuple[int, float] | None:
+        """The row of the first unknown that no step could follow, and when [s]."""
+        return None
+
+    @property
     def statistics(self) -> dict[str, float]:
         """Counters of the run and the worst residuals of all checks."""
         return self._core.statistics()  # type: ignore[no-any-return]

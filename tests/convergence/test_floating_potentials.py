@@ -129,7 +129,7 @@ S1 m 0 g 0 SM
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
 def test_a_resistor_in_a_floating_part_hides_no_current(tolerance: float) -> None:
-    """At first 1e-11 A flow, the capacitor has 1e7 A of rounding in a short step, the resistor 1e-6 A.
+    """At first 1e-11 A flow beside 1e7 A of rounding of the capacitor, 1e-6 A of the resistor.
 
     Potentials of 1e283 V followed, NS3004, or a run without a certificate.
     """

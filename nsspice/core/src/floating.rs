@@ -517,7 +517,7 @@ mod tests {
             // where another one ties it to ground, too, the sum would keep a voltage: without it, it has the
             // current of the first
             let sum = if whole { vec![0, 1, 2] } else { vec![1, 2] };
-            assert_eq!(floating.groups(), [sum.clone()]);
+            assert_eq!(floating.groups(), std::slice::from_ref(&sum));
             let left =
                 floating.conductances(&g).into_iter().filter(|e| e.0 == sum[0] && e.2 != 0.0);
             let left: Vec<_> = left.collect();

@@ -419,6 +419,11 @@ impl PyStepper {
         self.sdirk.as_ref().map_or((Vec::new(), 0.0), |c| c.chattering(&self.inner))
     }
 
+    /// The unknown that no step could follow first, and when [s].
+    fn unbounded(&self) -> Option<(usize, f64)> {
+        self.sdirk.as_ref().and_then(|c| c.unbounded)
+    }
+
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let s = &self.inner.stats;
         let out = PyDict::new(py);

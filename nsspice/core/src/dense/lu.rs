@@ -20,7 +20,7 @@ pub struct DenseLu {
     hold: f64,
     /// largest entries of the columns, and of the rows, where something is to be held
     sizes: Vec<f64>,
-    row_sizes: RowSizes,
+    row_sizes: Box<RowSizes>,
     /// the matrix itself, its columns in order, where something is to be held
     given: Vec<f64>,
     /// columns that were exchanged because they depend on those before, in this order

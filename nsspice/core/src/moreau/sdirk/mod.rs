@@ -21,6 +21,7 @@ mod combine;
 mod curve;
 mod detour;
 mod driven;
+mod errors;
 mod guards;
 mod ladder;
 mod locate;

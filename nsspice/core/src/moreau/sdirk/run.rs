@@ -7,9 +7,9 @@ use super::super::stepper::{Progress, Stepper};
 use super::between::Between;
 use super::detour::{Detour, FORCED_LEVEL};
 use super::guards::Scales;
-use super::ladder::{Ladder, RUNGS, SMALL};
+use super::ladder::{Ladder, RUNGS};
 use super::locate::Locator;
-use super::pass::{Passage, Patience, NOTICED};
+use super::pass::{Passage, Patience};
 use super::points::PointRows;
 use super::rows::{Origin, Rows};
 use super::step::Trial;
@@ -33,8 +33,6 @@ const INTERVAL: f64 = 2e-5;
 const EARLY: f64 = 0.05;
 /// An event earlier than this is one at the begin of the step.
 const AT_ONCE: f64 = 1e-9;
-/// Rounding of an estimated error: that of the largest voltage (current), in the rates of all stages.
-const ROUNDING: f64 = 32.0 * f64::EPSILON;
 /// Most by which the error of the next step is expected to rise.
 const STEEPEST: f64 = 4.0;
 /// A step is taken again at most so many levels shorter at once.
@@ -88,7 +86,11 @@ pub struct Sdirk {
     pub(super) tableau: &'static Tableau,
     pub(super) accuracy: Accuracy,
     pub(super) rows: Rows,
-    start: f64,
+    pub(super) start: f64,
+    /// the unknown that errs most in the trial step
+    pub(super) erring: usize,
+    /// the first that no step could follow, and when
+    pub unbounded: Option<(usize, f64)>,
     pub(super) stop: f64,
     pub(super) ladder: Ladder,
     pub(super) scales: Scales,
@@ -150,6 +152,8 @@ impl Sdirk {
             accuracy,
             rows: Rows::new(out_start, out_step, stop),
             start: s.time,
+            erring: 0,
+            unbounded: None,
             stop,
             ladder: Ladder::new(s, longest, method.gamma, accuracy.relative),
             scales: Scales::new(s),
@@ -352,6 +356,7 @@ impl Sdirk {
                 self.level = level + self.back(error);
                 // nor has a junction whose last charge is torn out by a winding: its voltage has no bound
                 if self.is_stuck(s.time) {
+                    self.unbounded.get_or_insert((self.erring, s.time));
                     return self.force(s);
                 }
                 continue;
@@ -460,40 +465,6 @@ impl Sdirk {
             return top;
         }
         (top..level).find(|&l| falls(l)).unwrap_or(level)
-    }
-
-    /// Estimated error of the trial step relative to what is allowed.
-    pub(super) fn error(&mut self, s: &mut Stepper) -> f64 {
-        self.trial.estimate(s, &mut self.ladder, self.tableau);
-        if self.tableau.looks_back() {
-            self.trial.look_back(s, &mut self.ladder, self.tableau);
-        } else if s.smooth.is_some() || self.trial.crossing {
-            // elsewhere the motion in a mode is smooth: the ends of steps tell enough
-            self.trial.look_inside(s, &mut self.ladder, self.tableau);
-        }
-        let end = &self.trial.stages[self.tableau.stages() - 1];
-        let mut largest = self.scales.largest;
-        for (v, &kind) in end.iter().zip(&s.sys.linear.row_kind) {
-            let largest = &mut largest[usize::from(kind)];
-            *largest = largest.max(v.abs());
-        }
-        let allowed = [self.accuracy.voltage, self.accuracy.current];
-        // within the first of the longest steps little of the ranges has been seen: they go on as now
-        let young = s.time < self.start + self.ladder.longest;
-        let ahead = if young { self.ladder.longest / self.trial.length } else { 0.0 };
-        let mut worst = 0.0f64;
-        for &j in &self.ladder.stored {
-            let kind = usize::from(s.sys.linear.row_kind[j]);
-            let beyond = ahead * (end[j] - self.trial.first[j]).abs();
-            let small = if self.trial.constrained[j] { 1.0 } else { SMALL };
-            let size = self.scales.size(j, end[j], beyond).max(small * largest[kind]);
-            let rounding = ROUNDING * self.trial.terms[j].max(largest[kind]);
-            let ratio = self.trial.slope[j].abs()
-                / (self.accuracy.relative * size + allowed[kind] + rounding + f64::MIN_POSITIVE);
-            self.tied[j] = self.trial.constrained[j] && ratio > NOTICED;
-            worst = if ratio <= worst { worst } else { ratio }; // NaN is the worst
-        }
-        worst
     }
 
     /// Checks the residual of the last stage now and then.

@@ -1,0 +1,46 @@
+//! How large the error of a step is, beside what is allowed.
+
+use super::super::stepper::Stepper;
+use super::ladder::SMALL;
+use super::pass::NOTICED;
+use super::run::Sdirk;
+
+/// Rounding of an estimated error: that of the largest voltage (current), in the rates of all stages.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
+
+impl Sdirk {
+    /// Estimated error of the trial step relative to what is allowed.
+    pub(super) fn error(&mut self, s: &mut Stepper) -> f64 {
+        self.trial.estimate(s, &mut self.ladder, self.tableau);
+        if self.tableau.looks_back() {
+            self.trial.look_back(s, &mut self.ladder, self.tableau);
+        } else if s.smooth.is_some() || self.trial.crossing {
+            // elsewhere the motion in a mode is smooth: the ends of steps tell enough
+            self.trial.look_inside(s, &mut self.ladder, self.tableau);
+        }
+        let end = &self.trial.stages[self.tableau.stages() - 1];
+        let mut largest = self.scales.largest;
+        for (v, &kind) in end.iter().zip(&s.sys.linear.row_kind) {
+            let largest = &mut largest[usize::from(kind)];
+            *largest = largest.max(v.abs());
+        }
+        let allowed = [self.accuracy.voltage, self.accuracy.current];
+        // within the first of the longest steps little of the ranges has been seen: they go on as now
+        let young = s.time < self.start + self.ladder.longest;
+        let ahead = if young { self.ladder.longest / self.trial.length } else { 0.0 };
+        let mut worst = 0.0f64;
+        for &j in &self.ladder.stored {
+            let kind = usize::from(s.sys.linear.row_kind[j]);
+            let beyond = ahead * (end[j] - self.trial.first[j]).abs();
+            let small = if self.trial.constrained[j] { 1.0 } else { SMALL };
+            let size = self.scales.size(j, end[j], beyond).max(small * largest[kind]);
+            let known = ROUNDING * self.trial.terms[j].max(largest[kind]);
+            let least = allowed[kind] + known + f64::MIN_POSITIVE;
+            let ratio = self.trial.slope[j].abs() / (self.accuracy.relative * size + least);
+            self.tied[j] = self.trial.constrained[j] && ratio > NOTICED;
+            // NaN is the worst
+            (worst, self.erring) = if ratio <= worst { (worst, self.erring) } else { (ratio, j) };
+        }
+        worst
+    }
+}

@@ -1,0 +1,40 @@
+"""Junctions without capacitance tear off currents of windings: voltages that nothing bounds."""
+
+from __future__ import annotations
+
+import re
+
+import nsspice
+
+#: the reset winding of a forward converter lets go
+FORWARD = """forward converter with a reset winding, diodes with a transit time alone
+Vin a 0 5
+Vg g 0 PULSE(0 1 0 0.1289u 0.1289u 3.39103u 12.8883u)
+L1 a m 251u
+L2 s 0 4.747m
+L3 a q 251u
+K1 L1 L2 0.99
+K2 L1 L3 0.99
+K3 L2 L3 0.99
+S1 m 0 g 0 sw
+D3 0 q ds
+D1 s f ds
+D2 0 f ds
+RSm0 m sm0 3.79
+CSm0 sm0 0 108n
+Lo f o 50.2u
+C1 o 0 221.3u
+R1 o 0 2.935
+.model ds D(IS=4.51e-14 TT=5.77n{more})
+.model sw SW(VT=0.5 VH=0.1)
+.tran 0.6444u 64.442u uic
+"""
+
+
+def test_a_voltage_without_bound_is_named() -> None:
+    run = nsspice.tran(nsspice.read(FORWARD.format(more="")), reltol=1e-3)
+    assert [w.code for w in run.warnings] == ["NS3053"]
+    assert re.search(r"the voltage at node \w+ \(d\d.*\) has no bound", run.warnings[0].message)
+    held = nsspice.tran(nsspice.read(FORWARD.format(more=" CJO=100p")), reltol=1e-4)
+    assert held.certificate.passed
+    assert not held.warnings
