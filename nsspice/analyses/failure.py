@@ -113,10 +113,8 @@ def chatter(circuit: Circuit, elements: Sequence[str], interval: float) -> Diagn
 
 def unbounded(circuit: Circuit, mna: MnaSystem, row: int, time: float) -> Diagnostic:
     """Return the warning of a voltage that nothing bounds, at an unknown and a time [s]."""
-    node = mna.row_nodes[row] if row < len(mna.row_nodes) else None
-    element = mna.row_elements[row] if row < len(mna.row_elements) else None
-    named = _smooth_first(mna, node) if node is not None else [element] if element else []
-    place = f"node {node} ({_list(named)})" if node is not None else _list(named or ["a junction"])
+    node, named = _at_row(mna, row)
+    place = _list(named or ["a junction"]) if node is None else _node(node, named)
     return Diagnostic(
         "NS3053",
         f"the voltage at {place} has no bound at t = {time:.9g} s: junctions that store nothing "
@@ -129,25 +127,26 @@ def unbounded(circuit: Circuit, mna: MnaSystem, row: int, time: float) -> Diagno
     )
 
 
-def _smooth_first(mna: MnaSystem, node: str) -> list[str]:
-    """Return the elements at a node; the culprits are nonlinear: they are named first."""
+def _at_row(mna: MnaSystem, row: int) -> tuple[str | None, list[str]]:
+    """Return the node of a law, None for that of a branch, and the elements in it."""
+    node = mna.row_nodes[row] if row < len(mna.row_nodes) else None
+    if node is None:
+        element = mna.row_elements[row] if row < len(mna.row_elements) else None
+        return None, [] if element is None else [element]
     touching = (d for d in mna.devices if node in (d.nodes if d.letter == "q" else d.ends))
-    return [d.name for d in sorted(touching, key=lambda d: not d.smooth)]
+    # the culprits are nonlinear: they are named first
+    return node, [d.name for d in sorted(touching, key=lambda d: not d.smooth)]
 
 
 def _no_convergence(
     circuit: Circuit, mna: MnaSystem, problem: UnsolvedStep, where: str
 ) -> StepError:
     """Return the error of Newton's method, with the law that its best point violates most."""
-    row = problem.worst_row or 0
-    element = mna.row_elements[row] if row < len(mna.row_elements) else None
-    node = mna.row_nodes[row] if row < len(mna.row_nodes) else None
-    place, named = "the circuit", []
-    if element is not None:
-        place, named = f"the law of {element}", [element]
-    elif node is not None:
-        named = _smooth_first(mna, node)
-        place = f"the current law of node {node} ({_list(named)})" if named else f"node {node}"
+    node, named = _at_row(mna, problem.worst_row or 0)
+    if node is not None:
+        place = f"the current law of {_node(node, named)}" if named else _node(node, named)
+    else:
+        place = f"the law of {_list(named)}" if named else "the circuit"
     if math.isfinite(problem.residual):
         amount = f"is violated most, by {problem.residual:.1e} of its terms"
     else:
@@ -225,6 +224,10 @@ def _advice(elements: Sequence[str], nodes: Sequence[str], starting: bool) -> st
 
 def _unique(names: Iterable[str | None]) -> list[str]:
     return list(dict.fromkeys(name for name in names if name is not None))
+
+
+def _node(node: str, elements: Sequence[str]) -> str:
+    return f"node {node} ({_list(elements)})" if elements else f"node {node}"
 
 
 def _list(names: Sequence[str]) -> str:

@@ -191,11 +191,12 @@ impl Floating {
             groups
         };
         let (mut wide, mut groups) = (leaving(true), leaving(false));
-        wide.retain(|group| group.iter().all(|&row| out.tied.first[row].is_none()));
+        let apart = |group: &Vec<usize>| group.iter().all(|&row| out.tied.first[row].is_none());
+        wide.retain(apart);
         groups.retain(|group| wide.iter().all(|other| !other.contains(&group[0])));
         let (inner, mut groups): (Vec<_>, Vec<_>) =
             groups.into_iter().partition(|group| out.tied.first[group[0]].is_some());
-        groups.retain(|group| group.iter().all(|&row| out.tied.first[row].is_none()));
+        groups.retain(apart);
         for group in wide.into_iter().chain(groups) {
             out.take_parts(&group, &floating);
             out.take(group, false);

@@ -21,24 +21,28 @@ pub const LOST: f64 = 4.0 * f64::EPSILON;
 pub const TRACE: f64 = 1e-30;
 
 /// What candidates for pivots are compared with where rows are not equilibrated: the largest entries of the
-/// rows of a matrix, but for unknowns that a row of their own gives.  In a law that contains the slopes of
-/// blocking junctions beside these 1e-25 is no trace of anything larger.
+/// columns of a matrix and of its rows, but for unknowns that a row of their own gives.  In a law that contains
+/// the slopes of blocking junctions beside these 1e-25 is no trace of anything larger.
 #[derive(Clone, Debug, Default)]
-pub struct RowSizes {
-    sizes: Vec<f64>,
+pub struct Sizes {
+    rows: Vec<f64>,
+    columns: Vec<f64>,
     /// rows of one entry that is no trace of its column, and the columns that rows of one entry give
     alone: Vec<bool>,
     given: Vec<bool>,
-    /// entries of each row, its last column, and that entry; largest entries of the columns
-    rows: Vec<(u32, u32, f64)>,
-    columns: Vec<f64>,
+    /// scratch: entries of each row, its last column, and that entry
+    last: Vec<(u32, u32, f64)>,
 }
 
-impl RowSizes {
-    /// Rows that are all alike.
-    pub fn alike(n: usize) -> RowSizes {
-        let none = vec![false; n];
-        RowSizes { sizes: vec![1.0; n], alone: none.clone(), given: none, ..Default::default() }
+impl Sizes {
+    /// Takes `n` rows for alike.
+    pub fn forget(&mut self, n: usize) {
+        self.rows.clear();
+        self.rows.resize(n, 1.0);
+        for list in [&mut self.alone, &mut self.given] {
+            list.clear();
+            list.resize(n, false);
+        }
     }
 
     /// Measures a matrix.
@@ -48,26 +52,26 @@ impl RowSizes {
         entries: impl Iterator<Item = (usize, usize, f64)> + Clone,
     ) {
         let entries = entries.filter(|e| e.2 != 0.0);
-        let RowSizes { sizes, alone, given, rows, columns } = self;
-        rows.clear();
-        rows.resize(n, (0, 0, 0.0));
+        let Sizes { rows, columns, alone, given, last } = self;
+        last.clear();
+        last.resize(n, (0, 0, 0.0));
         columns.clear();
         columns.resize(n, 0.0);
         for (r, c, v) in entries.clone() {
-            rows[r] = (rows[r].0 + 1, c as u32, v.abs());
+            last[r] = (last[r].0 + 1, c as u32, v.abs());
             columns[c] = columns[c].max(v.abs());
         }
         alone.clear();
         given.clear();
         given.resize(n, false);
-        for &(count, c, v) in rows.iter() {
+        for &(count, c, v) in last.iter() {
             given[c as usize] |= count == 1;
             alone.push(count == 1 && v > SURVIVES * columns[c as usize]);
         }
-        sizes.clear();
-        sizes.resize(n, 0.0);
-        for (r, _, v) in entries.filter(|&(r, c, _)| !given[c] || rows[r].0 == 1) {
-            sizes[r] = sizes[r].max(v.abs());
+        rows.clear();
+        rows.resize(n, 0.0);
+        for (r, _, v) in entries.filter(|&(r, c, _)| !given[c] || last[r].0 == 1) {
+            rows[r] = rows[r].max(v.abs());
         }
     }
 
@@ -77,7 +81,7 @@ impl RowSizes {
         if v == 0.0 {
             0.0
         } else {
-            v.abs() / self.sizes[row]
+            v.abs() / self.rows[row]
         }
     }
 
@@ -103,18 +107,25 @@ impl RowSizes {
 
     /// The largest entry of a row.
     #[inline]
-    pub fn size(&self, row: usize) -> f64 {
-        self.sizes[row]
+    pub fn row(&self, row: usize) -> f64 {
+        self.rows[row]
+    }
+
+    /// The largest entry of a column.
+    #[inline]
+    pub fn column(&self, column: usize) -> f64 {
+        self.columns[column]
     }
 
     /// Exchanges two rows.
     pub fn swap_rows(&mut self, a: usize, b: usize) {
-        self.sizes.swap(a, b);
+        self.rows.swap(a, b);
         self.alone.swap(a, b);
     }
 
     /// Exchanges two columns.
     pub fn swap_columns(&mut self, a: usize, b: usize) {
+        self.columns.swap(a, b);
         self.given.swap(a, b);
     }
 }

@@ -1,6 +1,6 @@
 //! LU factorisation of a small dense matrix with partial pivoting.
 
-use crate::linear::{RowSizes, Singular, LOST, SURVIVES, TRACE};
+use crate::linear::{Singular, Sizes, LOST, SURVIVES, TRACE};
 use crate::sparse::Csc;
 
 /// `P A = L U`, stored over `A` column by column; refactoring reuses the storage.
@@ -18,9 +18,8 @@ pub struct DenseLu {
     extremes: [f64; 2],
     singular: Option<usize>,
     hold: f64,
-    /// largest entries of the columns, and of the rows, where something is to be held
-    sizes: Vec<f64>,
-    row_sizes: Box<RowSizes>,
+    /// those of the matrix itself, where something is to be held
+    sizes: Box<Sizes>,
     /// the matrix itself, its columns in order, where something is to be held
     given: Vec<f64>,
     /// columns that were exchanged because they depend on those before, in this order
@@ -149,12 +148,9 @@ impl DenseLu {
         self.singular = None;
         self.put_off.clear();
         if self.hold > 0.0 {
-            let size = |c: &[f64]| c.iter().fold(0.0f64, |a, v| a.max(v.abs()));
-            self.sizes.clear();
-            self.sizes.extend(self.lu.chunks_exact(n).map(size));
             self.given.clone_from(&self.lu);
             let entry = |at: usize| (at % n, at / n, self.lu[at]);
-            self.row_sizes.measure(n, (0..n * n).map(entry));
+            self.sizes.measure(n, (0..n * n).map(entry));
         }
         let mut last = n;
         for k in 0..n {
@@ -164,13 +160,13 @@ impl DenseLu {
                 }
                 let column = &self.lu[k * n..(k + 1) * n];
                 let (p, best) = if self.hold > 0.0 {
-                    pivot_of_rows(column, k, &self.row_sizes)
+                    pivot_of_rows(column, k, &self.sizes)
                 } else {
                     pivot(column, k)
                 };
-                let small = self.hold > 0.0 && k < last && best <= SURVIVES * self.sizes[k];
+                let small = self.hold > 0.0 && k < last && best <= SURVIVES * self.sizes.column(k);
                 // beside large entries that cancel nothing, a small pivot has all of its digits
-                if !small || best > (LOST * self.terms(k, p)).max(TRACE * self.sizes[k]) {
+                if !small || best > (LOST * self.terms(k, p)).max(TRACE * self.sizes.column(k)) {
                     break (p, best);
                 }
                 last -= 1;
@@ -178,7 +174,7 @@ impl DenseLu {
             };
             self.swap[k] = p;
             if self.hold > 0.0 {
-                self.row_sizes.swap_rows(k, p);
+                self.sizes.swap_rows(k, p);
             }
             least = least.min(best);
             greatest = greatest.max(best);
@@ -238,8 +234,7 @@ impl DenseLu {
             left[k * self.n..(k + 1) * self.n].swap_with_slice(&mut right[..self.n]);
             let (left, right) = self.given.split_at_mut(other * self.n);
             left[k * self.n..(k + 1) * self.n].swap_with_slice(&mut right[..self.n]);
-            self.sizes.swap(k, other);
-            self.row_sizes.swap_columns(k, other);
+            self.sizes.swap_columns(k, other);
         }
         self.put_off.push((k, other));
     }
@@ -249,7 +244,8 @@ impl DenseLu {
         let n = self.n;
         for c in k..n {
             self.lu[c * n + k..(c + 1) * n].fill(0.0);
-            let size = if self.sizes[c] > 0.0 { self.sizes[c] } else { 1.0 };
+            let size = self.sizes.column(c);
+            let size = if size > 0.0 { size } else { 1.0 };
             self.lu[c * n + c] = self.hold * size;
         }
     }
@@ -371,14 +367,14 @@ fn pivot(column: &[f64], k: usize) -> (usize, f64) {
 }
 
 /// As `pivot`, by the part that each candidate has of its row.
-fn pivot_of_rows(column: &[f64], k: usize, rows: &RowSizes) -> (usize, f64) {
+fn pivot_of_rows(column: &[f64], k: usize, sizes: &Sizes) -> (usize, f64) {
     let (mut p, mut part) = (k, -1.0);
     for (i, v) in column.iter().enumerate().skip(k) {
-        let own = rows.part(*v, i);
+        let own = sizes.part(*v, i);
         if own > part || own.is_nan() {
             (p, part) = (i, own);
         }
     }
-    p = rows.own_row(k, column.iter().copied().enumerate().skip(k)).unwrap_or(p);
+    p = sizes.own_row(k, column.iter().copied().enumerate().skip(k)).unwrap_or(p);
     (p, column[p].abs())
 }

@@ -1,5 +1,5 @@
 use super::{DenseLu, LeastNorm};
-use crate::sparse::examples::{circuit, random, Rng};
+use crate::sparse::examples::{circuit, floating_with_a_source, random, Rng, ORDERS};
 use crate::sparse::{Csc, Ordering};
 use nalgebra::{DMatrix, DVector};
 
@@ -171,16 +171,8 @@ fn small_pivots_are_held_only_where_something_has_cancelled() {
 
 #[test]
 fn rounding_of_what_was_summed_before_is_no_pivot() {
-    // three nodes that float: 1/13 S, 1 uS and a source of 5.6 nS that one of them controls, the last node and its
-    // law scaled; the sum of the laws is what the sums on the diagonal have been rounded by, and cancels in small
-    // terms at last
-    let (g, r, f, scale) = (1.0 / 13.0, 1e-6, 5.6234e-9, 1024.0);
-    let laws = [[g, -g, 0.0], [f - g, g + r - f, -r], [-f, f - r, r]];
-    let factor = |i: usize| if i == 2 { scale } else { 1.0 };
-    let entry = |i: usize, j: usize| (i, j, laws[i][j] * factor(i) * factor(j));
-    let list = (0..9).map(|k| entry(k / 3, k % 3));
-    for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
-        let moved: Vec<_> = list.clone().map(|(i, j, v)| (i, order[j], v)).collect();
+    for order in ORDERS {
+        let moved = floating_with_a_source().map(|(i, j, v)| (i, order[j], v));
         let mut lu = DenseLu::default();
         lu.set_hold(1e-9);
         lu.factor(&Csc::from_triplets(3, 3, &moved));

@@ -32,6 +32,21 @@ impl Rng {
     }
 }
 
+/// Entries of the laws of three nodes that float, which leave one of their potentials open: 1/13 S, 1 uS and a
+/// source of 5.6 nS that one of them controls, the last node and its law scaled; the sum of the laws is what the
+/// sums on the diagonal have been rounded by, and cancels in small terms at last.
+pub fn floating_with_a_source() -> [(usize, usize, f64); 9] {
+    let (g, r, f, scale) = (1.0 / 13.0, 1e-6, 5.6234e-9, 1024.0);
+    let laws = [[g, -g, 0.0], [f - g, g + r - f, -r], [-f, f - r, r]];
+    let factor = |i: usize| if i == 2 { scale } else { 1.0 };
+    let entry = |i: usize, j: usize| (i, j, laws[i][j] * factor(i) * factor(j));
+    std::array::from_fn(|k| entry(k / 3, k % 3))
+}
+
+/// All orders of three.
+pub const ORDERS: [[usize; 3]; 6] =
+    [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+
 /// `n x n` with about `density` entries per column besides a random permutation matrix.
 pub fn random(rng: &mut Rng, n: usize, density: usize) -> Csc {
     let mut target: Vec<usize> = (0..n).collect();

@@ -219,13 +219,13 @@ impl SparseLu {
             switching
         };
         let candidates = rows.iter().map(|&r| (r as usize, self.x[r as usize]));
-        let own = self.row_sizes.own_row(c, candidates);
+        let own = self.sizes.own_row(c, candidates);
         own.or(best.1).filter(|&p| self.x[p].is_finite() && (1.0 / self.x[p]).is_finite())
     }
 
     /// The part that a candidate in `x` has of its row.
     fn part(&self, row: usize) -> f64 {
-        self.row_sizes.part(self.x[row], row)
+        self.sizes.part(self.x[row], row)
     }
 
     /// The pivot row of a column that vanishes, where such are held.

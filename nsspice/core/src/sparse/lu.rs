@@ -1,7 +1,7 @@
 //! Sparse LU factors: what is stored, and solving with it.
 
 use super::{Csc, Ordering};
-use crate::linear::{RowSizes, Singular};
+use crate::linear::{Singular, Sizes};
 use std::sync::Arc;
 
 /// One entry of a triangular factor, by positions in the elimination order.  It names its column
@@ -65,7 +65,7 @@ pub struct SparseLu {
     pub(super) pivot_ratio: f64,
     pub(super) hold: f64,
     /// all alike where nothing is to be held
-    pub(super) row_sizes: RowSizes,
+    pub(super) sizes: Sizes,
     /// dense column, all zero between calls
     pub(super) x: Vec<f64>,
     /// one bit per position to recompute, all zero between calls
@@ -88,10 +88,11 @@ impl SparseLu {
             singular: None,
             pivot_ratio: 0.0,
             hold: 0.0,
-            row_sizes: RowSizes::alike(n),
+            sizes: Sizes::default(),
             x: vec![0.0; n],
             dirty: vec![0; n.div_ceil(64)],
         };
+        out.sizes.forget(n);
         out.factor(a);
         out
     }
@@ -99,7 +100,7 @@ impl SparseLu {
     /// See `Factor::set_hold`.
     pub fn set_hold(&mut self, hold: f64) {
         if hold == 0.0 && self.hold != 0.0 {
-            self.row_sizes = RowSizes::alike(self.size());
+            self.sizes.forget(self.size());
         }
         self.hold = hold;
     }
@@ -107,7 +108,7 @@ impl SparseLu {
     /// Measures the rows of the matrix that is to be factorised, if something is to be held.
     pub(super) fn measure_rows(&mut self, a: &Csc) {
         if self.hold > 0.0 {
-            self.row_sizes.measure(self.size(), a.iter());
+            self.sizes.measure(self.size(), a.iter());
         }
     }
 

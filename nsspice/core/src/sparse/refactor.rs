@@ -121,13 +121,14 @@ impl SparseLu {
         }
         let mut changed = false;
         let row = self.row[k] as usize;
-        let (own, alone) =
-            (self.row_sizes.size(row), self.row_sizes.gives(row, self.ordering.order[k] as usize));
+        let own = self.sizes.row(row);
+        // nothing grows where nothing else stands in the row of the pivot
+        let alone = self.sizes.gives(row, self.ordering.order[k] as usize);
         let lower = self.lower.range(k);
         for e in &mut self.lower.entries[lower] {
             let l = std::mem::take(&mut self.x[e.row as usize]) / pivot;
             changed |= l != e.value;
-            let size = self.row_sizes.size(self.row[e.row as usize] as usize);
+            let size = self.sizes.row(self.row[e.row as usize] as usize);
             usable &= alone || l.abs() * own <= LARGEST_FACTOR * size;
             e.value = l;
         }

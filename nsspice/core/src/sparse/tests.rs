@@ -1,4 +1,6 @@
-use super::examples::{circuit, half_bridges, ladder, random, Circuit, Rng};
+use super::examples::{
+    circuit, floating_with_a_source, half_bridges, ladder, random, Circuit, Rng, ORDERS,
+};
 use super::refactor::Extent;
 use super::{Csc, Ordering, Packed, SparseLu};
 use crate::dense::DenseLu;
@@ -18,6 +20,29 @@ fn defect(a: &Csc, x: &[f64], b: &[f64]) -> f64 {
     a.mul_add(-1.0, x, &mut r);
     a.abs_mul_add(x, &mut s);
     largest(&r) / largest(&s).max(f64::MIN_POSITIVE)
+}
+
+/// Factors that hold what a matrix leaves open: sparse, the same refactored, dense.
+fn holding(a: &Csc) -> (SparseLu, SparseLu, DenseLu) {
+    let mut sparse = factor(a, 0);
+    sparse.set_hold(1e-9);
+    sparse.factor(a);
+    let mut again = sparse.clone();
+    again.refactor(a);
+    let mut dense = DenseLu::new(a);
+    dense.set_hold(1e-9);
+    dense.factor(a);
+    (sparse, again, dense)
+}
+
+/// Solutions by each of these factors.
+fn solutions((sparse, again, dense): &(SparseLu, SparseLu, DenseLu), b: &[f64]) -> [Vec<f64>; 3] {
+    let mut work = vec![0.0; b.len()];
+    let [mut x, mut y, mut z] = [(); 3].map(|()| b.to_vec());
+    sparse.solve(&mut x, &mut work).unwrap();
+    again.solve(&mut y, &mut work).unwrap();
+    dense.solve(&mut z).unwrap();
+    [x, y, z]
 }
 
 /// Solves with one refinement; returns the defect.
@@ -296,29 +321,16 @@ fn what_a_matrix_leaves_open_is_held_and_all_else_solved() {
         truth.iter_mut().for_each(|v| *v += 1.0);
         let mut b = vec![0.0; n];
         a.mul_add(1.0, &truth, &mut b);
-        let mut sparse = factor(&a, 0);
-        let mut dense = DenseLu::new(&a);
-        assert!(dense.pivot_ratio() < 1e-13 && sparse.pivot_ratio() < 1e-13);
-        sparse.set_hold(1e-9);
-        sparse.factor(&a);
-        let mut again = sparse.clone();
-        again.refactor(&a);
-        dense.set_hold(1e-9);
-        dense.factor(&a);
+        let [dense, sparse] = [DenseLu::new(&a).pivot_ratio(), factor(&a, 0).pivot_ratio()];
+        assert!(dense < 1e-13 && sparse < 1e-13);
+        let factors = holding(&a);
         // one column of each floating part, whichever it is
-        assert!(!dense.held().is_empty());
-        assert_eq!(sparse.held().len(), dense.held().len());
-        let mut work = vec![0.0; n];
-        for which in 0..3 {
-            let mut x = b.clone();
-            match which {
-                0 => sparse.solve(&mut x, &mut work).unwrap(),
-                1 => again.solve(&mut x, &mut work).unwrap(),
-                _ => dense.solve(&mut x).unwrap(),
-            }
-            assert!(defect(&a, &x, &b) < 1e-12, "{trial} {which}");
+        assert!(!factors.2.held().is_empty());
+        assert_eq!(factors.0.held().len(), factors.2.held().len());
+        for (which, x) in solutions(&factors, &b).iter().enumerate() {
+            assert!(defect(&a, x, &b) < 1e-12, "{trial} {which}");
             // what is open moves by rounding over the pivot at most
-            assert!(largest(&x) < 1e3 * largest(&truth), "{trial} {which}");
+            assert!(largest(x) < 1e3 * largest(&truth), "{trial} {which}");
         }
     }
 }
@@ -340,22 +352,7 @@ fn laws_of_leakage_alone_are_pivots_beside_anything_larger() {
     let a = Csc::from_triplets(3, 3, &entries);
     let truth = [5.0 / 3.0, 1.0 / 3.0, 64e-21 / 3.0];
     let right = [truth[0] - truth[1], 0.0, 2.0 * leak];
-    let mut sparse = factor(&a, 0);
-    sparse.set_hold(1e-9);
-    sparse.factor(&a);
-    let mut again = sparse.clone();
-    again.refactor(&a);
-    let mut dense = DenseLu::new(&a);
-    dense.set_hold(1e-9);
-    dense.factor(&a);
-    let mut work = [0.0; 3];
-    for which in 0..3 {
-        let mut x = right;
-        match which {
-            0 => sparse.solve(&mut x, &mut work).unwrap(),
-            1 => again.solve(&mut x, &mut work).unwrap(),
-            _ => dense.solve(&mut x).unwrap(),
-        }
+    for (which, x) in solutions(&holding(&a), &right).iter().enumerate() {
         for (v, truth) in x.iter().zip(&truth).take(2) {
             assert!((v - truth).abs() < 1e-14, "{which}: {x:?}");
         }
@@ -384,22 +381,7 @@ fn a_row_that_gives_an_unknown_is_its_pivot() {
         let a = Csc::from_triplets(n, n, &moved);
         let mut b = vec![0.0; n];
         entries.iter().for_each(|&(r, c, v)| b[order[r]] += v * truth[c]);
-        let mut sparse = factor(&a, 0);
-        sparse.set_hold(1e-9);
-        sparse.factor(&a);
-        let mut again = sparse.clone();
-        again.refactor(&a);
-        let mut dense = DenseLu::new(&a);
-        dense.set_hold(1e-9);
-        dense.factor(&a);
-        let mut work = vec![0.0; n];
-        for which in 0..3 {
-            let mut x = b.clone();
-            match which {
-                0 => sparse.solve(&mut x, &mut work).unwrap(),
-                1 => again.solve(&mut x, &mut work).unwrap(),
-                _ => dense.solve(&mut x).unwrap(),
-            }
+        for (which, x) in solutions(&holding(&a), &b).iter().enumerate() {
             let apart = (0..n).map(|c| (x[order[c]] - truth[c]).abs()).fold(0.0, f64::max);
             assert!(apart < 1e-11, "{trial} {which}: {apart:e}");
         }
@@ -408,19 +390,11 @@ fn a_row_that_gives_an_unknown_is_its_pivot() {
 
 #[test]
 fn rounding_of_what_was_summed_before_is_no_pivot() {
-    // as `dense::tests`: three nodes that float, one of which controls a source
-    let (g, r, f, scale) = (1.0 / 13.0, 1e-6, 5.6234e-9, 1024.0);
-    let laws = [[g, -g, 0.0], [f - g, g + r - f, -r], [-f, f - r, r]];
-    let factor_of = |i: usize| if i == 2 { scale } else { 1.0 };
-    let entry = |i: usize, j: usize| (i, j, laws[i][j] * factor_of(i) * factor_of(j));
-    for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
-        let moved = (0..9).map(|k| entry(k / 3, k % 3)).map(|(i, j, v)| (order[i], order[j], v));
-        let a = Csc::from_triplets(3, 3, &moved.collect::<Vec<_>>());
-        let mut sparse = factor(&a, 0);
-        sparse.set_hold(1e-9);
-        sparse.factor(&a);
+    for order in ORDERS {
+        let moved = floating_with_a_source().map(|(i, j, v)| (order[i], order[j], v));
+        let a = Csc::from_triplets(3, 3, &moved);
+        let (sparse, again, _) = holding(&a);
         assert_eq!(sparse.held().len(), 1, "{order:?}");
-        sparse.refactor(&a);
-        assert_eq!(sparse.held().len(), 1, "{order:?} again");
+        assert_eq!(again.held().len(), 1, "{order:?} again");
     }
 }

@@ -34,9 +34,9 @@ impl Sdirk {
             let beyond = ahead * (end[j] - self.trial.first[j]).abs();
             let small = if self.trial.constrained[j] { 1.0 } else { SMALL };
             let size = self.scales.size(j, end[j], beyond).max(small * largest[kind]);
-            let known = ROUNDING * self.trial.terms[j].max(largest[kind]);
-            let least = allowed[kind] + known + f64::MIN_POSITIVE;
-            let ratio = self.trial.slope[j].abs() / (self.accuracy.relative * size + least);
+            let rounding = ROUNDING * self.trial.terms[j].max(largest[kind]);
+            let ratio = self.trial.slope[j].abs()
+                / (self.accuracy.relative * size + allowed[kind] + rounding + f64::MIN_POSITIVE);
             self.tied[j] = self.trial.constrained[j] && ratio > NOTICED;
             // NaN is the worst
             (worst, self.erring) = if ratio <= worst { (worst, self.erring) } else { (ratio, j) };
