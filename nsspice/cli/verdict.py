@@ -10,6 +10,8 @@ from ..errors import Diagnostic, NumericalError
 
 #: the square of more is no number, and energies are such squares
 _RANGE = 1e150
+#: voltages beyond this are worth a word [V]
+_FAR = 1e9
 
 
 def refuse(solution: Solution) -> NoReturn:
@@ -43,17 +45,31 @@ def _reason(solution: Solution) -> tuple[str, None, str]:
             None,
             "try a smaller --reltol, or order=4 if the deck asks for order=2",
         )
+    hint = "try a shorter step; the files are kept, please report this deck"
+    far = _far(solution)
+    if far is not None:
+        name, volts = far
+        hint = (
+            f"{name} comes to {volts:.1e} V: if nothing can carry the current at that node, put a "
+            "resistor from there to ground"
+        )
     where = f", worst at {c.worst}" if c.worst else ""
     text = f"relative errors {c.laws:.1e} (laws{where}), {c.complementarity:.1e} (set-valued)"
     if c.energy is not None:
         text += f", {max(c.energy.imbalance, c.energy.drift):.1e} (energy)"
     if c.jumps:
         text += f", {c.jumps:.1e} (charge and flux over jumps)"
-    return (
-        f"the computed points miss the laws of the circuit: {text}",
-        None,
-        "try a shorter step; the files are kept, please report this deck",
-    )
+    return f"the computed points miss the laws of the circuit: {text}", None, hint
+
+
+def _far(solution: Solution) -> tuple[str, float] | None:
+    """Return the voltage that is farthest from zero, if no circuit has such a one on purpose."""
+    sizes = {n: float(abs(solution[n]).max()) for n in solution.columns if n.startswith("v(")}
+    name = max(sizes, key=lambda n: sizes[n], default=None)
+    if name is None or not sizes[name] > _FAR:
+        return None
+    values = solution[name]
+    return name, float(values[abs(values).argmax()])
 
 
 def _grown(solution: Solution) -> tuple[str, float] | None:

@@ -12,6 +12,9 @@ use crate::newton::Smooth;
 use crate::sparse::Csc;
 use crate::tape::{Linearisation, Tape};
 
+/// Part of its thermal voltage to which that of a junction has to be known.
+const RESOLVED: f64 = 0.5;
+
 pub(super) struct Functions {
     pub tape: Tape,
     pub f: Entries,
@@ -29,16 +32,19 @@ impl Functions {
     }
 
     /// Adds what rounding of the values at the last point, and of the largest voltage and current
-    /// there, is measured by: in laws, and over the time that rates stand for.
+    /// there, is measured by: in laws, and over the time that rates stand for.  If that `part` of them is
+    /// as much as junctions bend over, their slopes explain any current, and none is excused.
     pub fn add_sizes(
         &mut self,
         kinds: &[u8],
         largest: &[f64; 2],
         u: &[f64],
         rate: f64,
+        part: f64,
         floor: &mut [f64],
     ) {
         let (program, slopes) = (self.tape.program(), self.tape.slopes());
+        let resolved = part * largest[0] <= RESOLVED * program.sharpest();
         let size = |variable: usize| match kinds.get(variable) {
             Some(&kind) => largest[usize::from(kind)],
             None => u.get(variable - kinds.len()).map_or(0.0, |u| u.abs()),
@@ -46,7 +52,7 @@ impl Functions {
         self.reach.clear();
         self.reach.extend((0..program.len()).map(|k| {
             let steep = self.tape.derivatives(k).map(|(j, slot)| slopes[slot].abs() * size(j));
-            self.tape.value(k).abs() + steep.sum::<f64>()
+            self.tape.value(k).abs() + if resolved { steep.sum() } else { 0.0 }
         }));
         self.f.add_sizes(1.0, &self.reach, floor);
         self.q.add_sizes(2.0 * rate, &self.reach, floor);
@@ -256,7 +262,8 @@ impl Auditor {
                 smooth.f.add_sizes(2.0 * length, &values, &mut carried);
                 if !std::mem::replace(&mut sized, true) {
                     // what they conduct counts for a short time only
-                    smooth.add_sizes(&self.kinds, &largest, sources, rate, &mut stored);
+                    // at the potential of a group that floats nothing is resolved
+                    smooth.add_sizes(&self.kinds, &largest, sources, rate, 0.0, &mut stored);
                 }
             }
             stored.iter_mut().for_each(|s| *s *= length);

@@ -2,6 +2,7 @@
 //! judged.
 
 use super::laws::Auditor;
+use super::matrix::Entries;
 use super::rounding::Grain;
 use super::{ratio, worse, TOLERANCE};
 
@@ -16,6 +17,10 @@ const SMALL: f64 = 1e-6;
 
 /// Potentials are unknown if rounding of the largest exceeds this part of what sources give.
 const KNOWN: f64 = 1e-3;
+/// They are distant if it exceeds this part; of currents,
+const DISTANT: f64 = 1e-9;
+/// rounding counts that exceeds this part of the largest.
+const COUNTS: f64 = 1e-2;
 
 /// What is known of one point.
 pub struct Point<'a> {
@@ -80,35 +85,55 @@ fn beyond(value: f64, slack: f64) -> f64 {
     }
 }
 
-/// A law of currents of which nothing is known: the rounding of its terms exceeds every current, those `taken`
-/// by nodes that store included, since potentials are far from all that sources and such nodes give (at
-/// teravolts junctions and ohms carry anything).
+/// A law of currents of which too little is known where potentials are far from all that sources and nodes that
+/// store give (at teravolts junctions and ohms carry anything): rounding of its terms exceeds every current, or
+/// a part that counts if they are farther; or the law is plainly broken, and only rounding of what it does not
+/// depend on would excuse that.
 fn unknown_law(
     kinds: &[u8],
     point: &Point,
-    scale: &[f64],
+    (errors, scale): (&[f64], &[f64]),
+    sources_in: &Entries,
     current: f64,
     taken: impl Fn(usize) -> Option<f64>,
 ) -> Option<usize> {
     let most = |list: &[f64]| list.iter().fold(0.0f64, |most, v| most.max(v.abs()));
     let nodes = || (0..kinds.len()).filter(|&row| kinds[row] == 0);
-    let terms = nodes().fold(0.0f64, |most, row| most.max(scale[row]));
+    let sources = most(point.u);
+    let potential = nodes().fold(0.0f64, |most, row| most.max(point.z[row].abs()));
     // nearly always so: all else need not be looked at
-    if f64::EPSILON * terms <= current {
+    if f64::EPSILON * potential <= DISTANT * sources {
         return None;
     }
-    let sources = most(point.u);
-    let (mut flowing, mut given) = (current.max(most(point.f)).max(sources), sources);
-    let mut potential = 0.0f64;
-    for node in nodes() {
-        let here = point.z[node].abs();
-        potential = potential.max(here);
-        if let Some(taken) = taken(node) {
-            (flowing, given) = (flowing.max(taken), given.max(here));
-        }
+    let mut driven = vec![0.0; kinds.len()];
+    sources_in.add_sizes(1.0, point.u, &mut driven);
+    let [mut flowing, mut volts] = [0, 1].map(|kind| {
+        let rows = (0..kinds.len()).filter(|&row| kinds[row] == kind);
+        rows.fold(0.0f64, |most, row| most.max(driven[row]))
+    });
+    flowing = flowing.max(current).max(most(point.f));
+    for (node, taken) in nodes().filter_map(|node| Some((node, taken(node)?))) {
+        (flowing, volts) = (flowing.max(taken), volts.max(point.z[node].abs()));
     }
-    let unknown = given > 0.0 && f64::EPSILON * potential > KNOWN * given;
-    nodes().find(|&row| unknown && f64::EPSILON * scale[row] > flowing)
+    // beyond this part of what sources give, whatever they are, and of voltages
+    let beyond = |part: f64, given: f64| given > 0.0 && f64::EPSILON * potential > part * given;
+    let given = volts.max(sources);
+    if !beyond(DISTANT, given) {
+        return None;
+    }
+    let most = if beyond(DISTANT, volts) {
+        COUNTS * flowing
+    } else if beyond(KNOWN, given) {
+        flowing
+    } else {
+        f64::INFINITY
+    };
+    let unknown = |&row: &usize| {
+        let (error, scale) = (errors[row].abs(), scale[row]);
+        let broken = taken(row).is_none() && error > (EXCUSED * scale).max(SMALL * flowing);
+        broken || f64::EPSILON * scale > most
+    };
+    nodes().find(unknown)
 }
 
 impl Auditor {
@@ -119,7 +144,8 @@ impl Auditor {
         floor.fill(0.0);
         self.s.add_sizes(1.0, point.u, floor);
         if let Some(smooth) = &mut self.smooth {
-            smooth.add_sizes(&self.kinds, &grain.largest, point.u, grain.rate, floor);
+            let part = self.share * TOLERANCE;
+            smooth.add_sizes(&self.kinds, &grain.largest, point.u, grain.rate, part, floor);
         }
         let least = self.floor(grain, floor);
         let block = &mut self.block;
@@ -141,7 +167,8 @@ impl Auditor {
         }
         let taken =
             |row: usize| (!self.algebraic[row]).then(|| rates[row].abs().max(error[row].abs()));
-        let lost = unknown_law(&self.kinds, point, scale, grain.largest[1], taken);
+        let sizes = (&error[..], &scale[..]);
+        let lost = unknown_law(&self.kinds, point, sizes, &self.s, grain.largest[1], taken);
         let mut tied = (0.0, None);
         if point.after_jump {
             for (group, &fed) in self.groups.iter().zip(&self.fed) {

@@ -37,6 +37,10 @@ use super::TOLERANCE;
 /// Growth of elimination, times the constant of its error bound.
 const ELIMINATION: f64 = 3.0 * 8.0;
 
+/// Beside the largest current (voltage) one of this part is none, whatever its law makes of smaller ones: times
+/// the tolerance, far below all ranges of values.
+const NONE: f64 = f64::EPSILON;
+
 /// The rounding of elimination with so many equations, in units of the tolerance.
 pub(super) fn share(size: usize) -> f64 {
     ELIMINATION * size as f64 * (0.5 * f64::EPSILON) / TOLERANCE
@@ -224,7 +228,8 @@ impl Auditor {
         let mut least = usual.least;
         for ((own, [acting, stored]), &kind) in floor.iter_mut().zip(&usual.rows).zip(&*kinds) {
             let acting = *own + acting + f64::MIN_POSITIVE;
-            *own = (grain.share * (acting + stored)).max(grain.settled * acting);
+            let none = NONE * grain.largest[usize::from(1 - kind)];
+            *own = (grain.share * (acting + stored)).max(grain.settled * acting).max(none);
             least[usize::from(kind)] = least[usize::from(kind)].max(*own);
         }
         let rows = reach.acting.iter().zip(&reach.shared).zip(&*kinds);

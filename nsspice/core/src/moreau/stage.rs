@@ -271,7 +271,7 @@ impl Stage {
     }
 
     /// Solves the present mode, which is regular: `x = [z; l]`; `refined` once more against rounding.
-    /// The first time tells whether increments have to be solved for.
+    /// The first time tells whether increments have to be solved for; with short steps each one does.
     #[allow(clippy::too_many_arguments)] // the data of one step
     pub fn solve_mode(
         &mut self,
@@ -303,7 +303,8 @@ impl Stage {
             if !better {
                 x.copy_from_slice(&plain);
             }
-            self.slot(active, epoch).increments = Some(better);
+            // the short steps of each jump have other charges, and rounding, than those of the last one
+            self.slot(active, epoch).increments = (better || !self.impulsive).then_some(better);
         }
     }
 

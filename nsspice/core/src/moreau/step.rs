@@ -14,8 +14,9 @@ use std::mem::take;
 
 /// A mode earns its affine map at this many steps.
 const USES_FOR_MAP: u32 = 3;
-/// Step lengths whose matrices are kept.
-const STAGES: usize = 12;
+/// Lengths of ordinary steps whose matrices are kept, and of those that show what follows a jump: up to
+/// twenty, the same at each event.
+const STAGES: [usize; 2] = [12, 24];
 /// Steps between two checks of the residual of quick steps, and how many are checked at first.
 const CHECK: u64 = 64;
 const NEW_MODE: u32 = 4;
@@ -562,8 +563,10 @@ impl Stepper {
             self.last_stage = k;
             return k;
         }
-        if self.stages.len() >= STAGES {
-            let oldest = (0..STAGES).min_by_key(|&k| self.stages[k].stamp).unwrap_or(0);
+        let alike = |k: &usize| self.stages[*k].impulsive == impulsive;
+        let kept = (0..self.stages.len()).filter(alike);
+        if kept.clone().count() >= STAGES[usize::from(impulsive)] {
+            let oldest = kept.min_by_key(|&k| self.stages[k].stamp).unwrap_or(0);
             self.stages.swap_remove(oldest);
         }
         let mut stage = Stage::new(&self.sys, length, impulsive, &self.constants);

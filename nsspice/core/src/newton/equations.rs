@@ -94,6 +94,8 @@ pub struct Equations {
     pub(super) reach: Vec<[[f64; FOUR]; 2]>,
     /// unknowns of current rows, and of voltage rows
     pub(super) nodes: Vec<u32>,
+    /// those on which some law depends: a voltage that none does may be any, and measures nothing
+    pub(super) potentials: Vec<u32>,
     pub(super) branches: Vec<u32>,
     /// multipliers, and unknowns of voltage rows that store nothing
     pub(super) bare: Vec<bool>,
@@ -218,6 +220,11 @@ impl Equations {
         e.iter().filter(|e| e.2 != 0.0).for_each(|e| kept[e.1] = true);
         positions.iter().filter(|p| p.0.q != 0.0).for_each(|p| kept[p.1] = true);
         let bare = (0..size).map(|c| !kept[c] && row_kind.get(c) != Some(&0)).collect();
+        let mut felt = vec![false; size];
+        pattern.iter().filter(|e| e.2 != 0.0).for_each(|e| felt[e.1] = true);
+        stored.iter().for_each(|e| felt[e.1 as usize] = true);
+        positions.iter().for_each(|p| felt[p.1] = true);
+        let nodes: Vec<u32> = (0..n as u32).filter(|&i| row_kind[i as usize] == 0).collect();
         let mask = |counts: &dyn Fn(usize) -> bool| -> Vec<[f64; FOUR]> {
             let four = |b| std::array::from_fn(|i| f64::from(counts(FOUR * b + i)));
             (0..size.div_ceil(FOUR)).map(four).collect()
@@ -254,7 +261,8 @@ impl Equations {
             leaks,
             unstored: sums_that_store_nothing(e, &smooth.q),
             reach,
-            nodes: (0..n as u32).filter(|&i| row_kind[i as usize] == 0).collect(),
+            potentials: nodes.iter().copied().filter(|&i| felt[i as usize]).collect(),
+            nodes,
             branches: (0..n as u32).filter(|&i| row_kind[i as usize] != 0).collect(),
             diagonal: (0..size).map(|i| place(i, i)).collect(),
             ordering: Arc::new(ordering(&full, m)),

@@ -13,7 +13,8 @@ const FLOOR: f64 = 1e-6;
 /// What rounding of the unknowns by a few units may do to a row, through steep functions, is no
 /// defect.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
-/// Nor is it an excuse where it leaves less than this of the terms: at teravolts, junctions carry anything.
+/// Nor is it an excuse where it leaves less than this of the terms, or as much of a thermal voltage open: at
+/// teravolts, junctions carry anything.
 const KNOWN: f64 = 0.1;
 /// But for currents below this part of the largest: those of leakage are rounded by less than counts.
 const SLIGHT: f64 = 1e-3;
@@ -49,8 +50,10 @@ pub(super) struct Balance {
     /// currents beside which those of a row are rounded, where it has pairs that conduct
     carried: Vec<f64>,
     /// laws of currents are judged against the largest, and those of leakage not at all where they have no
-    /// slope left: it is left open
-    pub lenient: bool,
+    /// slope left: it is left open, up to a part of this current
+    pub lenient: Option<f64>,
+    /// least thermal voltage of a junction
+    sharpest: f64,
 }
 
 /// A verdict.
@@ -64,10 +67,11 @@ pub(super) struct Judgement {
 
 impl Balance {
     /// Room for the rows of `eq`, a whole number of fours.
-    pub fn new(eq: &Equations) -> Balance {
+    pub fn new(eq: &Equations, tape: &Tape) -> Balance {
         let zeros = vec![0.0; eq.padded()];
         let [defect, terms, sizes, shares, carried] = [(); 5].map(|()| zeros.clone());
-        Balance { defect, terms, sizes, shares, carried, lenient: false }
+        let sharpest = tape.program().sharpest();
+        Balance { defect, terms, sizes, shares, carried, lenient: None, sharpest }
     }
 
     /// Computes both at `x = [z; l]` from the last evaluation of the tape.
@@ -84,6 +88,20 @@ impl Balance {
         entries.map(|e| (e.factor * slopes[e.slot as usize] * x[e.column as usize]).abs()).sum()
     }
 
+    /// The largest voltage at the junctions in a row, with or without those that are `flat` there.
+    fn farthest(assembly: &Assembly, tape: &Tape, x: &[f64], row: usize, flat: bool) -> f64 {
+        let slopes = tape.slopes();
+        let entries = assembly.entries.row(row).iter();
+        let acting = entries.filter(|e| flat || slopes[e.slot as usize] != 0.0);
+        acting.fold(0.0f64, |most, e| most.max(x[e.column as usize].abs()))
+    }
+
+    /// Whether rounding of such a voltage leaves it known to a thermal voltage: else the currents of junctions
+    /// are not known at all, and it would excuse whatever they miss.
+    fn resolved(&self, voltage: f64) -> bool {
+        ROUNDING * voltage <= KNOWN * self.sharpest
+    }
+
     /// Relative violations of the rows of the unknowns, `B` blocks of four, or all there are if that is 0.
     #[inline(always)]
     fn shares<const B: usize>(&mut self, eq: &Equations, x: &[f64]) -> Shares {
@@ -91,7 +109,7 @@ impl Balance {
         let terms = &self.terms.as_chunks::<FOUR>().0[..blocks];
         let defects = &self.defect.as_chunks::<FOUR>().0[..blocks];
         let of = |list: &[u32]| list.iter().fold(0.0f64, |v, &i| larger(x[i as usize].abs(), v));
-        let (node, branch) = (of(&eq.nodes), of(&eq.branches));
+        let (node, branch) = (of(&eq.potentials), of(&eq.branches));
         let mut current = branch;
         if eq.m > 0 {
             // one that conducts takes part in all currents of its network: so far its own is rounded
@@ -101,7 +119,7 @@ impl Balance {
             }
             current = largest.into_iter().fold(current, larger);
             self.carried.fill(0.0);
-            if self.lenient {
+            if self.lenient.is_some() {
                 // beside what flows, not beside terms that an impulse makes large and that cancel
                 let flows = x[eq.n..].iter().fold(branch, |most, l| larger(l.abs(), most));
                 eq.nodes.iter().for_each(|&row| self.carried[row as usize] = flows);
@@ -141,17 +159,23 @@ impl Balance {
         assembly: &Assembly,
         tape: &Tape,
         x: &[f64],
-        Shares { top, node, branch }: &Shares,
+        Shares { top, branch, .. }: &Shares,
     ) -> (f64, usize, bool) {
         let shares = &self.shares[..eq.n];
-        let open = if self.lenient { NO_SLOPE * node } else { 0.0 };
-        let open = |i: usize| if eq.kind(i) == 0 { open * eq.reference[i] } else { 0.0 };
         let ratio = |i: usize| {
             let rounding = ROUNDING * Self::steepness(assembly, tape, x, i);
             // a law that is one function alone may vanish, which counts in steps only
             let slight = || eq.kind(i) == 0 && rounding <= SLIGHT * branch;
-            let known = assembly.rate == 0.0 || rounding <= KNOWN * self.sizes[i] || slight();
-            let excess = self.defect[i].abs() - if known { rounding } else { 0.0 } - open(i);
+            let farthest = |flat| Self::farthest(assembly, tape, x, i, flat);
+            let whole = rounding <= KNOWN * self.sizes[i] || slight();
+            let known = whole || assembly.rate == 0.0 && self.resolved(farthest(false));
+            let open = match self.lenient {
+                Some(most) if eq.kind(i) == 0 && self.resolved(farthest(true)) => {
+                    (NO_SLOPE * farthest(true) * eq.reference[i]).min(KNOWN * most)
+                }
+                _ => 0.0,
+            };
+            let excess = self.defect[i].abs() - if known { rounding } else { 0.0 } - open;
             let ratio = if excess <= 0.0 { 0.0 } else { excess / self.sizes[i] };
             (if ratio < f64::INFINITY { ratio } else { f64::INFINITY }, i, !known)
         };

@@ -107,7 +107,6 @@ impl Newton {
         let sources = smooth.tape.program().sources();
         Newton {
             turns: Turns::new(smooth.tape.program()),
-            tape: smooth.tape,
             assemblies: vec![Assembly::new(&eq, 0.0)],
             present: 0,
             stamp: 0,
@@ -125,7 +124,7 @@ impl Newton {
                 t: 0.0,
                 roles: vec![Role::Diode; m],
                 active: vec![false; m],
-                balance: Balance::new(&eq),
+                balance: Balance::new(&eq, &smooth.tape),
                 step: zeros.clone(),
                 work: vec![0.0; 4 * size],
                 direct: false,
@@ -144,6 +143,7 @@ impl Newton {
                 kept: Vec::new(),
                 kept_active: vec![false; m],
             },
+            tape: smooth.tape,
             eq,
         }
     }
@@ -334,9 +334,12 @@ impl Newton {
         &mut self,
         solve: impl FnOnce(&mut Newton) -> Option<Judgement>,
     ) -> Option<Judgement> {
-        self.state.balance.lenient = true;
+        // what a source drives is no leakage
+        let driven = |&i: &u32| self.state.right[i as usize].abs();
+        let driven = self.eq.nodes.iter().map(driven).fold(0.0, f64::max);
+        self.state.balance.lenient = Some(if driven > 0.0 { driven } else { f64::INFINITY });
         let found = solve(self);
-        self.state.balance.lenient = false;
+        self.state.balance.lenient = None;
         found
     }
 
@@ -510,7 +513,7 @@ impl Newton {
         // the problem itself, with all its laws
         if pull.is_none()
             && !self.tape.is_blunt()
-            && !s.balance.lenient
+            && s.balance.lenient.is_none()
             && s.best.0.residual.worst() <= s.nearest.0.residual.worst()
         {
             // the last point shows where the search has gone

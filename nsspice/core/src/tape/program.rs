@@ -238,6 +238,13 @@ impl Program {
         self.code.iter().any(|i| i.op.kinked())
     }
 
+    /// The least thermal voltage `nVt` of a junction [V]; infinite without any.
+    pub fn sharpest(&self) -> f64 {
+        let junctions = self.code.iter().filter(|i| i.op == Op::Junction);
+        let units = junctions.map(|i| self.constants[i.args[1] as usize + 1]);
+        units.fold(f64::INFINITY, f64::min)
+    }
+
     /// Number of unknowns.
     pub fn unknowns(&self) -> usize {
         self.unknowns
