@@ -46,6 +46,10 @@ _EXACT = 1e-7
 _CONFLICT = 1e-9
 
 _PRESOLVE_FROM = 4000
+#: the program takes data below 1e-9 for nothing: a contradiction of data much smaller than the
+#: largest is looked for among them alone, at so many levels
+_LEVEL = 1e-6
+_LEVELS = 3
 
 COMPLEMENTARY, CLOSED, OPEN = 0, 1, 2
 
@@ -136,25 +140,26 @@ def infeasibility(
         scale = _equilibrate(n + m, rows, cols, values, leveled)
         scaled = values * scale[rows] * scale[cols]
         scaled_rhs = rhs * scale
-        size = float(np.abs(scaled_rhs).max())
-        if size < np.finfo(float).tiny:
-            continue  # there are no digits left to prove anything with
-        weights = _smallest_proof(n, m, rows, cols, scaled, scaled_rhs / size, kinds)
-        if weights is None:
-            continue
-        named = np.abs(weights) > _SUPPORT * np.abs(weights).max()
-        for candidate in (np.where(named, weights, 0.0), weights):
-            conflict = _check(n, rows, cols, scaled, scaled_rhs, kinds, candidate)
-            if conflict is None:
-                continue
-            proof = candidate * scale / size
-            return Certificate(
-                proof[:n],
-                proof[n:],
-                np.flatnonzero(named[:n]),
-                np.flatnonzero(named[n:]),
-                conflict,
-            )
+        data = np.abs(scaled_rhs)
+        size = float(data.max())
+        for _ in range(_LEVELS):
+            if size < np.finfo(float).tiny:
+                break  # there are no digits left to prove anything with
+            used = data <= size
+            gain = np.where(used, scaled_rhs / size, 0.0)
+            weights = _smallest_proof(n, m, rows, cols, scaled, gain, kinds, used)
+            proof = None if weights is None else _proof(n, rows, cols, scaled, gain, kinds, weights)
+            if proof is not None:
+                weights, named, conflict = proof
+                weights = weights * scale / size
+                return Certificate(
+                    weights[:n],
+                    weights[n:],
+                    np.flatnonzero(named[:n]),
+                    np.flatnonzero(named[n:]),
+                    conflict,
+                )
+            size = float(data[data <= _LEVEL * size].max(initial=0.0))
     return None
 
 
@@ -210,9 +215,16 @@ def _equilibrate(size: int, rows: Ints, cols: Ints, values: Floats, leveled: boo
 
 
 def _smallest_proof(
-    n: int, m: int, rows: Ints, cols: Ints, values: Floats, rhs: Floats, kinds: Ints
+    n: int,
+    m: int,
+    rows: Ints,
+    cols: Ints,
+    values: Floats,
+    rhs: Floats,
+    kinds: Ints,
+    used: npt.NDArray[np.bool_],
 ) -> Floats | None:
-    """Return the (y, p) of least 1-norm, or None if there is none."""
+    """Return the (y, p) of least 1-norm on the relations in use, or None if there is none."""
     from scipy.optimize import linprog
     from scipy.sparse import coo_array, csr_array, hstack, vstack
 
@@ -222,6 +234,7 @@ def _smallest_proof(
     pair = np.arange(m)
     positive = np.concatenate([np.arange(n), n + pair[kinds != OPEN]])
     negative = np.concatenate([np.arange(n), n + pair[kinds == CLOSED]])
+    positive, negative = positive[used[positive]], negative[used[negative]]
     columns: Any = csr_array(hstack([transposed[:, positive], -transposed[:, negative]]))
     gain = np.concatenate([rhs[positive], -rhs[negative]])
     equal = np.concatenate([np.arange(n), n + pair[kinds == CLOSED]])
@@ -258,6 +271,18 @@ def _smallest_proof(
             return weights
         if result.status == 2 and not presolve and tolerance > 1e-10:
             return None
+    return None
+
+
+def _proof(
+    n: int, rows: Ints, cols: Ints, values: Floats, rhs: Floats, kinds: Ints, weights: Floats
+) -> tuple[Floats, npt.NDArray[np.bool_], float] | None:
+    """Return weights that prove something, which of them count, and what they prove."""
+    named = np.abs(weights) > _SUPPORT * np.abs(weights).max()
+    for candidate in (np.where(named, weights, 0.0), weights):
+        conflict = _check(n, rows, cols, values, rhs, kinds, candidate)
+        if conflict is not None:
+            return candidate, named, conflict
     return None
 
 

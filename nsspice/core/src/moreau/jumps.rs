@@ -278,6 +278,7 @@ impl Stepper {
         if let Some(smooth) = &mut self.smooth {
             smooth.after_jump(&after, &once.z, &self.z, u, time, once.length);
         }
+        self.move_on(once.length);
         self.tie_groups();
         if self.witness.jumped() {
             self.u1.copy_from_slice(&self.u0);

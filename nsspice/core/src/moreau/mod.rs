@@ -23,6 +23,7 @@ mod map;
 mod matrices;
 mod motion;
 mod neutral;
+mod onward;
 mod record;
 mod refine;
 mod sdirk;

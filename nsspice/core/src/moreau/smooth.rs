@@ -81,7 +81,7 @@ impl SmoothPart {
     }
 
     /// The time that the functions see.
-    fn clock(&self, time: f64) -> f64 {
+    pub(super) fn clock(&self, time: f64) -> f64 {
         self.frozen.unwrap_or(time)
     }
 
