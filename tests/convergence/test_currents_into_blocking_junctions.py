@@ -76,3 +76,41 @@ def test_leakage_between_junctions_at_high_potentials_is_found():
     found = nsspice.op(nsspice.read(text))
     assert found.certificate.passed
     assert found["i(d3)"][-1] == pytest.approx(-1e-14, rel=1e-3)
+
+
+#: n5 has no way for what the source takes: D1 blocks, and the rest hangs there
+SMALL = """A current of nanoamperes beside 71 V
+I0 n5 n1 SIN(0 1.162e-08 1k)
+D1 n5 0 ideal
+{hanging}
+V2 n4 n1 71.01
+V6 n4 0 0.24
+{models}
+.tran 5u 1m
+"""
+
+
+@pytest.mark.parametrize("hanging", ["V4 n3 n5 SIN(0 0.01356 1k)", "Rx n3 n5 1", "Rx n3 n5 1m"])
+def test_small_currents_beside_high_potentials_are_not_excused(hanging):
+    circuit = nsspice.read(SMALL.format(hanging=hanging, models=MODELS))
+    code = None
+    try:
+        run = nsspice.tran(circuit)
+    except nsspice.NsspiceError as error:
+        code = error.code
+    assert code == "NS3001" or (code is None and not run.certificate.passed)
+
+
+def test_energy_over_whole_periods_is_measured_by_what_was_stored_in_between():
+    """A coil that a sine drives: at the end of each period what it stores is next to nothing."""
+    text = """Coil and conductance, one period
+I0 n1 0 SIN(0 9.477e-08 1k)
+G1 0 n1 0 n1 1.107e-06
+R2 0 n1 3.696e+08
+L3 n1 0 0.006185
+.tran 5u 1m
+"""
+    run = nsspice.tran(nsspice.read(text), method="modewise")
+    assert run.certificate.passed
+    # nearly half of what it stores at a quarter of the period, 1/2 L i^2, is seen
+    assert run.certificate.energy.turned > 0.4 * 0.5 * 0.006185 * 9.477e-08**2

@@ -69,6 +69,8 @@ pub struct Auditor {
     pub(super) storage: Entries,
     pub(super) controls: Entries,
     pub(super) g: Entries,
+    /// see [`Entries::to_ground`]
+    pub(super) to_ground: Vec<f64>,
     pub(super) a: Entries,
     pub(super) b: Entries,
     pub(super) d: Entries,
@@ -166,6 +168,7 @@ impl Auditor {
             m,
             p,
             reach: Reach::new(&linear.row_kind, m, &e, &g, &a, h, (&d, &linear.q)),
+            to_ground: g.to_ground(&linear.row_kind),
             g,
             b: Entries::new(&linear.b),
             d,

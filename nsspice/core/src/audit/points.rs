@@ -93,7 +93,7 @@ fn unknown_law(
     kinds: &[u8],
     point: &Point,
     (errors, scale): (&[f64], &[f64]),
-    sources_in: &Entries,
+    [conductances, sources_in]: [&Entries; 2],
     current: f64,
     taken: impl Fn(usize) -> Option<f64>,
 ) -> Option<usize> {
@@ -128,8 +128,10 @@ fn unknown_law(
     } else {
         f64::INFINITY
     };
+    let mut terms = vec![0.0; kinds.len()];
+    conductances.add_sizes(1.0, point.z, &mut terms);
     let unknown = |&row: &usize| {
-        let (error, scale) = (errors[row].abs(), scale[row]);
+        let (error, scale) = (errors[row].abs(), scale[row].max(terms[row]));
         let broken = taken(row).is_none() && error > (EXCUSED * scale).max(SMALL * flowing);
         broken || f64::EPSILON * scale > most
     };
@@ -159,7 +161,7 @@ impl Auditor {
         block.scale.extend(rates.iter().map(|r| r.abs()));
         block.floor.extend_from_slice(floor);
         let (error, scale) = (&mut block.error[rows..], &mut block.scale[rows..]);
-        self.g.add_both(1.0, point.z, error, scale);
+        self.g.add_flows(&self.kinds, &self.to_ground, point.z, error, scale);
         self.a.add_both(1.0, point.l, error, scale);
         self.s.add_both(-1.0, point.u, error, scale);
         if let Some(smooth) = &self.smooth {
@@ -168,7 +170,8 @@ impl Auditor {
         let taken =
             |row: usize| (!self.algebraic[row]).then(|| rates[row].abs().max(error[row].abs()));
         let sizes = (&error[..], &scale[..]);
-        let lost = unknown_law(&self.kinds, point, sizes, &self.s, grain.largest[1], taken);
+        let lost =
+            unknown_law(&self.kinds, point, sizes, [&self.g, &self.s], grain.largest[1], taken);
         let mut tied = (0.0, None);
         if point.after_jump {
             for (group, &fed) in self.groups.iter().zip(&self.fed) {
@@ -335,24 +338,38 @@ impl Auditor {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sparse::Csc;
+
+    /// A node tied to others by 2000 S in all, and a source of 325 V; currents of up to 1 A.
+    fn law_at(potential: f64, error: f64) -> Option<usize> {
+        let (kinds, z) = ([0, 1], [potential, 0.3]);
+        let point = Point {
+            z: &z,
+            l: &[],
+            u: &[325.0],
+            f: &[],
+            roles: &[],
+            after_jump: true,
+            unsigned: false,
+        };
+        let one = |row, value| Entries::new(&Csc::from_triplets(2, 2, &[(row, 0, value)]));
+        let (conductances, sources) = (one(0, 2e3), one(1, 1.0));
+        let sizes = (&[error, 0.0][..], &[1.0, 0.0][..]);
+        unknown_law(&kinds, &point, sizes, [&conductances, &sources], 1.0, |_| None)
+    }
 
     #[test]
     fn currents_are_unknown_where_potentials_round_them_away() {
-        // a node tied to others by 2000 S in all, and a branch; currents of up to 1 A, a source of 325 V
-        let law = |potential: f64| {
-            let z = [potential, 0.3];
-            let point = Point {
-                z: &z,
-                l: &[],
-                u: &[325.0],
-                f: &[],
-                roles: &[],
-                after_jump: true,
-                unsigned: false,
-            };
-            unknown_law(&[0, 1], &point, &[2e3 * potential, 0.0], 1.0, |_| None)
-        };
-        // 1e16 V are rounded by 2 V, which drive 4 kA
-        assert_eq!([1e3, 1e13, 1e16, 1e19].map(law), [None, None, Some(0), Some(0)]);
+        // 1e13 V are rounded by 2 mV, which drive 4 A
+        let found = [1e3, 1e10, 1e13, 1e16, 1e19].map(|potential| law_at(potential, 0.0));
+        assert_eq!(found, [None, None, Some(0), Some(0), Some(0)]);
+    }
+
+    #[test]
+    fn a_law_that_is_broken_at_a_distant_potential_is_not_excused() {
+        // up to a millionth of what sources give nothing is distant, and others judge
+        assert_eq!([1e3, 1e9].map(|potential| law_at(potential, 0.5)), [None; 2]);
+        let terms = |potential: f64| 2e3 * potential;
+        assert_eq!(law_at(1e10, 0.5 * terms(1e10)), Some(0));
     }
 }

@@ -524,6 +524,11 @@ impl Sums {
         self.reach.see(&self.kinds, z, l, &mut self.largest);
     }
 
+    /// Takes an energy that was stored at some instant.
+    pub fn see_stored(&mut self, energy: f64) {
+        self.peak = self.peak.max(energy);
+    }
+
     /// Takes a jump.
     pub fn jump(&mut self, before: &[f64], after: &[f64]) {
         if self.first.is_none() {

@@ -13,7 +13,7 @@ use super::retrace::Retrace;
 use super::run::{Engine, Phase};
 use super::terms::Point;
 use crate::audit::{Balance, Sums};
-use crate::dense::Matrix;
+use crate::dense::{dot, Matrix};
 
 /// What one mode needs for its energies.
 pub struct Powers {
@@ -32,6 +32,9 @@ const SHARE: f64 = 0.1;
 const STOCK: f64 = 3e6;
 /// Largest modes whose powers become forms: a segment of larger ones is followed for less.
 const FORMED: usize = 16;
+/// Where within a segment energy is looked at, as a part of its length: no zero of a wave that is one at both
+/// ends.
+const WITHIN: f64 = 0.382;
 /// Cost of what is made once for a mode, with so many coordinates.
 fn making(size: usize) -> f64 {
     5.0 * size.pow(3) as f64 + 8000.0
@@ -107,6 +110,7 @@ impl Engine {
             sums.motion(self.point.t, energies);
             if self.stats.segments.is_power_of_two() || self.tally.fresh {
                 self.see_end(&mut sums, mode);
+                self.see_within(&mut sums, mode);
             }
             self.tally.sums = Some(sums);
         }
@@ -118,6 +122,22 @@ impl Engine {
         let (mut z, mut l) = (vec![0.0; self.net.n], vec![0.0; self.net.m]);
         self.unknowns(mode, &self.x, &self.v, &self.tally.d, &mut z, &mut l);
         sums.see(&z, &l);
+    }
+
+    /// Takes what is stored somewhere within the segment: over whole periods it comes back, and the ends tell
+    /// nothing of what was turned over.
+    fn see_within(&self, sums: &mut Sums, mode: &Mode) {
+        if !self.path.closed() {
+            return;
+        }
+        let (mut point, mut x) = (Point::default(), vec![0.0; mode.n]);
+        let (mut v, mut a) = (self.v.clone(), vec![0.0; self.a.len()]);
+        self.path.at(WITHIN * self.point.t, &mut point);
+        self.path.state(&point, &mut x);
+        self.path.inputs(&self.segment, &point, &mut v);
+        mode.leave_x.apply(&x, &mut a);
+        mode.leave_v.apply_add(&v, &mut a);
+        sums.see_stored(0.5 * dot(&a, &a));
     }
 
     /// The balance of energy up to the end of the present segment, if all of it was added up.
@@ -133,6 +153,7 @@ impl Engine {
             let energies = self.energies(&mut sums, id, &mode)?;
             sums.motion(self.point.t, energies);
             self.see_end(&mut sums, &mode);
+            self.see_within(&mut sums, &mode);
             mode.leave_x.apply(&self.x, &mut a);
             mode.leave_v.apply_add(&self.v, &mut a);
         }
@@ -191,7 +212,7 @@ impl Engine {
             let work = [&mut a, &mut b];
             self.unknowns_in(mode, [&x, &v, &d], z.row_mut(k), l.row_mut(k), work);
             for (u, factors) in u.row_mut(k).iter_mut().zip(&sources) {
-                *u = crate::dense::dot(factors, &v);
+                *u = dot(factors, &v);
             }
         }
         Some(Powers { motion, units, integrals: Vec::new() })

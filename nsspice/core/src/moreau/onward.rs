@@ -18,46 +18,35 @@ use crate::mlcp::Start;
 use crate::waveform::Waveform;
 
 /// Length of the increment, relative to that of the steps that have shown the values: it does not lose digits by
-/// being short.
-const SHORTER: f64 = 1e-3;
+/// being short;
+const SHORTER: f64 = 1e-6;
+/// and that of a step that shows what the motion of the sources turns.
+const TURNING: f64 = 1e-3;
+/// How long before the present time sources are asked for their slopes, relative to the nominal step, and the
+/// part by which these change at a corner.
+const BEFORE: f64 = 1e-6;
+const CHANGED: f64 = 1e-3;
 /// Ratio of two lengths that tell what does not vanish with them.
 const AGAIN: f64 = 0.1;
 /// The part by which it may differ.
 const ALIKE: f64 = 0.1;
 /// Signs may be missed by this part of the largest value: what moves has not got far.
 const SLIGHT: f64 = 1e-7;
+/// Where they turn, by a tenth of what the certificate grants.
+const SIGNS: f64 = 1e-9;
 
 impl Stepper {
     /// Takes the rates at the present state, where held sources and steps of this length have shown the
     /// values, and adds to these what the motion of the sources calls for.
-    pub(super) fn move_on(&mut self, length: f64) {
+    pub(super) fn move_on(&mut self, shown: f64) {
         let slopes = self.waveforms.iter().map(|w| Waveform::slope(w, self.time));
         let slopes: Vec<f64> = slopes.collect();
         let moving = slopes.iter().any(|slope| *slope != 0.0);
         if !(moving || self.outputs.needs_rates()) {
             return;
         }
-        let length = SHORTER * length;
-        let Some(mut rates) = self.increment(&slopes, length) else { return };
-        let mode = self.active.clone();
-        if moving {
-            let mut lawful = self.lawful_after(&rates, length);
-            if !lawful {
-                let turned = self.turned_increment(&slopes, length);
-                lawful = turned.is_some();
-                rates = turned.unwrap_or(rates);
-            }
-            if let (true, Some(shorter)) = (lawful, self.increment(&slopes, AGAIN * length)) {
-                self.add_what_stays([&rates, &shorter], length);
-                rates = shorter;
-            }
-        }
-        if self.active != mode {
-            // the next step looks for itself
-            self.active = mode;
-            self.epoch += 1;
-        }
-        if self.outputs.needs_rates() {
+        let found = self.onward_rates(&slopes, moving, shown);
+        if let Some(rates) = found.filter(|_| self.outputs.needs_rates()) {
             self.rates.copy_from_slice(&rates[..self.z.len()]);
             if let Some(smooth) = &mut self.smooth {
                 smooth.newton.function_rates(&rates, &slopes, &mut smooth.rates);
@@ -67,6 +56,26 @@ impl Stepper {
             let clock = smooth.clock(self.time);
             smooth.newton.evaluate(&self.z, &self.u0, clock, &mut smooth.f);
         }
+    }
+
+    /// The rates from here on, with the values that belong to them; none if no mode is found in which they obey
+    /// all signs.
+    fn onward_rates(&mut self, slopes: &[f64], moving: bool, shown: f64) -> Option<Vec<f64>> {
+        let length = SHORTER * shown;
+        let mut rates = self.increment(slopes, length)?;
+        if !self.lawful_after(&rates, length) {
+            if !(moving && self.at_corner(slopes)) {
+                return None;
+            }
+            rates = self.turned_increment(slopes, length, shown)?;
+        }
+        if moving {
+            if let Some(shorter) = self.increment(slopes, AGAIN * length) {
+                self.add_what_stays([&rates, &shorter], length);
+                rates = shorter;
+            }
+        }
+        Some(rates)
     }
 
     /// Adds to unknowns that store nothing, and to multipliers, what increments of this length and of a shorter
@@ -104,15 +113,103 @@ impl Stepper {
         })
     }
 
-    /// The rates in the mode to which the motion of the sources turns diodes that carry and bear nothing, if
-    /// there is such.
-    fn turned_increment(&mut self, slopes: &[f64], length: f64) -> Option<Vec<f64>> {
+    /// Whether the slopes of sources change here; at an event that a guard tells diodes have turned already.
+    fn at_corner(&self, slopes: &[f64]) -> bool {
+        let before = self.time - BEFORE * self.step_length;
+        let changes = |(w, slope): (&Waveform, &f64)| {
+            let last = Waveform::slope(w, before);
+            (slope - last).abs() > CHANGED * slope.abs().max(last.abs())
+        };
+        self.stats.steps == 0 || self.waveforms.iter().zip(slopes).any(changes)
+    }
+
+    /// The rates in the mode to which the motion of the sources turns diodes in a step, and the values right
+    /// before it there; none if there is no such mode.
+    fn turned_increment(&mut self, slopes: &[f64], length: f64, shown: f64) -> Option<Vec<f64>> {
+        // so short a step of Newton's method shows but the rounding of charges
+        let step = if self.smooth.is_some() { shown } else { TURNING * shown };
         let (z, l, now) = (self.z.clone(), self.l.clone(), self.u0.clone());
-        self.u0.iter_mut().zip(slopes).for_each(|(u, slope)| *u += length * slope);
-        let solved = self.short_step(None, &z, length, Start::Warm).is_ok();
-        (self.z, self.l, self.u0) = (z, l, now);
-        let rates = if solved { self.increment(slopes, length) } else { None };
-        rates.filter(|rates| self.lawful_after(rates, length))
+        let mode = self.active.clone();
+        self.u0.iter_mut().zip(slopes).for_each(|(u, slope)| *u += step * slope);
+        let solved = self.short_step(None, &z, step, Start::Warm).is_ok();
+        self.u0 = now;
+        let rates = if !solved {
+            None
+        } else if self.smooth.is_some() {
+            // the mode alone, if both have the same values
+            (self.z, self.l) = (z.clone(), l.clone());
+            let rates = if self.neutral(&mode) { self.increment(slopes, length) } else { None };
+            rates.filter(|rates| self.lawful_after(rates, length))
+        } else {
+            self.go_back(&z, slopes, length, step)
+        };
+        if rates.is_none() {
+            (self.z, self.l) = (z, l);
+            if self.active != mode {
+                self.active = mode;
+                self.epoch += 1;
+            }
+        }
+        rates
+    }
+
+    /// Whether diodes that the present mode and another one treat differently carry and bear nothing.
+    fn neutral(&self, other: &[bool]) -> bool {
+        [&self.sys.linear.slacks_of(&self.z, &self.l), &self.l].into_iter().all(|list| {
+            let most = list.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+            let turned = self.active.iter().zip(other).zip(list).filter(|((a, b), _)| a != b);
+            turned.into_iter().all(|(_, v)| v.abs() <= SIGNS * most)
+        })
+    }
+
+    /// From the end of a step of this length to its begin at `z`, in the mode at its end; the rates there if this
+    /// obeys all signs.
+    fn go_back(&mut self, z: &[f64], slopes: &[f64], length: f64, step: f64) -> Option<Vec<f64>> {
+        self.take_stored(z);
+        let rates = self.increment(slopes, length)?;
+        if !self.lawful_after(&rates, length) {
+            return None;
+        }
+        let values = self.z.iter_mut().chain(&mut self.l);
+        values.zip(&rates).for_each(|(value, rate)| *value -= step * rate);
+        self.take_stored(z);
+        self.obey(length);
+        if self.obeys_signs() {
+            self.increment(slopes, length)
+        } else {
+            None
+        }
+    }
+
+    /// Takes what is stored from a state.
+    fn take_stored(&mut self, z: &[f64]) {
+        for j in self.storage.unknowns() {
+            self.z[j] = z[j];
+        }
+    }
+
+    /// Whether diodes obey their signs at the present state.
+    fn obeys_signs(&self) -> bool {
+        [&self.sys.linear.slacks_of(&self.z, &self.l), &self.l].into_iter().all(|list| {
+            let most = list.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+            self.diodes.iter().all(|&i| list[i] >= -SIGNS * most)
+        })
+    }
+
+    /// Lets unknowns that store nothing and multipliers obey all laws without storage in the present mode.
+    fn obey(&mut self, length: f64) {
+        let (n, linear) = (self.z.len(), &self.sys.linear);
+        let mut x = vec![0.0; n];
+        linear.s.mul_add(1.0, &self.u0, &mut x);
+        linear.g.mul_add(-1.0, &self.z, &mut x);
+        linear.a.mul_add(-1.0, &self.l, &mut x);
+        linear.e.iter().for_each(|e| x[e.0] = 0.0);
+        let slacks = linear.slacks_of(&self.z, &self.l);
+        x.extend(slacks.iter().zip(&self.active).map(|(w, &on)| if on { -w } else { 0.0 }));
+        let k = self.stage_index(length, true);
+        self.stages[k].factor(&self.active, self.epoch).solve(&mut x, &mut self.work);
+        self.storage.unknowns().for_each(|j| x[j] = 0.0);
+        self.z.iter_mut().chain(&mut self.l).zip(&x).for_each(|(value, change)| *value += change);
     }
 
     /// The rates of unknowns and multipliers in the present mode; none if it does not determine them.
