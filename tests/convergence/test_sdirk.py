@@ -390,3 +390,24 @@ def test_currents_that_are_rounding_are_not_followed():
     run = nsspice.tran(nsspice.read(deck), method="sdirk")
     # before the first firing nothing flows; what is left of the operating point decays in 80 ps
     assert run.stats["steps"] < 1000
+
+
+@pytest.mark.parametrize("clamp", ["ideal", "sharp"])
+def test_guards_of_different_steepness_that_vanish_together(clamp):
+    """The zero of a sine turns a diode across it, 23 A, and one behind 200 Ohm, 1 mA.
+
+    The least of both guards has a kink at its root, 1e4 times as steep on one side.
+    """
+    text = f"""two clamps
+V0 n1 0 SIN(0 0.232 5k)
+R2 n2 n1 211.2
+C2 n2 0 34.68n
+D0 n1 0 sharp
+D1 n2 0 {clamp}
+.model ideal D(ideal)
+.model sharp D(Ron=10m)
+.tran 5u 1m uic
+"""
+    for reltol in (1e-3, 1e-5, 1e-8):
+        run = nsspice.tran(nsspice.read(text), method="sdirk", reltol=reltol)
+        assert run.certificate.passed

@@ -13,6 +13,7 @@
 //! does not vanish with `h` is what the motion of the sources itself calls for: the current of a capacitor
 //! across a source that rises.
 
+use super::failure::Outcome;
 use super::stepper::Stepper;
 use crate::mlcp::Start;
 use crate::waveform::Waveform;
@@ -36,11 +37,24 @@ const SLIGHT: f64 = 1e-7;
 const SIGNS: f64 = 1e-9;
 
 impl Stepper {
+    /// Slopes of the sources to the right of the present time.
+    pub(super) fn source_slopes(&self) -> Vec<f64> {
+        self.waveforms.iter().map(|w| Waveform::slope(w, self.time)).collect()
+    }
+
+    /// A short step of this length in which the sources move on.
+    pub(super) fn onward_step(&mut self, before: &[f64], slopes: &[f64], length: f64) -> Outcome {
+        let now = self.u0.clone();
+        self.u0.iter_mut().zip(slopes).for_each(|(u, slope)| *u += length * slope);
+        let found = self.short_step(None, before, length, Start::Warm);
+        self.u0 = now;
+        found
+    }
+
     /// Takes the rates at the present state, where held sources and steps of this length have shown the
     /// values, and adds to these what the motion of the sources calls for.
     pub(super) fn move_on(&mut self, shown: f64) {
-        let slopes = self.waveforms.iter().map(|w| Waveform::slope(w, self.time));
-        let slopes: Vec<f64> = slopes.collect();
+        let slopes = self.source_slopes();
         let moving = slopes.iter().any(|slope| *slope != 0.0);
         if !(moving || self.outputs.needs_rates()) {
             return;
@@ -128,11 +142,8 @@ impl Stepper {
     fn turned_increment(&mut self, slopes: &[f64], length: f64, shown: f64) -> Option<Vec<f64>> {
         // so short a step of Newton's method shows but the rounding of charges
         let step = if self.smooth.is_some() { shown } else { TURNING * shown };
-        let (z, l, now) = (self.z.clone(), self.l.clone(), self.u0.clone());
-        let mode = self.active.clone();
-        self.u0.iter_mut().zip(slopes).for_each(|(u, slope)| *u += step * slope);
-        let solved = self.short_step(None, &z, step, Start::Warm).is_ok();
-        self.u0 = now;
+        let (z, l, mode) = (self.z.clone(), self.l.clone(), self.active.clone());
+        let solved = self.onward_step(&z, slopes, step).is_ok();
         let rates = if !solved {
             None
         } else if self.smooth.is_some() {

@@ -13,6 +13,8 @@ const MOST: usize = 80;
 const LOOKS: usize = 4;
 /// A dip this near to a sample, as a part of the distance of the samples, is as deep as that.
 const SETTLED: f64 = 1e-3;
+/// Secants in a row that do not halve the bracket: the least of several guards has a kink at its root.
+const SLOW: usize = 8;
 /// Width of the bracket at which the search ends, as a part of the step.
 const NARROW: f64 = 1e-14;
 
@@ -136,12 +138,17 @@ impl Locator<'_> {
         let alarmed = fb.is_finite() && followed.contains(&true);
         let mut fa = f64::NAN; // unknown, or zero of a pair that has just changed
         let mut side = 0;
+        let (mut width, mut slow) = (f64::INFINITY, 0);
         for _ in 0..MOST {
+            if slow < SLOW {
+                slow = if b - a > 0.5 * width { slow + 1 } else { 0 };
+            }
+            width = b - a;
             if b - a <= NARROW.max(8.0 * f64::EPSILON * self.trial.start / self.trial.length) {
                 break;
             }
             let secant = b - fb * (b - a) / (fb - fa);
-            let inside = secant > a && secant < b && fb.is_finite();
+            let inside = secant > a && secant < b && fb.is_finite() && slow < SLOW;
             let c = if inside && fa > 0.0 { secant } else { 0.5 * (a + b) };
             let mut fc = self.margin(c);
             if alarmed && fc.is_finite() {
