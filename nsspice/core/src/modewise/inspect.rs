@@ -40,8 +40,7 @@ impl Engine {
     ) {
         let k = self.net.kernel.cols;
         a.resize(self.net.states, 0.0);
-        mode.leave_x.apply(x, a);
-        mode.leave_v.apply_add(v, a);
+        mode.leave(x, v, a);
         b.clear();
         b.resize(k + mode.active.len(), 0.0);
         mode.algebra([x, v, d], b);
@@ -69,8 +68,7 @@ impl Engine {
         let mut rate = vec![0.0; mode.n];
         self.path.state_rate(&self.point, &mut rate);
         let mut da = vec![0.0; self.net.states];
-        mode.leave_x.apply(&rate, &mut da);
-        mode.leave_v.apply_add(&d, &mut da);
+        mode.leave(&rate, &d, &mut da);
         let mut rhs = vec![0.0; n];
         self.net.charges.apply(&da, &mut rhs);
         // as a step sees it: against the charges that it moves, E z / h on both sides
@@ -186,8 +184,7 @@ impl Engine {
         let mut a = std::mem::take(&mut self.spare);
         a.resize(self.net.states, 0.0);
         self.path.inputs(&self.segment, &self.point, &mut self.v);
-        mode.leave_x.apply(&self.x, &mut a);
-        mode.leave_v.apply_add(&self.v, &mut a);
+        mode.leave(&self.x, &self.v, &mut a);
         self.scale.see_state(&a);
         self.spare = a;
     }

@@ -381,8 +381,7 @@ impl Picker {
 pub fn settle(mode: &Mode, inputs: &[f64], a: &mut [f64]) {
     let mut x = vec![0.0; mode.n];
     mode.enter(a, &mut x);
-    mode.leave_x.apply(&x, a);
-    mode.leave_v.apply_add(inputs, a);
+    mode.leave(&x, inputs, a);
 }
 
 /// Cause of a change: a corner of the sources, or guards.

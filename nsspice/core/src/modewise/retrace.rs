@@ -122,9 +122,8 @@ impl Given {
 }
 
 /// Half the square of energy coordinates.
-fn energy(mode: &Mode, x: &[f64], v: &[f64], a: &mut [f64]) -> f64 {
-    mode.leave_x.apply(x, a);
-    mode.leave_v.apply_add(v, a);
+pub(super) fn energy(mode: &Mode, x: &[f64], v: &[f64], a: &mut [f64]) -> f64 {
+    mode.leave(x, v, a);
     0.5 * dot(a, a)
 }
 
@@ -233,8 +232,7 @@ impl Retrace {
             list.iter_mut().for_each(|v| *v *= h);
         }
         mode.drive.apply_add(&self.v, &mut self.change);
-        mode.leave_x.apply(&self.change, &mut self.a);
-        mode.leave_v.apply_add(&self.d, &mut self.a);
+        mode.leave(&self.change, &self.d, &mut self.a);
         self.rate.resize(net.n, 0.0);
         net.big_r.apply(&self.a, &mut self.rate);
         self.z.resize(net.n, 0.0);

@@ -456,8 +456,7 @@ impl Engine {
         self.tally_segment(id, &mode);
         self.write_between();
         self.note_left();
-        mode.leave_x.apply(&self.x, &mut self.a);
-        mode.leave_v.apply_add(&self.v, &mut self.a);
+        mode.leave(&self.x, &self.v, &mut self.a);
         self.scale.see_state(&self.a);
         self.witness_end();
         self.time = self.end;

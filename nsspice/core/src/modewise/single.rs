@@ -109,8 +109,7 @@ impl Outputs {
     ) {
         if !part.stored.is_empty() {
             a.resize(part.energy.cols, 0.0);
-            mode.leave_x.apply(x, a);
-            mode.leave_v.apply_add(v, a);
+            mode.leave(x, v, a);
             outputs.resize(part.stored.len(), 0.0);
             part.energy.apply(a, outputs);
             for (&output, value) in part.stored.iter().zip(&*outputs) {

@@ -9,7 +9,7 @@ use super::integral::{Motion, SLOW};
 use super::mode::Mode;
 use super::products::{Integral, Two};
 use super::registry::Id;
-use super::retrace::Retrace;
+use super::retrace::{energy, Retrace};
 use super::run::{Engine, Phase};
 use super::terms::Point;
 use crate::audit::{Balance, Sums};
@@ -135,9 +135,7 @@ impl Engine {
         self.path.at(WITHIN * self.point.t, &mut point);
         self.path.state(&point, &mut x);
         self.path.inputs(&self.segment, &point, &mut v);
-        mode.leave_x.apply(&x, &mut a);
-        mode.leave_v.apply_add(&v, &mut a);
-        sums.see_stored(0.5 * dot(&a, &a));
+        sums.see_stored(energy(mode, &x, &v, &mut a));
     }
 
     /// The balance of energy up to the end of the present segment, if all of it was added up.
@@ -154,8 +152,7 @@ impl Engine {
             sums.motion(self.point.t, energies);
             self.see_end(&mut sums, &mode);
             self.see_within(&mut sums, &mode);
-            mode.leave_x.apply(&self.x, &mut a);
-            mode.leave_v.apply_add(&self.v, &mut a);
+            mode.leave(&self.x, &self.v, &mut a);
         }
         Some(sums.balance(&unknowns_of(&self.net.big_r, &a)))
     }

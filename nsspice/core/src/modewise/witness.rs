@@ -179,8 +179,7 @@ impl Engine {
         w.x.resize(mode.n, 0.0);
         w.a.resize(self.net.states, 0.0);
         self.path.state(&self.picker.verifier.start, &mut w.x);
-        mode.leave_x.apply(&w.x, &mut w.a);
-        mode.leave_v.apply_add(&self.segment.now, &mut w.a);
+        mode.leave(&w.x, &self.segment.now, &mut w.a);
         w.taken.seams += 1;
         let (mut gap, mut size) = (0.0f64, 0.0f64);
         for (left, a) in w.left.iter().zip(&w.a) {
@@ -323,8 +322,7 @@ impl Engine {
                 taken.first_u.extend_from_slice(&taken.u[u..]);
             }
             self.path.state_rate(&w.point, &mut w.x);
-            mode.leave_x.apply(&w.x, &mut w.a);
-            mode.leave_v.apply_add(&w.d, &mut w.a);
+            mode.leave(&w.x, &w.d, &mut w.a);
             let rate = taken.rate.len();
             taken.rate.resize(rate + n, 0.0);
             self.net.big_r.apply(&w.a, &mut taken.rate[rate..]);

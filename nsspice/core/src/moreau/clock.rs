@@ -213,6 +213,13 @@ pub fn evaluate(waveforms: &[Waveform], t: f64, side: Side, out: &mut [f64]) {
     }
 }
 
+/// Writes the slope of every waveform to the right of `t`.
+pub(super) fn slopes(waveforms: &[Waveform], t: f64, out: &mut [f64]) {
+    for (slope, w) in out.iter_mut().zip(waveforms) {
+        *slope = w.slope(t);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -349,9 +349,7 @@ impl Stepper {
         // what the laws leave open keeps the value it had: densities of impulses are no values
         self.l.copy_from_slice(&multipliers);
         self.z.copy_from_slice(&before);
-        for j in self.storage.unknowns() {
-            self.z[j] = after[j];
-        }
+        self.take_stored(&after);
         let apart = |twice: &Short| self.sys.apart(&once.z, &twice.z, &before);
         let plain = twice.as_ref().is_some_and(|twice| apart(twice) <= PLAIN);
         if let (Some(smooth), true, Start::Warm) = (&mut self.smooth, plain, start) {

@@ -13,10 +13,10 @@
 //! does not vanish with `h` is what the motion of the sources itself calls for: the current of a capacitor
 //! across a source that rises.
 
+use super::clock::slopes;
 use super::failure::Outcome;
 use super::stepper::Stepper;
 use crate::mlcp::Start;
-use crate::waveform::Waveform;
 
 /// Length of the increment, relative to that of the steps that have shown the values: it does not lose digits by
 /// being short;
@@ -37,13 +37,15 @@ const SLIGHT: f64 = 1e-7;
 const SIGNS: f64 = 1e-9;
 
 impl Stepper {
-    /// Slopes of the sources to the right of the present time.
-    pub(super) fn source_slopes(&self) -> Vec<f64> {
-        self.waveforms.iter().map(|w| Waveform::slope(w, self.time)).collect()
+    /// Slopes of the sources to the right of a time.
+    fn source_slopes(&self, time: f64) -> Vec<f64> {
+        let mut found = vec![0.0; self.waveforms.len()];
+        slopes(&self.waveforms, time, &mut found);
+        found
     }
 
     /// A short step of this length in which the sources move on.
-    pub(super) fn onward_step(&mut self, before: &[f64], slopes: &[f64], length: f64) -> Outcome {
+    fn onward_step(&mut self, before: &[f64], slopes: &[f64], length: f64) -> Outcome {
         let now = self.u0.clone();
         self.u0.iter_mut().zip(slopes).for_each(|(u, slope)| *u += length * slope);
         let found = self.short_step(None, before, length, Start::Warm);
@@ -54,7 +56,7 @@ impl Stepper {
     /// Takes the rates at the present state, where held sources and steps of this length have shown the
     /// values, and adds to these what the motion of the sources calls for.
     pub(super) fn move_on(&mut self, shown: f64) {
-        let slopes = self.source_slopes();
+        let slopes = self.source_slopes(self.time);
         let moving = slopes.iter().any(|slope| *slope != 0.0);
         if !(moving || self.outputs.needs_rates()) {
             return;
@@ -129,12 +131,10 @@ impl Stepper {
 
     /// Whether the slopes of sources change here; at an event that a guard tells diodes have turned already.
     fn at_corner(&self, slopes: &[f64]) -> bool {
-        let before = self.time - BEFORE * self.step_length;
-        let changes = |(w, slope): (&Waveform, &f64)| {
-            let last = Waveform::slope(w, before);
-            (slope - last).abs() > CHANGED * slope.abs().max(last.abs())
-        };
-        self.stats.steps == 0 || self.waveforms.iter().zip(slopes).any(changes)
+        let before = self.source_slopes(self.time - BEFORE * self.step_length);
+        let changes =
+            |(now, last): (&f64, &f64)| (now - last).abs() > CHANGED * now.abs().max(last.abs());
+        self.stats.steps == 0 || slopes.iter().zip(&before).any(changes)
     }
 
     /// The rates in the mode to which the motion of the sources turns diodes in a step, and the values right
@@ -166,8 +166,7 @@ impl Stepper {
 
     /// Whether diodes that the present mode and another one treat differently carry and bear nothing.
     fn neutral(&self, other: &[bool]) -> bool {
-        [&self.sys.linear.slacks_of(&self.z, &self.l), &self.l].into_iter().all(|list| {
-            let most = list.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+        self.of_pairs().iter().all(|(list, most)| {
             let turned = self.active.iter().zip(other).zip(list).filter(|((a, b), _)| a != b);
             turned.into_iter().all(|(_, v)| v.abs() <= SIGNS * most)
         })
@@ -193,27 +192,40 @@ impl Stepper {
     }
 
     /// Takes what is stored from a state.
-    fn take_stored(&mut self, z: &[f64]) {
+    pub(super) fn take_stored(&mut self, z: &[f64]) {
         for j in self.storage.unknowns() {
             self.z[j] = z[j];
         }
     }
 
+    /// Slacks and multipliers at the present state, and the largest of each.
+    fn of_pairs(&self) -> [(Vec<f64>, f64); 2] {
+        [self.sys.linear.slacks_of(&self.z, &self.l), self.l.clone()].map(|list| {
+            let most = list.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+            (list, most)
+        })
+    }
+
     /// Whether diodes obey their signs at the present state.
     fn obeys_signs(&self) -> bool {
-        [&self.sys.linear.slacks_of(&self.z, &self.l), &self.l].into_iter().all(|list| {
-            let most = list.iter().fold(0.0f64, |most, v| most.max(v.abs()));
-            self.diodes.iter().all(|&i| list[i] >= -SIGNS * most)
-        })
+        let obeyed =
+            |(list, most): &(Vec<f64>, f64)| self.diodes.iter().all(|&i| list[i] >= -SIGNS * most);
+        self.of_pairs().iter().all(obeyed)
+    }
+
+    /// What linear laws miss at the present state.
+    fn missed(&self) -> Vec<f64> {
+        let linear = &self.sys.linear;
+        let mut missed = vec![0.0; self.z.len()];
+        linear.s.mul_add(1.0, &self.u0, &mut missed);
+        linear.g.mul_add(-1.0, &self.z, &mut missed);
+        linear.a.mul_add(-1.0, &self.l, &mut missed);
+        missed
     }
 
     /// Lets unknowns that store nothing and multipliers obey all laws without storage in the present mode.
     fn obey(&mut self, length: f64) {
-        let (n, linear) = (self.z.len(), &self.sys.linear);
-        let mut x = vec![0.0; n];
-        linear.s.mul_add(1.0, &self.u0, &mut x);
-        linear.g.mul_add(-1.0, &self.z, &mut x);
-        linear.a.mul_add(-1.0, &self.l, &mut x);
+        let (mut x, linear) = (self.missed(), &self.sys.linear);
         linear.e.iter().for_each(|e| x[e.0] = 0.0);
         let slacks = linear.slacks_of(&self.z, &self.l);
         x.extend(slacks.iter().zip(&self.active).map(|(w, &on)| if on { -w } else { 0.0 }));
@@ -226,25 +238,22 @@ impl Stepper {
     /// The rates of unknowns and multipliers in the present mode; none if it does not determine them.
     fn increment(&mut self, slopes: &[f64], length: f64) -> Option<Vec<f64>> {
         let (n, m) = (self.z.len(), self.l.len());
-        let linear = &self.sys.linear;
-        let (mut missed, mut driven) = (vec![0.0; n], vec![0.0; n]);
-        linear.s.mul_add(1.0, slopes, &mut driven);
+        let mut driven = vec![0.0; n];
+        self.sys.linear.s.mul_add(1.0, slopes, &mut driven);
         if self.smooth.is_some() {
             let (z, l) = (self.z.clone(), self.l.clone());
             let [acting, _] = self.acting_at(&z, &l)?;
-            missed.iter_mut().zip(acting).for_each(|(missed, acting)| *missed = -acting);
+            let missed: Vec<f64> = acting.iter().map(|acting| -acting).collect();
             let state = [&z[..], &self.u0, slopes];
             let smooth = self.smooth.as_mut()?;
             let clock = smooth.clock(self.time);
             smooth.newton.set_rate(1.0 / length);
             return smooth.newton.rates(state, clock, [&missed, &driven]);
         }
-        linear.s.mul_add(1.0, &self.u0, &mut missed);
-        linear.g.mul_add(-1.0, &self.z, &mut missed);
-        linear.a.mul_add(-1.0, &self.l, &mut missed);
         let mut x = driven;
         let mut stores = vec![false; n];
-        linear.e.iter().for_each(|e| stores[e.0] = true);
+        self.sys.linear.e.iter().for_each(|e| stores[e.0] = true);
+        let missed = self.missed();
         let rows = x.iter_mut().zip(&missed).zip(&stores).filter(|row| *row.1);
         rows.for_each(|((x, missed), _)| *x += missed / length);
         x.resize(n + m, 0.0);

@@ -1,6 +1,6 @@
 //! Steps of systems with smooth nonlinear terms: the same scheme, each step by Newton's method.
 
-use super::clock::evaluate;
+use super::clock::{evaluate, slopes};
 use super::failure::{Best, Failure, Outcome};
 use super::jumps::ROUNDING;
 use super::matrices::StepMatrices;
@@ -10,7 +10,7 @@ use crate::descriptor::Linear;
 use crate::mlcp::{Residual, Start};
 use crate::newton::{Data, Newton, Smooth, Tracking};
 use crate::sparse::Csc;
-use crate::waveform::{Side, Waveform};
+use crate::waveform::Side;
 
 /// A prediction that reaches further than this many steps back is none.
 const FARTHEST: f64 = 4.0;
@@ -341,9 +341,7 @@ impl Stepper {
         if tracking.by_rate && self.time > begin {
             let h = self.time - begin;
             evaluate(&self.waveforms, begin, Side::Right, &mut smooth.u_old);
-            for (rate, w) in smooth.u_rate.iter_mut().zip(&self.waveforms) {
-                *rate = Waveform::slope(w, begin);
-            }
+            slopes(&self.waveforms, begin, &mut smooth.u_rate);
             let u = &smooth.u_old;
             let ahead: Vec<f64> = u.iter().zip(&smooth.u_rate).map(|(u, r)| u + h * r).collect();
             matrices.right_hand_side(&self.z, &ahead, &ahead, &mut self.rhs);

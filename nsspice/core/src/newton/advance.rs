@@ -72,8 +72,7 @@ impl Newton {
         let (n, slopes) = (self.eq.n, self.tape.slopes());
         let rate = |variable: usize| match variable.checked_sub(n) {
             None => z_rate[variable],
-            Some(k) if k < u_rate.len() => u_rate[k],
-            Some(_) => 1.0,
+            Some(k) => u_rate.get(k).copied().unwrap_or(1.0), // of the time
         };
         for (k, out) in out.iter_mut().enumerate() {
             *out = self.tape.derivatives(k).map(|(j, slot)| slopes[slot] * rate(j)).sum();

@@ -119,11 +119,8 @@ impl Newton {
         let slopes = self.tape.slopes();
         for term in self.eq.terms.iter().filter(|t| t.f != 0.0 && t.part != Part::Sum) {
             for (variable, slot) in self.tape.derivatives(term.function as usize) {
-                let rate = match variable.checked_sub(n) {
-                    None => continue,
-                    Some(k) if k < u_rate.len() => u_rate[k],
-                    Some(_) => t_rate,
-                };
+                let Some(k) = variable.checked_sub(n) else { continue };
+                let rate = u_rate.get(k).copied().unwrap_or(t_rate);
                 out[term.row as usize] += factor * term.f * slopes[slot] * rate;
             }
         }
