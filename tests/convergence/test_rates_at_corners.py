@@ -98,3 +98,26 @@ def test_capacitors_begin_with_the_slopes_of_sources():
         nsspice.read(text), 200e-6, 50e-6, uic=True, method="sdirk", signals=["i(c1)"]
     )
     assert run["i(c1)"][0] == pytest.approx(2 * np.pi * 5 * 1e3 * 1e-6, rel=1e-9)
+
+
+BRIDGED = """A capacitor behind a bridge, across its source, beside a switch that leads nowhere
+V1 a b SIN(0 5 2839)
+Rb b 0 1meg
+D1 a c vf
+D2 0 b vf
+C1 c 0 14.09u
+VG g 0 PULSE(0 5 0 0.176118u 0.176118u 11.0727u 17.6118u)
+S1 c d g 0 sw
+.model vf D(Vfwd=0.7)
+.model sw SW(VT=2.5 Ron=5m Roff=1meg)
+.tran 0.88059u 52.835u
+"""
+
+
+def test_what_is_drowned_beside_short_increments_hides_no_current():
+    """A node with 1 MOhm alone, beside 14 uF in steps of 1e-16 s: rows at the gate's periods."""
+    circuit = nsspice.read(BRIDGED)
+    exact = nsspice.tran(circuit, method="modewise", signals=["i(v1)"])
+    run = nsspice.tran(circuit, method="sdirk", reltol=1e-7, signals=["i(v1)"])
+    assert run.certificate.passed
+    assert run["i(v1)"] == pytest.approx(exact["i(v1)"], abs=1e-4)

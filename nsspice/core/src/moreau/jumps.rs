@@ -19,6 +19,8 @@ const TIGHT: f64 = 1e-3;
 /// A stored unknown that differs by more than this from what the jump left is not determined by what
 /// is stored: the potential of a floating capacitor.
 pub(super) const LOOSE: f64 = 1e-6;
+/// Other unknowns feel what stored ones are given back from this part of the largest on.
+const FELT: f64 = 1e-14;
 /// Ratio of lengths on the way down to a short step that is too hard at once.
 const DESCENT: f64 = 1e-2;
 /// A change that a step shorter by that ratio reduces to this part was motion.
@@ -272,8 +274,13 @@ impl Stepper {
         }
         // the short steps count too: where all currents vanish, rounding of theirs is all that is left
         let largest = self.sys.largest(&[&self.z, &once.z]);
-        let slack = |j: usize| LOOSE * largest[usize::from(self.sys.linear.row_kind[j])];
-        self.storage.restore(&after, &mut self.z, slack);
+        let size = |j: usize| largest[usize::from(self.sys.linear.row_kind[j])];
+        let shown = self.z.clone();
+        self.storage.restore(&after, &mut self.z, |j| LOOSE * size(j));
+        let moved = |(j, (z, shown)): (usize, (&f64, &f64))| (z - shown).abs() > FELT * size(j);
+        if self.smooth.is_none() && self.z.iter().zip(&shown).enumerate().any(moved) {
+            self.obey(once.length);
+        }
         let (u, time) = (&self.u0, self.time);
         if let Some(smooth) = &mut self.smooth {
             smooth.after_jump(&after, &once.z, &self.z, u, time, once.length);

@@ -18,11 +18,15 @@ use super::failure::Outcome;
 use super::stepper::Stepper;
 use crate::mlcp::Start;
 
-/// Length of the increment, relative to that of the steps that have shown the values: it does not lose digits by
-/// being short;
-const SHORTER: f64 = 1e-6;
+/// Lengths of the increment, relative to that of the steps that have shown the values: it does not lose digits by
+/// being short, but beside the storage of so short a one leakage may be drowned;
+const LENGTHS: [f64; 5] = [1e-6, 1e-3, 1.0, 1e3, 1e6];
 /// and that of a step that shows what the motion of the sources turns.
 const TURNING: f64 = 1e-3;
+/// Laws without storage are obeyed where no more than this part of what they missed is left, or of the largest
+/// value.
+const SHARE: f64 = 0.1;
+const OBEYED: f64 = 1e-15;
 /// How long before the present time sources are asked for their slopes, relative to the nominal step, and the
 /// part by which these change at a corner.
 const BEFORE: f64 = 1e-6;
@@ -77,13 +81,12 @@ impl Stepper {
     /// The rates from here on, with the values that belong to them; none if no mode is found in which they obey
     /// all signs.
     fn onward_rates(&mut self, slopes: &[f64], moving: bool, shown: f64) -> Option<Vec<f64>> {
-        let length = SHORTER * shown;
-        let mut rates = self.increment(slopes, length)?;
+        let (mut rates, mut length) = self.first_increment(slopes, shown)?;
         if !self.lawful_after(&rates, length) {
             if !(moving && self.at_corner(slopes)) {
                 return None;
             }
-            rates = self.turned_increment(slopes, length, shown)?;
+            (rates, length) = self.turned_increment(slopes, shown)?;
         }
         if moving {
             if let Some(shorter) = self.increment(slopes, AGAIN * length) {
@@ -114,18 +117,28 @@ impl Stepper {
         }
     }
 
-    /// Whether diodes obey their signs so long after the present state, as far as they do now.
+    /// Whether diodes obey their signs so long after the present state, as far as they do now, and those that
+    /// neither carry nor bear anything as soon as they move.
     fn lawful_after(&self, rates: &[f64], length: f64) -> bool {
         let (z_rates, l_rates) = rates.split_at(self.z.len());
         let ahead = |values: &[f64], rates: &[f64]| -> Vec<f64> {
             values.iter().zip(rates).map(|(v, rate)| v + length * rate).collect()
         };
         let (z, l) = (ahead(&self.z, z_rates), ahead(&self.l, l_rates));
-        let slacks = |z: &[f64], l: &[f64]| self.sys.linear.slacks_of(z, l);
-        let lists = [(slacks(&self.z, &self.l), slacks(&z, &l)), (self.l.clone(), l)];
-        lists.iter().all(|(now, then)| {
-            let most = now.iter().chain(then).fold(0.0f64, |most, v| most.max(v.abs()));
-            self.diodes.iter().all(|&i| then[i] >= now[i].min(0.0) - SLIGHT * most)
+        let linear = &self.sys.linear;
+        let still = vec![0.0; rates.len()];
+        let rest = linear.slacks_of(&still[..z.len()], &still[z.len()..]);
+        let moved = linear.slacks_of(z_rates, l_rates);
+        let slopes = [moved.iter().zip(&rest).map(|(w, w0)| w - w0).collect(), l_rates.to_vec()];
+        let (now, then) = (self.of_pairs(), [linear.slacks_of(&z, &l), l]);
+        let idle = |i: usize| now.iter().all(|(list, most)| list[i].abs() <= SIGNS * most);
+        let largest = |list: &[f64]| list.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+        now.iter().zip(&then).zip(&slopes).all(|(((now, most), then), slopes)| {
+            let (most, steepest) = (most.max(largest(then)), largest(slopes));
+            self.diodes.iter().all(|&i| {
+                then[i] >= now[i].min(0.0) - SLIGHT * most
+                    && !(idle(i) && slopes[i] < -SLIGHT * steepest)
+            })
         })
     }
 
@@ -138,8 +151,8 @@ impl Stepper {
     }
 
     /// The rates in the mode to which the motion of the sources turns diodes in a step, and the values right
-    /// before it there; none if there is no such mode.
-    fn turned_increment(&mut self, slopes: &[f64], length: f64, shown: f64) -> Option<Vec<f64>> {
+    /// before it there; none if there is no such mode. Returns the length of their increment, too.
+    fn turned_increment(&mut self, slopes: &[f64], shown: f64) -> Option<(Vec<f64>, f64)> {
         // so short a step of Newton's method shows but the rounding of charges
         let step = if self.smooth.is_some() { shown } else { TURNING * shown };
         let (z, l, mode) = (self.z.clone(), self.l.clone(), self.active.clone());
@@ -149,10 +162,11 @@ impl Stepper {
         } else if self.smooth.is_some() {
             // the mode alone, if both have the same values
             (self.z, self.l) = (z.clone(), l.clone());
-            let rates = if self.neutral(&mode) { self.increment(slopes, length) } else { None };
-            rates.filter(|rates| self.lawful_after(rates, length))
+            let found =
+                if self.neutral(&mode) { self.first_increment(slopes, shown) } else { None };
+            found.filter(|(rates, length)| self.lawful_after(rates, *length))
         } else {
-            self.go_back(&z, slopes, length, step)
+            self.go_back(&z, slopes, shown, step)
         };
         if rates.is_none() {
             (self.z, self.l) = (z, l);
@@ -174,18 +188,24 @@ impl Stepper {
 
     /// From the end of a step of this length to its begin at `z`, in the mode at its end; the rates there if this
     /// obeys all signs.
-    fn go_back(&mut self, z: &[f64], slopes: &[f64], length: f64, step: f64) -> Option<Vec<f64>> {
+    fn go_back(
+        &mut self,
+        z: &[f64],
+        slopes: &[f64],
+        shown: f64,
+        step: f64,
+    ) -> Option<(Vec<f64>, f64)> {
         self.take_stored(z);
-        let rates = self.increment(slopes, length)?;
+        let (rates, length) = self.first_increment(slopes, shown)?;
         if !self.lawful_after(&rates, length) {
             return None;
         }
         let values = self.z.iter_mut().chain(&mut self.l);
         values.zip(&rates).for_each(|(value, rate)| *value -= step * rate);
         self.take_stored(z);
-        self.obey(length);
+        self.obey(shown);
         if self.obeys_signs() {
-            self.increment(slopes, length)
+            Some((self.increment(slopes, length)?, length))
         } else {
             None
         }
@@ -224,15 +244,57 @@ impl Stepper {
     }
 
     /// Lets unknowns that store nothing and multipliers obey all laws without storage in the present mode.
-    fn obey(&mut self, length: f64) {
-        let (mut x, linear) = (self.missed(), &self.sys.linear);
-        linear.e.iter().for_each(|e| x[e.0] = 0.0);
-        let slacks = linear.slacks_of(&self.z, &self.l);
-        x.extend(slacks.iter().zip(&self.active).map(|(w, &on)| if on { -w } else { 0.0 }));
+    pub(super) fn obey(&mut self, shown: f64) {
+        let (z, l) = (self.z.clone(), self.l.clone());
+        let missed = self.missed_without_storage();
+        let [volts, amperes] = self.sys.largest(&[&z]).map(|size| OBEYED * size);
+        let before = self.sys.largest(&[&missed]);
+        let goal = [before[0].max(amperes / SHARE), before[1].max(volts / SHARE)];
+        let slacks = self.sys.linear.slacks_of(&z, &l);
+        let off = slacks.iter().zip(&self.active).map(|(w, &on)| if on { -w } else { 0.0 });
+        let change: Vec<f64> = missed.into_iter().chain(off).collect();
+        // what is stored stands still in short steps alone, beside which leakage may be drowned
+        for ratio in LENGTHS {
+            let mut x = change.clone();
+            if self.solve_increment(ratio * shown, &mut x).is_none() {
+                continue;
+            }
+            self.storage.unknowns().for_each(|j| x[j] = 0.0);
+            self.z.iter_mut().chain(&mut self.l).zip(&x).for_each(|(value, x)| *value += x);
+            let after = self.sys.largest(&[&self.missed_without_storage()]);
+            if after.iter().zip(goal).all(|(after, goal)| *after <= SHARE * goal) {
+                return;
+            }
+            (self.z, self.l) = (z.clone(), l.clone());
+        }
+    }
+
+    /// What linear laws without storage miss at the present state.
+    fn missed_without_storage(&self) -> Vec<f64> {
+        let mut missed = self.missed();
+        self.sys.linear.e.iter().for_each(|e| missed[e.0] = 0.0);
+        missed
+    }
+
+    /// Solves the matrix of an increment in the present mode; none if this is singular.
+    fn solve_increment(&mut self, length: f64, x: &mut [f64]) -> Option<()> {
         let k = self.stage_index(length, true);
-        self.stages[k].factor(&self.active, self.epoch).solve(&mut x, &mut self.work);
-        self.storage.unknowns().for_each(|j| x[j] = 0.0);
-        self.z.iter_mut().chain(&mut self.l).zip(&x).for_each(|(value, change)| *value += change);
+        let stage = &mut self.stages[k];
+        let factor = stage.factor(&self.active, self.epoch);
+        if !factor.regular() {
+            return None;
+        }
+        factor.solve(x, &mut self.work);
+        x.iter().all(|value| value.is_finite()).then_some(())
+    }
+
+    /// The rates of unknowns and multipliers by the shortest increment that determines them, and its length.
+    fn first_increment(&mut self, slopes: &[f64], shown: f64) -> Option<(Vec<f64>, f64)> {
+        let longest = shown.max(BEFORE * self.step_length);
+        LENGTHS.iter().map(|ratio| ratio * shown).find_map(|length| {
+            let rates = if length > longest { None } else { self.increment(slopes, length) };
+            rates.map(|rates| (rates, length))
+        })
     }
 
     /// The rates of unknowns and multipliers in the present mode; none if it does not determine them.
@@ -257,13 +319,8 @@ impl Stepper {
         let rows = x.iter_mut().zip(&missed).zip(&stores).filter(|row| *row.1);
         rows.for_each(|((x, missed), _)| *x += missed / length);
         x.resize(n + m, 0.0);
+        self.solve_increment(length, &mut x)?;
         let k = self.stage_index(length, true);
-        let stage = &mut self.stages[k];
-        let factor = stage.factor(&self.active, self.epoch);
-        if !factor.regular() || stage.slot(&self.active, self.epoch).summed.is_some() {
-            return None;
-        }
-        factor.solve(&mut x, &mut self.work);
-        x.iter().all(|rate| rate.is_finite()).then_some(x)
+        self.stages[k].slot(&self.active, self.epoch).summed.is_none().then_some(x)
     }
 }

@@ -63,7 +63,9 @@ impl Sums {
         if n + m > OPEN {
             return None; // sparse factors, which the sums would fill
         }
-        let sums = groups.into_iter().map(|rows| Sum {
+        // resistors tie nodes together, too, and of what these store something may be left
+        let empty = |rows: &Vec<usize>| total(&linear.e, rows).is_empty();
+        let sums = groups.into_iter().filter(empty).map(|rows| Sum {
             g: total(&linear.g, &rows),
             a: total(&linear.a, &rows),
             s: total(&linear.s, &rows),
