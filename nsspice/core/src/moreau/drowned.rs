@@ -14,7 +14,7 @@ use super::sums::Sums;
 /// Pairs turned on the way, in units of their number: more is going round in circles.
 const TURNS: usize = 2;
 /// Sums that are missed by less than this part of the largest current are met: the mode is right.
-const SEEN: f64 = 1e-6;
+const SEEN: f64 = 1e-12;
 
 impl Stepper {
     /// Solves a short step, of which `rhs` is the right-hand side, with sums of laws, starting from the

@@ -53,38 +53,67 @@ impl Instant<'_> {
         self.storage.floating().iter().map(|group| found[group[0]]).collect()
     }
 
-    /// The laws as a problem of their own, all that is stored being given.
-    fn problem(&self) -> Problem {
+    /// Where an unknown stands in the problem, and how much is given besides: what is stored is known, in a
+    /// group up to the potential of its first node.
+    fn place(&self, c: usize, z: &[f64]) -> (Option<usize>, f64) {
+        match self.to[c] {
+            Some(root) if root == c => (Some(c), 0.0),
+            Some(root) => (Some(root), z[c] - z[root]),
+            None => (None, z[c]),
+        }
+    }
+
+    /// The laws as a problem of their own, all that is stored being given: rows and columns are joined alike, so
+    /// that it is as monotone as the laws are.
+    fn problem(&self, z: &[f64]) -> Problem {
         let (laws, n) = (self.laws, self.to.len());
-        let taken = |matrix: &Csc| -> Vec<(usize, usize, f64)> {
+        let rows = |matrix: &Csc| -> Vec<(usize, usize, f64)> {
             matrix.iter().filter_map(|(r, c, v)| Some((self.to[r]?, c, v))).collect()
         };
-        let mut k = taken(&laws.g);
-        for j in self.storage.unknowns().filter(|&j| self.to[j] != Some(j)) {
-            k.push((j, j, 1.0));
-            k.extend(self.to[j].map(|root| (j, root, -1.0)));
-        }
+        let columns = |entries: Vec<(usize, usize, f64)>| {
+            entries.into_iter().filter_map(|(r, c, v)| Some((r, self.place(c, z).0?, v)))
+        };
+        let mut k: Vec<_> = columns(rows(&laws.g)).collect();
+        k.extend(self.given().map(|j| (j, j, 1.0)));
+        let b: Vec<_> = columns(laws.b.iter().collect()).collect();
         Problem {
             k: Csc::from_triplets(n, n, &k),
-            a: Csc::from_triplets(n, laws.a.ncols, &taken(&laws.a)),
-            b: laws.b.clone(),
+            a: Csc::from_triplets(n, laws.a.ncols, &rows(&laws.a)),
+            b: Csc::from_triplets(laws.b.nrows, n, &b),
             d: laws.d.clone(),
             row_kind: laws.row_kind.clone(),
         }
     }
 
-    /// Its right-hand side at a state.
-    fn right(&self, z: &[f64], u: &[f64]) -> Vec<f64> {
-        let mut right = vec![0.0; z.len()];
+    /// Unknowns that what is stored gives.
+    fn given(&self) -> impl Iterator<Item = usize> + '_ {
+        self.storage.unknowns().filter(|&j| self.to[j] != Some(j))
+    }
+
+    /// Its right-hand sides at a state, of laws and of pairs; what is given there stands as 0.
+    fn right(&self, z: &[f64], u: &[f64]) -> [Vec<f64>; 2] {
+        let (mut right, mut q) = (vec![0.0; z.len()], self.laws.q.clone());
         for (r, c, v) in self.laws.s.iter() {
             if let Some(row) = self.to[r] {
                 right[row] += v * u[c];
             }
         }
-        for j in self.storage.unknowns().filter(|&j| self.to[j] != Some(j)) {
-            right[j] = z[j] - self.to[j].map_or(0.0, |root| z[root]);
+        for (r, c, v) in self.laws.g.iter() {
+            if let Some(row) = self.to[r] {
+                right[row] -= v * self.place(c, z).1;
+            }
         }
-        right
+        self.laws.b.iter().for_each(|(pair, c, v)| q[pair] -= v * self.place(c, z).1);
+        [right, q]
+    }
+
+    /// The unknowns that belong to a solution.
+    fn unknowns(&self, x: &[f64], z: &[f64]) -> Vec<f64> {
+        let value = |c: usize| match self.place(c, z) {
+            (Some(column), given) => x[column] + given,
+            (None, given) => given,
+        };
+        (0..z.len()).map(value).collect()
     }
 }
 
@@ -100,12 +129,13 @@ impl Stepper {
         if before.iter().all(|[rest, size]| rest.abs() <= HOLDS * size) {
             return;
         }
-        let right = instant.right(&self.z, &self.u0);
-        let (mut z, mut l) = (self.z.clone(), self.l.clone());
-        let mut driver = Driver::new(instant.problem());
-        let q = &self.sys.linear.q;
-        let found = driver.solve(&right, q, &self.roles, &mut z, &mut l, Start::Warm);
+        let [right, q] = instant.right(&self.z, &self.u0);
+        let (mut x, mut l) = (self.z.clone(), self.l.clone());
+        instant.given().for_each(|j| x[j] = 0.0);
+        let mut driver = Driver::new(instant.problem(&self.z));
+        let found = driver.solve(&right, &q, &self.roles, &mut x, &mut l, Start::Warm);
         let solved = found.is_ok_and(|found| !found.flawed && !found.needs_certificate);
+        let z = instant.unknowns(&x, &self.z);
         let after = instant.missed(&z, &l, &self.u0);
         let better = |(new, old): (&[f64; 2], &[f64; 2])| {
             new[0].abs() <= (BETTER * old[0].abs()).max(HOLDS * old[1])
