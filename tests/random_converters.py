@@ -201,17 +201,22 @@ def coupling(d: Draft) -> float:
     return d.r.choice([1.0, 1.0 - 10 ** d.r.uniform(-4, -1.3), 0.98])
 
 
+def clamp(d: Draft, x: str, a: str) -> None:
+    """Append what takes up the current of a leakage."""
+    middle = d.node()
+    d.diode(x, middle)
+    d.add("R", f"{middle} {a}", d.near(20 * d.ohms))
+    d.add("C", f"{middle} {a}", d.near(d.smoothing / 10))
+
+
 def flyback(d: Draft, a: str) -> str:
     x, s, out = d.node(), d.node(), d.node()
     k, n = coupling(d), d.r.choice([0.2, 0.5, 1.0])
     henry = float(d.near(d.ripple))
     coupled(d, [(a, x, henry), ("0", s, n * n * henry)], k)
     d.switch(x, "0", d.gate(0, d.r.uniform(0.2, 0.6)))
-    if k < 1:  # the current of the leakage has to go somewhere
-        clamp = d.node()
-        d.diode(x, clamp)
-        d.add("R", f"{clamp} {a}", d.near(20 * d.ohms))
-        d.add("C", f"{clamp} {a}", d.near(d.smoothing / 10))
+    if k < 1:
+        clamp(d, x, a)
     d.diode(s, out)
     d.filter(out)
     return out
@@ -225,10 +230,7 @@ def forward(d: Draft, a: str) -> str:
     d.switch(x, "0", d.gate(0, d.r.uniform(0.2, 0.45)))
     d.diode(y, a)
     if k < 1:
-        clamp = d.node()
-        d.diode(x, clamp)
-        d.add("R", f"{clamp} {a}", d.near(20 * d.ohms))
-        d.add("C", f"{clamp} {a}", d.near(d.smoothing / 10))
+        clamp(d, x, a)
     d.diode(s, t)
     d.diode("0", t)
     d.coil(t, out, d.ripple)
@@ -249,10 +251,11 @@ def bridge(d: Draft, a: str, shift: float = 0.5) -> tuple[str, str]:
     return p, q
 
 
-def rectifier(d: Draft, p: str, q: str, out: str, ground: str = "0") -> None:
-    for node in (p, q):
+def rectifier(d: Draft, nodes: str, out: str) -> None:
+    """Append two diodes at each of these nodes, to the output and from ground."""
+    for node in nodes.split():
         d.diode(node, out)
-        d.diode(ground, node)
+        d.diode("0", node)
 
 
 def isolated(d: Draft, a: str) -> str:
@@ -264,7 +267,7 @@ def isolated(d: Draft, a: str) -> str:
         x = d.node()
         d.coil(p, x, d.ripple / 20)
     coupled(d, [(x, q, henry), (s, t, n * n * henry)], coupling(d))
-    rectifier(d, s, t, f)
+    rectifier(d, f"{s} {t}", f)
     d.coil(f, out, d.ripple)
     d.filter(out)
     return out
@@ -278,7 +281,7 @@ def resonant(d: Draft, a: str) -> str:
     d.add("C", f"{x} {y}", d.near((d.period / 6.28) ** 2 / lr, 1.5))
     henry, n = d.r.uniform(3, 8) * lr, d.r.choice([0.5, 1.0])
     coupled(d, [(y, q, henry), (s, t, n * n * henry)], coupling(d))
-    rectifier(d, s, t, out)
+    rectifier(d, f"{s} {t}", out)
     d.filter(out)
     return out
 
@@ -332,19 +335,18 @@ def supply(d: Draft) -> str:
             return a
         return "in"
     slow = 20 * d.period
-    p, q, out = "pa", "pb", d.node()
+    out = d.node()
     if kind < 0.85:
         d.add("V", "pa pb", f"SIN(0 {volts} {1 / slow:.5g})")
         d.add("R", "pb 0", "1meg")
-        rectifier(d, p, q, out)
+        rectifier(d, "pa pb", out)
     else:
         d.add("R", "common 0", "1meg")
         for angle in (0, -120, 120):
             x, y = d.node(), d.node()
             d.add("V", f"{x} common", f"SIN(0 {volts} {1 / slow:.5g} 0 0 {angle})")
             d.coil(x, y, d.ripple / 50)
-            d.diode(y, out)
-            d.diode("0", y)
+            rectifier(d, y, out)
     d.tank(out, "0", d.smoothing)
     return out
 
@@ -359,12 +361,11 @@ def converter(seed: int, smooth: bool = False) -> str:
     chosen = [r.choice(STAGES) for _ in range(r.choice([1, 1, 1, 2]))]
     for stage in chosen:
         node = stage(d, node)
-    load = f"{d.ohms:.4g}"
     if r.random() < 0.2:
         middle = d.node()
         d.coil(node, middle, d.ripple)
         node = middle
-    d.add("R", f"{node} 0", load)
+    d.add("R", f"{node} 0", f"{d.ohms:.4g}")
     title = "converter: " + ", ".join(stage.__name__ for stage in chosen) + f" ({seed})"
     diode = r.choice(SMOOTH_DIODES if smooth else IDEAL_DIODES)
     periods = r.choice([3, 5, 10])

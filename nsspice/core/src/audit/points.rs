@@ -177,11 +177,14 @@ impl Auditor {
             for (group, &fed) in self.groups.iter().zip(&self.fed) {
                 let sum = |list: &[f64]| group.iter().map(|&row| list[row]).sum::<f64>();
                 let size = sum(scale).max(SMALL * grain.largest[1]);
-                // that of what conducts excuses itself: from rest nothing flows that could measure it
-                let volt = group.iter().map(|&row| self.reach.slope(row, 0.0)).sum::<f64>();
-                let conducted = grain.share * volt * grain.largest[0];
-                let limited = (EXCUSED / TOLERANCE * size).max(conducted);
-                let most = if fed { f64::INFINITY } else { limited };
+                let most = if fed {
+                    f64::INFINITY
+                } else {
+                    // that of what conducts excuses itself: from rest nothing flows that could measure it
+                    let volt = group.iter().map(|&row| self.reach.slope(row, 0.0)).sum::<f64>();
+                    let conducted = grain.share * volt * grain.largest[0];
+                    (EXCUSED / TOLERANCE * size).max(conducted)
+                };
                 let floor = sum(floor).min(most);
                 let found = ratio(sum(error).abs(), size.max(floor));
                 if worse(found, tied.0) {

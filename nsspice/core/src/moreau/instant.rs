@@ -53,25 +53,20 @@ impl Instant<'_> {
         self.storage.floating().iter().map(|group| found[group[0]]).collect()
     }
 
-    /// Where an unknown stands in the problem, and how much is given besides: what is stored is known, in a
-    /// group up to the potential of its first node.
-    fn place(&self, c: usize, z: &[f64]) -> (Option<usize>, f64) {
-        match self.to[c] {
-            Some(root) if root == c => (Some(c), 0.0),
-            Some(root) => (Some(root), z[c] - z[root]),
-            None => (None, z[c]),
-        }
+    /// What of an unknown is given: all of what is stored, in a group what lies above its first node.
+    fn offset(&self, c: usize, z: &[f64]) -> f64 {
+        self.to[c].map_or(z[c], |root| z[c] - z[root])
     }
 
     /// The laws as a problem of their own, all that is stored being given: rows and columns are joined alike, so
     /// that it is as monotone as the laws are.
-    fn problem(&self, z: &[f64]) -> Problem {
+    fn problem(&self) -> Problem {
         let (laws, n) = (self.laws, self.to.len());
         let rows = |matrix: &Csc| -> Vec<(usize, usize, f64)> {
             matrix.iter().filter_map(|(r, c, v)| Some((self.to[r]?, c, v))).collect()
         };
         let columns = |entries: Vec<(usize, usize, f64)>| {
-            entries.into_iter().filter_map(|(r, c, v)| Some((r, self.place(c, z).0?, v)))
+            entries.into_iter().filter_map(|(r, c, v)| Some((r, self.to[c]?, v)))
         };
         let mut k: Vec<_> = columns(rows(&laws.g)).collect();
         k.extend(self.given().map(|j| (j, j, 1.0)));
@@ -100,19 +95,16 @@ impl Instant<'_> {
         }
         for (r, c, v) in self.laws.g.iter() {
             if let Some(row) = self.to[r] {
-                right[row] -= v * self.place(c, z).1;
+                right[row] -= v * self.offset(c, z);
             }
         }
-        self.laws.b.iter().for_each(|(pair, c, v)| q[pair] -= v * self.place(c, z).1);
+        self.laws.b.iter().for_each(|(pair, c, v)| q[pair] -= v * self.offset(c, z));
         [right, q]
     }
 
     /// The unknowns that belong to a solution.
     fn unknowns(&self, x: &[f64], z: &[f64]) -> Vec<f64> {
-        let value = |c: usize| match self.place(c, z) {
-            (Some(column), given) => x[column] + given,
-            (None, given) => given,
-        };
+        let value = |c: usize| self.to[c].map_or(0.0, |root| x[root]) + self.offset(c, z);
         (0..z.len()).map(value).collect()
     }
 }
@@ -132,7 +124,7 @@ impl Stepper {
         let [right, q] = instant.right(&self.z, &self.u0);
         let (mut x, mut l) = (self.z.clone(), self.l.clone());
         instant.given().for_each(|j| x[j] = 0.0);
-        let mut driver = Driver::new(instant.problem(&self.z));
+        let mut driver = Driver::new(instant.problem());
         let found = driver.solve(&right, &q, &self.roles, &mut x, &mut l, Start::Warm);
         let solved = found.is_ok_and(|found| !found.flawed && !found.needs_certificate);
         let z = instant.unknowns(&x, &self.z);

@@ -193,11 +193,11 @@ impl Stepper {
                 }
             }
         }
+        // from rest a longer step moves more, and what rounding sends through megohms looks calm there
+        let resting = charges.is_some_and(|charges| charges.iter().all(|q| *q == 0.0));
         for part in CONTINUED {
             // less is hidden where the first step was long; junctions have much to hide only behind a jump
             let calm = rest == Rest::Calm && !(leapt && leap.missed() > MISSED);
-            // from rest a longer step moves more, and what rounding sends through megohms looks calm there
-            let resting = charges.is_some_and(|charges| charges.iter().all(|q| *q == 0.0));
             if calm || leap.part >= IMPACT || (self.smooth.is_some() || resting) && !leapt {
                 break;
             }
