@@ -36,6 +36,7 @@ class Stretches:
     swing: _Floats
     steps: _Bytes
     signed: _Bytes
+    doubt: _Floats
     first: _Floats
     first_u: _Floats
     time: _Floats

@@ -149,6 +149,9 @@ class Examiner:
         source = found.get("worst_source")
         if source is not None and worse(found["sources"], laws):
             laws, worst = found["sources"], self._source(source)
+        gate = found.get("worst_gate")
+        if gate is not None and worse(found["gates"], laws):
+            laws, worst = found["gates"], f"the gate of {self.mna.pair_elements[gate]}"
         written = self._written
         if written is not None and written.worst is not None and worse(written.error, laws):
             laws, worst = written.error, f"the expression {shown(written.worst.expression)}"

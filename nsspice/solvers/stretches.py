@@ -30,6 +30,9 @@ class Stretches:
         Steps of the engine that end with each.
     signed : ndarray of uint8, shape (k,)
         1 if the signs of the pairs are promised at all points, 0 at the last one alone.
+    doubt : ndarray, shape (k,)
+        How far controls of switches may lie beyond their thresholds [V, A]; infinite where some
+        switches are sampled.
     first, first_u : ndarray, shapes (k, n), (k, p)
         Unknowns and sources at the beginning.
     time, weight : ndarray, shape (k, s)
@@ -60,6 +63,7 @@ class Stretches:
     swing: Floats
     steps: npt.NDArray[np.uint8]
     signed: npt.NDArray[np.uint8]
+    doubt: Floats
     first: Floats
     first_u: Floats
     time: Floats

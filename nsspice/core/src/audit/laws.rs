@@ -1,6 +1,7 @@
 //! Checks of the laws and of complementarity at recorded points.
 
 use super::energy::Ledger;
+use super::gates::Gates;
 use super::matrix::Entries;
 use super::points::Block;
 use super::rounding::{share, Reach, Usual};
@@ -112,6 +113,8 @@ pub struct Auditor {
     pub ledger: Option<Ledger>,
     /// source values; none where records do not tell instants
     pub sources: Option<Sources>,
+    /// gates of switches; none without them
+    pub gates: Option<Gates>,
 }
 
 /// Whether the current of a branch that does not store leads out of a group of laws.
@@ -193,6 +196,7 @@ impl Auditor {
             checks: 0,
             ledger: stores.then(Ledger::default),
             sources: None,
+            gates: None,
             e,
             storage,
             controls,

@@ -14,6 +14,7 @@
 
 mod energy;
 mod form;
+mod gates;
 mod jumps;
 mod lanes;
 mod laws;
@@ -26,6 +27,7 @@ mod stretches;
 mod sums;
 mod taken;
 
+pub use gates::Gates;
 pub use laws::Auditor;
 pub use sources::{Described, Sources};
 pub use steps::Steps;

@@ -41,6 +41,8 @@ pub struct Stretches<'a> {
     pub steps: &'a [u8],
     /// signs of the pairs hold at all nodes (1), or at the last one alone (0)
     pub signed: &'a [u8],
+    /// how far controls of switches may lie beyond their thresholds; infinite where some are sampled
+    pub doubt: &'a [f64],
     /// unknowns at the beginning, (k, n)
     pub first: &'a [f64],
     /// sources at the beginning, (k, p)
@@ -102,6 +104,9 @@ impl Auditor {
             // stages behind the end of a step see a law of a source that has ended
             let rows = all.time.iter().enumerate().filter(|(i, t)| **t <= all.end[i / s]);
             sources.take(&rows.map(|(i, &t)| (t, i)).collect::<Vec<_>>(), all.u);
+        }
+        if let Some(gates) = &mut self.gates {
+            gates.take(all, n, m);
         }
         let (mut charge_rate, mut floor) = (vec![0.0; n], vec![0.0; n]);
         let (mut f, mut f_first) = (Vec::new(), Vec::new());

@@ -4,7 +4,7 @@
 //! integrates what moves in it up to rounding; terms that have decayed no longer shorten them.
 //! Nothing is judged here.
 
-use super::mode::Mode;
+use super::mode::{Mode, Watch};
 use super::pick::roles;
 use super::run::Engine;
 use super::terms::{Point, Term};
@@ -52,6 +52,8 @@ const FIRST_MODES: usize = 256;
 /// of so many, the balance of energy sees the others.
 const FEW: u64 = 64;
 const SEAMS: u64 = 8;
+/// Controls may go so many times beyond their thresholds as their rounding.
+const CROSSED: f64 = 4.0;
 /// Records are handed over when they hold this many numbers.
 const FULL: usize = 1 << 18;
 
@@ -295,6 +297,14 @@ impl Engine {
         w.v.resize(self.v.len(), 0.0);
         w.a.resize(self.net.states, 0.0);
         let sources = self.inputs.waveforms().len();
+        let noise = mode.watch.iter().zip(&self.picker.verifier.noise);
+        let switches = noise.filter(|(watch, _)| matches!(watch, Watch::Switch(_)));
+        let sampled = self.sampling.on.contains(&true);
+        let doubt = if sampled {
+            f64::INFINITY
+        } else {
+            switches.fold(0.0, |most, (_, noise)| f64::max(most, CROSSED * noise))
+        };
         for (k, (node, weight)) in NODES.iter().zip(WEIGHTS).enumerate() {
             let t = match k {
                 0 => begin,
@@ -339,6 +349,7 @@ impl Engine {
             0
         });
         taken.signed.push(1);
+        taken.doubt.push(doubt);
         if !self.switches.is_empty() {
             taken.roles.extend(roles(m, &self.switches, &self.gates).iter().map(|&r| r as u8));
         }

@@ -369,7 +369,7 @@ impl Stepper {
 
     /// What rounding of stored quantities may make of the largest voltage and current in a short step,
     /// relative to them.
-    fn noise(&self, z: &[f64], length: f64) -> [f64; 2] {
+    pub(super) fn noise(&self, z: &[f64], length: f64) -> [f64; 2] {
         let stored = self.stored_sizes(z);
         // charges make currents, fluxes voltages
         let [currents, voltages] = self.sys.largest(&[&stored]);

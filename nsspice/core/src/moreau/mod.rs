@@ -16,6 +16,7 @@ mod drowned;
 mod failure;
 mod impact_law;
 mod impacts;
+mod increment;
 mod instant;
 mod islands;
 mod jumps;

@@ -15,30 +15,37 @@
 
 use super::clock::slopes;
 use super::failure::Outcome;
+use super::increment::{AGAIN, BEFORE};
+use super::jumps::ROUNDING;
 use super::stepper::Stepper;
 use crate::mlcp::Start;
 
-/// Lengths of the increment, relative to that of the steps that have shown the values: it does not lose digits by
-/// being short, but beside the storage of so short a one leakage may be drowned;
-const LENGTHS: [f64; 5] = [1e-6, 1e-3, 1.0, 1e3, 1e6];
-/// and that of a step that shows what the motion of the sources turns.
+/// Length of a step that shows what the motion of the sources turns, relative to that of those that have shown the
+/// values.
 const TURNING: f64 = 1e-3;
-/// Laws without storage are obeyed where no more than this part of what they missed is left, or of the largest
-/// value.
-const SHARE: f64 = 0.1;
-const OBEYED: f64 = 1e-15;
-/// How long before the present time sources are asked for their slopes, relative to the nominal step, and the
-/// part by which these change at a corner.
-const BEFORE: f64 = 1e-6;
+/// Part by which slopes of sources change at a corner.
 const CHANGED: f64 = 1e-3;
-/// Ratio of two lengths that tell what does not vanish with them.
-const AGAIN: f64 = 0.1;
 /// The part by which it may differ.
 const ALIKE: f64 = 0.1;
 /// Signs may be missed by this part of the largest value: what moves has not got far.
 const SLIGHT: f64 = 1e-7;
 /// Where they turn, by a tenth of what the certificate grants.
 const SIGNS: f64 = 1e-9;
+
+/// Whether two increments have something alike, so that their rates are in the inverse ratio of their lengths; what
+/// moves has the same rate in both, or less.
+fn alike(long: f64, short: f64) -> bool {
+    (AGAIN * short - long).abs() <= ALIKE * long.abs()
+}
+
+/// Rates at length 0 from those of two increments, without what these have alike.
+fn at_once(longer: &[f64], shorter: &[f64]) -> Vec<f64> {
+    let rate = |(&long, &short): (&f64, &f64)| {
+        let rest = if alike(long, short) { long - AGAIN * short } else { short - AGAIN * long };
+        rest / (1.0 - AGAIN)
+    };
+    longer.iter().zip(shorter).map(rate).collect()
+}
 
 impl Stepper {
     /// Slopes of the sources to the right of a time.
@@ -62,7 +69,7 @@ impl Stepper {
     pub(super) fn move_on(&mut self, shown: f64) {
         let slopes = self.source_slopes(self.time);
         let moving = slopes.iter().any(|slope| *slope != 0.0);
-        if !(moving || self.outputs.needs_rates()) {
+        if !(moving || self.is_rounded(shown) || self.outputs.needs_rates()) {
             return;
         }
         let found = self.onward_rates(&slopes, moving, shown);
@@ -88,32 +95,41 @@ impl Stepper {
             }
             (rates, length) = self.turned_increment(slopes, shown)?;
         }
-        if moving {
-            if let Some(shorter) = self.increment(slopes, AGAIN * length) {
-                self.add_what_stays([&rates, &shorter], length);
-                rates = shorter;
+        if moving || self.is_rounded(shown) && self.is_felt(&rates, length) {
+            if let Some((longer, shorter, length)) =
+                self.two_increments(slopes, rates.clone(), length, shown)
+            {
+                self.add_what_stays([&longer, &shorter], length);
+                rates = at_once(&longer, &shorter);
             }
         }
         Some(rates)
     }
 
-    /// Adds to unknowns that store nothing, and to multipliers, what increments of this length and of a shorter
-    /// one have alike.
+    /// Whether rates make anything of unknowns in a time.
+    fn is_felt(&self, rates: &[f64], length: f64) -> bool {
+        let largest = self.sys.largest(&[&self.z]);
+        let sizes = self.sys.linear.row_kind.iter().map(|&kind| largest[usize::from(kind)]);
+        rates.iter().zip(sizes).any(|(rate, size)| (length * rate).abs() > ROUNDING * size)
+    }
+
+    /// Adds to unknowns that store nothing, to the potentials of capacitors without a connection to ground, and to
+    /// multipliers, what increments of this length and of a shorter one have alike.
     fn add_what_stays(&mut self, [longer, shorter]: [&[f64]; 2], length: f64) {
-        let n = self.z.len();
-        let mut stored = vec![false; n];
-        self.storage.unknowns().for_each(|j| stored[j] = true);
-        for (j, (long, short)) in longer.iter().zip(shorter).enumerate() {
-            // what moves has the same rate in both, or less
-            let alike = (AGAIN * short - long).abs() <= ALIKE * long.abs();
-            if stored.get(j) == Some(&true) || !alike {
-                continue;
+        let stays = |(long, short): (&f64, &f64)| {
+            if alike(*long, *short) {
+                length * AGAIN * (short - long) / (1.0 - AGAIN)
+            } else {
+                0.0
             }
-            let stays = length * AGAIN * (short - long) / (1.0 - AGAIN);
-            match self.z.get_mut(j) {
-                Some(z) => *z += stays,
-                None => self.l[j - n] += stays,
-            }
+        };
+        let mut more: Vec<f64> = longer.iter().zip(shorter).map(stays).collect();
+        self.storage.keep(&mut more);
+        let (z, l, before) = (self.z.clone(), self.l.clone(), self.missed_at_once());
+        self.z.iter_mut().chain(&mut self.l).zip(&more).for_each(|(value, more)| *value += more);
+        // junctions through which a charge still rushes bend more than a line tells
+        if self.missed_at_once() > before.max(SIGNS) {
+            (self.z, self.l) = (z, l);
         }
     }
 
@@ -205,7 +221,8 @@ impl Stepper {
         self.take_stored(z);
         self.obey(shown);
         if self.obeys_signs() {
-            Some((self.increment(slopes, length)?, length))
+            let sums = self.is_rounded(shown);
+            Some((self.increment(slopes, length, sums)?, length))
         } else {
             None
         }
@@ -231,96 +248,5 @@ impl Stepper {
         let obeyed =
             |(list, most): &(Vec<f64>, f64)| self.diodes.iter().all(|&i| list[i] >= -SIGNS * most);
         self.of_pairs().iter().all(obeyed)
-    }
-
-    /// What linear laws miss at the present state.
-    fn missed(&self) -> Vec<f64> {
-        let linear = &self.sys.linear;
-        let mut missed = vec![0.0; self.z.len()];
-        linear.s.mul_add(1.0, &self.u0, &mut missed);
-        linear.g.mul_add(-1.0, &self.z, &mut missed);
-        linear.a.mul_add(-1.0, &self.l, &mut missed);
-        missed
-    }
-
-    /// Lets unknowns that store nothing and multipliers obey all laws without storage in the present mode.
-    pub(super) fn obey(&mut self, shown: f64) {
-        let (z, l) = (self.z.clone(), self.l.clone());
-        let missed = self.missed_without_storage();
-        let [volts, amperes] = self.sys.largest(&[&z]).map(|size| OBEYED * size);
-        let before = self.sys.largest(&[&missed]);
-        let goal = [before[0].max(amperes / SHARE), before[1].max(volts / SHARE)];
-        let slacks = self.sys.linear.slacks_of(&z, &l);
-        let off = slacks.iter().zip(&self.active).map(|(w, &on)| if on { -w } else { 0.0 });
-        let change: Vec<f64> = missed.into_iter().chain(off).collect();
-        // what is stored stands still in short steps alone, beside which leakage may be drowned
-        for ratio in LENGTHS {
-            let mut x = change.clone();
-            if self.solve_increment(ratio * shown, &mut x).is_none() {
-                continue;
-            }
-            self.storage.unknowns().for_each(|j| x[j] = 0.0);
-            self.z.iter_mut().chain(&mut self.l).zip(&x).for_each(|(value, x)| *value += x);
-            let after = self.sys.largest(&[&self.missed_without_storage()]);
-            if after.iter().zip(goal).all(|(after, goal)| *after <= SHARE * goal) {
-                return;
-            }
-            (self.z, self.l) = (z.clone(), l.clone());
-        }
-    }
-
-    /// What linear laws without storage miss at the present state.
-    fn missed_without_storage(&self) -> Vec<f64> {
-        let mut missed = self.missed();
-        self.sys.linear.e.iter().for_each(|e| missed[e.0] = 0.0);
-        missed
-    }
-
-    /// Solves the matrix of an increment in the present mode; none if this is singular.
-    fn solve_increment(&mut self, length: f64, x: &mut [f64]) -> Option<()> {
-        let k = self.stage_index(length, true);
-        let stage = &mut self.stages[k];
-        let factor = stage.factor(&self.active, self.epoch);
-        if !factor.regular() {
-            return None;
-        }
-        factor.solve(x, &mut self.work);
-        x.iter().all(|value| value.is_finite()).then_some(())
-    }
-
-    /// The rates of unknowns and multipliers by the shortest increment that determines them, and its length.
-    fn first_increment(&mut self, slopes: &[f64], shown: f64) -> Option<(Vec<f64>, f64)> {
-        let longest = shown.max(BEFORE * self.step_length);
-        LENGTHS.iter().map(|ratio| ratio * shown).find_map(|length| {
-            let rates = if length > longest { None } else { self.increment(slopes, length) };
-            rates.map(|rates| (rates, length))
-        })
-    }
-
-    /// The rates of unknowns and multipliers in the present mode; none if it does not determine them.
-    fn increment(&mut self, slopes: &[f64], length: f64) -> Option<Vec<f64>> {
-        let (n, m) = (self.z.len(), self.l.len());
-        let mut driven = vec![0.0; n];
-        self.sys.linear.s.mul_add(1.0, slopes, &mut driven);
-        if self.smooth.is_some() {
-            let (z, l) = (self.z.clone(), self.l.clone());
-            let [acting, _] = self.acting_at(&z, &l)?;
-            let missed: Vec<f64> = acting.iter().map(|acting| -acting).collect();
-            let state = [&z[..], &self.u0, slopes];
-            let smooth = self.smooth.as_mut()?;
-            let clock = smooth.clock(self.time);
-            smooth.newton.set_rate(1.0 / length);
-            return smooth.newton.rates(state, clock, [&missed, &driven]);
-        }
-        let mut x = driven;
-        let mut stores = vec![false; n];
-        self.sys.linear.e.iter().for_each(|e| stores[e.0] = true);
-        let missed = self.missed();
-        let rows = x.iter_mut().zip(&missed).zip(&stores).filter(|row| *row.1);
-        rows.for_each(|((x, missed), _)| *x += missed / length);
-        x.resize(n + m, 0.0);
-        self.solve_increment(length, &mut x)?;
-        let k = self.stage_index(length, true);
-        self.stages[k].slot(&self.active, self.epoch).summed.is_none().then_some(x)
     }
 }

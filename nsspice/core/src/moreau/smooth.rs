@@ -6,6 +6,7 @@ use super::jumps::ROUNDING;
 use super::matrices::StepMatrices;
 use super::stage::System;
 use super::stepper::Stepper;
+use super::sums::total;
 use crate::descriptor::Linear;
 use crate::mlcp::{Residual, Start};
 use crate::newton::{Data, Newton, Smooth, Tracking};
@@ -45,6 +46,20 @@ pub struct SmoothPart {
     scratch: Vec<f64>,
     /// see [`Linear::conducting`]; empty until it is asked for
     conducting: Option<Csc>,
+    /// some potentials are known by the rates of currents alone
+    by_rates: bool,
+}
+
+/// Whether some sum of laws in which nothing is stored holds currents of coils alone, and of pairs that may be open:
+/// it ties their rates, and tells no potential.
+fn ties_rates(linear: &Linear, functions: &Csc, sums: &[Vec<usize>]) -> bool {
+    let mut stores = vec![false; linear.g.nrows];
+    linear.e.iter().for_each(|e| stores[e.1] = true);
+    let coil = |&(c, _): &(usize, f64)| linear.row_kind[c] == 1 && stores[c];
+    sums.iter().filter(|rows| linear.row_kind[rows[0]] == 0).any(|rows| {
+        let own = total(&linear.g, rows);
+        !own.is_empty() && own.iter().all(coil) && total(functions, rows).is_empty()
+    })
 }
 
 impl SmoothPart {
@@ -52,16 +67,19 @@ impl SmoothPart {
     pub fn new(sys: &System, smooth: Smooth) -> SmoothPart {
         let count = smooth.tape.program().len();
         let n = sys.linear.g.nrows;
+        let functions = smooth.f.clone();
+        let newton = Newton::new(
+            &sys.linear.e,
+            &sys.linear.g,
+            &sys.linear.a,
+            &sys.linear.b,
+            &sys.linear.d,
+            &sys.linear.row_kind,
+            smooth,
+        );
         SmoothPart {
-            newton: Newton::new(
-                &sys.linear.e,
-                &sys.linear.g,
-                &sys.linear.a,
-                &sys.linear.b,
-                &sys.linear.d,
-                &sys.linear.row_kind,
-                smooth,
-            ),
+            by_rates: ties_rates(&sys.linear, &functions, newton.sums_that_store_nothing()),
+            newton,
             f: vec![0.0; count],
             rates: vec![0.0; count],
             known: false,
@@ -189,6 +207,11 @@ impl SmoothPart {
         }
         entries.extend(slopes.into_iter().filter(|e| left[e.0] > 0.0 && left[e.1] > 0.0));
         Some(Csc::from_triplets(linear.e.nrows, linear.e.ncols, &entries))
+    }
+
+    /// Whether some potentials are known by the rates of currents alone.
+    pub(super) fn by_rates(&self) -> bool {
+        self.by_rates
     }
 
     /// What conducts where all switches are closed.

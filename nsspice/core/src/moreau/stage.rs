@@ -14,6 +14,8 @@ use std::sync::Arc;
 /// Where the step equations and those for increments differ by more than this part, the former have
 /// lost digits.
 pub(super) const ROUNDED: f64 = 1e-12;
+/// Rates of so short increments that steps would lose them are known to this part.
+const KNOWN: f64 = 1e-8;
 /// Increments that are wrong by more than this part: the mode is singular up to rounding.
 const UNSOUND: f64 = 1e-2;
 
@@ -337,6 +339,27 @@ impl Stage {
             self.solve_summed(summed, active, ends, x);
         }
         summed.is_some()
+    }
+
+    /// What sources with these `slopes` and the right-hand side of the other laws make of a mode with sums of laws;
+    /// none if there are none, or they do not give it.
+    pub fn increment_with_sums(
+        &self,
+        active: &[bool],
+        slopes: &[f64],
+        right: &[f64],
+    ) -> Option<Vec<f64>> {
+        let sums = self.sums.as_ref()?;
+        let mode = sums.factor(&self.matrices, active, self.driver.scale())?;
+        let mut rhs = right.to_vec();
+        sums.drive(&mode, slopes, &mut rhs);
+        let mut x = rhs.clone();
+        mode.solve(&mut x);
+        let solve = |residual: &mut [f64]| {
+            sums.residual(&mode, &rhs, x.split_at(self.matrices.n), residual);
+            mode.solve(residual);
+        };
+        (defect(&self.matrices, active, &rhs, &x, solve) <= KNOWN).then_some(x)
     }
 
     /// The factored equations of a mode with sums, if they give the increment of a step.

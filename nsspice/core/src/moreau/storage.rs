@@ -169,6 +169,15 @@ impl Storage {
         }
     }
 
+    /// Takes out of a change what would change charges and fluxes: a floating group moves as its first unknown does.
+    pub fn keep(&self, change: &mut [f64]) {
+        self.fixed.iter().for_each(|&j| change[j] = 0.0);
+        for group in &self.floating {
+            let common = change[group[0]];
+            group.iter().for_each(|&j| change[j] = common);
+        }
+    }
+
     /// Groups of capacitors without a connection to ground.
     pub fn floating(&self) -> &[Vec<usize>] {
         &self.floating
@@ -216,6 +225,9 @@ mod tests {
         assert_eq!(z, [7.0, 6.0, 1.0, 2.0, 9.0]);
         storage.lower(&[-1.0, 5.0, 0.0, 0.0, 0.0], &mut z);
         assert_eq!(z, [-1.0, -2.0, 1.0, 2.0, 9.0]);
+        let mut change = [0.5, 0.25, 1.0, 2.0, 9.0];
+        storage.keep(&mut change);
+        assert_eq!(change, [0.5, 0.5, 0.0, 0.0, 9.0]);
         // a gigavolt knows no tenth of a microvolt
         let mut high = [7.0, 6.0 + 1e-7, 1.0, 2.0, 9.0];
         storage.restore(&[1e9, 1e9 - 1.0, 0.0, 2.0, 0.0], &mut high, |_| 1e-6);

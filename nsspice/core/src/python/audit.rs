@@ -3,7 +3,7 @@
 use super::points::{PyRecords, PyStretches};
 use super::system::{misfit, PySystem};
 use super::{invalid, Floats, Matrix};
-use crate::audit::{Auditor, Balance, Sources, Steps, Stretches, Sums};
+use crate::audit::{Auditor, Balance, Gates, Sources, Steps, Stretches, Sums};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -41,6 +41,9 @@ impl PyAuditor {
                 return Err(misfit());
             }
             inner.sources = Some(Sources::new(&system.described));
+        }
+        if !system.switches.is_empty() {
+            inner.gates = Some(Gates::new(system.switches.clone()));
         }
         Ok(PyAuditor { inner, functions, sums: Sums::new(linear, averaging.as_ref(), smooth) })
     }
@@ -94,6 +97,7 @@ impl PyAuditor {
         let (grain, swing) = (floats("grain")?, floats("swing")?);
         let (seam_end, seam_begin) = (floats("seam_end")?, floats("seam_begin")?);
         let (done, signed) = (part::<u8>(records, "steps")?, part::<u8>(records, "signed")?);
+        let doubt = floats("doubt")?;
         let (first, first_u) = (floats("first")?, floats("first_u")?);
         let (time, weight, inner) = (floats("time")?, floats("weight")?, floats("inner")?);
         let (z, rate, l, u) = (floats("z")?, floats("rate")?, floats("lam")?, floats("u")?);
@@ -108,6 +112,7 @@ impl PyAuditor {
             swing: swing.as_slice()?,
             steps: done.as_slice()?,
             signed: signed.as_slice()?,
+            doubt: doubt.as_slice()?,
             first: first.as_slice()?,
             first_u: first_u.as_slice()?,
             time: time.as_slice()?,
@@ -182,6 +187,10 @@ impl PyAuditor {
             out.set_item(intern!(py, "sources"), sources.error)?;
             out.set_item(intern!(py, "worst_source"), sources.worst)?;
         }
+        if let Some(gates) = &self.inner.gates {
+            out.set_item(intern!(py, "gates"), gates.error)?;
+            out.set_item(intern!(py, "worst_gate"), gates.worst)?;
+        }
         if let Some(ledger) = &self.inner.ledger {
             let e = &ledger.energy;
             let energy = PyDict::new(py);
@@ -223,7 +232,7 @@ impl PyAuditor {
         let (k, nodes) = (all.begin.len(), all.nodes);
         let points = k * nodes;
         let either = |len: usize, full: usize| len == 0 || len == full;
-        let fits = [all.end.len(), all.grain.len(), all.swing.len()] == [k; 3]
+        let fits = [all.end.len(), all.grain.len(), all.swing.len(), all.doubt.len()] == [k; 4]
             && [all.steps.len(), all.signed.len()] == [k; 2]
             && all.seam_end.len() == all.seam_begin.len()
             && all.seam_end.len().is_multiple_of(n.max(1))

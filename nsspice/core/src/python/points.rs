@@ -50,6 +50,7 @@ impl PyStretches {
             "swing" => array(py, &t.swing, [k]),
             "steps" => array(py, &t.steps, [k]),
             "signed" => array(py, &t.signed, [k]),
+            "doubt" => array(py, &t.doubt, [k]),
             "first" => array(py, &t.first, [k, n]),
             "first_u" => array(py, &t.first_u, [k, p]),
             "time" => array(py, &t.time, [k, s]),

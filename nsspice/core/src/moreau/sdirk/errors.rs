@@ -7,6 +7,8 @@ use super::run::Sdirk;
 
 /// Rounding of an estimated error: that of the largest voltage (current), in the rates of all stages.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
+/// So many times what Newton's method leaves open, less than a thousandth of the tolerance, is no motion.
+const STILL: f64 = 256.0;
 
 impl Sdirk {
     /// Estimated error of the trial step relative to what is allowed.
@@ -41,6 +43,29 @@ impl Sdirk {
             // NaN is the worst
             (worst, self.erring) = if ratio <= worst { (worst, self.erring) } else { (ratio, j) };
         }
-        worst
+        // so short a step shows the rounding of fluxes as voltages: longer ones show less
+        if worst > NOTICED && self.is_still(s) {
+            NOTICED
+        } else {
+            worst
+        }
+    }
+
+    /// Whether the trial step moves what is stored by no more than its stages leave open.
+    fn is_still(&self, s: &Stepper) -> bool {
+        let Some(smooth) = &s.smooth else { return false };
+        let (n, m) = (s.z.len(), s.l.len());
+        let part = STILL * smooth.newton.accuracy().max(f64::EPSILON);
+        let (first, end) = (&self.trial.first, &self.trial.stages[self.tableau.stages() - 1]);
+        let mut linear = self.ladder.stored.iter().filter(|&&j| self.trial.terms[j] > 0.0);
+        if !linear.all(|&j| (end[j] - first[j]).abs() <= part * self.trial.terms[j]) {
+            return false;
+        }
+        let [mut change, mut stored] = [(); 2].map(|()| vec![0.0; n]);
+        smooth.newton.add_stored(1.0, &end[n + m..], &mut stored);
+        change.copy_from_slice(&stored);
+        smooth.newton.add_stored(-1.0, &first[n + m..], &mut change);
+        let [moved, most] = [&change, &stored].map(|list| s.sys.largest(&[list]));
+        (0..2).all(|kind| moved[kind] <= part * most[kind])
     }
 }

@@ -4,6 +4,8 @@ use super::super::stepper::Stepper;
 
 /// A guard counts as negative beyond this part of its scale.
 pub const VIOLATED: f64 = 1e-11;
+/// Rounding of a control, as a part of the largest voltage or current.
+const ROUNDED: f64 = 16.0 * f64::EPSILON;
 /// A parabola errs by less than this part of its height.
 const CLOSE: f64 = 0.05;
 
@@ -168,7 +170,10 @@ impl Scales {
             return f64::INFINITY;
         }
         let (threshold, sign) = switch.edge(gate);
-        let scale = self.largest[usize::from(self.control[k])].max(f64::MIN_POSITIVE);
+        // its own size: the voltage of an instant elsewhere is no measure of a gate
+        let rounded = ROUNDED / VIOLATED * self.largest[usize::from(self.control[k])];
+        let own = switch.control.iter().map(|&(j, c)| c.abs() * self.unknown[j]).sum::<f64>();
+        let scale = own.max(threshold.abs()).max(rounded).max(f64::MIN_POSITIVE);
         sign * (switch.value(z) - threshold) / scale
     }
 

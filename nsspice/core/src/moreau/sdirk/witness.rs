@@ -195,6 +195,7 @@ impl Witness {
         taken.swing.push(0.0);
         taken.steps.push(1u8.saturating_add(std::mem::take(&mut self.empty)));
         taken.signed.push(0); // inner stages are of low order
+        taken.doubt.push(if s.sampled.contains(&true) { f64::INFINITY } else { 0.0 });
         taken.first.extend_from_slice(&trial.first[..n]);
         taken.first_u.extend_from_slice(&s.u0);
         taken.weight.extend(own[..=stages].iter().map(|w| h * w));

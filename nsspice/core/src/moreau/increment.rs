@@ -1,0 +1,189 @@
+//! Increments: rates by the laws, where steps would subtract numbers that are nearly equal.
+//!
+//! An increment of a short length solves the equations of a step without the unknowns to which it would be added,
+//! so that it loses no digits by being short; but beside the storage of so short a one leakage may be drowned.
+
+use super::jumps::ROUNDING;
+use super::stepper::Stepper;
+
+/// Their lengths, relative to that of the steps that have shown the values.
+const LENGTHS: [f64; 5] = [1e-6, 1e-3, 1.0, 1e3, 1e6];
+/// How long before the present time sources are asked for their slopes, and the longest increment, relative to the
+/// nominal step.
+pub(super) const BEFORE: f64 = 1e-6;
+/// Ratio of two lengths that tell what does not vanish with them.
+pub(super) const AGAIN: f64 = 0.1;
+/// Laws without storage are obeyed where no more than this part of what they missed is left, or of the largest
+/// value.
+const SHARE: f64 = 0.1;
+const OBEYED: f64 = 1e-15;
+/// Rounding of fluxes over a step that is felt in potentials, as a part of the largest.
+const FELT: f64 = 1e-7;
+
+impl Stepper {
+    /// What linear laws miss at the present state.
+    fn missed(&self) -> Vec<f64> {
+        let linear = &self.sys.linear;
+        let mut missed = vec![0.0; self.z.len()];
+        linear.s.mul_add(1.0, &self.u0, &mut missed);
+        linear.g.mul_add(-1.0, &self.z, &mut missed);
+        linear.a.mul_add(-1.0, &self.l, &mut missed);
+        missed
+    }
+
+    /// Lets unknowns that store nothing and multipliers obey all laws without storage in the present mode.
+    pub(super) fn obey(&mut self, shown: f64) {
+        let (z, l) = (self.z.clone(), self.l.clone());
+        let missed = self.missed_without_storage();
+        let [volts, amperes] = self.sys.largest(&[&z]).map(|size| OBEYED * size);
+        let before = self.sys.largest(&[&missed]);
+        let goal = [before[0].max(amperes / SHARE), before[1].max(volts / SHARE)];
+        let slacks = self.sys.linear.slacks_of(&z, &l);
+        let off = slacks.iter().zip(&self.active).map(|(w, &on)| if on { -w } else { 0.0 });
+        let change: Vec<f64> = missed.into_iter().chain(off).collect();
+        // what is stored stands still in short steps alone, beside which leakage may be drowned
+        for ratio in LENGTHS {
+            let mut x = change.clone();
+            if self.solve_increment(ratio * shown, &mut x).is_none() {
+                continue;
+            }
+            self.storage.unknowns().for_each(|j| x[j] = 0.0);
+            self.z.iter_mut().chain(&mut self.l).zip(&x).for_each(|(value, x)| *value += x);
+            let after = self.sys.largest(&[&self.missed_without_storage()]);
+            if after.iter().zip(goal).all(|(after, goal)| *after <= SHARE * goal) {
+                return;
+            }
+            (self.z, self.l) = (z.clone(), l.clone());
+        }
+    }
+
+    /// What linear laws without storage miss at the present state.
+    fn missed_without_storage(&self) -> Vec<f64> {
+        let mut missed = self.missed();
+        self.sys.linear.e.iter().for_each(|e| missed[e.0] = 0.0);
+        missed
+    }
+
+    /// How far the present state is from obeying the laws in which nothing is stored, and the sums of the laws of
+    /// capacitors without a connection to ground, as a part of their terms.
+    pub(super) fn missed_at_once(&mut self) -> f64 {
+        let (z, l) = (self.z.clone(), self.l.clone());
+        if self.smooth.is_some() {
+            return self.missed_by(&z, &l);
+        }
+        let (missed, linear) = (self.missed(), &self.sys.linear);
+        let mut sizes = vec![0.0; z.len()];
+        linear.s.abs_mul_add(&self.u0, &mut sizes);
+        linear.g.abs_mul_add(&z, &mut sizes);
+        linear.a.abs_mul_add(&l, &mut sizes);
+        let mut stores = vec![false; z.len()];
+        linear.e.iter().for_each(|e| stores[e.0] = true);
+        let most = self.sys.largest(&[&sizes]).map(|size| ROUNDING * size);
+        let error = |rows: &[usize]| {
+            let [missed, size] =
+                [&missed, &sizes].map(|list| rows.iter().map(|&row| list[row]).sum::<f64>());
+            let size = size.max(most[usize::from(linear.row_kind[rows[0]])]);
+            if size > 0.0 {
+                missed.abs() / size
+            } else {
+                0.0
+            }
+        };
+        let rows = (0..z.len()).filter(|&row| !stores[row]).map(|row| error(&[row]));
+        let groups = self.storage.floating().iter().map(|group| error(group));
+        rows.chain(groups).fold(0.0, f64::max)
+    }
+
+    /// Solves the matrix of an increment in the present mode; none if this is singular.
+    fn solve_increment(&mut self, length: f64, x: &mut [f64]) -> Option<()> {
+        let k = self.stage_index(length, true);
+        let stage = &mut self.stages[k];
+        let factor = stage.factor(&self.active, self.epoch);
+        if !factor.regular() {
+            return None;
+        }
+        factor.solve(x, &mut self.work);
+        x.iter().all(|value| value.is_finite()).then_some(())
+    }
+
+    /// Whether little but the rounding of fluxes may be left of some potentials in steps of this length: junctions
+    /// and small capacitors ask for very short ones.
+    pub(super) fn is_rounded(&self, length: f64) -> bool {
+        let felt = || self.noise(&self.z, length)[0] > FELT;
+        self.storage.tight() || self.smooth.as_ref().map_or_else(felt, |smooth| smooth.by_rates())
+    }
+
+    /// Lengths of increments, shortest first.
+    fn lengths(&self, shown: f64) -> impl Iterator<Item = f64> {
+        let longest = shown.max(BEFORE * self.step_length);
+        // in which all is rounded is short enough itself
+        let least = if self.smooth.is_some() || self.is_rounded(shown) { 1.0 } else { 0.0 };
+        let ratios = LENGTHS.into_iter().filter(move |&ratio| ratio >= least);
+        ratios.map(move |ratio| ratio * shown).filter(move |&length| length <= longest)
+    }
+
+    /// The rates of unknowns and multipliers by the shortest increment that determines them, and its length.
+    pub(super) fn first_increment(
+        &mut self,
+        slopes: &[f64],
+        shown: f64,
+    ) -> Option<(Vec<f64>, f64)> {
+        let sums = self.is_rounded(shown);
+        self.lengths(shown).find_map(|length| Some((self.increment(slopes, length, sums)?, length)))
+    }
+
+    /// The rates by two increments, given those by one of some length or by longer ones: by the longer, whose
+    /// length comes last, and by the shorter.
+    pub(super) fn two_increments(
+        &mut self,
+        slopes: &[f64],
+        rates: Vec<f64>,
+        first: f64,
+        shown: f64,
+    ) -> Option<(Vec<f64>, Vec<f64>, f64)> {
+        let (mut known, sums) = (Some(rates), self.is_rounded(shown));
+        self.lengths(shown).filter(|&length| length >= first).find_map(|length| {
+            let longer = known.take().or_else(|| self.increment(slopes, length, sums))?;
+            Some((longer, self.increment(slopes, AGAIN * length, sums)?, length))
+        })
+    }
+
+    /// The rates of unknowns and multipliers in the present mode, with sums of laws where these are wanted; none if
+    /// it does not determine them.
+    pub(super) fn increment(
+        &mut self,
+        slopes: &[f64],
+        length: f64,
+        sums: bool,
+    ) -> Option<Vec<f64>> {
+        let (n, m) = (self.z.len(), self.l.len());
+        let mut driven = vec![0.0; n];
+        self.sys.linear.s.mul_add(1.0, slopes, &mut driven);
+        if self.smooth.is_some() {
+            let (z, l) = (self.z.clone(), self.l.clone());
+            let [acting, _] = self.acting_at(&z, &l)?;
+            let missed: Vec<f64> = acting.iter().map(|acting| -acting).collect();
+            let state = [&z[..], &self.u0, slopes];
+            let smooth = self.smooth.as_mut()?;
+            let clock = smooth.clock(self.time);
+            smooth.newton.set_rate(1.0 / length);
+            return smooth.newton.rates(state, clock, [&missed, &driven]);
+        }
+        let mut x = driven;
+        let mut stores = vec![false; n];
+        self.sys.linear.e.iter().for_each(|e| stores[e.0] = true);
+        let missed = self.missed();
+        let rows = x.iter_mut().zip(&missed).zip(&stores).filter(|row| *row.1);
+        rows.for_each(|((x, missed), _)| *x += missed / length);
+        x.resize(n + m, 0.0);
+        if sums {
+            let k = self.stage_index(length, true);
+            if let Some(x) = self.stages[k].increment_with_sums(&self.active, slopes, &x) {
+                return Some(x);
+            }
+        }
+        self.solve_increment(length, &mut x)?;
+        let k = self.stage_index(length, true);
+        self.stages[k].slot(&self.active, self.epoch).summed.is_none().then_some(x)
+    }
+}
