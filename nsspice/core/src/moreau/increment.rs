@@ -117,7 +117,7 @@ impl Stepper {
     fn lengths(&self, shown: f64) -> impl Iterator<Item = f64> {
         let longest = shown.max(BEFORE * self.step_length);
         // in which all is rounded is short enough itself
-        let least = if self.smooth.is_some() || self.is_rounded(shown) { 1.0 } else { 0.0 };
+        let least = if self.is_rounded(shown) { 1.0 } else { 0.0 };
         let ratios = LENGTHS.into_iter().filter(move |&ratio| ratio >= least);
         ratios.map(move |ratio| ratio * shown).filter(move |&length| length <= longest)
     }
