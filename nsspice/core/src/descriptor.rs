@@ -114,6 +114,34 @@ pub fn sums_that_store_nothing(e: &Csc, q: &Csc) -> Vec<Vec<usize>> {
     groups
 }
 
+/// Whether some sum of laws of currents in which nothing is stored, neither by functions (`q`), holds currents of
+/// coils alone, and of pairs that may be open, but no function (`f`): it ties their rates, and tells no potential.
+pub fn ties_rates(linear: &Linear, f: &Csc, q: &Csc) -> bool {
+    let stores = stored_columns(&linear.e);
+    let groups = sums_that_store_nothing(&linear.e, q);
+    let mut of = vec![None; linear.g.nrows];
+    for (k, group) in groups.iter().enumerate().filter(|e| linear.row_kind[e.1[0]] == 0) {
+        group.iter().for_each(|&row| of[row] = Some(k));
+    }
+    let (mut coils, mut others) = (vec![false; groups.len()], vec![false; groups.len()]);
+    for (m, coil) in [(&linear.g, true), (f, false)] {
+        for (c, (rows, values)) in (0..m.ncols).map(|c| (c, m.col(c))) {
+            let mut sums: Vec<(usize, f64, f64)> = Vec::new();
+            for (k, v) in rows.iter().zip(values).filter_map(|(&row, v)| Some((of[row]?, v))) {
+                match sums.iter_mut().find(|sum| sum.0 == k) {
+                    Some((_, sum, size)) => (*sum, *size) = (*sum + v, *size + v.abs()),
+                    None => sums.push((k, *v, v.abs())),
+                }
+            }
+            let of_coils = coil && linear.row_kind[c] == 1 && stores[c];
+            let found = if of_coils { &mut coils } else { &mut others };
+            let left = sums.iter().filter(|(_, sum, size)| f64::abs(*sum) > ROUNDING * size);
+            left.for_each(|&(k, ..)| found[k] = true);
+        }
+    }
+    coils.iter().zip(&others).any(|(coils, others)| *coils && !others)
+}
+
 /// The columns in which something is stored.
 pub fn stored_columns(e: &Csc) -> Vec<bool> {
     let mut stored = vec![false; e.ncols];

@@ -1,18 +1,16 @@
 //! Gates of switches against their controls: a switch that has missed its threshold obeys all laws of the mode
 //! in which it should no longer be.
 
+use super::sources::INSTANT;
 use super::stretches::Stretches;
 use super::{ratio, worse, TOLERANCE};
+use crate::mlcp::Role;
 use crate::switch::Switch;
 use std::sync::Arc;
 
 /// Part of its terms to which a control is known where it reaches a threshold: what locates it is the tolerance
 /// of a run, and the rounding of instants on steep edges.
 const KNOWN: f64 = 1e-6;
-/// An instant is known to this part of itself.
-const INSTANT: f64 = 64.0 * f64::EPSILON;
-/// Code of the role of a pair that is open.
-const OPEN: u8 = 2;
 
 /// The worst control that lies beyond the threshold at which its gate should have turned.
 pub struct Gates {
@@ -32,7 +30,7 @@ impl Gates {
     /// Takes both ends of recorded stretches of `n` unknowns and `m` pairs; where switches are sampled their
     /// controls may be anywhere.
     pub(super) fn take(&mut self, all: &Stretches, n: usize, m: usize) {
-        if self.switches.is_empty() || all.roles.is_empty() {
+        if all.roles.is_empty() {
             return;
         }
         for k in 0..all.begin.len() {
@@ -56,11 +54,11 @@ impl Gates {
 
 /// How far the control of a switch in a role lies beyond its threshold.
 fn excess(switch: &Switch, role: u8, z: &[f64], control: f64, doubt: f64) -> f64 {
-    let up = (role != OPEN) != switch.inverted;
-    if switch.latching && role != OPEN {
+    let open = role == Role::Open as u8;
+    if switch.latching && !open {
         return 0.0; // a thyristor that conducts needs no gate
     }
-    let (threshold, sign) = if up { (switch.off_below, 1.0) } else { (switch.on_above, -1.0) };
+    let (threshold, sign) = switch.edge(open == switch.inverted);
     let beyond = sign * (threshold - control) - doubt;
     if beyond <= 0.0 {
         return 0.0;

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 /// Instants looked at in one block of records.
 const MOST: usize = 256;
 /// An instant is known to this part of itself: beside an edge both of its sides are right.
-const INSTANT: f64 = 64.0 * f64::EPSILON;
+pub(super) const INSTANT: f64 = 64.0 * f64::EPSILON;
 /// Part of the largest value that is rounding wherever the instant is.
 const SAME: f64 = 1e-13;
 

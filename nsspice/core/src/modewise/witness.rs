@@ -289,6 +289,16 @@ impl Engine {
         width
     }
 
+    /// How far the controls of switches may lie beyond their thresholds.
+    fn doubt(&self, mode: &Mode) -> f64 {
+        if self.sampling.on.contains(&true) {
+            return f64::INFINITY;
+        }
+        let noise = mode.watch.iter().zip(&self.picker.verifier.noise);
+        let switches = noise.filter(|(watch, _)| matches!(watch, Watch::Switch(_)));
+        switches.fold(0.0, |most, (_, noise)| f64::max(most, CROSSED * noise))
+    }
+
     fn record_stretch(&mut self, mode: &Mode, begin: f64, end: f64, length: f64) {
         let (n, m) = (self.net.n, self.net.m);
         let mut w = std::mem::take(&mut self.witness);
@@ -297,14 +307,6 @@ impl Engine {
         w.v.resize(self.v.len(), 0.0);
         w.a.resize(self.net.states, 0.0);
         let sources = self.inputs.waveforms().len();
-        let noise = mode.watch.iter().zip(&self.picker.verifier.noise);
-        let switches = noise.filter(|(watch, _)| matches!(watch, Watch::Switch(_)));
-        let sampled = self.sampling.on.contains(&true);
-        let doubt = if sampled {
-            f64::INFINITY
-        } else {
-            switches.fold(0.0, |most, (_, noise)| f64::max(most, CROSSED * noise))
-        };
         for (k, (node, weight)) in NODES.iter().zip(WEIGHTS).enumerate() {
             let t = match k {
                 0 => begin,
@@ -349,7 +351,7 @@ impl Engine {
             0
         });
         taken.signed.push(1);
-        taken.doubt.push(doubt);
+        taken.doubt.push(self.doubt(mode));
         if !self.switches.is_empty() {
             taken.roles.extend(roles(m, &self.switches, &self.gates).iter().map(|&r| r as u8));
         }

@@ -64,6 +64,13 @@ impl Stepper {
         missed
     }
 
+    /// The laws in which something is stored.
+    fn laws_with_storage(&self) -> Vec<bool> {
+        let mut stores = vec![false; self.z.len()];
+        self.sys.linear.e.iter().for_each(|e| stores[e.0] = true);
+        stores
+    }
+
     /// How far the present state is from obeying the laws in which nothing is stored, and the sums of the laws of
     /// capacitors without a connection to ground, as a part of their terms.
     pub(super) fn missed_at_once(&mut self) -> f64 {
@@ -76,9 +83,8 @@ impl Stepper {
         linear.s.abs_mul_add(&self.u0, &mut sizes);
         linear.g.abs_mul_add(&z, &mut sizes);
         linear.a.abs_mul_add(&l, &mut sizes);
-        let mut stores = vec![false; z.len()];
-        linear.e.iter().for_each(|e| stores[e.0] = true);
-        let most = self.sys.largest(&[&sizes]).map(|size| ROUNDING * size);
+        let (stores, most) = (self.laws_with_storage(), self.sys.largest(&[&sizes]));
+        let most = most.map(|size| ROUNDING * size);
         let error = |rows: &[usize]| {
             let [missed, size] =
                 [&missed, &sizes].map(|list| rows.iter().map(|&row| list[row]).sum::<f64>());
@@ -113,23 +119,24 @@ impl Stepper {
         self.storage.tight() || self.smooth.as_ref().map_or_else(felt, |smooth| smooth.by_rates())
     }
 
-    /// Lengths of increments, shortest first.
-    fn lengths(&self, shown: f64) -> impl Iterator<Item = f64> {
+    /// Lengths of increments, shortest first; where steps of the length that is shown are `rounded`, that is short
+    /// enough.
+    fn lengths(&self, shown: f64, rounded: bool) -> impl Iterator<Item = f64> {
         let longest = shown.max(BEFORE * self.step_length);
-        // in which all is rounded is short enough itself
-        let least = if self.is_rounded(shown) { 1.0 } else { 0.0 };
+        let least = if rounded { 1.0 } else { 0.0 };
         let ratios = LENGTHS.into_iter().filter(move |&ratio| ratio >= least);
         ratios.map(move |ratio| ratio * shown).filter(move |&length| length <= longest)
     }
 
-    /// The rates of unknowns and multipliers by the shortest increment that determines them, and its length.
+    /// The rates of unknowns and multipliers by the shortest increment that determines them, and its length; with
+    /// sums of laws where steps of the length that is `shown` are `rounded`.
     pub(super) fn first_increment(
         &mut self,
         slopes: &[f64],
-        shown: f64,
+        (shown, rounded): (f64, bool),
     ) -> Option<(Vec<f64>, f64)> {
-        let sums = self.is_rounded(shown);
-        self.lengths(shown).find_map(|length| Some((self.increment(slopes, length, sums)?, length)))
+        self.lengths(shown, rounded)
+            .find_map(|length| Some((self.increment(slopes, length, rounded)?, length)))
     }
 
     /// The rates by two increments, given those by one of some length or by longer ones: by the longer, whose
@@ -139,12 +146,12 @@ impl Stepper {
         slopes: &[f64],
         rates: Vec<f64>,
         first: f64,
-        shown: f64,
+        (shown, rounded): (f64, bool),
     ) -> Option<(Vec<f64>, Vec<f64>, f64)> {
-        let (mut known, sums) = (Some(rates), self.is_rounded(shown));
-        self.lengths(shown).filter(|&length| length >= first).find_map(|length| {
-            let longer = known.take().or_else(|| self.increment(slopes, length, sums))?;
-            Some((longer, self.increment(slopes, AGAIN * length, sums)?, length))
+        let mut known = Some(rates);
+        self.lengths(shown, rounded).filter(|&length| length >= first).find_map(|length| {
+            let longer = known.take().or_else(|| self.increment(slopes, length, rounded))?;
+            Some((longer, self.increment(slopes, AGAIN * length, rounded)?, length))
         })
     }
 
@@ -170,9 +177,7 @@ impl Stepper {
             return smooth.newton.rates(state, clock, [&missed, &driven]);
         }
         let mut x = driven;
-        let mut stores = vec![false; n];
-        self.sys.linear.e.iter().for_each(|e| stores[e.0] = true);
-        let missed = self.missed();
+        let (missed, stores) = (self.missed(), self.laws_with_storage());
         let rows = x.iter_mut().zip(&missed).zip(&stores).filter(|row| *row.1);
         rows.for_each(|((x, missed), _)| *x += missed / length);
         x.resize(n + m, 0.0);

@@ -25,7 +25,8 @@ use crate::mlcp::Start;
 const TURNING: f64 = 1e-3;
 /// Part by which slopes of sources change at a corner.
 const CHANGED: f64 = 1e-3;
-/// The part by which it may differ.
+/// Increments have something alike if the ratio of their rates differs by no more than this part from the inverse of
+/// that of their lengths.
 const ALIKE: f64 = 0.1;
 /// Signs may be missed by this part of the largest value: what moves has not got far.
 const SLIGHT: f64 = 1e-7;
@@ -69,10 +70,11 @@ impl Stepper {
     pub(super) fn move_on(&mut self, shown: f64) {
         let slopes = self.source_slopes(self.time);
         let moving = slopes.iter().any(|slope| *slope != 0.0);
-        if !(moving || self.is_rounded(shown) || self.outputs.needs_rates()) {
+        let rounded = self.is_rounded(shown);
+        if !(moving || rounded || self.outputs.needs_rates()) {
             return;
         }
-        let found = self.onward_rates(&slopes, moving, shown);
+        let found = self.onward_rates(&slopes, moving, (shown, rounded));
         if let Some(rates) = found.filter(|_| self.outputs.needs_rates()) {
             self.rates.copy_from_slice(&rates[..self.z.len()]);
             if let Some(smooth) = &mut self.smooth {
@@ -87,17 +89,22 @@ impl Stepper {
 
     /// The rates from here on, with the values that belong to them; none if no mode is found in which they obey
     /// all signs.
-    fn onward_rates(&mut self, slopes: &[f64], moving: bool, shown: f64) -> Option<Vec<f64>> {
-        let (mut rates, mut length) = self.first_increment(slopes, shown)?;
+    fn onward_rates(
+        &mut self,
+        slopes: &[f64],
+        moving: bool,
+        steps: (f64, bool),
+    ) -> Option<Vec<f64>> {
+        let (mut rates, mut length) = self.first_increment(slopes, steps)?;
         if !self.lawful_after(&rates, length) {
             if !(moving && self.at_corner(slopes)) {
                 return None;
             }
-            (rates, length) = self.turned_increment(slopes, shown)?;
+            (rates, length) = self.turned_increment(slopes, steps)?;
         }
-        if moving || self.is_rounded(shown) && self.is_felt(&rates, length) {
+        if moving || steps.1 && self.is_felt(&rates, length) {
             if let Some((longer, shorter, length)) =
-                self.two_increments(slopes, rates.clone(), length, shown)
+                self.two_increments(slopes, rates.clone(), length, steps)
             {
                 self.add_what_stays([&longer, &shorter], length);
                 rates = at_once(&longer, &shorter);
@@ -168,7 +175,8 @@ impl Stepper {
 
     /// The rates in the mode to which the motion of the sources turns diodes in a step, and the values right
     /// before it there; none if there is no such mode. Returns the length of their increment, too.
-    fn turned_increment(&mut self, slopes: &[f64], shown: f64) -> Option<(Vec<f64>, f64)> {
+    fn turned_increment(&mut self, slopes: &[f64], steps: (f64, bool)) -> Option<(Vec<f64>, f64)> {
+        let (shown, _) = steps;
         // so short a step of Newton's method shows but the rounding of charges
         let step = if self.smooth.is_some() { shown } else { TURNING * shown };
         let (z, l, mode) = (self.z.clone(), self.l.clone(), self.active.clone());
@@ -179,10 +187,10 @@ impl Stepper {
             // the mode alone, if both have the same values
             (self.z, self.l) = (z.clone(), l.clone());
             let found =
-                if self.neutral(&mode) { self.first_increment(slopes, shown) } else { None };
+                if self.neutral(&mode) { self.first_increment(slopes, steps) } else { None };
             found.filter(|(rates, length)| self.lawful_after(rates, *length))
         } else {
-            self.go_back(&z, slopes, shown, step)
+            self.go_back(&z, slopes, steps, step)
         };
         if rates.is_none() {
             (self.z, self.l) = (z, l);
@@ -208,21 +216,20 @@ impl Stepper {
         &mut self,
         z: &[f64],
         slopes: &[f64],
-        shown: f64,
+        steps: (f64, bool),
         step: f64,
     ) -> Option<(Vec<f64>, f64)> {
         self.take_stored(z);
-        let (rates, length) = self.first_increment(slopes, shown)?;
+        let (rates, length) = self.first_increment(slopes, steps)?;
         if !self.lawful_after(&rates, length) {
             return None;
         }
         let values = self.z.iter_mut().chain(&mut self.l);
         values.zip(&rates).for_each(|(value, rate)| *value -= step * rate);
         self.take_stored(z);
-        self.obey(shown);
+        self.obey(steps.0);
         if self.obeys_signs() {
-            let sums = self.is_rounded(shown);
-            Some((self.increment(slopes, length, sums)?, length))
+            Some((self.increment(slopes, length, steps.1)?, length))
         } else {
             None
         }

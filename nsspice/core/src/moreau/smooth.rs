@@ -6,8 +6,7 @@ use super::jumps::ROUNDING;
 use super::matrices::StepMatrices;
 use super::stage::System;
 use super::stepper::Stepper;
-use super::sums::total;
-use crate::descriptor::Linear;
+use crate::descriptor::{ties_rates, Linear};
 use crate::mlcp::{Residual, Start};
 use crate::newton::{Data, Newton, Smooth, Tracking};
 use crate::sparse::Csc;
@@ -50,36 +49,22 @@ pub struct SmoothPart {
     by_rates: bool,
 }
 
-/// Whether some sum of laws in which nothing is stored holds currents of coils alone, and of pairs that may be open:
-/// it ties their rates, and tells no potential.
-fn ties_rates(linear: &Linear, functions: &Csc, sums: &[Vec<usize>]) -> bool {
-    let mut stores = vec![false; linear.g.nrows];
-    linear.e.iter().for_each(|e| stores[e.1] = true);
-    let coil = |&(c, _): &(usize, f64)| linear.row_kind[c] == 1 && stores[c];
-    sums.iter().filter(|rows| linear.row_kind[rows[0]] == 0).any(|rows| {
-        let own = total(&linear.g, rows);
-        !own.is_empty() && own.iter().all(coil) && total(functions, rows).is_empty()
-    })
-}
-
 impl SmoothPart {
     /// Prepares Newton's method for a system.
     pub fn new(sys: &System, smooth: Smooth) -> SmoothPart {
         let count = smooth.tape.program().len();
         let n = sys.linear.g.nrows;
-        let functions = smooth.f.clone();
-        let newton = Newton::new(
-            &sys.linear.e,
-            &sys.linear.g,
-            &sys.linear.a,
-            &sys.linear.b,
-            &sys.linear.d,
-            &sys.linear.row_kind,
-            smooth,
-        );
         SmoothPart {
-            by_rates: ties_rates(&sys.linear, &functions, newton.sums_that_store_nothing()),
-            newton,
+            by_rates: ties_rates(&sys.linear, &smooth.f, &smooth.q),
+            newton: Newton::new(
+                &sys.linear.e,
+                &sys.linear.g,
+                &sys.linear.a,
+                &sys.linear.b,
+                &sys.linear.d,
+                &sys.linear.row_kind,
+                smooth,
+            ),
             f: vec![0.0; count],
             rates: vec![0.0; count],
             known: false,

@@ -351,15 +351,28 @@ impl Stage {
     ) -> Option<Vec<f64>> {
         let sums = self.sums.as_ref()?;
         let mode = sums.factor(&self.matrices, active, self.driver.scale())?;
-        let mut rhs = right.to_vec();
-        sums.drive(&mode, slopes, &mut rhs);
-        let mut x = rhs.clone();
+        let (mut rhs, still) = (right.to_vec(), vec![0.0; self.matrices.n]);
+        sums.increment(Ends { z0: &still, u0: slopes, u1: slopes }, &mut rhs);
+        let (x, missed) = self.solved_with_sums(sums, &mode, active, &rhs);
+        (missed <= KNOWN).then_some(x)
+    }
+
+    /// The solution of a mode with sums for a right-hand side of sums, and the part by which it is wrong.
+    fn solved_with_sums(
+        &self,
+        sums: &Sums,
+        mode: &SummedMode,
+        active: &[bool],
+        rhs: &[f64],
+    ) -> (Vec<f64>, f64) {
+        let mut x = rhs.to_vec();
         mode.solve(&mut x);
         let solve = |residual: &mut [f64]| {
-            sums.residual(&mode, &rhs, x.split_at(self.matrices.n), residual);
+            sums.residual(mode, rhs, x.split_at(self.matrices.n), residual);
             mode.solve(residual);
         };
-        (defect(&self.matrices, active, &rhs, &x, solve) <= KNOWN).then_some(x)
+        let missed = defect(&self.matrices, active, rhs, &x, solve);
+        (x, missed)
     }
 
     /// The factored equations of a mode with sums, if they give the increment of a step.
@@ -369,13 +382,7 @@ impl Stage {
         let mut rhs = vec![0.0; self.matrices.n + self.matrices.m];
         self.matrices.increment(ends, active, &mut rhs);
         sums.increment(ends, &mut rhs);
-        let mut sharp = rhs.clone();
-        mode.solve(&mut sharp);
-        let solve = |residual: &mut [f64]| {
-            sums.residual(&mode, &rhs, sharp.split_at(self.matrices.n), residual);
-            mode.solve(residual);
-        };
-        let missed = defect(&self.matrices, active, &rhs, &sharp, solve);
+        let (_, missed) = self.solved_with_sums(sums, &mode, active, &rhs);
         (missed <= UNSOUND).then(|| Arc::new(mode))
     }
 

@@ -157,14 +157,6 @@ impl Sums {
         }
     }
 
-    /// Puts what sources with these slopes drive into the sums in their places.
-    pub fn drive(&self, mode: &SummedMode, slopes: &[f64], rhs: &mut [f64]) {
-        for sum in &self.sums {
-            let row = sum.rows[0];
-            rhs[row] = if mode.pinned.contains(&row) { 0.0 } else { dot(&sum.s, slopes) };
-        }
-    }
-
     /// Puts the residuals of sums in their places: `x = [z; l]` with a right-hand side of sums.
     pub fn residual(
         &self,
