@@ -21,6 +21,8 @@ from .solution import Solution
 _ATTEMPTS = 8
 #: the finest tolerance of controlled steps that rounding leaves a meaning
 _FINEST = 1e-13
+#: most halvings of a step from what its error tells
+_FARTHEST = 6
 #: most steps of a fixed-step run that is started by itself
 _MOST_STEPS = 5e7
 
@@ -32,8 +34,9 @@ class ErrorEstimate:
     Parameters
     ----------
     value : float
-        Largest error at the rows of the stored quantities (voltages of capacitors, currents of
-        inductors), as a share of their range.  What jumps is as accurate on both sides of a jump.
+        Largest error at the rows of the stored quantities (voltages of capacitors and of junctions
+        that store charge, currents of inductors), as a share of their range.  What jumps is as
+        accurate on both sides of a jump.
     signal : str
         The signal with that error.
     how : str
@@ -92,11 +95,42 @@ def stored_quantities(circuit: Circuit) -> list[str]:
         if device.letter == "l":
             names[f"i({device.name})"] = None
         elif device.letter == "c":
-            a, b = device.ends
-            if a != b:
-                plus, minus = (b, a) if a == "0" else (a, b)
-                names[f"v({plus})" if minus == "0" else f"v({plus},{minus})"] = None
+            names.update(dict.fromkeys(_voltage(*device.ends)))
     return list(names)
+
+
+def junction_voltages(circuit: Circuit) -> list[str]:
+    """Return the voltages of junctions that store charge, each once.
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> junction_voltages(nsspice.read('''inverter
+    ... V1 s 0 5
+    ... Rc s c 1k
+    ... Q1 c b 0 fast
+    ... D1 0 b clamp
+    ... .model fast NPN(TF=1n)
+    ... .model clamp D
+    ... '''))
+    ['v(b,c)', 'v(b)']
+    """
+    names: dict[str, None] = {}
+    for device in circuit.devices:
+        if device.stores_energy and device.letter not in "lc":
+            nodes = device.nodes
+            between = [(nodes[1], nodes[0]), nodes[1:3]] if device.letter == "q" else [device.ends]
+            for a, b in between:
+                names.update(dict.fromkeys(_voltage(a, b)))
+    return list(names)
+
+
+def _voltage(a: str, b: str) -> list[str]:
+    """Return the signal of the voltage between two nodes; nothing between a node and itself."""
+    if a == b:
+        return []
+    plus, minus = (b, a) if a == "0" else (a, b)
+    return [f"v({plus})" if minus == "0" else f"v({plus},{minus})"]
 
 
 def run_estimated(
@@ -132,7 +166,7 @@ def run_estimated(
     """
     if job.kind != "tran":
         return run_job(circuit, job, request, progress=progress, sink=sink)
-    stored = stored_quantities(circuit)
+    stored = [*stored_quantities(circuit), *junction_voltages(circuit)]
     extra = [*request.extra, *stored]
     trials = _Trials(circuit, job, replace(request, keep=True, extra=extra), stored, progress)
     try:
@@ -252,8 +286,9 @@ class _Trials:
             how = f"fixed steps of {0.5 * step:.3g} s, distance from twice the step"
             half.error = ErrorEstimate(value, signal, how, order, tol)
             best, last, step = half, value, 0.5 * step
-            # first order, with a margin: straight to the step that should do
-            jump = math.floor(math.log2(max(1.0, value / tol)))
+            # first order, with a margin: straight to the step that should do, as far as errors of
+            # steps that are too long for what happens tell it
+            jump = min(math.floor(math.log2(max(1.0, value / tol))), _FARTHEST)
             finer = step * 0.5**jump
             if value <= tol or self._stop() / finer > _MOST_STEPS:
                 break

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...analyses.cards import Tran
-from ...analyses.estimate import stored_quantities
+from ...analyses.estimate import junction_voltages, stored_quantities
 from ...analyses.recorder import select
 from ...analyses.settings import Settings
 from ...analyses.solution import Floats, Solution
@@ -55,7 +55,10 @@ class Problem:
                     hint="the cost of accuracy is that of a transient: add .tran tstep tstop",
                 )
             )
-        names = select(circuit, signals) if signals else stored_quantities(circuit)
+        if signals:
+            names = select(circuit, signals)
+        else:
+            names = stored_quantities(circuit) or junction_voltages(circuit)
         return cls(circuit, Tran.from_card(card), names or circuit.default_signals())
 
     @property
