@@ -104,8 +104,9 @@ class Energy:
 
     @property
     def taken(self) -> float:
-        """The share of what the run has turned over that its steps themselves have taken."""
-        return abs(self.scheme) / self.turned if self.turned > 0.0 else 0.0
+        """The share of what the run has turned over, in jumps too, that its steps have taken."""
+        turned = self.turned + abs(self.lost)
+        return abs(self.scheme) / turned if turned > 0.0 else 0.0
 
     @classmethod
     def total(cls, parts: Iterable[Energy]) -> Energy:

@@ -14,7 +14,7 @@ from ..solvers.moreau import MoreauStepper
 from ..solvers.sdirk import Accuracy, SdirkStepper
 from ..solvers.stepper import UnsolvedStep
 from .cards import Tran
-from .certificate import Certificate
+from .certificate import TAKEN, TAKEN_BESIDE_EXACT, Certificate
 from .curve import Floats
 from .events import Events
 from .examiner import Examiner, sampling
@@ -188,8 +188,9 @@ class IslandRunner:
             len(jumps) == stats["jumps"],
             self.stepper.balance,
         )
-        if self.method == "sdirk" and certificate.energy is not None:
-            certificate = replace(certificate, taken=certificate.energy.taken)
+        if self.method in ("sdirk", "modewise") and certificate.energy is not None:
+            granted = TAKEN_BESIDE_EXACT if exact else TAKEN
+            certificate = replace(certificate, taken=certificate.energy.taken, granted=granted)
         followed = self.method in PATH_METHODS
         return of_linearised(certificate, stats) if followed else certificate
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import NoReturn
 
-from ..analyses.certificate import TAKEN
+from ..analyses.certificate import TAKEN_BESIDE_EXACT
+from ..analyses.following import PATH_METHODS
 from ..analyses.solution import Solution
 from ..errors import Diagnostic, NumericalError
 
@@ -38,7 +39,14 @@ def _reason(solution: Solution) -> tuple[str, None, str]:
             None,
             "look for feedback of the wrong sign; an earlier stop shows how it grows",
         )
-    if c.taken > TAKEN:
+    if c.taken > c.granted == TAKEN_BESIDE_EXACT:
+        return (
+            f"the implicit steps between what the mode-wise engine could follow have taken "
+            f"{c.taken:.1%} of the energy of the run: they are too long for what happens in them",
+            None,
+            "try --method sdirk, which controls its errors, or rows nearer to each other",
+        )
+    if c.taken > c.granted:
         return (
             f"the steps themselves have taken {c.taken:.0%} of the energy of the run: they have "
             "not met their tolerance",
@@ -46,6 +54,8 @@ def _reason(solution: Solution) -> tuple[str, None, str]:
             "try a smaller --reltol, or order=4 if the deck asks for order=2",
         )
     hint = "try a shorter step; the files are kept, please report this deck"
+    if any(island.method in PATH_METHODS for island in solution.islands):
+        hint = "a path that is followed ends at folds; --method auto solves every point"
     far = _far(solution)
     if far is not None:
         name, volts = far

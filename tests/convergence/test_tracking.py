@@ -371,3 +371,26 @@ def test_ramps_and_shifted_signs():
     forces = np.array([-1.0, -1.0, -1.0, -1.0, -1.0, 0.3, 1.0, 1.0])
     p = z + 2.0 * np.maximum(z - 1.0, 0.0) + forces
     assert np.abs(solve(problem, np.arange(8.0), p[:, None]).z[:, 0] - z).max() < 1e-14
+
+
+@pytest.mark.parametrize("method", TABLE)
+def test_a_path_that_ends_at_a_fold_is_told(method):
+    """At p = 2 the branch of x^3 - 3 x = p from below ends; its tangent led to -7.8, certified."""
+    deck = """a fold
+V1 p 0 0
+R1 p 0 1
+B1 x 0 I=v(x)^3-3*v(x)-v(p)
+.dc V1 -5 {stop} 0.01
+"""
+    circuit = nsspice.read(deck.format(stop=1.9))
+    (found,) = circuit.run(method=method)
+    assert found.certificate.passed
+    x = found["v(x)"]
+    assert np.abs(x**3 - 3 * x - found["v(p)"]).max() < 1e-3
+    # with steps of 0.01 whose cubes are what the method leaves out, nothing is far off
+    assert found.stats["grid_residual"] < 1e-3
+    (lost,) = nsspice.read(deck.format(stop=5)).run(method=method)
+    x = lost["v(x)"]
+    assert np.abs(x**3 - 3 * x - lost["v(p)"]).max() > 1.0
+    assert not lost.certificate.passed
+    assert lost.stats["grid_residual"] > 0.1

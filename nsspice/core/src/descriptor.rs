@@ -114,11 +114,10 @@ pub fn sums_that_store_nothing(e: &Csc, q: &Csc) -> Vec<Vec<usize>> {
     groups
 }
 
-/// Whether some sum of laws of currents in which nothing is stored, neither by functions (`q`), holds currents of
-/// coils alone, and of pairs that may be open, but no function (`f`): it ties their rates, and tells no potential.
-pub fn ties_rates(linear: &Linear, f: &Csc, q: &Csc) -> bool {
+/// Whether some group of laws of currents in whose sum nothing is stored holds currents of coils alone, and of pairs
+/// that may be open, but no function (`f`): it ties their rates, and tells no potential.
+pub fn ties_rates(linear: &Linear, groups: &[Vec<usize>], f: &Csc) -> bool {
     let stores = stored_columns(&linear.e);
-    let groups = sums_that_store_nothing(&linear.e, q);
     let mut of = vec![None; linear.g.nrows];
     for (k, group) in groups.iter().enumerate().filter(|e| linear.row_kind[e.1[0]] == 0) {
         group.iter().for_each(|&row| of[row] = Some(k));

@@ -25,7 +25,7 @@ fn transposes(a: &Csc, b: &Csc) -> bool {
 }
 
 /// Whether the diagonal of the symmetric part dominates.
-fn dominates(matrix: &Csc) -> bool {
+pub(crate) fn dominates(matrix: &Csc) -> bool {
     let turned = matrix.transpose();
     let mut sums = vec![0.0; matrix.nrows];
     (0..matrix.ncols).all(|c| {

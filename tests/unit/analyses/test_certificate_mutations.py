@@ -215,3 +215,17 @@ def test_states_that_vanish_wherever_a_segment_ends_are_no_changes():
     run = nsspice.tran(nsspice.read(text), stop=100e-3, uic=True)
     assert run.islands[0].method == "modewise"
     assert run.certificate.passed
+
+
+def test_a_potential_between_coils_is_not_free_right_after_a_jump():
+    """No law without storage has it; the rates of both currents tell it: 2/3 of 10 V."""
+    text = "coils\nV1 a 0 PULSE(0 10 1u 0 0 1 2)\nL1 a b 1m IC=0\nL2 b c 2m IC=0\nR1 c 0 5\n"
+    runner, steps = stepped(text, Tran(stop=3e-6, row_step=1e-6, max_step=1e-7, uic=True))
+    between = runner.mna.unknowns.index("v(b)")
+    jumped = (steps.length < 0.0) & (steps.time > 0.0)
+    assert steps.z[jumped, between] == pytest.approx(20 / 3, rel=1e-9)
+    for volts, passes in (1e-9, True), (0.1, False):
+        z = steps.z.copy()
+        z[jumped, between] += volts
+        found = verdict(runner, replace(steps, z=z), None)
+        assert found.passed is passes

@@ -7,6 +7,7 @@ use super::points::Block;
 use super::rounding::{share, Reach, Usual};
 use super::sources::Sources;
 use super::stretches::Seams;
+use super::ties::Ties;
 use super::{ratio, worse};
 use crate::descriptor::{stored_columns, stored_groups, Linear};
 use crate::newton::Smooth;
@@ -113,6 +114,8 @@ pub struct Auditor {
     pub ledger: Option<Ledger>,
     /// source values; none where records do not tell instants
     pub sources: Option<Sources>,
+    /// laws that tie coils alone
+    pub(super) ties: Option<Ties>,
     /// gates of switches; none without them
     pub gates: Option<Gates>,
 }
@@ -135,6 +138,7 @@ impl Auditor {
         smooth: Option<&Smooth>,
     ) -> Auditor {
         let (n, m, p) = linear.sizes();
+        let ties = Ties::new(linear, smooth);
         let e = Entries::new(&linear.e);
         let [storage, controls] = linear.storage_and_controls().each_ref().map(Entries::new);
         let smooth = smooth.map(|laws| Functions {
@@ -197,6 +201,7 @@ impl Auditor {
             ledger: stores.then(Ledger::default),
             sources: None,
             gates: None,
+            ties,
             e,
             storage,
             controls,

@@ -26,6 +26,7 @@ mod steps;
 mod stretches;
 mod sums;
 mod taken;
+mod ties;
 
 pub use gates::Gates;
 pub use laws::Auditor;

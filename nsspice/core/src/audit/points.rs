@@ -281,11 +281,15 @@ impl Auditor {
         let (mut worst, mut place) = (self.laws, None);
         let points = block.error.chunks_exact(self.n);
         let scales = block.scale.chunks_exact(self.n).zip(block.floor.chunks_exact(self.n));
-        for (errors, (scales, floors)) in points.zip(scales) {
+        for (k, (errors, (scales, floors))) in points.zip(scales).enumerate() {
             for (row, (error, (scale, floor))) in
                 errors.iter().zip(scales.iter().zip(floors)).enumerate()
             {
-                let found = ratio(error.abs(), scale.max(*floor));
+                let mut found = ratio(error.abs(), scale.max(*floor));
+                if found > TOLERANCE && worse(found, worst) {
+                    let unseen = self.unseen(row, [scales, floors], block.grain[k]);
+                    found = ratio(error.abs(), scale.max(*floor).max(unseen));
+                }
                 if worse(found, worst) {
                     (worst, place) = (found, Some(row));
                 }
@@ -294,6 +298,21 @@ impl Auditor {
         if let Some(row) = place {
             self.note_law(worst, row);
         }
+    }
+
+    /// What a law makes of that by which its unknowns could move without being seen in their own laws.
+    fn unseen(&self, row: usize, [scales, floors]: [&[f64]; 2], [share, rate]: [f64; 2]) -> f64 {
+        let terms = self.g.entries().filter(|e| e.0 == row && e.1 != row);
+        let moves = terms.map(|(_, j, v)| {
+            let slope = self.reach.own(j, self.kinds[j], rate);
+            let known = (share * scales[j]).max(floors[j]);
+            if slope > 0.0 {
+                v.abs() * known / slope
+            } else {
+                0.0
+            }
+        });
+        moves.sum()
     }
 
     fn judge_pairs(&mut self, block: &Block) {

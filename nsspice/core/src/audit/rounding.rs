@@ -26,6 +26,8 @@
 //!
 //! Voltages of zero, across diodes that carry currents, have the rounding of `R i` although no law says
 //! so: a voltage that changes the currents of its nodes by no more than their rounding is none.
+//! The same holds for what such a voltage is in the laws of others: where a mass rests, its speed is known to the
+//! rounding of the forces on it, and so is the rate of its place.
 //! Neither is one whose current is below the rounding that other laws bring to that of its node, so
 //! that the law itself would not tell it from zero: a part that hangs on 1 kOhm beside nodes of 4 A is
 //! known to `24 N u 4 kV`.
@@ -124,6 +126,13 @@ impl Reach {
     /// Current in a row for each volt of all its nodes; `rate` is that of what is stored.
     pub fn slope(&self, row: usize, rate: f64) -> f64 {
         self.acting[row][0] + rate * self.stored[row][0]
+    }
+
+    /// Current (voltage) in a row of this kind for each volt (ampere) of its own kind; `rate` is that of what is
+    /// stored.
+    pub fn own(&self, row: usize, kind: u8, rate: f64) -> f64 {
+        let own = usize::from(kind);
+        self.acting[row][own] + rate * self.stored[row][own]
     }
 
     /// Charge or flux that an energy would be in the element of a row alone.

@@ -109,6 +109,9 @@ impl Auditor {
             let grain = Grain { largest, rate: 1.0 / size, share, settled };
             let point = Point { z, l, u, f: &f, roles, after_jump, unsigned: false };
             self.point(&point, &rates, &grain, &mut floor);
+            if after_jump {
+                self.tie_rates(&point);
+            }
             self.judge_full();
             if moving {
                 self.enter_step(&point, change, du, h, &rates, &floor, steps.time[k]);
@@ -117,6 +120,15 @@ impl Auditor {
         self.judge();
         if let Some(ledger) = &mut self.ledger {
             ledger.judge();
+        }
+    }
+
+    /// The rates of coils that a law of currents ties to each other, right after a jump.
+    fn tie_rates(&mut self, at: &Point) {
+        let f = self.smooth.as_ref().map(|smooth| &smooth.f);
+        let ties = self.ties.as_ref();
+        if let Some((found, row)) = ties.and_then(|t| t.worst([&self.g, &self.a, &self.s], f, at)) {
+            self.note_law(found, row);
         }
     }
 

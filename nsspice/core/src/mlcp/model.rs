@@ -2,6 +2,7 @@
 
 use super::equilibrate::equilibrate;
 use super::problem::Problem;
+use crate::dominance::dominates;
 use crate::linear::{ordering, DENSE_LIMIT};
 use crate::sparse::{Csc, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -186,20 +187,16 @@ fn factor_bytes(matrix: &Csc) -> usize {
 /// dominance is tried.
 fn positive_semidefinite(matrix: &Csc) -> bool {
     const TOLERANCE: f64 = 1e-12;
-    let n = matrix.nrows;
-    let symmetric: Vec<_> =
-        matrix.iter().flat_map(|(r, c, v)| [(r, c, 0.5 * v), (c, r, 0.5 * v)]).collect();
-    let symmetric = Csc::from_triplets(n, n, &symmetric);
-    let mut slack = vec![0.0f64; n]; // diagonal minus the sum of the other entries
-    for (r, c, v) in symmetric.iter() {
-        slack[r] += if r == c { v } else { -v.abs() };
-    }
-    if slack.iter().all(|&s| s >= -TOLERANCE) {
+    if dominates(matrix) {
         return true;
     }
+    let n = matrix.nrows;
     if n > 600 {
         return false;
     }
+    let symmetric: Vec<_> =
+        matrix.iter().flat_map(|(r, c, v)| [(r, c, 0.5 * v), (c, r, 0.5 * v)]).collect();
+    let symmetric = Csc::from_triplets(n, n, &symmetric);
     let mut s = vec![0.0; n * n];
     for (r, c, v) in symmetric.iter() {
         s[r * n + c] = v;

@@ -12,6 +12,9 @@ const ACCEPT: f64 = 1e-10;
 /// Largest defect of an accepted solution, as a part of the data.  Far out along a direction that
 /// never arrives, residuals relative to the point itself fade away although no solution exists.
 const ACCEPT_DATA: f64 = 1e-6;
+/// What is off by such a part of the data is no solution of a problem that is not monotone; of others, relations
+/// tell whether there is one.
+const NO_DATA: f64 = 0.01;
 /// No smaller residual is asked for: rounding.
 const ROUNDING: f64 = 1e-11;
 /// Unknowns below this part of the largest (in the scaled system) may be rounding.
@@ -65,8 +68,7 @@ pub(crate) struct Scratch {
     pub doubtful: bool,
     /// a point that the residual accepts although its pairs have flaws, and its active set
     pub flawed: Option<(Residual, Vec<f64>, Vec<bool>)>,
-    /// best point so far and its residual
-    pub best: Vec<f64>,
+    /// residual of the best point so far
     pub best_residual: Residual,
 }
 
@@ -90,7 +92,6 @@ impl Scratch {
             iterations: 0,
             doubtful: false,
             flawed: None,
-            best: zeros,
             best_residual: Residual::INFINITE,
             model,
         }
@@ -250,9 +251,13 @@ impl Scratch {
         let found = residual(model, roles, f, x, grain, terms, defect);
         if found.worst() < self.best_residual.worst() {
             self.best_residual = found;
-            self.best.copy_from_slice(&self.x);
         }
-        let limit = ACCEPT.min((ACCEPT_DATA / self.growth()).max(ROUNDING));
+        let growth = self.growth();
+        let limit = ACCEPT.min((ACCEPT_DATA / growth).max(ROUNDING));
+        let hidden = found.worst() * growth > NO_DATA && growth.is_finite();
+        if hidden && found.worst() <= limit && !self.model.monotone() {
+            return None;
+        }
         (found.worst() <= limit).then_some(found)
     }
 

@@ -65,6 +65,8 @@ impl Block {
         let w = b.rows;
         let shared = common.len() / w;
         let most = row_norm(b);
+        // a rate of its own size: what drives it is measured in units by which it shows no larger ones
+        let pace = if most > 0.0 { most } else { 1.0 / horizon }.log2().ceil().exp2();
         let factor = Lu::new(b);
         let least = match factor.ratio > 0.0 {
             true => 1.0 / row_norm(&factor.solve(&Matrix::identity(w))),
@@ -92,8 +94,10 @@ impl Block {
                 }
             } else {
                 let mut own = Matrix::zeros(2, 2);
-                own[(1, 0)] = 1.0;
-                forcings.push(Forcing { own, start: vec![1.0, 0.0], drive: level.beside(&slope) });
+                own[(1, 0)] = pace;
+                let mut steep = slope;
+                steep.data.iter_mut().for_each(|v| *v /= pace);
+                forcings.push(Forcing { own, start: vec![1.0, 0.0], drive: level.beside(&steep) });
             }
         }
         let apart = |rate: f64| rate > APART * most || rate * APART < least;
@@ -142,8 +146,7 @@ impl Block {
         }
         // columns of the drive no larger than the block itself
         let largest = forcings.iter().map(|f| f.drive.max_abs()).fold(0.0, f64::max);
-        let unit =
-            if largest > 0.0 && most > 0.0 { (largest / most).log2().ceil().exp2() } else { 1.0 };
+        let unit = if largest > 0.0 { (largest / pace).log2().ceil().exp2() } else { 1.0 };
         let size = w + forcings.iter().map(|f| f.start.len()).sum::<usize>();
         let mut matrix = Matrix::zeros(size, size);
         for r in 0..w {

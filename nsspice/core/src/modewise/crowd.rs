@@ -1,8 +1,9 @@
 //! Events that follow one another too fast.
 //!
 //! Where switches chatter they are sampled ([`crate::sampling`]); what piles up else (Zeno) is passed over by
-//! implicit steps ([`super::fixed`]), and so is the rest of a run that would take for ever.
+//! implicit steps ([`super::fixed`]), and so are parts of a run that would take for ever.
 
+use super::fixed::snapped;
 use super::run::Engine;
 use crate::sampling::Sampling;
 
@@ -12,11 +13,21 @@ const CROWDED: f64 = 1e-12;
 /// The same number where events have piled up already.
 const AGAIN: usize = 3;
 /// So much work (a segment, or ten intervals) within so small a part of the run means that it would
-/// take minutes or hours: the rest is stepped.
+/// take minutes or hours: the next such part is stepped, and twice as much each time that nothing has changed.
 const STORM: (u64, f64) = (50_000, 2e-3);
-/// Longest time between two looks of switches that chatter, as a part of the run: at a few microseconds each,
-/// all take a second.
+/// Longest time between two looks of switches that chatter, and longest step where events follow too fast, as a part
+/// of the run: at a few microseconds each, all take a second.
 const INTERVAL: f64 = 5e-6;
+
+/// Parts of a run in which events follow too fast to be followed one by one.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Storm {
+    /// work and time at the last look
+    look: (u64, f64),
+    /// how long the last one was taken to last, and its end [s]
+    spell: f64,
+    end: f64,
+}
 
 impl Engine {
     /// Nobody is sampled; looks are no further apart than implicit steps.
@@ -59,20 +70,49 @@ impl Engine {
         false
     }
 
-    /// Looks now and then whether the run would take for ever; true if it is given up.
-    pub(super) fn too_fast(&mut self) -> bool {
-        let work = self.stats.segments + self.march.intervals / 10;
-        if work - self.gust.0 < STORM.0 {
-            return false;
-        }
-        self.storm = self.time - self.gust.1 < STORM.1 * self.stop;
-        self.gust = (work, self.time);
-        self.storm
+    /// Work of the exact engine so far.
+    fn work(&self) -> u64 {
+        self.stats.segments + self.march.intervals / 10
     }
 
-    /// Events follow one another too fast: the rest of the run is stepped.
+    /// Looks now and then whether the run would take for ever; true if it is given up for a while.
+    pub(super) fn too_fast(&mut self) -> bool {
+        let work = self.work();
+        let (before, since) = self.storm.look;
+        if work - before < STORM.0 {
+            return false;
+        }
+        self.storm.look = (work, self.time);
+        if self.time - since >= STORM.1 * self.stop {
+            return false;
+        }
+        self.storm.spell = (2.0 * self.storm.spell).max(STORM.1 * self.stop);
+        self.storm.end = self.time + self.storm.spell;
+        true
+    }
+
+    /// The exact engine takes over again.
+    pub(super) fn begin_to_follow(&mut self) {
+        self.storm.look = (self.work(), self.time);
+    }
+
+    /// Whether events follow too fast at present.
+    pub(super) fn is_stormy(&self) -> bool {
+        self.time < self.storm.end
+    }
+
+    /// The longest implicit step [s].
+    pub(super) fn longest_step(&self) -> f64 {
+        if self.is_stormy() {
+            snapped(INTERVAL * self.stop, self.fixed_step)
+        } else {
+            self.fixed_step
+        }
+    }
+
+    /// Whether events have followed one another too fast somewhere.
     pub fn storm(&self) -> bool {
-        self.storm
+        self.storm.spell > 0.0
     }
 
     /// Pairs of the switches that have been sampled, and the time between two of their looks [s].

@@ -3,9 +3,8 @@
 //! soon as the mode of a step holds.
 
 use super::implicit::later;
-use super::pick::{fix, roles, Scene};
+use super::pick::{fix, roles};
 use super::run::{Engine, Phase};
-use crate::mlcp::Start;
 use crate::moreau::Failure;
 use crate::switch;
 
@@ -30,7 +29,7 @@ const RETURNS: usize = 2;
 /// First step, relative to the run.
 const FIRST: f64 = 1e-9;
 /// Steps are multiples of a power of 2 of the longest one, so that their matrices can be kept.
-fn snapped(h: f64, longest: f64) -> f64 {
+pub(super) fn snapped(h: f64, longest: f64) -> f64 {
     if h >= longest {
         longest
     } else {
@@ -46,7 +45,8 @@ impl Engine {
         let wait = if again { (2 * self.pause.1).clamp(1, PATIENCE) } else { 0 };
         self.pause = (wait, wait);
         let first = if again { 2.0 * self.resumed.1 } else { FIRST * self.stop };
-        let h = if self.storm { self.fixed_step } else { snapped(first, self.fixed_step) };
+        let longest = self.longest_step();
+        let h = if self.is_stormy() { longest } else { snapped(first, longest) };
         self.phase = Phase::Stepping(h);
         if self.log_open {
             return Ok(());
@@ -90,8 +90,7 @@ impl Engine {
         let before = self.z.clone();
         let mut step = length;
         let result = loop {
-            let start = Start::Cold;
-            let taken = self.implicit.step(&self.sys, &self.net, &self.a, &v, &roles, step, start);
+            let taken = self.implicit.step(&self.sys, &self.net, &self.a, &v, &roles, step);
             match taken {
                 Ok(taken) if !taken.suspect => break Ok(taken.residual),
                 // impulses of a very short step can hide a solution: a longer one tells
@@ -197,9 +196,7 @@ impl Engine {
             met.push(self.gates.clone());
             later(&self.segment, length, &mut v);
             let roles = roles(self.net.m, &self.switches, &self.gates);
-            let start = Start::Cold;
-            let taken =
-                self.implicit.step(&self.sys, &self.net, &self.a, &v, &roles, length, start);
+            let taken = self.implicit.step(&self.sys, &self.net, &self.a, &v, &roles, length);
             if !taken.is_ok_and(|taken| !taken.suspect) {
                 return None; // the next step tells
             }
@@ -226,33 +223,21 @@ impl Engine {
             self.go_on(h);
             return;
         }
-        self.inputs.begin(self.time, &mut self.segment);
-        if self.corner <= self.time {
-            self.corner = self.inputs.next_corner(self.time);
-        }
-        let stop = if self.time < self.stop { self.stop } else { f64::INFINITY };
-        let horizon = self.corner.min(stop) - self.time;
-        let horizon = if horizon.is_finite() { horizon } else { 1e-3 * self.stop };
-        let scene = Scene {
-            sys: &self.sys,
-            net: &self.net,
-            switches: &self.switches,
-            segment: &self.segment,
-            horizon,
-        };
+        let horizon = self.begin_inputs();
         if self.registry.gates(id) == self.gates.as_slice() {
-            if let Ok(mode) = self.registry.mode(id, scene.net, scene.switches) {
+            if let Ok(mode) = self.registry.mode(id, &self.net, &self.switches) {
                 let found = self.picker.verifier.verify(
                     &mode,
                     &self.a,
-                    scene.segment,
-                    scene.horizon,
+                    &self.segment,
+                    horizon,
                     &mut self.scale,
                     &mut self.path,
                 );
                 let good =
                     found == super::verify::Finding::Good && self.picker.verifier.thrown.is_empty();
-                if good && !self.storm {
+                if good && !self.is_stormy() {
+                    self.begin_to_follow();
                     self.resumed = (self.time, h);
                     self.present = Some((id, mode));
                     self.walk_from_here(horizon);
@@ -266,6 +251,6 @@ impl Engine {
     /// Another implicit step, a longer one.
     fn go_on(&mut self, h: f64) {
         self.present = None;
-        self.phase = Phase::Stepping(snapped(2.0 * h, self.fixed_step));
+        self.phase = Phase::Stepping(snapped(2.0 * h, self.longest_step()));
     }
 }

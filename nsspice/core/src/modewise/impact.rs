@@ -6,7 +6,6 @@ use super::implicit::later;
 use super::inspect::{MAX_JUMPS, NO_JUMP};
 use super::pick::roles;
 use super::run::Engine;
-use crate::mlcp::Start;
 use crate::moreau::to_zero;
 
 /// Lengths of the first of the steps, relative to the segment that follows.
@@ -31,9 +30,8 @@ impl Engine {
         let (mut v, mut steps) = (Vec::new(), Vec::with_capacity(3));
         for k in [1.0, 2.0, 3.0] {
             later(&self.segment, k * h, &mut v);
-            let (length, start) = (k * h, Start::Cold);
-            let taken =
-                self.implicit.step(&self.sys, &self.net, &self.a, &v, &roles, length, start);
+            let length = k * h;
+            let taken = self.implicit.step(&self.sys, &self.net, &self.a, &v, &roles, length);
             if !taken.is_ok_and(|t| !t.suspect) {
                 return false;
             }

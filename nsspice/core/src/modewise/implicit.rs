@@ -110,8 +110,7 @@ impl Implicit {
         v: &[f64],
         roles: &[Role],
         h: f64,
-        start: Start,
-    ) -> Result<Taken, Box<Unsolved>> {
+    ) -> Result<Taken, Unsolved> {
         net.charges.apply(a, &mut self.charges);
         for (r, q) in self.rhs.iter_mut().zip(&self.charges) {
             *r = q / h;
@@ -122,7 +121,8 @@ impl Implicit {
             std::mem::take(&mut self.z),
             std::mem::take(&mut self.l),
         );
-        let result = self.driver(sys, h).solve(&rhs, &sys.linear.q, roles, &mut z, &mut l, start);
+        let driver = self.driver(sys, h);
+        let result = driver.solve(&rhs, &sys.linear.q, roles, &mut z, &mut l, Start::Cold);
         (self.rhs, self.z, self.l) = (rhs, z, l);
         match result {
             Ok(found) => {

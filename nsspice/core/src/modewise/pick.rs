@@ -7,7 +7,7 @@ use super::network::{Assembly, Network};
 use super::registry::{fingerprint, Id, Registry};
 use super::trajectory::Trajectory;
 use super::verify::{Finding, Scale, Verifier};
-use crate::mlcp::{Role, Start};
+use crate::mlcp::Role;
 use crate::switch::Switch;
 use std::sync::Arc;
 
@@ -249,8 +249,7 @@ impl Picker {
             let mut found = None;
             for _ in 0..PHASES {
                 later(scene.segment, h, &mut self.inputs);
-                let taken =
-                    implicit.step(scene.sys, scene.net, &now, &self.inputs, &roles, h, Start::Cold);
+                let taken = implicit.step(scene.sys, scene.net, &now, &self.inputs, &roles, h);
                 if !taken.is_ok_and(|t| !t.suspect) {
                     break;
                 }

@@ -1,5 +1,6 @@
 //! The run: segment after segment, rows evaluated where they stand.
 
+use super::crowd::Storm;
 use super::fixed::Stepped;
 use super::implicit::Implicit;
 use super::inputs::{Inputs, Segment};
@@ -7,7 +8,7 @@ use super::integral::Turn;
 use super::march::{Ending, March};
 use super::mode::{Mode, Watch};
 use super::network::{Assembly, Network};
-use super::outputs::{Outputs, RowClock, Spec};
+use super::outputs::{Outputs, Spec};
 use super::pick::{cause_of, roles, settle, Picker, Scene};
 use super::prepared::Prepared;
 use super::registry::{Id, Registry};
@@ -19,6 +20,7 @@ use super::trajectory::Trajectory;
 use super::verify::Scale;
 use super::witness::Witness;
 use crate::moreau::{by_sources, Failure, Jump, Progress};
+use crate::row_clock::RowClock;
 use crate::sampling::Sampling;
 use crate::switch::Switch;
 use std::sync::Arc;
@@ -113,10 +115,8 @@ pub struct Engine {
     pub(super) crowd: Vec<f64>,
     /// switches that chatter
     pub(super) sampling: Sampling,
-    /// number of events and time at the last look for a storm
-    pub(super) gust: (u64, f64),
-    /// events follow one another too fast to be followed
-    pub(super) storm: bool,
+    /// parts in which events follow one another too fast to be followed
+    pub(super) storm: Storm,
     /// when the exact engine took over again, and the implicit step before
     pub(super) resumed: (f64, f64),
     /// implicit steps before it is tried again, and how many of them were waited for last time
@@ -179,8 +179,7 @@ impl Engine {
             v: vec![0.0; count],
             crowd: Vec::new(),
             sampling: Sampling::new(switches.len(), 1.0),
-            gust: (0, 0.0),
-            storm: false,
+            storm: Storm::default(),
             resumed: (f64::NEG_INFINITY, 0.0),
             pause: (0, 0),
             checked: Vec::new(),
@@ -222,7 +221,7 @@ impl Engine {
         self.fixed_step = fixed_step;
         self.sampling = self.new_sampling();
         self.rows = RowClock::new(out_start, out_step, stop);
-        self.rows.rows()
+        self.rows.count()
     }
 
     /// Starts at time 0 from charges and fluxes `E z`, with the gates in given states.
@@ -258,15 +257,7 @@ impl Engine {
         self.scale.see_inputs(&self.segment, h);
         let roles = roles(self.net.m, &self.switches, &self.gates);
         super::implicit::later(&self.segment, 0.0, &mut self.v);
-        let step = self.implicit.step(
-            &self.sys,
-            &self.net,
-            &self.a,
-            &self.v,
-            &roles,
-            h,
-            crate::mlcp::Start::Cold,
-        );
+        let step = self.implicit.step(&self.sys, &self.net, &self.a, &self.v, &roles, h);
         if step.is_ok_and(|s| !s.suspect) {
             let a = self.coordinates(&self.implicit.z);
             self.scale.see_state(&a);
@@ -282,9 +273,9 @@ impl Engine {
         a
     }
 
-    /// Finds the mode from the present time on and walks to the end of the segment. `crossing`:
-    /// guards of the mode so far that have come to their end.
-    pub(super) fn begin(&mut self, crossing: &[usize]) -> Result<(), Failure> {
+    /// Takes the inputs of a segment from here on; returns how long it may last: to a corner, the end of the run,
+    /// or the next look at sampled switches [s].
+    pub(super) fn begin_inputs(&mut self) -> f64 {
         self.inputs.begin(self.time, &mut self.segment);
         if self.corner <= self.time {
             self.corner = self.inputs.next_corner(self.time);
@@ -295,7 +286,13 @@ impl Engine {
             horizon = 1e-3 * self.stop;
         }
         self.scale.see_inputs(&self.segment, horizon.min(self.stop));
-        horizon = horizon.min(self.look() - self.time);
+        horizon.min(self.look() - self.time)
+    }
+
+    /// Finds the mode from the present time on and walks to the end of the segment. `crossing`:
+    /// guards of the mode so far that have come to their end.
+    pub(super) fn begin(&mut self, crossing: &[usize]) -> Result<(), Failure> {
+        let horizon = self.begin_inputs();
         self.throw_by_inputs();
         let mut crossing: &[usize] = crossing;
         let mut struck = false;

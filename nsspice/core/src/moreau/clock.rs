@@ -3,6 +3,7 @@
 //! Times are computed by multiplication from the start of a piece, never by adding up steps, and
 //! corners are hit exactly; a corner off the grid costs one short step to it and one to the grid.
 
+use crate::row_clock::RowClock;
 use crate::waveform::{Side, Waveform};
 
 /// The next instant to step to.
@@ -37,8 +38,6 @@ struct Piece {
     row_every: u64,
     /// distance of the output rows, so that they are multiples of it and not of the step
     row_step: f64,
-    /// the last step of the piece is a row as well
-    last_is_row: bool,
 }
 
 /// The plan of instants of one run.
@@ -76,27 +75,23 @@ impl Clock {
                 count: count as u64,
                 row_every: NEVER,
                 row_step: 0.0,
-                last_is_row: true,
             });
         }
-        let span = stop - out_start;
-        let rows = (span / out_step * (1.0 + 1e-12)).floor();
+        let rows = RowClock::new(out_start, out_step, stop);
         let per_row = whole(out_step, step);
-        if rows > 0.0 {
+        let reached = rows.at(rows.whole());
+        if rows.whole() > 0 {
             pieces.push(Piece {
                 origin: out_start,
-                end: out_start + rows * out_step,
+                end: reached,
                 length: out_step / per_row,
-                count: (rows * per_row) as u64,
+                count: rows.whole() * per_row as u64,
                 row_every: per_row as u64,
                 row_step: out_step,
-                last_is_row: true,
             });
         }
-        let reached = out_start + rows * out_step;
-        let rest = stop - reached;
-        let has_rest = rest > 1e-9 * out_step;
-        if has_rest {
+        if rows.count() > rows.whole() + 1 {
+            let rest = stop - reached;
             let count = whole(rest, step);
             pieces.push(Piece {
                 origin: reached,
@@ -105,7 +100,6 @@ impl Clock {
                 count: count as u64,
                 row_every: NEVER,
                 row_step: 0.0,
-                last_is_row: true,
             });
         }
         let mut clock = Clock {
@@ -117,7 +111,7 @@ impl Clock {
             now: start,
             corner: (f64::NEG_INFINITY, false),
             inside: false,
-            rows: rows as u64 + 1 + u64::from(has_rest),
+            rows: rows.count(),
             first_row_now: out_start <= start,
         };
         clock.enter_piece();
@@ -150,7 +144,7 @@ impl Clock {
         let piece = self.pieces.get(self.piece)?;
         let (k, h) = (self.next, piece.length);
         let at_end = k == piece.count;
-        let at_row = self.until_row == 1 || (piece.last_is_row && at_end);
+        let at_row = self.until_row == 1 || at_end;
         let grid = if at_end {
             piece.end
         } else if at_row {

@@ -1,68 +1,40 @@
 //! Switches that the sources alone decide about: their states need no solution.
 
+use std::iter::empty;
+
 use crate::descriptor::Linear;
+use crate::given::{given_by_sources, Given};
 use crate::sparse::Csc;
 use crate::switch::{Switch, ROUNDING};
-
-/// An unknown that follows from sources and those before it: the rest of its row, by its factor.
-#[derive(Clone, Debug)]
-struct Known {
-    unknown: usize,
-    row: usize,
-    factor: f64,
-    others: Vec<(usize, f64)>,
-}
 
 /// How the controls of switches follow from the sources.
 #[derive(Clone, Debug, Default)]
 pub struct Controls {
-    known: Vec<Known>,
+    known: Vec<Given>,
     decided: Vec<bool>,
 }
 
 impl Controls {
-    /// Looks for rows without storage and pairs in which one unknown is left, one after the other.
-    pub fn new(linear: &Linear, switches: &[Switch]) -> Controls {
+    /// Looks for switches whose controls are given; `functions` are the laws in which functions stand.
+    pub fn new(
+        linear: &Linear,
+        functions: impl Iterator<Item = usize>,
+        switches: &[Switch],
+    ) -> Controls {
         if switches.is_empty() {
             return Controls::default();
         }
-        let n = linear.g.nrows;
-        let mut rows: Vec<Option<Vec<(usize, f64)>>> = vec![Some(Vec::new()); n];
-        for (r, _, _) in linear.e.iter().chain(linear.a.iter()) {
-            rows[r] = None;
-        }
-        for (r, c, v) in linear.g.iter() {
-            if let Some(row) = &mut rows[r] {
-                row.push((c, v));
-            }
-        }
-        let rows = rows.into_iter().enumerate();
-        let mut waiting: Vec<_> = rows.filter_map(|(r, row)| Some((r, row?))).collect();
-        let (mut found, mut known) = (vec![false; n], Vec::new());
-        loop {
-            let before = waiting.len();
-            waiting.retain(|(row, entries)| {
-                let mut unknown = entries.iter().filter(|e| !found[e.0]);
-                let (Some(&(unknown, factor)), None) = (unknown.next(), unknown.next()) else {
-                    return true;
-                };
-                let others = entries.iter().copied().filter(|e| e.0 != unknown).collect();
-                known.push(Known { unknown, row: *row, factor, others });
-                found[unknown] = true;
-                false
-            });
-            if waiting.len() == before {
-                break;
-            }
-        }
+        let mut known = given_by_sources(linear, functions, |_| true);
+        let mut found = vec![false; linear.g.nrows];
+        known.iter().for_each(|k| found[k.unknown] = true);
         let decided: Vec<bool> =
             switches.iter().map(|s| s.control.iter().all(|&(j, _)| found[j])).collect();
         // only what the controls need
-        let mut needed = vec![false; n];
+        let mut needed = vec![false; found.len()];
         for (switch, _) in switches.iter().zip(&decided).filter(|e| *e.1) {
             switch.control.iter().for_each(|&(j, _)| needed[j] = true);
         }
-        for step in known.iter().rev().filter(|k: &&Known| needed[k.unknown]).collect::<Vec<_>>() {
+        for step in known.iter().rev().filter(|k: &&Given| needed[k.unknown]).collect::<Vec<_>>() {
             step.others.iter().for_each(|&(j, _)| needed[j] = true);
         }
         known.retain(|k| needed[k.unknown]);
@@ -91,15 +63,15 @@ impl Controls {
     }
 }
 
-/// The state of each switch's gate where the sources are `u`, from the states `before`; None if that
-/// depends on more than sources.
+/// The state of each switch's gate in a network without functions where the sources are `u`, from the states
+/// `before`; None if that depends on more than sources.
 pub fn by_sources(
     linear: &Linear,
     switches: &[Switch],
     before: &[bool],
     u: &[f64],
 ) -> Option<Vec<bool>> {
-    let controls = Controls::new(linear, switches);
+    let controls = Controls::new(linear, empty(), switches);
     let mut z = vec![f64::NAN; linear.g.nrows];
     controls.fill(&linear.s, u, &mut z);
     let states = switches.iter().zip(before).enumerate().map(|(k, (switch, &gate))| {

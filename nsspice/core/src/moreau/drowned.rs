@@ -42,10 +42,7 @@ impl Stepper {
             self.active[pair] = !self.active[pair];
             self.epoch += 1;
         }
-        if self.active != begun {
-            self.active = begun;
-            self.epoch += 1;
-        }
+        self.turn_to(&begun);
         false
     }
 

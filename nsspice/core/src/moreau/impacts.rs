@@ -11,8 +11,8 @@ use super::clock::{evaluate, Target};
 use super::jumps::{Leap, IMPACT};
 use super::stage::{Stage, System};
 use super::stepper::Stepper;
+use crate::descriptor::Linear;
 use crate::mlcp::{Role, Start};
-use crate::sparse::Csc;
 use crate::waveform::Side;
 
 /// Modes in which a pair is looked at before it counts as harmless.
@@ -43,7 +43,7 @@ pub struct Impacts {
 impl Impacts {
     /// Looks at a system.
     pub fn new(sys: &System, diodes: bool) -> Impacts {
-        let active = diodes && !passive(sys);
+        let active = diodes && !passive(&sys.linear);
         let possible = active && sys.smooth.is_none();
         let m = if possible { sys.linear.a.ncols } else { 0 };
         Impacts { active, possible, harmless: vec![0; m], before: vec![false; m] }
@@ -57,36 +57,10 @@ impl Impacts {
     }
 }
 
-/// `A = B'`, symmetric storage, and losses that are diagonally dominant: a network of R, L, C, windings,
-/// gyrators and sources.  What else is passive is not recognised, and costs some looks.
-fn passive(sys: &System) -> bool {
-    let linear = &sys.linear;
-    let same = |a: &Csc, b: &Csc| a.iter().eq(b.iter());
-    if !same(&linear.a.transpose(), &linear.b) || !same(&linear.e, &linear.e.transpose()) {
-        return false;
-    }
-    let n = linear.g.nrows;
-    let (mut own, mut others, mut sizes) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-    let back = linear.g.transpose();
-    for c in 0..n {
-        let mut column = std::collections::BTreeMap::new();
-        for matrix in [&linear.g, &back] {
-            let (rows, values) = matrix.col(c);
-            for (&r, &v) in rows.iter().zip(values) {
-                *column.entry(r).or_insert(0.0) += 0.5 * v;
-                sizes[c] += v.abs();
-            }
-        }
-        for (r, v) in column {
-            if r == c {
-                own[c] += v;
-            } else {
-                others[c] += f64::abs(v);
-            }
-        }
-    }
-    let rounding = |c: usize| 1e-12 * sizes[c];
-    (0..n).all(|c| own[c] + rounding(c) >= others[c]) && linear.d.iter().all(|(_, _, v)| v >= 0.0)
+/// Symmetric storage, and losses that dominate: a network of R, L, C, windings, gyrators and sources.  What else
+/// is passive is not recognised, and costs some looks.
+fn passive(linear: &Linear) -> bool {
+    linear.e.iter().eq(linear.e.transpose().iter()) && linear.dominant()
 }
 
 /// A step that ends at an impact.
@@ -164,13 +138,6 @@ impl Stepper {
         let label = if whole { target.label } else { time };
         let cut = Target { time, label, length, row: whole && target.row, jump: false };
         Some(Cut { target: cut, leap })
-    }
-
-    fn turn_to(&mut self, mode: &[bool]) {
-        if self.active != mode {
-            self.active.copy_from_slice(mode);
-            self.epoch += 1;
-        }
     }
 
     /// Whether a pair that changes in this mode meets something that moves: its slack follows its

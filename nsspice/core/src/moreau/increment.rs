@@ -3,7 +3,6 @@
 //! An increment of a short length solves the equations of a step without the unknowns to which it would be added,
 //! so that it loses no digits by being short; but beside the storage of so short a one leakage may be drowned.
 
-use super::jumps::ROUNDING;
 use super::stepper::Stepper;
 
 /// Their lengths, relative to that of the steps that have shown the values.
@@ -17,20 +16,8 @@ pub(super) const AGAIN: f64 = 0.1;
 /// value.
 const SHARE: f64 = 0.1;
 const OBEYED: f64 = 1e-15;
-/// Rounding of fluxes over a step that is felt in potentials, as a part of the largest.
-const FELT: f64 = 1e-7;
 
 impl Stepper {
-    /// What linear laws miss at the present state.
-    fn missed(&self) -> Vec<f64> {
-        let linear = &self.sys.linear;
-        let mut missed = vec![0.0; self.z.len()];
-        linear.s.mul_add(1.0, &self.u0, &mut missed);
-        linear.g.mul_add(-1.0, &self.z, &mut missed);
-        linear.a.mul_add(-1.0, &self.l, &mut missed);
-        missed
-    }
-
     /// Lets unknowns that store nothing and multipliers obey all laws without storage in the present mode.
     pub(super) fn obey(&mut self, shown: f64) {
         let (z, l) = (self.z.clone(), self.l.clone());
@@ -49,7 +36,8 @@ impl Stepper {
             }
             self.storage.unknowns().for_each(|j| x[j] = 0.0);
             self.z.iter_mut().chain(&mut self.l).zip(&x).for_each(|(value, x)| *value += x);
-            let after = self.sys.largest(&[&self.missed_without_storage()]);
+            let after = self.missed_without_storage();
+            let after = self.sys.largest(&[&after]);
             if after.iter().zip(goal).all(|(after, goal)| *after <= SHARE * goal) {
                 return;
             }
@@ -58,46 +46,10 @@ impl Stepper {
     }
 
     /// What linear laws without storage miss at the present state.
-    fn missed_without_storage(&self) -> Vec<f64> {
-        let mut missed = self.missed();
-        self.sys.linear.e.iter().for_each(|e| missed[e.0] = 0.0);
-        missed
-    }
-
-    /// The laws in which something is stored.
-    fn laws_with_storage(&self) -> Vec<bool> {
-        let mut stores = vec![false; self.z.len()];
-        self.sys.linear.e.iter().for_each(|e| stores[e.0] = true);
-        stores
-    }
-
-    /// How far the present state is from obeying the laws in which nothing is stored, and the sums of the laws of
-    /// capacitors without a connection to ground, as a part of their terms.
-    pub(super) fn missed_at_once(&mut self) -> f64 {
-        let (z, l) = (self.z.clone(), self.l.clone());
-        if self.smooth.is_some() {
-            return self.missed_by(&z, &l);
-        }
-        let (missed, linear) = (self.missed(), &self.sys.linear);
-        let mut sizes = vec![0.0; z.len()];
-        linear.s.abs_mul_add(&self.u0, &mut sizes);
-        linear.g.abs_mul_add(&z, &mut sizes);
-        linear.a.abs_mul_add(&l, &mut sizes);
-        let (stores, most) = (self.laws_with_storage(), self.sys.largest(&[&sizes]));
-        let most = most.map(|size| ROUNDING * size);
-        let error = |rows: &[usize]| {
-            let [missed, size] =
-                [&missed, &sizes].map(|list| rows.iter().map(|&row| list[row]).sum::<f64>());
-            let size = size.max(most[usize::from(linear.row_kind[rows[0]])]);
-            if size > 0.0 {
-                missed.abs() / size
-            } else {
-                0.0
-            }
-        };
-        let rows = (0..z.len()).filter(|&row| !stores[row]).map(|row| error(&[row]));
-        let groups = self.storage.floating().iter().map(|group| error(group));
-        rows.chain(groups).fold(0.0, f64::max)
+    fn missed_without_storage(&mut self) -> Vec<f64> {
+        let [acting, _] = self.at_present(Stepper::acting_at);
+        let laws = acting.iter().zip(&self.at_once.stores);
+        laws.map(|(acting, stores)| if *stores { 0.0 } else { -acting }).collect()
     }
 
     /// Solves the matrix of an increment in the present mode; none if this is singular.
@@ -112,11 +64,10 @@ impl Stepper {
         x.iter().all(|value| value.is_finite()).then_some(())
     }
 
-    /// Whether little but the rounding of fluxes may be left of some potentials in steps of this length: junctions
-    /// and small capacitors ask for very short ones.
-    pub(super) fn is_rounded(&self, length: f64) -> bool {
-        let felt = || self.noise(&self.z, length)[0] > FELT;
-        self.storage.tight() || self.smooth.as_ref().map_or_else(felt, |smooth| smooth.by_rates())
+    /// Whether little but the rounding of fluxes may be left of some potentials in short steps: junctions and small
+    /// capacitors ask for very short ones.
+    pub(super) fn is_rounded(&self) -> bool {
+        self.storage.tight() || self.at_once.ties_rates
     }
 
     /// Lengths of increments, shortest first; where steps of the length that is shown are `rounded`, that is short
@@ -167,19 +118,18 @@ impl Stepper {
         let mut driven = vec![0.0; n];
         self.sys.linear.s.mul_add(1.0, slopes, &mut driven);
         if self.smooth.is_some() {
-            let (z, l) = (self.z.clone(), self.l.clone());
-            let [acting, _] = self.acting_at(&z, &l)?;
-            let missed: Vec<f64> = acting.iter().map(|acting| -acting).collect();
-            let state = [&z[..], &self.u0, slopes];
+            let [mut missed, _] = self.at_present(Stepper::acting_at);
+            missed.iter_mut().for_each(|missed| *missed = -*missed);
+            let state = [&self.z[..], &self.u0, slopes];
             let smooth = self.smooth.as_mut()?;
             let clock = smooth.clock(self.time);
             smooth.newton.set_rate(1.0 / length);
             return smooth.newton.rates(state, clock, [&missed, &driven]);
         }
         let mut x = driven;
-        let (missed, stores) = (self.missed(), self.laws_with_storage());
-        let rows = x.iter_mut().zip(&missed).zip(&stores).filter(|row| *row.1);
-        rows.for_each(|((x, missed), _)| *x += missed / length);
+        let [acting, _] = self.at_present(Stepper::acting_at);
+        let rows = x.iter_mut().zip(&acting).zip(&self.at_once.stores).filter(|row| *row.1);
+        rows.for_each(|((x, acting), _)| *x -= acting / length);
         x.resize(n + m, 0.0);
         if sums {
             let k = self.stage_index(length, true);

@@ -10,6 +10,7 @@
 //! for Nonsmooth Dynamical Systems*, 2008, ch. 9).
 
 mod aftermath;
+mod at_once;
 mod clock;
 mod controls;
 mod drowned;

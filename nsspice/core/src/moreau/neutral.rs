@@ -89,7 +89,7 @@ impl Stepper {
         if found.is_empty() {
             return;
         }
-        let Some([acting, _]) = self.acting_at(z, l) else { return };
+        let [acting, _] = self.acting_at(z, l);
         // how each neutral point acts on the laws of coils
         let mut matrix = Vec::new();
         for (column, neutral) in found.iter().enumerate() {

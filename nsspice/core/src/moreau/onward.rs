@@ -70,7 +70,7 @@ impl Stepper {
     pub(super) fn move_on(&mut self, shown: f64) {
         let slopes = self.source_slopes(self.time);
         let moving = slopes.iter().any(|slope| *slope != 0.0);
-        let rounded = self.is_rounded(shown);
+        let rounded = self.is_rounded();
         if !(moving || rounded || self.outputs.needs_rates()) {
             return;
         }
@@ -96,21 +96,48 @@ impl Stepper {
         steps: (f64, bool),
     ) -> Option<Vec<f64>> {
         let (mut rates, mut length) = self.first_increment(slopes, steps)?;
+        let begun = (self.z.clone(), self.l.clone());
+        let mut added = false;
+        if steps.1 && self.is_felt(&rates, length) {
+            // what rounding has left of potentials says nothing of signs to come
+            let found = self.add_increments(slopes, rates.clone(), length, steps);
+            added = self.obeys_signs();
+            if added {
+                rates = found;
+            } else {
+                (self.z, self.l) = begun.clone();
+            }
+        }
         if !self.lawful_after(&rates, length) {
             if !(moving && self.at_corner(slopes)) {
                 return None;
             }
+            (self.z, self.l) = begun;
             (rates, length) = self.turned_increment(slopes, steps)?;
+            added = false;
         }
-        if moving || steps.1 && self.is_felt(&rates, length) {
-            if let Some((longer, shorter, length)) =
-                self.two_increments(slopes, rates.clone(), length, steps)
-            {
-                self.add_what_stays([&longer, &shorter], length);
-                rates = at_once(&longer, &shorter);
-            }
+        if moving && !added {
+            rates = self.add_increments(slopes, rates, length, steps);
         }
         Some(rates)
+    }
+
+    /// Adds to the values what increments ask for at once, given the rates by one of this length, and returns the
+    /// rates from there on; where there are no two increments, the given ones.
+    fn add_increments(
+        &mut self,
+        slopes: &[f64],
+        rates: Vec<f64>,
+        length: f64,
+        steps: (f64, bool),
+    ) -> Vec<f64> {
+        match self.two_increments(slopes, rates.clone(), length, steps) {
+            Some((longer, shorter, length)) => {
+                self.add_what_stays([&longer, &shorter], length);
+                at_once(&longer, &shorter)
+            }
+            None => rates,
+        }
     }
 
     /// Whether rates make anything of unknowns in a time.
@@ -132,10 +159,10 @@ impl Stepper {
         };
         let mut more: Vec<f64> = longer.iter().zip(shorter).map(stays).collect();
         self.storage.keep(&mut more);
-        let (z, l, before) = (self.z.clone(), self.l.clone(), self.missed_at_once());
+        let (z, l, before) = (self.z.clone(), self.l.clone(), self.at_present(Stepper::missed_by));
         self.z.iter_mut().chain(&mut self.l).zip(&more).for_each(|(value, more)| *value += more);
         // junctions through which a charge still rushes bend more than a line tells
-        if self.missed_at_once() > before.max(SIGNS) {
+        if self.at_present(Stepper::missed_by) > before.max(SIGNS) {
             (self.z, self.l) = (z, l);
         }
     }
@@ -194,10 +221,7 @@ impl Stepper {
         };
         if rates.is_none() {
             (self.z, self.l) = (z, l);
-            if self.active != mode {
-                self.active = mode;
-                self.epoch += 1;
-            }
+            self.turn_to(&mode);
         }
         rates
     }

@@ -2,11 +2,10 @@
 
 use super::clock::{evaluate, slopes};
 use super::failure::{Best, Failure, Outcome};
-use super::jumps::ROUNDING;
 use super::matrices::StepMatrices;
 use super::stage::System;
 use super::stepper::Stepper;
-use crate::descriptor::{ties_rates, Linear};
+use crate::descriptor::Linear;
 use crate::mlcp::{Residual, Start};
 use crate::newton::{Data, Newton, Smooth, Tracking};
 use crate::sparse::Csc;
@@ -45,8 +44,6 @@ pub struct SmoothPart {
     scratch: Vec<f64>,
     /// see [`Linear::conducting`]; empty until it is asked for
     conducting: Option<Csc>,
-    /// some potentials are known by the rates of currents alone
-    by_rates: bool,
 }
 
 impl SmoothPart {
@@ -55,7 +52,6 @@ impl SmoothPart {
         let count = smooth.tape.program().len();
         let n = sys.linear.g.nrows;
         SmoothPart {
-            by_rates: ties_rates(&sys.linear, &smooth.f, &smooth.q),
             newton: Newton::new(
                 &sys.linear.e,
                 &sys.linear.g,
@@ -194,11 +190,6 @@ impl SmoothPart {
         Some(Csc::from_triplets(linear.e.nrows, linear.e.ncols, &entries))
     }
 
-    /// Whether some potentials are known by the rates of currents alone.
-    pub(super) fn by_rates(&self) -> bool {
-        self.by_rates
-    }
-
     /// What conducts where all switches are closed.
     pub(super) fn conducting(&mut self, linear: &Linear) -> &Csc {
         self.conducting.get_or_insert_with(|| linear.conducting())
@@ -254,36 +245,6 @@ impl Stepper {
         out
     }
 
-    /// What acts in each law at a state, without what is stored, and the sizes of its terms; nothing where all
-    /// laws are linear.
-    pub(super) fn acting_at(&mut self, z: &[f64], l: &[f64]) -> Option<[Vec<f64>; 2]> {
-        let f = self.functions_at(z);
-        let (smooth, linear) = (self.smooth.as_ref()?, &self.sys.linear);
-        let [mut acting, mut sizes] = [(); 2].map(|()| vec![0.0; z.len()]);
-        let terms = [(&linear.g, 1.0, z), (&linear.a, 1.0, l), (&linear.s, -1.0, &self.u0[..])];
-        for (matrix, sign, x) in terms {
-            matrix.mul_add(sign, x, &mut acting);
-            matrix.abs_mul_add(x, &mut sizes);
-        }
-        smooth.newton.add_flowing(&f, &mut acting, &mut sizes);
-        Some([acting, sizes])
-    }
-
-    /// How far a state is from obeying the laws, and sums of laws, in which nothing is stored, as a part of
-    /// their terms; nothing where all laws are linear.
-    pub(super) fn missed_by(&mut self, z: &[f64], l: &[f64]) -> f64 {
-        let Some([missed, sizes]) = self.acting_at(z, l) else { return 0.0 };
-        let (Some(smooth), linear) = (&self.smooth, &self.sys.linear) else { return 0.0 };
-        let sum = |list: &[f64], rows: &[usize]| rows.iter().map(|&row| list[row]).sum::<f64>();
-        let sums = smooth.newton.sums_that_store_nothing().iter();
-        // beside all laws of its kind, whose rounding a law of zeros may have
-        let most = self.sys.largest(&[&sizes]).map(|size| ROUNDING * size);
-        let kind = |rows: &[usize]| usize::from(linear.row_kind[rows[0]]);
-        let sums = sums.map(|rows| (sum(&missed, rows), sum(&sizes, rows).max(most[kind(rows)])));
-        sums.filter(|(_, size)| *size > 0.0)
-            .fold(0.0, |worst, (missed, size)| f64::max(worst, missed.abs() / size))
-    }
-
     /// Gives what the functions of the state `z` store to Newton's method.
     pub(super) fn carry_stored(&mut self, z: &[f64]) {
         if self.functions_store() {
@@ -328,7 +289,8 @@ impl Stepper {
         }
         smooth.rates.copy_from_slice(&smooth.f);
         smooth.extrapolate(&self.z, begin, self.time);
-        self.solve_counted(length).map_err(|failure| self.with_charges(k, &self.z, failure))?;
+        self.solve(k, length, Start::Warm)
+            .map_err(|failure| self.with_charges(k, &self.z, failure))?;
         self.finish_rates(length);
         let Some(smooth) = &mut self.smooth else { return Ok(()) };
         for (rate, new) in smooth.rates.iter_mut().zip(&smooth.f) {
@@ -388,13 +350,6 @@ impl Stepper {
         }
         self.note(Residual { rows, complementarity: pairs });
         Ok(())
-    }
-
-    fn solve_counted(&mut self, length: f64) -> Outcome {
-        self.stats.problems += 1;
-        self.z_before.copy_from_slice(&self.z);
-        self.l_before.copy_from_slice(&self.l);
-        self.solve_smooth(length, Start::Warm)
     }
 
     /// Lets Newton's method end at rounding for a while.

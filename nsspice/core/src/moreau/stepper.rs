@@ -1,5 +1,6 @@
 //! The stepping loop: resumable, so that the caller decides when to look at rows, time and signals.
 
+use super::at_once::AtOnce;
 use super::clock::{evaluate, Clock, Target};
 use super::controls::Controls;
 use super::failure::Failure;
@@ -135,8 +136,9 @@ pub struct Stepper {
     pub(super) sweeping: bool,
     pub(super) retry: Option<Target>,
     pub(super) step_length: f64,
-    /// fastest time constant [s]
     pub(super) storage: Storage,
+    /// laws without storage
+    pub(super) at_once: AtOnce,
     /// switches that sources decide about
     pub(super) controls: Controls,
     /// what charges and fluxes are measured by in jumps, and the largest so far of each kind
@@ -152,6 +154,7 @@ pub struct Stepper {
     pub(super) conductances: [f64; 2],
     /// the unknowns are those before the sources or switches that changed last: no jump has been found
     pub(super) stale: bool,
+    /// fastest time constant [s]
     pub(super) fastest: f64,
     pub(super) time: f64,
     /// time of the state where smooth functions were evaluated last [s]
@@ -166,10 +169,10 @@ pub struct Stepper {
     pub(super) roles: Vec<Role>,
     pub(super) active: Vec<bool>,
     pub(super) epoch: u64,
-    // work space
-    pub(super) x: Vec<f64>,
     /// parts of a linear network that little ties to the rest
     pub(super) islands: Option<Islands>,
+    // work space
+    pub(super) x: Vec<f64>,
     pub(super) input: Vec<f64>,
     pub(super) rhs: Vec<f64>,
     pub(super) w: Vec<f64>,
@@ -216,6 +219,7 @@ impl Stepper {
         gates: Vec<bool>,
         outputs: Outputs,
     ) -> Stepper {
+        let at_once = AtOnce::new(&sys);
         let smooth = sys.smooth.take().map(|smooth| Box::new(SmoothPart::new(&sys, smooth)));
         let (n, m, p) = (sys.linear.g.nrows, sys.linear.a.ncols, waveforms.len());
         let mut roles = vec![Role::Diode; m];
@@ -227,13 +231,15 @@ impl Stepper {
             && !smooth.as_ref().is_some_and(|s| s.newton.stores());
         let active = roles.iter().map(|&r| r == Role::Closed).collect();
         let impacts = Impacts::new(&sys, !diodes.is_empty() || switches.iter().any(|s| s.latching));
-        let controls = Controls::new(&sys.linear, &switches);
+        let functions = smooth.iter().flat_map(|smooth| smooth.newton.rows_of_functions());
+        let controls = Controls::new(&sys.linear, functions, &switches);
         let weights = jump_weights(&sys);
         let conductances = sys.conductances();
         // with averaging no law of currents is that of an instant
         let plain = smooth.is_none() && sys.h.values.is_empty();
         let islands = plain.then(|| Islands::new(&sys.linear)).filter(|found| found.any());
         Stepper {
+            at_once,
             islands,
             impacts,
             controls,
@@ -334,6 +340,14 @@ impl Stepper {
     /// Present time [s].
     pub fn time(&self) -> f64 {
         self.time
+    }
+
+    /// Takes a mode for the present one.
+    pub(super) fn turn_to(&mut self, mode: &[bool]) {
+        if self.active != mode {
+            self.active.copy_from_slice(mode);
+            self.epoch += 1;
+        }
     }
 
     /// State of each switch's gate.

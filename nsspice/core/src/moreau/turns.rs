@@ -43,10 +43,7 @@ impl Stepper {
             }
             self.z.copy_from_slice(&z);
             self.l.copy_from_slice(&l);
-            if self.active != active {
-                self.active.copy_from_slice(&active);
-                self.epoch += 1;
-            }
+            self.turn_to(&active);
             if turned {
                 return Turn::Step(length, end);
             }

@@ -1,6 +1,5 @@
 //! The system as arrays: one pattern for the Jacobians of all modes, points and step lengths.
 
-use crate::descriptor::sums_that_store_nothing;
 use crate::floating::Floating;
 use crate::linear::ordering;
 use crate::sparse::{Csc, Ordering};
@@ -83,8 +82,6 @@ pub struct Equations {
     pub(super) unit: Vec<f64>,
     /// rows of sums in which nothing stands but functions that store nothing
     pub(super) leaks: Vec<usize>,
-    /// laws in whose sum nothing is stored
-    pub(super) unstored: Vec<Vec<usize>>,
     /// one for rows of unknowns, zero for slacks, in fours
     pub(super) laws: Vec<[f64; FOUR]>,
     /// one for current rows in which nothing is stored, in fours
@@ -259,7 +256,6 @@ impl Equations {
             laws: mask(&|row| row < n),
             currents: mask(&|row| row < n && row_kind[row] == 0 && !stores[row]),
             leaks,
-            unstored: sums_that_store_nothing(e, &smooth.q),
             reach,
             potentials: nodes.iter().copied().filter(|&i| felt[i as usize]).collect(),
             nodes,

@@ -42,11 +42,6 @@ impl Newton {
         }
     }
 
-    /// Groups of laws in whose sum nothing is stored; most are one law.
-    pub fn sums_that_store_nothing(&self) -> &[Vec<usize>] {
-        &self.eq.unstored
-    }
-
     /// Whether windings alone hold the potential of some nodes.
     pub fn has_cut_sets(&self) -> bool {
         self.eq.floating.has_cut_sets()

@@ -103,13 +103,25 @@ impl Newton {
         s.balance.judge(&self.eq, assembly, &self.tape, &s.roles, &s.x, 0.0)
     }
 
-    /// Residual of the equations themselves at a point.
+    /// Residual of the equations themselves at a point.  A law is measured by what its slopes make of the unknowns,
+    /// too: of one that is a single function nothing else is left where it holds.
     pub fn residual_at(&mut self, data: &Data, z: &[f64], l: &[f64]) -> Residual {
         let n = self.eq.n;
         self.load(data.rhs, data.u, data.t, data.q, data.roles);
         self.state.x[..n].copy_from_slice(z);
         self.state.x[n..].copy_from_slice(l);
         self.evaluate_at_x(Linearisation::Exact, None);
+        let assembly = &mut self.assemblies[self.present];
+        assembly.linearise(self.tape.slopes());
+        let (pattern, s) = (&self.eq.pattern, &mut self.state);
+        let mut sizes = vec![0.0; s.x.len()];
+        for (c, x) in s.x.iter().enumerate() {
+            for at in pattern.colptr[c]..pattern.colptr[c + 1] {
+                sizes[pattern.rowidx[at]] += (assembly.values[at] * x).abs();
+            }
+        }
+        let terms = s.balance.terms.iter_mut().zip(sizes);
+        terms.for_each(|(terms, size)| *terms = terms.max(size));
         self.judge().residual
     }
 

@@ -124,7 +124,7 @@ impl Net {
             Ok(solved) => Ok(Answer { z, l, solved }),
             Err(unsolved) => {
                 assert_eq!((z.as_slice(), l.as_slice()), (z0, l0), "a failure must not move");
-                Err(*unsolved)
+                Err(unsolved)
             }
         }
     }

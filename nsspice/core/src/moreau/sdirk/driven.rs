@@ -2,6 +2,7 @@
 
 use super::super::record::Sum;
 use super::super::stepper::Stepper;
+use crate::given::given_by_sources;
 
 /// The outputs that are sums of sources, or have such a part, each with its number.
 pub struct Driven {
@@ -45,34 +46,20 @@ impl Driven {
     }
 }
 
-/// What the unknowns are that follow, one after the other, from laws with one unknown left.
+/// Unknowns that laws of voltages give, as sums of sources.
 fn driven_unknowns(s: &Stepper) -> Vec<Option<Sum>> {
     let linear = &s.sys.linear;
-    let n = s.z.len();
-    let mut known: Vec<Option<Sum>> = vec![None; n];
-    let mut other = vec![false; n]; // more than unknowns and sources is in the law
-    let stored = linear.e.iter().chain(linear.a.iter()).filter(|e| e.2 != 0.0);
-    stored.for_each(|e| other[e.0] = true);
-    for smooth in s.smooth.iter() {
-        smooth.newton.rows_of_functions().for_each(|r| other[r] = true);
-    }
-    let mut laws: Vec<Sum> = vec![Vec::new(); n];
-    let mut given: Vec<Sum> = vec![Vec::new(); n];
-    linear.g.iter().filter(|e| e.2 != 0.0).for_each(|(r, c, v)| laws[r].push((c, v)));
-    linear.s.iter().filter(|e| e.2 != 0.0).for_each(|(r, j, v)| given[r].push((j, v)));
-    let mut found = true;
-    while std::mem::take(&mut found) {
-        for r in (0..n).filter(|&r| linear.row_kind[r] == 1 && !other[r]) {
-            let mut open = laws[r].iter().filter(|e| known[e.0].is_none());
-            let (Some(&(c, own)), None) = (open.next(), open.next()) else { continue };
-            let mut sum: Sum = given[r].iter().map(|&(j, v)| (j, v / own)).collect();
-            for &(k, v) in laws[r].iter().filter(|e| e.0 != c) {
-                let parts = known[k].iter().flatten();
-                sum.extend(parts.map(|&(j, f)| (j, -f * v / own)));
-            }
-            known[c] = Some(sum);
-            found = true;
+    let functions = s.smooth.iter().flat_map(|smooth| smooth.newton.rows_of_functions());
+    let mut by_law: Vec<Sum> = vec![Vec::new(); s.z.len()];
+    linear.s.iter().filter(|e| e.2 != 0.0).for_each(|(row, j, v)| by_law[row].push((j, v)));
+    let mut known: Vec<Option<Sum>> = vec![None; s.z.len()];
+    for given in given_by_sources(linear, functions, |row| linear.row_kind[row] == 1) {
+        let mut sum: Sum = by_law[given.row].iter().map(|&(j, v)| (j, v / given.factor)).collect();
+        for &(k, v) in &given.others {
+            let parts = known[k].iter().flatten();
+            sum.extend(parts.map(|&(j, f)| (j, -f * v / given.factor)));
         }
+        known[given.unknown] = Some(sum);
     }
     known
 }

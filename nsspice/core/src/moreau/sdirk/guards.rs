@@ -24,8 +24,6 @@ pub struct Scales {
     range: Vec<[f64; 2]>,
     /// scratch: sums of the laws
     sums: Vec<f64>,
-    /// the least conductance of a resistor [S], 0 without any
-    conductance: f64,
 }
 
 /// Not `f64::min`, which would overlook NaN.
@@ -64,7 +62,6 @@ impl Scales {
             unknown: vec![0.0; n],
             range,
             sums: vec![0.0; n],
-            conductance: s.conductances[0],
         }
     }
 
@@ -89,7 +86,7 @@ impl Scales {
             self.largest[1] = self.largest[1].max(sum.abs());
         }
         // where nothing flows, rounding of the voltages makes currents: they are none
-        let rounded = f64::EPSILON * self.conductance * self.largest[0];
+        let rounded = f64::EPSILON * s.conductances[0] * self.largest[0];
         self.largest[1] = self.largest[1].max(rounded);
     }
 

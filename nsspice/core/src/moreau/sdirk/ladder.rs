@@ -53,8 +53,6 @@ pub struct Ladder {
     pub deepest: usize,
     /// sums of the laws of floating nodes
     sums: Option<Arc<Sums>>,
-    /// the least conductance of a resistor [S]
-    tie: f64,
     /// stages assembled
     pub made: u64,
     /// unknowns that carry storage
@@ -122,7 +120,6 @@ impl Ladder {
             } else {
                 Sums::floating(&s.sys.linear).map(Arc::new)
             },
-            tie: s.sys.conductances()[0],
             made: 0,
             stored,
             met: Vec::new(),
@@ -315,7 +312,7 @@ impl Ladder {
         let Some(sums) = s.sys.sums.as_ref().filter(needed) else { return false };
         let (z, l) = x.split_at(s.z.len());
         let [voltage, current] = s.sys.largest(&[z, &s.z]);
-        sums.missed(z, l, u) > MISSED * current.max(self.tie * voltage)
+        sums.missed(z, l, u) > MISSED * current.max(s.conductances[0] * voltage)
     }
 
     /// Solves a complementarity problem from `x`.  In a large system this is one system of equations as

@@ -242,7 +242,7 @@ impl Sdirk {
                 *end = begin + part * (*end - begin);
             }
             self.points.wait(&s.left);
-            self.rows.next += 1;
+            self.rows.advance();
         }
     }
 }

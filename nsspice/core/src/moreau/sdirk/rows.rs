@@ -44,48 +44,6 @@ impl Inside<'_> {
     }
 }
 
-/// Instants at which rows are written.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Rows {
-    pub start: f64,
-    pub step: f64,
-    stop: f64,
-    /// rows at multiples of the step
-    whole: u64,
-    pub count: u64,
-    /// number of the next one
-    pub next: u64,
-}
-
-impl Rows {
-    /// Rows at `start + k step` up to `stop`, and at `stop`.
-    pub fn new(start: f64, step: f64, stop: f64) -> Rows {
-        let whole = ((stop - start) / step * (1.0 + 1e-12)).floor() as u64;
-        let rest = stop - (start + whole as f64 * step) > 1e-9 * step;
-        Rows { start, step, stop, whole, count: whole + 1 + u64::from(rest), next: 0 }
-    }
-
-    /// The row at `time`, if one is there up to rounding of steps of this `length`; else `time`.
-    pub fn meet(&self, time: f64, length: f64) -> f64 {
-        let row = self.start + ((time - self.start) / self.step).round() * self.step;
-        if (row - time).abs() <= 1e-9 * length && row <= self.stop {
-            row
-        } else {
-            time
-        }
-    }
-
-    /// Time of the next row; infinite after the last.
-    pub fn time(&self) -> f64 {
-        match self.next {
-            k if k >= self.count => f64::INFINITY,
-            // a multiple of the step may lie beyond the end by rounding
-            k if k <= self.whole => (self.start + k as f64 * self.step).min(self.stop),
-            _ => self.stop,
-        }
-    }
-}
-
 impl Sdirk {
     /// Rows of the table inside the accepted step, which ends at a time: as many as there are or as there is
     /// room for.
@@ -101,7 +59,7 @@ impl Sdirk {
             if s.witness.keep_sides {
                 self.points.see(row);
             }
-            self.rows.next += 1;
+            self.rows.advance();
             count += 1;
         }
         count
@@ -114,7 +72,7 @@ impl Sdirk {
         let piece = (end - start) / PIECES as f64;
         // a mode that ends where it begins has not been, and rows that are closer tell all
         let wanted = s.witness.between(start) || s.witness.between(end);
-        if !wanted || no_length(start, end, length) || self.rows.step <= piece {
+        if !wanted || no_length(start, end, length) || self.rows.step() <= piece {
             return;
         }
         let mut row = vec![0.0; s.columns()];
@@ -147,7 +105,7 @@ impl Sdirk {
     /// Where the rows of the accepted step come from, which are asked for from the part `theta` on.
     fn find_origin(&mut self, s: &mut Stepper, theta: f64) -> Origin {
         let end = self.accepted.map_or(1.0, |a| a.theta);
-        let rows = (end - theta) * self.trial.length / self.rows.step;
+        let rows = (end - theta) * self.trial.length / self.rows.step();
         let (trial, ladder, tableau) = (&mut self.trial, &mut self.ladder, self.tableau);
         let tolerance = self.accuracy.relative;
         let mut step = Inside { s, trial, ladder, tableau, end, rows, tolerance };

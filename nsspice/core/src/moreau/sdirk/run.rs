@@ -11,12 +11,13 @@ use super::ladder::{Ladder, RUNGS};
 use super::locate::Locator;
 use super::pass::{Passage, Patience};
 use super::points::PointRows;
-use super::rows::{Origin, Rows};
+use super::rows::Origin;
 use super::step::Trial;
 use super::stored::StoredRows;
 use super::witness::{no_length, Witness};
 use super::{Accuracy, Tableau};
 use crate::audit::Taken;
+use crate::row_clock::RowClock;
 use crate::sampling::Sampling;
 use crate::waveform::Side;
 use std::time::{Duration, Instant};
@@ -85,7 +86,7 @@ pub struct Sdirk {
     /// that of the present step
     pub(super) tableau: &'static Tableau,
     pub(super) accuracy: Accuracy,
-    pub(super) rows: Rows,
+    pub(super) rows: RowClock,
     pub(super) start: f64,
     /// the unknown that errs most in the trial step
     pub(super) erring: usize,
@@ -150,7 +151,7 @@ impl Sdirk {
             method,
             tableau: method.next(false),
             accuracy,
-            rows: Rows::new(out_start, out_step, stop),
+            rows: RowClock::new(out_start, out_step, stop),
             start: s.time,
             erring: 0,
             unbounded: None,
@@ -182,7 +183,7 @@ impl Sdirk {
 
     /// Number of rows in all.
     pub fn row_count(&self) -> u64 {
-        self.rows.count
+        self.rows.count()
     }
 
     /// Modes met at the busiest step length.
@@ -242,7 +243,7 @@ impl Sdirk {
             }
             if self.rows.time() <= s.time + self.at_once(s.time) {
                 s.write(self.rows.time(), row);
-                self.rows.next += 1;
+                self.rows.advance();
                 rows += 1;
                 continue;
             }
@@ -262,7 +263,7 @@ impl Sdirk {
                 break;
             }
         }
-        let written = self.accepted.is_none() && self.rows.next >= self.rows.count;
+        let written = self.accepted.is_none() && self.rows.peek().is_none();
         let done = rows == capacity && written && self.points.is_empty();
         (rows, if done { Progress::Done } else { Progress::More })
     }
@@ -455,10 +456,10 @@ impl Sdirk {
     /// as let the ends of longer steps fall on rows, which then cost nothing.
     fn grown(&self, level: usize, up: usize, time: f64) -> usize {
         let falls = |level: usize| {
-            let steps = (time - self.rows.start) / self.ladder.length(level);
+            let steps = (time - self.rows.start()) / self.ladder.length(level);
             (steps - steps.round()).abs() <= SAME_PLACE
         };
-        let steps = self.rows.step / self.ladder.longest;
+        let steps = self.rows.step() / self.ladder.longest;
         let meets = steps.round() >= 1.0 && (steps - steps.round()).abs() <= SAME_PLACE;
         let top = level.saturating_sub(up);
         if !(meets && falls(level)) {

@@ -127,7 +127,7 @@ impl Trial {
         for j in s.smooth.iter().flat_map(|smooth| smooth.newton.stored_unknowns()) {
             own[j] = true;
         }
-        let sums = s.smooth.iter().flat_map(|smooth| smooth.newton.sums_that_store_nothing());
+        let sums = s.smooth.iter().flat_map(|_| &s.at_once.sums);
         Trial {
             mixed: own.contains(&true),
             afloat: sums.filter(|sum| sum.len() > 1).cloned().collect(),

@@ -1,0 +1,127 @@
+//! Laws of currents that tie coils alone, right after a jump: their rates are tied, too.
+//!
+//! With `L di/dt = e`, `e` the voltages that the other terms of the laws of the coils leave, a law `k' i = 0` asks
+//! for `k' L^-1 e = 0`.  It tells potentials that no current depends on otherwise, and that a step shows as the
+//! rounding of fluxes over its length.
+
+use super::matrix::Entries;
+use super::points::Point;
+use super::{ratio, worse, TOLERANCE};
+use crate::dense::{Lu, Matrix};
+use crate::descriptor::{stored_columns, sums_that_store_nothing, Linear};
+use crate::newton::Smooth;
+use crate::sparse::Csc;
+
+/// Part of its terms to which a rate has to be known: potentials are limits of short steps there.
+const KNOWN: f64 = 1e-3;
+/// A pivot of the inductances below this part of the first is none.
+const SINGULAR: f64 = 1e-9;
+/// Coils that are looked at together.
+const MOST: usize = 64;
+/// What is left of a sum that vanishes.
+const ROUNDING: f64 = 1e-12;
+
+/// A law of currents, one of its rows, and the coils in it by their places.
+struct Tie {
+    row: usize,
+    coils: Vec<(usize, f64)>,
+}
+
+/// All such laws of a network.
+pub(super) struct Ties {
+    /// unknowns of the coils
+    coils: Vec<usize>,
+    inverse: Matrix,
+    ties: Vec<Tie>,
+}
+
+/// The sum of some rows.
+fn total(matrix: &Csc, rows: &[usize]) -> Vec<(usize, f64)> {
+    let columns = (0..matrix.ncols).map(|c| {
+        let (indices, values) = matrix.col(c);
+        let own = indices.iter().zip(values).filter(|e| rows.contains(e.0));
+        let (sum, size) = own.fold((0.0, 0.0), |(s, t), (_, v)| (s + v, t + v.abs()));
+        (c, if f64::abs(sum) > ROUNDING * size { sum } else { 0.0 })
+    });
+    columns.filter(|e| e.1 != 0.0).collect()
+}
+
+impl Ties {
+    /// Those of a network without sources, pairs and functions in them; None if there are none, or if what coils
+    /// store does not tell their currents.
+    pub fn new(linear: &Linear, smooth: Option<&Smooth>) -> Option<Ties> {
+        let stores = stored_columns(&linear.e);
+        let coils: Vec<usize> =
+            (0..stores.len()).filter(|&c| linear.row_kind[c] == 1 && stores[c]).collect();
+        if coils.len() < 2 || coils.len() > MOST {
+            return None;
+        }
+        let place = |c: usize| coils.iter().position(|&k| k == c);
+        let mut inductances = Matrix::zeros(coils.len(), coils.len());
+        for (row, c, v) in linear.e.iter() {
+            if let (Some(row), Some(c)) = (place(row), place(c)) {
+                inductances[(row, c)] += v;
+            }
+        }
+        let none = Csc::zeros(stores.len(), 0);
+        let (f, q) = smooth.map_or((&none, &none), |s| (&s.f, &s.q));
+        if coils.iter().any(|row| q.iter().any(|e| e.0 == *row)) {
+            return None;
+        }
+        let tie = |rows: &Vec<usize>| {
+            let others = [&linear.a, &linear.s, f];
+            let alone = others.iter().all(|m| total(m, rows).is_empty());
+            let own: Option<Vec<(usize, f64)>> =
+                total(&linear.g, rows).into_iter().map(|(c, k)| Some((place(c)?, k))).collect();
+            let own = own.filter(|own| alone && own.len() > 1)?;
+            Some(Tie { row: rows[0], coils: own })
+        };
+        let groups = sums_that_store_nothing(&linear.e, q);
+        let groups = groups.iter().filter(|rows| linear.row_kind[rows[0]] == 0);
+        let ties: Vec<Tie> = groups.filter_map(tie).collect();
+        let factor = Lu::new(&inductances);
+        if ties.is_empty() || factor.ratio <= SINGULAR {
+            return None;
+        }
+        Some(Ties { inverse: factor.solve(&Matrix::identity(coils.len())), coils, ties })
+    }
+
+    /// The worst of the laws at a point, in units in which [`TOLERANCE`] is allowed, and its row.
+    pub fn worst(
+        &self,
+        [g, a, s]: [&Entries; 3],
+        f: Option<&Entries>,
+        at: &Point,
+    ) -> Option<(f64, usize)> {
+        let (mut rest, mut sizes) = (vec![0.0; at.z.len()], vec![0.0; at.z.len()]);
+        s.add_both(1.0, at.u, &mut rest, &mut sizes);
+        g.add_both(-1.0, at.z, &mut rest, &mut sizes);
+        a.add_both(-1.0, at.l, &mut rest, &mut sizes);
+        if let Some(f) = f {
+            f.add_both(-1.0, at.f, &mut rest, &mut sizes);
+        }
+        // what is known of a law beside the largest of its kind
+        let least = self.coils.iter().fold(0.0, |most, &row| f64::max(most, sizes[row]));
+        let least = least * TOLERANCE / KNOWN;
+        let rate = |k: usize| {
+            let terms = self.inverse.row(k).iter().zip(&self.coils);
+            terms.fold((0.0, 0.0), |(sum, size), (m, &row)| {
+                (sum + m * rest[row], size + m.abs() * sizes[row].max(least))
+            })
+        };
+        let rates: Vec<(f64, f64)> = (0..self.coils.len()).map(rate).collect();
+        let mut found: Option<(f64, usize)> = None;
+        for tie in &self.ties {
+            let (mut error, mut size) = (0.0, 0.0);
+            for &(place, k) in &tie.coils {
+                error += k * rates[place].0;
+                size += k.abs() * rates[place].1;
+            }
+            let error = ratio(f64::abs(error), size) * TOLERANCE / KNOWN;
+            if found.is_none_or(|(worst, _)| worse(error, worst)) {
+                found = Some((error, tie.row));
+            }
+        }
+        found
+    }
+}
