@@ -71,17 +71,48 @@ def _pulse(v: tuple[float, ...], k: float, stop: float, edge: float) -> tuple[st
     """Return a pulse; a limited number of pulses is written out."""
     v1, v2, delay, rise, fall, width, period, count = v
     sharp = (rise == 0.0) + (fall == 0.0)
-    if math.isfinite(count) or period < rise + width + fall:
+    if math.isfinite(count) or period < (rise + width + fall) * (1 - 1e-12):
         points = _pulse_points(v, stop)
         return _line(points, k, edge)
-    # a ramp begins where the edge stands, and is taken from the level behind it
-    edge = min(edge, 1e-3 * width) if width > 0.0 else edge
-    if rise == 0.0:
-        rise, width = edge, width - edge
-    fall = fall or edge
+    rise, width, fall = _lengths(rise, width, fall, period, edge)
     period = period if math.isfinite(period) else 10.0 * (delay + stop + rise + fall)
-    width = min(max(width, edge), 2.0 * (stop + abs(delay)) + edge)
+    width = min(width, 2.0 * (stop + abs(delay)) + edge)
     return f"PULSE({_words(v1 * k, v2 * k, delay, rise, fall, width, period)})", sharp
+
+
+def _lengths(
+    rise: float, width: float, fall: float, period: float, edge: float
+) -> tuple[float, float, float]:
+    """Return rise, width and fall of a pulse, none of them zero, with its corners left in place.
+
+    Examples
+    --------
+    >>> _lengths(1.0, 0.0, 1.0, 3.0, 2**-10)  # a triangle keeps its top in the middle
+    (0.99951171875, 0.0009765625, 0.99951171875)
+    >>> _lengths(0.0, 1.0, 0.0, 2.0, 1e-9)[1]
+    0.999999999
+    """
+    if width > 0.0:
+        # a ramp begins where the edge stands, and is taken from the level behind it
+        edge = min(edge, 1e-3 * width)
+        width -= edge if rise == 0.0 else 0.0
+    else:
+        # ngspice takes a width of zero for one up to the end: what the top lasts is taken from the
+        # ramps beside it, or the period would be too short for both
+        width = edge = min(edge, *(1e-3 * span for span in (rise, fall, period) if span > 0.0))
+        if rise > 0.0 and fall > 0.0:
+            rise, fall = rise - 0.5 * edge, fall - 0.5 * edge
+        elif rise > 0.0:
+            rise -= edge
+        elif fall > 0.0:
+            fall -= 2.0 * edge
+    lengths = [fall or edge, width, rise or edge]
+    # ngspice loses all later corners where the ramp down ends with the period, but for rounding
+    missing = edge - (period - sum(lengths))
+    if missing > 0.0:
+        lengths[lengths.index(max(lengths))] -= missing
+    fall, width, rise = lengths
+    return rise, width, fall
 
 
 def _pulse_points(v: tuple[float, ...], stop: float) -> list[tuple[float, float]]:

@@ -106,6 +106,34 @@ def test_a_pulse_narrower_than_the_ramp_keeps_its_height():
     assert numbers[3] + numbers[5] == pytest.approx(1e-6)
 
 
+#: rise, width and fall of pulses that fill a period of 50 us, or have no flat top
+CARRIERS = [
+    (25e-6, 0.0, 25e-6), (50e-6, 0.0, 0.0), (0.0, 0.0, 50e-6), (10e-6, 0.0, 20e-6),
+    (10e-6, 30e-6, 10e-6), (10e-6, 40e-6, 0.0), (1e-9, 49.999e-6, 0.0), (5e-9, 0.0, 0.0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("lengths", CARRIERS)
+def test_pulses_that_fill_their_period_keep_their_corners(lengths):
+    """A width of zero was a ramp's length, so that a triangle did not fit into its period."""
+    edge, period = 1e-8, 50e-6
+    wave = Waveform("pulse", (0.0, 1.0, 0.0, *lengths, period, np.inf))
+    numbers = [float(w) for w in source_text(wave, 1e-2, edge)[0][6:-1].split()]
+    assert min(numbers[3:6]) > 0.0
+    assert sum(numbers[3:6]) < period
+    # a rise, a top and a gap before the period ends may each take the length of one ramp
+    assert np.cumsum(numbers[3:6]) == pytest.approx(np.cumsum(lengths), abs=3.01 * edge)
+
+
+def test_a_triangle_is_the_same_at_all_its_rows():
+    """It was wrong by 0.4 at its ends: ngspice loses corners that lie behind the period."""
+    text = "triangle\nV1 a 0 PULSE(-1 1 0 25u 25u 0 50u)\nR1 a 0 1k\n.tran 25u 50m\n"
+    row = ngspice.cross_check(nsspice.read(text)).rows[0]
+    # each ramp is an edge shorter at most, a thousandth of steps of 5 us: 2 * 5 ns / 25 us
+    assert row.signal == "v(a)"
+    assert row.share("max") < 4e-4
+
+
 def test_a_source_that_repeats_too_often_is_refused():
     wave = Waveform("pwl", (0.0, 0.0, 1e-9, 1.0), 0.0)
     with pytest.raises(UsageError, match="too often"):
