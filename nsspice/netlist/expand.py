@@ -14,6 +14,7 @@ from .findings import Findings, Unreadable
 from .lines import Line
 from .node import Node, var
 from .parasitics import taken_apart
+from .repetition import Repetition, written_out
 from .scope import Scope
 from .template import InstanceTemplate, SourceTemplate, Template
 
@@ -179,14 +180,20 @@ class Expander:
         if given.ac is not None:
             ac = (scope.number(given.ac[0]), scope.number(given.ac[1]))
         values = [scope.number(value) for value in given.values]
-        for index in given.relative:
-            values[index] += values[index - 2]
+        options = {key: scope.number(value) for key, value in given.options.items()}
+        if given.kind == "pwl" and (given.relative or given.repeats):
+            parts = [
+                Repetition(r.first, r.last, scope.number(r.count), r.span) for r in given.repeats
+            ]
+            values, repeat = written_out(values, given.relative, parts)
+            if repeat is not None:
+                options["r"] = repeat
         return Source(
             None if given.dc is None else scope.number(given.dc),
             ac,
             given.kind,
             tuple(values),
-            {key: scope.number(value) for key, value in given.options.items()},
+            options,
             given.span,
         )
 

@@ -47,11 +47,22 @@ class ParamText:
     word: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class RepeatTemplate:
+    """A part of the values of a PWL that is repeated, see ``repetition.Repetition``."""
+
+    first: int
+    last: int
+    count: Value
+    span: Span
+
+
 @dataclass(slots=True)
 class SourceTemplate:
     """Value of an independent source, see ``deck.Source``.
 
-    ``relative`` holds the places of those values of a PWL that count from the time before.
+    ``relative`` holds the places of those values of a PWL that count from the time before,
+    ``repeats`` its repeated parts.
     """
 
     span: Span
@@ -60,6 +71,7 @@ class SourceTemplate:
     kind: str = ""
     values: list[Value] = field(default_factory=list)
     relative: tuple[int, ...] = ()
+    repeats: tuple[RepeatTemplate, ...] = ()
     options: dict[str, Value] = field(default_factory=dict)
 
 

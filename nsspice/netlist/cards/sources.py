@@ -12,6 +12,7 @@ from ..lines import Line
 from ..statement import Item
 from ..template import SourceTemplate, Template, Value
 from ..waveforms import KINDS, count_problem
+from .broken_line import points_of
 from .controlled import table_law
 from .reading import Reader, flat
 from .terminals import Terminals
@@ -79,6 +80,9 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
     if "ac" in params:
         value.ac = (terminals.param_value(params.pop("ac")), 0.0)
     for key in ("r", "td"):
+        if key == "r" and key in params and value.repeats:
+            message = f"{result.name}: r= beside a repeated part"
+            raise Unreadable("NS1009", message, params[key].span, "keep one of them")
         if key in params and value.kind == "pwl":
             value.options[key] = terminals.param_value(params.pop(key))
         elif key in params:
@@ -141,7 +145,7 @@ def _waveform(terminals: Terminals, value: SourceTemplate, word: Item, kind: str
     value.kind = kind
     arguments = _arguments(terminals)
     if kind == "pwl":
-        arguments, value.relative = _relative(line, arguments)
+        arguments, value.relative, value.repeats = points_of(terminals, arguments)
     reader = terminals.reader
     value.values = [reader.value(line, a, f"an argument of {kind}") for a in arguments]
     if any(pair.text == "file" for pair in terminals.pairs):
@@ -160,19 +164,6 @@ def _arguments(terminals: Terminals) -> list[Item]:
         arguments.append(item)
         terminals.next()
     return arguments
-
-
-def _relative(line: Line, arguments: list[Item]) -> tuple[list[Item], tuple[int, ...]]:
-    """Return the arguments of a PWL, and which of them are times after the one before: ``+1u``.
-
-    The plus of ``+{tr}`` is a word of its own.
-    """
-    signs = [k for k, a in enumerate(arguments) if line.raw[a.start : a.end] == "+"]
-    left = [a for k, a in enumerate(arguments) if k not in signs]
-    marked = {id(arguments[k + 1]) for k in signs if k + 1 < len(arguments)}
-    times = enumerate(left[2::2], start=1)
-    relative = [2 * k for k, a in times if id(a) in marked or line.raw[a.start] == "+"]
-    return left, tuple(relative)
 
 
 def _decimal_commas(terminals: Terminals, arguments: list[Item]) -> None:
