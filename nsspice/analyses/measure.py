@@ -16,6 +16,8 @@ from .names import canonical
 from .solution import Solution
 
 T = TypeVar("T")
+#: operations on all that a window holds
+_STATISTICS = frozenset(("max", "min", "pp", "avg", "rms", "integ", "max_at", "min_at"))
 _INTEGRALS = frozenset(("avg", "mean", "integ", "rms"))
 
 
@@ -33,6 +35,7 @@ def evaluate_measures(solution: Solution, cards: Sequence[Measure]) -> None:
         if card.analysis != solution.analysis:
             continue
         try:
+            card = _between_events(rows, card, solution.measures)
             value = measure(rows, card, solution.measures)
             if not np.isfinite(value):
                 raise NotFound("the result is not a finite number")
@@ -110,6 +113,18 @@ def measure(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> 
             raise NotFound(f"{x:.6g} lies outside the rows of the analysis")
         return y
     return statistic(curve.window(card.start, card.stop), operation)
+
+
+def _between_events(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> Measure:
+    """Return a statistic from TRIG to TARG as one between their instants."""
+    if not card.conditions or card.operation not in _STATISTICS:
+        return card
+    rows = _fine(solution, card, earlier)
+    start = card.start if card.first is None else _instant(rows, card.first, card)
+    stop = card.stop if card.second is None else _instant(rows, card.second, card)
+    if start is not None and stop is not None and stop < start:
+        raise NotFound(f"TARG, at {stop:.6g}, comes before TRIG, at {start:.6g}")
+    return card._replace(start=start, stop=stop, first=None, second=None)
 
 
 def _fine(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> Solution:

@@ -187,7 +187,8 @@ class Measure(NamedTuple):
 
     ``operation`` is one of ``trig_targ find_when find_at when max min pp avg rms integ max_at
     min_at deriv param``.  ``expression`` is the measured quantity (any combination of signals),
-    ``start`` and ``stop`` bound the window, ``first``/``second`` are TRIG/TARG or WHEN.
+    ``start`` and ``stop`` bound the window, ``first``/``second`` are TRIG/TARG or WHEN; those of a
+    statistic are the ends of its window.
     """
 
     name: str

@@ -52,9 +52,10 @@ def _once(context: Context, name: str, where: Span) -> str:
 def measure(context: Context, line: Line) -> None:
     """Read one measurement.
 
-    Forms: ``max|min|pp|avg|rms|integ|max_at|min_at EXPR [from=] [to=]``, ``find EXPR at=T``,
-    ``find EXPR when A=B [rise=n]``, ``when A=B``, ``deriv EXPR at=T``, ``trig ... targ ...``,
-    ``param='EXPR'``.  Without an analysis it is that of a transient.
+    Forms: ``max|min|pp|avg|rms|integ|max_at|min_at EXPR [from=] [to=]``, the same with ``trig ...
+    targ ...`` for the window, ``find EXPR at=T``, ``find EXPR when A=B [rise=n]``, ``when A=B``,
+    ``deriv EXPR at=T``, ``trig ... targ ...``, ``param='EXPR'``.  Without an analysis it is that of
+    a transient.
     """
     found = re.compile(r"(\w+)\s+([^\s=(]+)\s*").match(line.text, after_card(line))
     hint = "write .measure tran name max v(out) from=0 to=1m"
@@ -138,8 +139,18 @@ class _Maker:
         first = parts[0]
         key = first.key
         if key in _STATISTICS:
-            self._only(parts, 1)
-            return self._measure(_STATISTICS[key], first, expression=self._expression(first))
+            ends = {part.key: part for part in parts[1:]}
+            for part in parts[1:]:
+                if part.key not in ("trig", "targ") or ends[part.key] is not part:
+                    hint = "the window is from=T to=T, or trig ... targ ..."
+                    raise self._wrong(part, f"{part.key} is not expected here", hint)
+            return self._measure(
+                _STATISTICS[key],
+                first,
+                expression=self._expression(first),
+                first=self._edge(ends["trig"]) if "trig" in ends else None,
+                second=self._edge(ends["targ"]) if "targ" in ends else None,
+            )
         if key == "param":
             self._only(parts, 1)
             return self._measure("param", first, expression=self._formula(first))
@@ -185,10 +196,10 @@ class _Maker:
         if len(parts) > count:
             raise self._wrong(parts[count], f"{parts[count].key} is not expected here")
 
-    def _wrong(self, part: _Part, reason: str) -> Unreadable:
+    def _wrong(self, part: _Part, reason: str, hint: str = "") -> Unreadable:
         where = self._line.span(part.start, part.end)
         message = f".measure {self._name}: {reason or 'this form is unknown'}"
-        return Unreadable("NS1080", message, where, "docs/netlist.md lists the forms")
+        return Unreadable("NS1080", message, where, hint or "docs/netlist.md lists the forms")
 
     def _bounds(self, start: int, end: int) -> tuple[int, int]:
         """Return the bounds without blanks and one pair of braces, quotes, or par()."""
@@ -264,6 +275,8 @@ class _Maker:
         if "at" in part.named:
             return Cond(at=self._number(part, "at"))
         start, end = self._bounds(part.start, part.end)
+        if "val" not in part.named and "=" in self._line.text[start:end]:
+            return self._when(part)  # LTspice's trig v(a)=1
         edge, index = self._crossing(part)
         delay = self._number(part, "td") if "td" in part.named else 0.0
         if "val" not in part.named:

@@ -122,6 +122,34 @@ def test_trig_targ(solution):
     assert measure(solution, "trig_targ", **from_start) == pytest.approx(1.9e-3)
 
 
+def test_statistics_between_two_events(solution):
+    """From the phase of 30 degrees to that of 150 degrees, where the sine is at half its height."""
+    ends = {"first": Cond(X("v(a)"), 1.5, edge="rise"), "second": Cond(X("v(a)"), 1.5, edge="fall")}
+    third, root = 2 * np.pi / 3, np.sqrt(3.0)  # the angle, and cos 30 - cos 150
+    square = 9.0 * (third + root / 2) / 2 / third  # 9 sin^2: (x - sin 2x / 2) / 2
+    expected = {
+        "avg": 3.0 * root / third,
+        "integ": 3.0 * root * PERIOD / (2 * np.pi),
+        "rms": np.sqrt(square),
+        "max": 3.0,
+        "min": 1.5,
+        "pp": 1.5,
+        "max_at": PERIOD / 4,
+    }
+    for operation, value in expected.items():
+        # lines between points of 2 pi / 10000: (6e-4)^2 / 8 of the height
+        found = measure(solution, operation, expression=X("v(a)"), **ends)
+        assert found == pytest.approx(value, rel=1e-7), operation
+
+
+def test_one_end_of_a_window_may_be_left_out(solution):
+    second = Cond(X("v(ramp)"), 2.0, edge="rise")
+    up = measure(solution, "max", expression=X("v(ramp)"), second=second)
+    assert up == pytest.approx(2.0, rel=1e-12)
+    down = measure(solution, "min", expression=X("v(ramp)"), first=second, stop=3e-3)
+    assert down == pytest.approx(2.0, rel=1e-12)
+
+
 def test_deriv(solution):
     value = measure(solution, "deriv", expression=X("v(a)"), at=PERIOD)
     assert value == pytest.approx(3 * 2 * np.pi / PERIOD, rel=1e-6)
@@ -159,8 +187,11 @@ def _names(text: str) -> Expression:
         ("max", {"expression": X("v(a)"), "start": 1.0, "stop": 2.0}, "holds no rows"),
         ("max", {"expression": X("v(bb)")}, "no signal 'v(bb)'"),
         ("avg", {"expression": X("1/(v(a)-v(a))")}, "not a finite number"),
+        ("avg", {"expression": X("v(a)"), "first": Cond(at=2e-3), "second": Cond(at=1e-3)},
+         "TARG, at 0.001, comes before TRIG, at 0.002"),
+        ("rms", {"expression": X("v(b)"), "first": Cond(X("v(a)"), 9.0)}, "has no crossings"),
     ],
-)
+)  # fmt: skip
 def test_what_is_not_found_is_nan_with_a_warning(solution, operation, fields, words):
     value = measure(solution, operation, **fields)
     assert np.isnan(value)

@@ -177,3 +177,22 @@ def test_points_are_kept_for_what_is_measured_and_when(method: str) -> None:
     assert within.size > 0
     # of a step (a segment between rows) that reaches into the window all points may be kept
     assert within.min() > 0.9e-3 - 1e-4
+
+
+def test_a_mean_between_two_edges_of_a_gate() -> None:
+    """Of a ramp, with rows a hundred times as far apart as the edges: the value half-way.
+
+    The gate rises through 1 V after 2.2 us and falls through it after 5.8 us; the ramp is 1 V/us.
+    """
+    text = """window by events
+V1 g 0 PULSE(0 5 2u 1u 1u 2u 100u)
+V2 r 0 PWL(0 0 1m 1000)
+R1 g 0 1k
+R2 r 0 1k
+.tran 100u 1m
+.meas mean avg v(r) trig v(g)=1 rise=1 targ v(g)=1 fall=1
+.meas tran charge integ i(r2) trig v(g) val=1 rise=1 targ v(g) val=1 fall=1
+"""
+    measures = nsspice.read(text).run()[0].measures
+    assert measures["mean"] == pytest.approx(4.0, rel=1e-9)
+    assert measures["charge"] == pytest.approx(4e-3 * 3.6e-6, rel=1e-9)

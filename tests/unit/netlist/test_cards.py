@@ -113,6 +113,8 @@ def test_initial_values_of_elements_may_be_asked_for(word: str) -> None:
         (".meas tran x when v(in)", "NS1080"),
         (".meas tran x trig v(in) val=1", "NS1080"),
         (".meas tran x when v(in)=1 rise=0", "NS1080"),
+        (".meas tran x avg v(in) when v(in)=1", "NS1080"),
+        (".meas tran x avg v(in) trig at=1 trig at=2", "NS1080"),
         (".meas tran x param='y*2'", "NS1021"),
         (".ac dec 10 1 1k", "NS1002"),
         (".noise v(out) v1 dec 1 1 1", "NS1002"),
@@ -215,6 +217,8 @@ def test_options() -> None:
         ("deriv v(out) at=1m", "deriv"),
         ("trig v(in) val=1 td=1u rise=1 targ v(out) val=2 fall=2", "trig_targ"),
         ("trig at=1u targ v(out) val=2", "trig_targ"),
+        ("avg v(out) trig v(in) val=1 rise=1 targ v(in) val=1 rise=2", "avg"),
+        ("pp v(out) targ at=1m", "pp"),
         ("param='2*r'", "param"),
     ],
 )
@@ -249,6 +253,10 @@ def test_the_parts_of_a_measure() -> None:
         (
             ".meas a trig v(in) val 1 td 1u rise 3 targ v(out) val 2 fall last",
             ".meas tran a trig v(in) val=1 td=1u rise=3 targ v(out) val=2 fall=last",
+        ),
+        (
+            ".meas a avg v(out) trig v(in)=1 rise=3 targ v(in)=2 fall=last",
+            ".meas tran a avg v(out) trig v(in) val=1 rise=3 targ v(in) val=2 fall=last",
         ),
         (".meas a param 2*r", ".meas tran a param='2*r'"),
     ],
