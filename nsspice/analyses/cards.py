@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import Diagnostic, Span, UsageError
 from ..netlist.deck import DcCard, OpCard, Sweep, TranCard
 from .curve import Floats
+from .given import finite
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,13 +78,21 @@ class Tran:
     uic: bool = False
 
     def __post_init__(self) -> None:
-        times = (self.stop, self.start, self.row_step or 1.0, self.max_step or 1.0)
-        if not all(map(math.isfinite, times)):
-            raise _times("the times of a transient must be finite numbers")
+        times = (
+            self.stop,
+            self.start,
+            1.0 if self.row_step is None else self.row_step,
+            1.0 if self.max_step is None else self.max_step,
+        )
+        for time in times:
+            if not finite(time):
+                raise _times(f"the times of a transient must be finite numbers, not {time!r}")
         if self.stop <= 0.0 or not 0.0 <= self.start < self.stop:
-            raise _times("a transient needs 0 <= start < stop")
+            raise _times(
+                f"a transient needs 0 <= start < stop, not {self.start:g} and {self.stop:g}"
+            )
         if min(times[2:]) <= 0.0:
-            raise _times("the steps of a transient must be positive")
+            raise _times(f"the steps of a transient must be positive, not {min(times[2:]):g}")
 
     @classmethod
     def from_card(cls, card: TranCard) -> Tran:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from ..circuit import Circuit, build
 from ..circuit.build import completed
-from ..errors import NetlistError
+from ..errors import Diagnostic, NetlistError, UsageError
 from ..netlist import parse_file, parse_text
 from ..netlist.deck import Deck
+from .given import finite
 
 
 def read(source: str | Path, params: Mapping[str, float] | None = None) -> Circuit:
@@ -30,6 +32,8 @@ def read(source: str | Path, params: Mapping[str, float] | None = None) -> Circu
     ------
     NetlistError, TopologyError
         With all findings of the deck.
+    UsageError
+        NS1083 for a parameter that the deck does not have.
 
     Examples
     --------
@@ -69,12 +73,18 @@ def read_deck(
     ------
     NetlistError
         With what cannot be read, and what is wrong with the values of all other lines.
+    UsageError
+        NS1083 for a parameter that the deck does not have, NS4005 for a value that is no number.
     """
     if not isinstance(source, str | Path):
         raise TypeError(
             f"a netlist is read from a file name or from its text, not from {type(source).__name__}"
         )
     given = dict(params or {})
+    for name, value in given.items():
+        if not finite(value):
+            message = f"parameter {name} cannot be {value!r}"
+            raise UsageError(Diagnostic("NS4005", message, hint="give a finite number"))
     try:
         if isinstance(source, Path) or (source.strip() and "\n" not in source):
             deck = parse_file(source, given or None)
@@ -83,6 +93,9 @@ def read_deck(
             deck.source = source
     except NetlistError as error:
         raise completed(error) from error
+    unknown = [w for w in deck.warnings if w.code == "NS1083" and w.span is None]
+    if unknown:  # a name of a .step card has a place
+        raise UsageError([replace(w, severity="error") for w in unknown])
     deck.overrides = given
     return deck
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ..circuit import Circuit
 from ..errors import Diagnostic, NetlistError, Span
 from .curve import Floats
+from .given import name_of
 from .names import canonical
 
 
@@ -126,10 +127,14 @@ def select(circuit: Circuit, requested: Sequence[str] | None = None) -> list[str
     ------
     NetlistError
         NS2012 with every name that does not exist.
+    UsageError
+        NS4005 for anything but a name.
     """
     if isinstance(requested, str):
         requested = [requested]
-    wanted: list[tuple[str, Span | None]] = [(name, None) for name in requested or ()]
+    wanted: list[tuple[str, Span | None]] = [
+        (name_of(name, "a signal", "v(out)"), None) for name in requested or ()
+    ]
     if not wanted:
         wanted = [(signal.name, signal.span) for signal in circuit.deck.saves]
     if not wanted:

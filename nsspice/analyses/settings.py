@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from ..errors import Diagnostic, Span, UsageError, suggest
 from ..netlist.deck import Deck
+from .given import finite
 
 #: methods of this version
 METHODS = ("auto", "modewise", "sdirk", "moreau", "euler-newton", "euler-newton-rate")
@@ -67,6 +68,9 @@ class Settings:
         UsageError
             NS4004 for a method that does not exist, NS4005 for a value out of range.
         """
+        for name, value in (("theta", theta), ("step", step), ("reltol", reltol)):
+            if value is not None and not finite(value):
+                raise _bad(name, value, "give a finite number")
         option = deck.options.get("method")
         if method is not None:
             chosen = _method(method, None)
@@ -112,7 +116,9 @@ def foreign_method(deck: Deck) -> Diagnostic | None:
     )
 
 
-def _method(name: str, span: Span | None) -> str:
+def _method(name: object, span: Span | None) -> str:
+    if not isinstance(name, str):
+        raise _bad("method", name, f"methods: {', '.join(METHODS)}", span)
     name = name.strip().lower()
     if name in METHODS:
         return name

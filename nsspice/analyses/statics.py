@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import math
 import time as clock
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from ..circuit import Circuit
-from ..devices import CurrentSource, VoltageSource
-from ..devices.passive import Passive
 from ..errors import Diagnostic, NumericalError, Span, UsageError
 from ..netlist.deck import DcCard, Sweep
 from .cards import Dc
 from .certificate import Certificate
 from .curve import Floats
 from .following import Following
+from .given import finite, name_of
 from .load import need_circuit
+from .overrides import check_value, checked_values, valued
 from .points import PointsOfIsland, report_of
 from .recorder import Recorder, select
 from .regularity import several_warning
@@ -72,7 +71,8 @@ def op(
     7.5
     """
     need_circuit(circuit)
-    return _solve(circuit, "op", (), signals, extra, temperature, values or {}, None, sink)
+    given = checked_values(circuit, values)
+    return _solve(circuit, "op", (), signals, extra, temperature, given, None, sink)
 
 
 def dc(
@@ -148,7 +148,7 @@ def dc(
         signals,
         extra,
         temperature,
-        overrides or {},
+        checked_values(circuit, overrides),
         progress,
         sink,
         following,
@@ -167,31 +167,27 @@ def _analysis(circuit: Circuit, source: str | None, values: Sequence[float] | Fl
                 hint="pass a source and its values, or add .dc source start stop step",
             )
         )
-    name = source.strip().lower()
-    points = tuple(float(v) for v in (() if values is None else values))
-    if not points:
+    name = name_of(source, "a swept element", "v1, or temp").lower()
+    given = list(() if values is None else values)
+    if not given:
         hint = "give at least one number"
         raise UsageError(Diagnostic("NS4005", f"the sweep of {name} has no values", hint=hint))
-    if not all(map(math.isfinite, points)):
-        message = f"the sweep of {name} holds {next(v for v in points if not math.isfinite(v))}"
+    if not all(map(finite, given)):
+        message = f"the sweep of {name} holds {next(v for v in given if not finite(v))}"
         raise UsageError(Diagnostic("NS4005", message, hint="give finite numbers"))
+    points = tuple(map(float, given))
     kind = "temp" if name in ("temp", "temper") else "element"
     return Dc((Sweep("temp" if kind == "temp" else name, kind, points, Span("", 0, 0)),))  # type: ignore[arg-type]
 
 
 def check_sweep(circuit: Circuit, sweep: Sweep) -> None:
-    """Raise UsageError NS4007 unless the swept element exists and has a value to sweep."""
+    """Raise UsageError unless the swept element exists and can have all of the values."""
     if sweep.kind != "element":
         return
     span = sweep.span if sweep.span.line else None
-    device = circuit.device(sweep.name)
-    if not isinstance(device, VoltageSource | CurrentSource | Passive):
-        law = ": its value is a law" if device.letter in "irlc" else ""
-        message = f"{sweep.name} cannot be swept{law}"
-        hint = "sweep a V, I, R, L or C, or temp"
-        if law:
-            hint = "write {name} into the law, and sweep the parameter: .step param name ..."
-        raise UsageError(Diagnostic("NS4007", message, span, hint))
+    device = valued(circuit, sweep.name, span)
+    for value in sweep.values:
+        check_value(device, value, span)
 
 
 def _solve(

@@ -15,6 +15,7 @@ from .events import Events
 from .interrupts import Interrupts
 from .island_runner import IslandRunner
 from .load import need_circuit
+from .overrides import checked_values
 from .recorder import Recorder, select
 from .rows import Outlet, Progress, advance_all
 from .settings import Settings
@@ -110,6 +111,7 @@ def tran(
     """
     need_circuit(circuit)
     if stop is not None:
+        analysis = Tran(stop, row_step, start, None, bool(uic))
         if row_step is not None and row_step > stop:
             raise UsageError(
                 Diagnostic(
@@ -118,7 +120,6 @@ def tran(
                     hint="the stop comes first: tran(circuit, stop, row_step)",
                 )
             )
-        analysis = Tran(stop, row_step, start, None, bool(uic))
     else:
         analysis = _from_deck(circuit, uic)
     settings = Settings.of(circuit.deck, method, theta, step, reltol)
@@ -129,7 +130,7 @@ def tran(
         signals=signals,
         extra=extra,
         temperature=temperature,
-        values=values or {},
+        values=checked_values(circuit, values),
         progress=progress,
         sink=sink,
         keep=keep,

@@ -95,6 +95,13 @@ class Switch:
     inverted: bool = False
     latching: bool = False
 
+    def __post_init__(self) -> None:
+        if not self.off_below <= self.on_above:
+            raise ValueError(
+                f"a switch that closes above {self.on_above:g} cannot open below "
+                f"{self.off_below:g}: off_below <= on_above is needed"
+            )
+
 
 @dataclass(frozen=True, slots=True)
 class SmoothTerms:
@@ -152,11 +159,17 @@ class DescriptorSystem:
     waveforms : tuple of Waveform, length p
     switches : tuple of Switch
     row_kind : ndarray of uint8, shape (n,)
-        0 for current rows (KCL), 1 for voltage rows (branches); residuals are scaled per kind.
+        0 for current rows (KCL), 1 for voltage rows (branches); residuals are scaled per kind.  All
+        are current rows if it is left out.
     smooth : SmoothTerms or None
         Smooth nonlinear terms, None in a system that is linear but for its pairs.
     elements : Elements or None
         The capacitors and resistors that E and G were summed from, None if they were not kept.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit.
 
     Examples
     --------
@@ -184,6 +197,26 @@ class DescriptorSystem:
     row_kind: npt.NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, dtype=np.uint8))
     smooth: SmoothTerms | None = None
     elements: Elements | None = None
+
+    def __post_init__(self) -> None:
+        n, m = self.n, self.m
+        if self.row_kind.size == 0 and n:
+            object.__setattr__(self, "row_kind", np.zeros(n, dtype=np.uint8))
+        needed = {
+            "E": (self.E.shape, (n, n)),
+            "G": (self.G.shape, (n, n)),
+            "A": (self.A.shape, (n, m)),
+            "B": (self.B.shape, (m, n)),
+            "D": (self.D.shape, (m, m)),
+            "q": (self.q.shape, (m,)),
+            "S": (self.S.shape, (n, self.S.shape[1])),
+            "row_kind": (self.row_kind.shape, (n,)),
+        }
+        for name, (shape, fitting) in needed.items():
+            if shape != fitting:
+                raise ValueError(
+                    f"{name} has the shape {shape}, not {fitting}: G has {n} rows, A {m} columns"
+                )
 
     @property
     def n(self) -> int:

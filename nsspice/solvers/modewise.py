@@ -31,7 +31,7 @@ from ..problems.descriptor import DescriptorSystem, Functional
 from .certificate import infeasibility
 from .compiled import compiled
 from .moreau import MoreauStepper
-from .stepper import Jump, Stepper, UnsolvedStep, restless
+from .stepper import Jump, Stepper, UnsolvedStep, check_plan, restless
 
 #: Unknowns and pairs together up to which a mode is reduced with dense matrices.
 DENSE_LIMIT = 600
@@ -129,7 +129,13 @@ class ModewiseStepper(Stepper):
         -------
         int
             Number of rows to come.
+
+        Raises
+        ------
+        ValueError
+            If an instant is not finite, or a step is not positive.
         """
+        check_plan(start, stop, step, out_start, out_step)
         return self._core.plan(stop, out_start, out_step, step)
 
     def start_dc(self, time: float = 0.0, guess: tuple[Floats, Floats] | None = None) -> Floats:

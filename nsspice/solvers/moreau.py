@@ -27,7 +27,7 @@ from ..problems.descriptor import DescriptorSystem, Functional, SmoothTerms
 from ..problems.tape import Tape
 from .certificate import infeasibility
 from .compiled import compiled, core_matrix, core_tape
-from .stepper import Jump, Stepper, UnsolvedStep, restless
+from .stepper import Jump, Stepper, UnsolvedStep, check_plan, restless
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,7 +230,13 @@ class MoreauStepper(Stepper):
         -------
         int
             Number of rows to come.
+
+        Raises
+        ------
+        ValueError
+            If an instant is not finite, or a step is not positive.
         """
+        check_plan(start, stop, step, out_start, out_step)
         return self._core.plan_grid(start, stop, step, out_start, out_step)
 
     def watch(self, every: int, window: int = 8, sides: bool = False) -> None:

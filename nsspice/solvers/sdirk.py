@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from .. import _core
 from ..problems.descriptor import DescriptorSystem, Functional
 from .moreau import MoreauStepper
+from .stepper import check_plan
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +97,13 @@ class SdirkStepper(MoreauStepper):
         -------
         int
             Number of rows to come.
+
+        Raises
+        ------
+        ValueError
+            If an instant is not finite, or a step is not positive.
         """
+        check_plan(start, stop, step, out_start, out_step)
         a = self.accuracy
         return self._core.plan_sdirk(
             a.order, stop, step, out_start, out_step, a.reltol, a.vntol, a.abstol

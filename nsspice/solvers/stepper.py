@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -51,6 +52,31 @@ class UnsolvedStep(Exception):
         self.restless = restless
         self.point = point
         super().__init__(f"no solution at {time!r} (residual {residual:.2g})")
+
+
+def check_plan(start: float, stop: float, step: float, out_start: float, out_step: float) -> None:
+    """Refuse a plan that goes nowhere.
+
+    Raises
+    ------
+    ValueError
+        If an instant is not finite, the end comes before the beginning, or a step is not positive.
+
+    Examples
+    --------
+    >>> check_plan(0.0, 1.0, -0.1, 0.0, 0.1)
+    Traceback (most recent call last):
+    ...
+    ValueError: step is -0.1: a length of time above zero is needed
+    """
+    for name, instant in (("start", start), ("stop", stop), ("out_start", out_start)):
+        if not math.isfinite(instant):
+            raise ValueError(f"{name} is {instant}: a finite number is needed")
+    if stop < start:
+        raise ValueError(f"stop is {stop:g}: it must not come before start, {start:g}")
+    for name, length in (("step", step), ("out_step", out_step)):
+        if not length > 0.0:
+            raise ValueError(f"{name} is {length:g}: a length of time above zero is needed")
 
 
 def restless(failure: Mapping[str, Any]) -> UnsolvedStep:
