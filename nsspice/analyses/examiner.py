@@ -187,7 +187,8 @@ class Examiner:
                     "NS3050",
                     f"controlled sources feed back on {_list(several)}: a step may have several "
                     "solutions, the one nearest to the step before is taken",
-                    hint="choose among them with initial values (IC=, .ic, .nodeset)",
+                    hint="choose with initial values of what is stored (IC=, .ic), or of the DC "
+                    "solution (.nodeset)",
                     severity="warning",
                 )
             )

@@ -32,9 +32,9 @@ def start(
     """Put a stepper into its first state.
 
     With ``uic`` the charges and fluxes of ``IC=`` and ``.ic`` are taken and an impulsive step
-    resolves what is inconsistent.  Without it the DC solution is found, with the nodes of ``.ic``
-    held by voltage sources that are removed at t = 0; inductors across these begin without a
-    current.
+    resolves what is inconsistent.  Without it the DC solution is found, near ``.nodeset`` and with
+    the nodes of ``.ic`` held by voltage sources that are removed at t = 0; inductors across these
+    begin without a current.  Where nothing is stored, ``.ic`` says which solution is meant, too.
 
     Returns
     -------
@@ -51,9 +51,12 @@ def start(
     if step is not None and analysis.uic:
         charges, energy = mna.initial_state(held)
     elif step is not None and held:
-        charges, energy = _stored(mna.system, _held_point(mna, held))
+        near = {**_voltages(circuit.deck.nodesets, mna), **held}
+        charges, energy = _stored(mna.system, _held_point(mna, held, near))
     else:
-        point = start_dc(stepper, partial(without_storage, mna.system), guess_of(circuit, mna))
+        point = start_dc(
+            stepper, partial(without_storage, mna.system), guess_of(circuit, mna, held)
+        )
         if isinstance(stepper, MoreauStepper):
             stepper.leave_dc()
         return _stored(mna.system, point) if step is not None and stepper.jumps else None
@@ -61,15 +64,32 @@ def start(
     return charges, energy
 
 
-def guess_of(circuit: Circuit, mna: MnaSystem) -> tuple[Floats, Floats] | None:
-    """Return the ``.nodeset`` voltages as a point to stay close to, None without any."""
-    near = _voltages(circuit.deck.nodesets, mna)
+def guess_of(
+    circuit: Circuit, mna: MnaSystem, more: Mapping[str, float] | None = None
+) -> tuple[Floats, Floats] | None:
+    """Return the ``.nodeset`` voltages as a point to stay close to, None without any.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    mna : MnaSystem
+        Of the island.
+    more : mapping of str to float, optional
+        Voltages [V] by node that go before those of ``.nodeset``.
+    """
+    return _point_near({**_voltages(circuit.deck.nodesets, mna), **(more or {})}, mna, mna.system)
+
+
+def _point_near(
+    near: Mapping[str, float], mna: MnaSystem, system: DescriptorSystem
+) -> tuple[Floats, Floats] | None:
+    """Return a guess of unknowns (n,) and multipliers (m,) at node voltages, None without any."""
     if not near:
         return None
-    z = np.zeros(mna.system.n)
+    z = np.zeros(system.n)
     for node, value in near.items():
         z[mna.layout.nodes[node]] = value
-    return z, _conducting(mna.system, z)
+    return z, _conducting(system, z)
 
 
 def _conducting(system: DescriptorSystem, z: Floats) -> Floats:
@@ -94,8 +114,8 @@ def _voltages(cards: Mapping[str, object], mna: MnaSystem) -> dict[str, float]:
     return found
 
 
-def _held_point(mna: MnaSystem, held: Mapping[str, float]) -> Floats:
-    """Return the DC solution with some nodes held at given voltages, shape (n,).
+def _held_point(mna: MnaSystem, held: Mapping[str, float], near: Mapping[str, float]) -> Floats:
+    """Return the DC solution near some voltages with some nodes held, shape (n,).
 
     An inductor across held nodes would be a short circuit there: the sources carry what flows.
     """
@@ -103,7 +123,8 @@ def _held_point(mna: MnaSystem, held: Mapping[str, float]) -> Floats:
     inductors = [d for d in mna.devices if isinstance(d, Inductor)]
     loose = [layout.branches[d.name] for d in inductors if fixed.issuperset(d.nodes)]
     system = hold(mna.system, {layout.nodes[k]: v for k, v in held.items()}, loose)
-    point = start_dc(MoreauStepper(system, ()), partial(without_storage, system), None)
+    guess = _point_near(near, mna, system)
+    point = start_dc(MoreauStepper(system, ()), partial(without_storage, system), guess)
     return point[: mna.system.n]
 
 

@@ -26,6 +26,7 @@ from .method import choose, unless_modewise
 from .regularity import Judge
 from .settings import Settings
 from .solution import IslandRun, JumpReport
+from .unkept import unkept
 from .watched import Watched
 
 _FEW = 8  # implicit steps that are not worth a word
@@ -74,6 +75,7 @@ class IslandRunner:
         if sides and watched is not None:
             self.followed = [j for j, n in enumerate(names) if (number, n) in watched.parts]
         self.judge: Judge | None = None
+        self._unkept: list[Diagnostic] = []
         self.all_points = all_points
         self.method, self.note = "point by point", ""
         functionals = [self.mna.functional(name) for name in names]
@@ -149,6 +151,9 @@ class IslandRunner:
             self.charges = start(self.circuit, self.mna, self.stepper, analysis, self.step)
         except UnsolvedStep as problem:
             raise named_failure(self.circuit, self.mna, problem, starting=True) from problem
+        deck = self.circuit.deck
+        if self.step is not None and (deck.initial or deck.nodesets):
+            self._unkept = unkept(self.circuit, self.mna, self.stepper.state[0], analysis.uic)
 
     @property
     def _by_points(self) -> bool:
@@ -195,10 +200,10 @@ class IslandRunner:
         return of_linearised(certificate, stats) if followed else certificate
 
     def warnings(self) -> list[Diagnostic]:
-        """Return what the certificate has to say besides its verdict."""
+        """Return what the start, the certificate and the steps have to say."""
         pairs, interval = self.stepper.chattering
         elements = dict.fromkeys(self.mna.pair_elements[pair] for pair in pairs)
-        found = [*self.examiner.warnings()]
+        found = [*self._unkept, *self.examiner.warnings()]
         if elements:
             found.append(chatter(self.circuit, list(elements), interval))
         if (torn := self.stepper.unbounded) is not None:

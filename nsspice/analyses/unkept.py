@@ -1,0 +1,79 @@
+"""Initial voltages with which a run does not begin: nothing stores them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..circuit import Circuit, MnaSystem
+from ..errors import Diagnostic, Span
+from .curve import Floats
+
+#: rounding of a voltage, as a share of the largest
+_ROUNDING = 1e-6
+
+
+def unkept(circuit: Circuit, mna: MnaSystem, point: Floats, uic: bool) -> list[Diagnostic]:
+    """Return warnings about ``.ic`` and ``.nodeset`` of an island in which something is stored.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    mna : MnaSystem
+        Of the island.
+    point : ndarray, shape (n,)
+        The unknowns with which the run begins.
+    uic : bool
+        True if the run begins from initial values.
+    """
+    found = []
+    if uic and (near := _given(circuit.deck.nodesets, mna)):
+        names = ", ".join(f"v({node})" for node in near)
+        found.append(
+            Diagnostic(
+                "NS3054",
+                f".nodeset of {names} has no effect: with uic no DC solution is looked for, and "
+                "the run begins from what is stored",
+                next(iter(near.values()))[1],
+                "give capacitors there an IC=, or leave out uic",
+                severity="warning",
+            )
+        )
+    scale = max(float(np.abs(point).max(initial=0.0)), 1e-300)
+    for node, (value, span) in _given(circuit.deck.initial, mna).items():
+        index = mna.layout.nodes[node]
+        begins = float(point[index])
+        if _stores(mna, index) or abs(begins - value) <= _ROUNDING * max(scale, abs(value)):
+            continue
+        found.append(
+            Diagnostic(
+                "NS3054",
+                f".ic v({node})={value:g} is not kept: nothing at {node} stores a voltage, and the "
+                f"run begins with {begins:.6g} V",
+                span,
+                f"if that is one of several solutions, a small capacitor from {node} to ground "
+                "lets the run begin at another",
+                severity="warning",
+            )
+        )
+    return found
+
+
+def _stores(mna: MnaSystem, index: int) -> bool:
+    """Return whether charge that is kept depends on the voltage of a node."""
+    system = mna.system
+    smooth = system.smooth
+    return bool((system.E.indices == index).any()) or (
+        smooth is not None and bool((smooth.Q.indices == index).any())
+    )
+
+
+def _given(cards: Mapping[str, object], mna: MnaSystem) -> dict[str, tuple[float, Span | None]]:
+    """Return the voltages [V] given for nodes of this island, and where they stand."""
+    found = {}
+    for node, param in cards.items():
+        value = getattr(param, "value", param)
+        if mna.layout.nodes.get(node, -1) >= 0 and isinstance(value, int | float):
+            found[node] = float(value), getattr(param, "span", None)
+    return found
