@@ -112,19 +112,31 @@ def chatter(circuit: Circuit, elements: Sequence[str], interval: float) -> Diagn
 
 
 def unbounded(circuit: Circuit, mna: MnaSystem, row: int, time: float) -> Diagnostic:
-    """Return the warning of a voltage that nothing bounds, at an unknown and a time [s]."""
+    """Return the warning of a voltage that no step follows, at an unknown and a time [s].
+
+    Junctions are blamed where there are any: else all that is known is that the error of the
+    shortest steps is at that unknown.
+    """
     node, named = _at_row(mna, row)
-    place = _list(named or ["a junction"]) if node is None else _node(node, named)
-    return Diagnostic(
-        "NS3053",
-        f"the voltage at {place} has no bound at t = {time:.9g} s: junctions that store nothing "
-        "once they block tear off the current of a winding, and what becomes of it may depend on "
-        "the steps",
-        _span(circuit, named),
-        "give the diodes there a capacitance (CJO), or the winding a snubber; see what another "
-        "reltol says",
-        severity="warning",
-    )
+    if any(d.smooth and d.letter in ("d", "q") for d in mna.devices):
+        place = _list(named or ["a junction"]) if node is None else _node(node, named)
+        message = (
+            f"the voltage at {place} has no bound at t = {time:.9g} s: junctions that store "
+            "nothing once they block tear off the current of a winding, and what becomes of it may "
+            "depend on the steps"
+        )
+        hint = "give the diodes there a capacitance (CJO), or the winding a snubber; see what "
+        hint += "another reltol says"
+    else:
+        place = _list(named or ["an element"]) if node is None else _node(node, named)
+        message = (
+            f"no step with error control could follow {place} at t = {time:.9g} s, however short: "
+            "one without passes over the instant, and what comes of it may depend on the steps"
+        )
+        exact = mna.system.smooth is None
+        hint = "method=modewise has no steps; " if exact else "a small capacitor there bounds it; "
+        hint += "see what another reltol says"
+    return Diagnostic("NS3053", message, _span(circuit, named), hint, severity="warning")
 
 
 def _at_row(mna: MnaSystem, row: int) -> tuple[str | None, list[str]]:

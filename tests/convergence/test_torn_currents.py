@@ -7,6 +7,7 @@ import re
 import pytest
 
 import nsspice
+from nsspice.analyses.failure import unbounded
 
 #: the reset winding of a forward converter lets go
 FORWARD = """forward converter with a reset winding, diodes with a transit time alone
@@ -40,6 +41,41 @@ def test_a_voltage_without_bound_is_named() -> None:
     held = nsspice.tran(nsspice.read(FORWARD.format(more=" CJO=100p")), reltol=1e-4)
     assert held.certificate.passed
     assert not held.warnings
+
+
+#: the second derivative of a sine, behind an ideal diode
+SECOND_DERIVATIVE = """two differentiators and an ideal diode
+V1 a 0 SIN(0 1 1)
+C1 a 0 1
+F1 0 b V1 -1
+L1 b 0 1
+D1 b c
+R1 c 0 1
+.tran 10m 2
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "said", "advised"),
+    [
+        (SECOND_DERIVATIVE, "could follow l1 at", "modewise"),
+        (
+            SECOND_DERIVATIVE.replace("R1 c 0 1", "R1 c 0 V={i+i^3}"),
+            "could follow l1 at",
+            "capacit",
+        ),
+        (FORWARD.format(more=""), "junctions", "CJO"),
+    ],
+)
+def test_junctions_are_blamed_where_there_are_any(text: str, said: str, advised: str) -> None:
+    """A circuit of ideal diodes was told to give them a CJO, by ``sdirk``."""
+    circuit = nsspice.read(text)
+    mna = circuit.islands[0].assemble()
+    warning = unbounded(circuit, mna, mna.layout.branches["l1"], 0.25)
+    assert warning.code == "NS3053"
+    assert said in warning.message
+    assert advised in warning.hint
+    assert ("CJO" in warning.hint) == ("junctions" in warning.message)
 
 
 @pytest.mark.parametrize(
