@@ -104,9 +104,12 @@ class Energy:
 
     @property
     def taken(self) -> float:
-        """The share of what the run has turned over, in jumps too, that its steps have taken."""
-        turned = self.turned + abs(self.lost)
-        return abs(self.scheme) / turned if turned > 0.0 else 0.0
+        """The share of what the run has turned over that its steps themselves have taken."""
+        return self.share(self.scheme)
+
+    def share(self, energy: float) -> float:
+        """Return an energy [J] as a share of what the run has turned over."""
+        return abs(energy) / self.turned if self.turned > 0.0 else 0.0
 
     @classmethod
     def total(cls, parts: Iterable[Energy]) -> Energy:

@@ -14,7 +14,7 @@ from ..solvers.moreau import MoreauStepper
 from ..solvers.sdirk import Accuracy, SdirkStepper
 from ..solvers.stepper import UnsolvedStep
 from .cards import Tran
-from .certificate import TAKEN, TAKEN_BESIDE_EXACT, Certificate
+from .certificate import TAKEN_BESIDE_EXACT, Certificate
 from .curve import Floats
 from .events import Events
 from .examiner import Examiner, sampling
@@ -193,9 +193,12 @@ class IslandRunner:
             len(jumps) == stats["jumps"],
             self.stepper.balance,
         )
-        if self.method in ("sdirk", "modewise") and certificate.energy is not None:
-            granted = TAKEN_BESIDE_EXACT if exact else TAKEN
-            certificate = replace(certificate, taken=certificate.energy.taken, granted=granted)
+        energy = certificate.energy
+        if exact and energy is not None:
+            taken, granted = energy.share(float(stats["taken"])), TAKEN_BESIDE_EXACT
+            certificate = replace(certificate, taken=taken, granted=granted)
+        elif self.method == "sdirk" and energy is not None:
+            certificate = replace(certificate, taken=energy.taken)
         followed = self.method in PATH_METHODS
         return of_linearised(certificate, stats) if followed else certificate
 

@@ -56,6 +56,8 @@ pub struct Statistics {
     pub chatter: u64,
     /// implicit steps where no mode could be proved
     pub fixed_steps: u64,
+    /// energy that those have taken which are no jumps [J]
+    pub taken: f64,
     /// worst residual of rows over all checks
     pub residual_rows: f64,
     /// worst complementarity residual over all checks

@@ -165,6 +165,7 @@ impl PyModewise {
         let s = &self.inner.stats;
         let out = PyDict::new(py);
         out.set_item(intern!(py, "fixed_steps"), s.fixed_steps)?;
+        out.set_item(intern!(py, "taken"), s.taken)?;
         out.set_item(intern!(py, "storm"), u8::from(self.inner.storm()))?;
         out.set_item(intern!(py, "segments"), s.segments)?;
         out.set_item(intern!(py, "events"), s.events)?;
