@@ -9,6 +9,23 @@ use crate::mlcp::Role;
 /// What rounding leaves of a control, as a part of its terms.
 pub const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
+/// How far a control may lie beyond a threshold that it has not crossed.
+#[derive(Clone, Copy, Debug)]
+pub struct Slack {
+    /// to which part of its terms it is known
+    pub part: f64,
+    /// how far from its threshold it has been: an unknown with a law of its own does not show the terms
+    /// that cancel in it
+    pub swing: f64,
+}
+
+impl Slack {
+    /// Of a control that is known to this part of its terms, none of them with a law of its own.
+    pub fn of_terms(part: f64) -> Slack {
+        Slack { part, swing: 0.0 }
+    }
+}
+
 /// A switch.
 #[derive(Clone, Debug)]
 pub struct Switch {
@@ -59,14 +76,19 @@ impl Switch {
         self.control.iter().map(|&(j, c)| c * z[j]).sum()
     }
 
-    /// Whether the gate turns where the unknowns are `z`, known to this part of their size, if the pair
-    /// `conducts` or not.
-    pub fn turns(&self, gate: bool, z: &[f64], known: f64, conducts: bool) -> bool {
+    /// How far the control is from the threshold that turns the gate; negative beyond it.
+    #[inline]
+    pub fn distance(&self, gate: bool, z: &[f64]) -> f64 {
         let (threshold, sign) = self.edge(gate);
+        sign * (self.value(z) - threshold)
+    }
+
+    /// Whether the gate turns where the unknowns are `z`, if the pair `conducts` or not.
+    pub fn turns(&self, gate: bool, z: &[f64], slack: Slack, conducts: bool) -> bool {
         let size: f64 = self.control.iter().map(|&(j, c)| (c * z[j]).abs()).sum();
         // a control that sits on its threshold up to what it errs by has not crossed it
-        let slack = known * size;
-        !self.held(gate, conducts) && sign * self.value(z) < sign * threshold - slack
+        let slack = slack.part * size.max(slack.swing);
+        !self.held(gate, conducts) && self.distance(gate, z) < -slack
     }
 }
 
@@ -85,13 +107,13 @@ mod tests {
             latching: true,
         };
         assert_eq!([false, true].map(|gate| switch.role(gate)), [Role::Open, Role::Diode]);
-        assert!(!switch.turns(false, &[2.0], ROUNDING, false));
-        assert!(switch.turns(false, &[2.1], ROUNDING, false));
-        assert!(!switch.turns(true, &[0.0], ROUNDING, true));
-        assert!(switch.turns(true, &[0.0], ROUNDING, false));
+        assert!(!switch.turns(false, &[2.0], Slack::of_terms(ROUNDING), false));
+        assert!(switch.turns(false, &[2.1], Slack::of_terms(ROUNDING), false));
+        assert!(!switch.turns(true, &[0.0], Slack::of_terms(ROUNDING), true));
+        assert!(switch.turns(true, &[0.0], Slack::of_terms(ROUNDING), false));
         switch.latching = false;
         assert_eq!(switch.role(true), Role::Closed);
-        assert!(switch.turns(true, &[0.0], ROUNDING, true));
+        assert!(switch.turns(true, &[0.0], Slack::of_terms(ROUNDING), true));
     }
 
     #[test]
@@ -106,13 +128,28 @@ mod tests {
         };
         assert_eq!([false, true].map(|gate| switch.role(gate)), [Role::Closed, Role::Open]);
         for value in [1.1 - 4e-16, 1.1, 1.1 + 4e-16] {
-            let turns = |gate| switch.turns(gate, &[value, 1.0], ROUNDING, false);
+            let turns = |gate| switch.turns(gate, &[value, 1.0], Slack::of_terms(ROUNDING), false);
             assert!(![false, true].into_iter().any(turns));
         }
-        assert!(switch.turns(false, &[1.2, 1.0], ROUNDING, false));
-        assert!(switch.turns(true, &[1.0, 1.0], ROUNDING, false));
+        assert!(switch.turns(false, &[1.2, 1.0], Slack::of_terms(ROUNDING), false));
+        assert!(switch.turns(true, &[1.0, 1.0], Slack::of_terms(ROUNDING), false));
         // unknowns that are known less well cross it later
-        assert!(switch.turns(false, &[1.1 + 1e-11, 1.0], ROUNDING, false));
-        assert!(!switch.turns(false, &[1.1 + 1e-11, 1.0], 1e-10, false));
+        assert!(switch.turns(false, &[1.1 + 1e-11, 1.0], Slack::of_terms(ROUNDING), false));
+        assert!(!switch.turns(false, &[1.1 + 1e-11, 1.0], Slack::of_terms(1e-10), false));
+    }
+
+    #[test]
+    fn a_control_is_known_to_rounding_of_where_it_has_been() {
+        let switch = Switch {
+            pair: 0,
+            control: vec![(0, 1.0)],
+            on_above: 0.0,
+            off_below: 0.0,
+            inverted: false,
+            latching: false,
+        };
+        assert_eq!(switch.distance(true, &[-3.0]), -3.0);
+        let turns = |swing| switch.turns(true, &[-1e-13], Slack { part: 1e-10, swing }, false);
+        assert_eq!([0.0, 1.0].map(turns), [true, false]);
     }
 }

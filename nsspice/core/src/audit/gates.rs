@@ -15,6 +15,8 @@ const KNOWN: f64 = 1e-6;
 /// The worst control that lies beyond the threshold at which its gate should have turned.
 pub struct Gates {
     switches: Arc<[Switch]>,
+    /// how far the control of each has been from its thresholds
+    swings: Vec<f64>,
     /// by how much, as a part of its terms, in units in which [`TOLERANCE`] is allowed
     pub error: f64,
     /// the pair of that switch
@@ -24,7 +26,8 @@ pub struct Gates {
 impl Gates {
     /// Nothing is known yet of these switches.
     pub fn new(switches: Arc<[Switch]>) -> Gates {
-        Gates { switches, error: 0.0, worst: None }
+        let swings = vec![0.0; switches.len()];
+        Gates { switches, swings, error: 0.0, worst: None }
     }
 
     /// Takes both ends of recorded stretches of `n` unknowns and `m` pairs; where switches are sampled their
@@ -38,11 +41,17 @@ impl Gates {
             let ends = [&all.first[k * n..][..n], &all.z[((k + 1) * all.nodes - 1) * n..][..n]];
             let length = all.end[k] - all.begin[k];
             let blurred = (INSTANT * all.end[k].abs() / length).min(1.0);
-            for switch in self.switches.iter() {
-                let controls = ends.map(|z| switch.value(z));
-                let doubt = all.doubt[k] + blurred * (controls[1] - controls[0]).abs();
-                for (z, control) in ends.iter().zip(controls) {
-                    let found = excess(switch, roles[switch.pair], z, control, doubt);
+            for (switch, swing) in self.switches.iter().zip(&mut self.swings) {
+                let open = roles[switch.pair] == Role::Open as u8;
+                let gate = open == switch.inverted;
+                let distances = ends.map(|z| switch.distance(gate, z));
+                let doubt = all.doubt[k] + blurred * (distances[1] - distances[0]).abs();
+                *swing = distances.iter().fold(*swing, |most, d| most.max(d.abs()));
+                if switch.latching && !open {
+                    continue; // a thyristor that conducts needs no gate
+                }
+                for (z, distance) in ends.into_iter().zip(distances) {
+                    let found = excess(switch, gate, z, -distance - doubt, *swing);
                     if worse(found, self.error) {
                         (self.error, self.worst) = (found, Some(switch.pair));
                     }
@@ -52,19 +61,15 @@ impl Gates {
     }
 }
 
-/// How far the control of a switch in a role lies beyond its threshold.
-fn excess(switch: &Switch, role: u8, z: &[f64], control: f64, doubt: f64) -> f64 {
-    let open = role == Role::Open as u8;
-    if switch.latching && !open {
-        return 0.0; // a thyristor that conducts needs no gate
-    }
-    let (threshold, sign) = switch.edge(open == switch.inverted);
-    let beyond = sign * (threshold - control) - doubt;
+/// How far a control lies beyond its threshold, in units in which [`TOLERANCE`] is allowed.
+fn excess(switch: &Switch, gate: bool, z: &[f64], beyond: f64, swing: f64) -> f64 {
     if beyond <= 0.0 {
         return 0.0;
     }
     let terms = switch.control.iter().map(|&(j, c)| (c * z[j]).abs());
-    ratio(beyond, threshold.abs() + terms.sum::<f64>()) * TOLERANCE / KNOWN
+    let size = switch.edge(gate).0.abs() + terms.sum::<f64>();
+    // an unknown with a law of its own does not show the terms that cancel in it
+    ratio(beyond, size.max(swing)) * TOLERANCE / KNOWN
 }
 
 #[cfg(test)]
@@ -72,14 +77,17 @@ mod tests {
     use super::*;
 
     fn error(inverted: bool, latching: bool, role: u8, ends: [f64; 2], doubt: f64) -> f64 {
-        let switch = Switch {
-            pair: 0,
-            control: vec![(0, 1.0)],
-            on_above: 3.0,
-            off_below: 2.0,
-            inverted,
-            latching,
-        };
+        let (on_above, off_below) = (3.0, 2.0);
+        let control = vec![(0, 1.0)];
+        error_of(
+            Switch { pair: 0, control, on_above, off_below, inverted, latching },
+            role,
+            ends,
+            doubt,
+        )
+    }
+
+    fn error_of(switch: Switch, role: u8, ends: [f64; 2], doubt: f64) -> f64 {
         let mut gates = Gates::new(vec![switch].into());
         let none = &[][..];
         gates.take(
@@ -130,6 +138,16 @@ mod tests {
         assert!(error(true, false, 1, [1.0, 3.1], 0.0) > 1e3 * TOLERANCE);
         assert!(error(false, true, 2, [1.0, 3.1], 0.0) > 1e3 * TOLERANCE);
         assert!(error(false, false, 1, [3.5, f64::NAN], 0.0).is_nan());
+    }
+
+    #[test]
+    fn a_control_that_ends_at_zero_is_measured_by_where_it_has_been() {
+        let control = vec![(0, 1.0)];
+        let (on_above, off_below, inverted, latching) = (0.0, 0.0, false, false);
+        let switch = Switch { pair: 0, control, on_above, off_below, inverted, latching };
+        assert!(error_of(switch.clone(), 1, [2.0, -1e-9], 0.0) < TOLERANCE);
+        assert!(error_of(switch.clone(), 1, [2.0, -1e-4], 0.0) > 10.0 * TOLERANCE);
+        assert!(error_of(switch, 1, [-1e-9, -1e-9], 0.0) > 1e3 * TOLERANCE);
     }
 
     #[test]

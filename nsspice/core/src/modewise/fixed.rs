@@ -6,7 +6,7 @@ use super::implicit::later;
 use super::pick::{fix, roles};
 use super::run::{Engine, Phase};
 use crate::moreau::Failure;
-use crate::switch;
+use crate::switch::{Slack, ROUNDING};
 
 /// What an implicit step has left in the row it was given.
 pub(super) enum Stepped {
@@ -166,8 +166,9 @@ impl Engine {
     /// Turns the switches that the present unknowns and the pairs that conduct turn.
     fn react(&mut self, on: &[bool]) -> bool {
         let mut turned = false;
+        let slack = Slack::of_terms(ROUNDING);
         for (switch, gate) in self.switches.iter().zip(&mut self.gates) {
-            if switch.turns(*gate, &self.z, switch::ROUNDING, on[switch.pair]) {
+            if switch.turns(*gate, &self.z, slack, on[switch.pair]) {
                 *gate = !*gate;
                 self.stats.switchings += 1;
                 turned = true;

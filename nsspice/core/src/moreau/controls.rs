@@ -5,7 +5,7 @@ use std::iter::empty;
 use crate::descriptor::Linear;
 use crate::given::{given_by_sources, Given};
 use crate::sparse::Csc;
-use crate::switch::{Switch, ROUNDING};
+use crate::switch::{Slack, Switch, ROUNDING};
 
 /// How the controls of switches follow from the sources.
 #[derive(Clone, Debug, Default)]
@@ -75,7 +75,7 @@ pub fn by_sources(
     let mut z = vec![f64::NAN; linear.g.nrows];
     controls.fill(&linear.s, u, &mut z);
     let states = switches.iter().zip(before).enumerate().map(|(k, (switch, &gate))| {
-        controls.decide(k).then(|| gate != switch.turns(gate, &z, ROUNDING, false))
+        controls.decide(k).then(|| gate != switch.turns(gate, &z, Slack::of_terms(ROUNDING), false))
     });
     states.collect()
 }

@@ -15,6 +15,7 @@ mod clock;
 mod controls;
 mod drowned;
 mod failure;
+mod gates;
 mod impact_law;
 mod impacts;
 mod increment;

@@ -1,14 +1,13 @@
 //! One step: by the affine map or the factor of the present mode, else by the driver.
 
-use super::clock::{evaluate, Target, SAME};
+use super::clock::{evaluate, Target};
 use super::failure::{Best, Failure, Outcome};
 use super::impacts::Cut;
 use super::matrices::Ends;
 use super::record::Quantities;
 use super::stage::{Stage, ROUNDED};
 use super::stepper::{Large, Stepper};
-use crate::mlcp::{Residual, Role, Start};
-use crate::switch::ROUNDING;
+use crate::mlcp::{Residual, Start};
 use crate::waveform::Side;
 use std::mem::take;
 
@@ -28,8 +27,6 @@ pub(super) const ACCEPT: f64 = 1e-10;
 const NEARLY: f64 = 1e-10;
 /// Steps for which the sizes of rounding errors serve before they are computed again.
 const NOISE_LASTS: u64 = 16;
-/// A current below this part of the largest is rounding.
-const NO_CURRENT: f64 = 1e-12;
 
 /// How a mode went through a step.
 enum Quick {
@@ -435,92 +432,6 @@ impl Stepper {
         self.solve(k, f64::INFINITY, start)?;
         self.move_islands();
         Ok(())
-    }
-
-    /// Updates all switches; true if one of them changed.
-    pub(super) fn react(&mut self) -> bool {
-        let mut changed = false;
-        for k in 0..self.switches.len() {
-            if self.turns(k, &self.z) {
-                self.throw(k);
-                // a thyristor that opens carries no current: nothing else changes
-                changed |= !self.switches[k].latching || self.gates[k] || self.stale;
-            }
-        }
-        changed
-    }
-
-    /// Updates the switches that the sources u0 decide about: they change with them, not after what
-    /// the sources would do to their old states.
-    pub(super) fn throw_by_sources(&mut self) {
-        if !self.controls.any() {
-            return;
-        }
-        let mut z = self.z.clone();
-        self.controls.fill(&self.sys.linear.s, &self.u0, &mut z);
-        for k in 0..self.switches.len() {
-            if self.controls.decide(k) && self.turns(k, &z) {
-                self.throw(k);
-            }
-        }
-    }
-
-    /// Opens the thyristors that conduct no more; that changes nothing else.
-    pub(super) fn unlatch(&mut self) {
-        for k in 0..self.switches.len() {
-            if self.latched(k) && self.turns(k, &self.z) {
-                self.throw(k);
-            }
-        }
-    }
-
-    /// Whether a switch is a thyristor that has been fired.
-    pub(super) fn latched(&self, k: usize) -> bool {
-        self.switches[k].role(self.gates[k]) == Role::Diode
-    }
-
-    /// The switches that turn where the unknowns are now.
-    pub(super) fn turning(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.switches.len()).filter(|&k| self.turns(k, &self.z))
-    }
-
-    /// Whether a switch turns where the unknowns are `z`; not one that is sampled.
-    fn turns(&self, k: usize, z: &[f64]) -> bool {
-        // Newton's method ends where its laws hold well enough: right behind an event the control is at
-        // its threshold up to that, on either side
-        let known = if self.smooth.is_some() { ACCEPT } else { ROUNDING };
-        // gates that cross their thresholds together do so in one step, whatever rounding of the time tells
-        let blur = SAME * self.time / self.step_length;
-        !self.sampled[k]
-            && self.switches[k].turns(self.gates[k], z, known.max(blur), self.carries(k))
-    }
-
-    /// Whether a thyristor carries a current: one that has come to zero up to rounding is none.
-    fn carries(&self, k: usize) -> bool {
-        let pair = self.switches[k].pair;
-        if !(self.latched(k) && self.active[pair]) {
-            return false;
-        }
-        let [voltage, current] = self.sys.largest(&[&self.z]);
-        let largest = self.l.iter().fold(current, |a, l| a.max(l.abs()));
-        self.l[pair] > NO_CURRENT * largest + f64::EPSILON * self.conductances[1] * voltage
-    }
-
-    /// Turns a switch.
-    pub(super) fn throw(&mut self, k: usize) {
-        self.gates[k] = !self.gates[k];
-        self.stats.switchings += 1;
-        self.last_thrown = Some(k);
-        let (pair, role) = (self.switches[k].pair, self.switches[k].role(self.gates[k]));
-        self.roles[pair] = role;
-        self.active[pair] = role == Role::Closed;
-        self.epoch += 1;
-        if self.switches[k].latching {
-            self.diodes.retain(|&i| i != pair);
-            if role == Role::Diode {
-                self.diodes.push(pair);
-            }
-        }
     }
 
     pub(super) fn keep_for_rates(&mut self) {

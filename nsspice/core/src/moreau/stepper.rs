@@ -121,6 +121,8 @@ pub struct Stepper {
     pub(super) switches: Arc<[Switch]>,
     /// those that chatter, see [`crate::sampling`]
     pub(super) sampled: Vec<bool>,
+    /// how far the control of each has been from its threshold
+    pub(super) swings: Vec<f64>,
     /// state of each switch's gate
     pub(super) gates: Vec<bool>,
     pub(super) outputs: Outputs,
@@ -299,6 +301,7 @@ impl Stepper {
             sys,
             waveforms,
             sampled: vec![false; switches.len()],
+            swings: vec![0.0; switches.len()],
             switches,
             gates,
             last_thrown: None,

@@ -166,12 +166,12 @@ impl Scales {
         if switch.held(gate, s.active[switch.pair]) {
             return f64::INFINITY;
         }
-        let (threshold, sign) = switch.edge(gate);
+        let threshold = switch.edge(gate).0;
         // its own size: the voltage of an instant elsewhere is no measure of a gate
         let rounded = ROUNDED / VIOLATED * self.largest[usize::from(self.control[k])];
         let own = switch.control.iter().map(|&(j, c)| c.abs() * self.unknown[j]).sum::<f64>();
         let scale = own.max(threshold.abs()).max(rounded).max(f64::MIN_POSITIVE);
-        sign * (switch.value(z) - threshold) / scale
+        switch.distance(gate, z) / scale
     }
 
     /// The switches that are watched whose thresholds have been reached at `z`.

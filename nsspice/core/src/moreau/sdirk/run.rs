@@ -282,6 +282,7 @@ impl Sdirk {
         }
         let (n, m) = (s.z.len(), s.l.len());
         self.scales.note(s, &s.z, &s.l);
+        s.see_controls();
         self.trial.start = s.time;
         self.trial.unsolved = 0;
         self.rested = false;
