@@ -190,18 +190,7 @@ impl Floating {
         };
         let (mut groups, free) = joined(g, &floating, law, |_| true, (false, WEAK, WEAK));
         groups.retain(|group| group.len() > 1 && group.iter().all(|&row| free[row]));
-        let content = to_ground(e, law);
-        for mut group in groups {
-            let most = (1..group.len()).fold(0, |most, k| {
-                if content[group[k]] > content[group[most]] {
-                    k
-                } else {
-                    most
-                }
-            });
-            group.swap(0, most);
-            out.take(group, true);
-        }
+        groups.into_iter().for_each(|group| out.take(group, true));
         let mut held = vec![false; n];
         floating.iter().filter(|group| group.len() > 1).flatten().for_each(|&j| held[j] = true);
         let leaving = |conducts: bool| {
@@ -258,6 +247,32 @@ impl Floating {
             let bare = std::mem::take(&mut self.bare[group[0]]);
             let own = group.iter().position(|&row| !inside[row]);
             group.swap(0, own.unwrap_or(0));
+            self.take(group, bare);
+        }
+    }
+
+    /// Lets the sum of a group that something is left of towards ground take the place of the law in which most
+    /// is stored (`e`).  Groups in whose laws functions (`f`) stand keep theirs: there Newton's method has to find
+    /// out of modes that contradict each other, and does not from all orders.
+    pub fn take_contents(&mut self, e: &Csc, f: &Csc, row_kind: &[u8]) {
+        let mut functional = vec![false; e.nrows];
+        f.iter().for_each(|(row, ..)| functional[row] = true);
+        let content = to_ground(e, |row| row_kind[row] == 0);
+        for mut group in std::mem::take(&mut self.tied.groups) {
+            let bare = std::mem::take(&mut self.bare[group[0]]);
+            // sums inside take the place of their laws
+            let kept = group.iter().any(|&row| functional[row]);
+            let free = |&k: &usize| !kept && self.inner.first[group[k]].is_none();
+            let outside = (0..group.len()).filter(free);
+            let fuller = |most: usize, k: usize| {
+                if content[group[k]] > content[group[most]] {
+                    k
+                } else {
+                    most
+                }
+            };
+            let most = outside.fold(0, fuller);
+            group.swap(0, most);
             self.take(group, bare);
         }
     }
@@ -562,7 +577,10 @@ mod tests {
         let tied = |ground: f64| {
             let g = [(0, 0, 0.1), (0, 1, -0.1), (1, 0, -0.1), (1, 1, 0.1 + ground), (2, 2, 1.0)];
             let g = Csc::from_triplets(3, 3, &g);
-            (Floating::new(&e, &g, &[0, 0, 0]), g)
+            let mut floating = Floating::new(&e, &g, &[0, 0, 0]);
+            assert!(!floating.is_sum(1));
+            floating.take_contents(&e, &Csc::from_triplets(3, 0, &[]), &[0, 0, 0]);
+            (floating, g)
         };
         let (floating, g) = tied(0.0);
         // in the place of the law that has the charge: the other one has no rounding of it

@@ -3,7 +3,7 @@
 use crate::floating::Floating;
 use crate::linear::ordering;
 use crate::sparse::{Csc, Ordering};
-use crate::tape::Tape;
+use crate::tape::{Linearisation, Tape};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -22,6 +22,21 @@ pub struct Smooth {
     pub f: Csc,
     /// n x p: where their rates enter
     pub q: Csc,
+}
+
+impl Smooth {
+    /// What is stored (`e`), with what functions would store around zero.
+    fn contents(&self, e: &Csc) -> Csc {
+        let mut tape = self.tape.clone();
+        let (n, sources) = (e.nrows, tape.program().sources());
+        tape.evaluate(&vec![0.0; n], &vec![0.0; sources], 0.0, Linearisation::Exact);
+        let mut entries: Vec<_> = e.iter().collect();
+        for (row, k, v) in self.q.iter() {
+            let own = tape.derivatives(k).map(|(j, slot)| (row, j, v * tape.slopes()[slot]));
+            entries.extend(own.filter(|e| e.1 < n && e.2.is_finite()));
+        }
+        Csc::from_triplets(n, n, &entries)
+    }
 }
 
 /// Where something counts.
@@ -120,6 +135,7 @@ impl Equations {
         let (n, m) = (g.nrows, a.ncols);
         let size = n + m;
         let mut floating = Floating::new(e, g, row_kind);
+        floating.take_contents(&smooth.contents(e), &smooth.f, row_kind);
         let mut beside = vec![false; n];
         a.iter().for_each(|e| beside[e.0] = true);
         floating.take_cut_sets(e, g, row_kind, [&smooth.f, &smooth.q], &beside);
