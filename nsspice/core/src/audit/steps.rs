@@ -125,9 +125,8 @@ impl Auditor {
 
     /// The rates of coils that a law of currents ties to each other, right after a jump.
     fn tie_rates(&mut self, at: &Point) {
-        let f = self.smooth.as_ref().map(|smooth| &smooth.f);
         let ties = self.ties.as_ref();
-        if let Some((found, row)) = ties.and_then(|t| t.worst([&self.g, &self.a, &self.s], f, at)) {
+        if let Some((found, row)) = ties.and_then(|t| t.worst([&self.g, &self.a, &self.s], at)) {
             self.note_law(found, row);
         }
     }

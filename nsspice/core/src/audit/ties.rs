@@ -9,11 +9,12 @@ use super::points::Point;
 use super::{ratio, worse, TOLERANCE};
 use crate::dense::{Lu, Matrix};
 use crate::descriptor::{stored_columns, sums_that_store_nothing, Linear};
-use crate::newton::Smooth;
 use crate::sparse::Csc;
 
-/// Part of its terms to which a rate has to be known: potentials are limits of short steps there.
-const KNOWN: f64 = 1e-3;
+/// Part of its terms to which a rate has to be known, and part of the largest that counts: potentials are limits of
+/// short steps there.
+const KNOWN: f64 = 0.1;
+const LEAST: f64 = 1e-3;
 /// A pivot of the inductances below this part of the first is none.
 const SINGULAR: f64 = 1e-9;
 /// Coils that are looked at together.
@@ -47,9 +48,9 @@ fn total(matrix: &Csc, rows: &[usize]) -> Vec<(usize, f64)> {
 }
 
 impl Ties {
-    /// Those of a network without sources, pairs and functions in them; None if there are none, or if what coils
-    /// store does not tell their currents.
-    pub fn new(linear: &Linear, smooth: Option<&Smooth>) -> Option<Ties> {
+    /// Those of a linear network without sources and pairs in them; None if there are none, or if what coils store
+    /// does not tell their currents.
+    pub fn new(linear: &Linear) -> Option<Ties> {
         let stores = stored_columns(&linear.e);
         let coils: Vec<usize> =
             (0..stores.len()).filter(|&c| linear.row_kind[c] == 1 && stores[c]).collect();
@@ -63,20 +64,14 @@ impl Ties {
                 inductances[(row, c)] += v;
             }
         }
-        let none = Csc::zeros(stores.len(), 0);
-        let (f, q) = smooth.map_or((&none, &none), |s| (&s.f, &s.q));
-        if coils.iter().any(|row| q.iter().any(|e| e.0 == *row)) {
-            return None;
-        }
         let tie = |rows: &Vec<usize>| {
-            let others = [&linear.a, &linear.s, f];
-            let alone = others.iter().all(|m| total(m, rows).is_empty());
+            let alone = [&linear.a, &linear.s].iter().all(|m| total(m, rows).is_empty());
             let own: Option<Vec<(usize, f64)>> =
                 total(&linear.g, rows).into_iter().map(|(c, k)| Some((place(c)?, k))).collect();
             let own = own.filter(|own| alone && own.len() > 1)?;
             Some(Tie { row: rows[0], coils: own })
         };
-        let groups = sums_that_store_nothing(&linear.e, q);
+        let groups = sums_that_store_nothing(&linear.e, &Csc::zeros(stores.len(), 0));
         let groups = groups.iter().filter(|rows| linear.row_kind[rows[0]] == 0);
         let ties: Vec<Tie> = groups.filter_map(tie).collect();
         let factor = Lu::new(&inductances);
@@ -87,22 +82,14 @@ impl Ties {
     }
 
     /// The worst of the laws at a point, in units in which [`TOLERANCE`] is allowed, and its row.
-    pub fn worst(
-        &self,
-        [g, a, s]: [&Entries; 3],
-        f: Option<&Entries>,
-        at: &Point,
-    ) -> Option<(f64, usize)> {
+    pub fn worst(&self, [g, a, s]: [&Entries; 3], at: &Point) -> Option<(f64, usize)> {
         let (mut rest, mut sizes) = (vec![0.0; at.z.len()], vec![0.0; at.z.len()]);
         s.add_both(1.0, at.u, &mut rest, &mut sizes);
         g.add_both(-1.0, at.z, &mut rest, &mut sizes);
         a.add_both(-1.0, at.l, &mut rest, &mut sizes);
-        if let Some(f) = f {
-            f.add_both(-1.0, at.f, &mut rest, &mut sizes);
-        }
         // what is known of a law beside the largest of its kind
         let least = self.coils.iter().fold(0.0, |most, &row| f64::max(most, sizes[row]));
-        let least = least * TOLERANCE / KNOWN;
+        let least = LEAST * least;
         let rate = |k: usize| {
             let terms = self.inverse.row(k).iter().zip(&self.coils);
             terms.fold((0.0, 0.0), |(sum, size), (m, &row)| {
