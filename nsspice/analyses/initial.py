@@ -13,6 +13,7 @@ import numpy.typing as npt
 from ..circuit import Circuit, MnaSystem
 from ..devices import Inductor
 from ..devices.waveform import initial_value
+from ..errors import Span
 from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem, Waveform
 from ..solvers.modewise import ModewiseStepper
@@ -104,14 +105,21 @@ def _conducting(system: DescriptorSystem, z: Floats) -> Floats:
     return np.where(touched & near, 1e-6, 0.0)
 
 
-def _voltages(cards: Mapping[str, object], mna: MnaSystem) -> dict[str, float]:
-    """Return the voltages [V] given for nodes of this island."""
+def given_voltages(
+    cards: Mapping[str, object], mna: MnaSystem
+) -> dict[str, tuple[float, Span | None]]:
+    """Return the voltages [V] given for nodes of this island, and where they stand."""
     found = {}
     for node, param in cards.items():
         value = getattr(param, "value", param)
         if mna.layout.nodes.get(node, -1) >= 0 and isinstance(value, int | float):
-            found[node] = float(value)
+            found[node] = float(value), getattr(param, "span", None)
     return found
+
+
+def _voltages(cards: Mapping[str, object], mna: MnaSystem) -> dict[str, float]:
+    """Return the voltages [V] given for nodes of this island."""
+    return {node: value for node, (value, _) in given_voltages(cards, mna).items()}
 
 
 def _held_point(mna: MnaSystem, held: Mapping[str, float], near: Mapping[str, float]) -> Floats:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from ..circuit import Circuit, MnaSystem
-from ..errors import Diagnostic, Span
+from ..errors import Diagnostic
 from .curve import Floats
+from .initial import given_voltages
 
 #: rounding of a voltage, as a share of the largest
 _ROUNDING = 1e-6
@@ -28,7 +27,7 @@ def unkept(circuit: Circuit, mna: MnaSystem, point: Floats, uic: bool) -> list[D
         True if the run begins from initial values.
     """
     found = []
-    if uic and (near := _given(circuit.deck.nodesets, mna)):
+    if uic and (near := given_voltages(circuit.deck.nodesets, mna)):
         names = ", ".join(f"v({node})" for node in near)
         found.append(
             Diagnostic(
@@ -41,7 +40,7 @@ def unkept(circuit: Circuit, mna: MnaSystem, point: Floats, uic: bool) -> list[D
             )
         )
     scale = max(float(np.abs(point).max(initial=0.0)), 1e-300)
-    for node, (value, span) in _given(circuit.deck.initial, mna).items():
+    for node, (value, span) in given_voltages(circuit.deck.initial, mna).items():
         index = mna.layout.nodes[node]
         begins = float(point[index])
         if _stores(mna, index) or abs(begins - value) <= _ROUNDING * max(scale, abs(value)):
@@ -67,13 +66,3 @@ def _stores(mna: MnaSystem, index: int) -> bool:
     return bool((system.E.indices == index).any()) or (
         smooth is not None and bool((smooth.Q.indices == index).any())
     )
-
-
-def _given(cards: Mapping[str, object], mna: MnaSystem) -> dict[str, tuple[float, Span | None]]:
-    """Return the voltages [V] given for nodes of this island, and where they stand."""
-    found = {}
-    for node, param in cards.items():
-        value = getattr(param, "value", param)
-        if mna.layout.nodes.get(node, -1) >= 0 and isinstance(value, int | float):
-            found[node] = float(value), getattr(param, "span", None)
-    return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from index_three_deck import INDEX_THREE
 
 import nsspice
 
@@ -49,17 +50,7 @@ def test_what_comes_after_a_spell_does_not_depend_on_rows() -> None:
     assert np.abs(late).max() < 0.1
 
 
-INDEX_THREE = """A coil that takes a second derivative, and a diode behind it
-V1 a 0 SIN(0 1 1)
-C1 a 0 1
-F1 0 b V1 -1
-L1 b 0 1
-D1 b c
-R1 c 0 1
-.tran 10m 2
-"""
-
-#: the same with the first derivative as a source: 2 pi cos(2 pi t)
+#: that of INDEX_THREE with the first derivative as a source: 2 pi cos(2 pi t)
 INDEX_TWO = """The same, differentiated once
 I1 0 b SIN(0 6.283185307179586 1 0 0 90)
 L1 b 0 1 IC=0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
+from index_three_deck import INDEX_THREE
 
 import nsspice
 from nsspice.analyses.failure import unbounded
@@ -43,24 +44,12 @@ def test_a_voltage_without_bound_is_named() -> None:
     assert not held.warnings
 
 
-#: the second derivative of a sine, behind an ideal diode
-SECOND_DERIVATIVE = """two differentiators and an ideal diode
-V1 a 0 SIN(0 1 1)
-C1 a 0 1
-F1 0 b V1 -1
-L1 b 0 1
-D1 b c
-R1 c 0 1
-.tran 10m 2
-"""
-
-
 @pytest.mark.parametrize(
     ("text", "said", "advised"),
     [
-        (SECOND_DERIVATIVE, "could follow l1 at", "modewise"),
+        (INDEX_THREE, "could follow l1 at", "modewise"),
         (
-            SECOND_DERIVATIVE.replace("R1 c 0 1", "R1 c 0 V={i+i^3}"),
+            INDEX_THREE.replace("R1 c 0 1", "R1 c 0 V={i+i^3}"),
             "could follow l1 at",
             "capacit",
         ),

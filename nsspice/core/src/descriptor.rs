@@ -114,31 +114,51 @@ pub fn sums_that_store_nothing(e: &Csc, q: &Csc) -> Vec<Vec<usize>> {
     groups
 }
 
-/// Whether some group of laws of currents in whose sum nothing is stored holds currents of coils alone, and of pairs
-/// that may be open, but no function (`f`): it ties their rates, and tells no potential.
-pub fn ties_rates(linear: &Linear, groups: &[Vec<usize>], f: &Csc) -> bool {
+/// What groups of laws leave of each column in their sums: group, column and sum.  `of` tells the group of each law,
+/// sums of up to this part of their terms are `rounding`.
+pub fn left_in_sums<'a>(
+    matrix: &'a Csc,
+    of: &'a [Option<usize>],
+    rounding: f64,
+) -> impl Iterator<Item = (usize, usize, f64)> + 'a {
+    (0..matrix.ncols).flat_map(move |c| {
+        let (rows, values) = matrix.col(c);
+        let mut sums: Vec<(usize, f64, f64)> = Vec::new();
+        for (k, v) in rows.iter().zip(values).filter_map(|(&row, v)| Some((of[row]?, v))) {
+            match sums.iter_mut().find(|sum| sum.0 == k) {
+                Some((_, sum, size)) => (*sum, *size) = (*sum + v, *size + v.abs()),
+                None => sums.push((k, *v, v.abs())),
+            }
+        }
+        let left = sums.into_iter().filter(move |(_, sum, size)| f64::abs(*sum) > rounding * size);
+        left.map(move |(k, sum, _)| (k, c, sum))
+    })
+}
+
+/// Groups of laws of currents in whose sums nothing but currents of coils stands: by each group what it leaves of
+/// their columns; nothing of groups that hold more.  `others` are the matrices whose columns count as such.
+pub fn ties_of_coils(
+    linear: &Linear,
+    groups: &[Vec<usize>],
+    others: &[&Csc],
+) -> Vec<Vec<(usize, f64)>> {
     let stores = stored_columns(&linear.e);
     let mut of = vec![None; linear.g.nrows];
     for (k, group) in groups.iter().enumerate().filter(|e| linear.row_kind[e.1[0]] == 0) {
         group.iter().for_each(|&row| of[row] = Some(k));
     }
-    let (mut coils, mut others) = (vec![false; groups.len()], vec![false; groups.len()]);
-    for (m, coil) in [(&linear.g, true), (f, false)] {
-        for (c, (rows, values)) in (0..m.ncols).map(|c| (c, m.col(c))) {
-            let mut sums: Vec<(usize, f64, f64)> = Vec::new();
-            for (k, v) in rows.iter().zip(values).filter_map(|(&row, v)| Some((of[row]?, v))) {
-                match sums.iter_mut().find(|sum| sum.0 == k) {
-                    Some((_, sum, size)) => (*sum, *size) = (*sum + v, *size + v.abs()),
-                    None => sums.push((k, *v, v.abs())),
-                }
-            }
-            let of_coils = coil && linear.row_kind[c] == 1 && stores[c];
-            let found = if of_coils { &mut coils } else { &mut others };
-            let left = sums.iter().filter(|(_, sum, size)| f64::abs(*sum) > ROUNDING * size);
-            left.for_each(|&(k, ..)| found[k] = true);
+    let (mut coils, mut alone) = (vec![Vec::new(); groups.len()], vec![true; groups.len()]);
+    for (k, c, sum) in left_in_sums(&linear.g, &of, ROUNDING) {
+        if linear.row_kind[c] == 1 && stores[c] {
+            coils[k].push((c, sum));
+        } else {
+            alone[k] = false;
         }
     }
-    coils.iter().zip(&others).any(|(coils, others)| *coils && !others)
+    let more = others.iter().flat_map(|matrix| left_in_sums(matrix, &of, ROUNDING));
+    more.for_each(|(k, ..)| alone[k] = false);
+    coils.iter_mut().zip(&alone).filter(|e| !e.1).for_each(|(coils, _)| coils.clear());
+    coils
 }
 
 /// The columns in which something is stored.

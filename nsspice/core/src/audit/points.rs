@@ -181,7 +181,7 @@ impl Auditor {
                     f64::INFINITY
                 } else {
                     // that of what conducts excuses itself: from rest nothing flows that could measure it
-                    let volt = group.iter().map(|&row| self.reach.slope(row, 0.0)).sum::<f64>();
+                    let volt = group.iter().map(|&row| self.reach.slope(row, 0, 0.0)).sum::<f64>();
                     let conducted = grain.share * volt * grain.largest[0];
                     (EXCUSED / TOLERANCE * size).max(conducted)
                 };
@@ -301,18 +301,26 @@ impl Auditor {
     }
 
     /// What a law makes of that by which its unknowns could move without being seen in their own laws.
-    fn unseen(&self, row: usize, [scales, floors]: [&[f64]; 2], [share, rate]: [f64; 2]) -> f64 {
+    fn unseen(&self, row: usize, [scales, floors]: [&[f64]; 2], grain: [f64; 2]) -> f64 {
         let terms = self.g.entries().filter(|e| e.0 == row && e.1 != row);
-        let moves = terms.map(|(_, j, v)| {
-            let slope = self.reach.own(j, self.kinds[j], rate);
-            let known = (share * scales[j]).max(floors[j]);
-            if slope > 0.0 {
-                v.abs() * known / slope
-            } else {
-                0.0
-            }
-        });
-        moves.sum()
+        let move_of = |j: usize| self.hidden(j, self.kinds[j], [scales[j], floors[j]], grain);
+        terms.map(|(_, j, v)| v.abs() * move_of(j)).sum()
+    }
+
+    /// By how much voltages (kind 0) or currents may move without being seen in a law of this scale and floor.
+    fn hidden(
+        &self,
+        row: usize,
+        kind: u8,
+        [scale, floor]: [f64; 2],
+        [share, rate]: [f64; 2],
+    ) -> f64 {
+        let slope = self.reach.slope(row, kind, rate);
+        if slope > 0.0 {
+            (share * scale).max(floor) / slope
+        } else {
+            0.0
+        }
     }
 
     fn judge_pairs(&mut self, block: &Block) {
@@ -325,11 +333,9 @@ impl Auditor {
         };
         // a voltage that changes no law of its nodes by more than that is measured by
         let unseen = |k: usize, i: usize| {
-            let [share, rate] = block.grain[k];
-            let rows = self.touched[i].iter().map(|&r| (r, self.reach.slope(r, rate)));
-            let rows = rows.filter(|row| row.1 > 0.0);
-            let known = |r: usize| (share * block.scale[k * n + r]).max(block.floor[k * n + r]);
-            rows.map(|(r, slope)| known(r) / slope).fold(0.0, f64::max)
+            let sizes = |r: usize| [block.scale[k * n + r], block.floor[k * n + r]];
+            let rows = self.touched[i].iter();
+            rows.map(|&r| self.hidden(r, 0, sizes(r), block.grain[k])).fold(0.0, f64::max)
         };
         let (mut worst, mut place) = (self.complementarity, self.worst_pair);
         for k in (0..block.count).filter(|&k| !block.unsigned[k]) {

@@ -123,14 +123,9 @@ impl Reach {
         meet(&self.stored[row], largest)
     }
 
-    /// Current in a row for each volt of all its nodes; `rate` is that of what is stored.
-    pub fn slope(&self, row: usize, rate: f64) -> f64 {
-        self.acting[row][0] + rate * self.stored[row][0]
-    }
-
-    /// Current (voltage) in a row of this kind for each volt (ampere) of its own kind; `rate` is that of what is
-    /// stored.
-    pub fn own(&self, row: usize, kind: u8, rate: f64) -> f64 {
+    /// What each volt (kind 0) of all its nodes, or each ampere of its branches, makes in a row; `rate` is that of what
+    /// is stored.
+    pub fn slope(&self, row: usize, kind: u8, rate: f64) -> f64 {
         let own = usize::from(kind);
         self.acting[row][own] + rate * self.stored[row][own]
     }
@@ -160,11 +155,11 @@ impl Reach {
     /// at all, and those of the nodes are what its rounding leaves there.
     fn stirred(&self, kinds: &[u8], largest: &[f64; 2], rate: f64, part: f64) -> [f64; 2] {
         let mut out = *largest;
-        for ((stored, acting), &kind) in self.stored.iter().zip(&self.acting).zip(kinds) {
-            let own = usize::from(kind);
-            let slope = acting[own] + rate * stored[own];
+        for (row, &kind) in kinds.iter().enumerate() {
+            let (own, slope) = (usize::from(kind), self.slope(row, kind, rate));
             if slope > 0.0 {
-                out[own] = out[own].max(part * acting[1 - own] * largest[1 - own] / slope);
+                out[own] =
+                    out[own].max(part * self.acting[row][1 - own] * largest[1 - own] / slope);
             }
         }
         out

@@ -8,7 +8,7 @@ use super::matrix::Entries;
 use super::points::Point;
 use super::{ratio, worse, TOLERANCE};
 use crate::dense::{Lu, Matrix};
-use crate::descriptor::{stored_columns, sums_that_store_nothing, Linear};
+use crate::descriptor::{stored_columns, sums_that_store_nothing, ties_of_coils, Linear};
 use crate::sparse::Csc;
 
 /// Part of its terms to which a rate has to be known, and part of the largest that counts: potentials are limits of
@@ -19,8 +19,6 @@ const LEAST: f64 = 1e-3;
 const SINGULAR: f64 = 1e-9;
 /// Coils that are looked at together.
 const MOST: usize = 64;
-/// What is left of a sum that vanishes.
-const ROUNDING: f64 = 1e-12;
 
 /// A law of currents, one of its rows, and the coils in it by their places.
 struct Tie {
@@ -36,17 +34,6 @@ pub(super) struct Ties {
     ties: Vec<Tie>,
 }
 
-/// The sum of some rows.
-fn total(matrix: &Csc, rows: &[usize]) -> Vec<(usize, f64)> {
-    let columns = (0..matrix.ncols).map(|c| {
-        let (indices, values) = matrix.col(c);
-        let own = indices.iter().zip(values).filter(|e| rows.contains(e.0));
-        let (sum, size) = own.fold((0.0, 0.0), |(s, t), (_, v)| (s + v, t + v.abs()));
-        (c, if f64::abs(sum) > ROUNDING * size { sum } else { 0.0 })
-    });
-    columns.filter(|e| e.1 != 0.0).collect()
-}
-
 impl Ties {
     /// Those of a linear network without sources and pairs in them; None if there are none, or if what coils store
     /// does not tell their currents.
@@ -57,23 +44,22 @@ impl Ties {
         if coils.len() < 2 || coils.len() > MOST {
             return None;
         }
-        let place = |c: usize| coils.iter().position(|&k| k == c);
+        let place = |c: usize| coils.binary_search(&c).ok();
         let mut inductances = Matrix::zeros(coils.len(), coils.len());
         for (row, c, v) in linear.e.iter() {
             if let (Some(row), Some(c)) = (place(row), place(c)) {
                 inductances[(row, c)] += v;
             }
         }
-        let tie = |rows: &Vec<usize>| {
-            let alone = [&linear.a, &linear.s].iter().all(|m| total(m, rows).is_empty());
-            let own: Option<Vec<(usize, f64)>> =
-                total(&linear.g, rows).into_iter().map(|(c, k)| Some((place(c)?, k))).collect();
-            let own = own.filter(|own| alone && own.len() > 1)?;
-            Some(Tie { row: rows[0], coils: own })
-        };
         let groups = sums_that_store_nothing(&linear.e, &Csc::zeros(stores.len(), 0));
-        let groups = groups.iter().filter(|rows| linear.row_kind[rows[0]] == 0);
-        let ties: Vec<Tie> = groups.filter_map(tie).collect();
+        let tied = ties_of_coils(linear, &groups, &[&linear.a, &linear.s]);
+        let several = groups.iter().zip(tied).filter(|(_, own)| own.len() > 1);
+        let ties: Vec<Tie> = several
+            .map(|(rows, own)| {
+                let coils = own.into_iter().filter_map(|(c, k)| Some((place(c)?, k))).collect();
+                Tie { row: rows[0], coils }
+            })
+            .collect();
         let factor = Lu::new(&inductances);
         if ties.is_empty() || factor.ratio <= SINGULAR {
             return None;

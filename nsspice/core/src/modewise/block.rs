@@ -66,7 +66,8 @@ impl Block {
         let shared = common.len() / w;
         let most = row_norm(b);
         // a rate of its own size: what drives it is measured in units by which it shows no larger ones
-        let pace = if most > 0.0 { most } else { 1.0 / horizon }.log2().ceil().exp2();
+        let own = [most, 1.0 / horizon].into_iter().find(|rate| *rate > 0.0 && rate.is_finite());
+        let pace = own.unwrap_or(1.0).log2().ceil().exp2();
         let factor = Lu::new(b);
         let least = match factor.ratio > 0.0 {
             true => 1.0 / row_norm(&factor.solve(&Matrix::identity(w))),

@@ -5,7 +5,7 @@ use std::mem::take;
 use super::jumps::ROUNDING;
 use super::stage::System;
 use super::stepper::Stepper;
-use crate::descriptor::{sums_that_store_nothing, ties_rates};
+use crate::descriptor::{sums_that_store_nothing, ties_of_coils};
 use crate::sparse::Csc;
 
 /// Which laws of a network hold at once.
@@ -26,7 +26,9 @@ impl AtOnce {
         let sums = sums_that_store_nothing(&sys.linear.e, q);
         let mut stores = vec![false; sys.linear.g.nrows];
         sys.linear.e.iter().for_each(|e| stores[e.0] = true);
-        AtOnce { ties_rates: ties_rates(&sys.linear, &sums, f), sums, stores }
+        // pairs may be open
+        let ties = ties_of_coils(&sys.linear, &sums, &[f]);
+        AtOnce { ties_rates: ties.iter().any(|coils| !coils.is_empty()), sums, stores }
     }
 }
 

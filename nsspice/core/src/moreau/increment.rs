@@ -70,24 +70,22 @@ impl Stepper {
         self.storage.tight() || self.at_once.ties_rates
     }
 
-    /// Lengths of increments, shortest first; where steps of the length that is shown are `rounded`, that is short
-    /// enough.
-    fn lengths(&self, shown: f64, rounded: bool) -> impl Iterator<Item = f64> {
+    /// Lengths of increments, shortest first; where short steps are rounded, that of those that have shown the values
+    /// is short enough.
+    fn lengths(&self, shown: f64) -> impl Iterator<Item = f64> {
         let longest = shown.max(BEFORE * self.step_length);
-        let least = if rounded { 1.0 } else { 0.0 };
+        let least = if self.is_rounded() { 1.0 } else { 0.0 };
         let ratios = LENGTHS.into_iter().filter(move |&ratio| ratio >= least);
         ratios.map(move |ratio| ratio * shown).filter(move |&length| length <= longest)
     }
 
-    /// The rates of unknowns and multipliers by the shortest increment that determines them, and its length; with
-    /// sums of laws where steps of the length that is `shown` are `rounded`.
+    /// The rates of unknowns and multipliers by the shortest increment that determines them, and its length.
     pub(super) fn first_increment(
         &mut self,
         slopes: &[f64],
-        (shown, rounded): (f64, bool),
+        shown: f64,
     ) -> Option<(Vec<f64>, f64)> {
-        self.lengths(shown, rounded)
-            .find_map(|length| Some((self.increment(slopes, length, rounded)?, length)))
+        self.lengths(shown).find_map(|length| Some((self.increment(slopes, length)?, length)))
     }
 
     /// The rates by two increments, given those by one of some length or by longer ones: by the longer, whose
@@ -97,23 +95,18 @@ impl Stepper {
         slopes: &[f64],
         rates: Vec<f64>,
         first: f64,
-        (shown, rounded): (f64, bool),
+        shown: f64,
     ) -> Option<(Vec<f64>, Vec<f64>, f64)> {
         let mut known = Some(rates);
-        self.lengths(shown, rounded).filter(|&length| length >= first).find_map(|length| {
-            let longer = known.take().or_else(|| self.increment(slopes, length, rounded))?;
-            Some((longer, self.increment(slopes, AGAIN * length, rounded)?, length))
+        self.lengths(shown).filter(|&length| length >= first).find_map(|length| {
+            let longer = known.take().or_else(|| self.increment(slopes, length))?;
+            Some((longer, self.increment(slopes, AGAIN * length)?, length))
         })
     }
 
-    /// The rates of unknowns and multipliers in the present mode, with sums of laws where these are wanted; none if
-    /// it does not determine them.
-    pub(super) fn increment(
-        &mut self,
-        slopes: &[f64],
-        length: f64,
-        sums: bool,
-    ) -> Option<Vec<f64>> {
+    /// The rates of unknowns and multipliers in the present mode, with sums of laws where short steps are rounded;
+    /// none if it does not determine them.
+    pub(super) fn increment(&mut self, slopes: &[f64], length: f64) -> Option<Vec<f64>> {
         let (n, m) = (self.z.len(), self.l.len());
         let mut driven = vec![0.0; n];
         self.sys.linear.s.mul_add(1.0, slopes, &mut driven);
@@ -131,7 +124,7 @@ impl Stepper {
         let rows = x.iter_mut().zip(&acting).zip(&self.at_once.stores).filter(|row| *row.1);
         rows.for_each(|((x, acting), _)| *x -= acting / length);
         x.resize(n + m, 0.0);
-        if sums {
+        if self.is_rounded() {
             let k = self.stage_index(length, true);
             if let Some(x) = self.stages[k].increment_with_sums(&self.active, slopes, &x) {
                 return Some(x);

@@ -6,6 +6,7 @@
 
 use super::stepper::Stepper;
 use crate::dense::DenseLu;
+use crate::descriptor::left_in_sums;
 use crate::sparse::Csc;
 use crate::union_find::UnionFind;
 
@@ -45,27 +46,16 @@ fn neutrals(e: &Csc, g: &Csc, row_kind: &[u8], taken: &[bool]) -> Vec<Neutral> {
         }
     }
     let groups = ties.groups((0..n).filter(|&row| node(row)));
-    let mut group_of = vec![usize::MAX; n];
+    let mut group_of = vec![None; n];
     for (k, group) in groups.iter().enumerate() {
-        group.iter().for_each(|&row| group_of[row] = k);
+        group.iter().for_each(|&row| group_of[row] = Some(k));
     }
-    // what is left of each column in the sum of the laws of a group
     let mut free = vec![true; groups.len()];
     let mut coils = vec![Vec::new(); groups.len()];
-    for c in 0..n {
-        let (rows, values) = g.col(c);
-        let mut sums: Vec<(usize, f64, f64)> = Vec::new();
-        for (&r, &v) in rows.iter().zip(values).filter(|(&r, _)| node(r)) {
-            match sums.iter_mut().find(|s| s.0 == group_of[r]) {
-                Some(s) => (s.1, s.2) = (s.1 + v, s.2 + v.abs()),
-                None => sums.push((group_of[r], v, v.abs())),
-            }
-        }
-        for (k, sum, _) in sums.into_iter().filter(|s| s.1.abs() > ROUNDING * s.2) {
-            match coil(c) {
-                Some((law, inductance)) => coils[k].push((law, sum / inductance)),
-                None => free[k] = false,
-            }
+    for (k, c, sum) in left_in_sums(g, &group_of, ROUNDING) {
+        match coil(c) {
+            Some((law, inductance)) => coils[k].push((law, sum / inductance)),
+            None => free[k] = false,
         }
     }
     let all = groups.into_iter().zip(coils).zip(free);

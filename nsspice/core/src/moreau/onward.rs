@@ -70,11 +70,10 @@ impl Stepper {
     pub(super) fn move_on(&mut self, shown: f64) {
         let slopes = self.source_slopes(self.time);
         let moving = slopes.iter().any(|slope| *slope != 0.0);
-        let rounded = self.is_rounded();
-        if !(moving || rounded || self.outputs.needs_rates()) {
+        if !(moving || self.is_rounded() || self.outputs.needs_rates()) {
             return;
         }
-        let found = self.onward_rates(&slopes, moving, (shown, rounded));
+        let found = self.onward_rates(&slopes, moving, shown);
         if let Some(rates) = found.filter(|_| self.outputs.needs_rates()) {
             self.rates.copy_from_slice(&rates[..self.z.len()]);
             if let Some(smooth) = &mut self.smooth {
@@ -89,35 +88,31 @@ impl Stepper {
 
     /// The rates from here on, with the values that belong to them; none if no mode is found in which they obey
     /// all signs.
-    fn onward_rates(
-        &mut self,
-        slopes: &[f64],
-        moving: bool,
-        steps: (f64, bool),
-    ) -> Option<Vec<f64>> {
-        let (mut rates, mut length) = self.first_increment(slopes, steps)?;
-        let begun = (self.z.clone(), self.l.clone());
-        let mut added = false;
-        if steps.1 && self.is_felt(&rates, length) {
+    fn onward_rates(&mut self, slopes: &[f64], moving: bool, shown: f64) -> Option<Vec<f64>> {
+        let (mut rates, mut length) = self.first_increment(slopes, shown)?;
+        // the values to which something has been added
+        let mut begun = None;
+        if self.is_rounded() && self.is_felt(&rates, length) {
+            let (z, l) = (self.z.clone(), self.l.clone());
             // what rounding has left of potentials says nothing of signs to come
-            let found = self.add_increments(slopes, rates.clone(), length, steps);
-            added = self.obeys_signs();
-            if added {
-                rates = found;
+            let found = self.add_increments(slopes, rates.clone(), length, shown);
+            if self.obeys_signs() {
+                (rates, begun) = (found, Some((z, l)));
             } else {
-                (self.z, self.l) = begun.clone();
+                (self.z, self.l) = (z, l);
             }
         }
         if !self.lawful_after(&rates, length) {
             if !(moving && self.at_corner(slopes)) {
                 return None;
             }
-            (self.z, self.l) = begun;
-            (rates, length) = self.turned_increment(slopes, steps)?;
-            added = false;
+            if let Some(values) = begun.take() {
+                (self.z, self.l) = values;
+            }
+            (rates, length) = self.turned_increment(slopes, shown)?;
         }
-        if moving && !added {
-            rates = self.add_increments(slopes, rates, length, steps);
+        if moving && begun.is_none() {
+            rates = self.add_increments(slopes, rates, length, shown);
         }
         Some(rates)
     }
@@ -129,9 +124,9 @@ impl Stepper {
         slopes: &[f64],
         rates: Vec<f64>,
         length: f64,
-        steps: (f64, bool),
+        shown: f64,
     ) -> Vec<f64> {
-        match self.two_increments(slopes, rates.clone(), length, steps) {
+        match self.two_increments(slopes, rates.clone(), length, shown) {
             Some((longer, shorter, length)) => {
                 self.add_what_stays([&longer, &shorter], length);
                 at_once(&longer, &shorter)
@@ -202,8 +197,7 @@ impl Stepper {
 
     /// The rates in the mode to which the motion of the sources turns diodes in a step, and the values right
     /// before it there; none if there is no such mode. Returns the length of their increment, too.
-    fn turned_increment(&mut self, slopes: &[f64], steps: (f64, bool)) -> Option<(Vec<f64>, f64)> {
-        let (shown, _) = steps;
+    fn turned_increment(&mut self, slopes: &[f64], shown: f64) -> Option<(Vec<f64>, f64)> {
         // so short a step of Newton's method shows but the rounding of charges
         let step = if self.smooth.is_some() { shown } else { TURNING * shown };
         let (z, l, mode) = (self.z.clone(), self.l.clone(), self.active.clone());
@@ -214,10 +208,10 @@ impl Stepper {
             // the mode alone, if both have the same values
             (self.z, self.l) = (z.clone(), l.clone());
             let found =
-                if self.neutral(&mode) { self.first_increment(slopes, steps) } else { None };
+                if self.neutral(&mode) { self.first_increment(slopes, shown) } else { None };
             found.filter(|(rates, length)| self.lawful_after(rates, *length))
         } else {
-            self.go_back(&z, slopes, steps, step)
+            self.go_back(&z, slopes, shown, step)
         };
         if rates.is_none() {
             (self.z, self.l) = (z, l);
@@ -240,20 +234,20 @@ impl Stepper {
         &mut self,
         z: &[f64],
         slopes: &[f64],
-        steps: (f64, bool),
+        shown: f64,
         step: f64,
     ) -> Option<(Vec<f64>, f64)> {
         self.take_stored(z);
-        let (rates, length) = self.first_increment(slopes, steps)?;
+        let (rates, length) = self.first_increment(slopes, shown)?;
         if !self.lawful_after(&rates, length) {
             return None;
         }
         let values = self.z.iter_mut().chain(&mut self.l);
         values.zip(&rates).for_each(|(value, rate)| *value -= step * rate);
         self.take_stored(z);
-        self.obey(steps.0);
+        self.obey(shown);
         if self.obeys_signs() {
-            Some((self.increment(slopes, length, steps.1)?, length))
+            Some((self.increment(slopes, length)?, length))
         } else {
             None
         }
