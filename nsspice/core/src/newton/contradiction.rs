@@ -6,36 +6,76 @@
 //! One law has to leave that rest.  If it is the one of the leakage, it is violated, and the next step finds
 //! the same rest again; that of the resistor bears it as rounding.
 
+use super::equations::Equations;
 use super::linear::Assembly;
 use super::state::State;
 
 /// What a law bears as rounding of its terms.
 const BORNE: f64 = f64::EPSILON;
+/// A larger part of the terms is no rounding: no solution of this mode would be accepted.
+const REAL: f64 = 1e-10;
+/// What a held column moves by itself if the Jacobian without it is singular: all of it.
+const ALL: f64 = 0.5;
+/// Smaller parts of the terms of a power are its rounding.
+const KNOWN: f64 = 1e-6;
 
 impl State {
     /// Takes what contradicts by rounding out of the right-hand side in `step`, in the law with the largest
-    /// terms, where the Jacobian factored last holds something.
+    /// terms, where the Jacobian factored last holds something; notes the columns at which laws do contradict
+    /// each other.
     #[cold]
     pub(super) fn settle_contradictions(&mut self, n: usize, assembly: &Assembly) {
-        let mut combinations: Vec<Vec<f64>> = Vec::new();
+        self.contradicted.clear();
+        let mut combinations: Vec<(usize, Vec<f64>)> = Vec::new();
         for c in assembly.held() {
             let mut y = vec![0.0; self.x.len()];
             assembly.contradiction(n, &self.active, c, &mut y, &mut self.work);
-            combinations.push(y);
+            combinations.push((c, y));
         }
-        while let Some(y) = combinations.pop() {
+        while let Some((c, y)) = combinations.pop() {
             let terms = y[..n].iter().zip(&self.balance.terms).map(|(y, t)| (y * t).abs());
             let Some((place, most)) = terms.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)) else {
                 return;
             };
             let rest: f64 = y.iter().zip(&self.step).map(|(y, d)| y * d).sum();
             if most == 0.0 || rest.is_nan() || rest.abs() > BORNE * most {
+                if rest.abs() > REAL * most {
+                    self.contradicted.push(c);
+                }
                 continue; // what is held has to move
             }
             self.step[place] -= rest / y[place];
-            for other in &mut combinations {
+            for (_, other) in &mut combinations {
                 let part = other[place] / y[place];
                 other.iter_mut().zip(&y).for_each(|(o, y)| *o -= part * y);
+            }
+        }
+    }
+
+    /// Where laws do contradict each other (a diode and a switch short a source), what is held moves far; turns
+    /// it to where it would go with a resistance in each branch and pair, and a conductance at each node.  A held
+    /// pivot may have either sign, and would send the current of the source through the diode that has to open.
+    #[cold]
+    pub(super) fn resist(&mut self, eq: &Equations, assembly: &Assembly) {
+        let n = eq.n;
+        for k in 0..self.contradicted.len() {
+            let c = self.contradicted[k];
+            let mut y = vec![0.0; eq.size()];
+            assembly.contradiction(n, &self.active, c, &mut y, &mut self.work);
+            let mut moved = vec![0.0; eq.size()];
+            assembly.add_column(c, -1.0, &mut moved);
+            for (v, _) in moved[n..].iter_mut().zip(&self.active).filter(|(_, &a)| !a) {
+                *v = 0.0;
+            }
+            assembly.solve(n, &self.active, &mut moved, &mut self.work);
+            moved[c] += 1.0;
+            let on = |i: usize| i < n || self.active[i - n];
+            let power = |i: usize| y[i] * moved[i] / (eq.unit[i] * eq.unit[i]);
+            let powers = (0..eq.size()).filter(|&i| on(i)).map(power);
+            let (sum, size) = powers.fold((0.0, 0.0), |(s, a), p| (s + p, a + p.abs()));
+            if sum < -KNOWN * size && moved[c] > ALL {
+                let part = -2.0 * self.step[c] / moved[c];
+                self.step.iter_mut().zip(&moved).for_each(|(step, v)| *step += part * v);
             }
         }
     }

@@ -137,6 +137,7 @@ impl Newton {
                 stopped: false,
                 reach: (0, (0.0, 0.0)),
                 bounded: true,
+                contradicted: Vec::new(),
                 best: (NOWHERE, zeros.clone()),
                 nearest: (NOWHERE, zeros.clone()),
                 trial: zeros,

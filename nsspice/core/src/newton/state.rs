@@ -55,6 +55,8 @@ pub(super) struct State {
     pub reach: (u32, (f64, f64)),
     /// whether unknowns are stopped at all
     pub bounded: bool,
+    /// held columns at which the laws of the mode contradict each other
+    pub contradicted: Vec<usize>,
     /// best point of this iteration, where nothing was limited
     pub best: (Judgement, Vec<f64>),
     /// the best point of all iterations for the problem itself
@@ -163,6 +165,9 @@ impl State {
             self.take_defects(eq, assembly);
             assembly.solve(n, &self.active, &mut self.step, &mut self.work);
             if self.step.iter().all(|v| v.is_finite()) {
+                if assembly.open() {
+                    self.resist(eq, assembly);
+                }
                 self.stop_what_goes_round(eq, assembly);
                 return true;
             }
@@ -178,7 +183,8 @@ impl State {
         let on = |active: &[bool], c: usize| c < n || active[c - n];
         for c in assembly.held() {
             let current = self.x[c] + self.step[c];
-            if !eq.bare[c] || !on(&self.active, c) || current == 0.0 {
+            let driven = self.contradicted.contains(&c);
+            if driven || !eq.bare[c] || !on(&self.active, c) || current == 0.0 {
                 continue;
             }
             // the others that go with this one: what solves the laws in its place

@@ -20,8 +20,18 @@ const PREFER_FIXED: f64 = 1e-6;
 /// Beside a pivot of more than this part of its column less was lost than counts: more is not looked at.
 const SUSPECT: f64 = 1e-9;
 
-/// Marks a row that is no pivot yet.
+/// Marks a row that is no pivot yet, and a column whose row is found last.
 const FREE: u32 = u32::MAX;
+
+/// What has become of a column.
+enum Eliminated {
+    /// it has a pivot
+    Pivot,
+    /// it depends on those before it: its row is one of those that no other column needs
+    Late,
+    /// it is not finite, or depends on others where nothing is held
+    Failed,
+}
 
 /// Storage for the depth-first search.
 struct Search {
@@ -57,14 +67,17 @@ impl SparseLu {
         };
         for k in 0..n {
             self.reach(a, k, &mut search);
-            if self.column(a, k, &search) {
-                self.prune(k, &mut search.end);
-            } else {
-                self.singular = Some(self.ordering.order[k] as usize);
-                self.x.fill(0.0); // a column that is not finite may have left something behind
-                return;
+            match self.column(a, k, &search) {
+                Eliminated::Pivot => self.prune(k, &mut search.end),
+                Eliminated::Late => search.end.push(self.lower.start[k + 1]),
+                Eliminated::Failed => {
+                    self.singular = Some(self.ordering.order[k] as usize);
+                    self.x.fill(0.0); // a column that is not finite may have left something behind
+                    return;
+                }
             }
         }
+        self.place_late();
         for e in &mut self.lower.entries {
             e.row = self.place[e.row as usize];
         }
@@ -108,8 +121,26 @@ impl SparseLu {
         }
     }
 
-    /// Eliminates column `k` and chooses its pivot; false if there is none.
-    fn column(&mut self, a: &Csc, k: usize, search: &Search) -> bool {
+    /// Gives the columns that depend on others the rows that are left: their own, if it is among these.
+    fn place_late(&mut self) {
+        let mut late: Vec<usize> = (0..self.size()).filter(|&k| self.late[k]).collect();
+        late.retain(|&k| {
+            let own = self.ordering.order[k] as usize;
+            let free = self.place[own] == FREE;
+            if free {
+                (self.row[k], self.place[own]) = (own as u32, k as u32);
+            }
+            !free
+        });
+        let mut rows = 0..self.size();
+        for k in late {
+            let Some(r) = rows.find(|&r| self.place[r] == FREE) else { return };
+            (self.row[k], self.place[r]) = (r as u32, k as u32);
+        }
+    }
+
+    /// Eliminates column `k` and chooses its pivot.
+    fn column(&mut self, a: &Csc, k: usize, search: &Search) -> Eliminated {
         let c = self.ordering.order[k] as usize;
         let x = &mut self.x;
         let (rows, values) = a.col(c);
@@ -133,39 +164,48 @@ impl SparseLu {
             }
         }
         self.upper.close();
-        let chosen = self.choose(c, &search.rows).or_else(|| self.spare(c, &search.rows));
-        let Some(mut p) = chosen.filter(|_| finite) else {
-            return false;
-        };
-        let mut pivot = self.x[p];
-        if p != c {
+        let chosen = self.choose(c, &search.rows);
+        finite &= chosen.is_some() || search.rows.iter().all(|&r| self.x[r as usize].is_finite());
+        if !finite || chosen.is_none() && self.hold == 0.0 {
+            return Eliminated::Failed;
+        }
+        let mut pivot = chosen.map_or(0.0, |p| self.x[p]);
+        if let Some(p) = chosen.filter(|&p| p != c) {
             scale = self.terms(a, k, p);
         }
-        let scale = scale.max(largest).max(pivot.abs());
+        let (terms, scale) = (scale, scale.max(largest).max(pivot.abs()));
         self.survival[k] = pivot.abs() / scale;
-        if self.is_lost(a, k, (pivot.abs(), scale), |j| self.row[j], p) {
-            // the row that goes with a column that depends on others is its own, if it is still there
-            if self.place[c] == FREE {
-                p = c;
+        let lost = |p: usize| self.is_lost(a, k, [pivot.abs(), terms, scale], |j| self.row[j], p);
+        let chosen = chosen.filter(|&p| !lost(p));
+        self.late[k] = chosen.is_none();
+        match chosen {
+            Some(p) => {
+                self.row[k] = p as u32;
+                self.place[p] = k as u32;
             }
-            let sign = self.x[p];
-            pivot = (self.hold * if scale > 0.0 { scale } else { 1.0 }).copysign(sign);
-            self.survival[k] = self.hold;
+            None => {
+                pivot = self.hold * if scale > 0.0 { scale } else { 1.0 };
+                self.row[k] = FREE;
+                self.survival[k] = self.hold;
+            }
         }
-        self.row[k] = p as u32;
-        self.place[p] = k as u32;
         self.inverse[k] = 1.0 / pivot;
         for p in self.upper.range(k) {
             self.upper.entries[p].value *= self.inverse[k];
         }
         for &r in &search.rows {
             let v = std::mem::take(&mut self.x[r as usize]);
-            if r as usize != p {
-                self.lower.entries.push(Entry { row: r, column: k as u32, value: v / pivot });
+            if chosen != Some(r as usize) {
+                let value = if chosen.is_some() { v / pivot } else { 0.0 };
+                self.lower.entries.push(Entry { row: r, column: k as u32, value });
             }
         }
         self.lower.close();
-        true
+        if chosen.is_some() {
+            Eliminated::Pivot
+        } else {
+            Eliminated::Late
+        }
     }
 
     /// Shortens the lists that later searches follow: once row and column of a pivot meet in both
@@ -228,13 +268,6 @@ impl SparseLu {
         self.sizes.part(self.x[row], row)
     }
 
-    /// The pivot row of a column that vanishes, where such are held.
-    fn spare(&self, c: usize, rows: &[u32]) -> Option<usize> {
-        let zero = |&r: &usize| self.place[r] == FREE && !(1.0 / self.x[r]).is_finite();
-        let mut candidates = std::iter::once(c).chain(rows.iter().map(|&r| r as usize));
-        candidates.find(zero).filter(|_| self.hold > 0.0)
-    }
-
     /// The sum of the magnitudes of the terms of the entry of column `k` in row `p`.
     fn terms(&self, a: &Csc, k: usize, p: usize) -> f64 {
         let (rows, values) = a.col(self.ordering.order[k] as usize);
@@ -246,19 +279,20 @@ impl SparseLu {
         scale
     }
 
-    /// Whether a pivot of this size, beside what its column has, is to be held: beside large entries that cancel
-    /// nothing, a small pivot has all of its digits.
+    /// Whether a pivot of this size, beside the terms that it is the sum of and what its column has, is to be
+    /// held: beside large entries that cancel nothing, a small pivot has all of its digits.
     pub(super) fn is_lost(
         &self,
         a: &Csc,
         k: usize,
-        (pivot, scale): (f64, f64),
+        [pivot, terms, scale]: [f64; 3],
         row: impl Fn(usize) -> u32,
         p: usize,
     ) -> bool {
+        let rounding = |terms: f64| pivot <= (LOST * terms).max(TRACE * scale);
         self.hold > 0.0
             && pivot <= SUSPECT * scale
-            && pivot <= (LOST * self.summed(a, k, row, p)).max(TRACE * scale)
+            && (rounding(terms) || rounding(self.summed(a, k, row, p)))
     }
 
     /// As `terms`, with all that was summed before: the pivot is `y' A x` with the rows and columns that
@@ -266,7 +300,7 @@ impl SparseLu {
     fn summed(&self, a: &Csc, k: usize, row: impl Fn(usize) -> u32, p: usize) -> f64 {
         let mut y = vec![0.0f64; self.size()];
         y[p] = 1.0;
-        for j in (0..k).rev() {
+        for j in (0..k).rev().filter(|&j| !self.late[j]) {
             let below = self.lower.col(j).iter().map(|l| l.value * y[l.row as usize]);
             y[row(j) as usize] = -below.sum::<f64>();
         }

@@ -61,6 +61,8 @@ pub struct SparseLu {
     /// pivot row at each position, and the position of each row
     pub(super) row: Vec<u32>,
     pub(super) place: Vec<u32>,
+    /// whether the column at each position depends on others: it has got its row last
+    pub(super) late: Vec<bool>,
     pub(super) singular: Option<usize>,
     pub(super) pivot_ratio: f64,
     pub(super) hold: f64,
@@ -85,6 +87,7 @@ impl SparseLu {
             survival: vec![0.0; n],
             row: vec![0; n],
             place: vec![0; n],
+            late: vec![false; n],
             singular: None,
             pivot_ratio: 0.0,
             hold: 0.0,

@@ -109,10 +109,17 @@ impl SparseLu {
             }
         }
         let mut pivot = std::mem::take(&mut x[k]);
-        let scale = scale.max(largest).max(pivot.abs());
+        let (terms, scale) = (scale, scale.max(largest).max(pivot.abs()));
         let mut survival = pivot.abs() / scale;
-        if self.is_lost(a, k, (pivot.abs(), scale), |j| j as u32, k) {
-            pivot = (self.hold * scale).copysign(pivot);
+        let lost = self.is_lost(a, k, [pivot.abs(), terms, scale], |j| j as u32, k);
+        // the row of a column that begins to depend on others, or ceases to, is another
+        usable &= lost == self.late[k];
+        if lost {
+            usable &= self.lower.col(k).iter().all(|e| {
+                let v = self.x[e.row as usize].abs();
+                v == 0.0 || self.is_lost(a, k, [v, 0.0, scale], |j| j as u32, e.row as usize)
+            });
+            pivot = self.hold * scale;
             survival = self.hold;
         }
         let inverse = 1.0 / pivot;
@@ -126,7 +133,8 @@ impl SparseLu {
         let alone = self.sizes.gives(row, self.ordering.order[k] as usize);
         let lower = self.lower.range(k);
         for e in &mut self.lower.entries[lower] {
-            let l = std::mem::take(&mut self.x[e.row as usize]) / pivot;
+            let v = std::mem::take(&mut self.x[e.row as usize]);
+            let l = if lost { 0.0 } else { v / pivot };
             changed |= l != e.value;
             let size = self.sizes.row(self.row[e.row as usize] as usize);
             usable &= alone || l.abs() * own <= LARGEST_FACTOR * size;

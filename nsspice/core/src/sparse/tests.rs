@@ -23,8 +23,8 @@ fn defect(a: &Csc, x: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Factors that hold what a matrix leaves open: sparse, the same refactored, dense.
-fn holding(a: &Csc) -> (SparseLu, SparseLu, DenseLu) {
-    let mut sparse = factor(a, 0);
+fn holding(a: &Csc, pairs: usize) -> (SparseLu, SparseLu, DenseLu) {
+    let mut sparse = factor(a, pairs);
     sparse.set_hold(1e-9);
     sparse.factor(a);
     let mut again = sparse.clone();
@@ -323,7 +323,7 @@ fn what_a_matrix_leaves_open_is_held_and_all_else_solved() {
         a.mul_add(1.0, &truth, &mut b);
         let [dense, sparse] = [DenseLu::new(&a).pivot_ratio(), factor(&a, 0).pivot_ratio()];
         assert!(dense < 1e-13 && sparse < 1e-13);
-        let factors = holding(&a);
+        let factors = holding(&a, 0);
         // one column of each floating part, whichever it is
         assert!(!factors.2.held().is_empty());
         assert_eq!(factors.0.held().len(), factors.2.held().len());
@@ -352,7 +352,7 @@ fn laws_of_leakage_alone_are_pivots_beside_anything_larger() {
     let a = Csc::from_triplets(3, 3, &entries);
     let truth = [5.0 / 3.0, 1.0 / 3.0, 64e-21 / 3.0];
     let right = [truth[0] - truth[1], 0.0, 2.0 * leak];
-    for (which, x) in solutions(&holding(&a), &right).iter().enumerate() {
+    for (which, x) in solutions(&holding(&a, 0), &right).iter().enumerate() {
         for (v, truth) in x.iter().zip(&truth).take(2) {
             assert!((v - truth).abs() < 1e-14, "{which}: {x:?}");
         }
@@ -381,7 +381,7 @@ fn a_row_that_gives_an_unknown_is_its_pivot() {
         let a = Csc::from_triplets(n, n, &moved);
         let mut b = vec![0.0; n];
         entries.iter().for_each(|&(r, c, v)| b[order[r]] += v * truth[c]);
-        for (which, x) in solutions(&holding(&a), &b).iter().enumerate() {
+        for (which, x) in solutions(&holding(&a, 0), &b).iter().enumerate() {
             let apart = (0..n).map(|c| (x[order[c]] - truth[c]).abs()).fold(0.0, f64::max);
             assert!(apart < 1e-11, "{trial} {which}: {apart:e}");
         }
@@ -393,8 +393,50 @@ fn rounding_of_what_was_summed_before_is_no_pivot() {
     for order in ORDERS {
         let moved = floating_with_a_source().map(|(i, j, v)| (order[i], order[j], v));
         let a = Csc::from_triplets(3, 3, &moved);
-        let (sparse, again, _) = holding(&a);
+        let (sparse, again, _) = holding(&a, 0);
         assert_eq!(sparse.held().len(), 1, "{order:?}");
         assert_eq!(again.held().len(), 1, "{order:?} again");
+    }
+}
+
+/// The laws of closed switches between nodes of a random network of resistors; `doubled` of them have another
+/// switch beside them, and how both share their current is open.  The switches come last.
+fn closed_switches(rng: &mut Rng, nodes: usize, doubled: usize) -> (Csc, usize) {
+    let mut entries: Vec<(usize, usize, f64)> = (0..nodes).map(|k| (k, k, 0.1)).collect();
+    for _ in 0..2 * nodes {
+        let (a, b, g) = (rng.below(nodes), rng.below(nodes), rng.magnitude(3.0));
+        entries.extend([(a, a, g), (b, b, g), (a, b, -g), (b, a, -g)].iter().filter(|_| a != b));
+    }
+    // a tree: the loops are those of the doubled ones
+    let mut ends: Vec<(usize, usize)> = (1..nodes / 2).map(|k| (k, rng.below(k))).collect();
+    for k in 0..doubled {
+        ends.insert(rng.below(ends.len() + 1), ends[k]);
+    }
+    for (i, &(a, b)) in ends.iter().enumerate() {
+        let i = nodes + i;
+        entries.extend([(a, i, 1.0), (b, i, -1.0), (i, a, 1.0), (i, b, -1.0), (i, i, 0.0)]);
+    }
+    let n = nodes + ends.len();
+    (Csc::from_triplets(n, n, &entries), ends.len())
+}
+
+#[test]
+fn what_is_held_takes_no_row_that_another_column_needs() {
+    let mut rng = Rng(11);
+    for trial in 0..300 {
+        let doubled = 1 + trial % 3;
+        let nodes = 8 + rng.below(30);
+        let (a, switches) = closed_switches(&mut rng, nodes, doubled);
+        let mut b = vec![0.0; a.nrows];
+        a.mul_add(1.0, &rng.vector(a.nrows), &mut b);
+        for pairs in [0, switches] {
+            let factors = holding(&a, pairs);
+            for held in [factors.0.held(), factors.1.held(), factors.2.held()] {
+                assert_eq!(held.len(), doubled, "{trial} {pairs}");
+            }
+            for (which, x) in solutions(&factors, &b).iter().enumerate() {
+                assert!(defect(&a, x, &b) < 1e-10, "{trial} {pairs} {which}");
+            }
+        }
     }
 }
