@@ -76,3 +76,33 @@ def test_coils_carry_nothing_where_all_blocks(
     # twenty periods, with three events each that may add up
     assert np.abs(solution["i(l1)"] - exact["i(l1)"]).max() <= 60.0 * RELTOL * largest
     assert np.abs(solution["v(o)"] - exact["v(o)"]).max() <= RELTOL * volts
+
+
+JUNCTIONS = {
+    "a plain one": "D(IS=1e-12)",
+    "a sharp one": "D(IS=1e-12 N=0.01)",
+    "one with a capacitance": "D(IS=1e-12 N=0.01 CJO=1n)",
+    "one with a resistance": "D(IS=1e-9 RS=10m)",
+}
+
+
+@pytest.mark.parametrize("model", JUNCTIONS.values(), ids=JUNCTIONS)
+@pytest.mark.parametrize("output", OUTPUTS.values(), ids=OUTPUTS)
+@pytest.mark.parametrize(("deck", "volts"), [(BUCK, 12), (BOOST, 24)], ids=["buck", "boost"])
+def test_diodes_may_be_junctions(deck: str, volts: int, output: str, model: str) -> None:
+    ideal = deck.format(output=output.format(v=volts))
+    text = re.sub(r"^(D1 \w+ \w+)$", r"\1 dj", ideal, flags=re.MULTILINE)
+    text = text.replace(".model swi", f".model dj {model}\n.model swi")
+    coarse, fine = (
+        nsspice.tran(nsspice.read(text), method="sdirk", reltol=tol)
+        for tol in (RELTOL, 0.01 * RELTOL)
+    )
+    for run in (coarse, fine):
+        assert run.certificate is not None
+        assert run.certificate.passed
+    largest = np.abs(fine["i(l1)"]).max()
+    assert np.abs(coarse["i(l1)"] - fine["i(l1)"]).max() <= 60.0 * RELTOL * largest
+    if "N=0.01" in model and "CJO" not in model:
+        # conducting, the junction takes 7 mV of the 12 V and more that make the coil's current
+        exact = nsspice.tran(nsspice.read(ideal), method="modewise")
+        assert np.abs(fine["i(l1)"] - exact["i(l1)"]).max() <= 8e-3 / 12 * largest

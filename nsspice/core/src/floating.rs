@@ -252,17 +252,13 @@ impl Floating {
     }
 
     /// Lets the sum of a group that something is left of towards ground take the place of the law in which most
-    /// is stored (`e`).  Groups in whose laws functions (`f`) stand keep theirs: there Newton's method has to find
-    /// out of modes that contradict each other, and does not from all orders.
-    pub fn take_contents(&mut self, e: &Csc, f: &Csc, row_kind: &[u8]) {
-        let mut functional = vec![false; e.nrows];
-        f.iter().for_each(|(row, ..)| functional[row] = true);
+    /// is stored (`e`).
+    pub fn take_contents(&mut self, e: &Csc, row_kind: &[u8]) {
         let content = to_ground(e, |row| row_kind[row] == 0);
         for mut group in std::mem::take(&mut self.tied.groups) {
             let bare = std::mem::take(&mut self.bare[group[0]]);
             // sums inside take the place of their laws
-            let kept = group.iter().any(|&row| functional[row]);
-            let free = |&k: &usize| !kept && self.inner.first[group[k]].is_none();
+            let free = |&k: &usize| self.inner.first[group[k]].is_none();
             let outside = (0..group.len()).filter(free);
             let fuller = |most: usize, k: usize| {
                 if content[group[k]] > content[group[most]] {
@@ -579,7 +575,7 @@ mod tests {
             let g = Csc::from_triplets(3, 3, &g);
             let mut floating = Floating::new(&e, &g, &[0, 0, 0]);
             assert!(!floating.is_sum(1));
-            floating.take_contents(&e, &Csc::from_triplets(3, 0, &[]), &[0, 0, 0]);
+            floating.take_contents(&e, &[0, 0, 0]);
             (floating, g)
         };
         let (floating, g) = tied(0.0);

@@ -135,7 +135,7 @@ impl Equations {
         let (n, m) = (g.nrows, a.ncols);
         let size = n + m;
         let mut floating = Floating::new(e, g, row_kind);
-        floating.take_contents(&smooth.contents(e), &smooth.f, row_kind);
+        floating.take_contents(&smooth.contents(e), row_kind);
         let mut beside = vec![false; n];
         a.iter().for_each(|e| beside[e.0] = true);
         floating.take_cut_sets(e, g, row_kind, [&smooth.f, &smooth.q], &beside);
