@@ -3,7 +3,7 @@
 //! Beside `E/h` what such nodes conduct drowns in rounding: the tie of 1 GOhm that gives an isolated
 //! secondary its potential is nothing beside 100 uF in steps of a nanosecond.  In the sum of the laws
 //! of all nodes of a group nothing is stored, so that it holds what conducts to its own digits.  It
-//! takes the place of the law of one node, see `floating.rs`.
+//! takes the place of the law of one node, see `floating`.
 
 use super::matrices::{Ends, StepMatrices, OPEN};
 use crate::dense::DenseLu;
@@ -46,7 +46,7 @@ pub struct SummedMode {
 }
 
 impl Sums {
-    /// Those of a system for the groups of `floating.rs`, if it has any: for modes that are regular but for
+    /// Those of a system for the groups of `floating`, if it has any: for modes that are regular but for
     /// rounding.
     pub fn floating(linear: &Linear) -> Option<Sums> {
         let floating = Floating::new(&linear.e, &linear.g, &linear.row_kind);
@@ -186,7 +186,7 @@ impl SummedMode {
 }
 
 /// Groups of nodes, each with the one first whose law gives way to the sum, so that all of them are
-/// independent: those of `floating.rs`, and in these all that only capacitors tie together.  A coil in
+/// independent: those of `floating`, and in these all that only capacitors tie together.  A coil in
 /// series with a capacitor ends at such nodes, and its current drowns like any other.
 fn groups(linear: &Linear) -> Vec<Vec<usize>> {
     let floating = Floating::new(&linear.e, &linear.g, &linear.row_kind);
