@@ -9,16 +9,21 @@ use super::polish;
 use super::problem::Role;
 use super::residual::Residual;
 use super::scratch::Scratch;
+use crate::dense::LeastNorm;
+use crate::sparse::Csc;
 
 /// Pairs up to which all modes are tried.
 const ENUMERATION: usize = 14;
 const LEMKE_LIMIT: usize = 300;
+/// Unknowns and pairs up to which laws are looked at for contradictions first, and what these leave of the terms.
+const DENSE: usize = 160;
+const CONTRADICTED: f64 = 1e-6;
 const COVERS: usize = 11;
 
 /// True if `s.x` solves the problem.
 pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
     let diodes: Vec<usize> = (0..s.model.m).filter(|&i| s.roles[i] == Role::Diode).collect();
-    if diodes.is_empty() {
+    if diodes.is_empty() || s.model.size() <= DENSE && contradicts(s) {
         return None;
     }
     if diodes.len() <= ENUMERATION {
@@ -28,6 +33,21 @@ pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
         return cover(s);
     }
     None
+}
+
+/// Whether the laws contradict each other whatever the diodes do: those of the network and of the pairs that are
+/// open or closed have no solution, with any multipliers and slacks of the others.
+fn contradicts(s: &Scratch) -> bool {
+    let (n, size) = (s.model.n, s.model.size());
+    let role = |row: usize| row.checked_sub(n).map_or(Role::Closed, |pair| s.roles[pair]);
+    let closed = s.model.scaled.iter().filter(|e| role(e.0) == Role::Closed);
+    let open = (0..size).filter(|&row| role(row) == Role::Open).map(|row| (row, row, 1.0));
+    let laws = Csc::from_triplets(size, size, &closed.chain(open).collect::<Vec<_>>());
+    let right: Vec<f64> = (0..size)
+        .map(|row| if role(row) == Role::Closed { s.f[row] * s.model.scale[row] } else { 0.0 })
+        .collect();
+    let (mut x, mut work) = (vec![0.0; size], vec![0.0; size]);
+    LeastNorm::new(&laws).is_some_and(|laws| laws.correct(&right, &mut x, &mut work) > CONTRADICTED)
 }
 
 fn cover(s: &mut Scratch) -> Option<Residual> {
@@ -98,4 +118,37 @@ fn enumerate(s: &mut Scratch, diodes: &[usize]) -> Option<Residual> {
     s.x.copy_from_slice(&x);
     s.active.copy_from_slice(&active);
     Some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::model::Model;
+    use super::super::problem::Problem;
+    use super::*;
+    use std::sync::Arc;
+
+    /// A source of 10 V from node 0 to ground, its current 1, and pairs from node 0 to ground.
+    fn source_across(pairs: &[Role]) -> Scratch {
+        let m = pairs.len();
+        let column =
+            |v: f64| Csc::from_triplets(2, m, &(0..m).map(|i| (0, i, v)).collect::<Vec<_>>());
+        let model = Model::new(Problem {
+            k: Csc::from_triplets(2, 2, &[(0, 1, 1.0), (1, 0, -1.0), (0, 0, 1e-9)]),
+            a: column(1.0),
+            b: Csc::from_triplets(m, 2, &(0..m).map(|i| (i, 0, 1.0)).collect::<Vec<_>>()),
+            d: Csc::zeros(m, m),
+            row_kind: vec![0, 1],
+        });
+        let mut s = Scratch::new(Arc::new(model));
+        s.f[..2].copy_from_slice(&[0.0, -10.0]);
+        s.roles.copy_from_slice(pairs);
+        s
+    }
+
+    #[test]
+    fn closed_switches_alone_tell_that_a_source_is_shorted() {
+        assert!(contradicts(&source_across(&[Role::Diode, Role::Closed])));
+        // a diode may open; what it does is another question
+        assert!(!contradicts(&source_across(&[Role::Diode, Role::Open])));
+    }
 }
