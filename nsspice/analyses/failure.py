@@ -21,6 +21,7 @@ def named_failure(
     problem: UnsolvedStep,
     *,
     starting: bool = False,
+    given: bool = False,
     where: str | None = None,
 ) -> NumericalError:
     """Return the error to raise for a step without a solution.
@@ -33,9 +34,12 @@ def named_failure(
     problem : UnsolvedStep
     starting : bool
         True if the first state could not be found.
+    given : bool
+        True if the run begins with given charges and fluxes (``uic``).
     where : str, optional
         The swept values, instead of the time.
     """
+    static = where is not None
     if where is None:
         where = "at the start" if starting else f"at t = {problem.time:.9g} s"
     else:
@@ -44,7 +48,7 @@ def named_failure(
         return _restless(circuit, mna, problem, where)
     certificate = problem.certificate
     if certificate is None and problem.worst_row is not None:
-        return _no_convergence(circuit, mna, problem, where)
+        return _no_convergence(circuit, mna, problem, where, starting and not given)
     if certificate is None:
         message = (
             f"no solution was found {where}, and no contradiction either: "
@@ -70,8 +74,9 @@ def named_failure(
         parts.append(f"node{'s' if len(nodes) > 1 else ''} {_list(nodes)}")
     conflict = " at ".join(parts) or "the elements"
     message = f"the laws of {conflict} contradict each other {where}"
+    advice = _advice(elements, nodes, starting and not given, static)
     return InfeasibleError(
-        Diagnostic("NS3001", message, _span(circuit, elements), _advice(elements, nodes, starting)),
+        Diagnostic("NS3001", message, _span(circuit, elements), advice),
         elements=elements,
         nodes=nodes,
         time=problem.time,
@@ -151,9 +156,12 @@ def _at_row(mna: MnaSystem, row: int) -> tuple[str | None, list[str]]:
 
 
 def _no_convergence(
-    circuit: Circuit, mna: MnaSystem, problem: UnsolvedStep, where: str
+    circuit: Circuit, mna: MnaSystem, problem: UnsolvedStep, where: str, resting: bool
 ) -> StepError:
-    """Return the error of Newton's method, with the law that its best point violates most."""
+    """Return the error of Newton's method, with the law that its best point violates most.
+
+    Of a run whose first state is ``resting``, a static solution, it says how to do without one.
+    """
     node, named = _at_row(mna, problem.worst_row or 0)
     if node is not None:
         place = f"the current law of {_node(node, named)}" if named else _node(node, named)
@@ -179,6 +187,8 @@ def _no_convergence(
             f"{_list(jumping)} may jump back and forth there (if, u, sgn, comparisons): "
             "use a switch with hysteresis (VH), or a gain with limits, limit(1e6*x, low, high)"
         )
+    if resting:
+        hint += "; a circuit with integrators may have no DC solution: start with uic then"
     return StepError(
         Diagnostic("NS3004", message, _span(circuit, named), hint),
         time=problem.time,
@@ -222,15 +232,16 @@ def _across(mna: MnaSystem, nodes: Sequence[str], known: Sequence[str]) -> list[
     return [device.name for device in cut]
 
 
-def _advice(elements: Sequence[str], nodes: Sequence[str], starting: bool) -> str:
+def _advice(elements: Sequence[str], nodes: Sequence[str], resting: bool, static: bool) -> str:
     letters = {name.split(".")[-1][0] for name in elements}
     if (nodes and "i" in letters) or ("l" in letters and nodes):
         text = "give the current a path, such as a resistor or a freewheeling diode"
-        if starting:
+        if resting:
             text += "; or start from initial values with uic"
         return text
-    if starting and nodes:
-        return "start from initial values with uic, or give every node a DC path to ground"
+    if (resting or static) and nodes:
+        path = "give every node a DC path to ground"
+        return f"start from initial values with uic, or {path}" if resting else path
     return "put a resistor in series, or check the polarity"
 
 

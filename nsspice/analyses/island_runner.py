@@ -150,7 +150,9 @@ class IslandRunner:
         try:
             self.charges = start(self.circuit, self.mna, self.stepper, analysis, self.step)
         except UnsolvedStep as problem:
-            raise named_failure(self.circuit, self.mna, problem, starting=True) from problem
+            raise named_failure(
+                self.circuit, self.mna, problem, starting=True, given=analysis.uic
+            ) from problem
         deck = self.circuit.deck
         if self.step is not None and (deck.initial or deck.nodesets):
             self._unkept = unkept(self.circuit, self.mna, self.stepper.state[0], analysis.uic)

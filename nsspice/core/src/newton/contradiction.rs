@@ -14,6 +14,8 @@ use super::state::State;
 const BORNE: f64 = f64::EPSILON;
 /// A larger part of the terms is no rounding: no solution of this mode would be accepted.
 const REAL: f64 = 1e-10;
+/// Laws that leave so much of each other have no solution here, however large other voltages are.
+const GROSS: f64 = 1e-3;
 /// What a held column moves by itself if the Jacobian without it is singular: all of it.
 const ALL: f64 = 0.5;
 /// Smaller parts of the terms of a power are its rounding.
@@ -78,5 +80,21 @@ impl State {
                 self.step.iter_mut().zip(&moved).for_each(|(step, v)| *step += part * v);
             }
         }
+    }
+
+    /// Whether laws contradict each other at `x` by more than any rounding, where the Jacobian factored last
+    /// holds something: of a product the search may go on to 1e16 V, beside which a whole ampere is none.
+    pub(super) fn contradicts_itself(&mut self, n: usize, assembly: &Assembly) -> bool {
+        assembly.held().into_iter().any(|c| {
+            let mut y = vec![0.0; self.x.len()];
+            assembly.contradiction(n, &self.active, c, &mut y, &mut self.work);
+            let terms = y[..n].iter().zip(&self.balance.terms).map(|(y, t)| (y * t).abs());
+            let asked = |(i, y): (usize, &f64)| {
+                let blocks = i >= n && !self.active[i - n];
+                y * if blocks { -self.x[i] } else { self.balance.defect[i] }
+            };
+            let rest: f64 = y.iter().enumerate().map(asked).sum();
+            rest.abs() > GROSS * terms.fold(0.0, f64::max)
+        })
     }
 }

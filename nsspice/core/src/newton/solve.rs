@@ -222,6 +222,10 @@ impl Newton {
             Start::Cold => self.cold(),
         };
         self.predicted = false;
+        let found = found.filter(|_| {
+            let assembly = &self.assemblies[self.present];
+            assembly.rate > 0.0 || !self.state.contradicts_itself(n, assembly)
+        });
         let Some(found) = found else { return Err(Box::new(self.unsolved())) };
         let s = &mut self.state;
         z.copy_from_slice(&s.x[..n]);
