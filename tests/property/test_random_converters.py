@@ -50,7 +50,7 @@ def test_soak(first):
         agree(seed)
 
 
-@pytest.mark.parametrize("seed", [10, 11, 12, 14, 15])
+@pytest.mark.parametrize("seed", [10, 11, 12, 14, 15, 57, 96])
 def test_smooth_ones_are_certified(seed):
     text = converter(seed, smooth=True)
     assert nsspice.tran(nsspice.read(text), reltol=1e-4).certificate.passed, text
