@@ -2,7 +2,7 @@
 
 use super::clock::SAME;
 use super::step::ACCEPT;
-use super::stepper::Stepper;
+use super::stepper::{Stepper, MAX_REACTIONS};
 use crate::mlcp::Role;
 use crate::switch::{Slack, ROUNDING};
 
@@ -29,6 +29,22 @@ impl Stepper {
             }
         }
         changed
+    }
+
+    /// Updates all switches in the first rounds, then one alone, one that opens if there is any: those that turn
+    /// together may do so for ever (two that hold each other open), where one after the other comes to rest.
+    pub(super) fn react_in(&mut self, round: usize) -> bool {
+        if round < MAX_REACTIONS {
+            return self.react();
+        }
+        self.see_controls();
+        let turning: Vec<usize> = self.turning().collect();
+        let closed = |&&k: &&usize| self.active[self.switches[k].pair];
+        let chosen = turning.iter().find(closed).or(turning.first()).copied();
+        if let Some(k) = chosen {
+            self.throw(k);
+        }
+        chosen.is_some()
     }
 
     /// Updates the switches that the sources u0 decide about: they change with them, not after what

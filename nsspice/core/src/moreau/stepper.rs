@@ -416,10 +416,10 @@ impl Stepper {
         self.rates.fill(0.0);
         // an open switch may be the only way for a current
         self.throw_by_sources();
-        for _ in 0..MAX_REACTIONS {
+        for round in 0..2 * MAX_REACTIONS {
             // nothing stored holds the nodes at which next to nothing flows
             self.exactly(|s| s.solve_static(start)).map_err(|f| *f)?;
-            if !self.react() {
+            if !self.react_in(round) {
                 if self.witness.watches() {
                     self.z_recorded.copy_from_slice(&self.z);
                     self.record(f64::INFINITY);
@@ -431,7 +431,8 @@ impl Stepper {
         if self.static_system {
             return Err(*self.unsettled());
         }
-        Ok(()) // what is stored lets go of such a start, or slides
+        // what is stored lets go of such a start, or slides; the first row obeys the laws of the switches
+        self.settle_after(self.step_length.is_finite()).or(Ok(()))
     }
 
     /// Lets the ideal edges of sources at the start act on the static solution.
@@ -459,13 +460,13 @@ impl Stepper {
         self.throw_by_sources();
         // the other switches belong to the state that the charges lead to: found by starting again with
         // those that have changed, not by a second jump from where the wrong ones led
-        for _ in 0..MAX_REACTIONS {
+        for round in 0..2 * MAX_REACTIONS {
             self.jumps.clear();
             self.stats.jumps = 0;
             self.z.fill(0.0);
             self.l.fill(0.0);
             self.impulse(Some(charges), Start::Cold).map_err(|f| *f)?;
-            if !self.react() {
+            if !self.react_in(round) {
                 return Ok(());
             }
         }
