@@ -178,18 +178,11 @@ impl Floating {
     }
 
     /// Adds the cut sets of windings: groups of nodes that nothing but windings (branches in `e`) and weak ties
-    /// connect to the rest, and in whose laws nothing stands `beside` that their sum keeps: junctions (columns of
-    /// `inside`) and capacitors lie between two of them.  In the sum of these no voltages are left, whose
-    /// gigavolts in an impulse hide that the currents of the windings vanish, and no charges, whose rounding
-    /// over a short step hides it, too.
-    pub fn take_cut_sets(
-        &mut self,
-        e: &Csc,
-        g: &Csc,
-        row_kind: &[u8],
-        inside: [&Csc; 2],
-        beside: &[bool],
-    ) {
+    /// connect to the rest, and in whose laws nothing else stands that their sum keeps: junctions, diodes and
+    /// switches (columns of `inside`) and capacitors lie between two of them.  In the sum of these no voltages are
+    /// left, whose gigavolts in an impulse hide that the currents of the windings vanish, and no charges, whose
+    /// rounding over a short step hides it, too.
+    pub fn take_cut_sets(&mut self, e: &Csc, g: &Csc, row_kind: &[u8], inside: [&Csc; 3]) {
         let law = |row: usize| row_kind[row] == 0;
         let n = e.nrows;
         let mut free = vec![true; n];
@@ -203,8 +196,7 @@ impl Floating {
         let (mut cuts, linear) =
             joined(g, &tied, law, |c| law(c) || !self.stores[c], (false, WEAK, LIGHT));
         free.iter_mut().zip(linear).for_each(|(free, linear)| *free &= linear);
-        let alone = |row: usize| free[row] && !beside[row];
-        cuts.retain(|cut| cut.len() > 1 && cut.iter().all(|&row| alone(row)));
+        cuts.retain(|cut| cut.len() > 1 && cut.iter().all(|&row| free[row]));
         let mut inside: Vec<bool> = self.inner.first.iter().map(Option::is_some).collect();
         cuts.iter().flatten().for_each(|&row| inside[row] = true);
         self.keep_outside(&inside);

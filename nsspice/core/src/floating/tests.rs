@@ -46,12 +46,13 @@ fn a_star_of_windings_is_a_cut_set() {
     let none = Csc::from_triplets(7, 0, &[]);
     let junction =
         |from: usize, to: usize| Csc::from_triplets(7, 1, &[(from, 0, 1.0), (to, 0, -1.0)]);
-    let pair = |row: usize| (0..7).map(|k| k == row).collect::<Vec<_>>();
     // to a winding; from inside to the rest
-    floating.take_cut_sets(&e, &g, &kinds, [&none, &none], &pair(2));
-    floating.take_cut_sets(&e, &g, &kinds, [&none, &junction(2, 4)], &pair(7));
+    let pair = Csc::from_triplets(7, 1, &[(2, 0, 1.0)]);
+    floating.take_cut_sets(&e, &g, &kinds, [&none, &none, &pair]);
+    floating.take_cut_sets(&e, &g, &kinds, [&none, &junction(2, 4), &none]);
     assert!(!floating.has_cut_sets());
-    floating.take_cut_sets(&e, &g, &kinds, [&none, &junction(2, 1)], &pair(7));
+    // between two inside
+    floating.take_cut_sets(&e, &g, &kinds, [&none, &junction(2, 1), &junction(0, 3)]);
     assert_eq!(floating.cuts.groups, [[0, 1, 2, 3]]);
     let law = floating.conductances(&g).into_iter().filter(|e| e.0 == 0 && e.2 != 0.0);
     assert_eq!(law.collect::<Vec<_>>(), [(0, 4, -1.0), (0, 5, -1.0), (0, 6, -1.0)]);
@@ -74,7 +75,7 @@ fn a_rectifier_behind_coils_is_a_cut_set() {
         let g = Csc::from_triplets(6, 6, &g);
         let mut floating = Floating::new(&e, &g, &kinds);
         assert_eq!(floating.groups(), [[2, 5]]);
-        floating.take_cut_sets(&e, &g, &kinds, [&junctions, &none], &[false; 6]);
+        floating.take_cut_sets(&e, &g, &kinds, [&junctions, &none, &none]);
         // its sum takes the place of that of the capacitor, not of the law of a coil's end
         assert_eq!(floating.groups().is_empty(), cut);
         assert_eq!(floating.cuts.groups.len(), usize::from(cut));
@@ -105,7 +106,7 @@ fn a_group_around_a_cut_set_keeps_a_law_outside_it() {
     };
     assert_eq!(sum(&floating), [7.0, 2.0, 4.0, 8.0, 16.0]);
     let none = Csc::from_triplets(5, 0, &[]);
-    floating.take_cut_sets(&e, &g, &[0, 0, 0, 1, 1], [&none, &none], &[false; 5]);
+    floating.take_cut_sets(&e, &g, &[0, 0, 0, 1, 1], [&none, &none, &none]);
     assert_eq!(sum(&floating), [3.0, 2.0, 7.0, 8.0, 16.0]);
 }
 

@@ -136,9 +136,7 @@ impl Equations {
         let size = n + m;
         let mut floating = Floating::new(e, g, row_kind);
         floating.take_contents(&smooth.contents(e), row_kind);
-        let mut beside = vec![false; n];
-        a.iter().for_each(|e| beside[e.0] = true);
-        floating.take_cut_sets(e, g, row_kind, [&smooth.f, &smooth.q], &beside);
+        floating.take_cut_sets(e, g, row_kind, [&smooth.f, &smooth.q, a]);
         let mut functional = vec![false; n];
         smooth.f.iter().chain(smooth.q.iter()).for_each(|e| functional[e.0] = true);
         floating.take_windings(e, row_kind, &functional);
