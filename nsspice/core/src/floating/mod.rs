@@ -147,23 +147,17 @@ impl Floating {
 
     /// Lets sums take the place of laws that are not `inside` something.
     fn keep_outside(&mut self, inside: &[bool]) {
-        for mut group in std::mem::take(&mut self.tied.groups) {
-            let bare = std::mem::take(&mut self.bare[group[0]]);
-            let own = group.iter().position(|&row| !inside[row]);
-            group.swap(0, own.unwrap_or(0));
-            self.take(group, bare);
-        }
+        self.replace(|group| group.iter().position(|&row| !inside[row]).unwrap_or(0));
     }
 
     /// Lets the sum of a group that something is left of towards ground take the place of the law in which most
     /// is stored (`e`).
     pub fn take_contents(&mut self, e: &Csc, row_kind: &[u8]) {
         let content = to_ground(e, |row| row_kind[row] == 0);
-        for mut group in std::mem::take(&mut self.tied.groups) {
-            let bare = std::mem::take(&mut self.bare[group[0]]);
-            // sums inside take the place of their laws
-            let free = |&k: &usize| self.inner.first[group[k]].is_none();
-            let outside = (0..group.len()).filter(free);
+        // sums inside take the place of their laws
+        let inner: Vec<bool> = self.inner.first.iter().map(Option::is_some).collect();
+        self.replace(|group| {
+            let outside = (0..group.len()).filter(|&k| !inner[group[k]]);
             let fuller = |most: usize, k: usize| {
                 if content[group[k]] > content[group[most]] {
                     k
@@ -171,8 +165,16 @@ impl Floating {
                     most
                 }
             };
-            let most = outside.fold(0, fuller);
-            group.swap(0, most);
+            outside.fold(0, fuller)
+        });
+    }
+
+    /// Lets the sum of each group take the place of another of its laws.
+    fn replace(&mut self, law: impl Fn(&[usize]) -> usize) {
+        for mut group in std::mem::take(&mut self.tied.groups) {
+            let bare = std::mem::take(&mut self.bare[group[0]]);
+            let own = law(&group);
+            group.swap(0, own);
             self.take(group, bare);
         }
     }

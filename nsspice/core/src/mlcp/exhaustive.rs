@@ -5,6 +5,7 @@
 //! step is taken.
 
 use super::lemke;
+use super::modes::DENSE;
 use super::polish;
 use super::problem::Role;
 use super::residual::Residual;
@@ -15,8 +16,7 @@ use crate::sparse::Csc;
 /// Pairs up to which all modes are tried.
 const ENUMERATION: usize = 14;
 const LEMKE_LIMIT: usize = 300;
-/// Unknowns and pairs up to which laws are looked at for contradictions first, and what these leave of the terms.
-const DENSE: usize = 160;
+/// What laws that contradict each other leave of their terms.
 const CONTRADICTED: f64 = 1e-6;
 const COVERS: usize = 11;
 

@@ -10,7 +10,7 @@ use std::sync::{Arc, OnceLock};
 /// A mode is singular if less than this part of a pivot survives cancellation.
 const SINGULAR: f64 = 1e-13;
 /// Up to this many unknowns a singular mode is solved by its pseudo-inverse.
-const DENSE: usize = 160;
+pub(super) const DENSE: usize = 160;
 const SWEEPS: usize = 8;
 /// The first solves are checked, then every so many.
 const SAMPLED: u32 = 4;

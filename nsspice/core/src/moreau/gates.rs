@@ -8,6 +8,8 @@ use crate::switch::{Slack, ROUNDING};
 
 /// A current below this part of the largest is rounding.
 const NO_CURRENT: f64 = 1e-12;
+/// Rounds in which all switches turn together.
+const TOGETHER: usize = MAX_REACTIONS / 2;
 
 impl Stepper {
     /// Takes notice of how far controls are from their thresholds.
@@ -34,7 +36,7 @@ impl Stepper {
     /// Updates all switches in the first rounds, then one alone, one that opens if there is any: those that turn
     /// together may do so for ever (two that hold each other open), where one after the other comes to rest.
     pub(super) fn react_in(&mut self, round: usize) -> bool {
-        if round < MAX_REACTIONS {
+        if round < TOGETHER {
             return self.react();
         }
         self.see_controls();

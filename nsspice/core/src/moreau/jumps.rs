@@ -537,7 +537,7 @@ impl Stepper {
     /// Applies the switch laws until they agree with the state; a first look at the switches has told
     /// whether one has changed.
     pub(super) fn settle_after(&mut self, mut changed: bool) -> Outcome {
-        for round in 0..2 * MAX_REACTIONS {
+        for round in 0..MAX_REACTIONS {
             if !changed {
                 return Ok(());
             }

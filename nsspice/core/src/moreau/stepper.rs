@@ -26,7 +26,7 @@ pub(super) const MAX_EVENTS: usize = 1 << 16;
 /// Steps between two looks at the clock.
 const LOOK: u64 = 64;
 /// Switch reactions at one instant before it is called chatter.
-pub(super) const MAX_REACTIONS: usize = 64;
+pub(super) const MAX_REACTIONS: usize = 128;
 
 /// Instants to visit.
 pub enum Plan {
@@ -416,7 +416,7 @@ impl Stepper {
         self.rates.fill(0.0);
         // an open switch may be the only way for a current
         self.throw_by_sources();
-        for round in 0..2 * MAX_REACTIONS {
+        for round in 0..MAX_REACTIONS {
             // nothing stored holds the nodes at which next to nothing flows
             self.exactly(|s| s.solve_static(start)).map_err(|f| *f)?;
             if !self.react_in(round) {
@@ -460,7 +460,7 @@ impl Stepper {
         self.throw_by_sources();
         // the other switches belong to the state that the charges lead to: found by starting again with
         // those that have changed, not by a second jump from where the wrong ones led
-        for round in 0..2 * MAX_REACTIONS {
+        for round in 0..MAX_REACTIONS {
             self.jumps.clear();
             self.stats.jumps = 0;
             self.z.fill(0.0);

@@ -28,18 +28,9 @@ impl State {
     #[cold]
     pub(super) fn settle_contradictions(&mut self, n: usize, assembly: &Assembly) {
         self.contradicted.clear();
-        let mut combinations: Vec<(usize, Vec<f64>)> = Vec::new();
-        for c in assembly.held() {
-            let mut y = vec![0.0; self.x.len()];
-            assembly.contradiction(n, &self.active, c, &mut y, &mut self.work);
-            combinations.push((c, y));
-        }
+        let mut combinations = self.combinations(n, assembly);
         while let Some((c, y)) = combinations.pop() {
-            let terms = y[..n].iter().zip(&self.balance.terms).map(|(y, t)| (y * t).abs());
-            let Some((place, most)) = terms.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)) else {
-                return;
-            };
-            let rest: f64 = y.iter().zip(&self.step).map(|(y, d)| y * d).sum();
+            let Some((place, most, rest)) = self.weigh(n, &y) else { return };
             if most == 0.0 || rest.is_nan() || rest.abs() > BORNE * most {
                 if rest.abs() > REAL * most {
                     self.contradicted.push(c);
@@ -54,23 +45,37 @@ impl State {
         }
     }
 
+    /// Each column that the Jacobian factored last holds, with the combination of laws that vanishes but for that.
+    fn combinations(&mut self, n: usize, assembly: &Assembly) -> Vec<(usize, Vec<f64>)> {
+        let held = assembly.held().into_iter();
+        held.map(|c| {
+            let mut y = vec![0.0; self.x.len()];
+            assembly.contradiction(n, &self.active, c, &mut y, &mut self.work);
+            (c, y)
+        })
+        .collect()
+    }
+
+    /// The law with the largest terms in a combination, these terms, and what `step` leaves of the combination.
+    fn weigh(&self, n: usize, y: &[f64]) -> Option<(usize, f64, f64)> {
+        let terms = y[..n].iter().zip(&self.balance.terms).map(|(y, t)| (y * t).abs());
+        let (place, most) = terms.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some((place, most, y.iter().zip(&self.step).map(|(y, d)| y * d).sum()))
+    }
+
     /// Where laws do contradict each other (a diode and a switch short a source), what is held moves far; turns
     /// it to where it would go with a resistance in each branch and pair, and a conductance at each node.  A held
     /// pivot may have either sign, and would send the current of the source through the diode that has to open.
     #[cold]
     pub(super) fn resist(&mut self, eq: &Equations, assembly: &Assembly) {
+        if self.contradicted.is_empty() {
+            return;
+        }
         let n = eq.n;
-        for k in 0..self.contradicted.len() {
-            let c = self.contradicted[k];
-            let mut y = vec![0.0; eq.size()];
-            assembly.contradiction(n, &self.active, c, &mut y, &mut self.work);
-            let mut moved = vec![0.0; eq.size()];
-            assembly.add_column(c, -1.0, &mut moved);
-            for (v, _) in moved[n..].iter_mut().zip(&self.active).filter(|(_, &a)| !a) {
-                *v = 0.0;
-            }
-            assembly.solve(n, &self.active, &mut moved, &mut self.work);
-            moved[c] += 1.0;
+        let mut combinations = self.combinations(n, assembly);
+        combinations.retain(|(c, _)| self.contradicted.contains(c));
+        for (c, y) in combinations.into_iter().rev() {
+            let moved = self.goes_with(eq, assembly, c, -1.0);
             let on = |i: usize| i < n || self.active[i - n];
             let power = |i: usize| y[i] * moved[i] / (eq.unit[i] * eq.unit[i]);
             let powers = (0..eq.size()).filter(|&i| on(i)).map(power);
@@ -84,17 +89,13 @@ impl State {
 
     /// Whether laws contradict each other at `x` by more than any rounding, where the Jacobian factored last
     /// holds something: of a product the search may go on to 1e16 V, beside which a whole ampere is none.
-    pub(super) fn contradicts_itself(&mut self, n: usize, assembly: &Assembly) -> bool {
-        assembly.held().into_iter().any(|c| {
-            let mut y = vec![0.0; self.x.len()];
-            assembly.contradiction(n, &self.active, c, &mut y, &mut self.work);
-            let terms = y[..n].iter().zip(&self.balance.terms).map(|(y, t)| (y * t).abs());
-            let asked = |(i, y): (usize, &f64)| {
-                let blocks = i >= n && !self.active[i - n];
-                y * if blocks { -self.x[i] } else { self.balance.defect[i] }
-            };
-            let rest: f64 = y.iter().enumerate().map(asked).sum();
-            rest.abs() > GROSS * terms.fold(0.0, f64::max)
-        })
+    pub(super) fn contradicts_itself(&mut self, eq: &Equations, assembly: &Assembly) -> bool {
+        let combinations = self.combinations(eq.n, assembly);
+        if combinations.is_empty() {
+            return false;
+        }
+        self.ask(eq);
+        let mut weighed = combinations.iter().filter_map(|(_, y)| self.weigh(eq.n, y));
+        weighed.any(|(_, most, rest)| rest.abs() > GROSS * most)
     }
 }

@@ -224,7 +224,7 @@ impl Newton {
         self.predicted = false;
         let found = found.filter(|_| {
             let assembly = &self.assemblies[self.present];
-            assembly.rate > 0.0 || !self.state.contradicts_itself(n, assembly)
+            assembly.rate > 0.0 || !self.state.contradicts_itself(&self.eq, assembly)
         });
         let Some(found) = found else { return Err(Box::new(self.unsolved())) };
         let s = &mut self.state;

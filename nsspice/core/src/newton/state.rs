@@ -126,12 +126,17 @@ impl State {
         }
     }
 
-    /// What the present mode asks for, into `step`, but for contradictions by rounding.
-    pub fn take_defects(&mut self, eq: &Equations, assembly: &Assembly) {
+    /// What the present mode asks for at `x`, into `step`.
+    pub fn ask(&mut self, eq: &Equations) {
         self.step.copy_from_slice(&self.balance.defect[..eq.size()]);
         for (i, _) in self.active.iter().enumerate().filter(|(_, &a)| !a) {
             self.step[eq.n + i] = -self.x[eq.n + i];
         }
+    }
+
+    /// The same but for contradictions by rounding.
+    pub fn take_defects(&mut self, eq: &Equations, assembly: &Assembly) {
+        self.ask(eq);
         // rounding of what blocking junctions let through would move the potential, for which nothing else has a
         // slope, by volts
         for &row in &eq.leaks {
@@ -175,6 +180,24 @@ impl State {
         false
     }
 
+    /// The others that go with an amount of column `c`, less that itself: what solves the laws in its place.
+    pub fn goes_with(
+        &mut self,
+        eq: &Equations,
+        assembly: &Assembly,
+        c: usize,
+        amount: f64,
+    ) -> Vec<f64> {
+        let mut others = vec![0.0; eq.size()];
+        assembly.add_column(c, amount, &mut others);
+        for (v, _) in others[eq.n..].iter_mut().zip(&self.active).filter(|(_, &a)| !a) {
+            *v = 0.0;
+        }
+        assembly.solve(eq.n, &self.active, &mut others, &mut self.work);
+        others[c] -= amount;
+        others
+    }
+
     /// Takes out of the step the currents that go round in loops of ideal elements: no law determines
     /// them and nothing remembers them, so those of the step before are no reason for others now (they
     /// would hold thyristors on).  Of each loop that the factors leave open one current becomes zero.
@@ -187,14 +210,7 @@ impl State {
             if driven || !eq.bare[c] || !on(&self.active, c) || current == 0.0 {
                 continue;
             }
-            // the others that go with this one: what solves the laws in its place
-            let mut round = vec![0.0; eq.size()];
-            assembly.add_column(c, current, &mut round);
-            for (v, _) in round[n..].iter_mut().zip(&self.active).filter(|(_, &a)| !a) {
-                *v = 0.0;
-            }
-            assembly.solve(n, &self.active, &mut round, &mut self.work);
-            round[c] -= current;
+            let round = self.goes_with(eq, assembly, c, current);
             let (mut flows, mut rest) = (0.0f64, 0.0f64);
             for ((v, scale), &bare) in round.iter().zip(&assembly.scale).zip(&eq.bare) {
                 let largest = if bare { &mut flows } else { &mut rest };

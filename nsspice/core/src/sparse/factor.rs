@@ -23,16 +23,6 @@ const SUSPECT: f64 = 1e-9;
 /// Marks a row that is no pivot yet, and a column whose row is found last.
 const FREE: u32 = u32::MAX;
 
-/// What has become of a column.
-enum Eliminated {
-    /// it has a pivot
-    Pivot,
-    /// it depends on those before it: its row is one of those that no other column needs
-    Late,
-    /// it is not finite, or depends on others where nothing is held
-    Failed,
-}
-
 /// Storage for the depth-first search.
 struct Search {
     /// last column in which each row was reached
@@ -67,14 +57,15 @@ impl SparseLu {
         };
         for k in 0..n {
             self.reach(a, k, &mut search);
-            match self.column(a, k, &search) {
-                Eliminated::Pivot => self.prune(k, &mut search.end),
-                Eliminated::Late => search.end.push(self.lower.start[k + 1]),
-                Eliminated::Failed => {
-                    self.singular = Some(self.ordering.order[k] as usize);
-                    self.x.fill(0.0); // a column that is not finite may have left something behind
-                    return;
-                }
+            if !self.column(a, k, &search) {
+                self.singular = Some(self.ordering.order[k] as usize);
+                self.x.fill(0.0); // a column that is not finite may have left something behind
+                return;
+            }
+            if self.late[k] {
+                search.end.push(self.lower.start[k + 1]); // nothing lies beyond
+            } else {
+                self.prune(k, &mut search.end);
             }
         }
         self.place_late();
@@ -139,8 +130,9 @@ impl SparseLu {
         }
     }
 
-    /// Eliminates column `k` and chooses its pivot.
-    fn column(&mut self, a: &Csc, k: usize, search: &Search) -> Eliminated {
+    /// Eliminates column `k` and chooses its pivot; one that depends on those before it is late.  False if it is
+    /// not finite, or depends on others where nothing is held.
+    fn column(&mut self, a: &Csc, k: usize, search: &Search) -> bool {
         let c = self.ordering.order[k] as usize;
         let x = &mut self.x;
         let (rows, values) = a.col(c);
@@ -167,7 +159,7 @@ impl SparseLu {
         let chosen = self.choose(c, &search.rows);
         finite &= chosen.is_some() || search.rows.iter().all(|&r| self.x[r as usize].is_finite());
         if !finite || chosen.is_none() && self.hold == 0.0 {
-            return Eliminated::Failed;
+            return false;
         }
         let mut pivot = chosen.map_or(0.0, |p| self.x[p]);
         if let Some(p) = chosen.filter(|&p| p != c) {
@@ -201,11 +193,7 @@ impl SparseLu {
             }
         }
         self.lower.close();
-        if chosen.is_some() {
-            Eliminated::Pivot
-        } else {
-            Eliminated::Late
-        }
+        true
     }
 
     /// Shortens the lists that later searches follow: once row and column of a pivot meet in both
