@@ -49,7 +49,7 @@ impl Sdirk {
         let sizes: Vec<f64> = sizes.map(|(size, kind)| share * size.max(least(kind))).collect();
         e.abs_mul_add(&sizes, &mut allowed);
         let near = charges.iter().zip(&allowed).all(|(moved, allowed)| moved.abs() <= *allowed);
-        let remaining = self.corner.0.min(self.stop) - s.time;
+        let remaining = self.target().0 - s.time;
         near && length < 0.5 * remaining
     }
 
@@ -109,12 +109,13 @@ impl Sdirk {
         reached
     }
 
-    /// The sampled switches that turn at `point`, the end of a step at a time.
-    pub(super) fn look(&mut self, s: &mut Stepper, time: f64) -> Vec<usize> {
-        if !self.sampling.looks(time) {
+    /// The sampled switches that turn at the end of a step: at an instant at which they look at their controls,
+    /// or behind one that an implicit step has passed over.
+    pub(super) fn look(&mut self, s: &mut Stepper) -> Vec<usize> {
+        if !self.sampling.looks(s.time) {
             return Vec::new();
         }
-        let turned = self.scales.beyond(s, &self.trial.point[..s.z.len()]);
+        let turned = self.scales.beyond(s, &s.z);
         turned.iter().for_each(|&k| self.sampling.turn(k));
         if self.sampling.release() {
             s.sampled.clone_from(&self.sampling.on);
@@ -172,11 +173,13 @@ impl Sdirk {
         self.detour.leave(s.time, length);
         self.futile = false;
         self.level = self.level.min(FORCED_LEVEL);
+        let turned = self.look(s);
+        turned.iter().for_each(|&k| s.throw(k));
         if at_corner {
             evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
             self.restart(s);
         } else {
-            let changed = s.react();
+            let changed = s.react() || !turned.is_empty();
             s.settle_after(changed)?;
             s.log_events();
         }

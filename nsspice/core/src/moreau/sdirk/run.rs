@@ -312,16 +312,28 @@ impl Sdirk {
         self.points.note_right(s, row);
     }
 
+    /// Where the next step ends at the latest [s], and how.
+    pub(super) fn target(&self) -> (f64, End) {
+        let (corner, jump) = self.corner;
+        let plain = if corner <= self.stop {
+            (corner, End::Corner { jump })
+        } else {
+            (self.stop, End::Plain)
+        };
+        if self.sampling.next < plain.0 {
+            (self.sampling.next, End::Look)
+        } else {
+            plain
+        }
+    }
+
     /// Finds the next accepted step, its length and how it ends.
     fn step(&mut self, s: &mut Stepper) -> Result<(), Box<Failure>> {
         if let Some(failure) = self.restless.take() {
             return Err(failure);
         }
         let fixed = self.accuracy.relative >= 1.0;
-        let (end, jump) = self.corner;
-        let (target, at_corner) = if end <= self.stop { (end, true) } else { (self.stop, false) };
-        let looks = self.sampling.next < target;
-        let target = if looks { self.sampling.next } else { target };
+        let (target, at_target) = self.target();
         let remaining = target - s.time;
         loop {
             let crowded = self.detour.is_crowded(s.time);
@@ -399,14 +411,11 @@ impl Sdirk {
                 let time = (s.time + theta * self.trial.length).min(target);
                 self.accepted = Some(Accepted { theta, time, end: End::Event });
             } else {
-                let (time, end) = match (to_target, at_corner) {
-                    (false, _) => {
-                        let length = self.trial.length;
-                        (self.rows.meet(s.time + length, length), End::Plain)
-                    }
-                    (true, _) if looks => (target, End::Look),
-                    (true, true) => (target, End::Corner { jump }),
-                    (true, false) => (target, End::Plain),
+                let (time, end) = if to_target {
+                    (target, at_target)
+                } else {
+                    let length = self.trial.length;
+                    (self.rows.meet(s.time + length, length), End::Plain)
                 };
                 self.accepted = Some(Accepted { theta: limit, time, end });
                 let clear = self.ladder.length(FORCED_LEVEL);
@@ -505,7 +514,6 @@ impl Sdirk {
                 self.trial.mode.clone_from(&self.ladder.met);
             }
         }
-        let mut turned = self.look(s, accepted.time);
         let (trial, ladder, tableau) = (&self.trial, &self.ladder, self.tableau);
         self.witness.step(s, trial, ladder, tableau, accepted.theta, accepted.time);
         self.witness.sum_up(s, trial, ladder, tableau, accepted.theta);
@@ -526,6 +534,7 @@ impl Sdirk {
             s.rates.copy_from_slice(&self.trial.slope[..n]);
         }
         s.time = accepted.time;
+        let mut turned = self.look(s);
         s.smooth_time = s.time;
         s.forget_functions();
         if let Some(smooth) = &mut s.smooth {
