@@ -138,3 +138,43 @@ def test_what_slides_stays_in_no_mode_for_the_error_of_a_step(product: str, relt
     assert run.certificate.passed
     assert run["v(o)"][-1] == pytest.approx(fixed["v(o)"][-1], abs=5e-3)
     assert run.stats["steps"] < 3000
+
+
+#: the comparator, without hysteresis and without blanking, sees the charge of the switch run off:
+#: the latch slides along the threshold of the gate
+CURRENT_MODE = """flyback whose latch is reset by the first nanosecond of its own current
+Vin in 0 100
+L1 in sw 500u
+L2 0 s 5u
+K1 L1 L2 0.985
+S1 sw cs q 0 mos
+Coss sw cs 80p
+Rs cs 0 0.3
+Dc sw cl dfast
+Ccl cl in 10n
+Rcl cl in 22k
+D2 s out dout
+Cout out 0 470u ic=10
+Rout out 0 4
+Vclk clk 0 PULSE(0 1 0 50n 50n 300n 15u)
+Bq qi 0 V=if(v(cs)>0.7,0,if(v(clk)>0.5,1,if(v(q)>0.5,1,0)))
+Rq qi q 100
+Cq q 0 50p
+.model mos sw(vt=0.5 ron=0.5 roff=100meg)
+.model dfast d(is=1e-12 n=1.7 rs=0.1 cjo=20p tt=50n bv=600)
+.model dout d(is=1e-7 n=1.1 rs=10m cjo=300p tt=80n)
+.tran 1u {stop}u uic
+"""
+
+
+@pytest.mark.parametrize("stop", [18.7, 28])
+def test_implicit_steps_that_pass_over_a_look(stop: float) -> None:
+    """The next step ended at that look, before its begin: 1e9 of its lengths back, 1e33 J."""
+    run = nsspice.tran(nsspice.read(CURRENT_MODE.format(stop=stop)))
+    assert run.certificate.passed
+    assert run.certificate.taken < 1e-3
+    # steps of picoseconds: their charges are known to rounding (5e-9 as well as stages are)
+    assert run.certificate.laws < 2e-9
+    # 100 V for some 7 us fill 500 uH less what returns at each pulse
+    assert np.abs(run["i(l1)"]).max() < 100.0 * stop * 1e-6 / 500e-6
+    assert run["v(cl)"].max() < 600.0

@@ -204,7 +204,8 @@ impl Sdirk {
         s.carry_stored(&from);
         s.forget_functions();
         s.time = end;
-        if let Err(failure) = s.solve(k, length, Start::Warm) {
+        // its record tells no rates: they follow from the charges of both ends, however short it is
+        if let Err(failure) = s.exactly(|s| s.solve(k, length, Start::Warm)) {
             s.time = time;
             return Err(s.with_charges(k, &from, failure));
         }
