@@ -140,13 +140,12 @@ impl Stepper {
         let (mut rest, mut impulsive) = (Rest::Unclear, false);
         let mut best: Option<Candidate> = None;
         let mut bends = [f64::NAN; 2];
-        let skipped = if self.smooth.is_some() { TOO_LONG } else { 0 };
-        for (k, &part) in AFTER_JUMP.iter().enumerate().skip(skipped) {
+        let lengths = self.lengths_after(after, shortest);
+        for (k, &length) in lengths.iter().enumerate() {
             let straightens = rest == Rest::Bent && bends[1] <= STRAIGHTENS * bends[0];
-            if k + 1 == AFTER_JUMP.len() && !straightens {
+            if k + 1 == lengths.len() && !straightens {
                 break;
             }
-            let length = part * shortest;
             let mut steps = Vec::with_capacity(3);
             let mut one_mode = true;
             for k in [3.0, 2.0, 1.0] {
@@ -232,6 +231,19 @@ impl Stepper {
             (once, settled, 0.0)
         });
         Ok((pair, Rest::Unclear))
+    }
+
+    /// Lengths of the steps that show the values right after a jump, longest first.
+    fn lengths_after(&self, after: &[f64], shortest: f64) -> Vec<f64> {
+        if self.smooth.is_none() {
+            return AFTER_JUMP.map(|part| part * shortest).to_vec();
+        }
+        // what rounding of stored quantities drives in them shall be a line as well: where a blocking junction
+        // ties windings, they would show nothing else
+        let noise = self.noise(after, 1.0).into_iter().fold(0.0, f64::max);
+        let parts = AFTER_JUMP[TOO_LONG..].iter().map(|part| part * shortest);
+        let quiet = Some(noise / BEND).filter(|quiet| *quiet > AFTER_JUMP[TOO_LONG] * shortest);
+        quiet.into_iter().chain(parts).collect()
     }
 
     /// The limit of three steps, or the shortest of them, if junctions would store there what no step in
