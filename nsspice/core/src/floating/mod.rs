@@ -300,11 +300,14 @@ impl Floating {
         [terms, sizes].map(|all| Csc::from_triplets(matrix.nrows, matrix.ncols, &all))
     }
 
-    /// Turns the right-hand side of laws into one with sums.
-    pub fn sum_up(&self, rhs: &mut [f64]) {
-        for group in [&self.tied, &self.inner, &self.cuts].into_iter().flat_map(|f| &f.groups) {
-            rhs[group[0]] = group.iter().map(|&row| rhs[row]).sum();
+    /// Turns the right-hand side of laws into one with sums; room for as many sums as there are laws.
+    pub fn sum_up(&self, rhs: &mut [f64], sums: &mut [f64]) {
+        let groups = || [&self.tied, &self.inner, &self.cuts].into_iter().flat_map(|f| &f.groups);
+        // all from the laws themselves: the sum of a group may stand in the place of a law inside another
+        for (sum, group) in sums.iter_mut().zip(groups()) {
+            *sum = group.iter().map(|&row| rhs[row]).sum();
         }
+        sums.iter().zip(groups()).for_each(|(sum, group)| rhs[group[0]] = *sum);
         self.windings.iter().for_each(|law| law.add_to(rhs));
     }
 }

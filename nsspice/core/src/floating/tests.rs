@@ -15,7 +15,7 @@ fn example(far: Option<usize>) -> Floating {
 fn a_group_reaches_across_sources() {
     let floating = example(Some(3));
     let mut rhs = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
-    floating.sum_up(&mut rhs);
+    floating.sum_up(&mut rhs, &mut [0.0; 8]);
     assert_eq!(rhs, [15.0, 2.0, 4.0, 8.0, 16.0, 32.0]);
     assert!(floating.is_sum(0) && !floating.is_sum(1));
     let sums = [(0, 4), (0, 5)].map(|place| {
@@ -86,7 +86,7 @@ fn a_rectifier_behind_coils_is_a_cut_set() {
         let left = floating.conductances(&g).into_iter().filter(|e| e.0 == 2 && e.2 != 0.0);
         assert_eq!(left.collect::<Vec<_>>(), [(2, 3, -1.0), (2, 4, -1.0), (2, 5, tie)]);
         let mut rhs = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
-        floating.sum_up(&mut rhs);
+        floating.sum_up(&mut rhs, &mut [0.0; 8]);
         assert_eq!(rhs, [1.0, 2.0, 39.0, 8.0, 16.0, 32.0]);
     }
 }
@@ -101,7 +101,7 @@ fn a_group_around_a_cut_set_keeps_a_law_outside_it() {
     let mut floating = Floating::new(&e, &g, &[0, 0, 0, 1, 1]);
     let sum = |floating: &Floating| {
         let mut rhs = [1.0, 2.0, 4.0, 8.0, 16.0];
-        floating.sum_up(&mut rhs);
+        floating.sum_up(&mut rhs, &mut [0.0; 8]);
         rhs
     };
     assert_eq!(sum(&floating), [7.0, 2.0, 4.0, 8.0, 16.0]);
@@ -121,8 +121,25 @@ fn a_capacitor_between_coils_has_a_sum_inside_that_of_all() {
     let joined: Vec<_> = g.iter().chain([(0, 3, 1.0), (3, 3, -1.0)]).collect();
     let floating = Floating::new(&e, &Csc::from_triplets(6, 6, &joined), &kinds);
     let mut rhs = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
-    floating.sum_up(&mut rhs);
+    floating.sum_up(&mut rhs, &mut [0.0; 8]);
     assert_eq!(rhs, [15.0, 6.0, 4.0, 8.0, 16.0, 32.0]);
+}
+
+#[test]
+fn a_sum_inside_another_leaves_it_the_laws_themselves() {
+    // a coil 4 to node 0, a resistor to node 1, a capacitor to node 2, a junction to node 3, a coil 5
+    let e = [(1, 1, 1.0), (1, 2, -1.0), (2, 1, -1.0), (2, 2, 1.0), (4, 4, 1.0), (5, 5, 1.0)];
+    let g = [(0, 4, -1.0), (3, 5, -1.0), (0, 0, 1.0), (0, 1, -1.0), (1, 0, -1.0), (1, 1, 1.0)];
+    let [e, g] = [&e[..], &g[..]].map(|list| Csc::from_triplets(6, 6, list));
+    let junction = Csc::from_triplets(6, 1, &[(2, 0, 1.0), (3, 0, -1.0)]);
+    let kinds = [0, 0, 0, 0, 1, 1];
+    let mut floating = Floating::new(&e, &g, &kinds);
+    floating.take_cut_sets(&e, &g, &kinds, [&junction; 3]);
+    let mut rhs = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
+    floating.sum_up(&mut rhs, &mut [0.0; 8]);
+    // that of the capacitor, and that of all nodes, not of all nodes and of the capacitor once more
+    assert_eq!(rhs[1], 6.0);
+    assert_eq!(rhs.iter().filter(|v| **v == 15.0).count(), 1, "{rhs:?}");
 }
 
 #[test]

@@ -52,8 +52,9 @@ impl Newton {
         self.add_drift(-1.0, u_rate, 1.0, &mut all);
         let Newton { eq, tape, assemblies, present, state: s, .. } = self;
         let assembly = &mut assemblies[*present];
-        eq.floating.sum_up(&mut own);
-        eq.floating.sum_up(&mut all);
+        for list in [&mut own, &mut all] {
+            eq.floating.sum_up(list, &mut s.work);
+        }
         let mut stores = vec![false; n];
         eq.stored.iter().for_each(|e| stores[e.0 as usize] = true);
         let charges = eq.terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Law);
