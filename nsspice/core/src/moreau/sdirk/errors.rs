@@ -51,21 +51,27 @@ impl Sdirk {
         }
     }
 
-    /// Whether the trial step moves what is stored by no more than its stages leave open.
+    /// Whether the trial step moves what is stored by no more than its stages leave open.  What a stage leaves of
+    /// the charges of junctions flows somewhere, too.
     fn is_still(&self, s: &Stepper) -> bool {
         let Some(smooth) = &s.smooth else { return false };
         let (n, m) = (s.z.len(), s.l.len());
         let part = STILL * smooth.newton.accuracy().max(f64::EPSILON);
         let (first, end) = (&self.trial.first, &self.trial.stages[self.tableau.stages() - 1]);
-        let mut linear = self.ladder.stored.iter().filter(|&&j| self.trial.terms[j] > 0.0);
-        if !linear.all(|&j| (end[j] - first[j]).abs() <= part * self.trial.terms[j]) {
-            return false;
-        }
         let [mut change, mut stored] = [(); 2].map(|()| vec![0.0; n]);
         smooth.newton.add_stored(1.0, &end[n + m..], &mut stored);
         change.copy_from_slice(&stored);
         smooth.newton.add_stored(-1.0, &first[n + m..], &mut change);
         let [moved, most] = [&change, &stored].map(|list| s.sys.largest(&[list]));
-        (0..2).all(|kind| moved[kind] <= part * most[kind])
+        if (0..2).any(|kind| moved[kind] > part * most[kind]) {
+            return false;
+        }
+        let trial = &self.trial;
+        let mut linear = self.ladder.stored.iter().filter(|&&j| trial.terms[j] > 0.0);
+        linear.all(|&j| {
+            let kind = usize::from(s.sys.linear.row_kind[j]);
+            let came = (most[kind] / trial.storage[j]).max(most[1 - kind] / trial.length);
+            (end[j] - first[j]).abs() <= part * trial.terms[j].max(came)
+        })
     }
 }

@@ -59,7 +59,7 @@ pub struct Trial {
     /// the same of what is not stored
     flows: Vec<f64>,
     /// diagonals of the storage matrix and of the other
-    storage: Vec<f64>,
+    pub(super) storage: Vec<f64>,
     conducted: Vec<f64>,
     /// unknowns that smooth stored functions see by themselves, not in differences alone
     own: Vec<bool>,
