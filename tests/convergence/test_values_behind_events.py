@@ -112,3 +112,33 @@ def test_small_currents_at_the_corners_of_sources() -> None:
     # over 0.2 us the current bends by next to nothing
     assert at == pytest.approx(sum(beside) / 2.0, rel=2e-3)
     assert at == pytest.approx(1.4e-10, rel=0.01)
+
+
+#: at turn-on Coss discharges through 0.5 Ohm, so that v(cs) jumps in 30 ps; its comparator has a
+#: control with a law of its own
+LATCH = """peak current latch behind an output capacitance
+Vin in 0 300
+Dc d cl ur
+Rc cl in 100k
+Cc cl in 2.2n
+L1 in d 1m
+S1 d cs q 0 sw
+Coss d cs 60p
+Rcs cs 0 1
+Vc c 0 0.5
+Vck ck 0 PULSE(0 1 0 20n 20n 300n 15u)
+Bq qi 0 V={ v(cs)>limit(v(c),0.05,1) ? 0 : (v(ck)>0.5 ? 1 : (v(q)>0.5 ? 1 : 0)) }
+Rq qi q 50
+Cq q 0 200p
+.model sw SW(VT=0.5 VH=0.2 RON=0.5 ROFF=10MEG)
+.model ur D(IS=1e-9 N=1.6 RS=50m CJO=50p)
+.tran 1u 20u uic
+"""
+
+
+@pytest.mark.parametrize("reltol", [1e-4, 1e-6])
+def test_what_is_given_back_to_charges_breaks_no_other_law(reltol: float) -> None:
+    """v(cs) was given back 60 uV that the law of the comparator did not hear of: exit code 3."""
+    run = nsspice.tran(nsspice.read(LATCH), reltol=reltol)
+    assert run.certificate.passed
+    assert run.certificate.laws < 1e-9
