@@ -7,6 +7,7 @@ coil: 0.118 A flowed on into nothing, and 65 kA 40 us later.  The certificate ca
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import nsspice
 
@@ -129,3 +130,33 @@ def test_a_capacitor_keeps_its_voltage_while_an_impulse_lifts_it() -> None:
     )
     # rounding at 1e15 V would leave half a millivolt: 2e-5
     assert np.abs(exact - stepped).max() < 10 * RELTOL * np.abs(exact).max()
+
+
+#: D3 and the coil are all that leads to ground, so that i(L7) = i(D3) >= 0: {i} A fall to nothing
+TORN = """a coil whose current a diode blocks, behind a capacitor and a source that floats
+I1 n1 n2 1
+D3 0 n1
+R4 n2 n3 0.3
+C6 n3 n1 {c}
+L7 n3 0 {l} IC={i}
+.tran 1m 20m uic
+"""
+
+
+@pytest.mark.parametrize("method", ["modewise", "moreau", "sdirk"])
+@pytest.mark.parametrize(("c", "l", "i"), [(0.03, 0.01, -3.0), (0.0261, 0.0125, -3.42)])
+def test_a_current_that_nothing_carries_on_is_gone(
+    method: str, c: float, l: float, i: float
+) -> None:
+    """The charge of 30 mF at 96 MV, over 7 ps, hid it: 1.1 A, or 0.3 A, flowed on, certified.
+
+    Between the nodes 0.3 Ohm conduct far more than that rounding; the coil, 7e-10 S, less.
+    """
+    run = nsspice.tran(nsspice.read(TORN.format(c=c, l=l, i=i)), method=method)
+    assert run.certificate.passed
+    # what one step of 1e-12 of the run carries is left, against 3 A
+    assert abs(run["i(l7)"][0]) < 1e-9
+    (jump,) = run.jumps
+    assert jump.lost == pytest.approx(0.5 * l * i * i, rel=1e-9)
+    # no other way leads to ground
+    assert np.abs(run["i(l7)"] - run["i(d3)"]).max() < 1e-9

@@ -15,6 +15,8 @@ const STRAIGHTENS: f64 = 0.1;
 /// Junctions make time constants that nothing foretells: of circuits with smooth laws the first two are
 /// too long.
 const TOO_LONG: usize = 2;
+/// Nor are they longer than this part of the ordinary ones: charges of a battery are rounded by more than moves.
+const AT_ONCE: f64 = 1e-6;
 /// Steps right after a jump are short enough if their ends deviate from a line by no more than this
 /// part: the extrapolation then errs by less than 1e-8.
 const BEND: f64 = 1e-6;
@@ -241,8 +243,9 @@ impl Stepper {
         // what rounding of stored quantities drives in them shall be a line as well: where a blocking junction
         // ties windings, they would show nothing else
         let noise = self.noise(after, 1.0).into_iter().fold(0.0, f64::max);
+        let quiet = (noise / BEND).min(AT_ONCE * self.step_length);
         let parts = AFTER_JUMP[TOO_LONG..].iter().map(|part| part * shortest);
-        let quiet = Some(noise / BEND).filter(|quiet| *quiet > AFTER_JUMP[TOO_LONG] * shortest);
+        let quiet = Some(quiet).filter(|quiet| *quiet > AFTER_JUMP[TOO_LONG] * shortest);
         quiet.into_iter().chain(parts).collect()
     }
 

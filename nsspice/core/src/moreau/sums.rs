@@ -30,8 +30,9 @@ struct Sum {
 /// The sums of all groups of a system.
 pub struct Sums {
     sums: Vec<Sum>,
-    /// the largest capacitance and the least conductance, to ground or between nodes [F, S]
-    extremes: [f64; 2],
+    /// the largest capacitance and the least conductance, to ground or between nodes [F, S], and the largest
+    /// inductance of which the current is in a sum [H]
+    extremes: [f64; 3],
     /// modes may leave something open, which stays where it is
     open: bool,
 }
@@ -72,14 +73,23 @@ impl Sums {
             rows,
         });
         let sums: Vec<Sum> = sums.collect();
-        let extremes =
-            [linear.e.values.iter().fold(0.0, |a: f64, v| a.max(v.abs())), least(linear)];
+        let most = |list: &mut dyn Iterator<Item = f64>| list.fold(0.0f64, |a, v| a.max(v.abs()));
+        let own = |c: usize| linear.e.iter().find(|e| e.0 == c && e.1 == c).map(|e| e.2);
+        let coil = |&(c, _): &(usize, f64)| own(c).filter(|_| linear.row_kind[c] != 0);
+        let currents = sums.iter().flat_map(|sum| &sum.g);
+        let extremes = [
+            most(&mut linear.e.values.iter().copied()),
+            least(linear),
+            most(&mut currents.filter_map(coil)),
+        ];
         (!sums.is_empty()).then_some(Sums { sums, extremes, open })
     }
 
     /// Whether in steps of this length [s] what is stored may hide what conducts.
     pub fn needed(&self, length: f64) -> bool {
-        let [capacitance, conductance] = self.extremes;
+        let [capacitance, conductance, inductance] = self.extremes;
+        // in a short step a coil conducts as a large resistor does
+        let conductance = conductance.min(length / inductance);
         f64::EPSILON * capacitance / length > SEEN * conductance
     }
 
