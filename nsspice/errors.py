@@ -8,9 +8,10 @@ netlist is involved, the place in it.  Code ranges: 1xxx netlist text, 2xxx elem
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
+from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +146,19 @@ class NsspiceError(Exception):
     def code(self) -> str:
         """Code of the first finding."""
         return self.diagnostics[0].code
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # exceptions are pickled by their texts alone: a worker of a pool would send no findings
+        return _restored, (type(self), self.args, self.__dict__)
+
+
+def _restored(
+    kind: type[NsspiceError], args: tuple[Any, ...], state: Mapping[str, Any]
+) -> NsspiceError:
+    """Return an error as another process has raised it."""
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(state)
+    return error
 
 
 class NetlistError(NsspiceError):

@@ -163,9 +163,12 @@ def run_estimated(
     ------
     NumericalError
         NS3006 if the tolerance was not reached; ``partial`` holds the best solution.
+    UsageError
+        NS4005 if the request itself says what the tolerance chooses.
     """
     if job.kind != "tran":
         return run_job(circuit, job, request, progress=progress, sink=sink)
+    _leave_the_choice(circuit, request, tol)
     stored = [*stored_quantities(circuit), *junction_voltages(circuit)]
     extra = [*request.extra, *stored]
     trials = _Trials(circuit, job, replace(request, keep=True, extra=extra), stored, progress)
@@ -189,6 +192,32 @@ def run_estimated(
         failure.partial = solution
         raise failure
     return solution
+
+
+def _leave_the_choice(circuit: Circuit, request: Request, tol: float | None) -> None:
+    """Refuse what would be dropped.
+
+    A tolerance chooses reltol, and the step unless steps are to be fixed: these are refined from
+    the one that is given; an estimate by halving is one of fixed steps.
+    """
+    fixed = Settings.of(circuit.deck, request.method).method == "moreau"
+    given: dict[str, object] = {"reltol": request.reltol}
+    option, reason = "--tol", "the tolerance chooses it"
+    if tol is None:
+        option, reason = "--refine", "the steps that are halved are fixed ones"
+        given["method"] = None if request.method in (None, "auto", "moreau") else request.method
+    elif not fixed:
+        given |= {"step": request.step, "theta": request.theta}
+    for name, value in given.items():
+        if value is not None:
+            refined = ", or ask for --method moreau, which refines it" if name == "step" else ""
+            raise UsageError(
+                Diagnostic(
+                    "NS4005",
+                    f"{option} and --{name} {value} exclude each other: {reason}",
+                    hint=f"drop --{name}{refined}",
+                )
+            )
 
 
 def _or_nan(value: float | None) -> float:

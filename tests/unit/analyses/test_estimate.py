@@ -90,6 +90,27 @@ def test_command_line(tmp_path, monkeypatch):
     assert run(app, ["run", "rlc.net", "--tol", "1e-3", "--refine"]).exit_code == 2
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--tol", "1e-3", "--step", "1u"],
+        ["--tol", "1e-3", "--method", "sdirk", "--theta", "0.5"],
+        ["--tol", "1e-3", "--method", "moreau", "--reltol", "1e-3"],
+        ["--refine", "--method", "modewise"],
+        ["--refine", "--reltol", "1e-3"],
+    ],
+)
+def test_what_a_tolerance_or_an_estimate_chooses_is_not_dropped(tmp_path, monkeypatch, options):
+    """They were dropped in silence."""
+    (tmp_path / "rlc.net").write_text(RLC)
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, ["run", "rlc.net", *options])
+    assert result.exit_code == 2
+    assert "NS4005" in result.stderr
+    assert options[-2] in result.stderr
+    assert not (tmp_path / "rlc.csv").exists()
+
+
 RECOVERY = """reverse recovery: nothing stores but a junction
 V1 a 0 PULSE(10 -10 100n 1n 1n 300n 1u)
 R1 a b 100
