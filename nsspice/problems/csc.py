@@ -52,13 +52,21 @@ class Csc:
         cols: Sequence[int] | Ints,
         values: Sequence[float] | Floats,
     ) -> Csc:
-        """Return the matrix with the given entries; repeated entries are added, zeros dropped."""
+        """Return the matrix with the given entries; repeated entries are added, zeros dropped.
+
+        Raises
+        ------
+        IndexError
+            If a row or column lies outside of the shape; nothing counts from the end.
+        """
         r = np.asarray(rows, dtype=np.int64)
         c = np.asarray(cols, dtype=np.int64)
         v = np.asarray(values, dtype=np.float64)
         order = np.lexsort((r, c))
         r, c, v = r[order], c[order], v[order]
         if r.size:
+            if r.min() < 0 or r.max() >= shape[0] or c[0] < 0 or c[-1] >= shape[1]:
+                raise IndexError(f"entries outside of a matrix of shape {shape}")
             first = np.ones(r.size, dtype=bool)
             first[1:] = (r[1:] != r[:-1]) | (c[1:] != c[:-1])
             starts = np.flatnonzero(first)

@@ -11,6 +11,10 @@ from .. import _core
 from ..problems.csc import Csc, Floats
 from .certificate import infeasibility
 from .compiled import core_matrix
+from .scales import Scales
+
+#: rounding of more than this part of the data leaves nothing known
+_KNOWN = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +53,8 @@ def solve_mlcp(
     """Solve ``K z + A lam = b``, ``0 <= lam`` orthogonal to ``q - B z + D lam >= 0``.
 
     For monotone problems (K + K', D positive semidefinite and B = A') a solution exists exactly
-    when the linear relations alone are feasible, and the driver finds it.
+    when the linear relations alone are feasible, and the driver finds it.  Pairs in very different
+    units are solved, and judged, in even ones.
 
     Parameters
     ----------
@@ -66,6 +71,11 @@ def solve_mlcp(
     -------
     MlcpSolution
 
+    Raises
+    ------
+    ValueError
+        If a vector has another shape than the matrices need, or entries are no numbers.
+
     Examples
     --------
     A source of 5 V over 1 Ohm and an ideal diode (2 unknowns would do as well):
@@ -76,6 +86,15 @@ def solve_mlcp(
     ([0.0], [5.0])
     """
     n, m = A.shape
+    b, q = _vector("b", b, n), _vector("q", q, m)
+    if start is not None:
+        start = (_vector("start[0]", start[0], n), _vector("start[1]", start[1], m))
+    for name, matrix in zip("KABD", (K, A, B, D), strict=True):
+        if not np.isfinite(matrix.data).all():
+            raise ValueError(f"{name} has entries that are no numbers")
+    scales = Scales.of_pairs(K, A, B, D)
+    if scales is not None:
+        K, A, B, D, b, q, start = scales.problem(K, A, B, D, b, q, start)
     out = _core.solve_mlcp(
         core_matrix(K),
         core_matrix(A),
@@ -87,14 +106,29 @@ def solve_mlcp(
         np.zeros(n, np.uint8) if row_kind is None else row_kind,
         start,
     )
-    solved = out["solved"]
+    z, lam, solved = out["z"], out["l"], out["solved"]
     if solved and out["needs_certificate"]:
         # huge against its data: rounding may hide that the relations contradict each other
-        solved = infeasibility(K, A, B, D, b, q, roles) is None
-    return MlcpSolution(
-        out["z"],
-        out["l"],
-        solved,
-        out["residual_rows"],
-        out["residual_complementarity"],
-    )
+        solved = not _hides(K, A, B, D, b, q, z, lam)
+        solved = solved and infeasibility(K, A, B, D, b, q, roles) is None
+    if scales is not None:
+        z, lam = scales.solution(z, lam)
+    return MlcpSolution(z, lam, solved, out["residual_rows"], out["residual_complementarity"])
+
+
+def _vector(name: str, values: Floats, size: int) -> Floats:
+    """Return a vector of floats of this size."""
+    out = np.ascontiguousarray(values, dtype=np.float64)
+    if out.shape != (size,):
+        raise ValueError(f"{name} has the shape {out.shape}, the matrices need ({size},)")
+    if not np.isfinite(out).all():
+        raise ValueError(f"{name} has entries that are no numbers")
+    return out
+
+
+def _hides(K: Csc, A: Csc, B: Csc, D: Csc, b: Floats, q: Floats, z: Floats, lam: Floats) -> bool:
+    """Return whether rounding of the terms of the pairs is as large as their data."""
+    terms = B.abs().dot(np.abs(z)) + D.abs().dot(np.abs(lam))
+    data = max(np.abs(q).max(initial=0.0), np.abs(b).max(initial=0.0))
+    rounding: float = np.finfo(np.float64).eps * terms.max(initial=0.0)
+    return bool(rounding > _KNOWN * data)
