@@ -83,6 +83,8 @@ pub struct Auditor {
     pub(super) smooth: Option<Functions>,
     /// rows that hold at every instant: no charge or flux in them
     pub(super) algebraic: Vec<bool>,
+    /// nodes whose potentials charges give: capacitors between others hold none
+    pub(super) held: Vec<bool>,
     /// laws of currents whose sum holds at every instant: of nodes that capacitors tie together
     pub(super) groups: Vec<Vec<usize>>,
     /// those out of which a source leads: its current is what the laws sum to, with all of their rounding
@@ -158,7 +160,9 @@ impl Auditor {
             varying[row] = true;
         }
         let columns = stored_columns(&linear.e);
-        let [mut groups, _] = stored_groups(&linear.e);
+        let [mut groups, fixed] = stored_groups(&linear.e);
+        let mut held = vec![false; n];
+        fixed.iter().flatten().for_each(|&row| held[row] = true);
         groups.retain(|group| group.iter().all(|&row| !varying[row]));
         let a = Entries::new(&linear.a);
         let mut touched = vec![Vec::new(); m];
@@ -186,6 +190,7 @@ impl Auditor {
             averaging,
             smooth,
             algebraic,
+            held,
             fed: groups.iter().map(|group| is_fed(linear, &columns, group)).collect(),
             groups,
             touched,

@@ -9,7 +9,6 @@
 use super::matrices::Ends;
 use super::step::multipliers;
 use super::stepper::Stepper;
-use super::sums::Sums;
 
 /// Pairs turned on the way, in units of their number: more is going round in circles.
 const TURNS: usize = 2;
@@ -21,8 +20,7 @@ impl Stepper {
     /// present mode; false, and nothing changed, if that does not lead to a point that satisfies all laws.
     pub(super) fn solve_with_sums(&mut self, k: usize, ends: Ends) -> bool {
         let current = self.sys.largest(&[&self.z, ends.z0])[1];
-        let holds = |s: &Sums| s.missed(&self.z, &self.l, ends.u1) <= SEEN * current;
-        if self.stages[k].sums.as_ref().is_none_or(|sums| holds(sums)) {
+        if !self.stages[k].misses_sums([&self.z, &self.l, ends.u1], SEEN * current) {
             return false;
         }
         let begun = self.active.clone();

@@ -149,6 +149,8 @@ pub struct Stage {
     pub probe: Option<Probe>,
     /// sums of the laws of floating nodes
     pub sums: Option<Arc<Sums>>,
+    /// the same where only currents of coils are hidden: wanted once a sum is missed
+    sums_of_coils: Option<Arc<Sums>>,
 }
 
 /// Memory for maps and factors of one stage [number of f64].
@@ -224,6 +226,7 @@ impl Stage {
             stamp: 0,
             probe: None,
             sums: sys.sums.clone().filter(|sums| impulsive && sums.needed(length)),
+            sums_of_coils: sys.sums.clone().filter(|sums| impulsive && sums.hide_coils(length)),
         }
     }
 
@@ -318,6 +321,18 @@ impl Stage {
         }
         summed.solve(x);
         x.iter_mut().zip(ends.z0).for_each(|(x, z)| *x += z);
+    }
+
+    /// Whether a point misses sums of laws, by more than `least`, that may be hidden in steps of this length.
+    pub fn misses_sums(&mut self, [z, l, u]: [&[f64]; 3], least: f64) -> bool {
+        let sums = self.sums.as_ref().or(self.sums_of_coils.as_ref());
+        let Some(sums) = sums.filter(|sums| sums.missed(z, l, u) > least).cloned() else {
+            return false;
+        };
+        if self.sums.replace(sums).is_none() {
+            self.slots.iter_mut().for_each(|slot| slot.probed = false);
+        }
+        true
     }
 
     /// Solves the present mode for the increment with sums of laws, `x = [z; l]`; false if there are none,

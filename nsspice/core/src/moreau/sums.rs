@@ -87,10 +87,14 @@ impl Sums {
 
     /// Whether in steps of this length [s] what is stored may hide what conducts.
     pub fn needed(&self, length: f64) -> bool {
-        let [capacitance, conductance, inductance] = self.extremes;
-        // in a short step a coil conducts as a large resistor does
-        let conductance = conductance.min(length / inductance);
+        let [capacitance, conductance, _] = self.extremes;
         f64::EPSILON * capacitance / length > SEEN * conductance
+    }
+
+    /// The same beside coils, which conduct in a short step as large resistors do.
+    pub fn hide_coils(&self, length: f64) -> bool {
+        let [capacitance, _, inductance] = self.extremes;
+        f64::EPSILON * capacitance / length > SEEN * (length / inductance)
     }
 
     /// Factorises a mode whose unknowns have these scales; nothing if it is singular.
