@@ -110,6 +110,7 @@ class Tran:
         Without a request it is ``tmax`` if given, else SPICE's
         ``min(tstep, (tstop - tstart) / 50)``.
         """
+        self._check_length(step)
         rows = self.row_distance
         wanted = step or self.max_step or min(rows, (self.stop - self.start) / 50.0)
         return rows / max(1, math.ceil(rows / wanted * (1.0 - 1e-12)))
@@ -121,8 +122,23 @@ class Tran:
         fast laws of the time are (``timed``) cannot be seen in them: then at most the distance of
         the rows.
         """
+        self._check_length(step)
         usual = (self.stop - self.start) / 50.0
         return step or self.max_step or (min(usual, self.row_distance) if timed else usual)
+
+    def _check_length(self, step: float | None) -> None:
+        """Refuse steps by which the time would not move."""
+        wanted = step or self.max_step
+        least = 2.0 * float(np.finfo(float).eps) * self.stop
+        if wanted is not None and wanted < least:
+            raise UsageError(
+                Diagnostic(
+                    "NS4005",
+                    f"steps of {wanted:g} s do not move a time of {self.stop:g} s: they are less "
+                    "than its rounding",
+                    hint=f"take steps of {1e-6 * self.stop:g} s or more",
+                )
+            )
 
     @property
     def row_count(self) -> int:

@@ -139,8 +139,8 @@ def unbounded(circuit: Circuit, mna: MnaSystem, row: int, time: float) -> Diagno
             "one without passes over the instant, and what comes of it may depend on the steps"
         )
         exact = mna.system.smooth is None
-        hint = "method=modewise has no steps; " if exact else "a small capacitor there bounds it; "
-        hint += "see what another reltol says"
+        element = "resistor in series with what stores energy" if exact else "capacitor"
+        hint = f"a small {element} there bounds it; see what another method or reltol says"
     return Diagnostic("NS3053", message, _span(circuit, named), hint, severity="warning")
 
 

@@ -18,6 +18,7 @@ from .options import (
     solver_options,
 )
 from .report import print_json, report_warnings
+from .source import circuit_of, name_of
 
 
 @click.command("compare", short_help="compare a simulation with ngspice or a reference waveform")
@@ -93,12 +94,12 @@ def command(
         raise UsageError(
             Diagnostic("NS4005", message, hint="leave the reference out to run ngspice")
         )
-    from ..analyses import Request, jobs_of, read, run_job
+    from ..analyses import Request, jobs_of, run_job
     from ..compare.pairs import compare_table, pairs_of
     from ..compare.reference import read_table
 
     table = read_table(reference)
-    circuit = read(Path(netlist), read_params(params))
+    circuit = circuit_of(netlist, read_params(params))
     job = next((j for j in jobs_of(circuit.deck) if j.kind != "op"), None)
     if job is None:
         raise UsageError(Diagnostic("NS4006", f"{netlist} has no .tran or .dc analysis"))
@@ -152,16 +153,16 @@ def _against_ngspice(
     **options: Any,
 ) -> None:
     """Run both programs and print the report."""
-    from ..analyses import Request, read
+    from ..analyses import Request
     from ..compare.ngspice import NgspiceError, Options, cross_check
 
     if plot is not None:
         from ..output.plot import check_format
 
-        plot = str(Path(Path(netlist).name).with_suffix(".png")) if plot == "auto" else plot
+        plot = str(Path(name_of(netlist).name).with_suffix(".png")) if plot == "auto" else plot
         check_format(plot)
     chosen = Options(**{key: value for key, value in options.items() if value is not None})
-    circuit = read(Path(netlist), params)
+    circuit = circuit_of(netlist, params)
     if not as_json:
         report_warnings(circuit.warnings)
     try:

@@ -9,6 +9,7 @@ import click
 
 from .options import NUMBER, json_option, read_params, read_signals
 from .report import print_json, say
+from .source import circuit_of, name_of
 
 
 @click.command("cost", short_help="measure what accuracy costs with every method")
@@ -55,15 +56,14 @@ def command(
     (ngspice-trap), that with reltol = 1e-6 (ngspice-tight), exponential junctions in place of ideal
     diodes (ngspice-junction).
     """
-    from ..analyses.load import read
     from ..compare.cost import cost
     from ..output.plot import check_format
 
     if plot == "auto":
-        plot = str(Path(Path(netlist).name).with_suffix("")) + ".cost.png"
+        plot = str(Path(name_of(netlist).name).with_suffix("")) + ".cost.png"
     if plot is not None:
         check_format(plot)
-    circuit = read(Path(netlist), read_params(params))
+    circuit = circuit_of(netlist, read_params(params))
     report = cost(
         circuit,
         target=target,

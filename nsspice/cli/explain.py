@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import click
 
 from .options import json_option, read_params
 from .report import print_json
+from .source import circuit_of
 
 
 @click.command("explain", short_help="tell how a netlist would be solved")
@@ -18,11 +18,10 @@ from .report import print_json
 @json_option
 def command(netlist: str, matrices: bool, params: Sequence[str], as_json: bool) -> None:
     """Print islands, unknowns, problem class and active effects of NETLIST, not simulating it."""
-    from ..analyses.load import read
     from ..analyses.method import describe
     from ..circuit.explain import explain
 
-    explanation = explain(read(Path(netlist), read_params(params)), matrices, describe)
+    explanation = explain(circuit_of(netlist, read_params(params)), matrices, describe)
     if as_json:
         print_json(explanation.to_dict())
     else:

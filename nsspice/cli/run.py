@@ -19,6 +19,7 @@ from .options import (
 )
 from .progress import ProgressBar
 from .report import print_json, report_warnings, say
+from .source import deck_of, name_of
 
 
 @click.command("run", short_help="simulate a netlist")
@@ -128,16 +129,11 @@ class _Run:
         quiet: bool,
     ) -> None:
         from ..analyses.batch import jobs_of
-        from ..analyses.load import read_deck
         from ..circuit import build
 
-        text = sys.stdin.read() if netlist == "-" else None
-        if text is not None:
-            deck = read_deck(text + "\n", params, "<stdin>")
-        else:
-            deck = read_deck(Path(netlist), params)
+        deck = deck_of(netlist, params)
         self.circuit = build(deck)
-        self.netlist = Path("stdin.net") if text is not None else Path(netlist)
+        self.netlist = name_of(netlist)
         self.request, self.as_json, self.quiet = request, as_json, quiet
         self.jobs = jobs_of(deck)
         self.stdout = output == "-"

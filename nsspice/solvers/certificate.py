@@ -138,8 +138,11 @@ def infeasibility(
     rows, cols, values = _entries(K, A, B, D)
     for leveled in (False, True):  # HiGHS loses its way in one or the other
         scale = _equilibrate(n + m, rows, cols, values, leveled)
-        scaled = values * scale[rows] * scale[cols]
-        scaled_rhs = rhs * scale
+        with np.errstate(over="ignore"):
+            scaled = values * scale[rows] * scale[cols]
+            scaled_rhs = rhs * scale
+        if not (np.isfinite(scaled).all() and np.isfinite(scaled_rhs).all()):
+            continue  # data at the end of the range of numbers: their products lie beyond
         data = np.abs(scaled_rhs)
         size = float(data.max())
         for _ in range(_LEVELS):

@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 import nsspice
+from nsspice.cli.app import app
 
 RC = "an RC circuit\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nC1 b 0 1u\n.tran 10u 1m\n"
 DIODE = "a junction\nV1 a 0 1\nR1 a b 1\nD1 b 0 m {own}\n.model m D(IS=1e-14 {card})\n{line}\n.op\n"
@@ -188,3 +190,24 @@ def test_signals_of_a_solution():
 @pytest.mark.parametrize(("name", "meant"), [("b", "v(b)"), ("R1", "i(r1)")])
 def test_a_bare_name_is_no_signal_of_the_command_line(call, name, meant):
     assert f"did you mean {meant}?" in refused(call, RC, "--signals", name)
+
+
+def test_other_commands_read_standard_input_too() -> None:
+    """They looked for a file called -."""
+    result = CliRunner().invoke(app, ["explain", "-"], input=RC)
+    assert result.exit_code == 0, result.output
+    assert "LINEAR_DAE" in result.output
+
+
+@pytest.mark.parametrize("method", ["moreau", "sdirk"])
+def test_steps_that_do_not_move_the_time_are_refused(call, method: str) -> None:
+    """1e27 steps were begun."""
+    text = refused(call, RC, "--method", method, "--step", "1e-30")
+    assert "NS4005" in text
+    assert "take steps of 1e-09 s or more" in text
+
+
+@pytest.mark.parametrize("line", ["R1 a 0 1e-308\n.op\n", "R1 a 0 1\nC1 a 0 1\n.tran 1 3 uic\n"])
+def test_the_end_of_the_range_of_numbers_is_no_traceback(call, line: str) -> None:
+    """1e308 V on 1e-308 Ohm, or on 1 F, ended in one of the linear program."""
+    assert "error NS" in refused(call, f"x\nV1 a 0 1e308\n{line}")
