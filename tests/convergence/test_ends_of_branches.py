@@ -51,3 +51,18 @@ def test_a_sweep_stays_on_its_branch() -> None:
     assert (there[up > 1.05] < -9.0).all()
     assert (back[up > -0.85] < -9.0).all()
     assert (back[up < -1.05] > 9.0).all()
+
+
+def test_a_node_that_nothing_holds_beside_what_decays() -> None:
+    """Its 50 V of the beginning made every stage of a decayed current look impulsive: no end."""
+    text = """a coil on a resistor, and a diode that leads nowhere
+L1 0 n3 1 IC=-5
+R4 n3 0 10
+D2 n2 n3
+.tran 0.1 10 uic
+"""
+    run = nsspice.tran(nsspice.read(text), method="sdirk")
+    assert run.certificate.passed
+    assert run.islands[0].stats["steps"] < 200
+    exact = -5.0 * np.exp(-10.0 * run.time)
+    assert np.abs(run["i(l1)"] - exact).max() < 5.0 * 1e-5

@@ -15,6 +15,8 @@ pub const RUNGS: usize = 45;
 const USES_FOR_MAP: u32 = 3;
 /// A map that differs more than this from refined solutions is not used.
 const DIGITS: f64 = 1e-12;
+/// A solution at most so many times as large as the point from which it was sought hides no conflict.
+const ORDINARY: f64 = 2.0;
 /// Size below which an unknown is small beside the others of its kind.
 pub const SMALL: f64 = 1e-3;
 /// Rounding of what is stored, as a part of the error that a step may have in a small unknown, and
@@ -330,11 +332,14 @@ impl Ladder {
         if resting && !stays {
             driver.begin_with(met);
         }
-        // beside the voltages of inductors in a very short step a conflict hides; a longer one tells
+        let size = |z: &[f64], l: &[f64]| l.iter().chain(z).fold(0.0f64, |a, v| a.max(v.abs()));
+        let most = ORDINARY * size(z, l);
+        // beside the voltages of inductors in a very short step a conflict hides; a longer one tells.  What was
+        // there before hides none, however little is stored by now
         let solved = stays
-            || driver
-                .solve(&s.rhs, q, &s.roles, z, l, Start::Warm)
-                .is_ok_and(|found| !found.needs_certificate && !found.flawed);
+            || driver.solve(&s.rhs, q, &s.roles, z, l, Start::Warm).is_ok_and(|found| {
+                !found.flawed && (!found.needs_certificate || size(z, l) <= most)
+            });
         self.sizes = sizes;
         solved
     }
