@@ -10,6 +10,7 @@ import numpy as np
 from nsspice.circuit import Circuit
 from nsspice.devices import Capacitor, Coupling, Inductor, Resistor, VoltageSource, VoltageSwitch
 from nsspice.devices.diode import Diode
+from nsspice.devices.stamper import Conditions
 from nsspice.problems.descriptor import DescriptorSystem, Waveform
 
 
@@ -27,7 +28,7 @@ def elements(circuit: Circuit) -> list[dict[str, Any]]:
     """
     conditions = circuit.islands[0].defaults
     gates = {
-        device.nodes: device.waveform(conditions)
+        device.nodes: _only_waveform(device, conditions)
         for device in circuit.devices
         if isinstance(device, VoltageSource)
     }
@@ -40,7 +41,7 @@ def elements(circuit: Circuit) -> list[dict[str, Any]]:
         elif isinstance(device, VoltageSource):
             if device.nodes in controls:
                 continue  # the law of a switch, not a part of the circuit
-            entry |= {"kind": "v", **_sine(device.waveform(conditions), device.name)}
+            entry |= {"kind": "v", **_sine(_only_waveform(device, conditions), device.name)}
         elif isinstance(device, Coupling):
             raise CannotError(f"{device.name}: coupled inductors are not tried")
         elif isinstance(device, Diode) and device.law.vrev is None:
@@ -56,6 +57,14 @@ def elements(circuit: Circuit) -> list[dict[str, Any]]:
             raise CannotError(f"{device.name} has no counterpart")
         found.append(entry)
     return found
+
+
+def _only_waveform(source: VoltageSource, conditions: Conditions) -> Waveform:
+    """Return what a source does if that is one waveform; a sine of so many cycles is two."""
+    first, *rest = source.waveforms(conditions)
+    if rest:
+        raise CannotError(f"{source.name} ends after some cycles")
+    return first
 
 
 def _sine(waveform: Waveform, name: str) -> dict[str, float]:
