@@ -1,8 +1,10 @@
-"""Whether what a caller gives is a number, or a name."""
+"""Whether what a caller gives is a number, a name, or several of them."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from ..errors import Diagnostic, UsageError
 
@@ -41,3 +43,52 @@ def name_of(value: object, what: str, example: str) -> str:
         return value.strip()
     hint = f"write its name, such as {example}"
     raise UsageError(Diagnostic("NS4005", f"{what} cannot be {value!r}", hint=hint))
+
+
+def several(values: Iterable[Any] | None, what: str, example: str) -> list[Any]:
+    """Return what is given as a list; nothing if it is None.
+
+    Raises
+    ------
+    UsageError
+        NS4005 for anything that holds no values.
+
+    Examples
+    --------
+    >>> several((1, 2), "values", "[0, 1]")
+    [1, 2]
+    >>> several(5.0, "the values of a sweep", "[0, 1]")
+    Traceback (most recent call last):
+    ...
+    nsspice.errors.UsageError: error NS4005: the values of a sweep cannot be 5.0
+      hint: give a list, such as [0, 1]
+    """
+    try:
+        return [] if values is None else list(values)
+    except TypeError:
+        hint = f"give a list, such as {example}"
+        raise UsageError(Diagnostic("NS4005", f"{what} cannot be {values!r}", hint=hint)) from None
+
+
+def by_name(values: object, what: str, example: str) -> dict[str, Any]:
+    """Return values by name as a dict; nothing if they are None.
+
+    Raises
+    ------
+    UsageError
+        NS4005 for anything but a mapping.
+
+    Examples
+    --------
+    >>> by_name([3.0], "values", '{"r1": 1e3}')
+    Traceback (most recent call last):
+    ...
+    nsspice.errors.UsageError: error NS4005: values cannot be [3.0]
+      hint: give a dict, such as {"r1": 1e3}
+    """
+    if values is None:
+        return {}
+    if isinstance(values, Mapping):
+        return dict(values)
+    hint = f"give a dict, such as {example}"
+    raise UsageError(Diagnostic("NS4005", f"{what} cannot be {values!r}", hint=hint))

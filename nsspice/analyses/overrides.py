@@ -8,7 +8,7 @@ from ..circuit import Circuit
 from ..devices import CurrentSource, Device, VoltageSource
 from ..devices.passive import Passive
 from ..errors import Diagnostic, Span, UsageError
-from .given import finite, name_of
+from .given import by_name, finite, name_of
 
 
 def checked_values(circuit: Circuit, values: Mapping[str, float] | None) -> dict[str, float]:
@@ -34,7 +34,8 @@ def checked_values(circuit: Circuit, values: Mapping[str, float] | None) -> dict
     {'r1': 2.0}
     """
     found = {}
-    for name, value in (values or {}).items():
+    given = by_name(values, "the values of elements", '{"r1": 1e3}')
+    for name, value in given.items():
         device = valued(circuit, name_of(name, "an element", "r1"))
         check_value(device, value)
         found[device.name] = float(value)

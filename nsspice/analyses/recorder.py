@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ..circuit import Circuit
 from ..errors import Diagnostic, NetlistError, Span
 from .curve import Floats
-from .given import name_of
+from .given import name_of, several
 from .names import canonical
 
 
@@ -133,7 +133,8 @@ def select(circuit: Circuit, requested: Sequence[str] | None = None) -> list[str
     if isinstance(requested, str):
         requested = [requested]
     wanted: list[tuple[str, Span | None]] = [
-        (name_of(name, "a signal", "v(out)"), None) for name in requested or ()
+        (name_of(name, "a signal", "v(out)"), None)
+        for name in several(requested, "the signals", '["v(out)"]')
     ]
     if not wanted:
         wanted = [(signal.name, signal.span) for signal in circuit.deck.saves]

@@ -111,7 +111,7 @@ class FinePoints:
     signals: dict[str, Floats]
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class IslandRun:
     """How one independent part of the circuit was solved.
 
@@ -161,7 +161,7 @@ class IslandRun:
         return self.judge
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Solution:
     """Result of one analysis.
 

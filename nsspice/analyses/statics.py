@@ -14,7 +14,7 @@ from .cards import Dc
 from .certificate import Certificate
 from .curve import Floats
 from .following import Following
-from .given import finite, name_of
+from .given import finite, name_of, several
 from .load import need_circuit
 from .overrides import check_value, checked_values, valued
 from .points import PointsOfIsland, report_of
@@ -168,7 +168,7 @@ def _analysis(circuit: Circuit, source: str | None, values: Sequence[float] | Fl
             )
         )
     name = name_of(source, "a swept element", "v1, or temp").lower()
-    given = list(() if values is None else values)
+    given = several(values, f"the values of {name}", "[0.0, 1.0]")
     if not given:
         hint = "give at least one number"
         raise UsageError(Diagnostic("NS4005", f"the sweep of {name} has no values", hint=hint))

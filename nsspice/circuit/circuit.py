@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from numbers import Real
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -72,8 +73,10 @@ class Island:
         tstep, tstop : float, optional
             Times for the defaults of PULSE, SIN, EXP [s]; those of the ``.tran`` card by default.
         """
-        if temperature is not None and not temperature > ABSOLUTE_ZERO:
-            message = f"a temperature of {temperature:g} degrees Celsius is not above absolute zero"
+        number = isinstance(temperature, Real | None)
+        if not number or (temperature is not None and not temperature > ABSOLUTE_ZERO):
+            kind = "degrees Celsius is not above absolute zero" if number else "is no number"
+            message = f"a temperature of {temperature} {kind}"
             raise UsageError(Diagnostic("NS4005", message, None, "give degrees Celsius"))
         conditions = Conditions(
             self.defaults.temperature if temperature is None else temperature,

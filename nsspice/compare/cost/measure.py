@@ -82,6 +82,7 @@ def cost(
     if target is not None and not target > 0.0:
         hint = "give a share of the range of the signals, such as 1e-6"
         raise UsageError(Diagnostic("NS4005", f"the target cannot be {target:g}", hint=hint))
+    methods = [methods] if isinstance(methods, str) else methods
     for name in methods or ():
         if name not in LADDERS:
             raise _unknown(name)

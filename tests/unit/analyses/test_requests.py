@@ -138,3 +138,32 @@ def test_plans_that_lead_nowhere(engine: Any, plan: tuple[float, ...], said: str
     stepper = engine(system(), [Functional(z=((0, 1.0),))])
     with pytest.raises(ValueError, match=said):
         stepper.plan(*plan)
+
+
+@pytest.mark.parametrize(
+    ("ask", "said"),
+    [
+        (lambda c: nsspice.tran(c, values=[1.0]), r"the values of elements cannot be \[1.0\]"),
+        (lambda c: nsspice.tran(c, temperature="hot"), "a temperature of hot is no number"),
+        (lambda c: nsspice.tran(c, temperature=-300), "not above absolute zero"),
+        (lambda c: nsspice.dc(c, "v1", 1.0), "the values of v1 cannot be 1.0"),
+        (lambda c: nsspice.tran(c, signals=3), "the signals cannot be 3"),
+    ],
+)
+def test_arguments_of_the_wrong_kind(ask: Callable[[nsspice.Circuit], Any], said: str) -> None:
+    """They ended in errors of Python that name no argument."""
+    with pytest.raises(nsspice.UsageError, match=said) as caught:
+        ask(nsspice.read(TEXT))
+    assert caught.value.code == "NS4005"
+
+
+def test_solutions_are_compared_as_objects() -> None:
+    """Compared field by field, their arrays had no truth."""
+    first, second = (nsspice.tran(nsspice.read(TEXT)) for _ in range(2))
+    assert first == first
+    assert first != second
+
+
+def test_one_method_may_be_a_text() -> None:
+    report = nsspice.cost(nsspice.read(TEXT), methods="moreau", limit=1e-3)
+    assert {row.method for row in report.rows} == {"moreau"}
