@@ -47,7 +47,7 @@ def test_a_voltage_without_bound_is_named() -> None:
 @pytest.mark.parametrize(
     ("text", "said", "advised"),
     [
-        (INDEX_THREE, "could follow l1 at", "modewise"),
+        (INDEX_THREE, "could follow l1 at", "another method"),
         (
             INDEX_THREE.replace("R1 c 0 1", "R1 c 0 V={i+i^3}"),
             "could follow l1 at",
