@@ -41,12 +41,11 @@ def name_of(value: object, what: str, example: str) -> str:
     """
     if isinstance(value, str):
         return value.strip()
-    hint = f"write its name, such as {example}"
-    raise UsageError(Diagnostic("NS4005", f"{what} cannot be {value!r}", hint=hint))
+    raise _refused(what, value, f"write its name, such as {example}")
 
 
 def several(values: Iterable[Any] | None, what: str, example: str) -> list[Any]:
-    """Return what is given as a list; nothing if it is None.
+    """Return what is given as a list: nothing if it is None, a text alone as one value.
 
     Raises
     ------
@@ -57,17 +56,20 @@ def several(values: Iterable[Any] | None, what: str, example: str) -> list[Any]:
     --------
     >>> several((1, 2), "values", "[0, 1]")
     [1, 2]
+    >>> several("v(out)", "the signals", '["v(out)"]')
+    ['v(out)']
     >>> several(5.0, "the values of a sweep", "[0, 1]")
     Traceback (most recent call last):
     ...
     nsspice.errors.UsageError: error NS4005: the values of a sweep cannot be 5.0
       hint: give a list, such as [0, 1]
     """
+    if values is None:
+        return []
     try:
-        return [] if values is None else list(values)
+        return [values] if isinstance(values, str) else list(values)
     except TypeError:
-        hint = f"give a list, such as {example}"
-        raise UsageError(Diagnostic("NS4005", f"{what} cannot be {values!r}", hint=hint)) from None
+        raise _refused(what, values, f"give a list, such as {example}") from None
 
 
 def by_name(values: object, what: str, example: str) -> dict[str, Any]:
@@ -90,5 +92,8 @@ def by_name(values: object, what: str, example: str) -> dict[str, Any]:
         return {}
     if isinstance(values, Mapping):
         return dict(values)
-    hint = f"give a dict, such as {example}"
-    raise UsageError(Diagnostic("NS4005", f"{what} cannot be {values!r}", hint=hint))
+    raise _refused(what, values, f"give a dict, such as {example}")
+
+
+def _refused(what: str, value: object, hint: str) -> UsageError:
+    return UsageError(Diagnostic("NS4005", f"{what} cannot be {value!r}", hint=hint))

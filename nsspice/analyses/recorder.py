@@ -130,8 +130,6 @@ def select(circuit: Circuit, requested: Sequence[str] | None = None) -> list[str
     UsageError
         NS4005 for anything but a name.
     """
-    if isinstance(requested, str):
-        requested = [requested]
     wanted: list[tuple[str, Span | None]] = [
         (name_of(name, "a signal", "v(out)"), None)
         for name in several(requested, "the signals", '["v(out)"]')

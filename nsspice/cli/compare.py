@@ -18,7 +18,7 @@ from .options import (
     solver_options,
 )
 from .report import print_json, report_warnings
-from .source import circuit_of, name_of
+from .source import circuit_of, path_of
 
 
 @click.command("compare", short_help="compare a simulation with ngspice or a reference waveform")
@@ -159,7 +159,7 @@ def _against_ngspice(
     if plot is not None:
         from ..output.plot import check_format
 
-        plot = str(Path(name_of(netlist).name).with_suffix(".png")) if plot == "auto" else plot
+        plot = str(Path(path_of(netlist).name).with_suffix(".png")) if plot == "auto" else plot
         check_format(plot)
     chosen = Options(**{key: value for key, value in options.items() if value is not None})
     circuit = circuit_of(netlist, params)

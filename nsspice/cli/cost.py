@@ -9,7 +9,7 @@ import click
 
 from .options import NUMBER, json_option, read_params, read_signals
 from .report import print_json, say
-from .source import circuit_of, name_of
+from .source import circuit_of, path_of
 
 
 @click.command("cost", short_help="measure what accuracy costs with every method")
@@ -60,7 +60,7 @@ def command(
     from ..output.plot import check_format
 
     if plot == "auto":
-        plot = str(Path(name_of(netlist).name).with_suffix("")) + ".cost.png"
+        plot = str(Path(path_of(netlist).name).with_suffix("")) + ".cost.png"
     if plot is not None:
         check_format(plot)
     circuit = circuit_of(netlist, read_params(params))

@@ -19,7 +19,7 @@ from .options import (
 )
 from .progress import ProgressBar
 from .report import print_json, report_warnings, say
-from .source import deck_of, name_of
+from .source import circuit_of, path_of
 
 
 @click.command("run", short_help="simulate a netlist")
@@ -129,13 +129,11 @@ class _Run:
         quiet: bool,
     ) -> None:
         from ..analyses.batch import jobs_of
-        from ..circuit import build
 
-        deck = deck_of(netlist, params)
-        self.circuit = build(deck)
-        self.netlist = name_of(netlist)
+        self.circuit = circuit_of(netlist, params)
+        self.netlist = path_of(netlist)
         self.request, self.as_json, self.quiet = request, as_json, quiet
-        self.jobs = jobs_of(deck)
+        self.jobs = jobs_of(self.circuit.deck)
         self.stdout = output == "-"
         self.raw = output is not None and output.lower().endswith(".raw")
         self.outputs = [_labelled(output, self.netlist, job.label) for job in self.jobs]

@@ -9,28 +9,21 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ..circuit import Circuit
-    from ..netlist.deck import Deck
 
 #: stands for standard input
 STDIN = "-"
 
 
-def name_of(netlist: str) -> Path:
+def path_of(netlist: str) -> Path:
     """Return the name after which a command's files are called."""
     return Path("stdin.net" if netlist == STDIN else netlist)
 
 
-def deck_of(netlist: str, params: Mapping[str, float] | None = None) -> Deck:
-    """Return the deck of a command's argument."""
-    from ..analyses.load import read_deck
-
-    if netlist == STDIN:
-        return read_deck(sys.stdin.read() + "\n", params, "<stdin>")
-    return read_deck(Path(netlist), params)
-
-
 def circuit_of(netlist: str, params: Mapping[str, float] | None = None) -> Circuit:
     """Return the circuit of a command's argument."""
+    from ..analyses.load import read, read_deck
     from ..circuit import build
 
-    return build(deck_of(netlist, params))
+    if netlist == STDIN:
+        return build(read_deck(sys.stdin.read() + "\n", params, "<stdin>"))
+    return read(Path(netlist), params)

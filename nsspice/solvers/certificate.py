@@ -135,7 +135,7 @@ def infeasibility(
     kinds = np.zeros(m, dtype=np.int64) if roles is None else np.asarray(roles, dtype=np.int64)
     if not np.isfinite(rhs).all() or not rhs.any():
         return None  # zero solves it, or nothing can be said
-    rows, cols, values = _entries(K, A, B, D)
+    rows, cols, values = entries_of(K, A, B, D)
     for leveled in (False, True):  # HiGHS loses its way in one or the other
         scale = _equilibrate(n + m, rows, cols, values, leveled)
         with np.errstate(over="ignore"):
@@ -166,7 +166,7 @@ def infeasibility(
     return None
 
 
-def _entries(K: Csc, A: Csc, B: Csc, D: Csc) -> tuple[Ints, Ints, Floats]:
+def entries_of(K: Csc, A: Csc, B: Csc, D: Csc) -> tuple[Ints, Ints, Floats]:
     """Return ``[[K, A], [B, -D]]`` as triplets: its transpose times (y, p) is what must vanish."""
     n = K.shape[0]
     rows = [K.indices, A.indices, B.indices + n, D.indices + n]

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..problems.csc import Csc, Floats
+from .certificate import entries_of
 
 #: pairs are left as they are while their largest entries lie within this ratio
 _EVEN = 1e4
@@ -45,10 +46,8 @@ class Scales:
     def of_pairs(cls, K: Csc, A: Csc, B: Csc, D: Csc) -> Scales | None:
         """Return scales for a problem with uneven pairs; nothing for others."""
         n, m = A.shape
-        whole = [(K, 0, 0), (A, 0, n), (B, n, 0), (D, n, n)]
-        r = np.concatenate([part.indices + row for part, row, _ in whole])
-        c = np.concatenate([part.columns + column for part, _, column in whole])
-        v = np.abs(np.concatenate([part.data for part, *_ in whole]))
+        r, c, values = entries_of(K, A, B, D)
+        v = np.abs(values)
         rows, columns = np.ones(n + m), np.ones(n + m)
 
         def largest(places: np.ndarray) -> Floats:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from ...analyses.given import several
 from ...analyses.load import need_circuit
 from ...analyses.settings import Settings
 from ...circuit import Circuit
@@ -82,8 +83,8 @@ def cost(
     if target is not None and not target > 0.0:
         hint = "give a share of the range of the signals, such as 1e-6"
         raise UsageError(Diagnostic("NS4005", f"the target cannot be {target:g}", hint=hint))
-    methods = [methods] if isinstance(methods, str) else methods
-    for name in methods or ():
+    methods = several(methods, "the methods", '["sdirk"]')
+    for name in methods:
         if name not in LADDERS:
             raise _unknown(name)
     say: Notice = notice or (lambda text: None)

@@ -20,7 +20,8 @@ impl Stepper {
     /// present mode; false, and nothing changed, if that does not lead to a point that satisfies all laws.
     pub(super) fn solve_with_sums(&mut self, k: usize, ends: Ends) -> bool {
         let current = self.sys.largest(&[&self.z, ends.z0])[1];
-        if !self.stages[k].misses_sums([&self.z, &self.l, ends.u1], SEEN * current) {
+        let point = [&self.z[..], &self.l, ends.u1];
+        if !self.stages[k].misses_sums(&self.sys, point, SEEN * current) {
             return false;
         }
         let begun = self.active.clone();

@@ -149,8 +149,6 @@ pub struct Stage {
     pub probe: Option<Probe>,
     /// sums of the laws of floating nodes
     pub sums: Option<Arc<Sums>>,
-    /// the same where only currents of coils are hidden: wanted once a sum is missed
-    sums_of_coils: Option<Arc<Sums>>,
 }
 
 /// Memory for maps and factors of one stage [number of f64].
@@ -226,7 +224,6 @@ impl Stage {
             stamp: 0,
             probe: None,
             sums: sys.sums.clone().filter(|sums| impulsive && sums.needed(length)),
-            sums_of_coils: sys.sums.clone().filter(|sums| impulsive && sums.hide_coils(length)),
         }
     }
 
@@ -324,8 +321,10 @@ impl Stage {
     }
 
     /// Whether a point misses sums of laws, by more than `least`, that may be hidden in steps of this length.
-    pub fn misses_sums(&mut self, [z, l, u]: [&[f64]; 3], least: f64) -> bool {
-        let sums = self.sums.as_ref().or(self.sums_of_coils.as_ref());
+    /// Where only currents of coils are, they are wanted from then on.
+    pub fn misses_sums(&mut self, sys: &System, [z, l, u]: [&[f64]; 3], least: f64) -> bool {
+        let hidden = |sums: &&Arc<Sums>| self.impulsive && sums.hide_coils(self.length);
+        let sums = self.sums.as_ref().or_else(|| sys.sums.as_ref().filter(hidden));
         let Some(sums) = sums.filter(|sums| sums.missed(z, l, u) > least).cloned() else {
             return false;
         };

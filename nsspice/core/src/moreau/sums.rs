@@ -87,14 +87,16 @@ impl Sums {
 
     /// Whether in steps of this length [s] what is stored may hide what conducts.
     pub fn needed(&self, length: f64) -> bool {
-        let [capacitance, conductance, _] = self.extremes;
-        f64::EPSILON * capacitance / length > SEEN * conductance
+        self.hide(length, self.extremes[1])
     }
 
     /// The same beside coils, which conduct in a short step as large resistors do.
     pub fn hide_coils(&self, length: f64) -> bool {
-        let [capacitance, _, inductance] = self.extremes;
-        f64::EPSILON * capacitance / length > SEEN * (length / inductance)
+        self.hide(length, length / self.extremes[2])
+    }
+
+    fn hide(&self, length: f64, conductance: f64) -> bool {
+        f64::EPSILON * self.extremes[0] / length > SEEN * conductance
     }
 
     /// Factorises a mode whose unknowns have these scales; nothing if it is singular.

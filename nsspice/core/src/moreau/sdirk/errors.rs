@@ -4,6 +4,7 @@ use super::super::stepper::Stepper;
 use super::ladder::SMALL;
 use super::pass::NOTICED;
 use super::run::Sdirk;
+use super::step::Trial;
 
 /// Rounding of an estimated error: that of the largest voltage (current), in the rates of all stages.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
@@ -53,25 +54,26 @@ impl Sdirk {
 
     /// Whether the trial step moves what is stored by no more than its stages leave open.  What a stage leaves of
     /// the charges of junctions flows somewhere, too.
-    fn is_still(&self, s: &Stepper) -> bool {
+    fn is_still(&mut self, s: &Stepper) -> bool {
         let Some(smooth) = &s.smooth else { return false };
         let (n, m) = (s.z.len(), s.l.len());
         let part = STILL * smooth.newton.accuracy().max(f64::EPSILON);
-        let (first, end) = (&self.trial.first, &self.trial.stages[self.tableau.stages() - 1]);
-        let [mut change, mut stored] = [(); 2].map(|()| vec![0.0; n]);
-        smooth.newton.add_stored(1.0, &end[n + m..], &mut stored);
-        change.copy_from_slice(&stored);
-        smooth.newton.add_stored(-1.0, &first[n + m..], &mut change);
-        let [moved, most] = [&change, &stored].map(|list| s.sys.largest(&[list]));
-        if (0..2).any(|kind| moved[kind] > part * most[kind]) {
+        let Trial { first, stages, terms, storage, length, stored, .. } = &mut self.trial;
+        let end = &stages[self.tableau.stages() - 1];
+        stored.fill(0.0);
+        smooth.newton.add_stored(1.0, &end[n + m..], stored);
+        let most = s.sys.largest(&[stored]);
+        let mut linear = self.ladder.stored.iter().filter(|&&j| terms[j] > 0.0);
+        let rests = linear.all(|&j| {
+            let kind = usize::from(s.sys.linear.row_kind[j]);
+            let came = (most[kind] / storage[j]).max(most[1 - kind] / *length);
+            (end[j] - first[j]).abs() <= part * terms[j].max(came)
+        });
+        if !rests {
             return false;
         }
-        let trial = &self.trial;
-        let mut linear = self.ladder.stored.iter().filter(|&&j| trial.terms[j] > 0.0);
-        linear.all(|&j| {
-            let kind = usize::from(s.sys.linear.row_kind[j]);
-            let came = (most[kind] / trial.storage[j]).max(most[1 - kind] / trial.length);
-            (end[j] - first[j]).abs() <= part * trial.terms[j].max(came)
-        })
+        smooth.newton.add_stored(-1.0, &first[n + m..], stored);
+        let moved = s.sys.largest(&[stored]);
+        (0..2).all(|kind| moved[kind] <= part * most[kind])
     }
 }

@@ -75,7 +75,7 @@ pub struct Trial {
     /// scratch
     from: Vec<f64>,
     raw: Vec<f64>,
-    stored: Vec<f64>,
+    pub(super) stored: Vec<f64>,
     smoothed: Vec<f64>,
     pub u: Vec<f64>,
     /// a point of the continuous solution: unknowns, guards and functions
