@@ -69,7 +69,7 @@ rust-test: $(BIN)/python | check-rust
 	  cargo test --manifest-path $(CRATE) --locked
 
 unit: $(VENV)/.dev
-	$(BIN)/python -m pytest -m 'not soak'
+	$(BIN)/python -m pytest -m 'not soak' -n auto --dist worksteal
 
 fmt: $(VENV)/.dev rust-tools
 	$(BIN)/ruff check --fix .
@@ -82,13 +82,13 @@ bench: $(VENV)/.dev
 	$(BIN)/python -m pytest tests/benchmarks -o addopts= -o python_files='bench_*.py' -s
 	$(MAKE) work-precision
 
-# what accuracy costs here and with ngspice, Pulsim and Siconos; writes docs/work-precision.md
+# what accuracy costs here and with ngspice, Pulsim and Siconos; writes docs/reference/work-precision.md
 work-precision: $(VENV)/.dev ngspice
-	$(BIN)/python tools/work_precision.py --write docs/work-precision.md
+	$(BIN)/python tools/work_precision.py --write docs/reference/work-precision.md
 
-# all netlists against ngspice; writes the tables of docs/ngspice.md
+# all netlists against ngspice; writes the tables of docs/reference/ngspice.md
 cross-check: $(VENV)/.dev ngspice
-	$(BIN)/python tools/ngspice_table.py --write docs/ngspice.md
+	$(BIN)/python tools/ngspice_table.py --write docs/reference/ngspice.md
 
 soak: $(VENV)/.dev
 	$(BIN)/python tools/soak.py
@@ -96,7 +96,7 @@ soak: $(VENV)/.dev
 
 docs: $(VENV)/.dev
 	$(BIN)/mkdocs build --strict
-	$(BIN)/python -m pytest tests/unit/test_readme.py tests/unit/test_errors_documented.py
+	$(BIN)/python -m pytest tests/docs
 
 wheel: $(VENV)/.dev
 	$(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir dist .

@@ -1,4 +1,4 @@
-"""Writes the tables and pictures of docs/stability.md from what ``hard_cases.py measure`` found."""
+"""Writes the tables and pictures of docs/explanation/stability.md from what was measured."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def write(found: dict[str, Any], peers: dict[str, Any], root: Path) -> None:
             if name.startswith(prefix + "_"):
                 title = entry["title"].partition(": ")[2] or entry["title"]
                 picture = draw(root / "netlists" / "pathological" / f"{name}.net", images)
-                shown = f"![{name}](images/hard/{picture})" if picture else ""
+                shown = f"![{name}](../images/hard/{picture})" if picture else ""
                 text = entry["ngspice"]["text"].replace("|", "/")
                 lines.append(
                     f"| {title} (`{name}`) | {entry['nsspice']['text']} | {text} | {shown} |"
@@ -117,7 +117,7 @@ def write(found: dict[str, Any], peers: dict[str, Any], root: Path) -> None:
         for here in [{**both, **next(iter(both.values()))}]
     ]
     lines.append(PEERS.format(rows="\n".join(rows)))
-    page = root / "docs" / "stability.md"
+    page = root / "docs" / "explanation" / "stability.md"
     kept = page.read_text().partition(MARKER)[2]
     page.write_text("\n".join(lines).rstrip() + "\n\n" + MARKER + kept)
 

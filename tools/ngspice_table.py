@@ -1,6 +1,6 @@
-"""Cross-checks of all netlists with ngspice, written as docs/ngspice.md: `make cross-check`.
+"""Cross-checks of all netlists with ngspice: docs/reference/ngspice.md, by `make cross-check`.
 
-usage: python tools/ngspice_table.py [--only WORD] [--write docs/ngspice.md]
+usage: python tools/ngspice_table.py [--only WORD] [--write docs/reference/ngspice.md]
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Work-precision of every method on some decks, as docs/work-precision.md: `make work-precision`.
+"""Work-precision of every method: docs/reference/work-precision.md, by `make work-precision`.
 
 usage: python tools/work_precision.py [--only WORD] [--limit SECONDS] [--write PAGE]
 
@@ -187,7 +187,7 @@ def section(name: str, report: CostReport, whole: float) -> str:
     lines = [
         f"## {name}",
         "",
-        f"![error against time](images/work-precision/{name}.svg)",
+        f"![error against time](../images/work-precision/{name}.svg)",
         "",
         f"Whole process with the default method: {number(whole, 's', 3)}.",
         "",

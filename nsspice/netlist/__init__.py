@@ -1,7 +1,7 @@
 """The netlist front end: SPICE text to an expanded deck.
 
 ``parse_text`` and ``parse_file`` return a ``Deck``; everything wrong with a netlist is raised at
-once, as one ``NetlistError``.  The dialect is described in ``docs/netlist.md``.
+once, as one ``NetlistError``.  The dialect is described in ``docs/reference/netlist.md``.
 
 Examples
 --------

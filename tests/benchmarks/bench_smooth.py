@@ -134,6 +134,6 @@ def test_four_bit_adder_is_no_slower(options: dict[str, object]) -> None:
 
 
 def test_four_bit_adder_with_a_hundredth_of_the_tolerance() -> None:
-    """With the default tolerance, 1e-5, errors are thousands of times less: docs/performance.md."""
+    """With the default tolerance, 1e-5, errors are thousands of times less."""
     own, other = adder(method="auto")
     assert min(own.seconds) <= 2.0 * min(other.seconds)

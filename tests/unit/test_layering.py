@@ -1,4 +1,4 @@
-"""The folders of the package import only those that the table in docs/architecture.md allows."""
+"""The folders of the package import only those that docs/development/architecture.md allows."""
 
 from __future__ import annotations
 

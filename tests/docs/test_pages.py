@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 BLOCK = re.compile(r"^```(python|console|spice)\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
 
 
@@ -19,7 +19,9 @@ def blocks(language: str) -> list[object]:
     found = []
     for page in PAGES:
         texts = [t for kind, t in BLOCK.findall(page.read_text("utf-8")) if kind == language]
-        found += [pytest.param(t, id=f"{page.name}-{k}") for k, t in enumerate(texts, 1)]
+        found += [
+            pytest.param(t, id=f"{page.relative_to(ROOT)}-{k}") for k, t in enumerate(texts, 1)
+        ]
     return found
 
 

@@ -1,4 +1,4 @@
-"""Every error code of the program stands in docs/errors.md, and no code stands there in vain."""
+"""Every error code of the program stands in docs/reference/errors.md, and no code in vain."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ def codes_in_use() -> dict[str, set[str]]:
 
 def documented() -> list[str]:
     """Return the codes that have a row of their own."""
-    text = (ROOT / "docs" / "errors.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "reference" / "errors.md").read_text(encoding="utf-8")
     return re.findall(r"^\| (NS\d{4}) \|", text, flags=re.MULTILINE)
 
 
 def test_every_code_is_documented() -> None:
     missing = {c: f for c, f in codes_in_use().items() if c not in documented()}
-    assert not missing, "add a row to docs/errors.md"
+    assert not missing, "add a row to docs/reference/errors.md"
 
 
 def test_no_row_is_stale() -> None:

@@ -1,0 +1,97 @@
+"""The pages of the gallery: every netlist with its waveforms and its expected results."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import nsspice
+from nsspice.compare.expect import check
+
+try:
+    import tomllib
+except ImportError:  # Python 3.10
+    import tomli as tomllib
+
+HEADINGS = {
+    "basics": "Basics: one idea each",
+    "rectifiers": "Rectifiers, clamps and multipliers",
+    "converters": "Switching converters",
+    "smooth": "Rectifiers with SPICE's smooth diodes",
+    "bipolar": "Bipolar transistors",
+    "thesis": "The thesis as circuits",
+    "pathological": "Hard cases",
+}
+
+
+def pages(root: Path) -> dict[str, str | bytes]:
+    """Return the pages and their pictures by the name of their file in the site."""
+    made: dict[str, str | bytes] = {}
+    for folder, heading in HEADINGS.items():
+        parts = [f"# {heading}\n"]
+        for netlist in sorted((root / folder).glob("*.net")):
+            picture = draw(netlist)
+            name = f"gallery/{folder}/{netlist.stem}.svg"
+            if picture is not None:
+                made[name] = picture
+            parts.append(entry(netlist, name.removeprefix("gallery/") if picture else None))
+        made[f"gallery/{folder}.md"] = "\n".join(parts)
+    return made
+
+
+def draw(netlist: Path) -> bytes | None:
+    """Return the default picture of a netlist's last analysis, None where there is none."""
+    try:
+        solutions = nsspice.read(netlist).run()
+        drawable = [s for s in solutions if s.axis.size > 1]
+        if not drawable:
+            return None
+        figure = drawable[-1].plot()
+    except nsspice.NsspiceError:
+        return None
+    stream = io.BytesIO()
+    figure.savefig(stream, format="svg", bbox_inches="tight")
+    return stream.getvalue()
+
+
+def entry(netlist: Path, picture: str | None) -> str:
+    """Return the section of a netlist: title, waveforms, expected results, deck."""
+    text = netlist.read_text("utf-8")
+    title = text.splitlines()[0].lstrip("* ")
+    expected = tomllib.loads(netlist.with_suffix(".expect.toml").read_text("utf-8"))
+    report = check(netlist.with_suffix(".expect.toml"))
+    parts = [f"## {netlist.stem.replace('_', ' ')}\n", f"{title}.\n"]
+    if picture:
+        parts.append(f"![waveforms of {netlist.stem}]({picture}){{ .waveform loading=lazy }}\n")
+    if "refused" in expected:
+        parts.append(f"Must be refused with `{expected['refused']['code']}`.\n")
+    rows = [f"| {line(c)} | {'met' if report.passed else 'MISSED'} |" for c in checks(expected)]
+    if rows:
+        head = "| expected | tolerance | why | |\n|---|---|---|---|"
+        parts.append(f'??? note "Expected results"\n\n{indent(head)}\n{indent(chr(10).join(rows))}\n')
+    source = " ".join(str(expected.get("source", "")).split())
+    if source:
+        parts.append(f"Source: {source}\n")
+    parts.append(f'??? example "The deck, {netlist.name}"\n\n{indent(f"```spice{chr(10)}{text.strip()}{chr(10)}```")}\n')
+    return "\n".join(parts)
+
+
+def checks(expected: dict[str, object]) -> list[dict[str, object]]:
+    """Return the checks of an expectation."""
+    found = expected.get("check", [])
+    assert isinstance(found, list)
+    return found
+
+
+def line(check: dict[str, object]) -> str:
+    """Return what a check asks for, its tolerance and the reason, as cells of a table."""
+    what = next((f"{k} `{check[k]}`" for k in ("signal", "measure", "impulse") if k in check), "")
+    where = f" at {check['at']}" if "at" in check else f" {check.get('statistic', '')}"
+    value = check.get("value", f"as in `{check['reference']}`" if "reference" in check else "")
+    why = str(check.get("why", "")).replace("|", "/")
+    return f"{what}{where} = {value} | {check.get('tolerance', '')} | {why}"
+
+
+def indent(text: str) -> str:
+    """Return lines moved in by four columns, as the folded parts of a page need."""
+    return "\n".join("    " + row for row in text.splitlines())

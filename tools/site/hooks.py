@@ -1,0 +1,49 @@
+"""Hooks of the documentation's build: pages made from the code and the collection of netlists.
+
+`mkdocs build` calls the functions below by their names.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+from mkdocs.structure.files import File, Files
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import commands
+import gallery
+import parameters
+
+#: what the extension for formulas leaves: \( inline \) and \[ in a block \]
+_FORMULA = re.compile(
+    r'<(span|div) class="arithmatex">\s*\\[(\[](.*?)\\[)\]]\s*</\1>', flags=re.DOTALL
+)
+
+
+def on_files(files: Files, config: Any) -> Files:
+    """Add the pages that are made from the code and from the netlists."""
+    pages: dict[str, str | bytes] = {
+        "reference/command-line.md": commands.page(),
+        "reference/devices.md": parameters.page(),
+        **gallery.pages(Path(config.config_file_path).parent / "netlists"),
+    }
+    for name, content in pages.items():
+        files.append(File.generated(config, name, content=content))
+    return files
+
+
+def on_page_content(html: str, **_: Any) -> str:
+    """Write formulas as MathML, which browsers show without any script."""
+    from html import unescape
+
+    from latex2mathml.converter import convert
+
+    def mathml(match: re.Match[str]) -> str:
+        display = "block" if match[1] == "div" else "inline"
+        return str(convert(unescape(match[2]), display=display))
+
+    return _FORMULA.sub(mathml, html)
