@@ -12,6 +12,16 @@ from .tape import Tape, TapeBuilder
 
 if TYPE_CHECKING:
     from .generalized import Cone, GeneralizedEquation, Ramp, Sign
+    from .matrices import (
+        is_copositive,
+        is_definite,
+        is_h_matrix,
+        is_m_matrix,
+        is_monotone,
+        is_p0_matrix,
+        is_p_matrix,
+    )
+    from .verdict import Verdict, Witness
 
 __all__ = [
     "Cone",
@@ -26,12 +36,34 @@ __all__ = [
     "Switch",
     "Tape",
     "TapeBuilder",
+    "Verdict",
     "Waveform",
+    "Witness",
     "elements_of",
+    "is_copositive",
+    "is_definite",
+    "is_h_matrix",
+    "is_m_matrix",
+    "is_monotone",
+    "is_p0_matrix",
+    "is_p_matrix",
     "weighted_sum",
 ]
 
+_MATRICES = (
+    "is_copositive",
+    "is_definite",
+    "is_h_matrix",
+    "is_m_matrix",
+    "is_monotone",
+    "is_p0_matrix",
+    "is_p_matrix",
+)
 __getattr__ = lazily(
     __name__,
-    dict.fromkeys(("Cone", "GeneralizedEquation", "Ramp", "Sign"), ".generalized"),
+    {
+        **dict.fromkeys(("Cone", "GeneralizedEquation", "Ramp", "Sign"), ".generalized"),
+        **dict.fromkeys(_MATRICES, ".matrices"),
+        **dict.fromkeys(("Verdict", "Witness"), ".verdict"),
+    },
 )

@@ -18,78 +18,10 @@ import numpy.typing as npt
 
 from .csc import Floats
 from .descriptor import DescriptorSystem
+from .matrices import is_p_matrix
 
 #: Minors and determinants below this part of the product of their rows' lengths are zero.
 ZERO = 1e-11
-_MOST = 14  # rows of a matrix whose principal minors are all formed
-
-
-def is_p_matrix(matrix: Floats) -> bool | None:
-    """Return whether all principal minors are positive; None if that is not decided.
-
-    Small matrices by Schur complements: a matrix is P exactly if its first entry is positive and
-    both the rest and the complement of the entry in it are P (M. J. Tsatsomeros, L. Li, *A
-    recursive test for P-matrices*, BIT 40, 2000).  Large ones by sufficient conditions: a positive
-    definite symmetric part, an H-matrix with positive diagonal, or a diagonal entry that is not
-    positive.
-
-    Parameters
-    ----------
-    matrix : ndarray, shape (m, m)
-
-    Examples
-    --------
-    >>> is_p_matrix(np.array([[1.0, -3.0], [0.5, 1.0]]))
-    True
-    >>> is_p_matrix(np.array([[1.0, 2.0], [2.0, 1.0]]))
-    False
-    """
-    m = matrix.shape[0]
-    diagonal = np.diag(matrix)
-    if m == 0:
-        return True
-    if not np.all(np.isfinite(matrix)) or np.any(diagonal <= 0.0):
-        return False
-    if is_positive_definite(matrix) or is_h_matrix(matrix):
-        return True
-    if m > _MOST:
-        return None
-    scale = 1.0 / np.sqrt(diagonal)
-    return _recursive(matrix * scale[:, None] * scale)
-
-
-def _recursive(matrix: Floats) -> bool:
-    pivot = matrix[0, 0]
-    if pivot <= ZERO * np.abs(matrix[0]).max():
-        return False
-    if matrix.shape[0] == 1:
-        return True
-    rest = matrix[1:, 1:]
-    complement = rest - np.outer(matrix[1:, 0], matrix[0, 1:]) / pivot
-    return _recursive(rest) and _recursive(complement)
-
-
-def is_positive_definite(matrix: Floats) -> bool:
-    """Return whether ``x . (M x) > 0`` for all x, by a Cholesky factorisation."""
-    try:
-        np.linalg.cholesky(matrix + matrix.T - ZERO * np.diag(np.abs(np.diag(matrix))))
-    except np.linalg.LinAlgError:
-        return False
-    return True
-
-
-def is_h_matrix(matrix: Floats) -> bool:
-    """Return whether the diagonal dominates after some positive scaling of the columns."""
-    diagonal = np.abs(np.diag(matrix))
-    if np.any(diagonal == 0.0):
-        return False
-    comparison = -np.abs(matrix) / diagonal[:, None]
-    np.fill_diagonal(comparison, 1.0)
-    try:
-        weights = np.linalg.solve(comparison, np.ones(len(diagonal)))
-    except np.linalg.LinAlgError:
-        return False
-    return bool(np.all(weights > 0.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,19 +151,19 @@ def _in_mode(
     if len(others):
         columns, rows = full[:, kept[:, None], others], full[:, others[:, None], kept]
         for block in full[:, others[:, None], others] - rows @ inverse @ columns:
-            strong = is_p_matrix(block)
-            if not strong:
-                return replace(singular, strong=strong)
+            found = is_p_matrix(block)
+            if not found:
+                return replace(singular, strong=found.holds)
     modulus, place = 0.0, (0, 0)
     count = len(others) if len(others) <= 6 else 0
     for mode in itertools.product((False, True), repeat=count):
-        found: Floats | None = inverse
+        inner: Floats | None = inverse
         if any(mode):
             index = np.concatenate([kept, others[np.array(mode)]])
-            found = inverses(full[:, index[:, None], index])
-        if found is None:
+            inner = inverses(full[:, index[:, None], index])
+        if inner is None:
             return singular
-        sizes = np.abs(found[:, :n, :n]).max(axis=0)
+        sizes = np.abs(inner[:, :n, :n]).max(axis=0)
         best = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
         if sizes[best] > modulus:
             modulus, place = float(sizes[best]), (int(best[0]), int(best[1]))
@@ -276,8 +208,5 @@ __all__ = [
     "Regularity",
     "index_sets",
     "inverses",
-    "is_h_matrix",
-    "is_p_matrix",
-    "is_positive_definite",
     "strong_regularity",
 ]
