@@ -14,7 +14,7 @@ CRATE  := nsspice/core/Cargo.toml
 export PYO3_PYTHON := $(abspath $(BIN)/python)
 RUST_SOURCES := $(shell find nsspice/core/src -name '*.rs' 2>/dev/null) nsspice/core/Cargo.lock
 
-.PHONY: run test setup check-rust rust-tools ngspice fmt lint type unit rust-test bench work-precision cross-check docs soak wheel clean
+.PHONY: run test setup check-rust rust-tools ngspice fmt lint type unit rust-test bench work-precision cross-check coverage docs soak wheel clean
 
 run: $(VENV)/.core
 	$(BIN)/nsspice run $(DECK) --plot
@@ -89,6 +89,10 @@ work-precision: $(VENV)/.dev ngspice
 # all netlists against ngspice; writes the tables of docs/reference/ngspice.md
 cross-check: $(VENV)/.dev ngspice
 	$(BIN)/python tools/ngspice_table.py --write docs/reference/ngspice.md
+
+# lines of the Python package that the tests run; the threshold only rises
+coverage: $(VENV)/.dev
+	$(BIN)/python -m pytest -m 'not soak' -n auto --dist worksteal --cov=nsspice --cov-report=term:skip-covered
 
 soak: $(VENV)/.dev
 	$(BIN)/python tools/soak.py

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -11,51 +12,68 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-BLOCK = re.compile(r"^```(python|console|spice)\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
+#: a block of code: its language, the name of its file if it has a title, its text
+BLOCK = re.compile(
+    r'^```(python|console|spice|toml)(?: title="([^"]+)")?\n(.*?)^```',
+    flags=re.MULTILINE | re.DOTALL,
+)
 
 
-def blocks(language: str) -> list[object]:
-    """Return the code blocks of a language, named by their page."""
-    found = []
-    for page in PAGES:
-        texts = [t for kind, t in BLOCK.findall(page.read_text("utf-8")) if kind == language]
-        found += [
-            pytest.param(t, id=f"{page.relative_to(ROOT)}-{k}") for k, t in enumerate(texts, 1)
-        ]
-    return found
+class Page:
+    """The blocks of one page, run in their order in one folder and one namespace."""
+
+    def __init__(self, path: Path, folder: Path) -> None:
+        self.path, self.folder = path, folder
+        self.names: dict[str, object] = {"__name__": "__main__"}
+
+    def run(self, kind: str, title: str, text: str, capsys: pytest.CaptureFixture[str]) -> None:
+        if title:
+            (self.folder / title).write_text(text, "utf-8")
+        if kind == "python":
+            self.python(text, capsys)
+        elif kind == "console":
+            for line in text.splitlines():
+                if line.startswith("$ nsspice "):
+                    self.command(line)
+        elif kind == "spice":
+            self.netlist(text)
+
+    def python(self, text: str, capsys: pytest.CaptureFixture[str]) -> None:
+        """A block runs; a line ``# prints: ...`` at its end tells what it prints."""
+        capsys.readouterr()
+        exec(compile(text, f"<{self.path.name}>", "exec"), self.names)
+        expected = re.findall(r"^# prints: (.*)$", text, flags=re.MULTILINE)
+        assert capsys.readouterr().out.splitlines() == expected, text
+
+    def command(self, line: str) -> None:
+        """A command exits with 0, or as its comment ``# exits with N`` says."""
+        wanted = re.search(r"# exits with (\d+)", line)
+        arguments = shlex.split(line.removeprefix("$ nsspice "), comments=True)
+        done = subprocess.run(
+            [sys.executable, "-m", "nsspice", *arguments],
+            cwd=self.folder, capture_output=True, text=True, timeout=120, check=False,
+        )  # fmt: skip
+        assert done.returncode == int(wanted[1] if wanted else 0), f"{line}\n{done.stderr}"
+
+    def netlist(self, text: str) -> None:
+        """A deck of several lines simulates (single lines are examples of a card)."""
+        import nsspice
+
+        circuit = nsspice.read(text)
+        if "* refused" not in text:
+            assert circuit.run()
 
 
-@pytest.mark.parametrize("text", blocks("python"))
-def test_python_examples_run(
-    text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("path", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_what_a_page_shows_runs(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A block runs; a line ``# prints: ...`` at its end tells what it prints."""
+    """Python, commands and netlists of a page run in the order in which they stand."""
     (tmp_path / "netlists").symlink_to(ROOT / "netlists")
     monkeypatch.chdir(tmp_path)
-    exec(compile(text, "<example>", "exec"), {"__name__": "__main__"})
-    expected = re.findall(r"^# prints: (.*)$", text, flags=re.MULTILINE)
-    assert capsys.readouterr().out.splitlines() == expected
-
-
-@pytest.mark.parametrize("text", blocks("console"))
-def test_commands_run(text: str, tmp_path: Path) -> None:
-    """Every ``$ nsspice ...`` line of a console block exits with 0 (make lines are CI's job)."""
-    (tmp_path / "netlists").symlink_to(ROOT / "netlists")
-    for line in text.splitlines():
-        if line.startswith("$ nsspice "):
-            arguments = line.partition("#")[0].split()[2:]
-            done = subprocess.run(
-                [sys.executable, "-m", "nsspice", *arguments],
-                cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False,
-            )  # fmt: skip
-            assert done.returncode == 0, f"{line}\n{done.stderr}"
-
-
-@pytest.mark.parametrize("text", blocks("spice"))
-def test_netlists_run(text: str) -> None:
-    import nsspice
-
-    assert nsspice.read(text).run()
+    page = Page(path, tmp_path)
+    for kind, title, text in BLOCK.findall(path.read_text("utf-8")):
+        page.run(kind, title, text, capsys)
 
 
 def test_the_readme_has_an_example_and_a_picture() -> None:
