@@ -58,6 +58,7 @@ ngspice: $(BIN)/python
 lint: $(VENV)/.dev rust-tools
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/codespell
 	cargo fmt --manifest-path $(CRATE) --check
 	cargo clippy --manifest-path $(CRATE) --all-targets --locked -- -D warnings
 
