@@ -58,7 +58,7 @@ ngspice: $(BIN)/python
 lint: $(VENV)/.dev rust-tools
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/codespell
+	$(BIN)/codespell docs nsspice tests tools README.md CONTRIBUTING.md CHANGELOG.md
 	cargo fmt --manifest-path $(CRATE) --check
 	cargo clippy --manifest-path $(CRATE) --all-targets --locked -- -D warnings
 
