@@ -25,8 +25,14 @@ const ACCEPT: f64 = 1e-10;
 const ASTRAY: f64 = 1e-3;
 /// Guesses that are not judged after one that was not good enough: in a circuit at rest they are.
 const UNJUDGED: u8 = 7;
-/// Rates whose matrices are kept.
-const RATES: usize = 12;
+/// Memory for the matrices of all rates [numbers], and so many are kept whatever they take.  A run with error
+/// control comes back to each of some ten lengths of steps, and to as many behind events.
+const BUDGET: usize = 8_000_000;
+const FEWEST: usize = 12;
+/// Beyond this number finding one takes longer than a small factorisation.
+const MOST: usize = 256;
+/// Copies of the Jacobian in an assembly: values, scales and patterns; its factors take as much, and fill in.
+const COPIES: usize = 24;
 /// Iterations from a good start.
 const ITERATIONS: usize = 40;
 /// The same where others may be found more easily.
@@ -66,6 +72,10 @@ pub struct Newton {
     pub(super) eq: Arc<Equations>,
     pub(super) tape: Tape,
     pub(super) assemblies: Vec<Assembly>,
+    /// their rates once more, side by side
+    rates: Vec<f64>,
+    /// how many are kept
+    most: usize,
     pub(super) present: usize,
     stamp: u64,
     /// relative residual at which the iteration ends
@@ -108,6 +118,8 @@ impl Newton {
         Newton {
             turns: Turns::new(smooth.tape.program()),
             assemblies: vec![Assembly::new(&eq, 0.0)],
+            rates: vec![0.0],
+            most: (BUDGET / (COPIES * eq.pattern.values.len().max(1))).clamp(FEWEST, MOST),
             present: 0,
             stamp: 0,
             accuracy: DONE,
@@ -152,20 +164,23 @@ impl Newton {
     /// Chooses the rate: 0 for a static problem, `1/h` for an implicit step of length h.
     pub fn set_rate(&mut self, rate: f64) {
         self.stamp += 1;
-        let same = |a: &Assembly| a.rate == rate || (a.rate - rate).abs() <= 1e-9 * rate;
-        let known = if same(&self.assemblies[self.present]) {
+        let same = |&known: &f64| known == rate || (known - rate).abs() <= 1e-9 * rate;
+        let known = if same(&self.rates[self.present]) {
             Some(self.present)
         } else {
-            self.assemblies.iter().position(same)
+            self.rates.iter().position(same)
         };
         self.present = match known {
             Some(k) => k,
             None => {
-                if self.assemblies.len() >= RATES {
-                    let oldest = (0..RATES).min_by_key(|&k| self.assemblies[k].stamp).unwrap_or(0);
+                let count = self.assemblies.len();
+                if count >= self.most {
+                    let oldest = (0..count).min_by_key(|&k| self.assemblies[k].stamp).unwrap_or(0);
                     self.assemblies.swap_remove(oldest);
+                    self.rates.swap_remove(oldest);
                 }
                 self.assemblies.push(Assembly::new(&self.eq, rate));
+                self.rates.push(rate);
                 self.assemblies.len() - 1
             }
         };
