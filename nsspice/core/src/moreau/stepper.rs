@@ -14,8 +14,7 @@ use super::storage::Storage;
 use super::times::fastest_time;
 use super::witness::Witness;
 use crate::audit::{Balance, Sums, ITERATED};
-use crate::descriptor::Linear;
-use crate::given::given_by_sources;
+use crate::given::fixed_by_lines;
 use crate::mlcp::{work_len, Role, Start};
 use crate::newton::Tracking;
 use crate::structure::kinks_that_reach_storage;
@@ -113,20 +112,6 @@ pub(super) enum Large {
     Awaited,
     /// those of this mode have been certified
     Mode(u64),
-}
-
-/// The unknowns that constant and piecewise linear sources alone determine.  Their rates are exact, too; those of
-/// a sine are as good as the step, and are what flows into a capacitor across it.
-fn fixed_by_lines(linear: &Linear, functions: &[usize], waveforms: &[Waveform]) -> Vec<bool> {
-    let mut curved = vec![false; linear.g.nrows];
-    let smooth = |w: &Waveform| matches!(w, Waveform::Smooth(_));
-    linear.s.iter().filter(|e| smooth(&waveforms[e.1])).for_each(|(row, ..)| curved[row] = true);
-    let mut fixed = vec![false; linear.g.nrows];
-    for known in given_by_sources(linear, functions.iter().copied(), |_| true) {
-        let lines = |others: &[(usize, f64)], fixed: &[bool]| others.iter().all(|e| fixed[e.0]);
-        fixed[known.unknown] = !curved[known.row] && lines(&known.others, &fixed);
-    }
-    fixed
 }
 
 /// One island in the course of its simulation.

@@ -4,6 +4,7 @@ use super::equations::{Equations, Smooth};
 use super::homotopy;
 use super::judge::{Balance, Judgement};
 use super::linear::Assembly;
+use super::rates::rates_kept;
 use super::state::State;
 use super::turns::Turns;
 use crate::mlcp::{Residual, Role, Start};
@@ -25,14 +26,6 @@ const ACCEPT: f64 = 1e-10;
 const ASTRAY: f64 = 1e-3;
 /// Guesses that are not judged after one that was not good enough: in a circuit at rest they are.
 const UNJUDGED: u8 = 7;
-/// Memory for the matrices of all rates [numbers], and so many are kept whatever they take.  A run with error
-/// control comes back to each of some ten lengths of steps, and to as many behind events.
-const BUDGET: usize = 8_000_000;
-const FEWEST: usize = 12;
-/// Beyond this number finding one takes longer than a small factorisation.
-const MOST: usize = 256;
-/// Copies of the Jacobian in an assembly: values, scales and patterns; its factors take as much, and fill in.
-const COPIES: usize = 24;
 /// Iterations from a good start.
 const ITERATIONS: usize = 40;
 /// The same where others may be found more easily.
@@ -73,11 +66,11 @@ pub struct Newton {
     pub(super) tape: Tape,
     pub(super) assemblies: Vec<Assembly>,
     /// their rates once more, side by side
-    rates: Vec<f64>,
+    pub(super) rates: Vec<f64>,
     /// how many are kept
-    most: usize,
+    pub(super) most: usize,
     pub(super) present: usize,
-    stamp: u64,
+    pub(super) stamp: u64,
     /// relative residual at which the iteration ends
     accuracy: f64,
     /// the next solve may give up early
@@ -119,7 +112,7 @@ impl Newton {
             turns: Turns::new(smooth.tape.program()),
             assemblies: vec![Assembly::new(&eq, 0.0)],
             rates: vec![0.0],
-            most: (BUDGET / (COPIES * eq.pattern.values.len().max(1))).clamp(FEWEST, MOST),
+            most: rates_kept(&eq),
             present: 0,
             stamp: 0,
             accuracy: DONE,
@@ -159,32 +152,6 @@ impl Newton {
             tape: smooth.tape,
             eq,
         }
-    }
-
-    /// Chooses the rate: 0 for a static problem, `1/h` for an implicit step of length h.
-    pub fn set_rate(&mut self, rate: f64) {
-        self.stamp += 1;
-        let same = |&known: &f64| known == rate || (known - rate).abs() <= 1e-9 * rate;
-        let known = if same(&self.rates[self.present]) {
-            Some(self.present)
-        } else {
-            self.rates.iter().position(same)
-        };
-        self.present = match known {
-            Some(k) => k,
-            None => {
-                let count = self.assemblies.len();
-                if count >= self.most {
-                    let oldest = (0..count).min_by_key(|&k| self.assemblies[k].stamp).unwrap_or(0);
-                    self.assemblies.swap_remove(oldest);
-                    self.rates.swap_remove(oldest);
-                }
-                self.assemblies.push(Assembly::new(&self.eq, rate));
-                self.rates.push(rate);
-                self.assemblies.len() - 1
-            }
-        };
-        self.assemblies[self.present].stamp = self.stamp;
     }
 
     /// Lets the iteration end at a relative residual; it stays between what rounding allows and a
