@@ -2,8 +2,8 @@
 
 Each error has a stable code ``NS####``, one sentence that says what to do next, and, where a
 netlist is involved, the place in it.  Code ranges: 1xxx netlist text, 2xxx elements and topology,
-3xxx numerical solution, 4xxx files and output, 5xxx checks and comparisons.  All are listed in
-``docs/reference/errors.md``.
+3xxx numerical solution, 4xxx files and output, 5xxx checks and comparisons, 6xxx variational
+problems.  All are listed in ``docs/reference/errors.md``.
 """
 
 from __future__ import annotations

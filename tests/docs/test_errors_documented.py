@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-CODE = re.compile(r"\bNS[1-5]\d{3}\b")
+CODE = re.compile(r"\bNS[1-6]\d{3}\b")
 
 
 def codes_in_use() -> dict[str, set[str]]:

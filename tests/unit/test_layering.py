@@ -21,6 +21,7 @@ ALLOWED = {
     "analyses": {"netlist", "devices", "circuit", "problems", "solvers"},
     "output": {"netlist", "problems", "analyses", "_core"},
     "compare": {"netlist", "devices", "circuit", "problems", "solvers", "analyses", "output"},
+    "dvi": {"netlist", "devices", "problems", "solvers", "analyses", "_core"},
     "cli": {"netlist", "devices", "circuit", "problems", "solvers", "analyses", "output"}
     | {"compare"},
 }

@@ -10,7 +10,6 @@ pub mod modewise;
 pub mod moreau;
 pub mod newton;
 pub mod sparse;
-pub mod structure;
 pub mod switch;
 pub mod tape;
 pub mod waveform;

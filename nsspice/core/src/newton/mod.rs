@@ -29,7 +29,6 @@ mod judge;
 mod laws;
 mod linear;
 mod path;
-mod rates;
 mod solve;
 mod state;
 mod stored;

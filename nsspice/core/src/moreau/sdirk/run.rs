@@ -19,7 +19,7 @@ use super::{Accuracy, Tableau};
 use crate::audit::Taken;
 use crate::row_clock::RowClock;
 use crate::sampling::Sampling;
-use crate::waveform::{Side, Waveform};
+use crate::waveform::Side;
 use std::time::{Duration, Instant};
 
 /// Residual at which the iteration of a stage may end, as a part of the tolerance.
@@ -65,8 +65,7 @@ pub struct Counters {
 pub(super) enum End {
     Plain,
     Corner {
-        /// nothing can jump there
-        calm: bool,
+        jump: bool,
     },
     Event,
     /// switches that are sampled look at their controls
@@ -110,10 +109,7 @@ pub struct Sdirk {
     /// switches that chatter
     pub(super) sampling: Sampling,
     pub(super) begun: bool,
-    /// the next breakpoint of a source, and whether something may jump there
     pub(super) corner: (f64, bool),
-    /// of each source, whether something may jump where its slope does
-    kinks: Vec<bool>,
     pub(super) points: PointRows,
     pub(super) witness: Witness,
     /// where the rows of the present step come from, once that has been found out
@@ -172,7 +168,6 @@ impl Sdirk {
             sampling: Sampling::new(s.switches.len(), longest.min(INTERVAL * (stop - s.time))),
             begun: false,
             corner: (f64::NEG_INFINITY, false),
-            kinks: s.kinks.clone(),
             points: PointRows::default(),
             witness: Witness::default(),
             origin: None,
@@ -305,10 +300,7 @@ impl Sdirk {
         }
         self.ladder.begin(s, &self.scales);
         if self.corner.0 <= s.time {
-            let (time, jump) = next_corner(&s.waveforms, s.time);
-            let here = |w: &Waveform| w.next_corner_time(s.time).is_some_and(|t| t <= time);
-            let kink = || s.waveforms.iter().zip(&self.kinks).any(|(w, &kink)| kink && here(w));
-            self.corner = (time, jump || kink());
+            self.corner = next_corner(&s.waveforms, s.time);
         }
         self.trial.corner = self.corner.0;
     }
@@ -324,7 +316,7 @@ impl Sdirk {
     pub(super) fn target(&self) -> (f64, End) {
         let (corner, jump) = self.corner;
         let plain = if corner <= self.stop {
-            (corner, End::Corner { calm: !jump })
+            (corner, End::Corner { jump })
         } else {
             (self.stop, End::Plain)
         };
@@ -549,17 +541,7 @@ impl Sdirk {
             smooth.f.copy_from_slice(&self.trial.point[n + m..]);
             smooth.rates.copy_from_slice(&self.trial.slope[n..]);
         }
-        // where the slope of a source jumps and nothing else can, the step goes on
-        let calm = accepted.end == (End::Corner { calm: true });
-        if calm {
-            evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
-        }
-        let goes_on = match accepted.end {
-            End::Plain | End::Look => true,
-            End::Corner { calm } => calm && !s.sources_turn(),
-            End::Event => false,
-        };
-        let plain = goes_on && turned.is_empty();
+        let plain = matches!(accepted.end, End::Plain | End::Look) && turned.is_empty();
         if !empty && !plain {
             self.scales.note(s, &s.z, &s.l); // behind a plain end the next step does
         }
@@ -569,9 +551,9 @@ impl Sdirk {
         if plain && self.method.continues() {
             self.trial.continue_rates();
         }
-        if plain && !calm {
+        if plain {
             s.u0.copy_from_slice(&self.trial.u);
-        } else if !plain {
+        } else {
             s.u1.copy_from_slice(&self.trial.u);
             self.points.note_left(s);
             evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
@@ -589,7 +571,7 @@ impl Sdirk {
             self.futile = event && before == s.active;
         }
         if s.smooth.is_some() {
-            self.trial.leave(self.tableau, accepted.theta, plain && !calm);
+            self.trial.leave(self.tableau, accepted.theta, plain);
         }
         self.tableau = self.method.next(plain);
         self.begin_step(s, plain);

@@ -1,0 +1,83 @@
+"""Differential variational inequalities and their relatives, written as equations.
+
+Expressions of unknowns, states, multipliers and the time are compiled by the netlist's own
+compiler: derivatives are exact, and the compiled engines of the circuits solve the problems.
+``docs/dvi.md`` is the introduction, ``docs/gallery`` shows an example of each kind.
+
+Examples
+--------
+>>> from nsspice import dvi
+>>> x, v = dvi.states("x", "v")
+>>> n = dvi.multiplier("n")
+>>> ball = dvi.DVI({x: v, v: n - 9.81}, [dvi.contact(n, gap=x)], start={x: 6, v: 1})
+>>> sol = ball.run(3.0)
+>>> bool(abs(sol.impulses[0].value - (1 + 2 * 9.81 * 6) ** 0.5) < 1e-12)
+True
+"""
+
+from .conditions import complementarity, contact, equation
+from .dvi import DLCP, DMVI, DNCP, DVI
+from .errors import RegularityLost
+from .expression import (
+    Expr,
+    asinh,
+    atan,
+    cos,
+    cosh,
+    exp,
+    log,
+    maximum,
+    minimum,
+    sin,
+    sinh,
+    sqrt,
+    t,
+    tan,
+    tanh,
+)
+from .lcp import LCP, MLCP
+from .point import Point
+from .sets import Box, Cone, Polyhedron, SecondOrderCone
+from .setvalued import Sgn
+from .variables import multiplier, states, unknowns
+from .vi import GE, NCP, VI
+
+__all__ = [
+    "DLCP",
+    "DMVI",
+    "DNCP",
+    "DVI",
+    "GE",
+    "LCP",
+    "MLCP",
+    "NCP",
+    "VI",
+    "Box",
+    "Cone",
+    "Expr",
+    "Point",
+    "Polyhedron",
+    "RegularityLost",
+    "SecondOrderCone",
+    "Sgn",
+    "asinh",
+    "atan",
+    "complementarity",
+    "contact",
+    "cos",
+    "cosh",
+    "equation",
+    "exp",
+    "log",
+    "maximum",
+    "minimum",
+    "multiplier",
+    "sin",
+    "sinh",
+    "sqrt",
+    "states",
+    "t",
+    "tan",
+    "tanh",
+    "unknowns",
+]

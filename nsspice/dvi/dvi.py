@@ -1,0 +1,504 @@
+"""Differential variational inequalities: rates, conditions, start; runs and verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .assembly import Assembly, Model, Pair, Row, assemble
+from .conditions import Contact, write_membership
+from .engines import Plan
+from .errors import wrong
+from .expression import Expr, as_vector, t
+from .impacts import Impacts, gap_rates
+from .scheme import Scheme
+from .sets import Set, matrix
+from .trajectory import Task, check_run, simulate, step_through
+from .variables import Unknowns
+
+if TYPE_CHECKING:
+    from ..analyses.solution import Solution
+    from .verdicts import Verdicts
+
+Floats = npt.NDArray[np.float64]
+
+
+class DVI:
+    r"""A differential variational inequality with initial values.
+
+    .. math::
+
+        \dot x = f(t, x, u), \qquad u \in \mathrm{SOL}(K, g(t, x, \cdot)), \qquad x(a) = x_a
+
+    Parameters
+    ----------
+    rates : mapping of states to expressions
+        ``{x: v, v: -x}``; a vector of states takes an array.  Set-valued terms are written with
+        :func:`Sgn`.
+    conditions : sequence
+        What determines the multipliers: :func:`complementarity`, :func:`contact`,
+        :func:`equation`, or a :class:`VI` in which states are parameters.
+    start : mapping of states to numbers
+        x_a.  A start of an unknown without a rate picks a selection where there are several.
+    at : float
+        Instant a of the start [s].
+    name : str
+        Title of its solutions.
+
+    Raises
+    ------
+    UsageError
+        NS6001 if a variable has no equation, or two, or a state no start.
+
+    Source: J.-S. Pang, D. E. Stewart, *Differential variational inequalities*, Math. Program. 113
+    (2008); T. Roubal (2015), (1.4) to (1.6).
+
+    Examples
+    --------
+    A block on a spring with dry friction sticks after some half periods:
+
+    >>> from nsspice.dvi import DVI, Sgn, states
+    >>> x, v = states("x", "v")
+    >>> block = DVI({x: v, v: -x - Sgn(v)}, start={x: -2, v: 6})
+    >>> sol = block.run(20)
+    >>> round(float(sol["x"][-1]), 12)
+    0.917237469702
+    """
+
+    kind = "DVI"
+
+    def __init__(
+        self,
+        rates: Mapping[Any, Any],
+        conditions: Sequence[Any] = (),
+        *,
+        start: Mapping[Any, Any],
+        at: float = 0.0,
+        name: str = "",
+    ) -> None:
+        self.model = Model()
+        self.conditions = tuple(conditions)
+        self.name, self.at = name, float(at)
+        for state, right in flattened(rates, "the rate"):
+            self.model.rows.append(Row(state.name, right, state=True))
+        for condition in self.conditions:
+            condition.write(self.model)
+        self.start: dict[str, float] = {}
+        for state, value in flattened(start, "the start"):
+            number = value.value({"time": self.at})
+            self.start[state.name] = float(number)
+        states = [row.name for row in self.model.rows if row.state]
+        for state_name in states:
+            if state_name not in self.start:
+                raise wrong("NS6001", f"the state {state_name} has no start", "add it to start=")
+        #: starts of unknowns without rates, which pick one of several selections
+        self.guess = {k: v for k, v in self.start.items() if k not in states}
+        self.start = {k: v for k, v in self.start.items() if k in states}
+        #: arrays of the whole problem, with the names of everything in them
+        self.assembly: Assembly = assemble(self.model, self.at)
+        for given in self.guess:
+            if given not in self.assembly.places:
+                raise wrong("NS6001", f"{given} has a start and no equation", "add its rate")
+
+    @property
+    def states(self) -> list[str]:
+        """Names of the states."""
+        return self.assembly.states
+
+    @property
+    def signals(self) -> list[str]:
+        """Names of what a solution shows: states, then multipliers and set values."""
+        hidden = ("#copy", "#slack")
+        rest = [n for n in self.assembly.places if not n.endswith(hidden) and n not in self.states]
+        return [*self.states, *rest]
+
+    @property
+    def problem_class(self) -> tuple[str, str]:
+        """Class of the problem, and why it is of that class."""
+        system = self.assembly.system
+        pairs = f"{system.m} complementarity pairs" if system.m else "no set-valued terms"
+        if system.smooth is not None:
+            return ("DNCP" if system.m else "ODE"), f"{pairs}, smooth nonlinear terms"
+        return ("DLCP" if system.m else "LINEAR_DAE"), f"{pairs}, all other terms linear"
+
+    def run(
+        self,
+        stop: float,
+        *,
+        method: str = "auto",
+        theta: float = 1.0,
+        step: float | None = None,
+        variant: int = 1,
+        rows: int = 1000,
+        reltol: float = 1e-10,
+        theta_on: str = "states",
+        time: str = "average",
+        coefficients: str = "average",
+    ) -> Solution:
+        """Return the trajectory over a length of time.
+
+        Parameters
+        ----------
+        stop : float
+            Length of the run [s].
+        method : str
+            ``auto``: ``modewise`` (exact between events) for a linear problem, else ``sdirk``
+            (error control, events located); ``moreau``: the time-stepping schemes of the thesis.
+        theta : float
+            Weight of the new state, 1 implicit to 0 explicit (the thesis writes 1 - theta); means
+            ``moreau``.
+        step : float, optional
+            Step of ``moreau`` [s], the longest one of ``sdirk``.
+        variant : int
+            Of (3.5): 1 holds the inequality at the new state, 2 at the old one (with a warning).
+        rows : int
+            Intervals between output rows; ``moreau`` has a row at each step.
+        reltol : float
+            Error of one step of ``sdirk``.
+        theta_on : str
+            What theta acts on besides the states in f: ``states`` nothing else, ``multipliers``
+            the multipliers too (the midpoint of both), ``slacks`` the states in g.
+        time : str
+            Instant of f in a step: ``average``, or ``new`` as the thesis prints it.
+        coefficients : str
+            ``old`` takes the coefficients of multipliers at the old state: (3.8).
+
+        Returns
+        -------
+        Solution
+            As of circuits: ``sol["x"]``, ``sol.time``, ``sol.events``, ``sol.impulses``,
+            ``sol.certificate``, ``sol.plot()``, ``sol.to_csv()``.
+
+        Raises
+        ------
+        UsageError
+            NS6004 for an option that does not exist, or a method that cannot treat the problem.
+        NumericalError
+            NS6020 if there is no solution.
+        """
+        check_run(stop, rows, step)
+        if self.guess and method == "auto" and step is None and theta == 1.0:
+            solution: Solution = self.to_ode().run(stop, rows=rows, reltol=max(reltol, 2.5e-14))
+            return solution
+        scheme = Scheme(theta, variant, theta_on, time, coefficients)
+        kind, reason = self.problem_class
+        task = Task(self.model, self.start, self.signals, kind, reason, self.name, self.at)
+        contacts = [c for c in self.conditions if isinstance(c, Contact) and c.restitution > 0.0]
+        impacts = Impacts(
+            {c.force.name: c.restitution for c in contacts},
+            gap_rates(self.model, {c.force.name: c.gap for c in contacts}),
+        )
+        plan = Plan(float(stop), stop / rows, method, theta, step, reltol)
+        if method in ("auto", "moreau") and not (scheme.plain and method == "auto"):
+            if impacts.restitution:
+                raise wrong(
+                    "NS6005",
+                    "fixed steps have no law of impacts with restitution",
+                    "use method='auto' without theta, which locates impacts",
+                )
+            return step_through(task, scheme, float(stop), step or stop / rows)
+        return simulate(task, plan, impacts)
+
+    def matrices(self) -> dict[str, Any]:
+        """Return the matrices of the linear part, by letter, and the names of rows and columns.
+
+        ``x' = A x + B u + p``, ``y = C x + D u + q`` for multipliers u and their slacks y; smooth
+        terms and sources are left out.
+
+        Raises
+        ------
+        UsageError
+            NS6005 if other unknowns than states and multipliers take part.
+
+        Examples
+        --------
+        >>> from nsspice.dvi import DVI, complementarity, multiplier, states
+        >>> x, u = states("x"), multiplier("u")
+        >>> DVI({x: -x + u}, [complementarity(u, 2.0*x + u)], start={x: 1.0}).matrices()["D"]
+        array([[1.]])
+        """
+        system = self.assembly.system
+        n, inner = len(self.states), system.n - len(self.states)
+        G, A = system.G.dense(), system.A.dense()
+        B, D = system.B.dense(), system.D.dense()
+        E = system.E.dense()[:n, :n]
+        rate, force = -G[:n], -A[:n]
+        if inner:
+            # unknowns without rates follow from their rows where those are regular
+            square, side = G[n:, n:], np.hstack([G[n:, :n], A[n:]])
+            if np.linalg.matrix_rank(square) < inner:
+                raise wrong(
+                    "NS6005",
+                    "unknowns without rates do not follow from states and multipliers",
+                    "look at .assembly.system, the descriptor form",
+                )
+            follow = -np.linalg.solve(square, side)
+            state, pair = follow[:, :n], follow[:, n:]
+            rate, force = rate[:, :n] + rate[:, n:] @ state, force + rate[:, n:] @ pair
+            B, D = B[:, :n] + B[:, n:] @ state, D - B[:, n:] @ pair
+        else:
+            rate = rate[:, :n]
+        return {
+            "A": np.linalg.solve(E, rate),
+            "B": np.linalg.solve(E, force),
+            "C": -B[:, :n],
+            "D": D,
+            "q": system.q.copy(),
+            "states": list(self.states),
+            "multipliers": list(self.assembly.pairs),
+        }
+
+    def verdict(self) -> Verdicts:
+        """Return what the theorems say: existence, uniqueness, and each theorem by its number.
+
+        Returns
+        -------
+        Verdicts
+            By name; each holds, fails with the hypothesis that does, or is not decided.
+
+        Examples
+        --------
+        >>> from nsspice.dvi import DVI, Sgn, states
+        >>> v = states("v")
+        >>> friction = DVI({v: -9.81 * Sgn(v)}, start={v: -66})
+        >>> bool(friction.verdict()["Theorem 2.3.3"])
+        True
+        """
+        from .verdicts import of_dvi
+
+        return of_dvi(self)
+
+    def to_ode(self) -> Any:
+        """Return the ordinary differential equation that the problem reduces to.
+
+        Returns
+        -------
+        Reduced
+            Callable ``h(t, x)``; see :class:`nsspice.dvi.reduction.Reduced`.
+        """
+        from .reduction import reduce
+
+        return reduce(self)
+
+    def __repr__(self) -> str:
+        kind, reason = self.problem_class
+        return f"<{type(self).__name__}: {kind}, states {', '.join(self.states)}; {reason}>"
+
+
+class DMVI(DVI):
+    r"""A differential mixed variational inequality.
+
+    .. math::
+
+        \dot x = f + B u, \qquad \langle h + g(u), v - u \rangle + \varphi(v) - \varphi(u) \ge 0
+        \quad (v \in K)
+
+    Parameters
+    ----------
+    rates, start, at, name
+        As of :class:`DVI`.
+    g : mapping of multipliers to expressions
+        ``{u: h + g(u)}``.
+    phi : Expr
+        Convex: a sum of multiples of ``abs`` and ``maximum`` of linear forms, and smooth terms.
+    within : mapping of multipliers to sets
+        K; the whole space where it says nothing.
+
+    Source: T. Roubal (2015), (2.2), with the signs of phi corrected.
+
+    Examples
+    --------
+    ``phi = |u|`` makes u vanish while the force on it is below 1:
+
+    >>> from nsspice.dvi import DMVI, multiplier, states
+    >>> x, u = states("x"), multiplier("u")
+    >>> problem = DMVI({x: -u}, g={u: u - x}, phi=abs(u), start={x: 3.0})
+    >>> round(float(problem.run(10.0)["x"][-1]) - 1.0, 3)
+    0.0
+    """
+
+    kind = "DMVI"
+
+    def __init__(
+        self,
+        rates: Mapping[Any, Any],
+        g: Mapping[Any, Any],
+        phi: Expr,
+        within: Mapping[Any, Set] | None = None,
+        *,
+        start: Mapping[Any, Any],
+        at: float = 0.0,
+        name: str = "",
+    ) -> None:
+        from .convex import subgradient
+        from .vi import VI
+
+        pairs = flattened(g, "the condition")
+        slopes = subgradient(phi, [u for u, _ in pairs])
+        total = np.array([h + s for (_, h), s in zip(pairs, slopes, strict=True)], dtype=object)
+        variables = np.array([u for u, _ in pairs], dtype=object).view(Unknowns)
+        condition = VI(total, within=dict(within or {}), of=variables)
+        super().__init__(rates, [condition], start=start, at=at, name=name)
+        self.phi = phi
+
+
+class DNCP(DVI):
+    """A differential nonlinear complementarity problem: ``0 <= u`` orthogonal to ``g(t, x, u)``.
+
+    Parameters
+    ----------
+    rates, start, at, name
+        As of :class:`DVI`.
+    g : mapping of multipliers to expressions
+
+    Examples
+    --------
+    >>> from nsspice.dvi import DNCP, multiplier, states
+    >>> x, u = states("x"), multiplier("u")
+    >>> problem = DNCP({x: u - x}, {u: u**3 + u - x - 1.0}, start={x: 2.0})
+    >>> problem.problem_class[0]
+    'DNCP'
+    """
+
+    kind = "DNCP"
+
+    def __init__(
+        self,
+        rates: Mapping[Any, Any],
+        g: Mapping[Any, Any],
+        *,
+        start: Mapping[Any, Any],
+        at: float = 0.0,
+        name: str = "",
+    ) -> None:
+        from .conditions import Complementarity
+
+        pairs = flattened(g, "the condition")
+        condition = Complementarity(tuple(u for u, _ in pairs), tuple(w for _, w in pairs))
+        super().__init__(rates, [condition], start=start, at=at, name=name)
+
+
+class DLCP(DVI):
+    """A differential linear complementarity problem given by its matrices.
+
+    ``x' = A x + B u + p``, ``0 <= u`` orthogonal to ``y = C x + D u + q >= 0``.
+
+    Parameters
+    ----------
+    A, B, C, D : array_like or scipy sparse, shapes (n, n), (n, m), (m, n), (m, m)
+    p, q : array_like of numbers or expressions of the time, shapes (n,), (m,)
+        0 by default.
+    x0 : array_like, shape (n,)
+    E : array_like, shape (n, n), optional
+        Regular matrix before ``x'``; it need not be symmetric.
+    names : (str, str)
+        Of the states and the multipliers.
+
+    Raises
+    ------
+    UsageError
+        NS6003 if shapes do not fit.
+
+    Examples
+    --------
+    >>> problem = DLCP([[0.0]], [[1.0]], [[1.0]], [[0.0]], p=[-1.0], x0=[1.0])
+    >>> sol = problem.run(2.0)
+    >>> [round(float(sol[name][-1]), 12) for name in ("x[0]", "u[0]")]
+    [0.0, 1.0]
+    """
+
+    kind = "DLCP"
+
+    def __init__(
+        self,
+        A: Any,
+        B: Any,
+        C: Any,
+        D: Any,
+        p: Any = 0.0,
+        q: Any = 0.0,
+        *,
+        x0: Any,
+        E: Any = None,
+        names: tuple[str, str] = ("x", "u"),
+        at: float = 0.0,
+        name: str = "",
+    ) -> None:
+        from .conditions import Complementarity
+        from .sets import vector
+        from .variables import multiplier, states
+
+        a = matrix(A, "A")
+        n = a.shape[0]
+        if a.shape[1] != n:
+            raise wrong("NS6003", f"A has the shape {a.shape}, and is not square", "")
+        d = matrix(D, "D")
+        m = d.shape[0]
+        a, d = matrix(a, "A", (n, n)), matrix(d, "D", (m, m))
+        b, c = matrix(B, "B", (n, m)), matrix(C, "C", (m, n))
+        x, u = states(names[0], size=n), multiplier(names[1], size=m)
+        right = combined(((a, x), (b, u)), _column(p, "p", n))
+        slack = combined(((c, x), (d, u)), _column(q, "q", m))
+        start = {x: vector(x0, "x0", n)}
+        condition = Complementarity(tuple(u), tuple(slack))
+        self._mass = None if E is None else matrix(E, "E", (n, n))
+        super().__init__({x: np.array(right, dtype=object)}, [condition], start=start,
+                         at=at, name=name)  # fmt: skip
+        if self._mass is not None:
+            if np.linalg.matrix_rank(self._mass) < n:
+                raise wrong("NS6003", "E is singular", "state algebraic equations by equation()")
+            labels = [item.name for item in x]
+            self.model.mass = {
+                (labels[i], labels[j]): float(self._mass[i, j])
+                for i, j in zip(*np.nonzero(self._mass), strict=True)
+            }
+            self.assembly = assemble(self.model, self.at)
+
+
+def _column(value: Any, name: str, size: int) -> list[Expr]:
+    items = as_vector(value)
+    if len(items) == 1 and size > 1:
+        items = items * size
+    if len(items) != size:
+        raise wrong("NS6003", f"{name} has {len(items)} entries; {size} are needed", "")
+    return items
+
+
+def combined(
+    terms: Iterable[tuple[Floats, Sequence[Expr]]], constant: Sequence[Expr]
+) -> list[Expr]:
+    """Return ``sum M x + constant`` row by row, without the zeros of the matrices."""
+    out = list(constant)
+    for M, x in terms:
+        for i, j in zip(*np.nonzero(M), strict=True):
+            out[i] = out[i] + float(M[i, j]) * x[j]
+    return out
+
+
+def flattened(values: Mapping[Any, Any], what: str) -> list[tuple[Expr, Expr]]:
+    """Return variables with their expressions, vectors component by component.
+
+    Raises
+    ------
+    UsageError
+        NS6003 if the lengths differ.
+    """
+    found = []
+    for key, value in values.items():
+        left, right = as_vector(key), as_vector(value)
+        if len(right) == 1 and len(left) > 1:
+            right = right * len(left)
+        if len(left) != len(right):
+            raise wrong(
+                "NS6003",
+                f"{what} of {left[0].name} has {len(right)} components for {len(left)}",
+                "",
+            )
+        found += list(zip(left, right, strict=True))
+    return found
+
+
+__all__ = ["DLCP", "DMVI", "DNCP", "DVI", "Pair", "t", "write_membership"]

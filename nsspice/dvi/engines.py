@@ -1,0 +1,235 @@
+"""Runs of an assembled problem by the compiled engines, one stretch between two restarts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..problems.descriptor import Functional
+from ..solvers.audit import Auditor
+from ..solvers.modewise import ModewiseStepper, NotModewise
+from ..solvers.moreau import MoreauStepper
+from ..solvers.sdirk import Accuracy, SdirkStepper
+from ..solvers.stepper import Jump, UnsolvedStep
+from .assembly import Assembly
+from .errors import unsolved, wrong
+
+Floats = npt.NDArray[np.float64]
+Stepper = MoreauStepper | ModewiseStepper
+
+METHODS = ("auto", "modewise", "sdirk", "moreau")
+_BLOCK = 1 << 12
+_NEVER = 1 << 62
+#: longest implicit step of the mode-wise engine, as a part of the run, where no mode is proved
+_SHORT = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """How to run: ends and rows [s], method, and what it is asked for.
+
+    Parameters
+    ----------
+    stop : float
+        End, counted from the start.
+    rows : float
+        Distance of output rows.
+    method : str
+        One of ``METHODS``.
+    theta : float
+        Weight of the new state.
+    step : float or None
+        Length of steps, the longest one where errors are controlled.
+    reltol : float
+        Error of one controlled step.
+    """
+
+    stop: float
+    rows: float
+    method: str = "auto"
+    theta: float = 1.0
+    step: float | None = None
+    reltol: float = 1e-9
+
+
+@dataclass(slots=True)
+class Stretch:
+    """What an engine left of one run.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (k, 1 + outputs)
+        Time first.
+    jumps : list of Jump
+    events : tuple
+        Times, pairs, and whether they conduct from then on.
+    stats : dict
+    checks : dict
+        What the independent check of the recorded points found.
+    method, note : str
+    end : (ndarray, ndarray)
+        Unknowns and multipliers at the end.
+    """
+
+    rows: Floats
+    jumps: list[Jump]
+    events: tuple[Any, Any, Any]
+    stats: dict[str, float]
+    checks: dict[str, Any]
+    method: str
+    note: str = ""
+    end: tuple[Floats, Floats] = field(default_factory=lambda: (np.zeros(0), np.zeros(0)))
+
+
+def choose(assembly: Assembly, plan: Plan) -> tuple[str, str]:
+    """Return the engine for a problem, and why it is not an exact one.
+
+    Raises
+    ------
+    UsageError
+        NS6004 for a method that does not exist.
+    """
+    if plan.method not in METHODS:
+        raise wrong(
+            "NS6004", f"there is no method {plan.method!r}", f"methods: {', '.join(METHODS)}"
+        )
+    if plan.method != "auto":
+        return plan.method, ""
+    if plan.step is not None or plan.theta != 1.0:
+        return "moreau", ""
+    if assembly.system.smooth is not None:
+        return "sdirk", "smooth nonlinear terms have no closed form"
+    return "modewise", ""
+
+
+def create(
+    assembly: Assembly, outputs: Sequence[Functional], plan: Plan
+) -> tuple[Stepper, str, str]:
+    """Return the engine of a run, its name and a note.
+
+    Raises
+    ------
+    UsageError
+        NS6004 if the method that was asked for cannot treat the problem.
+    """
+    system = assembly.system
+    method, note = choose(assembly, plan)
+    if method == "modewise":
+        try:
+            return ModewiseStepper(system, outputs), method, note
+        except NotModewise as reason:
+            if plan.method == "modewise":
+                raise wrong(
+                    "NS6004",
+                    f"method='modewise' cannot treat the problem: {reason}",
+                    "method='auto' chooses a method that can",
+                ) from reason
+            method, note = "sdirk", f"not modewise: {reason}"
+    if method == "sdirk":
+        return SdirkStepper(system, outputs, Accuracy(plan.reltol)), method, note
+    return MoreauStepper(system, outputs), method, note
+
+
+def run_stretch(
+    assembly: Assembly,
+    outputs: Sequence[Functional],
+    plan: Plan,
+    z0: Floats,
+    *,
+    first_row: float = 0.0,
+    until: Sequence[int] = (),
+) -> Stretch:
+    """Run an engine from given states to the end, or to a jump by which some pair takes an impulse.
+
+    Parameters
+    ----------
+    assembly : Assembly
+    outputs : sequence of Functional
+    plan : Plan
+    z0 : ndarray, shape (n,)
+        States; the other unknowns follow.
+    first_row : float
+        Time of the first row [s].
+    until : sequence of int
+        Pairs whose impulses end the run.
+
+    Raises
+    ------
+    NumericalError
+        NS6020 if a step has no solution.
+    """
+    stepper, method, note = create(assembly, outputs, plan)
+    exact = isinstance(stepper, ModewiseStepper)
+    auditor = Auditor(assembly.system, timed=True)
+    if isinstance(stepper, ModewiseStepper):
+        stepper.watch(False)
+    else:
+        stepper.watch(_NEVER if method == "sdirk" else 1, 1)
+    auditor.accompany(stepper)
+    step = plan.step or (plan.stop / 50.0 if method == "sdirk" else plan.rows)
+    if method == "sdirk" and assembly.system.timed:
+        step = min(step, max(plan.rows, plan.stop / 1000.0))
+    if exact:
+        step = plan.stop * _SHORT
+    stepper.plan(0.0, plan.stop, step, first_row, plan.rows)
+    blocks: list[Floats] = []
+    try:
+        stepper.start_charges(0.0, assembly.system.E.dot(z0), step)
+        done, size = False, 16 if until else _BLOCK
+        while not done:
+            rows, done = stepper.advance(size)
+            blocks.append(rows.copy())
+            _check(auditor, stepper)
+            if until and _hits(stepper.jumps, until):
+                break
+    except UnsolvedStep as problem:
+        raise _failure(assembly, problem) from problem
+    return Stretch(
+        np.concatenate(blocks) if blocks else np.zeros((0, 1 + len(outputs))),
+        stepper.jumps,
+        stepper.events,
+        stepper.statistics,
+        auditor.result(),
+        method,
+        note,
+        stepper.state,
+    )
+
+
+def _hits(jumps: Sequence[Jump], until: Sequence[int]) -> bool:
+    return any(jump.multipliers[k] != 0.0 for jump in jumps for k in until)
+
+
+def _check(auditor: Auditor, stepper: Stepper) -> None:
+    """Hand recorded points to the check that shares no code with the engines."""
+    if isinstance(stepper, ModewiseStepper | SdirkStepper):
+        auditor.check_stretches(stepper.take_stretches())
+    records = stepper.take_records()
+    if len(records):
+        auditor.check(records)
+
+
+def _failure(assembly: Assembly, problem: UnsolvedStep) -> Exception:
+    """Return the error of a step without a solution, with the names of what contradicts."""
+    time = problem.time + assembly.offset
+    named = ""
+    certificate = problem.certificate
+    if certificate is not None:
+        rows = [assembly.rows[k] for k in certificate.rows]
+        pairs = [assembly.pairs[k] for k in certificate.pairs]
+        named = f": the equations of {', '.join(rows)}" if rows else ""
+        if pairs:
+            named += f"{' and' if rows else ':'} the conditions of {', '.join(pairs)}"
+        named += " contradict each other"
+    elif problem.worst_row is not None:
+        named = f": the equation of {assembly.rows[problem.worst_row]} is not met"
+    return unsolved(
+        f"no solution at t = {time:.9g}{named}",
+        "check the start, and that the conditions can hold together",
+        time=time,
+        residual=problem.residual,
+    )

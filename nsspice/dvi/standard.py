@@ -1,0 +1,153 @@
+"""Models in the standard form of the theorems: ``x' = f(t, x, u)``, ``0 in g(t, x, u) + N_K(u)``.
+
+Multipliers of complementarity have K = [0, inf) and their slack for g; algebraic unknowns the whole
+line; set values of ``Sgn_{low,high}(y)`` the interval [low, high] and ``g = -y``, since the sign is
+the inverse of the normal cone of that interval.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..devices.behaviour import Compiler
+from ..netlist.node import var
+from ..problems.tape import Tape, TapeBuilder
+from ..problems.theorems import ConvexSet, StandardDVI
+from .conditions import Complementarity, Contact, Equation
+from .expression import Expr, merged
+from .sets import Cone, Polyhedron, SecondOrderCone, Set
+
+if TYPE_CHECKING:
+    from .dvi import DVI
+    from .vi import VI
+
+INF = float("inf")
+
+
+@dataclass(slots=True)
+class _Form:
+    """Components of u in order: variables, g, sets."""
+
+    unknowns: list[Expr] = field(default_factory=list)
+    g: list[Expr] = field(default_factory=list)
+    sets: list[ConvexSet] = field(default_factory=list)
+
+    def interval(self, u: Expr, g: Expr, low: float, high: float) -> None:
+        self.sets.append(ConvexSet.box(len(self.unknowns), low, high))
+        self.unknowns.append(u)
+        self.g.append(g)
+
+    def condition(self, condition: Any) -> None:
+        if isinstance(condition, Complementarity):
+            for u, w in zip(condition.multipliers, condition.slacks, strict=True):
+                self.interval(u, w, 0.0, INF)
+        elif isinstance(condition, Contact):
+            self.interval(condition.force, condition.gap, 0.0, INF)
+        elif isinstance(condition, Equation):
+            for u, right in zip(condition.unknowns, condition.rights, strict=True):
+                self.interval(u, -right, -INF, INF)
+        else:
+            self.inequality(condition)
+
+    def inequality(self, vi: VI) -> None:
+        first = len(self.unknowns)
+        index = {u.name: first + k for k, u in enumerate(vi.unknowns)}
+        self.unknowns += vi.unknowns
+        self.g += vi.g
+        left = set(index.values())
+        for variables, K in vi.sets:
+            members = [index[u.name] for u in variables]
+            left -= set(members)
+            if isinstance(K, Cone):
+                self.sets += [ConvexSet.box(k, K.low, K.high) for k in members]
+            else:
+                self.sets.append(convex_set(members, K))
+        self.sets += [ConvexSet.box(k, -INF, INF) for k in sorted(left)]
+
+    def atoms(self, parts: Sequence[Expr]) -> None:
+        known: set[str] = set()
+        waiting = [merged(*(part.atoms for part in parts))]
+        while waiting:
+            for name, atom in waiting.pop().items():
+                if name not in known:
+                    known.add(name)
+                    waiting.append(atom.argument.atoms)
+                    self.interval(Expr(var(name)), -atom.argument, atom.low, atom.high)
+
+
+def convex_set(members: Sequence[int], K: Set) -> ConvexSet:
+    """Return what theorems ask of a polyhedron or a second-order cone."""
+    size = len(members)
+    if isinstance(K, SecondOrderCone):
+        low = (0.0, *[-INF] * (size - 1))
+        return ConvexSet(tuple(members), low, (INF,) * size, False, size == 2, True)
+    assert isinstance(K, Polyhedron)
+    from scipy.optimize import linprog
+
+    lows: list[float] = []
+    highs: list[float] = []
+    for k in range(size):
+        for sign, ends in ((1.0, lows), (-1.0, highs)):
+            cost = np.zeros(size)
+            cost[k] = sign
+            got = linprog(cost, A_ub=K.C, b_ub=K.d, bounds=(None, None))
+            ends.append(sign * float(got.fun) if got.status == 0 else -sign * INF)
+    return ConvexSet(
+        tuple(members), tuple(lows), tuple(highs), False, True, bool(np.all(K.d == 0.0))
+    )
+
+
+def standard_form(problem: DVI) -> StandardDVI:
+    """Return a DVI in standard form."""
+    form = _Form()
+    for condition in problem.conditions:
+        form.condition(condition)
+    rates = [row.right for row in problem.model.rows if row.state]
+    form.atoms([*rates, *form.g])
+    names = [*problem.states, *(u.name for u in form.unknowns)]
+    return StandardDVI(
+        len(problem.states),
+        len(form.unknowns),
+        tape_of(rates, names),
+        tape_of(form.g, names),
+        tuple(form.sets),
+        tuple(problem.states),
+        tuple(u.name for u in form.unknowns),
+        (problem.at, INF),
+    )
+
+
+def static_form(problem: VI) -> StandardDVI:
+    """Return a VI as a DVI without states."""
+    form = _Form()
+    form.inequality(problem)
+    form.atoms(form.g)
+    names = [u.name for u in form.unknowns]
+    return StandardDVI(
+        0,
+        len(names),
+        tape_of([], names),
+        tape_of(form.g, names),
+        tuple(form.sets),
+        (),
+        tuple(names),
+        (-INF, INF),
+    )
+
+
+def tape_of(parts: Sequence[Expr], names: Sequence[str]) -> Tape:
+    """Return expressions as a tape of unknowns in the order of names."""
+    builder = TapeBuilder()
+    places = {name: k for k, name in enumerate(names)}
+
+    def register(name: str) -> int:
+        return builder.time() if name == "time" else builder.unknown(places[name])
+
+    compiler = Compiler(builder, register)
+    for part in parts:
+        builder.output(compiler.compile(part.node))
+    return builder.finish()

@@ -1,0 +1,221 @@
+"""Euler-Newton path following of a variational inequality, and where regularity is lost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..solvers.moreau import function_slopes
+from .errors import RegularityLost, wrong
+from .expression import Expr, as_vector
+from .setvalued import SetValued
+from .static import Static
+
+if TYPE_CHECKING:
+    from .vi import VI
+
+Floats = npt.NDArray[np.float64]
+
+#: relative residuals below this are no reason for a closer look
+_FINE = 1e-9
+#: the search for the end of a path halves its step so often
+_HALVINGS = 40
+_SEARCH = 600
+#: beyond this modulus rounding of the data moves the unknown by more than its sixth digit
+_STEEP = 1e-6 / 2.0**-53
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track:
+    """Solutions along the time.
+
+    Parameters
+    ----------
+    times : ndarray, shape (k,)
+        Grid [s].
+    values : dict of str to ndarray, shape (k,)
+        Unknowns and set values by name.
+    residuals : ndarray, shape (k,)
+        How well the problem holds at each point, relative to its terms.
+    linearised : int
+        Linearised problems solved in all.
+    """
+
+    times: Floats
+    values: dict[str, Floats]
+    residuals: Floats
+    linearised: int
+
+    def __getitem__(self, key: Any) -> Floats:
+        """Return an unknown, an expression, or a vector of them, shape (k,) or (m, k)."""
+        if isinstance(key, str):
+            return self.values[key]
+        if isinstance(key, Expr):
+            return np.asarray(key.value({**self.values, "time": self.times}), dtype=np.float64)
+        return np.array([self[item] for item in as_vector(key)])
+
+    def at(self, key: Any, t: float) -> Any:
+        """Return an unknown between grid points, linearly: an error O(h)."""
+        found = self[key]
+        if found.ndim == 1:
+            return float(np.interp(t, self.times, found))
+        return np.array([np.interp(t, self.times, row) for row in found])
+
+
+def track(
+    problem: VI,
+    times: npt.ArrayLike,
+    predictor: str,
+    correctors: int | None,
+    start: Any,
+    errors: npt.ArrayLike | None,
+) -> Track:
+    """Follow a path; see :meth:`nsspice.dvi.VI.track`."""
+    grid = np.ascontiguousarray(times, dtype=np.float64)
+    if grid.ndim != 1 or grid.size < 1 or not np.all(np.diff(grid) > 0.0):
+        raise wrong("NS6004", "the times of a path must rise", "as np.linspace(0, 1, 101)")
+    if predictor not in ("data", "rate"):
+        raise wrong("NS6004", f"there is no predictor {predictor!r}", "choose data or rate")
+    if correctors is not None and not (isinstance(correctors, int) and correctors >= 0):
+        raise wrong("NS6004", f"{correctors!r} correctors", "give a number from 0 on")
+    if problem.curved:
+        raise wrong(
+            "NS6005", "a path over a curved set or of a Python function is not followed", ""
+        )
+    static = Static(problem.assembly)
+    if start is None:
+        z, lam, _ = static.solve(None, float(grid[0]))
+        begin = z, lam
+    else:
+        begin = _first(problem, static, problem._start(start))
+    tracking = (predictor == "rate", correctors)
+    out = _follow(static, grid, begin, tracking, _spread(static, problem, errors, grid.size))
+    z, lam, residuals = out
+    last = _first_failure(static, grid, z, lam, residuals)
+    if last is not None:
+        raise _lost(static, grid, z[last - 1], lam[last - 1], last, tracking)
+    values = {
+        name: static.assembly.read(name, z, lam)
+        for name in static.assembly.places
+        if "#" not in name
+    }
+    per_step = 1 + (1 if correctors is None else correctors)
+    return Track(grid, values, residuals, per_step * (grid.size - 1))
+
+
+def _follow(
+    static: Static,
+    grid: Floats,
+    begin: tuple[Floats, Floats],
+    tracking: tuple[bool, int | None],
+    errors: Floats | None = None,
+) -> tuple[Floats, Floats, Floats]:
+    """Return unknowns, multipliers and residuals of the points that were reached."""
+    assembly = static.assembly
+    rates = assembly.data(grid, rates=True) if tracking[0] else None
+    out = static.core(
+        grid, assembly.data(grid), begin=begin, tracking=tracking, rates=rates, errors=errors
+    )
+    k = out["reached"]
+    n, m = static.system.n, static.system.m
+    return out["z"].reshape(k, n), out["l"].reshape(k, m), np.asarray(out["residuals"])
+
+
+def _first(problem: VI, static: Static, start: dict[str, float]) -> tuple[Floats, Floats]:
+    """Return a given first point, with values of signs that fit it."""
+    z, lam = static.begin(start)
+    atoms: dict[str, SetValued] = {}
+    for part in problem.g:
+        atoms.update(part.atoms)
+    places = {name: k for k, name in enumerate(static.assembly.columns)}
+    pairs = {name: k for k, name in enumerate(static.assembly.pairs)}
+    for name, atom in atoms.items():
+        x = float(atom.argument.value({**start, "time": 0.0}))
+        z[places[name]] = atom.high if x > 0.0 else atom.low if x < 0.0 else 0.0
+        lam[pairs[f"{name}.high"]] = max(x, 0.0)
+        lam[pairs[f"{name}.low"]] = max(-x, 0.0)
+    return z, lam
+
+
+def _spread(
+    static: Static, problem: VI, errors: npt.ArrayLike | None, points: int
+) -> Floats | None:
+    if errors is None:
+        return None
+    m = len(problem.unknowns)
+    given = np.asarray(errors, dtype=np.float64).reshape(points - 1, m)
+    out = np.zeros((points - 1, static.system.n))
+    places = {name: k for k, name in enumerate(static.assembly.rows)}
+    for j, u in enumerate(problem.unknowns):
+        out[:, places[u.name]] = given[:, j]
+    return out
+
+
+def _first_failure(
+    static: Static, grid: Floats, z: Floats, lam: Floats, residuals: Floats
+) -> int | None:
+    """Return the first point that the step before it has not followed, None if all are.
+
+    What is left of the error of a step is shown by one more Newton step: where that is no smaller
+    than the step itself, the iteration does not contract.
+    """
+    for k in np.flatnonzero(~(residuals < _FINE)).tolist():
+        if k and not _contracts(static, float(grid[k]), z[k - 1], z[k], lam[k]):
+            return int(k)
+    return int(z.shape[0]) if z.shape[0] < grid.size else None
+
+
+def _contracts(static: Static, time: float, before: Floats, z: Floats, lam: Floats) -> bool:
+    if not np.all(np.isfinite(z)):
+        return False
+    again = _follow(static, np.array([time, time]), (z, lam), (False, 0))[0]
+    if again.shape[0] < 2:
+        return False
+    return bool(np.max(np.abs(again[1] - z)) < 0.5 * np.max(np.abs(z - before)))
+
+
+def _lost(
+    static: Static,
+    grid: Floats,
+    z: Floats,
+    lam: Floats,
+    failed: int,
+    tracking: tuple[bool, int | None],
+) -> RegularityLost:
+    """Follow the path as near to its end as shorter steps allow, and tell where that is."""
+    here, h = float(grid[failed - 1]), float(grid[failed] - grid[failed - 1])
+    least = h * 2.0**-_HALVINGS
+    end = float(grid[failed])
+    modulus, unknown = _modulus(static, z, lam, here)
+    for _ in range(_SEARCH):
+        if h < least or modulus > _STEEP or here + h == here:
+            break
+        target = min(here + h, end)
+        points, many, residuals = _follow(static, np.array([here, target]), (z, lam), tracking)
+        good = points.shape[0] == 2 and (
+            residuals[1] < _FINE or _contracts(static, target, z, points[1], many[1])
+        )
+        if good:
+            here, z, lam = target, points[1], many[1]
+            modulus, unknown = _modulus(static, z, lam, here)
+            if here == end:
+                break  # shorter steps have followed it: what failed is the length of the step
+        else:
+            h *= 0.5
+    return RegularityLost(here, unknown, modulus)
+
+
+def _modulus(static: Static, z: Floats, lam: Floats, time: float) -> tuple[float, str]:
+    """Return the modulus of regularity, and the unknown that moves most."""
+    found = static.regularity(z, lam, time)
+    columns = static.assembly.columns
+    if found.unknown >= 0:
+        return found.modulus, columns[found.unknown]
+    moving = int(np.argmax(np.abs(z)))
+    return found.modulus, columns[moving]
+
+
+__all__ = ["Track", "function_slopes", "track"]

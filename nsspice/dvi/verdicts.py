@@ -1,0 +1,156 @@
+"""What is known of a problem before it is solved: theorems and matrix classes as verdicts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..problems import matrices as classes
+from ..problems.theorems import (
+    corollary_2_2_1,
+    theorem_2_2_1,
+    theorem_2_2_2,
+    theorem_2_2_3,
+    theorem_2_2_4,
+    theorem_2_2_9,
+    theorem_2_3_1,
+    theorem_2_3_2,
+    theorem_2_3_3,
+    theorem_3_3_1,
+)
+from ..problems.theorems import hypotheses as h
+from ..problems.theorems.inclusions import existence, one_sided_lipschitz, uniqueness
+from ..problems.uniqueness import uniqueness as uniqueness_of
+from ..problems.verdict import Verdict
+from .standard import standard_form, static_form
+
+if TYPE_CHECKING:
+    from .dvi import DVI
+    from .lcp import LCP
+    from .vi import VI
+
+
+class Verdicts(dict[str, Verdict]):
+    """Verdicts by the name of the theorem or property.
+
+    Examples
+    --------
+    >>> from nsspice.dvi import LCP
+    >>> found = LCP([[1.0, 2.0], [2.0, 1.0]], [-1.0, -1.0]).verdict()
+    >>> found["P"].holds, found["copositive"].holds, str(found["P"].witness)
+    (False, True, 'the minor of rows 0, 1 is -3')
+    """
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name}: {found}" for name, found in self.items())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return a JSON-ready mapping."""
+        return {name: found.to_dict() for name, found in self.items()}
+
+
+def of_lcp(problem: LCP) -> Verdicts:
+    """Return the classes of the matrix of an LCP, and what they say of its solutions."""
+    M = problem.M
+    found = Verdicts(
+        {
+            "P": classes.is_p_matrix(M),
+            "P0": classes.is_p0_matrix(M),
+            "H": classes.is_h_matrix(M),
+            "M": classes.is_m_matrix(M),
+            "monotone": classes.is_monotone(M),
+            "strongly monotone": classes.is_definite(M),
+            "copositive": classes.is_copositive(M),
+            "strictly copositive": classes.is_copositive(M, strict=True),
+        }
+    )
+    found["existence"] = _lcp_existence(problem, found)
+    found["uniqueness"] = (
+        Verdict.yes("one solution for every q", "M is a P-matrix")
+        if found["P"]
+        else found["P"].named("one solution for every q")
+    )
+    return found
+
+
+def _lcp_existence(problem: LCP, found: Verdicts) -> Verdict:
+    claim = "a solution exists"
+    for name, why in (
+        ("P", "M is a P-matrix"),
+        ("strictly copositive", "M is strictly copositive"),
+    ):
+        if found[name]:
+            return Verdict.yes(claim, why)
+    from scipy.optimize import linprog
+
+    m = problem.q.size
+    got = linprog(np.zeros(m), A_ub=-problem.M, b_ub=problem.q, bounds=(0.0, None))
+    if got.status == 2:
+        return Verdict.no(claim, "no u >= 0 has M u + q >= 0")
+    if got.status == 0 and found["monotone"]:
+        return Verdict.yes(claim, "M is monotone and the problem feasible")
+    if bool(np.all(problem.q >= 0.0)):
+        return Verdict.yes(claim, "u = 0, since q >= 0")
+    from .static import MODES
+
+    if m <= MODES:
+        count = len(problem.solutions())
+        if count:
+            return Verdict.yes(claim, f"{count} found, mode by mode")
+    return Verdict.undecided(claim, "M is in no class that decides")
+
+
+def of_vi(problem: VI) -> Verdicts:
+    """Return what is known of a static problem for every value of the time."""
+    standard = static_form(problem)
+    first, third = theorem_2_2_1(standard), theorem_2_2_3(standard)
+    monotone, strong = h.monotone_in_u(standard), h.strong_in_u(standard)
+    found = Verdicts(
+        {
+            "monotone": monotone.named("g is monotone"),
+            "strongly monotone": strong.named("g is strongly monotone"),
+            "uniform P": h.uniformly_p(*standard.block("g", "u"), "g is a uniform P-function"),
+            "Theorem 2.2.1": first,
+            "Theorem 2.2.3": third,
+        }
+    )
+    exists = "a solution exists"
+    if strong or found["uniform P"]:
+        found["existence"] = Verdict.yes(exists, (strong or found["uniform P"]).reason)
+    elif standard.compact:
+        found["existence"] = Verdict.yes(exists, "K is compact and g continuous")
+    else:
+        found["existence"] = Verdict.undecided(exists, f"K is unbounded; {strong.reason}")
+    one = "there is at most one solution"
+    if strong or found["uniform P"]:
+        found["uniqueness"] = Verdict.yes(one, (strong or found["uniform P"]).reason)
+    else:
+        # slopes that only tend to zero: modes and mean slopes decide (Gale and Nikaido)
+        other = uniqueness_of(problem.assembly.system)
+        found["uniqueness"] = Verdict(one, True if other.unique else None, other.reason)
+    return found
+
+
+def of_dvi(problem: DVI) -> Verdicts:
+    """Return what the theorems of chapters 2 and 3 say of a DVI."""
+    s = standard_form(problem)
+    return Verdicts(
+        {
+            "existence": existence(s),
+            "uniqueness": uniqueness(s),
+            "Theorem 2.2.1": theorem_2_2_1(s),
+            "Theorem 2.2.2": theorem_2_2_2(s),
+            "Theorem 2.2.3": theorem_2_2_3(s),
+            "Corollary 2.2.1": corollary_2_2_1(s),
+            "Theorem 2.2.4": theorem_2_2_4(s),
+            "Theorem 2.2.9": theorem_2_2_9(s),
+            "Theorem 2.3.1": theorem_2_3_1(s),
+            "Theorem 2.3.2": theorem_2_3_2(s),
+            "Theorem 2.3.2, uniqueness": theorem_2_3_2(s, unique=True),
+            "Theorem 2.3.3": theorem_2_3_3(s),
+            "Theorem 3.3.1": theorem_3_3_1(s),
+            "linear growth": h.linear_growth(s, "linear growth (2.21)"),
+            "one-sided Lipschitz": one_sided_lipschitz(s),
+        }
+    )
