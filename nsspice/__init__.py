@@ -43,13 +43,14 @@ __all__ = [
     "cost",
     "dc",
     "op",
+    "pss",
     "read",
     "run",
     "tran",
 ]
 
 if TYPE_CHECKING:
-    from .analyses import Solution, dc, op, read, run, tran
+    from .analyses import Solution, dc, op, pss, read, run, tran
     from .circuit import Circuit
     from .compare.cost import cost
     from .compare.expect import check
@@ -81,6 +82,7 @@ _HOME = {
     "cost": ".compare.cost",
     "dc": ".analyses",
     "op": ".analyses",
+    "pss": ".analyses",
     "read": ".analyses",
     "run": ".analyses",
     "tran": ".analyses",

@@ -11,6 +11,7 @@ from .measure import evaluate_measures
 from .settings import METHODS, Settings
 from .solution import Impulse, IslandRun, Solution
 from .statics import dc, op
+from .steady_state import pss
 from .transient import tran
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "evaluate_measures",
     "jobs_of",
     "op",
+    "pss",
     "read",
     "read_deck",
     "run",

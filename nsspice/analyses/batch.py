@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 from ..circuit import Circuit
 from ..errors import Diagnostic, NsspiceError, NumericalError, UsageError
-from ..netlist.deck import Analysis, DcCard, Deck, OpCard, Sweep, TranCard
+from ..netlist.deck import Analysis, DcCard, Deck, OpCard, PssCard, Sweep, TranCard
 from .cards import Dc, Tran
 from .load import need_circuit, read_again
 from .measure import evaluate_measures
@@ -18,6 +18,7 @@ from .settings import Settings, foreign_method
 from .sink import Sink
 from .solution import Solution
 from .statics import check_sweep, dc, op
+from .steady_state import Neighbour, Pss, find_orbits, run_pss
 from .transient import run_tran
 from .watched import measured_signals
 
@@ -41,7 +42,7 @@ class Job:
 
     @property
     def kind(self) -> str:
-        """``op``, ``dc`` or ``tran``."""
+        """``op``, ``dc``, ``tran`` or ``pss``."""
         return kind_of(self.card)
 
     @property
@@ -66,6 +67,8 @@ class Request:
         False if the rows may be left to the sinks alone.
     all_points : bool
         Rows at the solver's points and on both sides of jumps.
+    neighbour : Neighbour
+        Orbits of the step before.
     """
 
     method: str | None = None
@@ -77,11 +80,12 @@ class Request:
     keep: bool = True
     all_points: bool = False
     reltol: float | None = None
+    neighbour: Neighbour = field(default_factory=Neighbour)
 
 
 def kind_of(card: Analysis) -> str:
-    """Return ``op``, ``dc`` or ``tran``."""
-    return {OpCard: "op", DcCard: "dc", TranCard: "tran"}[type(card)]
+    """Return ``op``, ``dc``, ``tran`` or ``pss``."""
+    return {OpCard: "op", DcCard: "dc", TranCard: "tran", PssCard: "pss"}[type(card)]
 
 
 def jobs_of(deck: Deck) -> list[Job]:
@@ -278,17 +282,44 @@ def _executor(
             progress=progress,
             **common,  # type: ignore[arg-type]
         )
+    if isinstance(card, PssCard):
+        return lambda: run_pss(
+            circuit,
+            Pss.from_card(card),
+            values=values,
+            all_points=request.all_points,
+            neighbour=request.neighbour,
+            **common,  # type: ignore[arg-type]
+        )
     analysis = Tran.from_card(card)
     if request.stop is not None:
         analysis = replace(analysis, stop=request.stop)
     keep = request.keep or any(m.analysis == "tran" for m in circuit.deck.measures)
-    return lambda: run_tran(
-        circuit,
-        analysis,
-        settings,
-        values=values,
-        progress=progress,
-        keep=keep,
-        all_points=request.all_points,
-        **common,  # type: ignore[arg-type]
-    )
+
+    def execute() -> Solution:
+        beginnings = None
+        if card.orbit:
+            temperature = common["temperature"]
+            assert temperature is None or isinstance(temperature, float)
+            pss = _pss_of(circuit, card)
+            _, orbits = find_orbits(circuit, pss, temperature, values, request.neighbour)
+            beginnings = [None if o is None else o.beginning for o in orbits]
+        return run_tran(
+            circuit,
+            analysis,
+            settings,
+            values=values,
+            progress=progress,
+            keep=keep,
+            all_points=request.all_points,
+            beginnings=beginnings,
+            **common,  # type: ignore[arg-type]
+        )
+
+    return execute
+
+
+def _pss_of(circuit: Circuit, card: TranCard) -> Pss:
+    """Return the periodic steady state from which a transient begins."""
+    found = next((c for c in circuit.deck.analyses if isinstance(c, PssCard)), None)
+    return Pss(span=card.span) if found is None else Pss.from_card(found)

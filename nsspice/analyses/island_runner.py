@@ -13,6 +13,7 @@ from ..solvers.modewise import ModewiseStepper, NotModewise
 from ..solvers.moreau import MoreauStepper
 from ..solvers.sdirk import Accuracy, SdirkStepper
 from ..solvers.stepper import UnsolvedStep
+from .beginning import Beginning, with_waveforms
 from .cards import Tran
 from .certificate import TAKEN_BESIDE_EXACT, Certificate
 from .curve import Floats
@@ -23,6 +24,7 @@ from .following import PATH_METHODS, Following, of_linearised
 from .impulses import jumps_of
 from .initial import start
 from .method import choose, unless_modewise
+from .periodic_sources import continued
 from .regularity import Judge
 from .settings import Settings
 from .solution import IslandRun, JumpReport
@@ -56,12 +58,18 @@ class IslandRunner:
         sides: bool = False,
         watched: Watched | None = None,
         all_points: bool = False,
+        beginning: Beginning | None = None,
+        periodic_sources: bool = False,
     ) -> None:
         self.circuit, self.number, self.island = circuit, number, island
         self.analysis, self.settings = analysis, settings
         self.mna: MnaSystem = island.assemble(
             temperature, values or {}, tstep=analysis.row_distance, tstop=analysis.stop
         )
+        if periodic_sources:
+            sources = [continued(w) for w in self.mna.system.waveforms]
+            self.mna = with_waveforms(self.mna, sources)
+        self.beginning = beginning
         system = self.mna.system
         self.step: float | None = None if system.static else analysis.solver_step(settings.step)
         self.width = len(names)
@@ -148,6 +156,10 @@ class IslandRunner:
         if self.all_points:
             self.stepper.show_all_points(analysis.start)
         try:
+            if self.beginning is not None and isinstance(self.stepper, ModewiseStepper):
+                self.stepper.start_given(self.beginning.charges, self.beginning.gates)
+                self.charges = self.beginning.charges, self.beginning.energy
+                return
             self.charges = start(self.circuit, self.mna, self.stepper, analysis, self.step)
         except UnsolvedStep as problem:
             raise named_failure(

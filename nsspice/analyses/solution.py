@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .certificate import Certificate
     from .estimate import ErrorEstimate
     from .regularity import Verdict
+    from .steady_state import Periodic
 
 Floats = npt.NDArray[np.float64]
 
@@ -168,7 +169,7 @@ class Solution:
     Parameters
     ----------
     analysis : str
-        ``op``, ``dc`` or ``tran``.
+        ``op``, ``dc``, ``tran`` or ``pss``.
     title : str
         Title line of the deck.
     axis_name : str
@@ -200,6 +201,8 @@ class Solution:
         Files that the command line wrote.
     error : ErrorEstimate or None
         How far it lies from the exact solution, if that was asked for.
+    periodic : Periodic or None
+        Period, Floquet multipliers and verdict of a periodic steady state.
     fine : callable or None
         Returns the rows with both sides of jumps put in, None if nothing jumps; they are computed
         at the first call.
@@ -231,6 +234,7 @@ class Solution:
     row_count: int = -1
     files: list[str] = field(default_factory=list)
     error: ErrorEstimate | None = None
+    periodic: Periodic | None = None
     fine: Callable[[], FinePoints | None] | None = None
 
     def __post_init__(self) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from ..circuit import Circuit
 from ..errors import Diagnostic, NumericalError, UsageError
 from ..netlist.deck import TranCard
+from .beginning import Beginning
 from .cards import Tran
 from .certificate import Certificate
 from .curve import Floats
@@ -168,10 +169,14 @@ def run_tran(
     keep: bool = True,
     all_points: bool = False,
     measured: bool = True,
+    beginnings: Sequence[Beginning | None] | None = None,
+    periodic_sources: bool = False,
 ) -> Solution:
     """Run one transient analysis; see :func:`tran`.
 
     Points between the rows are kept if the deck has measures, unless it is not to be ``measured``.
+    ``beginnings`` are the states from which islands begin, where they are given; sources that
+    repeat are continued into the past if they are ``periodic_sources``.
     """
     begin = clock.perf_counter()
     columns = select(circuit, signals)
@@ -191,6 +196,8 @@ def run_tran(
             sides=keep and not all_points,
             watched=watched,
             all_points=all_points,
+            beginning=None if beginnings is None else beginnings[k],
+            periodic_sources=periodic_sources,
         )
         for k, island in enumerate(circuit.islands)
     ]

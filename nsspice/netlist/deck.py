@@ -148,13 +148,33 @@ class DcCard(NamedTuple):
 
 
 class TranCard(NamedTuple):
-    """``.tran tstep tstop [tstart [tmax]] [uic]`` (LTspice's ``.tran tstop`` has tstep None)."""
+    """``.tran tstep tstop [tstart [tmax]] [uic]`` (LTspice's ``.tran tstop`` has tstep None).
+
+    ``orbit`` is set by ``start=pss``: the run begins in the periodic steady state.
+    """
 
     tstep: float | None
     tstop: float
     tstart: float
     tmax: float | None
     uic: bool
+    span: Span
+    orbit: bool = False
+
+
+class PssCard(NamedTuple):
+    """``.pss [period=|fund=] [trigger=signal [level=]] [tstab=] [tstep=] [harms=]``.
+
+    ``period`` is None if the sources or a trigger decide about it; ``tstep`` is the distance of the
+    rows, ``harmonics`` how many of them the summary tells.
+    """
+
+    period: float | None
+    trigger: str | None
+    level: float
+    tstab: float
+    tstep: float | None
+    harmonics: int
     span: Span
 
 
@@ -214,7 +234,7 @@ class Measure(NamedTuple):
         return [e for e in asked if e is not None]
 
 
-Analysis = OpCard | DcCard | TranCard
+Analysis = OpCard | DcCard | TranCard | PssCard
 
 
 @dataclass(slots=True)
@@ -228,7 +248,7 @@ class Deck:
         As the user gave it, ``<netlist>`` for text.
     elements : list of Element
         In deck order, subcircuit contents in place of their X line.
-    analyses : list of OpCard, DcCard, TranCard
+    analyses : list of OpCard, DcCard, TranCard, PssCard
     options : dict of str to Param
         Lower-case names; flags hold the value 1.0.
     initial, nodesets : dict of str to Param

@@ -12,6 +12,7 @@ from .si import number
 if TYPE_CHECKING:
     from ..analyses.certificate import Certificate
     from ..analyses.solution import IslandRun, JumpReport, Moved, Solution
+    from ..analyses.steady_state import Periodic
 
 _COUNTERS = (
     ("segments", "segment"),
@@ -39,6 +40,8 @@ def describe(solution: Solution) -> str:
         lines.append(f"  ... and {len(solution.islands) - _LISTED} more islands")
     if solution.certificate is not None:
         lines += _certificate(solution.certificate)
+    if solution.periodic is not None:
+        lines += _periodic(solution.periodic)
     if solution.error is not None:
         lines.append(f"  {solution.error.describe()}")
     for jump in solution.jumps[:_LISTED]:
@@ -88,6 +91,24 @@ def _certificate(c: Certificate) -> list[str]:
             "current open there, the value nearest to the step before was taken"
         )
     return lines
+
+
+def _periodic(p: Periodic) -> list[str]:
+    """Return the period, the verdict and the largest multipliers."""
+    shown = ", ".join(_multiplier(m) for m in p.multipliers[:_LISTED])
+    more = ", ..." if len(p.multipliers) > _LISTED else ""
+    return [
+        f"  periodic steady state: period {number(p.period, 's', 9)}, {p.verdict}; "
+        f"{_count(p.steps, 'Newton step')}, {_count(p.periods, 'period')} run, "
+        f"residual {p.residual:.1e}",
+        f"    Floquet multipliers: {shown or 'none'}{more}",
+    ]
+
+
+def _multiplier(m: complex) -> str:
+    if m.imag == 0.0:
+        return f"{m.real:.6g}"
+    return f"{m.real:.6g}{'+' if m.imag > 0 else '-'}{abs(m.imag):.6g}i"
 
 
 def _jump(jump: JumpReport) -> list[str]:
@@ -223,6 +244,7 @@ def to_dict(solution: Solution) -> dict[str, Any]:
             for j in solution.jumps
         ],
         "error": solution.error.to_dict() if solution.error else None,
+        "periodic": solution.periodic.to_dict() if solution.periodic else None,
         "measures": solution.measures,
         "warnings": [w.to_dict() for w in solution.warnings],
     }

@@ -172,11 +172,26 @@ class ModewiseStepper(Stepper):
         UnsolvedStep
             If no state satisfies all laws.
         """
+        return self.start_given(charges, self.gates_at_start(charges, step))
+
+    def gates_at_start(self, charges: Floats, step: float) -> list[bool]:
+        """Return the states of the switches at 0+ of a run from charges and fluxes (n,).
+
+        Parameters
+        ----------
+        charges : ndarray, shape (n,)
+        step : float
+            Of an implicit step [s], where more than sources decides.
+        """
         gates = self._core.gates_by_sources()
         if gates is None:
             first = MoreauStepper(self.system, ())
-            first.start_charges(time, charges, step)
+            first.start_charges(0.0, charges, step)
             gates = first.gates
+        return gates
+
+    def start_given(self, charges: Floats, gates: list[bool]) -> Jump | None:
+        """Start from stored charges and fluxes E z(0-), shape (n,), with known switch states."""
         self._start(charges, gates)
         return self._first_jump()
 

@@ -10,6 +10,7 @@ pub mod modewise;
 pub mod moreau;
 pub mod newton;
 pub mod sparse;
+pub mod steady;
 pub mod switch;
 pub mod tape;
 pub mod waveform;

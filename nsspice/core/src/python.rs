@@ -4,6 +4,7 @@ mod audit;
 mod modewise;
 mod newton;
 mod points;
+mod steady;
 mod system;
 
 use crate::audit::Taken;
@@ -559,6 +560,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PyRecords>()?;
     module.add_class::<PyStepper>()?;
     module.add_class::<modewise::PyModewise>()?;
+    module.add_class::<steady::PyOrbit>()?;
     module.add_class::<audit::PyAuditor>()?;
     module.add_function(wrap_pyfunction!(solve_mlcp, module)?)?;
     module.add_function(wrap_pyfunction!(format_rows, module)?)?;

@@ -20,9 +20,9 @@ MAX_POINTS = 10_000_000
 _MODIFIERS = {
     "startup": "it raises all sources in 20 us: leave it out to start from the operating point, "
     "or write uic to start from zero",
-    "steady": "leave it out, and take a stop time after which nothing changes",
+    "steady": "write .pss for the periodic steady state",
 }
-_TRAN_HINT = "write .tran step stop [start [maxstep]] [uic]"
+_TRAN_HINT = "write .tran step stop [start [maxstep]] [uic] [start=pss]"
 _DC_HINT = "write .dc source start stop step"
 _STEP_HINT = "write .step param name start stop increment, or .step param name list 1 2 3"
 
@@ -38,9 +38,12 @@ def op(context: Context, line: Line) -> None:
 def tran(context: Context, line: Line) -> None:
     """Read ``.tran tstep tstop [tstart [tmax]] [uic]``, or LTspice's ``.tran tstop``."""
     words, pairs = context.split(line)
-    if pairs:
-        where = line.span(pairs[0].start, pairs[0].end)
-        raise Unreadable("NS1080", ".tran has no named arguments", where, _TRAN_HINT)
+    orbit = any(pair.text == "start" and pair.items[1].text == "pss" for pair in pairs)
+    if len(pairs) > orbit:
+        other = next(p for p in pairs if p.text != "start" or p.items[1].text != "pss")
+        where = line.span(other.start, other.end)
+        message = ".tran has no named argument but start=pss"
+        raise Unreadable("NS1080", message, where, _TRAN_HINT)
     uic = False
     numbers: list[float] = []
     for item in words:
@@ -79,7 +82,7 @@ def tran(context: Context, line: Line) -> None:
         raise Unreadable("NS1080", message, where, "the step comes first: " + _TRAN_HINT)
     if largest is not None and largest <= 0.0:
         largest = None
-    context.deck.analyses.append(TranCard(step, stop, start, largest, uic, where))
+    context.deck.analyses.append(TranCard(step, stop, start, largest, uic, where, orbit))
 
 
 def dc(context: Context, line: Line) -> None:

@@ -12,7 +12,7 @@ from ..lines import Line
 from ..node import TooLarge
 from ..scope import Scope
 from ..script import ANALYSES
-from . import analyses, measure, options, outputs
+from . import analyses, measure, options, outputs, periodic
 from .context import Context
 from .reading import Reader
 
@@ -30,6 +30,7 @@ _READERS: dict[str, Callable[[Context, Line], None]] = {
     "print": outputs.outputs,
     "probe": outputs.outputs,
     "probe64": outputs.outputs,
+    "pss": periodic.pss,
     "save": outputs.outputs,
     "step": analyses.step,
     "tran": analyses.tran,
@@ -40,6 +41,8 @@ _EARLY: dict[str, Callable[[Context, Line], None]] = {
     "temp": options.temperature,
     "title": options.title,
 }
+#: analyses that are computed
+_COMPUTED = (*ANALYSES, "pss")
 #: cannot change a waveform
 _IGNORED = {
     "backanno": "",
@@ -57,8 +60,8 @@ _IGNORED = {
 #: silent: every LTspice deck has them
 _SILENT = {"backanno", "width", "text"}
 #: analyses of their own: they change nothing of what others give
-_OTHER_ANALYSES = ("ac", "acmodel", "disto", "hb", "noise", "pss", "pz", "sens", "sp", "tf")
-_OTHER_HINT = "only .op, .dc and .tran are computed"
+_OTHER_ANALYSES = ("ac", "acmodel", "disto", "hb", "noise", "pz", "sens", "sp", "tf")
+_OTHER_HINT = "only .op, .dc, .tran and .pss are computed"
 _UNSUPPORTED = {
     "data": "write .step param name list ...",
     "alter": "write one netlist for each variant, or use .step",
@@ -108,7 +111,7 @@ class CardReader:
         """Read all other cards."""
         self._context.index()
         self._computes = any(
-            card in ANALYSES and not scope.prefix for card, _, scope in self._expander.cards
+            card in _COMPUTED and not scope.prefix for card, _, scope in self._expander.cards
         )
         for card, line, scope in self._expander.cards:
             if card in _EARLY and not scope.prefix:

@@ -18,6 +18,7 @@ _STATISTICS = {
     "integral": "integ", "max_at": "max_at", "min_at": "min_at",
 }  # fmt: skip
 _OPERATIONS = {*_STATISTICS, "trig", "find", "when", "deriv", "derivative", "param"}
+_ANALYSES = ("tran", "dc", "op", "pss")
 _NAMED = ("at", "from", "to", "val", "td", "rise", "fall", "cross")
 _PART = re.compile(
     r"(?<![\w.])(?:(trig|targ|find|when|deriv|derivative|max_at|min_at|max|min|pp|avg|rms|integral|"
@@ -63,18 +64,18 @@ def measure(context: Context, line: Line) -> None:
         raise Unreadable("NS1080", ".measure needs an analysis and a name", line.whole(), hint)
     analysis, name = found.groups()
     where, begin = line.span(*found.span(2)), found.end()
-    if name in _OPERATIONS and analysis not in ("tran", "dc", "op"):
+    if name in _OPERATIONS and analysis not in _ANALYSES:
         # LTspice lets the analysis be left out
         analysis, name = "tran", analysis
         where, begin = line.span(*found.span(1)), found.start(2)
-    if analysis not in ("tran", "dc", "op"):
+    if analysis not in _ANALYSES:
         at = line.span(*found.span(1))
         if analysis in ("ac", "noise", "sp", "tf"):
             message = f".measure {analysis} is ignored: there is no .{analysis}"
             context.findings.warning("NS1003", message, at)
             return
         raise Unreadable("NS1080", f".measure: unknown analysis {analysis[:40]}", at,
-                         suggest(analysis, ["tran", "dc", "op"]) or hint)  # fmt: skip
+                         suggest(analysis, _ANALYSES) or hint)  # fmt: skip
     name = _once(context, name, where)
     parts = _parts(line, begin)
     if not parts:

@@ -12,7 +12,7 @@ from ..statement import Item
 from .context import Context
 from .terminals import GROUND
 
-_ANALYSES = {"tran", "dc", "op"}
+_ANALYSES = {"tran", "dc", "op", "pss"}
 _OTHER_ANALYSES = {"ac", "noise", "tf", "four"}
 _ALL = {"all", "alli", "allv", "allp"}
 _HASH = re.compile(r"(.+)#branch")

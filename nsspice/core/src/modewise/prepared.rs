@@ -47,6 +47,7 @@ impl Reduced {
 }
 
 /// A system that can be solved mode by mode.
+#[derive(Clone)]
 pub struct Prepared {
     /// as assembled
     pub sys: Arc<Assembly>,

@@ -16,6 +16,7 @@ use super::rows::Inside;
 use super::sides::Ends;
 use super::tally::Tally;
 use super::terms::Point;
+use super::trace::Trace;
 use super::trajectory::Trajectory;
 use super::verify::Scale;
 use super::witness::Witness;
@@ -127,6 +128,7 @@ pub struct Engine {
     pub(super) ends: Ends,
     pub(super) witness: Witness,
     pub(super) tally: Tally,
+    pub(super) trace: Trace,
     /// rotations and decays among the inputs
     pub(super) turns: Vec<Turn>,
     pub(super) logged: Vec<bool>,
@@ -188,6 +190,7 @@ impl Engine {
             ends: Ends::default(),
             witness: Witness::default(),
             tally: Tally::default(),
+            trace: Trace::default(),
             turns: inputs.turns(),
             logged: vec![false; m],
             log_open: false,
@@ -323,6 +326,7 @@ impl Engine {
             let Some(picked) = picked else {
                 if !struck && !crossing.is_empty() && self.impact(horizon) {
                     (struck, crossing) = (true, &[]);
+                    self.trace.struck = true;
                     continue;
                 }
                 return self.carry_on();
@@ -339,8 +343,10 @@ impl Engine {
             if from != Some(picked.id) {
                 self.stats.mode_changes += 1;
             }
+            let settled = self.picker.verifier.thrown.is_empty();
+            self.trace_leaps(&picked.mode, !settled);
             self.present = Some((picked.id, picked.mode));
-            if self.picker.verifier.thrown.is_empty() {
+            if settled {
                 return self.walk(horizon);
             }
             for k in 0..self.picker.verifier.thrown.len() {
@@ -448,10 +454,11 @@ impl Engine {
     }
 
     /// Leaves the segment: state at its end, and on.
-    fn finish(&mut self) -> Result<(), Failure> {
+    pub(super) fn finish(&mut self) -> Result<(), Failure> {
         let Some((id, mode)) = self.present.clone() else { return Ok(()) };
         self.path.state(&self.point, &mut self.x);
         self.path.inputs(&self.segment, &self.point, &mut self.v);
+        self.trace_passage(&mode);
         self.tally_segment(id, &mode);
         self.write_between();
         self.note_left();

@@ -1,0 +1,202 @@
+//! Runs that are differentiated, as a Python class.
+
+use super::system::{misfit, PySystem};
+use super::{failure_dict, invalid, Floats};
+use crate::dense::{complex, eigen, Complex, Matrix};
+use crate::modewise::Passed;
+use crate::steady::Orbit;
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+#[pyclass(name = "Orbit", module = "nsspice._core")]
+pub(super) struct PyOrbit {
+    inner: Orbit,
+    switches: usize,
+    unknowns: usize,
+}
+
+type Complexes<'py> = Bound<'py, PyArray1<f64>>;
+
+/// Real and imaginary parts in turn.
+fn interleaved<'py>(py: Python<'py>, values: &[Complex]) -> Complexes<'py> {
+    PyArray1::from_iter(py, values.iter().flat_map(|v| [v.re, v.im]))
+}
+
+fn square<'py>(py: Python<'py>, m: &Matrix) -> Bound<'py, PyArray1<f64>> {
+    PyArray1::from_slice(py, &m.data)
+}
+
+#[pymethods]
+impl PyOrbit {
+    /// Stimuli are sources by number.
+    #[new]
+    fn new(
+        system: &PySystem,
+        outputs: Vec<[Vec<(usize, f64)>; 4]>,
+        stimuli: Vec<usize>,
+    ) -> PyResult<Self> {
+        let [n, m, p, _] = system.sizes();
+        let inside = |o: &[Vec<(usize, f64)>; 4]| {
+            o.iter().zip([n, m, n, p]).all(|(part, size)| part.iter().all(|e| e.0 < size))
+        };
+        let fits = system.waveforms.len() == p
+            && outputs.iter().all(inside)
+            && stimuli.iter().all(|&s| s < p);
+        if !fits {
+            return Err(misfit());
+        }
+        let prepared = system.prepared().map_err(invalid)?;
+        let (switches, unknowns) = (system.gates.len(), n);
+        Ok(PyOrbit { inner: Orbit::new(prepared, outputs, &stimuli), switches, unknowns })
+    }
+
+    /// Number of energy coordinates.
+    fn states(&self) -> usize {
+        self.inner.states()
+    }
+
+    /// Energy coordinates of charges and fluxes.
+    fn energy_of<'py>(
+        &self,
+        py: Python<'py>,
+        charges: Floats,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let charges = charges.as_slice()?;
+        if charges.len() != self.unknowns {
+            return Err(invalid("one charge or flux per unknown"));
+        }
+        Ok(PyArray1::from_vec(py, self.inner.energy_of(charges)))
+    }
+
+    /// Charges and fluxes of energy coordinates.
+    fn charges_of<'py>(&self, py: Python<'py>, a: Floats) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(PyArray1::from_vec(py, self.inner.charges_of(self.state(&a)?)))
+    }
+
+    /// Unknowns that energy coordinates mean where nothing else is known.
+    fn unknowns_of<'py>(&self, py: Python<'py>, a: Floats) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(PyArray1::from_vec(py, self.inner.unknowns_of(self.state(&a)?)))
+    }
+
+    /// Runs from energy coordinates at time 0 to `stop`, or until the gate of a switch goes up. Returns how it
+    /// ended, or the failure.
+    fn run<'py>(
+        &mut self,
+        py: Python<'py>,
+        a: Floats,
+        gates: Vec<bool>,
+        stop: f64,
+        trigger: Option<usize>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let start = self.state(&a)?.to_vec();
+        if gates.len() != self.switches || trigger.is_some_and(|s| s >= self.switches) {
+            return Err(invalid("one state per switch"));
+        }
+        let inner = &mut self.inner;
+        let result = py.detach(move || inner.run(&start, &gates, stop, trigger));
+        match result {
+            Err(failure) => failure_dict(py, &failure),
+            Ok(passed) => {
+                let out = PyDict::new(py);
+                let word = match passed {
+                    Passed::Stop => "stop",
+                    Passed::Trigger => "trigger",
+                    Passed::Unproved => "unproved",
+                    Passed::Many => "many",
+                };
+                out.set_item("passed", word)?;
+                Ok(out)
+            }
+        }
+    }
+
+    /// Energy coordinates at the end of the last run.
+    fn end<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_vec(py, self.inner.end())
+    }
+
+    /// Largest energy coordinates of the last run.
+    fn sizes<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_vec(py, self.inner.sizes())
+    }
+
+    /// States of the gates at the end of the last run.
+    fn gates(&self) -> Vec<bool> {
+        self.inner.gates().to_vec()
+    }
+
+    /// Duration of the last run [s].
+    fn period(&self) -> f64 {
+        self.inner.period()
+    }
+
+    /// Segments of the last run.
+    fn segments(&self) -> usize {
+        self.inner.passages().len()
+    }
+
+    /// Derives the events of the last run; why there is no derivative as (kind, time, pairs).
+    fn differentiate(&mut self) -> Option<(&'static str, f64, Vec<usize>)> {
+        self.inner.differentiate().err().map(|f| (f.kind, f.time, f.pairs))
+    }
+
+    /// Derivative of the end of the run by its beginning, at a `moving` end or at a fixed time.
+    fn derivative<'py>(&self, py: Python<'py>, moving: bool) -> Bound<'py, PyArray1<f64>> {
+        square(py, &self.inner.derivative(moving))
+    }
+
+    /// Floquet multipliers, real and imaginary parts in turn.
+    fn multipliers<'py>(&self, py: Python<'py>) -> Option<Complexes<'py>> {
+        let monodromy = self.inner.monodromy();
+        if monodromy.rows == 0 {
+            return Some(interleaved(py, &[]));
+        }
+        eigen(&monodromy).map(|found| interleaved(py, &found.values))
+    }
+
+    /// Responses by frequency, multiple, output and stimulus; frequencies in real and imaginary parts.
+    fn responses<'py>(
+        &self,
+        py: Python<'py>,
+        frequencies: Floats,
+        multiples: Floats,
+    ) -> PyResult<Option<Complexes<'py>>> {
+        let s: Vec<Complex> =
+            frequencies.as_slice()?.chunks_exact(2).map(|p| complex(p[0], p[1])).collect();
+        let multiples = multiples.as_slice()?.to_vec();
+        let found = py.detach(|| self.inner.responses(&s, &multiples));
+        Ok(found.map(|values| interleaved(py, &values)))
+    }
+
+    /// Fourier coefficients by output and order.
+    fn coefficients<'py>(
+        &self,
+        py: Python<'py>,
+        orders: PyReadonlyArray1<f64>,
+    ) -> PyResult<Complexes<'py>> {
+        let orders = orders.to_vec()?;
+        let found = py.detach(|| self.inner.coefficients(&orders));
+        Ok(interleaved(py, &found))
+    }
+
+    /// Averages of products of outputs.
+    fn products<'py>(
+        &self,
+        py: Python<'py>,
+        pairs: Vec<(usize, usize)>,
+    ) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_vec(py, py.detach(|| self.inner.products(&pairs)))
+    }
+}
+
+impl PyOrbit {
+    fn state<'a>(&self, a: &'a Floats) -> PyResult<&'a [f64]> {
+        let a = a.as_slice()?;
+        if a.len() == self.inner.states() {
+            Ok(a)
+        } else {
+            Err(invalid("one value per energy coordinate"))
+        }
+    }
+}
