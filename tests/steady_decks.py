@@ -1,4 +1,4 @@
-"""Converters with a periodic steady state, as texts; decks with closed forms stand in netlists/steady."""
+"""Converters with a periodic steady state, as texts; others stand in netlists/steady."""
 
 SWITCH = ".model SH SW(VT=0)\n"
 

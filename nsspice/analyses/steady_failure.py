@@ -35,7 +35,7 @@ def no_period(span: Span | None, several: bool) -> UsageError:
     else:
         message = "no source repeats, so that nothing decides about the period"
         hint = "name a signal that swings: .pss trigger=v(node) level=0"
-    return UsageError(Diagnostic("NS4012", message, span, hint))
+    return UsageError(Diagnostic("NS4015", message, span, hint))
 
 
 def no_derivative(problem: NoDerivative, mna: MnaSystem, span: Span | None) -> NumericalError:

@@ -395,7 +395,7 @@ def _orbit(
     except NotModewise as problem:
         raise UsageError(
             Diagnostic(
-                "NS4012",
+                "NS4015",
                 f"the periodic steady state of island {number + 1} cannot be found: {problem}",
                 analysis.span,
                 "set-valued diodes (D(ideal)) and sources DC, SIN, PULSE and PWL can be treated",

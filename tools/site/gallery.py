@@ -17,6 +17,7 @@ HEADINGS = {
     "basics": "Basics: one idea each",
     "rectifiers": "Rectifiers, clamps and multipliers",
     "converters": "Switching converters",
+    "steady": "Periodic steady states",
     "smooth": "Rectifiers with SPICE's smooth diodes",
     "bipolar": "Bipolar transistors",
     "thesis": "The thesis as circuits",

@@ -17,7 +17,7 @@ from nsspice.netlist import NetlistError
         ("Q1 a b 0 NPN", "NS1060", "add .model npn npn"),
         ("Q1 a b 0 BC547", "NS1060", "add .model bc547"),
         (".tran 1u 1m startup uic", "NS1002", "uic to start from zero"),
-        (".tran 1u 1m steady", "NS1002", "stop time"),
+        (".tran 1u 1m steady", "NS1002", ".pss"),
         (".temp 0 25 {t} 75", "NS1080", "write .step temp list 0 25 {t} 75"),
         ("S1 a 0 c 0 s\n.model s vswitch(von=1 vhon=.6 voff=0)", "NS2008", "leave it out"),
     ],
