@@ -14,13 +14,13 @@ CRATE  := nsspice/core/Cargo.toml
 export PYO3_PYTHON := $(abspath $(BIN)/python)
 RUST_SOURCES := $(shell find nsspice/core/src -name '*.rs' 2>/dev/null) nsspice/core/Cargo.lock
 
-.PHONY: run test setup check-rust rust-tools ngspice fmt lint type unit rust-test bench work-precision cross-check coverage docs soak wheel clean
+.PHONY: run test setup check-rust rust-tools ngspice browser fmt lint type unit rust-test bench work-precision cross-check coverage docs soak wheel clean
 
 run: $(VENV)/.core
 	$(BIN)/nsspice run $(DECK) --plot
 	@echo "left here: $$(ls $(basename $(notdir $(DECK))).*)"
 
-test: lint type rust-test ngspice unit
+test: lint type rust-test ngspice browser unit
 
 # ------------------------------------------------------------------ set-up
 
@@ -52,6 +52,10 @@ rust-tools: check-rust
 # the library that the cross-checks compare with; installed by the system's package manager
 ngspice: $(BIN)/python
 	@sh tools/ngspice_library.sh $(BIN)/python
+
+# a headless browser, in which the tests open a report
+browser:
+	@sh tools/browser.sh
 
 # ------------------------------------------------------------------ checks
 

@@ -21,6 +21,10 @@ from .progress import ProgressBar
 from .report import print_json, report_warnings, say
 from .source import circuit_of, path_of
 
+#: what a name after --plot and after --report ends in; any other is that of the netlist
+_PICTURES = (".png", ".svg", ".pdf")
+_PAGES = (".html", ".htm")
+
 
 @click.command("run", short_help="simulate a netlist")
 @click.argument("netlist", required=False)
@@ -31,6 +35,13 @@ from .source import circuit_of, path_of
     flag_value="auto",
     metavar="[FILE]",
     help="Draw the waveforms into a .png, .svg or .pdf file.",
+)
+@click.option(
+    "--report",
+    is_flag=False,
+    flag_value="auto",
+    metavar="[FILE]",
+    help="Write one self-contained .html page: waveforms to zoom, verdict, measures, deck.",
 )
 @click.option(
     "--signals",
@@ -65,6 +76,7 @@ def command(
     netlist: str | None,
     output: str | None,
     plot: str | None,
+    report: str | None,
     signals: Sequence[str],
     tstop: float | None,
     all_points: bool,
@@ -83,7 +95,10 @@ def command(
     The file a.csv in the current folder takes the rows of a.net; with several analyses a.tran.csv
     and a.dc.csv, with .step cards a.step1.csv and so on.  A summary goes to standard error.
     """
-    netlist, plot = _sort_out(netlist, plot)
+    netlist, plot = _sort_out(netlist, plot, _PICTURES)
+    netlist, report = _sort_out(netlist, report, _PAGES)
+    if netlist is None:
+        raise click.UsageError("name a netlist: nsspice run FILE")
     from ..analyses.batch import Request
 
     request = Request(
@@ -92,27 +107,26 @@ def command(
         step,
         tstop,
         read_signals(signals),
-        keep=plot is not None,
+        keep=plot is not None or report is not None,
         all_points=all_points,
         reltol=reltol,
     )
     run = _Run(netlist, read_params(params), request, output, plot, as_json, quiet)
+    run.report_to(report)
     run.estimate(tol, refine)
     code = run.execute()
     if code:
         raise SystemExit(code)
 
 
-def _sort_out(netlist: str | None, plot: str | None) -> tuple[str, str | None]:
-    """Tell netlist and picture apart: in ``--plot a.net`` the name is not that of a picture."""
-    if plot not in (None, "auto") and netlist is None:
-        from ..output.plot import FORMATS
-
-        if Path(str(plot)).suffix.lower() not in FORMATS:
-            netlist, plot = plot, "auto"
-    if netlist is None:
-        raise click.UsageError("name a netlist: nsspice run FILE")
-    return netlist, plot
+def _sort_out(
+    netlist: str | None, file: str | None, endings: Sequence[str]
+) -> tuple[str | None, str | None]:
+    """Tell netlist and file apart: in ``--plot a.net`` the name is not that of a picture."""
+    named = netlist is None and file not in (None, "auto")
+    if named and Path(str(file)).suffix.lower() not in endings:
+        return file, "auto"
+    return netlist, file
 
 
 class _Run:
@@ -139,6 +153,7 @@ class _Run:
         self.outputs = [_labelled(output, self.netlist, job.label) for job in self.jobs]
         self.plots = self._plot_files(plot)
         self.solutions: list[Any] = []
+        self.report: Path | None = None
         self._check_files()
         if not quiet and not as_json:
             report_warnings(self.circuit.warnings)
@@ -163,6 +178,34 @@ class _Run:
                 )
             )
         return files
+
+    def report_to(self, report: str | None) -> None:
+        """Ask for a page; ``auto`` is the name of the netlist with .html."""
+        from ..output.files import check_target
+
+        if report is None:
+            return
+        name = Path(self.netlist.name).with_suffix(".html") if report == "auto" else Path(report)
+        if name.suffix.lower() not in _PAGES:
+            raise UsageError(
+                Diagnostic(
+                    "NS4008",
+                    f"a report is a .html page, not {name}",
+                    hint=f"write --report {name.with_suffix('.html')}",
+                )
+            )
+        check_target(name, [self.netlist])
+        self.report = name
+
+    def _write_report(self) -> None:
+        """Write the page of all runs so far."""
+        from ..output.report import write_report
+
+        if self.report is None or not self.solutions:
+            return
+        write_report(self.circuit, self.solutions, self.report)
+        if not (self.quiet or self.as_json):
+            say(f"  written: {self.report}")
 
     def _check_files(self) -> None:
         """Refuse what cannot be written before anything is computed."""
@@ -215,6 +258,7 @@ class _Run:
                 solution = self._job(k, bar)
                 if solution.interrupted:
                     break
+        self._write_report()
         if self.as_json:
             self._print_json()
         if any(s.interrupted for s in self.solutions):
@@ -244,6 +288,7 @@ class _Run:
             partial: Any = error.partial
             if partial is not None and partial.row_count:
                 self._finish(k, partial)
+                self._write_report()
             if self.as_json:
                 self._print_json()
             raise

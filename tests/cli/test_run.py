@@ -281,3 +281,13 @@ def test_a_table_of_another_format_is_refused_before_the_run(call, name, hint):
 def test_any_other_name_gets_the_table_as_text(call):
     assert call("run", "rc.net", "-o", "a.txt").exit_code == 0
     assert Path("a.txt").read_text().startswith("time,")
+
+
+def test_a_report_beside_the_csv_file(call):
+    assert call("run", "--report", "rc.net").exit_code == 0
+    assert Path("rc.csv").exists()
+    assert "Certificate" in Path("rc.html").read_text("utf-8")
+    assert call("run", "rc.net", "--report", "x.pdf").exit_code == 2
+    # an error keeps what was computed, in the page as well
+    assert call("run", "contradiction.net", "--report").exit_code == 3
+    assert Path("contradiction.html").exists()

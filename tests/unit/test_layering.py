@@ -19,7 +19,7 @@ ALLOWED = {
     "devices": {"netlist", "problems"},
     "circuit": {"netlist", "devices", "problems"},
     "analyses": {"netlist", "devices", "circuit", "problems", "solvers"},
-    "output": {"netlist", "problems", "analyses", "_core"},
+    "output": {"netlist", "problems", "circuit", "analyses", "_core"},
     "compare": {"netlist", "devices", "circuit", "problems", "solvers", "analyses", "output"},
     "dvi": {"netlist", "devices", "problems", "solvers", "analyses", "_core"},
     "cli": {"netlist", "devices", "circuit", "problems", "solvers", "analyses", "output"}

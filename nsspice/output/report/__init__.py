@@ -1,0 +1,7 @@
+"""The report: one self-contained page of a run, to be opened offline, sent or archived."""
+
+from __future__ import annotations
+
+from .page import write_report
+
+__all__ = ["write_report"]
