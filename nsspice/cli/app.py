@@ -19,6 +19,8 @@ _COMMANDS = {
     "cost": "measure what accuracy costs with every method",
     "test": "check netlists against the numbers in X.expect.toml",
     "compare": "compare a simulation with ngspice or a reference waveform",
+    "plot": "draw CSV files above one axis",
+    "examples": "list or copy the collection of netlists",
 }
 
 

@@ -24,7 +24,7 @@ FORMATS = (".png", ".svg", ".pdf")
 
 _QUANTITY = {"V": "voltage", "A": "current", "W": "power", "s": "time", "°C": "temperature"}
 # distinguishable also with colour-blind eyes and in print (after Okabe and Ito)
-_COLOURS = (
+COLOURS = (
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C564B",
 )  # fmt: skip
 _DASHES = ("-", "--", ":")
@@ -213,8 +213,8 @@ def _spread(items: list[Any], most: int) -> list[Any]:
 def _style(k: int, count: int) -> dict[str, Any]:
     """Return colour, dash and width of the k-th of some curves."""
     if count <= _LEGEND:
-        colour = _COLOURS[k % len(_COLOURS)]
-        dash = _DASHES[k // len(_COLOURS)]
+        colour = COLOURS[k % len(COLOURS)]
+        dash = _DASHES[k // len(COLOURS)]
         return {"color": colour, "linestyle": dash, "linewidth": 1.5, "alpha": 0.95}
     from matplotlib import colormaps
 

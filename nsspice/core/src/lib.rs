@@ -11,6 +11,7 @@ pub mod moreau;
 pub mod newton;
 pub mod sparse;
 pub mod steady;
+pub mod structure;
 pub mod switch;
 pub mod tape;
 pub mod waveform;

@@ -52,16 +52,22 @@ impl Stepper {
     /// Updates the switches that the sources u0 decide about: they change with them, not after what
     /// the sources would do to their old states.
     pub(super) fn throw_by_sources(&mut self) {
+        self.turned_by_sources().into_iter().for_each(|k| self.throw(k));
+    }
+
+    /// Whether the sources u0 turn a switch.
+    pub(super) fn sources_turn(&self) -> bool {
+        !self.turned_by_sources().is_empty()
+    }
+
+    fn turned_by_sources(&self) -> Vec<usize> {
         if !self.controls.any() {
-            return;
+            return Vec::new();
         }
         let mut z = self.z.clone();
         self.controls.fill(&self.sys.linear.s, &self.u0, &mut z);
-        for k in 0..self.switches.len() {
-            if self.controls.decide(k) && self.turns(k, &z) {
-                self.throw(k);
-            }
-        }
+        let turned = |&k: &usize| self.controls.decide(k) && self.turns(k, &z);
+        (0..self.switches.len()).filter(turned).collect()
     }
 
     /// Opens the thyristors that conduct no more; that changes nothing else.

@@ -13,9 +13,13 @@ use std::mem::take;
 
 /// A mode earns its affine map at this many steps.
 const USES_FOR_MAP: u32 = 3;
-/// Lengths of ordinary steps whose matrices are kept, and of those that show what follows a jump: up to
-/// twenty, the same at each event.
-const STAGES: [usize; 2] = [12, 24];
+/// Lengths of ordinary steps whose matrices are kept, and of those that show what follows a jump (up to twenty,
+/// the same at each event): as many as this memory holds [numbers], within these bounds.
+const BUDGET: usize = 4_000_000;
+const FEWEST: [usize; 2] = [12, 24];
+const MOST: usize = 96;
+/// Numbers that a length takes for each unknown and pair, roughly: matrices, rows and a factor.
+const EACH: usize = 200;
 /// Steps between two checks of the residual of quick steps, and how many are checked at first.
 const CHECK: u64 = 64;
 const NEW_MODE: u32 = 4;
@@ -476,7 +480,9 @@ impl Stepper {
         }
         let alike = |k: &usize| self.stages[*k].impulsive == impulsive;
         let kept = (0..self.stages.len()).filter(alike);
-        if kept.clone().count() >= STAGES[usize::from(impulsive)] {
+        let size = self.z.len() + self.l.len();
+        let most = (BUDGET / (EACH * size + 1)).clamp(FEWEST[usize::from(impulsive)], MOST);
+        if kept.clone().count() >= most {
             let oldest = kept.min_by_key(|&k| self.stages[k].stamp).unwrap_or(0);
             self.stages.swap_remove(oldest);
         }

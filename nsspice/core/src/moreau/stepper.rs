@@ -14,8 +14,10 @@ use super::storage::Storage;
 use super::times::fastest_time;
 use super::witness::Witness;
 use crate::audit::{Balance, Sums, ITERATED};
+use crate::given::fixed_by_lines;
 use crate::mlcp::{work_len, Role, Start};
 use crate::newton::Tracking;
+use crate::structure::kinks_that_reach_storage;
 use crate::switch::Switch;
 use crate::waveform::{Side, Waveform};
 use std::sync::Arc;
@@ -143,6 +145,10 @@ pub struct Stepper {
     pub(super) at_once: AtOnce,
     /// switches that sources decide about
     pub(super) controls: Controls,
+    /// of each source, whether something may jump where its slope does
+    pub(super) kinks: Vec<bool>,
+    /// unknowns that constant and piecewise linear sources alone determine: no step errs in them
+    pub(super) fixed: Vec<bool>,
     /// what charges and fluxes are measured by in jumps, and the largest so far of each kind
     pub(super) weights: Vec<f64>,
     pub(super) heaviest: [f64; 2],
@@ -222,6 +228,7 @@ impl Stepper {
         outputs: Outputs,
     ) -> Stepper {
         let at_once = AtOnce::new(&sys);
+        let kinks = kinks_that_reach_storage(&sys.linear, sys.smooth.as_ref());
         let smooth = sys.smooth.take().map(|smooth| Box::new(SmoothPart::new(&sys, smooth)));
         let (n, m, p) = (sys.linear.g.nrows, sys.linear.a.ncols, waveforms.len());
         let mut roles = vec![Role::Diode; m];
@@ -234,7 +241,9 @@ impl Stepper {
         let active = roles.iter().map(|&r| r == Role::Closed).collect();
         let impacts = Impacts::new(&sys, !diodes.is_empty() || switches.iter().any(|s| s.latching));
         let functions = smooth.iter().flat_map(|smooth| smooth.newton.rows_of_functions());
-        let controls = Controls::new(&sys.linear, functions, &switches);
+        let functions: Vec<usize> = functions.collect();
+        let fixed = fixed_by_lines(&sys.linear, &functions, &waveforms);
+        let controls = Controls::new(&sys.linear, functions.into_iter(), &switches);
         let weights = jump_weights(&sys);
         let conductances = sys.conductances();
         // with averaging no law of currents is that of an instant
@@ -245,6 +254,8 @@ impl Stepper {
             islands,
             impacts,
             controls,
+            kinks,
+            fixed,
             weights,
             conductances,
             heaviest: [0.0; 2],

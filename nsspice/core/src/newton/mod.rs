@@ -29,6 +29,7 @@ mod judge;
 mod laws;
 mod linear;
 mod path;
+mod rates;
 mod solve;
 mod state;
 mod stored;

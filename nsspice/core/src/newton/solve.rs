@@ -4,6 +4,7 @@ use super::equations::{Equations, Smooth};
 use super::homotopy;
 use super::judge::{Balance, Judgement};
 use super::linear::Assembly;
+use super::rates::rates_kept;
 use super::state::State;
 use super::turns::Turns;
 use crate::mlcp::{Residual, Role, Start};
@@ -25,8 +26,6 @@ const ACCEPT: f64 = 1e-10;
 const ASTRAY: f64 = 1e-3;
 /// Guesses that are not judged after one that was not good enough: in a circuit at rest they are.
 const UNJUDGED: u8 = 7;
-/// Rates whose matrices are kept.
-const RATES: usize = 12;
 /// Iterations from a good start.
 const ITERATIONS: usize = 40;
 /// The same where others may be found more easily.
@@ -66,8 +65,12 @@ pub struct Newton {
     pub(super) eq: Arc<Equations>,
     pub(super) tape: Tape,
     pub(super) assemblies: Vec<Assembly>,
+    /// their rates once more, side by side
+    pub(super) rates: Vec<f64>,
+    /// how many are kept
+    pub(super) most: usize,
     pub(super) present: usize,
-    stamp: u64,
+    pub(super) stamp: u64,
     /// relative residual at which the iteration ends
     accuracy: f64,
     /// the next solve may give up early
@@ -108,6 +111,8 @@ impl Newton {
         Newton {
             turns: Turns::new(smooth.tape.program()),
             assemblies: vec![Assembly::new(&eq, 0.0)],
+            rates: vec![0.0],
+            most: rates_kept(&eq),
             present: 0,
             stamp: 0,
             accuracy: DONE,
@@ -147,29 +152,6 @@ impl Newton {
             tape: smooth.tape,
             eq,
         }
-    }
-
-    /// Chooses the rate: 0 for a static problem, `1/h` for an implicit step of length h.
-    pub fn set_rate(&mut self, rate: f64) {
-        self.stamp += 1;
-        let same = |a: &Assembly| a.rate == rate || (a.rate - rate).abs() <= 1e-9 * rate;
-        let known = if same(&self.assemblies[self.present]) {
-            Some(self.present)
-        } else {
-            self.assemblies.iter().position(same)
-        };
-        self.present = match known {
-            Some(k) => k,
-            None => {
-                if self.assemblies.len() >= RATES {
-                    let oldest = (0..RATES).min_by_key(|&k| self.assemblies[k].stamp).unwrap_or(0);
-                    self.assemblies.swap_remove(oldest);
-                }
-                self.assemblies.push(Assembly::new(&self.eq, rate));
-                self.assemblies.len() - 1
-            }
-        };
-        self.assemblies[self.present].stamp = self.stamp;
     }
 
     /// Lets the iteration end at a relative residual; it stays between what rounding allows and a

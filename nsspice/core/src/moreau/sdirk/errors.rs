@@ -32,7 +32,8 @@ impl Sdirk {
         let young = s.time < self.start + self.ladder.longest;
         let ahead = if young { self.ladder.longest / self.trial.length } else { 0.0 };
         let mut worst = 0.0f64;
-        for &j in &self.ladder.stored {
+        // what sources alone determine is no result of the step
+        for &j in self.ladder.stored.iter().filter(|&&j| !s.fixed[j]) {
             let kind = usize::from(s.sys.linear.row_kind[j]);
             let beyond = ahead * (end[j] - self.trial.first[j]).abs();
             let small = if self.trial.constrained[j] { 1.0 } else { SMALL };

@@ -19,7 +19,7 @@ use super::{Accuracy, Tableau};
 use crate::audit::Taken;
 use crate::row_clock::RowClock;
 use crate::sampling::Sampling;
-use crate::waveform::Side;
+use crate::waveform::{Side, Waveform};
 use std::time::{Duration, Instant};
 
 /// Residual at which the iteration of a stage may end, as a part of the tolerance.
@@ -65,7 +65,8 @@ pub struct Counters {
 pub(super) enum End {
     Plain,
     Corner {
-        jump: bool,
+        /// nothing can jump there
+        calm: bool,
     },
     Event,
     /// switches that are sampled look at their controls
@@ -109,7 +110,10 @@ pub struct Sdirk {
     /// switches that chatter
     pub(super) sampling: Sampling,
     pub(super) begun: bool,
+    /// the next breakpoint of a source, and whether something may jump there
     pub(super) corner: (f64, bool),
+    /// of each source, whether something may jump where its slope does
+    kinks: Vec<bool>,
     pub(super) points: PointRows,
     pub(super) witness: Witness,
     /// where the rows of the present step come from, once that has been found out
@@ -168,6 +172,7 @@ impl Sdirk {
             sampling: Sampling::new(s.switches.len(), longest.min(INTERVAL * (stop - s.time))),
             begun: false,
             corner: (f64::NEG_INFINITY, false),
+            kinks: s.kinks.clone(),
             points: PointRows::default(),
             witness: Witness::default(),
             origin: None,
@@ -300,7 +305,10 @@ impl Sdirk {
         }
         self.ladder.begin(s, &self.scales);
         if self.corner.0 <= s.time {
-            self.corner = next_corner(&s.waveforms, s.time);
+            let (time, jump) = next_corner(&s.waveforms, s.time);
+            let here = |w: &Waveform| w.next_corner_time(s.time).is_some_and(|t| t <= time);
+            let kink = || s.waveforms.iter().zip(&self.kinks).any(|(w, &kink)| kink && here(w));
+            self.corner = (time, jump || kink());
         }
         self.trial.corner = self.corner.0;
     }
@@ -316,7 +324,7 @@ impl Sdirk {
     pub(super) fn target(&self) -> (f64, End) {
         let (corner, jump) = self.corner;
         let plain = if corner <= self.stop {
-            (corner, End::Corner { jump })
+            (corner, End::Corner { calm: !jump })
         } else {
             (self.stop, End::Plain)
         };
@@ -541,7 +549,17 @@ impl Sdirk {
             smooth.f.copy_from_slice(&self.trial.point[n + m..]);
             smooth.rates.copy_from_slice(&self.trial.slope[n..]);
         }
-        let plain = matches!(accepted.end, End::Plain | End::Look) && turned.is_empty();
+        // where the slope of a source jumps and nothing else can, the step goes on
+        let calm = accepted.end == (End::Corner { calm: true });
+        if calm {
+            evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
+        }
+        let goes_on = match accepted.end {
+            End::Plain | End::Look => true,
+            End::Corner { calm } => calm && !s.sources_turn(),
+            End::Event => false,
+        };
+        let plain = goes_on && turned.is_empty();
         if !empty && !plain {
             self.scales.note(s, &s.z, &s.l); // behind a plain end the next step does
         }
@@ -551,9 +569,9 @@ impl Sdirk {
         if plain && self.method.continues() {
             self.trial.continue_rates();
         }
-        if plain {
+        if plain && !calm {
             s.u0.copy_from_slice(&self.trial.u);
-        } else {
+        } else if !plain {
             s.u1.copy_from_slice(&self.trial.u);
             self.points.note_left(s);
             evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
@@ -571,7 +589,7 @@ impl Sdirk {
             self.futile = event && before == s.active;
         }
         if s.smooth.is_some() {
-            self.trial.leave(self.tableau, accepted.theta, plain);
+            self.trial.leave(self.tableau, accepted.theta, plain && !calm);
         }
         self.tableau = self.method.next(plain);
         self.begin_step(s, plain);

@@ -1,0 +1,5 @@
+//! The network as a graph: what follows from which elements meet where, whatever their values are.
+
+mod breakpoints;
+
+pub use breakpoints::kinks_that_reach_storage;
