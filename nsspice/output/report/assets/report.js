@@ -3,7 +3,11 @@
 (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
   const root = document.getElementById("report");
-  const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7f7f7f", "#8C564B"];
+  const DARK = matchMedia("(prefers-color-scheme: dark)").matches;
+  // distinguishable with colour-blind eyes (after Okabe and Ito), lighter on a dark ground
+  const COLOURS = DARK
+    ? ["#56B4E9", "#E69F00", "#2BD4A4", "#E58FC0", "#F0E442", "#6FA8FF", "#C0C0C0", "#D39B7F"]
+    : ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F", "#8C564B"];
   const PREFIX = { "-18": "a", "-15": "f", "-12": "p", "-9": "n", "-6": "µ", "-3": "m", "0": "", "3": "k", "6": "M", "9": "G", "12": "T" };
 
   const el = (tag, attributes = {}, ...children) => {
@@ -89,7 +93,7 @@
       charts.forEach(c => c.plot.destroy());
       charts = [];
       plots.replaceChildren();
-      const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+      const dark = DARK;
       const ink = dark ? "#9da7b3" : "#57606a", grid = dark ? "#30363d" : "#e6e9ec";
       for (const unit of ["V", "A", "W", ""]) {
         const members = signals.filter(s => s.unit === unit && chosen.has(s.name));
