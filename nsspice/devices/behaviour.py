@@ -43,14 +43,15 @@ class Compiler:
     def __init__(self, builder: TapeBuilder, signal: Signal) -> None:
         self.builder = builder
         self.signal = signal
-        self._known: dict[int, int] = {}
+        #: registers by the identity of a tree, which is kept so that no other takes its place
+        self._known: dict[int, tuple[Node, int]] = {}
 
     def compile(self, node: Node) -> int:
         """Return the register of a tree; shared subtrees are written once."""
         found = self._known.get(id(node))
         if found is None:
-            found = self._known[id(node)] = self._compile(node)
-        return found
+            found = self._known[id(node)] = node, self._compile(node)
+        return found[1]
 
     def _compile(self, node: Node) -> int:
         op, args = node.op, node.args

@@ -139,7 +139,7 @@ def minimise(problem: VI, start: dict[str, float]) -> Point:
         for u in variables:
             k = names.index(u.name)
             low[k], high[k] = K.low, K.high
-    kinks = _separable(problem, names)
+    kinks = separable_kinks(problem, names)
     g, slope = problem.function(), problem.slope()
     x: Floats = np.clip(np.array([start.get(name, 0.0) for name in names]), low, high)
     _check_gradient(slope, x, names)
@@ -170,7 +170,7 @@ def minimise(problem: VI, start: dict[str, float]) -> Point:
 Kinks = list[tuple[float, float, float]]
 
 
-def _separable(problem: VI, names: Sequence[str]) -> list[Kinks]:
+def separable_kinks(problem: VI, names: Sequence[str]) -> list[Kinks]:
     """Return the kinks of each coordinate: set values, each of one unknown in its own row."""
     found: list[Kinks] = [[] for _ in names]
     for k, part in enumerate(problem.g):

@@ -251,8 +251,14 @@ class DVI:
             "multipliers": list(self.assembly.pairs),
         }
 
-    def verdict(self) -> Verdicts:
+    def verdict(self, region: Mapping[Any, tuple[float, float]] | None = None) -> Verdicts:
         """Return what the theorems say: existence, uniqueness, and each theorem by its number.
+
+        Parameters
+        ----------
+        region : mapping of states to (float, float), optional
+            Bounds of states: the statements are then about trajectories while they stay within.
+            Functions that are Lipschitz on bounded sets only need one.
 
         Returns
         -------
@@ -269,7 +275,8 @@ class DVI:
         """
         from .verdicts import of_dvi
 
-        return of_dvi(self)
+        bounds = {state.name: ends for state, ends in (region or {}).items()}
+        return of_dvi(self, bounds or None)
 
     def to_ode(self) -> Any:
         """Return the ordinary differential equation that the problem reduces to.
@@ -439,9 +446,11 @@ class DLCP(DVI):
         m = d.shape[0]
         a, d = matrix(a, "A", (n, n)), matrix(d, "D", (m, m))
         b, c = matrix(B, "B", (n, m)), matrix(C, "C", (m, n))
+        self.A, self.B, self.C, self.D = a, b, c, d
+        self.p, self.q = _column(p, "p", n), _column(q, "q", m)
         x, u = states(names[0], size=n), multiplier(names[1], size=m)
-        right = combined(((a, x), (b, u)), _column(p, "p", n))
-        slack = combined(((c, x), (d, u)), _column(q, "q", m))
+        right = combined(((a, x), (b, u)), self.p)
+        slack = combined(((c, x), (d, u)), self.q)
         start = {x: vector(x0, "x0", n)}
         condition = Complementarity(tuple(u), tuple(slack))
         self._mass = None if E is None else matrix(E, "E", (n, n))
@@ -456,6 +465,58 @@ class DLCP(DVI):
                 for i, j in zip(*np.nonzero(self._mass), strict=True)
             }
             self.assembly = assemble(self.model, self.at)
+
+    def pivot(self, pairs: Sequence[int]) -> DLCP:
+        """Return the same problem with u and y of some pairs exchanged.
+
+        With ``y_a = C_a x + D_aa u_a + D_ab u_b + q_a`` solved for ``u_a`` the new multipliers are
+        ``(y_a, u_b)``.  The trajectory is the same; a theta scheme, which averages ``A x``, is not.
+
+        Parameters
+        ----------
+        pairs : sequence of int
+            Which, from 0 on.
+
+        Raises
+        ------
+        UsageError
+            NS6005 if the principal submatrix of D is singular.
+
+        Source: R. W. Cottle, J.-S. Pang, R. E. Stone (1992), section 2.3.
+
+        Examples
+        --------
+        >>> problem = DLCP([[-1.0]], [[1.0]], [[1.0]], [[2.0]], x0=[1.0])
+        >>> problem.pivot([0]).A.tolist(), problem.pivot([0]).D.tolist()
+        ([[-1.5]], [[0.5]])
+        """
+        m = self.D.shape[0]
+        a = np.array(sorted(set(pairs)), dtype=int)
+        b = np.setdiff1d(np.arange(m), a)
+        inner = self.D[np.ix_(a, a)]
+        if a.size and np.linalg.matrix_rank(inner) < a.size:
+            raise wrong(
+                "NS6005", f"D of the pairs {a.tolist()} is singular: they cannot be exchanged", ""
+            )
+        inverse = np.linalg.inv(inner)
+        A = self.A - self.B[:, a] @ inverse @ self.C[a]
+        B, C, D = self.B.copy(), self.C.copy(), self.D.copy()
+        B[:, a] = self.B[:, a] @ inverse
+        B[:, b] = self.B[:, b] - B[:, a] @ self.D[np.ix_(a, b)]
+        C[a] = -inverse @ self.C[a]
+        C[b] = self.C[b] + self.D[np.ix_(b, a)] @ C[a]
+        D[np.ix_(a, a)] = inverse
+        D[np.ix_(a, b)] = -inverse @ self.D[np.ix_(a, b)]
+        D[np.ix_(b, a)] = self.D[np.ix_(b, a)] @ inverse
+        D[np.ix_(b, b)] = self.D[np.ix_(b, b)] - D[np.ix_(b, a)] @ self.D[np.ix_(a, b)]
+        p, q = np.array(self.p, dtype=object), np.array(self.q, dtype=object)
+        moved = q.copy()
+        moved[a] = -inverse @ q[a]
+        moved[b] = q[b] + self.D[np.ix_(b, a)] @ moved[a]
+        x0 = [self.start[name] for name in self.states]
+        return DLCP(
+            A, B, C, D, p - B[:, a] @ q[a], moved, x0=x0, E=self._mass, at=self.at, name=self.name
+        )
 
 
 def _column(value: Any, name: str, size: int) -> list[Expr]:

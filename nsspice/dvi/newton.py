@@ -156,6 +156,8 @@ class StepProblem:
             new, lam = self._linear(K, data - self._F @ (values - J @ z), time)
             moved = float(np.max(np.abs(new - z), initial=0.0))
             z, size = new, float(np.max(np.abs(new), initial=0.0))
+            if not J.any():  # functions of the data alone: the problem was linear
+                return z, lam
             # steps that shrink no more are rounding of the functions themselves
             stalled = moved >= 0.5 * change and moved <= _CLOSE * size
             if moved <= _UNITS * size or stalled:

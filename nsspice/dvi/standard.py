@@ -7,18 +7,20 @@ the inverse of the normal cone of that interval.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..devices.behaviour import Compiler
-from ..netlist.node import var
+from ..errors import UsageError
+from ..netlist.node import num, var
 from ..problems.tape import Tape, TapeBuilder
 from ..problems.theorems import ConvexSet, StandardDVI
 from .conditions import Complementarity, Contact, Equation
 from .expression import Expr, merged
+from .scheme import put
 from .sets import Cone, Polyhedron, SecondOrderCone, Set
 
 if TYPE_CHECKING:
@@ -79,6 +81,17 @@ class _Form:
                     self.interval(Expr(var(name)), -atom.argument, atom.low, atom.high)
 
 
+def separable(problem: VI) -> bool:
+    """Return whether each set-valued term is an increasing graph of one component in its row."""
+    from .convex import separable_kinks
+
+    try:
+        separable_kinks(problem, [u.name for u in problem.unknowns])
+    except UsageError:
+        return False
+    return True
+
+
 def convex_set(members: Sequence[int], K: Set) -> ConvexSet:
     """Return what theorems ask of a polyhedron or a second-order cone."""
     size = len(members)
@@ -101,8 +114,10 @@ def convex_set(members: Sequence[int], K: Set) -> ConvexSet:
     )
 
 
-def standard_form(problem: DVI) -> StandardDVI:
-    """Return a DVI in standard form."""
+def standard_form(
+    problem: DVI, region: Mapping[str, tuple[float, float]] | None = None
+) -> StandardDVI:
+    """Return a DVI in standard form, its states within a region if there is one."""
     form = _Form()
     for condition in problem.conditions:
         form.condition(condition)
@@ -118,13 +133,21 @@ def standard_form(problem: DVI) -> StandardDVI:
         tuple(problem.states),
         tuple(u.name for u in form.unknowns),
         (problem.at, INF),
+        tuple(region.get(name, (-INF, INF)) for name in problem.states) if region else (),
     )
 
 
 def static_form(problem: VI) -> StandardDVI:
-    """Return a VI as a DVI without states."""
+    """Return a VI as a DVI without states.
+
+    Signs that are maximal monotone graphs of one component each are left out of g: statements on g
+    that allow a normal cone allow any such graph (Corollary 2.1 of appendix B).
+    """
     form = _Form()
     form.inequality(problem)
+    if separable(problem):
+        zero = {name: num(0.0) for part in form.g for name in part.atoms}
+        form.g = [Expr(put(part.node, zero)) for part in form.g]
     form.atoms(form.g)
     names = [u.name for u in form.unknowns]
     return StandardDVI(

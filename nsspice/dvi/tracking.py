@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..solvers.moreau import function_slopes
-from .errors import RegularityLost, wrong
+from .errors import RegularityLost, unsolved, wrong
 from .expression import Expr, as_vector
 from .setvalued import SetValued
 from .static import Static
@@ -21,6 +21,10 @@ Floats = npt.NDArray[np.float64]
 
 #: relative residuals below this are no reason for a closer look
 _FINE = 1e-9
+#: where so large a part of the terms is left a point is no solution, whatever Newton's method does
+_ROUGH = 0.1
+#: a Newton step shorter by this factor than the one before converges superlinearly
+_SHRINK = 0.1
 #: the search for the end of a path halves its step so often
 _HALVINGS = 40
 _SEARCH = 600
@@ -157,24 +161,26 @@ def _spread(
 def _first_failure(
     static: Static, grid: Floats, z: Floats, lam: Floats, residuals: Floats
 ) -> int | None:
-    """Return the first point that the step before it has not followed, None if all are.
-
-    What is left of the error of a step is shown by one more Newton step: where that is no smaller
-    than the step itself, the iteration does not contract.
-    """
+    """Return the first point from which Newton's method does not converge, None if all are fine."""
     for k in np.flatnonzero(~(residuals < _FINE)).tolist():
-        if k and not _contracts(static, float(grid[k]), z[k - 1], z[k], lam[k]):
+        solved = residuals[k] < _ROUGH and _contracts(static, float(grid[k]), z[k], lam[k])
+        if k and not solved:
             return int(k)
     return int(z.shape[0]) if z.shape[0] < grid.size else None
 
 
-def _contracts(static: Static, time: float, before: Floats, z: Floats, lam: Floats) -> bool:
+def _contracts(static: Static, time: float, z: Floats, lam: Floats) -> bool:
+    """Return whether Newton steps from a point become shorter: a regular solution is near."""
     if not np.all(np.isfinite(z)):
         return False
-    again = _follow(static, np.array([time, time]), (z, lam), (False, 0))[0]
-    if again.shape[0] < 2:
+    twice = np.array([time, time])
+    one, _, _ = _follow(static, twice, (z, lam), (False, 0))
+    two, _, residuals = _follow(static, twice, (z, lam), (False, 1))
+    if one.shape[0] < 2 or two.shape[0] < 2:
         return False
-    return bool(np.max(np.abs(again[1] - z)) < 0.5 * np.max(np.abs(z - before)))
+    first = float(np.max(np.abs(one[1] - z), initial=0.0))
+    second = float(np.max(np.abs(two[1] - one[1]), initial=0.0))
+    return residuals[1] < _FINE or second < _SHRINK * first
 
 
 def _lost(
@@ -184,7 +190,7 @@ def _lost(
     lam: Floats,
     failed: int,
     tracking: tuple[bool, int | None],
-) -> RegularityLost:
+) -> Exception:
     """Follow the path as near to its end as shorter steps allow, and tell where that is."""
     here, h = float(grid[failed - 1]), float(grid[failed] - grid[failed - 1])
     least = h * 2.0**-_HALVINGS
@@ -195,14 +201,20 @@ def _lost(
             break
         target = min(here + h, end)
         points, many, residuals = _follow(static, np.array([here, target]), (z, lam), tracking)
-        good = points.shape[0] == 2 and (
-            residuals[1] < _FINE or _contracts(static, target, z, points[1], many[1])
-        )
-        if good:
+        if points.shape[0] == 2 and (
+            residuals[1] < _FINE
+            or (residuals[1] < _ROUGH and _contracts(static, target, points[1], many[1]))
+        ):
             here, z, lam = target, points[1], many[1]
-            modulus, unknown = _modulus(static, z, lam, here)
+            found, name = _modulus(static, z, lam, here)
+            if np.isfinite(found):
+                modulus, unknown = found, name
             if here == end:
-                break  # shorter steps have followed it: what failed is the length of the step
+                return unsolved(
+                    f"Newton's method does not follow the step to t = {end:.9g}; shorter ones do",
+                    "take a finer grid, or more correctors",
+                    time=end,
+                )
         else:
             h *= 0.5
     return RegularityLost(here, unknown, modulus)

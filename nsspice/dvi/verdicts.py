@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -132,9 +133,9 @@ def of_vi(problem: VI) -> Verdicts:
     return found
 
 
-def of_dvi(problem: DVI) -> Verdicts:
+def of_dvi(problem: DVI, region: Mapping[str, tuple[float, float]] | None = None) -> Verdicts:
     """Return what the theorems of chapters 2 and 3 say of a DVI."""
-    s = standard_form(problem)
+    s = standard_form(problem, region)
     return Verdicts(
         {
             "existence": existence(s),

@@ -65,48 +65,87 @@ def bounds(tape: Tape, box: Sequence[Interval], time: Interval = (0.0, INF)) -> 
     """
     n = len(box)
     values: list[Interval] = []
-    slopes: list[list[Interval]] = []
-    zero: Interval = (0.0, 0.0)
-    for code, args in zip(tape.ops.tolist(), tape.args.tolist(), strict=True):
+    partials: list[list[tuple[int, Interval]]] = []  # of each register: argument, derivative
+    inputs: dict[int, int] = {}  # registers that are unknowns, or the time (n)
+    for k, (code, args) in enumerate(zip(tape.ops.tolist(), tape.args.tolist(), strict=True)):
         name = _NAMES[code]
-        slope = [zero] * (n + 1)
+        slopes: list[tuple[int, Interval]] = []
         if name == "constant":
             c = float(tape.constants[args[0]])
             value: Interval = (c, c)
         elif name == "unknown":
             value = box[args[0]]
-            slope[args[0]] = (1.0, 1.0)
+            inputs[k] = args[0]
         elif name == "time":
             value = time
-            slope[n] = (1.0, 1.0)
+            inputs[k] = n
         elif name == "source":
             value = ALL
         else:
-            count = OPS[name]
-            inner = [values[a] for a in args[:count]]
+            used = args[: OPS[name]]
             constants = tape.constants[args[1] :] if name in _CARRYING else tape.constants[:0]
-            value, partials = _apply(name, inner, constants)
-            for k in range(n + 1):
-                total = zero
-                for a, partial in zip(args[:count], partials, strict=True):
-                    total = add(total, times(partial, slopes[a][k]))
-                slope[k] = total
+            value, found = _apply(name, [values[a] for a in used], constants)
+            slopes = list(zip(used, found, strict=True))
         values.append(value)
-        slopes.append(slope)
+        partials.append(slopes)
     out = tape.outputs.tolist()
-    return Bounds(
-        np.array([values[r] for r in out]).reshape(-1, 2),
-        np.array([[s[0] for s in slopes[r]] for r in out]).reshape(-1, n + 1),
-        np.array([[s[1] for s in slopes[r]] for r in out]).reshape(-1, n + 1),
-    )
+    forward = _forward(partials, inputs, n)
+    low, high = np.zeros((len(out), n + 1)), np.zeros((len(out), n + 1))
+    for row, register in enumerate(out):
+        backward = _backward(partials, inputs, register, n)
+        for column in range(n + 1):
+            # both enclose: which is narrower depends on where terms cancel
+            a, b = forward[register][column], backward[column]
+            low[row, column], high[row, column] = max(a[0], b[0]), min(a[1], b[1])
+    return Bounds(np.array([values[r] for r in out]).reshape(-1, 2), low, high)
+
+
+def _forward(
+    partials: Sequence[Sequence[tuple[int, Interval]]], inputs: dict[int, int], n: int
+) -> list[list[Interval]]:
+    """Return the derivatives of every register, by the chain rule from the unknowns on."""
+    found: list[list[Interval]] = []
+    for k, slopes in enumerate(partials):
+        row: list[Interval] = [(0.0, 0.0)] * (n + 1)
+        if k in inputs:
+            row[inputs[k]] = (1.0, 1.0)
+        for argument, slope in slopes:
+            row = [
+                add(total, times(slope, inner))
+                for total, inner in zip(row, found[argument], strict=True)
+            ]
+        found.append(row)
+    return found
+
+
+def _backward(
+    partials: Sequence[Sequence[tuple[int, Interval]]],
+    inputs: dict[int, int],
+    register: int,
+    n: int,
+) -> list[Interval]:
+    """Return the derivatives of one register, by the chain rule from the result back."""
+    adjoints: list[Interval] = [(0.0, 0.0)] * (register + 1)
+    adjoints[register] = (1.0, 1.0)
+    row: list[Interval] = [(0.0, 0.0)] * (n + 1)
+    for k in range(register, -1, -1):
+        weight = adjoints[k]
+        if weight == (0.0, 0.0):
+            continue
+        if k in inputs:
+            row[inputs[k]] = add(row[inputs[k]], weight)
+        for argument, slope in partials[k]:
+            adjoints[argument] = add(adjoints[argument], times(weight, slope))
+    return row
 
 
 _CARRYING = frozenset({"junction", "depletion", "table", "staircase"})
 
 
 def add(a: Interval, b: Interval) -> Interval:
-    """Return the sum."""
-    return a[0] + b[0], a[1] + b[1]
+    """Return the sum; nothing is claimed where opposite infinities meet."""
+    low, high = a[0] + b[0], a[1] + b[1]
+    return (low if low == low else -INF), (high if high == high else INF)
 
 
 def times(a: Interval, b: Interval) -> Interval:

@@ -15,6 +15,7 @@ from mkdocs.structure.files import File, Files
 sys.path.insert(0, str(Path(__file__).parent))
 
 import commands
+import equations
 import gallery
 import parameters
 
@@ -30,10 +31,16 @@ def on_files(files: Files, config: Any) -> Files:
         "reference/command-line.md": commands.page(),
         "reference/devices.md": parameters.page(),
         **gallery.pages(Path(config.config_file_path).parent / "netlists"),
+        **equations.pictures(Path(config.config_file_path).parent),
     }
     for name, content in pages.items():
         files.append(File.generated(config, name, content=content))
     return files
+
+
+def on_page_markdown(markdown: str, config: Any, **_: Any) -> str:
+    """Put in the netlists that pages on equations name."""
+    return equations.with_decks(markdown, Path(config.config_file_path).parent)
 
 
 def on_page_content(html: str, **_: Any) -> str:

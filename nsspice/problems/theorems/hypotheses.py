@@ -8,14 +8,17 @@ one of the function.
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 
 from ..csc import Floats
+from ..intervals import INF, Interval, bounds
 from ..matrices import is_definite, is_monotone, is_p_matrix
 from ..verdict import Verdict, Witness
 from .standard import StandardDVI
 
+_PARTS = 600  # parts of a box that are looked at
 _VERTICES = 8  # rows up to which the vertices of an interval matrix are looked at
 
 
@@ -168,9 +171,52 @@ def _bounded_values(problem: StandardDVI) -> bool:
 
 def strong_in_u(problem: StandardDVI) -> Verdict:
     """Judge whether g is strongly monotone in u, uniformly in t and x."""
-    return monotone(*problem.block("g", "u"), "g is strongly monotone in u", strongly=True)
+    return _by_parts(problem, "g is strongly monotone in u", strongly=True)
 
 
 def monotone_in_u(problem: StandardDVI) -> Verdict:
     """Judge whether g is monotone in u."""
-    return monotone(*problem.block("g", "u"), "g is monotone in u")
+    return _by_parts(problem, "g is monotone in u", strongly=False)
+
+
+def _by_parts(problem: StandardDVI, claim: str, *, strongly: bool) -> Verdict:
+    """Judge monotonicity of g in u, where need be on parts of the box one by one.
+
+    A form that is positive on each part is so on all: an integral along a line adds up.
+    """
+    whole = monotone(*problem.block("g", "u"), claim, strongly=strongly)
+    if whole.holds is not None:
+        return whole
+    n, m = problem.n, problem.m
+    waiting, least, tried = [problem.box], INF, 0
+    while waiting and tried < _PARTS:
+        box = waiting.pop()
+        tried += 1
+        found = bounds(problem.g, box, problem.time)
+        inner = monotone(
+            found.low[:, n : n + m], found.high[:, n : n + m], claim, strongly=strongly
+        )
+        if inner.holds is None:
+            halves = _split(box)
+            if halves is None:
+                return whole
+            waiting += halves
+        elif not inner:
+            return inner
+        elif inner.witness is not None and inner.witness.value is not None:
+            least = min(least, inner.witness.value)
+    if waiting:
+        return whole
+    text = f"least eigenvalue of all symmetric parts, on {tried} parts of the box: {least:.6g}"
+    return Verdict.yes(claim, text, Witness(text, value=least))
+
+
+def _split(box: list[Interval]) -> list[list[Interval]] | None:
+    """Return the two halves of a box across its widest side that matters, None at rounding."""
+    sides = [math.atan(b) - math.atan(a) for a, b in box]
+    k = int(np.argmax(sides))
+    a, b = box[k]
+    middle = math.tan(0.5 * (math.atan(a) + math.atan(b))) if math.isinf(b - a) else 0.5 * (a + b)
+    if not a < middle < b:
+        return None
+    return [[*box[:k], (a, middle), *box[k + 1 :]], [*box[:k], (middle, b), *box[k + 1 :]]]

@@ -190,7 +190,7 @@ def _autonomous(problem: StandardDVI) -> Verdict:
 def existence(problem: StandardDVI) -> Verdict:
     """Return whether a trajectory exists for all times, by the first theorem that says so."""
     return _first(
-        "a trajectory exists for all times",
+        f"a trajectory exists {_while(problem)}",
         (theorem_2_2_2(problem), theorem_2_3_2(problem)),
     )
 
@@ -198,7 +198,7 @@ def existence(problem: StandardDVI) -> Verdict:
 def uniqueness(problem: StandardDVI) -> Verdict:
     """Return whether there is one trajectory, by the first theorem that says so."""
     return _first(
-        "the trajectory is the only one",
+        f"the trajectory is the only one{' ' + _while(problem) if problem.region else ''}",
         (
             theorem_2_2_2(problem),
             theorem_2_3_3(problem),
@@ -206,6 +206,10 @@ def uniqueness(problem: StandardDVI) -> Verdict:
             theorem_2_2_4(problem),
         ),
     )
+
+
+def _while(problem: StandardDVI) -> str:
+    return "while the states stay in the region" if problem.region else "for all times"
 
 
 def _first(claim: str, theorems: tuple[Verdict, ...]) -> Verdict:

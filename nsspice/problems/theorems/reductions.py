@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from ..intervals import bounds
 from ..matrices import is_definite
 from ..verdict import Verdict, Witness
 from .hypotheses import (
@@ -66,6 +69,7 @@ def theorem_2_2_2(problem: StandardDVI) -> Verdict:
     if not unique:
         other = theorem_2_2_3(problem)
         unique = other if other else unique
+    problem = _narrowed(problem, unique)
     return Verdict.theorem(
         "Theorem 2.2.2 applies",
         "Theorem 2.2.2: one trajectory exists for all times, as u(t, x) is Lipschitz",
@@ -174,6 +178,33 @@ def theorem_2_2_9(problem: StandardDVI) -> Verdict:
             "g": monotone_in_u(problem),
         },
     )
+
+
+def _narrowed(problem: StandardDVI, unique: Verdict) -> StandardDVI:
+    """Return the problem with bounds of u that follow from strong monotonicity.
+
+    With 0 in K and modulus mu, ``mu |u|^2 <= <g(u) - g(0), u> <= <-g(0), u>``, so that
+    ``|u| <= |g(t, x, 0)| / mu``: finite on a bounded region.
+    """
+    strong = strong_in_u(problem)
+    if not (unique and strong and strong.witness is not None and strong.witness.value):
+        return problem
+    if not all(s.low[k] <= 0.0 <= s.high[k] for s in problem.sets for k in range(len(s.index))):
+        return problem
+    still = [*problem.box[: problem.n], *[(0.0, 0.0)] * problem.m]
+    values = np.abs(bounds(problem.g, still, problem.time).values)
+    size = float(np.linalg.norm(values.max(axis=1, initial=0.0))) / strong.witness.value
+    if not np.isfinite(size):
+        return problem
+    sets = tuple(
+        replace(
+            s,
+            low=tuple(max(low, -size) for low in s.low),
+            high=tuple(min(high, size) for high in s.high),
+        )
+        for s in problem.sets
+    )
+    return replace(problem, sets=sets)
 
 
 def _closed(problem: StandardDVI) -> Verdict:

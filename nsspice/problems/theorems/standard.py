@@ -74,6 +74,8 @@ class StandardDVI:
         Names for messages.
     time : (float, float)
         Interval of the time [s].
+    region : tuple of (float, float)
+        Bounds of the states, if the statements are about them while they stay within.
 
     Examples
     --------
@@ -96,11 +98,14 @@ class StandardDVI:
     states: tuple[str, ...] = ()
     unknowns: tuple[str, ...] = ()
     time: Interval = field(default=(0.0, INF))
+    #: bounds of states, where the statements are asked for while they stay within
+    region: tuple[Interval, ...] = ()
 
     @cached_property
     def box(self) -> list[Interval]:
         """All states, and the box around K."""
         found: list[Interval] = [(-INF, INF)] * (self.n + self.m)
+        found[: self.n] = self.region or found[: self.n]
         for part in self.sets:
             for k, low, high in zip(part.index, part.low, part.high, strict=True):
                 found[self.n + k] = (low, high)
