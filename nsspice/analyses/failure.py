@@ -7,11 +7,20 @@ from collections.abc import Iterable, Sequence
 
 from ..circuit import Circuit, MnaSystem
 from ..circuit.regularity import largest_sources
-from ..errors import Diagnostic, InfeasibleError, NumericalError, Span, StepError
+from ..errors import (
+    Diagnostic,
+    InfeasibleError,
+    NumericalError,
+    RegularityError,
+    Span,
+    StepError,
+)
 from ..solvers.stepper import UnsolvedStep
 
 #: what is so many times as large as all sources is no voltage of the circuit
 _AWAY = 1e3
+#: a residual that falls below this while a voltage grows has no zero, only a limit
+_VANISHES = 1e-8
 _NAMED = 6  # elements or nodes spelt out in one sentence
 
 
@@ -157,7 +166,7 @@ def _at_row(mna: MnaSystem, row: int) -> tuple[str | None, list[str]]:
 
 def _no_convergence(
     circuit: Circuit, mna: MnaSystem, problem: UnsolvedStep, where: str, resting: bool
-) -> StepError:
+) -> NumericalError:
     """Return the error of Newton's method, with the law that its best point violates most.
 
     Of a run whose first state is ``resting``, a static solution, it says how to do without one.
@@ -176,6 +185,8 @@ def _no_convergence(
     away = _runaway(mna, problem)
     if away is not None:
         node, volts = away
+        if problem.residual <= _VANISHES:
+            return _unbounded_solution(problem, where, node, volts)
         message += f"; v({node}) is {volts:.1e} V at the best point, far beyond all sources"
         hint = (
             f"if nothing can carry the current at {node}, put a resistor from there to ground; "
@@ -193,6 +204,32 @@ def _no_convergence(
         Diagnostic("NS3004", message, _span(circuit, named), hint),
         time=problem.time,
         residual=problem.residual,
+    )
+
+
+def _unbounded_solution(
+    problem: UnsolvedStep, where: str, node: str, volts: float
+) -> RegularityError:
+    """Return the error of a point to which no solution extends: the voltage has no bound there."""
+    message = (
+        f"the solution ceases to be regular {where}: v({node}) grows beyond all bounds "
+        f"({volts:.1e} V at the last point that was tried), and there is none"
+    )
+    hint = "end the run before, or give data for which a solution exists"
+    return RegularityError(
+        Diagnostic("NS3009", message, None, hint), time=problem.time, residual=problem.residual
+    )
+
+
+def lost_path(method: str, problem: UnsolvedStep) -> StepError:
+    """Return the error of a path-following method that has left the path of solutions."""
+    message = (
+        f"{method} has lost the path of solutions at t = {problem.time:.9g} s: the equations are "
+        f"off by {problem.residual:.1e} of their terms there, though they have a solution"
+    )
+    hint = "take a smaller --step, more correctors (.options correctors=3), or leave the method out"
+    return StepError(
+        Diagnostic("NS3008", message, None, hint), time=problem.time, residual=problem.residual
     )
 
 

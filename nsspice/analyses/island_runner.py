@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from ..circuit import Circuit, Island, MnaSystem
-from ..errors import Diagnostic, UsageError
+from ..errors import Diagnostic, NumericalError, UsageError
 from ..problems.descriptor import Functional, Waveform
 from ..solvers.modewise import ModewiseStepper, NotModewise
 from ..solvers.moreau import MoreauStepper
@@ -19,7 +19,7 @@ from .certificate import TAKEN_BESIDE_EXACT, Certificate
 from .curve import Floats
 from .events import Events
 from .examiner import Examiner, sampling
-from .failure import chatter, named_failure, unbounded
+from .failure import chatter, lost_path, named_failure, unbounded
 from .following import PATH_METHODS, Following, of_linearised
 from .impulses import jumps_of
 from .initial import start
@@ -31,6 +31,7 @@ from .solution import IslandRun, JumpReport
 from .unkept import unkept
 from .watched import Watched
 
+_BEYOND = 1.1  # times the instant at which a path was lost: how far the points behind it are tried
 _FEW = 8  # implicit steps that are not worth a word
 BUDGET = 0.05  # [s] longest stretch inside the core: Ctrl-C waits no longer
 _WAIT = 1 << 17  # numbers recorded by all islands before they are checked: many at once cost less
@@ -62,6 +63,7 @@ class IslandRunner:
         periodic_sources: bool = False,
     ) -> None:
         self.circuit, self.number, self.island = circuit, number, island
+        self._conditions = temperature, values
         self.analysis, self.settings = analysis, settings
         self.mna: MnaSystem = island.assemble(
             temperature, values or {}, tstep=analysis.row_distance, tstop=analysis.stop
@@ -171,8 +173,10 @@ class IslandRunner:
 
     @property
     def _by_points(self) -> bool:
-        """True for a static island that is solved at the rows alone."""
-        if self.step is not None or self.all_points or self.followed:
+        """True for a static island that is solved at the rows alone: no step was asked for."""
+        if self.step is not None or self.settings.step is not None:
+            return False
+        if self.all_points or self.followed:
             return False
         return self.sides is None or not any(map(jumps, self.mna.system.waveforms))
 
@@ -265,6 +269,26 @@ class IslandRunner:
             return block, done
         except UnsolvedStep as problem:
             raise Stopped(self.stepper.pending, problem) from problem
+
+    def failure(self, problem: UnsolvedStep) -> NumericalError:
+        """Return the error to raise for a step that was not solved.
+
+        Where a path was followed, solving point by point tells whether its step was too long, or
+        the path ends.
+        """
+        if self.method not in PATH_METHODS:
+            return named_failure(self.circuit, self.mna, problem)
+        settings = replace(self.settings, method="auto", step=None)
+        apart = IslandRunner(
+            self.circuit, self.number, self.island, [], self.analysis, settings, *self._conditions
+        )
+        try:
+            apart.start()
+            while apart.stepper.time < _BEYOND * problem.time and apart.advance(_POINTS).shape[0]:
+                pass
+        except Stopped as stopped:
+            return named_failure(self.circuit, self.mna, stopped.problem)
+        return lost_path(self.method, problem)
 
     def report(self, hidden: int) -> IslandRun:
         """Return how the island was solved; so many jumps are not told, and do not count."""

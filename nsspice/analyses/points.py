@@ -21,7 +21,7 @@ from .examiner import Examiner, sampling
 from .failure import named_failure
 from .following import PATH_METHODS, Following, of_linearised
 from .initial import guess_of
-from .regularity import Judge, Verdict
+from .regularity import Judge, SolutionVerdict
 from .solution import IslandRun
 
 #: A source value that no deck holds, so that the swept source gets a column of its own.
@@ -39,9 +39,9 @@ class Totals:
     unknowns: int = 0
     pairs: int = 0
     method: str = "point by point"
-    verdict: Callable[[], Verdict] | Verdict | None = None
+    verdict: Callable[[], SolutionVerdict] | SolutionVerdict | None = None
     #: the verdict on an operating point that is one of several
-    several: Verdict | None = None
+    several: SolutionVerdict | None = None
 
 
 class PointsOfIsland:
@@ -108,7 +108,10 @@ class PointsOfIsland:
                 if judge is not None:
                     judge.take(records)
                 stats = stepper.statistics
-                found = examiner.certificate(int(stats["steps"]), int(stats["undetermined"]))
+                free = int(stats["undetermined"])
+                if judge is not None:
+                    free = judge.undetermined(records, free)
+                found = examiner.certificate(int(stats["steps"]), free)
                 if self.totals.method in PATH_METHODS:
                     found = of_linearised(found, stats)
                 self.totals.certificates.append(found)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,12 @@ from ..circuit.regularity import dc_uniqueness, function_elements, largest_sourc
 from ..errors import Diagnostic
 from ..problems.csc import Floats
 from ..problems.descriptor import DescriptorSystem
-from ..problems.regularity import Regularity, strong_regularity
+from ..problems.isolation import isolated
+from ..problems.passivity import passive
+from ..problems.regularity import Regularity, index_sets, strong_regularity
+from ..problems.tape import Tape
+from ..problems.verdict import Verdict
+from ..solvers.kinks import limits
 from ..solvers.moreau import MoreauStepper, Recorded, function_slopes
 from ..solvers.stepper import UnsolvedStep
 
@@ -25,20 +30,25 @@ _STARTS = 24  # random points from which further solutions are sought
 _MODES = 5  # pairs up to which every mode is a start
 #: slopes beyond this are those of poles; the tape writes 1e150 for an infinite one
 _STEEP = 1e100
+_AT_KINK = 1e-9  # of the largest voltage or current: what Newton's method leaves open
 _SAME = 1e-6  # solutions closer than this, relative to the largest, are one
+_ALONE = (
+    "for these values of the sources: all laws are monotone, and nothing is free at the solution"
+)
+_FREE = "some quantities are free: a whole line of solutions"
 _ROUNDING = 24.0 * 2.0**-53  # of a law with one equation, relative to the sizes of its terms
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class SolutionVerdict:
     """What is known about a DC solution.
 
     Parameters
     ----------
     kind : str
-        ``unique`` (proved, whatever the sources do), ``locally unique`` (strongly metrically
-        regular: it moves continuously with the sources, others may exist), ``several`` (others
-        were found), ``not known``.
+        ``unique`` (proved, whatever the sources do or for their values here), ``locally unique``
+        (strongly metrically regular: it moves continuously with the sources, others may exist),
+        ``several`` (others were found, or some quantity is free), ``not known``.
     reason : str
     elements : tuple of str
         Elements that stand in the way of a proof.
@@ -50,6 +60,8 @@ class Verdict:
         Unknowns by name of every solution found, the one shown first, if there are several.
     points : int
         Points at which regularity was judged.
+    uniqueness, regularity : Verdict or None
+        What was proved of the circuit, and of the least regular of the points.
     """
 
     kind: str
@@ -59,6 +71,8 @@ class Verdict:
     place: str = ""
     solutions: tuple[dict[str, float], ...] = ()
     points: int = 0
+    uniqueness: Verdict | None = None
+    regularity: Verdict | None = None
 
     def __str__(self) -> str:
         text = f"{self.kind}: {self.reason}"
@@ -78,6 +92,8 @@ class Verdict:
             "place": self.place,
             "solutions": [dict(s) for s in self.solutions],
             "points": self.points,
+            "uniqueness": self.uniqueness.to_dict() if self.uniqueness is not None else None,
+            "regularity": self.regularity.to_dict() if self.regularity is not None else None,
         }
 
 
@@ -99,7 +115,7 @@ class Judge:
     _kept: list[tuple[Floats, Floats, Floats, npt.NDArray[np.uint8] | None]] = field(
         default_factory=list
     )
-    _verdict: Verdict | None = None
+    _verdict: SolutionVerdict | None = None
 
     @staticmethod
     def wanted(system: DescriptorSystem) -> bool:
@@ -122,21 +138,49 @@ class Judge:
         """Return the least regular of the points, None without any."""
         worst, system = None, self.system
         for z, u, lam, roles in self._kept:
-            jacobians = np.zeros((len(z), 0, system.n))
-            if system.smooth is not None:
-                jacobians = function_slopes(system.smooth.tape, z, u, np.zeros(len(z)))
-            found = strong_regularity(system, jacobians, z, lam, roles)
+            if system.smooth is None:
+                found = strong_regularity(system, np.zeros((len(z), 0, system.n)), z, lam, roles)
+            else:
+                found = self._with_kinks(system.smooth.tape, z, u, lam, roles)
             if worst is None or found.badness > worst.badness:
                 worst = found
         return worst
 
-    def verdict(self) -> Verdict:
+    def _with_kinks(
+        self,
+        tape: Tape,
+        z: Floats,
+        u: Floats,
+        lam: Floats,
+        roles: npt.NDArray[np.uint8] | None,
+    ) -> Regularity:
+        """Judge points with the slopes on all sides of the kinks of functions."""
+        sides = [limits(tape, z[k], u[k], 0.0, self._near(z[k])) for k in range(len(z))]
+        for side in sides:
+            if side.jumps or not side.complete:
+                names = [name for k in side.jumps for name in function_elements(self.mna, k)]
+                text = f"a law jumps at the solution ({', '.join(names)})"
+                if not side.complete:
+                    text = "too many kinks meet at the solution"
+                return Regularity(Verdict.undecided("strongly regular", text), float("inf"))
+        owners = [k for k, side in enumerate(sides) for _ in side.jacobians]
+        slopes = np.concatenate([side.jacobians for side in sides])
+        kept = None if roles is None else roles[owners]
+        return strong_regularity(self.system, slopes, z[owners], lam[owners], kept, sides=owners)
+
+    def _near(self, z: Floats) -> Floats:
+        """Return within which distances voltages and currents count as the same."""
+        kinds = self.system.row_kind
+        sizes = [float(np.abs(z[kinds == kind]).max(initial=0.0)) for kind in (0, 1)]
+        return np.where(kinds == 0, sizes[0], sizes[1]) * _AT_KINK
+
+    def verdict(self) -> SolutionVerdict:
         """Return what is known."""
         if self._verdict is None:
             self._verdict = self._judged()
         return self._verdict
 
-    def later(self) -> Callable[[], Verdict] | Verdict:
+    def later(self) -> Callable[[], SolutionVerdict] | SolutionVerdict:
         """Return what finds the verdict; of a large system the verdict, not to keep it alive."""
         return self.verdict() if self._large else self.verdict
 
@@ -144,24 +188,66 @@ class Judge:
     def _large(self) -> bool:
         return self.system.n + self.system.m > _ROWS
 
-    def _judged(self) -> Verdict:
+    def _judged(self) -> SolutionVerdict:
         """Return what is known without a search for further solutions."""
-        found, worst = dc_uniqueness(self.mna), self._worst()
-        modulus, place = None, ""
-        if worst is not None and worst.strong:
-            modulus, place = worst.modulus, self._place(worst)
-        if found.unique:
-            return Verdict("unique", found.reason, (), modulus, place, (), self._points)
-        if worst is not None and worst.strong:
-            reason = f"strongly regular; uniqueness is not proved, {found.reason}"
-            elements = found.elements
-            return Verdict("locally unique", reason, elements, modulus, place, (), self._points)
-        reason = found.reason
-        if worst is not None and worst.strong is False:
-            between = tuple(dict.fromkeys(self.mna.pair_elements[k] for k in worst.between))
-            reason = "the linearised laws are not regular at the solution"
-            return Verdict("not known", reason, between or found.elements, points=self._points)
-        return Verdict("not known", reason, found.elements, points=self._points)
+        proof, worst = dc_uniqueness(self.mna), self._worst()
+        verdict = SolutionVerdict(
+            "not known",
+            proof.reason,
+            proof.elements,
+            points=self._points,
+            uniqueness=proof.verdict,
+            regularity=None if worst is None else worst.verdict,
+        )
+        regular = worst is not None and worst.strong is True
+        if worst is not None and regular:
+            verdict = replace(verdict, modulus=worst.modulus, place=self._place(worst))
+        if proof.unique:
+            return replace(verdict, kind="unique")
+        beside = self._beside()
+        if beside is not None and beside:
+            return replace(verdict, kind="unique", reason=_ALONE, elements=())
+        if regular:
+            reason = f"strongly regular; uniqueness is not proved, {proof.reason}"
+            return replace(verdict, kind="locally unique", reason=reason)
+        if beside is not None and beside.holds is False and beside.witness is not None:
+            free = self._elements(beside.witness.rows) or proof.elements
+            return replace(verdict, kind="several", reason=_FREE, elements=free)
+        if worst is not None and worst.verdict.decided:
+            reason = f"not regular at the solution: {worst.verdict.reason}"
+            between = self._elements(worst.between) or proof.elements
+            return replace(verdict, reason=reason, elements=between)
+        if worst is not None:
+            return replace(verdict, reason=worst.verdict.reason)
+        return verdict
+
+    def _elements(self, pairs: Sequence[int]) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(self.mna.pair_elements[k] for k in pairs))
+
+    def _beside(self) -> Verdict | None:
+        """Return whether all points are the only solutions; None for systems of another kind."""
+        if self.system.smooth is not None or not passive(self.system) or not self._kept:
+            return None
+        open_: Verdict | None = None
+        for z, _, lam, roles in self._kept:
+            for verdict, _ in isolation_of(self.system, z, lam, roles):
+                if verdict.holds is False:
+                    return verdict
+                open_ = verdict if verdict.holds is None or open_ is None else open_
+        return open_
+
+    def undetermined(self, records: Recorded, counted: int) -> int:
+        """Return at how many of the recorded points something is free, of those counted as such.
+
+        The core counts modes that leave something free, whatever the inequalities say of it: in a
+        rectifier at rest all diodes neither conduct nor block, and they alone hold the output.
+        """
+        system = self.system
+        if not counted or system.smooth is not None or self._large or not passive(system):
+            return counted
+        found = isolation_of(system, records.z, records.lam, records.roles)
+        free = sum(count for verdict, count in found if not verdict)
+        return counted if free > 0 and len(records) < counted else min(free, counted)
 
     def _place(self, found: Regularity) -> str:
         element = self.mna.row_elements[found.row]
@@ -186,12 +272,12 @@ class Judge:
     def _node(self, row: int) -> str:
         return f"node {self.mna.row_nodes[row]}"
 
-    def search(self, stepper: MoreauStepper) -> Verdict | None:
+    def search(self, stepper: MoreauStepper) -> SolutionVerdict | None:
         """Seek further solutions beside the one operating point of a stepper, if need be.
 
         Returns
         -------
-        Verdict or None
+        SolutionVerdict or None
             None if no others were found; ``verdict`` then returns what is known.
         """
         verdict = self.verdict()
@@ -202,7 +288,7 @@ class Judge:
         upright = self._upright(z)
         if upright:
             reason = "no finite slope at the solution, or no limit of the values around it"
-            self._verdict = Verdict("not known", reason, upright, points=self._points)
+            self._verdict = replace(verdict, kind="not known", reason=reason, elements=upright)
             return None
         others = _search(system, z, lam, largest_sources(self.mna))
         others = [point for point in others if not self._upright(point)]
@@ -212,16 +298,30 @@ class Judge:
         solutions = tuple(
             dict(zip(names, map(float, point), strict=False)) for point in (z, *others)
         )
-        self._verdict = Verdict(
-            "several",
-            f"{len(solutions)} solutions were found, and there may be more",
-            verdict.elements,
-            verdict.modulus,
-            verdict.place,
-            solutions,
-            verdict.points,
+        self._verdict = replace(
+            verdict,
+            kind="several",
+            reason=f"{len(solutions)} solutions were found, and there may be more",
+            solutions=solutions,
         )
         return self._verdict
+
+
+def isolation_of(
+    system: DescriptorSystem,
+    z: Floats,
+    lam: Floats,
+    roles: npt.NDArray[np.uint8] | None,
+) -> list[tuple[Verdict, int]]:
+    """Return whether other solutions lie beside some points, once for each mode, with its count."""
+    on, off = index_sets(system, z, lam, roles)
+    modes: dict[bytes, list[int]] = {}
+    for k in range(len(z)):
+        modes.setdefault(on[k].tobytes() + off[k].tobytes(), []).append(k)
+    return [
+        (isolated(system, z[k[0]], lam[k[0]], None if roles is None else roles[k[0]]), len(k))
+        for k in modes.values()
+    ]
 
 
 def _search(system: DescriptorSystem, z: Floats, lam: Floats, size: float) -> list[Floats]:
@@ -269,20 +369,21 @@ def _same(a: Floats, b: Floats, system: DescriptorSystem) -> bool:
     return True
 
 
-def several_warning(verdict: Verdict) -> Diagnostic:
+def several_warning(verdict: SolutionVerdict) -> Diagnostic:
     """Return the warning that an operating point is one of several."""
     shown, *others = verdict.solutions
     apart = {
-        name: max(abs(shown[name] - other[name]) for other in others)
-        for name in shown
-        if name.startswith("v(")
+        name: max(abs(value - other[name]) for other in others) for name, value in shown.items()
     }
-    name = max(apart, key=lambda n: apart[n], default="")
-    values = ", ".join(f"{s[name]:.6g} V" for s in verdict.solutions) if name else ""
+    # a voltage if one differs: that is what .nodeset takes
+    voltages = [n for n in apart if n.startswith("v(") and apart[n] > _SAME * abs(shown[n])]
+    name = max(voltages or apart, key=lambda n: apart[n], default="")
+    unit = "V" if name.startswith("v(") else "A"
+    values = ", ".join(f"{s[name]:.6g} {unit}" for s in verdict.solutions) if name else ""
     message = f"the circuit has several operating points, {len(verdict.solutions)} were found"
     if values:
         message += f": {name} = {values}; the first is shown"
-    names = f" near another one of {name}" if name else ""
+    names = f" near another one of {name}" if voltages else ""
     return Diagnostic(
         "NS3005",
         message,

@@ -9,7 +9,6 @@ import numpy as np
 from ..solvers.stepper import UnsolvedStep
 from .cards import Tran
 from .curve import Floats
-from .failure import named_failure
 from .interrupts import Interrupts
 from .island_runner import IslandRunner, Stopped
 from .recorder import Recorder
@@ -103,7 +102,7 @@ def advance_all(
             outlet.write(block[: min(got)])
         if failed is not None:
             runner, problem = failed
-            raise named_failure(runner.circuit, runner.mna, problem) from problem
+            raise runner.failure(problem) from problem
         if progress is not None:
             progress(outlet.rows / rows)
         interrupts.check()

@@ -17,7 +17,7 @@ from .names import canonical
 if TYPE_CHECKING:
     from .certificate import Certificate
     from .estimate import ErrorEstimate
-    from .regularity import Verdict
+    from .regularity import SolutionVerdict
     from .steady_state import Periodic
 
 Floats = npt.NDArray[np.float64]
@@ -133,7 +133,7 @@ class IslandRun:
         Why it was not another method, empty if there is nothing to say.
     reltol : float or None
         Relative tolerance of each step, of a method with step control.
-    judge : Verdict, callable or None
+    judge : SolutionVerdict, callable or None
         The verdict ``regularity`` of static islands with set-valued or smooth elements, or what
         returns it.
     """
@@ -149,10 +149,10 @@ class IslandRun:
     stats: dict[str, Any] = field(default_factory=dict)
     note: str = ""
     reltol: float | None = None
-    judge: Callable[[], Verdict] | Verdict | None = None
+    judge: Callable[[], SolutionVerdict] | SolutionVerdict | None = None
 
     @property
-    def regularity(self) -> Verdict | None:
+    def regularity(self) -> SolutionVerdict | None:
         """Whether the solution is the only one, None if that is no question.
 
         It costs more than the run of a small circuit, and is computed when it is first read.

@@ -24,10 +24,11 @@ from ..problems.passivity import MOST_ROWS
 from ..solvers.moreau import Recorded
 
 _MOST_MODES = 16
+_NOISE = 1e-13  # of the entries of M, from the solution with K
 
 
 @dataclass(slots=True)
-class Verdict:
+class Activity:
     """What an active island may do.
 
     Parameters
@@ -76,11 +77,11 @@ class Watcher:
         for row in packed[:_MOST_MODES]:
             self._modes.add(row.tobytes())
 
-    def verdict(self) -> Verdict:
+    def verdict(self) -> Activity:
         """Return what was found."""
         if not self._small:
-            return Verdict(several=self.system.m > 0)
-        return Verdict(self._may_have_several(), self._growth())
+            return Activity(several=self.system.m > 0)
+        return Activity(self._may_have_several(), self._growth())
 
     def _may_have_several(self) -> bool:
         """Return whether the P-test fails, with all switches open."""
@@ -96,7 +97,7 @@ class Watcher:
         except np.linalg.LinAlgError:
             return True
         M = _one_of_each_couple(M)
-        return not is_p_matrix(M)
+        return not is_p_matrix(M, noise=_NOISE)
 
     def _growth(self) -> float:
         """Return the largest real positive growth rate of the modes met [1/s]."""

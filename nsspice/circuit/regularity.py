@@ -10,6 +10,7 @@ import numpy as np
 from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem
 from ..problems.uniqueness import uniqueness
+from ..problems.verdict import Verdict
 from .mna import MnaSystem
 
 #: controlled sources: they can feed a signal back
@@ -18,26 +19,32 @@ _GAIN = "efgh"
 
 @dataclass(frozen=True, slots=True)
 class DcUniqueness:
-    """Whether a static problem has at most one solution.
+    """Whether a static problem has at most one solution, whatever the sources do.
 
     Parameters
     ----------
-    unique : bool
-        Proved, whatever the sources do.
-    reason : str
-        One clause: why, or what stands in the way.
+    verdict : Verdict
     elements : tuple of str
         The elements that stand in the way, if they can be told.
     """
 
-    unique: bool
-    reason: str
+    verdict: Verdict
     elements: tuple[str, ...] = ()
 
+    @property
+    def unique(self) -> bool:
+        """True if it is proved."""
+        return bool(self.verdict)
+
+    @property
+    def reason(self) -> str:
+        """One clause: why, or what stands in the way."""
+        return self.verdict.reason
+
     def __str__(self) -> str:
-        verdict = "unique" if self.unique else "uniqueness not proved"
+        words = {True: "unique", False: "not unique", None: "uniqueness not proved"}
         names = f" ({', '.join(self.elements)})" if self.elements else ""
-        return f"{verdict}: {self.reason}{names}"
+        return f"{words[self.verdict.holds]}: {self.reason}{names}"
 
 
 def static_system(system: DescriptorSystem) -> DescriptorSystem:
@@ -65,14 +72,14 @@ def dc_uniqueness(mna: MnaSystem) -> DcUniqueness:
     """
     found = uniqueness(static_system(mna.system))
     if found.unique:
-        return DcUniqueness(True, found.reason)
+        return DcUniqueness(found.verdict)
     names = [mna.pair_elements[k] for k in found.pairs]
     names += [name for k in found.functions for name in function_elements(mna, k)]
-    if not found.functions:
+    if not found.functions and not found.verdict.decided:
         # pairs alone are monotone: gain comes from controlled sources
         gain = [d.name for d in mna.devices if d.letter in _GAIN]
         names = gain + names if found.pairs else names
-    return DcUniqueness(False, found.reason, _unique(names))
+    return DcUniqueness(found.verdict, _unique(names))
 
 
 def function_elements(mna: MnaSystem, function: int) -> list[str]:

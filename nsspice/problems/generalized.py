@@ -14,6 +14,12 @@ from .descriptor import DescriptorSystem, SmoothTerms
 from .tape import Tape
 
 
+def _numbers(piece: object, *names: str) -> None:
+    """Turn the parameters of a graph, which may be whole numbers, into floats."""
+    for name in names:
+        object.__setattr__(piece, name, float(getattr(piece, name)))
+
+
 @dataclass(frozen=True, slots=True)
 class Sign:
     """The graph of a sign: ``low`` for z < at, ``high`` for z > at, all between at z = at.
@@ -38,6 +44,7 @@ class Sign:
     at: float = 0.0
 
     def __post_init__(self) -> None:
+        _numbers(self, "low", "high", "at")
         if not self.low <= self.high:
             raise ValueError(f"a sign from {self.low} down to {self.high} is not monotone")
 
@@ -61,6 +68,7 @@ class Cone:
     high: float = np.inf
 
     def __post_init__(self) -> None:
+        _numbers(self, "low", "high")
         if not self.low <= self.high:
             raise ValueError(f"the interval from {self.low} to {self.high} is empty")
 
@@ -86,6 +94,7 @@ class Ramp:
     slope: float
 
     def __post_init__(self) -> None:
+        _numbers(self, "at", "slope")
         if not self.slope > 0.0:
             raise ValueError(f"a ramp needs a positive slope, not {self.slope}")
 

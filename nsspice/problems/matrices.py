@@ -47,7 +47,7 @@ def square(matrix: npt.ArrayLike) -> Floats:
     return found
 
 
-def is_p_matrix(matrix: npt.ArrayLike) -> Verdict:
+def is_p_matrix(matrix: npt.ArrayLike, *, noise: float = 0.0) -> Verdict:
     """Judge whether all principal minors are positive.
 
     A reducible matrix is P if the blocks on its diagonal are.  A block of up to 20 rows is decided
@@ -58,6 +58,9 @@ def is_p_matrix(matrix: npt.ArrayLike) -> Verdict:
     Parameters
     ----------
     matrix : array_like, shape (m, m)
+    noise : float
+        What computed entries are uncertain by, relative to ``sqrt(m_ii m_jj)``: a minor that such
+        changes could make zero counts as zero.
 
     Returns
     -------
@@ -81,7 +84,7 @@ def is_p_matrix(matrix: npt.ArrayLike) -> Verdict:
     undecided: list[Verdict] = []
     reasons: list[str] = []
     for rows in blocks(m):
-        found = _p_block(m, rows)
+        found = _p_block(m, rows, noise)
         if found.holds is False:
             return found
         if found.holds is None:
@@ -91,17 +94,21 @@ def is_p_matrix(matrix: npt.ArrayLike) -> Verdict:
     return undecided[0] if undecided else Verdict.yes(P_CLAIM, "; ".join(reasons))
 
 
-def _p_block(m: Floats, rows: list[int]) -> Verdict:
+def _p_block(m: Floats, rows: list[int], noise: float) -> Verdict:
     """Judge an irreducible block of positive diagonal."""
     block = m[np.ix_(rows, rows)]
-    if is_h_matrix(block):
-        return Verdict.yes(P_CLAIM, "an H-matrix of positive diagonal")
     scale = 1.0 / np.sqrt(np.diag(block))
     unit = block * scale[:, None] * scale
+    worst = np.where(unit < 0.0, unit - noise, unit + noise)
+    np.fill_diagonal(worst, 1.0 - noise)
+    if is_h_matrix(worst):
+        return Verdict.yes(P_CLAIM, "an H-matrix of positive diagonal")
     for weights in (np.ones(len(rows)), _balance(unit)):
-        if is_definite(weights[:, None] * unit):
+        # changes e of all entries change the form by no more than n e |x|^2 times sqrt(d_i / d_j)
+        shift = len(rows) * noise * float(np.sqrt(weights.max() / weights.min()))
+        if is_definite(weights[:, None] * (unit - shift * np.eye(len(rows)))):
             return Verdict.yes(P_CLAIM, "D M + M'D is positive definite for a diagonal D > 0")
-    return failing_minor(m, unit, rows)
+    return failing_minor(m, unit, rows, noise)
 
 
 def _balance(unit: Floats) -> Floats:

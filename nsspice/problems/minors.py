@@ -24,7 +24,7 @@ _MOST = 20  # rows whose minors are all formed: a million pivots, half a second
 _MOST_P0 = 14  # rows of which all determinants are formed
 
 
-def failing_minor(m: Floats, unit: Floats, rows: list[int]) -> Verdict:
+def failing_minor(m: Floats, unit: Floats, rows: list[int], noise: float) -> Verdict:
     """Judge whether all principal minors of a block are positive.
 
     Parameters
@@ -35,15 +35,17 @@ def failing_minor(m: Floats, unit: Floats, rows: list[int]) -> Verdict:
         The block, rows and columns scaled to a diagonal of ones.
     rows : list of int
         Its rows in the matrix.
+    noise : float
+        What the entries of ``unit`` are uncertain by, besides their rounding.
     """
     wrong = "a principal minor is not positive"
     if len(rows) <= _MOST:
-        chosen = _by_complements(unit)
+        chosen = _by_complements(unit, noise)
         if chosen is None:
             return Verdict.yes(P_CLAIM, "all principal minors are positive")
         return Verdict.no(P_CLAIM, wrong, _witness(m, [rows[k] for k in chosen]))
     for chosen in (*_small_minors(unit), list(range(len(rows)))):
-        if not _positive(unit[np.ix_(chosen, chosen)]):
+        if not _positive(unit[np.ix_(chosen, chosen)], noise):
             return Verdict.no(P_CLAIM, wrong, _witness(m, [rows[k] for k in chosen]))
     text = f"a block of {len(rows)} rows, more than {_MOST}, and no sufficient condition holds"
     return Verdict.undecided(P_CLAIM, text)
@@ -58,16 +60,17 @@ def _small_minors(unit: Floats) -> Iterator[list[int]]:
                 yield [int(r) for r in chunk[k]]
 
 
-def _by_complements(unit: Floats) -> list[int] | None:
+def _by_complements(unit: Floats, noise: float) -> list[int] | None:
     """Return the rows of a principal minor that is not positive, None without any."""
     n = len(unit)
-    values, errors = unit[None], 3.0 * ROUNDING * np.abs(unit)[None]  # two scalings, one entry
+    # rounding of two scalings and of the entry
+    values, errors = unit[None], 3.0 * ROUNDING * np.abs(unit)[None] + noise
     taken = np.zeros(1, dtype=np.int64)  # rows that were eliminated, as bits
     for row in range(n):
         pivots, bounds = values[:, 0, 0], errors[:, 0, 0]
         for k in np.flatnonzero(pivots <= bounds):
             rows = [r for r in range(row) if int(taken[k]) >> r & 1] + [row]
-            if not _positive(unit[np.ix_(rows, rows)]):
+            if not _positive(unit[np.ix_(rows, rows)], noise):
                 return rows
         if row == n - 1:
             return None
@@ -89,16 +92,16 @@ def _by_complements(unit: Floats) -> list[int] | None:
     return None
 
 
-def _positive(part: Floats) -> bool:
-    """Return whether a determinant is positive, and no relative change of n u makes it zero."""
+def _positive(part: Floats, noise: float) -> bool:
+    """Return whether a determinant is positive, and no change by n u and noise makes it zero."""
     n = len(part)
     try:
         inverse = np.linalg.inv(part)
     except np.linalg.LinAlgError:
         return False
-    # J. Rohn 1989: singular within relative changes e only if e rho(|A^-1||A|) >= 1
-    spread = np.abs(inverse) @ np.abs(part)
-    if not np.all(np.isfinite(spread)) or n * ROUNDING * float(spread.sum(axis=1).max()) >= 1.0:
+    # J. Rohn 1989: singular within changes E only if the spectral radius of |A^-1| E is 1 or more
+    spread = np.abs(inverse) @ (n * ROUNDING * np.abs(part) + noise)
+    if not np.all(np.isfinite(spread)) or float(spread.sum(axis=1).max()) >= 1.0:
         return False
     sign, _ = np.linalg.slogdet(part)
     return bool(sign > 0.0)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +20,9 @@ import numpy.typing as npt
 from .csc import Floats
 from .descriptor import DescriptorSystem
 from .matrices import is_p_matrix
+from .verdict import Verdict
 
+CLAIM = "strongly regular"
 #: Minors and determinants below this part of the product of their rows' lengths are zero.
 ZERO = 1e-11
 
@@ -30,8 +33,7 @@ class Regularity:
 
     Parameters
     ----------
-    strong : bool or None
-        None if it is not decided (too many pairs in between).
+    verdict : Verdict
     modulus : float
         Largest change of an unknown per unit of a row's right-hand side, over all modes that the
         solution touches; inf if not regular.
@@ -41,11 +43,16 @@ class Regularity:
         Pairs that neither conduct nor block: ``lam = w = 0``.
     """
 
-    strong: bool | None
+    verdict: Verdict
     modulus: float
     unknown: int = -1
     row: int = -1
     between: tuple[int, ...] = ()
+
+    @property
+    def strong(self) -> bool | None:
+        """Whether it is strongly regular; None if that is not decided."""
+        return self.verdict.holds
 
     @property
     def badness(self) -> tuple[bool, float]:
@@ -91,8 +98,13 @@ def strong_regularity(
     lam: Floats,
     roles: npt.NDArray[np.uint8] | None = None,
     scale: float = 1e-9,
+    sides: Sequence[int] | None = None,
 ) -> Regularity:
     """Judge a solution of a static system, or the worst of k solutions.
+
+    At a kink of a function the Jacobian has several limits; regular are those solutions for which
+    all that lies between them is, one orientation throughout (T. Roubal, R. Cibulka 2017, theorem
+    2.4).  Each limit is then a row of its own, with the same z and lam.
 
     Parameters
     ----------
@@ -104,6 +116,8 @@ def strong_regularity(
         0 complementary pair (default), 1 closed switch, 2 open switch.
     scale : float
         Multipliers and slacks below this part of the largest are zero.
+    sides : sequence of int, optional
+        Number of the solution that each row belongs to, if some stand in several rows.
 
     Examples
     --------
@@ -131,7 +145,9 @@ def strong_regularity(
             slopes = jacobian.reshape(len(z), -1, n)[points]
             full = np.repeat(full, len(points), axis=0)
             full[:, :n, :n] += system.smooth.F.dense() @ slopes
-        found = _in_mode(full, n, on[points[0]], off[points[0]])
+        owners = [points[0]] if len(full) == 1 else points
+        same = [k if sides is None else sides[k] for k in owners]
+        found = _in_mode(full, n, on[points[0]], off[points[0]], same)
         if worst is None or found.badness > worst.badness:
             worst = found
     assert worst is not None  # there is a point, hence a mode
@@ -139,21 +155,37 @@ def strong_regularity(
 
 
 def _in_mode(
-    full: Floats, n: int, on: npt.NDArray[np.bool_], off: npt.NDArray[np.bool_]
+    full: Floats,
+    n: int,
+    on: npt.NDArray[np.bool_],
+    off: npt.NDArray[np.bool_],
+    same: Sequence[int],
 ) -> Regularity:
-    """Judge linearised systems, shape (k, n + m, n + m), in which the same pairs conduct."""
+    """Judge linearised systems, shape (k, n + m, n + m), in which the same pairs conduct.
+
+    Those that belong to one solution must have one orientation.
+    """
     between = np.flatnonzero(~on & ~off)
     kept, others = np.concatenate([np.arange(n), n + np.flatnonzero(on)]), n + between
-    singular = Regularity(False, math.inf, between=tuple(between.tolist()))
-    inverse = inverses(full[:, kept[:, None], kept])
+    free = "the linearised laws leave something free"
+    singular = Regularity(Verdict.no(CLAIM, free), math.inf, between=tuple(between.tolist()))
+    inner_part = full[:, kept[:, None], kept]
+    inverse = inverses(inner_part)
     if inverse is None:
         return singular
+    if len(set(same)) < len(same):
+        orientations: dict[int, set[float]] = {}
+        for owner, sign in zip(same, np.linalg.slogdet(inner_part)[0].tolist(), strict=True):
+            orientations.setdefault(owner, set()).add(sign)
+        if any(len(signs) > 1 for signs in orientations.values()):
+            text = "the orientation changes at a kink"
+            return replace(singular, verdict=Verdict.no(CLAIM, text))
     if len(others):
         columns, rows = full[:, kept[:, None], others], full[:, others[:, None], kept]
         for block in full[:, others[:, None], others] - rows @ inverse @ columns:
             found = is_p_matrix(block)
             if not found:
-                return replace(singular, strong=found.holds)
+                return replace(singular, verdict=replace(found, claim=CLAIM))
     modulus, place = 0.0, (0, 0)
     count = len(others) if len(others) <= 6 else 0
     for mode in itertools.product((False, True), repeat=count):
@@ -167,7 +199,8 @@ def _in_mode(
         best = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
         if sizes[best] > modulus:
             modulus, place = float(sizes[best]), (int(best[0]), int(best[1]))
-    return Regularity(True, modulus, *place, tuple(between.tolist()))
+    verdict = Verdict.yes(CLAIM, "one orientation in all modes that the solution touches")
+    return Regularity(verdict, modulus, *place, tuple(between.tolist()))
 
 
 def inverses(matrices: Floats) -> Floats | None:

@@ -1,39 +1,60 @@
 """Whether a static system has at most one solution, whatever its sources do.
 
-Two solutions of ``K z + A lam = p``, ``w = q - B z + D lam`` differ by a vector d with ``H d = 0``,
-where H has some mean slope for every smooth function and every pair; H is regular for all of them
-if its determinant, linear in each slope, has one sign at all their bounds (D. Gale, H. Nikaido,
-Math. Ann. 159, 1965, for Jacobians that are P-matrices).
+Two solutions of ``K z + A lam = p``, ``w = q - B z + D lam`` differ by a vector d with ``H d = 0``.
+H has some mean slope for every smooth function, and for every pair some r >= 0 (infinity included)
+with ``dw = -r dlam``.  Each stands in H as ``s u v'``, so that the determinant is linear in each;
+H is regular for all of them if its determinant has one sign at all their bounds.  That is what the
+P-property says of the matrix that leads from one choice of bounds to the opposite one (D. Gale, H.
+Nikaido, Math. Ann. 159, 1965; S. R. Mohan, R. Sridhar, Math. Programming 87, 2000).
 """
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from .csc import Floats
 from .descriptor import DescriptorSystem
+from .matrices import is_p0_matrix, is_p_matrix
+from .parallel import Parallels, parallels
 from .regularity import ZERO, inverses
-from .slopes import INF, shapes
+from .slopes import shapes
+from .univariate import INF
+from .verdict import Verdict, Witness
 
-_PORTS = 11  # uncertain slopes whose bounds are all combined
+CLAIM = "at most one solution"
+_PORTS = 12  # uncertain slopes whose bounds are all combined: 4096 determinants
 _ROWS = 400  # unknowns of a dense matrix
 _PROPORTIONAL = 1e-12
+#: slopes between bounds that are tried, until H is regular: in units, and as parts of an interval
+_UNITS, _PARTS = (1.0, 1e-3, 1e3, 1e-6), (0.5, 0.3, 0.77, 0.1)
 
 
 @dataclass(frozen=True, slots=True)
 class Port:
-    """An uncertain slope s in ``H = H0 + s u v'``; pairs have all slopes from 0 to infinity."""
+    """An uncertain slope s in ``H = H0 + s u v'``.
+
+    Parameters
+    ----------
+    u, v : ndarray, shape (n + m,)
+    low, high : float
+        Bounds of the slope.
+    closed : bool
+        The bounds are slopes themselves, not only limits of slopes.
+    owners : tuple of int
+        Numbers of the pairs, or of the smooth functions, that it stands for.
+    pair : bool
+    """
 
     u: Floats
     v: Floats
     low: float
     high: float
-    #: the bounds are slopes themselves, not only limits of slopes
     closed: bool
-    #: numbers of the pairs, or of the smooth functions, that it stands for
     owners: tuple[int, ...]
     pair: bool = False
 
@@ -44,18 +65,24 @@ class Uniqueness:
 
     Parameters
     ----------
-    unique : bool
-        Proved.
-    reason : str
-        One clause that says why, or what stands in the way.
+    verdict : Verdict
     functions, pairs : tuple of int
         Smooth functions and pairs that stand in the way, if they can be told.
     """
 
-    unique: bool
-    reason: str
+    verdict: Verdict
     functions: tuple[int, ...] = ()
     pairs: tuple[int, ...] = ()
+
+    @property
+    def unique(self) -> bool:
+        """True if it is proved."""
+        return bool(self.verdict)
+
+    @property
+    def reason(self) -> str:
+        """One clause that says why, or what stands in the way."""
+        return self.verdict.reason
 
 
 def uniqueness(system: DescriptorSystem) -> Uniqueness:
@@ -71,86 +98,121 @@ def uniqueness(system: DescriptorSystem) -> Uniqueness:
     >>> uniqueness(scalar("asinh")).unique, uniqueness(scalar("sin")).unique
     (True, False)
     """
-    n = system.n
-    if n > _ROWS:
-        return Uniqueness(False, f"the system has more than {_ROWS} unknowns")
-    base, ports, bad = _ports(system)
+    if system.n > _ROWS:
+        return _open(f"the system has more than {_ROWS} unknowns")
+    beside = parallels(system)
+    base, ports, bad = _ports(system, beside)
     if bad:
-        return Uniqueness(False, "some functions depend on several quantities at once", bad)
+        return _open("some functions depend on several quantities at once", bad)
+    found = _judged(system, base, ports)
+    if found.unique and beside.shared:
+        text = "ideal elements in parallel share their current in any way"
+        witness = Witness(f"pairs {beside.shared[0]} and {beside.shared[1]}", beside.shared)
+        return Uniqueness(Verdict.no(CLAIM, text, witness), (), beside.shared)
+    return found
+
+
+def _judged(system: DescriptorSystem, base: Floats, ports: list[Port]) -> Uniqueness:
     if not ports:
-        fine = inverses(base[None]) is not None
-        return Uniqueness(fine, "the laws are linear and independent" if fine else "free unknowns")
-    if len(ports) > _PORTS:
-        return _by_monotonicity(base, ports)
-    return _by_signs(base, ports)
+        if inverses(base[None]) is not None:
+            return _proved("the laws are linear and independent")
+        return _open("free unknowns")
+    if len(ports) <= _PORTS:
+        return _by_signs(base, ports)
+    found = _by_monotonicity(system, base, ports)
+    return found if found is not None else _by_minors(base, ports)
 
 
-def _ports(system: DescriptorSystem) -> tuple[Floats, list[Port], tuple[int, ...]]:
+def _proved(reason: str) -> Uniqueness:
+    return Uniqueness(Verdict.yes(CLAIM, reason))
+
+
+def _open(reason: str, functions: Sequence[int] = (), pairs: Sequence[int] = ()) -> Uniqueness:
+    return Uniqueness(Verdict.undecided(CLAIM, reason), tuple(functions), tuple(pairs))
+
+
+def _ports(
+    system: DescriptorSystem, beside: Parallels
+) -> tuple[Floats, list[Port], tuple[int, ...]]:
     """Return H0, the uncertain slopes, and the functions that are no sums of ridges."""
-    n = system.n
-    base = system.G.dense()
+    n, kept = system.n, beside.kept
+    size = n + len(kept)
+    A, B, D = (
+        system.A.dense()[:, kept],
+        system.B.dense()[kept],
+        system.D.dense()[np.ix_(kept, kept)],
+    )
+    base = np.block([[system.G.dense(), A], [-B, D]])
     ports: list[Port] = []
-    A, B = system.A.dense(), system.B.dense()
-    groups: dict[tuple[float, ...], list[int]] = {}
-    for k in range(system.m):
-        joined = np.concatenate([A[:, k], B[k]])
-        first = joined[np.flatnonzero(joined)[0]] if joined.any() else 1.0
-        # pairs along one direction are one monotone curve
-        groups.setdefault(tuple(np.round(joined / first, 12) + 0.0), []).append(k)
-    for pairs in groups.values():
-        k = pairs[0]
-        ports.append(Port(A[:, k], B[k], 0.0, INF, True, tuple(pairs), pair=True))
+    for place, pair in enumerate(kept):
+        unit = np.zeros(size)
+        unit[n + place] = 1.0
+        owners = (pair, *beside.merged.get(pair, ()))
+        ports.append(Port(unit, unit, 0.0, INF, True, owners, pair=True))
     bad: list[int] = []
     if system.smooth is not None:
         F = system.smooth.F.dense()
         used = [k for k in range(F.shape[1]) if F[:, k].any()]
         found, ridges = shapes(system.smooth.tape)
         columns: dict[int, Floats] = {}
-        owners: dict[int, list[int]] = {}
+        owned: dict[int, list[int]] = {}
         for k in used:
             shape = found[k]
             if shape is None:
                 bad.append(k)
                 continue
             for j, value in shape.linear.items():
-                base[:, j] += F[:, k] * value
+                base[:n, j] += F[:, k] * value
             for r, value in shape.ridges.items():
                 columns[r] = columns.get(r, np.zeros(n)) + F[:, k] * value
-                owners.setdefault(r, []).append(k)
-        for r, u in columns.items():
+                owned.setdefault(r, []).append(k)
+        for r, column in columns.items():
             ridge = ridges[r]
-            v = np.zeros(n)
+            u, v = np.zeros(size), np.zeros(size)
+            u[:n] = column
             for j, value in ridge.direction.items():
                 v[j] = value
             if u.any() and v.any():
-                ports.append(Port(u, v, ridge.low, ridge.high, ridge.closed, tuple(owners[r])))
+                ports.append(Port(u, v, ridge.low, ridge.high, ridge.closed, tuple(owned[r])))
     return base, ports, tuple(bad)
 
 
-def _by_monotonicity(base: Floats, ports: list[Port]) -> Uniqueness:
-    """Many ports: a positive definite base and ports that only add to it."""
-    wrong = [p for p in ports if not _adds(p)]
-    if wrong:
-        smooth = tuple(k for p in wrong if not p.pair for k in p.owners)
-        pairs = tuple(k for p in wrong if p.pair for k in p.owners)
-        return Uniqueness(
-            False, "there are too many nonlinear elements, and some are active", smooth, pairs
-        )
+def _by_monotonicity(
+    system: DescriptorSystem, base: Floats, ports: list[Port]
+) -> Uniqueness | None:
+    """Many ports: a positive semidefinite base and ports that only add to it; None if they do not.
+
+    Differences of solutions then lie where nothing dissipates.
+    """
+    if not all(_adds(p) for p in ports):
+        return None
     symmetric = 0.5 * (base + base.T)
     values = np.linalg.eigvalsh(symmetric)
     if values[0] < -1e-12 * max(1.0, abs(values[-1])):
-        return Uniqueness(False, "the linear part has gain")
-    # differences of solutions lie where nothing dissipates, and the rows in which no multiplier
-    # can make up for them hold for them too
-    columns = np.column_stack([np.zeros(base.shape[0]), *(p.u for p in ports if p.pair)])
+        return None
+    n = system.n
+    # differences are zero where nothing dissipates, and rows without multipliers hold for them
+    columns = np.column_stack([np.zeros(n), base[:n, n:]])
     left, sizes, _ = np.linalg.svd(columns)
     rank = int(np.sum(sizes > 1e-12 * max(1.0, sizes[0])))
-    tied = left[:, rank:].T @ base
-    stacked = np.vstack([symmetric, tied, *(p.v for p in ports if p.low > 0.0 or not p.closed)])
+    tied = left[:, rank:].T @ base[:n, :n]
+    # slopes of zero may be those of a difference: such a port tells nothing
+    sure = [p.v[:n] for p in ports if not p.pair and (p.low > 0.0 or not p.closed)]
+    stacked = np.vstack([symmetric[:n, :n], tied, *sure])
     singular = np.linalg.svd(stacked, compute_uv=False)
-    if singular[-1] > 1e-12 * singular[0]:
-        return Uniqueness(True, "all laws are monotone")
-    return Uniqueness(False, "all laws are monotone, and something is left free")
+    if not singular[-1] > 1e-12 * singular[0]:
+        return _open("all laws are monotone, and something is left free")
+    # with all unknowns determined, multipliers that no series resistance parts may still share
+    free = np.vstack([base[:n, n:], symmetric[n:, n:]])
+    if free.shape[1] and _rank(free) < free.shape[1]:
+        owners = [k for p in ports if p.pair for k in p.owners]
+        return _open("all laws are monotone, and ideal elements form loops", (), owners)
+    return _proved("all laws are monotone")
+
+
+def _rank(matrix: Floats) -> int:
+    sizes = np.linalg.svd(matrix, compute_uv=False)
+    return int(np.sum(sizes > 1e-12 * sizes[0])) if sizes.size and sizes[0] > 0.0 else 0
 
 
 def _adds(port: Port) -> bool:
@@ -161,69 +223,130 @@ def _adds(port: Port) -> bool:
     return bool(same) and factor > 0.0 and port.low >= 0.0
 
 
-def _by_signs(base: Floats, ports: list[Port]) -> Uniqueness:
-    """One sign of the determinant at all bounds of all slopes."""
-    u = np.column_stack([p.u for p in ports])
-    v = np.vstack([p.v for p in ports])
-    middle = _middle(base, u, v, ports)
-    if middle is None:
-        return Uniqueness(False, "something is left free in every mode")
-    reduced, slopes = middle  # V H^-1 U at the slopes in the middle
-    count = len(ports)
-    ends = []
-    for k, port in enumerate(ports):
-        unit = np.eye(count)[k]
-        rows = []
-        for bound in (port.low, port.high):
-            if np.isinf(bound):
-                rows.append(np.sign(bound) * reduced[k])
-            else:
-                rows.append(unit + (bound - slopes[k]) * reduced[k])
-        ends.append(rows)
-    closed = [k for k, p in enumerate(ports) if p.closed]
-    signs: dict[tuple[int, ...], set[int]] = {}
-    for choice in itertools.product((0, 1), repeat=count):
-        matrix = np.array([ends[k][c] for k, c in enumerate(choice)])
-        lengths = np.linalg.norm(matrix, axis=1)
-        sign = 0
-        if np.all(lengths > 0.0):
-            value = float(np.linalg.det(matrix / lengths[:, None]))
-            sign = 0 if abs(value) <= ZERO else int(np.sign(value))
-        signs.setdefault(tuple(choice[k] for k in closed), set()).add(sign)
-    if any(-1 in found and 1 in found for found in signs.values()) or (
-        any(1 in s for s in signs.values()) and any(-1 in s for s in signs.values())
-    ):
-        return _culprits(ports)
-    if any(found == {0} for found in signs.values()):
-        return Uniqueness(False, "some mode leaves a voltage or current free")
-    return Uniqueness(True, "every mode has a regular Jacobian of one orientation")
+@dataclass(frozen=True, slots=True)
+class _Ends:
+    """Rows of ``I + (S - S0) R`` with the slopes S at their bounds.
+
+    The sign of their determinant is that of H.
+    """
+
+    low: Floats
+    high: Floats
+
+    @classmethod
+    def of(cls, base: Floats, ports: list[Port]) -> _Ends | None:
+        """Return the rows, None if H is singular for slopes between the bounds."""
+        u = np.column_stack([p.u for p in ports])
+        v = np.vstack([p.v for p in ports])
+        for unit, part in zip(_UNITS, _PARTS, strict=True):
+            slopes = np.array([_between(p.low, p.high, unit, part) for p in ports])
+            inverse = inverses((base + (u * slopes) @ v)[None])
+            if inverse is not None:
+                reduced = v @ inverse[0] @ u
+                low = _rows(reduced, np.array([p.low for p in ports]), slopes)
+                return cls(low, _rows(reduced, np.array([p.high for p in ports]), slopes))
+        return None
 
 
-def _culprits(ports: list[Port]) -> Uniqueness:
-    wrong = [p for p in ports if not _adds(p)] or ports
-    return Uniqueness(
-        False,
-        "the Jacobian changes its orientation between modes or slopes",
-        tuple(sorted({k for p in wrong if not p.pair for k in p.owners})),
-        tuple(sorted({k for p in wrong if p.pair for k in p.owners})),
+def _rows(reduced: Floats, bounds: Floats, slopes: Floats) -> Floats:
+    """Return the rows at some bounds, each of length one; those of infinite slopes are limits."""
+    finite = np.isfinite(bounds)
+    change = np.where(finite, bounds, 0.0) - slopes
+    rows = np.where(
+        finite[:, None],
+        np.eye(len(bounds)) + change[:, None] * reduced,
+        np.sign(bounds)[:, None] * reduced,
     )
+    lengths = np.linalg.norm(rows, axis=1)
+    return np.asarray(rows / np.where(lengths > 0.0, lengths, 1.0)[:, None])
 
 
-def _middle(base: Floats, u: Floats, v: Floats, ports: list[Port]) -> tuple[Floats, Floats] | None:
-    """Return ``V H^-1 U`` and the slopes at which H is best to invert."""
-    for unit in (1.0, 1e-3, 1e3, 1e-6):
-        slopes = np.array([_between(p.low, p.high, unit) for p in ports])
-        inverse = inverses((base + (u * slopes) @ v)[None])
-        if inverse is not None:
-            return v @ inverse[0] @ u, slopes
-    return None
-
-
-def _between(low: float, high: float, unit: float) -> float:
+def _between(low: float, high: float, unit: float, part: float) -> float:
     if np.isinf(low) and np.isinf(high):
         return unit
     if np.isinf(high):
         return low + unit
     if np.isinf(low):
         return high - unit
-    return 0.5 * (low + high)
+    return low + part * (high - low)
+
+
+def _by_signs(base: Floats, ports: list[Port]) -> Uniqueness:
+    """One sign of the determinant at all bounds of all slopes."""
+    ends = _Ends.of(base, ports)
+    if ends is None:
+        return _open("something is left free in every mode")
+    choices = np.array(list(itertools.product((False, True), repeat=len(ports))))
+    matrices = np.where(choices[:, :, None], ends.high, ends.low)
+    values = np.linalg.det(matrices)
+    signs = np.where(np.abs(values) <= ZERO, 0.0, np.sign(values))
+    if signs.min() < 0.0 < signs.max():
+        return _culprits(ports)
+    # bounds that are only limits may be singular, as long as no bound of the others is
+    closed = [k for k, p in enumerate(ports) if p.closed]
+    groups = choices[:, closed] @ (1 << np.arange(len(closed)))
+    regular = np.zeros(1 << len(closed), dtype=bool)
+    np.logical_or.at(regular, groups.astype(np.int64), signs != 0.0)
+    if not regular.all():
+        flat = {k for p in ports if not p.pair and p.closed and p.low <= 0.0 for k in p.owners}
+        return _open("some mode leaves a voltage or current free", sorted(flat))
+    return _proved("every mode has a regular Jacobian of one orientation")
+
+
+def _by_minors(base: Floats, ports: list[Port]) -> Uniqueness:
+    """Many ports: the P-property of the matrix between opposite bounds."""
+    ends = _Ends.of(base, ports)
+    if ends is None:
+        return _open("something is left free in every mode")
+    closed = [k for k, p in enumerate(ports) if p.closed]
+    reason = "some mode leaves a voltage or current free"
+    everywhere = np.ones(len(ports), dtype=bool)
+    # all bounds on one side give the matrix of the problem, or its inverse: most easily judged
+    for high in (everywhere, ~everywhere, _regular(ends)):
+        inverse = inverses(np.where(high[:, None], ends.high, ends.low)[None])
+        if inverse is None:
+            continue
+        between = np.where(high[:, None], ends.low, ends.high) @ inverse[0]
+        found = is_p_matrix(between, noise=ZERO)
+        if not found and len(closed) < len(ports):
+            attained = is_p_matrix(between[np.ix_(closed, closed)], noise=ZERO)
+            if attained and is_p0_matrix(between):
+                found = attained
+        if found:
+            return _proved(f"every mode has a regular Jacobian of one orientation: {found.reason}")
+        if found.holds is False:
+            return _culprits([ports[k] for k in found.witness.rows] if found.witness else ports)
+        reason = found.reason
+    return _open(reason, *_wrong(ports))
+
+
+def _regular(ends: _Ends) -> npt.NDArray[np.bool_]:
+    """Return a choice of bounds, True for the upper one, at which H is regular.
+
+    A determinant that is linear in a slope, and not zero between its bounds, is not zero at one of
+    them: take the better one, slope by slope (the inverse is updated by rank one).
+    """
+    count = len(ends.low)
+    matrix, inverse = np.eye(count), np.eye(count)
+    high = np.zeros(count, dtype=bool)
+    for k in range(count):
+        ratios = ends.low[k] @ inverse[:, k], ends.high[k] @ inverse[:, k]
+        high[k] = abs(ratios[1]) > abs(ratios[0])
+        row = ends.high[k] if high[k] else ends.low[k]
+        change = (row - matrix[k]) @ inverse
+        inverse = inverse - np.outer(inverse[:, k], change) / ratios[int(high[k])]
+        matrix[k] = row
+    return high
+
+
+def _culprits(ports: list[Port]) -> Uniqueness:
+    return _open("the Jacobian changes its orientation between modes or slopes", *_wrong(ports))
+
+
+def _wrong(ports: list[Port]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return the functions and the pairs that may stand in the way."""
+    wrong = [p for p in ports if not _adds(p)] or ports
+    return (
+        tuple(sorted({k for p in wrong if not p.pair for k in p.owners})),
+        tuple(sorted({k for p in wrong if p.pair for k in p.owners})),
+    )

@@ -9,13 +9,13 @@ with a :class:`Witness`, which anybody can check without the algorithm that foun
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from .csc import Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class Witness:
     """What shows that a statement fails, or a certificate that it holds.
 
@@ -38,14 +38,14 @@ class Witness:
 
     text: str
     rows: tuple[int, ...] = ()
-    vector: Floats | None = None
+    vector: Floats | None = field(default=None, compare=False)
     value: float | None = None
 
     def __str__(self) -> str:
         return self.text
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class Verdict:
     """Whether a statement holds.
 
@@ -80,7 +80,7 @@ class Verdict:
     holds: bool | None
     reason: str
     witness: Witness | None = None
-    hypotheses: Mapping[str, Verdict] | None = None
+    hypotheses: Mapping[str, Verdict] | None = field(default=None, hash=False)
 
     @classmethod
     def yes(cls, claim: str, reason: str, witness: Witness | None = None) -> Verdict:

@@ -16,12 +16,69 @@ import numpy.typing as npt
 
 from .. import _core
 from ..problems.csc import Floats
+from ..problems.descriptor import DescriptorSystem
 from ..problems.generalized import GeneralizedEquation
+from ..problems.regularity import strong_regularity
+from .certificate import infeasibility
 from .compiled import core_matrix, core_smooth
+from .moreau import freed, function_slopes, function_values
 from .stepper import UnsolvedStep
 
 #: p(t) as a function of a time, or its values row by row
 Data = Callable[[float], npt.ArrayLike] | npt.ArrayLike
+
+
+class NoValue(UnsolvedStep):
+    """A function has no finite value where the search starts: a pole, or outside of its domain.
+
+    Parameters
+    ----------
+    time : float
+    functions : tuple of int
+        Which ones.
+    point : ndarray, shape (n,)
+        Where.
+    """
+
+    def __init__(self, time: float, functions: tuple[int, ...], point: Floats) -> None:
+        super().__init__(time, float("nan"), None, point=point)
+        self.functions = functions
+        names = ", ".join(map(str, functions))
+        several = "s" * (len(functions) > 1)
+        self.args = (
+            f"component{several} {names} of g: no finite value at z = {point.tolist()}, where the "
+            f"search for a solution at {time!r} starts; pass another start",
+        )
+
+
+class RegularityLost(UnsolvedStep):
+    """A followed path has been lost: the equations do not hold at its next point.
+
+    Parameters
+    ----------
+    time : float
+        The first point of the grid that is off.
+    residual : float
+        Relative residual there.
+    unknown : int
+        The unknown that the data move most at the last good point.
+    modulus : float
+        By how much, per unit of p.
+    path : Path
+        What was followed up to there.
+    """
+
+    def __init__(
+        self, time: float, residual: float, unknown: int, modulus: float, path: Path
+    ) -> None:
+        super().__init__(time, residual, None)
+        self.unknown, self.modulus, self.path = unknown, modulus, path
+        after = f" after {float(path.t[-1])!r}" if path.t.size else ""
+        sensitive = f"; z[{unknown}] moves by {modulus:.3g} per unit of p there" if after else ""
+        self.args = (
+            f"the path of solutions is lost{after}{sensitive}; at {time!r} the equations are off "
+            f"by {residual:.2g} of their terms: take a smaller step, or end the path before",
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +135,10 @@ def solve(
     Raises
     ------
     UnsolvedStep
-        If a point has no solution, or none was found.
+        If a point has no solution (then with a proof), or none was found; :class:`NoValue` if g has
+        no finite value where the search starts.
+    ValueError
+        If data are not finite.
 
     Examples
     --------
@@ -103,6 +163,8 @@ def follow(
 ) -> Path:
     """Run the compiled solver; see :func:`solve` and :func:`nsspice.solvers.tracker.track`."""
     times = np.ascontiguousarray(t, dtype=np.float64)
+    if not np.all(np.isfinite(times)):
+        raise ValueError("the points are not finite")
     system = problem.system()
     smooth = system.smooth
     assert smooth is not None  # equations without functions have a tape that is empty
@@ -110,6 +172,7 @@ def follow(
     begin = None
     if start is not None:
         begin = _start(problem, np.asarray(start, dtype=np.float64))
+    table = rows(problem, times, p, problem.offsets())
     out = _core.solve_path(
         core_matrix(system.G),
         core_matrix(system.A),
@@ -119,7 +182,7 @@ def follow(
         system.row_kind,
         core_smooth(smooth),
         times,
-        rows(problem, times, p, problem.offsets()),
+        table,
         options.get("rates"),
         options.get("errors"),
         tracking is not None,
@@ -129,15 +192,47 @@ def follow(
     )
     reached = out["reached"]
     z = out["z"].reshape(reached, system.n)[:, : problem.n]
-    if reached < times.size:
-        raise UnsolvedStep(float(times[reached]), float("nan"), None)
-    return Path(times, np.ascontiguousarray(z), out["residuals"], out["linearised"])
+    path = Path(times[:reached], np.ascontiguousarray(z), out["residuals"], out["linearised"])
+    if reached == times.size:
+        return path
+    when, residual = float(times[reached]), float(out["failed"])
+    if tracking is not None and (reached or begin is not None):
+        unknown, modulus = _sensitivity(problem, system, path, out["l"])
+        raise RegularityLost(when, residual, unknown, modulus, path)
+    begun = z[-1] if reached else np.zeros(problem.n) if begin is None else begin[0][: problem.n]
+    values = function_values(problem.g, begun[None], np.zeros((1, 0)), np.array([when]))[0]
+    wrong = tuple(int(k) for k in np.flatnonzero(~np.isfinite(values)))
+    if wrong:
+        raise NoValue(when, wrong, begun)
+    right = table[reached]
+    matrix, A, B, rhs = freed(system.G, system.A, system.B, right, smooth)
+    proof = infeasibility(matrix, A, B, system.D, rhs, system.q, np.zeros(system.m, np.uint8))
+    raise UnsolvedStep(when, residual, proof)
+
+
+def _sensitivity(
+    problem: GeneralizedEquation, system: DescriptorSystem, path: Path, multipliers: Floats
+) -> tuple[int, float]:
+    """Return which unknown the data move most at the last point of a path, and by how much."""
+    if not path.t.size:
+        return 0, float("nan")
+    lam = np.asarray(multipliers).reshape(path.t.size, system.m)[-1]
+    full = np.zeros(system.n)
+    full[: problem.n] = path.z[-1]
+    slopes = function_slopes(problem.g, path.z[-1:], np.zeros((1, 0)), path.t[-1:])
+    wide = np.zeros((1, problem.n, system.n))
+    wide[:, :, : problem.n] = slopes
+    found = strong_regularity(system, wide, full, lam)
+    return max(found.unknown, 0), found.modulus
 
 
 def rows(problem: GeneralizedEquation, times: Floats, p: Data, offsets: Floats) -> Floats:
     """Return the right-hand sides at some times, shape (k, size)."""
     values = np.array([p(float(s)) for s in times]) if callable(p) else np.asarray(p)
     table = np.asarray(values, dtype=np.float64).reshape(times.size, problem.n)
+    if not np.all(np.isfinite(table)):
+        k, j = (int(i) for i in np.argwhere(~np.isfinite(table))[0])
+        raise ValueError(f"component {j} of the data at {float(times[k])!r} is {table[k, j]}")
     full = np.tile(offsets, (times.size, 1))
     full[:, : problem.n] += table
     return full

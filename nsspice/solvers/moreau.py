@@ -286,7 +286,7 @@ class MoreauStepper(Stepper):
             matrix = weighted_sum(terms if self.H is None else [*terms, (self.H, 1.0)])
         A, B, rhs = system.A, system.B, failure["rhs"]
         if system.smooth is not None:
-            matrix, A, B, rhs = _freed(matrix, A, B, rhs, system.smooth)
+            matrix, A, B, rhs = freed(matrix, A, B, rhs, system.smooth)
         certificate = infeasibility(matrix, A, B, system.D, rhs, system.q, failure["roles"])
         if certificate is None and failure["suspect"]:
             return None
@@ -330,7 +330,7 @@ class MoreauStepper(Stepper):
         return self._core.gates()
 
 
-def _freed(
+def freed(
     matrix: Csc, A: Csc, B: Csc, rhs: Floats, smooth: SmoothTerms
 ) -> tuple[Csc, Csc, Csc, Floats]:
     """Return the relations with every smooth function replaced by an unknown of its own.

@@ -51,7 +51,11 @@ class UnsolvedStep(Exception):
         self.worst_row = worst_row
         self.restless = restless
         self.point = point
-        super().__init__(f"no solution at {time!r} (residual {residual:.2g})")
+        if certificate is not None:
+            text = f"no solution at {time!r}: its equations and inequalities contradict each other"
+        else:
+            text = f"no solution was found at {time!r} (residual {residual:.2g})"
+        super().__init__(text)
 
 
 def check_plan(start: float, stop: float, step: float, out_start: float, out_step: float) -> None:

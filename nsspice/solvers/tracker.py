@@ -56,8 +56,11 @@ def track(
 
     Raises
     ------
-    UnsolvedStep
-        If a linearised problem has no solution.
+    RegularityLost
+        If a linearised problem has no solution, or the equations do not hold at a point: the path
+        has ended, or the step is too long.
+    ValueError
+        If data are not finite.
 
     Examples
     --------

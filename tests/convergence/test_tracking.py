@@ -389,8 +389,9 @@ B1 x 0 I=v(x)^3-3*v(x)-v(p)
     assert np.abs(x**3 - 3 * x - found["v(p)"]).max() < 1e-3
     # with steps of 0.01 whose cubes are what the method leaves out, nothing is far off
     assert found.stats["grid_residual"] < 1e-3
-    (lost,) = nsspice.read(deck.format(stop=5)).run(method=method)
+    with pytest.raises(nsspice.StepError) as caught:
+        nsspice.read(deck.format(stop=5)).run(method=method)
+    assert "v1 = 2.0" in str(caught.value)
+    lost = caught.value.partial
     x = lost["v(x)"]
-    assert np.abs(x**3 - 3 * x - lost["v(p)"]).max() > 1.0
-    assert not lost.certificate.passed
-    assert lost.stats["grid_residual"] > 0.1
+    assert np.abs(x**3 - 3 * x - lost["v(p)"]).max() < 0.5  # at x = -1 no tangent tells more

@@ -105,9 +105,9 @@ def test_the_verdict_on_a_static_island_is_found_when_somebody_asks(monkeypatch)
     judged = []
     judge = regularity.strong_regularity
 
-    def counted(*args):
+    def counted(*args, **kwargs):
         judged.append(1)
-        return judge(*args)
+        return judge(*args, **kwargs)
 
     monkeypatch.setattr(regularity, "strong_regularity", counted)
     solution = nsspice.tran(nsspice.read(STATIC))

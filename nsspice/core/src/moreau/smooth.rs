@@ -7,7 +7,7 @@ use super::stage::System;
 use super::stepper::Stepper;
 use crate::descriptor::Linear;
 use crate::mlcp::{Residual, Start};
-use crate::newton::{Data, Newton, Smooth, Tracking};
+use crate::newton::{Data, Newton, Smooth, Tracking, ASTRAY};
 use crate::sparse::Csc;
 use crate::waveform::Side;
 
@@ -339,9 +339,15 @@ impl Stepper {
             (rows, pairs) = (rows.max(found.rows), pairs.max(found.complementarity));
         }
         let grid = smooth.newton.residual_at(&here, &self.z, &self.l);
+        let worst = grid.worst();
+        if worst > ASTRAY || worst.is_nan() {
+            self.z.copy_from_slice(&self.z_before);
+            self.l.copy_from_slice(&self.l_before);
+            return Err(self.failed(f64::INFINITY, worst, false, None));
+        }
         smooth.newton.values(&mut smooth.f);
         smooth.known = true;
-        self.stats.grid_residual = self.stats.grid_residual.max(grid.worst());
+        self.stats.grid_residual = self.stats.grid_residual.max(worst);
         self.smooth_time = self.time;
         if smooth.newton.active() != self.active {
             self.active.copy_from_slice(smooth.newton.active());

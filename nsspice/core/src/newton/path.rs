@@ -2,7 +2,7 @@
 
 use super::equations::Smooth;
 use super::solve::Newton;
-use super::track::{Data, Tracking};
+use super::track::{Data, Tracking, ASTRAY};
 use crate::mlcp::{Role, Start};
 use crate::sparse::Csc;
 
@@ -48,6 +48,8 @@ pub struct Path {
     pub linearised: u64,
     /// largest number of linearised problems of one point
     pub worst: u32,
+    /// relative residual at the first point that was not reached, if there is one
+    pub failed: f64,
 }
 
 impl Path {
@@ -55,6 +57,13 @@ impl Path {
         self.z.extend_from_slice(z);
         self.l.extend_from_slice(l);
         self.residuals.push(residual);
+    }
+
+    /// Forgets the points from one on.
+    fn cut(&mut self, count: usize, n: usize, m: usize) {
+        self.z.truncate(count * n);
+        self.l.truncate(count * m);
+        self.residuals.truncate(count);
     }
 
     /// Number of points reached.
@@ -85,6 +94,7 @@ impl Problem {
             residuals: Vec::with_capacity(points.times.len()),
             linearised: 0,
             worst: 0,
+            failed: f64::INFINITY,
         };
         if let Some((z0, l0)) = start {
             z.copy_from_slice(z0);
@@ -96,7 +106,10 @@ impl Problem {
         });
         let row = |list: &'_ [f64], k: usize| list[k * n..(k + 1) * n].to_vec();
         let mut rhs = vec![0.0; n];
-        for (k, &t) in points.times.iter().enumerate() {
+        // largest voltage and current of the points that are certain, and how far the others are off
+        let mut largest = [0.0; 2];
+        let mut doubtful = Vec::new();
+        'points: for (k, &t) in points.times.iter().enumerate() {
             rhs.copy_from_slice(&points.right[k * n..(k + 1) * n]);
             let here = Data { rhs: &rhs, u: &[], t, q: &q, roles: &roles };
             match tracking {
@@ -126,20 +139,37 @@ impl Problem {
                         let data = if step == 0 { &first } else { &here };
                         path.linearised += 1;
                         if newton.linearised_step(data, &mut z, &mut l).is_none() {
-                            return path;
+                            break 'points;
                         }
                     }
                 }
                 _ => {
                     let begin = if k == 0 && start.is_none() { Start::Cold } else { Start::Warm };
                     let solved = newton.solve(&rhs, &[], t, &q, &roles, &mut z, &mut l, begin);
-                    let Ok(solved) = solved else { return path };
+                    let solved = match solved {
+                        Ok(solved) => solved,
+                        Err(unsolved) => {
+                            path.failed = unsolved.residual.worst();
+                            break 'points;
+                        }
+                    };
                     path.linearised += u64::from(solved.iterations);
                     path.worst = path.worst.max(solved.iterations);
                 }
             }
-            let found = newton.residual_at(&here, &z, &l);
-            path.push(&z, &l, found.worst());
+            let found = newton.residual_at(&here, &z, &l).worst();
+            if found <= ASTRAY {
+                newton.widen(&z, &mut largest);
+            } else if tracking.is_some() {
+                doubtful.push((k, newton.left_to_move(&here, &z, &l)));
+            }
+            path.push(&z, &l, found);
+        }
+        let lost =
+            |moves: &[f64; 2]| moves.iter().zip(largest).any(|(m, most)| !(*m <= ASTRAY * most));
+        if let Some((k, _)) = doubtful.iter().find(|(_, moves)| lost(moves)) {
+            path.failed = path.residuals[*k];
+            path.cut(*k, n, m);
         }
         path
     }

@@ -206,7 +206,8 @@ impl Newton {
         self.predicted = false;
         let found = found.filter(|_| {
             let assembly = &self.assemblies[self.present];
-            assembly.rate > 0.0 || !self.state.contradicts_itself(&self.eq, assembly)
+            let timed = assembly.rate > 0.0;
+            timed || !self.state.contradicts_itself(&self.eq, assembly) && !self.runs_away()
         });
         let Some(found) = found else { return Err(Box::new(self.unsolved())) };
         let s = &mut self.state;

@@ -14,6 +14,10 @@ use crate::tape::Linearisation;
 /// Correctors where the functions have kinks: there one linearisation may be that of the wrong side.
 const WITH_KINKS: usize = 3;
 
+/// Relative residual of the equations from which on a followed point may be that of another path, or of
+/// none.
+pub const ASTRAY: f64 = 0.1;
+
 /// How the path is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tracking {
@@ -123,6 +127,28 @@ impl Newton {
         let terms = s.balance.terms.iter_mut().zip(sizes);
         terms.for_each(|(terms, size)| *terms = terms.max(size));
         self.judge().residual
+    }
+
+    /// Takes the largest voltage and current of a point into those of its path.
+    pub fn widen(&self, z: &[f64], largest: &mut [f64; 2]) {
+        for (i, z) in z.iter().enumerate() {
+            let kind = usize::from(self.eq.kind(i) != 0);
+            largest[kind] = largest[kind].max(z.abs());
+        }
+    }
+
+    /// How far one more step would move a followed point, voltages and currents; infinite if there is none.
+    ///
+    /// Where all terms of a law pass zero, its residual alone says nothing.
+    pub fn left_to_move(&mut self, data: &Data, z: &[f64], l: &[f64]) -> [f64; 2] {
+        let (mut next, mut pairs) = (z.to_vec(), l.to_vec());
+        if self.linearised_step(data, &mut next, &mut pairs).is_none() {
+            return [f64::INFINITY; 2];
+        }
+        next.iter_mut().zip(z).for_each(|(next, z)| *next -= z);
+        let mut moves = [0.0; 2];
+        self.widen(&next, &mut moves);
+        moves
     }
 
     /// `out += factor F (df/du u' + df/dt)` from the derivatives of the last evaluation.

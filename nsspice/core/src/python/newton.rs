@@ -129,6 +129,7 @@ pub(super) fn solve_path<'py>(
     out.set_item("reached", path.reached())?;
     out.set_item("linearised", path.linearised)?;
     out.set_item("worst", path.worst)?;
+    out.set_item("failed", path.failed)?;
     out.set_item("z", PyArray1::from_vec(py, path.z))?;
     out.set_item("l", PyArray1::from_vec(py, path.l))?;
     out.set_item("residuals", PyArray1::from_vec(py, path.residuals))?;
