@@ -17,7 +17,7 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from .app import app
 
-    app()
+    app(prog_name="nsspice")
 
 
 def program() -> None:

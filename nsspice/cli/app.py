@@ -21,6 +21,7 @@ _COMMANDS = {
     "compare": "compare a simulation with ngspice or a reference waveform",
     "plot": "draw CSV files above one axis",
     "examples": "list or copy the collection of netlists",
+    "completion": "let the shell complete commands and options",
 }
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import click
 
-from ..errors import Diagnostic, NumericalError, OutputError, UsageError
+from ..errors import Diagnostic, NsspiceError, NumericalError, OutputError, UsageError
 from .options import (
     NUMBER,
     json_option,
@@ -18,7 +18,7 @@ from .options import (
     solver_options,
 )
 from .progress import ProgressBar
-from .report import print_json, report_warnings, say
+from .report import print_json, report_error, report_warnings, say
 from .source import circuit_of, path_of
 
 #: what a name after --plot and after --report ends in; any other is that of the netlist
@@ -69,6 +69,7 @@ _PAGES = (".html", ".htm")
 @click.option(
     "--refine", is_flag=True, help="Estimate the error of fixed steps by halving them twice."
 )
+@click.option("--watch", is_flag=True, help="Run again whenever the deck is saved.")
 @solver_options
 @json_option
 @click.option("-q", "--quiet", is_flag=True, help="No summary and no progress bar.")
@@ -86,6 +87,7 @@ def command(
     reltol: float | None,
     tol: float | None,
     refine: bool,
+    watch: bool,
     params: Sequence[str],
     as_json: bool,
     quiet: bool,
@@ -111,12 +113,38 @@ def command(
         all_points=all_points,
         reltol=reltol,
     )
-    run = _Run(netlist, read_params(params), request, output, plot, as_json, quiet)
-    run.report_to(report)
-    run.estimate(tol, refine)
-    code = run.execute()
-    if code:
+
+    def once() -> _Run:
+        run = _Run(netlist, read_params(params), request, output, plot, as_json, quiet)
+        run.report_to(report)
+        run.estimate(tol, refine)
+        return run
+
+    if watch:
+        _watch(netlist, once)
+    elif code := once().execute():
         raise SystemExit(code)
+
+
+def _watch(netlist: str, once: Callable[[], _Run]) -> None:
+    """Run at the start and after each change of the deck and of what it includes."""
+    from .source import STDIN
+    from .watch import watch
+
+    if netlist == STDIN:
+        raise click.UsageError("--watch needs a file")
+
+    def run() -> list[Path]:
+        files = {netlist}
+        try:
+            made = once()
+            files |= {e.span.file for e in made.circuit.deck.elements}
+            made.execute()
+        except NsspiceError as error:
+            report_error(error, False)
+        return [Path(f) for f in files if Path(f).exists()]
+
+    watch(run)
 
 
 def _sort_out(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Sequence
 
@@ -14,10 +15,23 @@ from .report import print_json, say
 
 @click.command("test", short_help="check netlists against X.expect.toml")
 @click.argument("paths", nargs=-1, metavar="[NETLIST|FOLDER]...")
+@click.option("-k", "keyword", metavar="WORDS", help="Only netlists whose names match, by pytest.")
+@click.option(
+    "-n", "workers", metavar="N", help="Side by side on N cores, or auto, by pytest-xdist."
+)
+@click.option("--junit-xml", metavar="FILE", help="Write a JUnit report, by pytest.")
 @json_option
 @click.option("-v", "--verbose", is_flag=True, help="List every check with its margin.")
 @click.option("-q", "--quiet", is_flag=True, help="Only what failed, and the count.")
-def command(paths: Sequence[str], as_json: bool, verbose: bool, quiet: bool) -> None:
+def command(
+    paths: Sequence[str],
+    keyword: str | None,
+    workers: str | None,
+    junit_xml: str | None,
+    as_json: bool,
+    verbose: bool,
+    quiet: bool,
+) -> None:
     """Simulate netlists and check them against X.expect.toml beside each X.net.
 
     A folder stands for all expectations below it; the current folder is the default.  Exits with 1
@@ -34,6 +48,8 @@ def command(paths: Sequence[str], as_json: bool, verbose: bool, quiet: bool) -> 
                 hint="write X.expect.toml beside X.net",
             )
         )
+    if keyword is not None or workers is not None or junit_xml is not None:
+        raise SystemExit(_by_pytest(paths, keyword, workers, junit_xml, verbose, quiet))
     begin = time.perf_counter()
     reports: list[Report] = []
     width = max(len(str(p).removesuffix(".expect.toml")) for p in found)
@@ -62,6 +78,56 @@ def command(paths: Sequence[str], as_json: bool, verbose: bool, quiet: bool) -> 
         raise SystemExit(130)
     if failed:
         raise SystemExit(2 if len(broken) == len(failed) else 1)
+
+
+def _by_pytest(
+    paths: Sequence[str],
+    keyword: str | None,
+    workers: str | None,
+    junit_xml: str | None,
+    verbose: bool,
+    quiet: bool,
+) -> int:
+    """Run the checks as tests of pytest; return the exit code, which has the same meaning."""
+    import importlib.util
+
+    needed = ["pytest"] + (["xdist"] if workers is not None else [])
+    missing = [name for name in needed if importlib.util.find_spec(name) is None]
+    if missing:
+        package = "pytest-xdist" if missing == ["xdist"] else "pytest"
+        raise UsageError(
+            Diagnostic(
+                "NS4010",
+                f"-k, -n and --junit-xml need the package {package}, which is not installed",
+                hint=f"pip install {package}",
+            )
+        )
+    import pytest
+
+    # settings of a project around the decks are not meant for them
+    arguments = [
+        "-p",
+        "nsspice.pytest_plugin",
+        "--decks",
+        "-c",
+        os.devnull,
+        "--rootdir",
+        os.getcwd(),
+    ]
+    arguments += [
+        "-p",
+        "no:cacheprovider",
+        *(["-v"] if verbose else []),
+        *(["-q"] if quiet else []),
+    ]
+    if keyword is not None:
+        arguments += ["-k", keyword]
+    if workers is not None:
+        arguments += ["-n", workers]
+    if junit_xml is not None:
+        arguments += ["--junit-xml", junit_xml]
+    code = int(pytest.main([*arguments, *(paths or ["."])]))
+    return {0: 0, 1: 1, 2: 130, 5: 2}.get(code, 2)
 
 
 def _print(report: object, width: int, verbose: bool, quiet: bool) -> None:

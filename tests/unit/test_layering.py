@@ -22,6 +22,7 @@ ALLOWED = {
     "output": {"netlist", "problems", "circuit", "analyses", "_core"},
     "compare": {"netlist", "devices", "circuit", "problems", "solvers", "analyses", "output"},
     "dvi": {"netlist", "devices", "problems", "solvers", "analyses", "_core"},
+    "pytest_plugin": {"compare"},
     "cli": {"netlist", "devices", "circuit", "problems", "solvers", "analyses", "output"}
     | {"compare"},
 }
