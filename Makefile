@@ -14,7 +14,7 @@ CRATE  := nsspice/core/Cargo.toml
 export PYO3_PYTHON := $(abspath $(BIN)/python)
 RUST_SOURCES := $(shell find nsspice/core/src -name '*.rs' 2>/dev/null) nsspice/core/Cargo.lock
 
-.PHONY: run test setup check-rust rust-tools ngspice browser fmt lint type unit rust-test bench work-precision cross-check coverage docs soak wheel clean
+.PHONY: run test setup check-rust rust-tools ngspice browser fmt lint type unit rust-test bench bench-compare work-precision cross-check coverage docs soak wheel clean
 
 run: $(VENV)/.core
 	$(BIN)/nsspice run $(DECK) --plot
@@ -86,6 +86,10 @@ fmt: $(VENV)/.dev rust-tools
 bench: $(VENV)/.dev
 	$(BIN)/python -m pytest tests/benchmarks -o addopts= -o python_files='bench_*.py' -s
 	$(MAKE) work-precision
+
+# both commits built, timed in turn, ratios: BASE=REV
+bench-compare: check-rust
+	$(PYTHON) tools/compare_commits.py --base $(or $(BASE),HEAD~1)
 
 # what accuracy costs here and with ngspice, Pulsim and Siconos; writes docs/reference/work-precision.md
 work-precision: $(VENV)/.dev ngspice
