@@ -13,6 +13,8 @@ from .. import __version__
 from ..errors import NsspiceError, suggest
 from .report import broken_pipe, report_error, report_interrupt, report_os_error
 
+_PIPE = 141  # what a shell shows of a program that SIGPIPE ended: 128 + 13
+
 _COMMANDS = {
     "run": "simulate a netlist: CSV, plot and summary",
     "explain": "tell how a netlist would be solved, without solving it",
@@ -71,7 +73,7 @@ class _Lazy(click.Group):
             code = error.exit_code
         except BrokenPipeError:
             broken_pipe()
-            code = 2
+            code = _PIPE
         except OSError as error:
             report_os_error(error, as_json)
             code = 2
@@ -89,7 +91,7 @@ class _Lazy(click.Group):
             ctx.exit(130)
         except BrokenPipeError:
             broken_pipe()
-            ctx.exit(2)
+            ctx.exit(_PIPE)
         except OSError as error:
             report_os_error(error, "--json" in sys.argv)
             ctx.exit(2)

@@ -70,7 +70,9 @@ def report_interrupt() -> None:
 
 
 def broken_pipe() -> None:
-    """Let the interpreter end quietly when the reading end of standard output has gone."""
-    say("standard output was closed before the last row")
+    """Let the interpreter end quietly when the reading end of standard output has gone.
+
+    ``nsspice run a.net -o - | head`` has shown what was asked for: nothing is wrong.
+    """
     # the interpreter flushes standard output once more when it ends
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

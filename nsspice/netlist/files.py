@@ -19,7 +19,9 @@ MAX_LINES = 5_000_000
 
 #: what LTspice writes into each netlist with a diode or a transistor, and PSpice into every one
 _CATALOGUE = re.compile(
-    r"[^\s\"'].*[\\/]lib[\\/]cmp[\\/]standard\.\w+|(?<![^\s\"'])nom\.lib\b", re.IGNORECASE
+    r"[^\s\"'].*[\\/]lib[\\/]cmp[\\/]standard\.\w+"
+    r"|(?<![^\s\"'])(?:nom\.lib|standard\.(?:dio|bjt|mos|jft|cap|ind|res|bead))\b",
+    re.IGNORECASE,
 )
 _ARGUMENT = re.compile(r'"[^"]*"?|\'[^\']*\'?|\S+')
 

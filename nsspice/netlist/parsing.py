@@ -18,6 +18,7 @@ from .expand import Expander
 from .files import FileReader
 from .findings import Findings, Unreadable
 from .lines import physical_lines
+from .schematic import schematic_of
 from .scope import Scope
 from .script import ANALYSES, Script
 from .source import read_text
@@ -143,6 +144,11 @@ def _parse(text: str, file: str, params: Mapping[str, float], directory: Path) -
     """Do the work of ``parse_text``."""
     findings = Findings()
     rows = physical_lines(text)
+    drawn = schematic_of(text)
+    if drawn is not None:
+        place = Span(file, 1, 1, max(len(rows[0]), 1), rows[0])
+        message = f"{file} is a schematic of {drawn.program}, not a netlist"
+        raise NetlistError(Diagnostic("NS1094", message, place, drawn.export))
     deck = Deck(rows[0].strip().lstrip("\ufeff"), file)
     if _ELEMENT_LIKE.match(rows[0]) or re.match(r"\s*\.(?!title)[a-z]+", rows[0], re.I):
         place = Span(file, 1, 1, max(len(rows[0]), 1), rows[0])

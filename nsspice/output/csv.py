@@ -75,6 +75,8 @@ class CsvSink:
                 self.rows += part.shape[0]
                 if self.path is not None:
                     self._good = file.tell()
+        except BrokenPipeError:
+            raise  # the reading program has what it wanted
         except OSError as error:
             self._abandon()
             raise output_error(error, self.name, f"after {self.rows} rows") from error
@@ -104,6 +106,8 @@ class CsvSink:
             file.flush()
             if self.path is not None:
                 file.close()
+        except BrokenPipeError:
+            raise
         except OSError as error:
             self._abandon()
             raise output_error(error, self.name, f"after {self.rows} rows") from error

@@ -1,4 +1,4 @@
-"""SPICE raw files: the binary format that waveform viewers read.
+"""SPICE raw files: the binary format that waveform viewers read, and ngspice writes.
 
 The layout is that of Berkeley SPICE and ngspice: a text header, then one double per variable, point
 after point.
@@ -6,11 +6,13 @@ after point.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from ..analyses.names import unit
 from .files import output_error
@@ -23,6 +25,7 @@ _PLOTS = {
     "dc": "DC transfer characteristic",
     "op": "Operating Point",
 }
+_HEAD = 1 << 20  # bytes of a header: thousands of variables
 _TYPES = {"V": "voltage", "A": "current", "s": "time"}
 
 
@@ -67,3 +70,70 @@ def write_raw(solution: Solution, path: str | Path, columns: Sequence[str] | Non
             file.write(np.ascontiguousarray(table, dtype="<f8").tobytes())
     except OSError as error:
         raise output_error(error, str(path)) from error
+
+
+def read_raw(path: str | Path) -> tuple[list[str], npt.NDArray[np.float64]]:
+    """Read the first plot of a raw file of ngspice or nsspice: binary or text, real or complex.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    names : list of str
+    data : ndarray, shape (len(names), points)
+        Real parts; a file that ends early has as many points as are complete.
+
+    Raises
+    ------
+    ValueError
+        If it is no raw file.
+    OSError
+        If it cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile, nsspice
+    >>> solution = nsspice.op(nsspice.read("divider\\nV1 a 0 3\\nR1 a 0 1k\\n"))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_raw(solution, f"{folder}/a.raw")
+    ...     names, data = read_raw(f"{folder}/a.raw")
+    >>> names, data[:, 0].tolist()
+    (['v(a)', 'i(v1)'], [3.0, -0.003])
+    """
+    content = Path(path).read_bytes()
+    found = re.search(rb"^(Binary|Values):[ \t]*\r?\n", content[:_HEAD], re.MULTILINE)
+    if found is None:
+        raise ValueError(f"{path} is no raw file: it has no line Binary: or Values:")
+    lines = content[: found.start()].decode("utf-8", "replace").splitlines()
+    fields = {}
+    for line in lines:
+        key, colon, value = line.partition(":")
+        if colon and not line[:1].isspace():
+            fields[key.strip().lower()] = value.strip()
+    try:
+        count, points = int(fields["no. variables"]), int(fields["no. points"])
+    except (KeyError, ValueError):
+        raise ValueError(f"{path} is no raw file: its numbers are missing") from None
+    first = 1 + next(k for k, line in enumerate(lines) if line.lower().startswith("variables:"))
+    names = [line.split()[1] for line in lines[first : first + count]]
+    if len(names) < count:
+        raise ValueError(f"{path} is no raw file: it names {len(names)} of {count} variables")
+    width = 2 if "complex" in fields.get("flags", "") else 1
+    body = content[found.end() :]
+    if found.group(1) == b"Values":
+        numbers = _text_values(body, count, width)
+    else:
+        size = len(body) // (8 * count * width) * count * width
+        numbers = np.frombuffer(body, "<f8", min(size, points * count * width))
+    table = numbers.reshape(-1, count, width)[:points, :, 0]
+    return names, np.ascontiguousarray(table.T)
+
+
+def _text_values(body: bytes, count: int, width: int) -> npt.NDArray[np.float64]:
+    """Return the numbers of a text body: the point's number, then one value a line."""
+    words = body.replace(b",", b" ").split()
+    whole = len(words) // (1 + count * width)
+    table = np.array(words[: whole * (1 + count * width)], dtype=np.float64)
+    return table.reshape(whole, -1)[:, 1:].ravel()

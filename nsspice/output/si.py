@@ -35,7 +35,10 @@ def number(value: float, unit: str = "", digits: int = 6) -> str:
     --------
     >>> number(2.5e-5, "s"), number(-1500.0, "V"), number(0.0, "A")
     ('25 µs', '-1.5 kV', '0 A')
+    >>> number(-0.0, "V")  # a zero has no sign for people
+    '0 V'
     """
+    value += 0.0
     if not math.isfinite(value):
         return f"{value} {unit}".rstrip()
     if not unit:

@@ -34,6 +34,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..errors import Diagnostic, NumericalError
 from ..problems.csc import Csc, Floats, Ints
 
 _SWEEPS = 12
@@ -228,8 +229,13 @@ def _smallest_proof(
     used: npt.NDArray[np.bool_],
 ) -> Floats | None:
     """Return the (y, p) of least 1-norm on the relations in use, or None if there is none."""
-    from scipy.optimize import linprog
-    from scipy.sparse import coo_array, csr_array, hstack, vstack
+    try:
+        from scipy.optimize import linprog
+        from scipy.sparse import coo_array, csr_array, hstack, vstack
+    except ImportError:
+        message = "a step was not solved, and only scipy could tell whether it has a solution"
+        hint = "install scipy: the message then names the elements that contradict each other"
+        raise NumericalError(Diagnostic("NS3010", message, None, hint)) from None
 
     size = n + m
     transposed: Any = csr_array(coo_array((values, (cols, rows)), shape=(size, size)))

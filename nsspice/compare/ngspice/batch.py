@@ -1,4 +1,4 @@
-"""Runs one deck with the program ``ngspice -b`` and reads its raw file with spicelib."""
+"""Runs one deck with the program ``ngspice -b`` and reads its raw file."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import re
 import shutil
 import subprocess
 import time
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ...output.raw import read_raw
 from .raw_run import RawRun
 
 
 def is_installed() -> bool:
-    """Return whether the program and the reader of its files are there."""
-    return shutil.which("ngspice") is not None and find_spec("spicelib") is not None
+    """Return whether the program is there."""
+    return shutil.which("ngspice") is not None
 
 
 def run_program(text: str, folder: Path, timeout: float) -> RawRun:
@@ -67,11 +67,7 @@ def run_program(text: str, folder: Path, timeout: float) -> RawRun:
 
 
 def _read(path: Path) -> tuple[list[str], Any]:
-    from spicelib import RawRead
-
     try:
-        raw = RawRead(str(path), dialect="ngspice", verbose=False)
-        names = [str(name) for name in raw.get_trace_names()]
-        return names, np.array([np.real(raw.get_trace(n).get_wave()) for n in names])
-    except Exception:  # an interrupted run leaves a file that no reader takes
+        return read_raw(path)
+    except (ValueError, IndexError, StopIteration):  # what an interrupted run may leave
         return [], np.zeros((0, 0))

@@ -57,7 +57,7 @@ def execute(text: str, runner: str | None, timeout: float) -> RawRun:
         if runner in (None, "program"):
             if batch.is_installed():
                 return batch.run_program(text, folder, timeout)
-            missing.append("there is no program ngspice with spicelib to read its files")
+            missing.append("there is no program ngspice")
     raise UsageError(
         Diagnostic("NS4013", f"ngspice cannot be run: {'; '.join(missing)}", hint=INSTALL)
     )

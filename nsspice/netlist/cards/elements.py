@@ -50,7 +50,11 @@ _UNSUPPORTED = {
     "t": ("transmission line", "use a ladder of L C sections"),
     "u": ("RC line or digital gate", "use a ladder of R C sections"),
     "y": ("single transmission line", "use a ladder of R L C sections"),
-    "z": ("MESFET", "use a switch S, or curves in a B element"),
+    "z": (
+        "MESFET and IGBT",
+        "as a switch: S with its gate as control, a D in series for the drop of an IGBT, or curves "
+        "in a B element",
+    ),
 }
 
 

@@ -6,6 +6,7 @@ import re
 
 from ..findings import Unreadable
 from ..lines import Line
+from ..numbers import read_number
 from ..parasitics import PARASITICS
 from ..statement import Item
 from ..template import Template
@@ -110,7 +111,16 @@ def coupling(reader: Reader, line: Line, items: list[Item]) -> Template:
     if "k" in pairs:
         result.value = terminals.param_value(pairs["k"])
     elif rest:
-        result.value = reader.value(line, rest.pop(), "a coupling coefficient")
+        last = rest.pop()
+        given = len(rest) > 2 and (rest[-1].kind != "word" or read_number(rest[-1].text))
+        if last.kind == "word" and given:
+            where = line.span(last.start, last.end)
+            message = f"{terminals.name}: the core model {last.text} is not simulated"
+            text = (
+                "leave it out for a linear core; saturation is Flux={expression of x} on an L line"
+            )
+            raise Unreadable("NS1002", message, where, text)
+        result.value = reader.value(line, last, "a coupling coefficient")
     if len(rest) < 2:
         message = f"{terminals.name}: two inductors and a coefficient are needed"
         raise Unreadable("NS1008", message, result.span, hint)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import spicelib
 
 from nsspice.analyses.solution import Solution
 from nsspice.errors import OutputError
@@ -12,6 +11,7 @@ from nsspice.output.raw import write_raw
 
 
 def test_spicelib_reads_it(tmp_path):
+    spicelib = pytest.importorskip("spicelib")  # licensed under the GPL: where somebody has it
     t = np.linspace(0.0, 1e-3, 101)
     solution = Solution("tran", "two\nlines", "time", t, {"v(a)": np.sin(1e4 * t), "i(r1)": t / 3})
     write_raw(solution, tmp_path / "a.raw")
