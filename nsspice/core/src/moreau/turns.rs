@@ -3,9 +3,11 @@
 //! In a passive network charges and fluxes are continuous unless a source or a switch acts.  The mode
 //! that follows is that of a step from where the last one ended, short beside all that moves, but long
 //! enough for the change to show: what has just become zero is zero up to rounding after a shorter one.
+//! The sources move on in it: where all that is stored is constant, they alone end a mode.
 
 use super::aftermath::AFTER_JUMP;
 use super::jumps::JUMP;
+use super::sdirk::sources;
 use super::stepper::Stepper;
 use crate::mlcp::Start;
 
@@ -26,16 +28,20 @@ pub(super) enum Turn {
 }
 
 impl Stepper {
-    /// Finds the mode behind an instant at which guards vanish, from steps of at most `longest`.
-    pub(super) fn turn(&mut self, longest: f64) -> Turn {
+    /// Finds the mode behind an instant at which guards vanish, from steps of at most `longest`; sources have
+    /// no breakpoint before the time `corner`.
+    pub(super) fn turn(&mut self, longest: f64, corner: f64) -> Turn {
         if self.impacts.active || self.smooth.is_some() || self.storage.tight() {
             return Turn::Jump;
         }
         let (z, l, active) = (self.z.clone(), self.l.clone(), self.active.clone());
+        let now = self.u0.clone();
         let shortest = self.step_length.min(self.fastest);
         let mut length = AFTER_JUMP[0] * shortest;
         while length <= longest {
+            sources(&self.waveforms, self.time + length, self.time, corner, &mut self.u0);
             let solved = self.short_step(None, &z, length, Start::Warm).is_ok();
+            self.u0.copy_from_slice(&now);
             let turned = solved && self.active != active;
             let end = self.z.clone();
             if turned && self.begin_mode(&z, shortest) {

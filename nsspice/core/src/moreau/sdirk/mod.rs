@@ -37,6 +37,7 @@ mod tableau;
 mod witness;
 
 pub use run::Sdirk;
+pub(super) use step::sources;
 pub use tableau::Tableau;
 
 /// What is asked of a run.

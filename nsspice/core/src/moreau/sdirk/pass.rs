@@ -7,6 +7,7 @@
 //! the kink counts, the estimate says so, and the end of the mode is located.
 
 use super::super::stepper::{Stepper, MAX_EVENTS};
+use super::ladder::Fit;
 use super::run::Sdirk;
 
 /// A step over the end of a mode may have this part of the error of another: for a kink the estimate
@@ -23,6 +24,11 @@ const MOST: u32 = 16;
 /// conflict is still below the tolerance, two modes take turns.
 const TURNS: u32 = 64;
 const NOWHERE: f64 = 1e-6;
+
+/// Evaluations spent on the instant at which a guard vanished in such a step, which nothing but the list of events
+/// tells, and the part of the step to which it is wanted.
+const LOOKS: usize = 8;
+const CLOSE: f64 = 1e-6;
 
 /// Whether a step may go on over the end of a mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,13 +122,10 @@ impl Sdirk {
 
     /// Takes the mode at the end of a step from mode to mode, and notes when its pairs changed.
     pub(super) fn enter_mode(&mut self, s: &mut Stepper) {
-        let mut changes = Vec::new();
-        for i in 0..s.active.len() {
-            if s.active[i] != self.trial.mode[i] {
-                changes.push((self.instant(s, i), i, self.trial.mode[i]));
-            }
-        }
-        if !changes.is_empty() {
+        let changed = |i: &usize| s.active[*i] != self.trial.mode[*i];
+        let changed: Vec<usize> = (0..s.active.len()).filter(changed).collect();
+        if !changed.is_empty() {
+            let mut changes: Vec<_> = self.instants(s, &changed);
             changes.sort_by(|a, b| a.0.total_cmp(&b.0));
             s.active.copy_from_slice(&self.trial.mode);
             s.epoch += 1;
@@ -136,18 +139,62 @@ impl Sdirk {
         self.trial.crossing = false;
     }
 
-    /// When the guard of a pair vanished in the step, by a line between the stages around.
-    fn instant(&self, s: &Stepper, i: usize) -> f64 {
+    /// When the guards of some pairs vanished in the step, the pairs, and the mode in which they are at its end.
+    fn instants(&mut self, s: &mut Stepper, changed: &[usize]) -> Vec<(f64, usize, bool)> {
+        let around: Vec<_> = changed.iter().map(|&i| self.around(s, i)).collect();
+        let kept = (self.trial.point.clone(), self.trial.slope.clone(), self.trial.u.clone());
+        let (mode, open) = (self.trial.mode.clone(), self.ladder.open);
+        let found = changed.iter().zip(around).map(|(&i, bracket)| {
+            // Newton's method would have to begin anew at each point
+            let part = if s.smooth.is_some() { on_line(bracket) } else { self.root(s, i, bracket) };
+            ((self.trial.start + part * self.trial.length).min(s.time), i, mode[i])
+        });
+        let found = found.collect();
+        (self.trial.point, self.trial.slope, self.trial.u) = kept;
+        self.ladder.open = open;
+        found
+    }
+
+    /// Two points of the step between which the guard of a pair vanished: their places, and the guards there.
+    fn around(&self, s: &Stepper, i: usize) -> [(f64, f64); 2] {
         let (trial, tableau, guard) = (&self.trial, self.tableau, s.z.len() + i);
         let mut points: Vec<(f64, f64)> = vec![(0.0, trial.first[guard].max(0.0))];
         let stages = tableau.first()..tableau.stages();
         points.extend(stages.map(|k| (tableau.c[k], trial.stages[k][guard])));
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         let around = points.windows(2).find(|w| w[0].1 >= 0.0 && w[1].1 < 0.0);
-        let part = around.map_or(1.0, |w| {
-            let (before, behind) = (w[0].1, w[1].1);
-            w[0].0 + (w[1].0 - w[0].0) * before / (before - behind)
-        });
-        (trial.start + part * trial.length).min(s.time)
+        around.map_or([(1.0, 1.0), (1.0, -1.0)], |w| [w[0], w[1]])
     }
+
+    /// Where the guard of a pair vanishes between two points, by the continuous solution (Illinois).
+    fn root(&mut self, s: &mut Stepper, i: usize, bracket: [(f64, f64); 2]) -> f64 {
+        let [mut before, mut behind] = bracket;
+        for _ in 0..LOOKS {
+            let theta = on_line([before, behind]);
+            if behind.0 - before.0 <= CLOSE || theta <= before.0 || theta >= behind.0 {
+                break;
+            }
+            let (ladder, tableau) = (&mut self.ladder, self.tableau);
+            if self.trial.evaluate(s, ladder, tableau, theta) == Fit::Contradiction {
+                break;
+            }
+            let guard = self.trial.point[s.z.len() + i];
+            if self.scales.at_zero(i, s.active[i], guard) {
+                return theta;
+            }
+            if guard > 0.0 {
+                before = (theta, guard);
+                behind.1 *= 0.5;
+            } else {
+                behind = (theta, guard);
+                before.1 *= 0.5;
+            }
+        }
+        on_line([before, behind])
+    }
+}
+
+/// Where a line through two points vanishes.
+fn on_line([before, behind]: [(f64, f64); 2]) -> f64 {
+    before.0 + (behind.0 - before.0) * before.1 / (before.1 - behind.1)
 }

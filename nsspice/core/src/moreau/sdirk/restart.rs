@@ -21,7 +21,7 @@ impl Sdirk {
         if self.accuracy.relative >= 1.0 {
             return self.restart(s); // steps of fixed length cannot look closer
         }
-        match s.turn(self.trial.length) {
+        match s.turn(self.trial.length, self.corner.0) {
             Turn::Begun => s.log_events(),
             Turn::Step(length, end) if self.is_short(s, length, &end) => {
                 self.show_point(s); // nothing jumps here

@@ -104,7 +104,14 @@ pub struct Broken {
     pub at: f64,
 }
 
-pub(super) fn sources(waveforms: &[Waveform], t: f64, start: f64, corner: f64, u: &mut [f64]) {
+/// Sources at a time after `start`: behind their next breakpoint, `corner`, as they would go on without it.
+pub(in super::super) fn sources(
+    waveforms: &[Waveform],
+    t: f64,
+    start: f64,
+    corner: f64,
+    u: &mut [f64],
+) {
     for (u, w) in u.iter_mut().zip(waveforms) {
         *u = if t <= corner { w.value(t, Side::Left) } else { w.continued(t, start, corner) };
     }
