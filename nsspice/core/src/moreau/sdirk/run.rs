@@ -359,6 +359,10 @@ impl Sdirk {
             }
             let (ladder, tableau) = (&mut self.ladder, self.tableau);
             if let Err(broken) = self.trial.compute(s, ladder, tableau, level) {
+                if std::mem::take(&mut self.ladder.hidden) && level > 0 {
+                    self.level = level - 1;
+                    continue;
+                }
                 self.level = level + if broken.at < 0.5 { 2 } else { 1 };
                 self.trial.unsolved += 1;
                 // a law that jumps against the motion has no solution near the jump, at any length
@@ -581,7 +585,7 @@ impl Sdirk {
                 turned.extend(self.reach(s, accepted.theta));
             }
             turned.iter().for_each(|&k| s.throw(k));
-            if event && turned.is_empty() {
+            if event && turned.is_empty() && s.time < self.corner.0 {
                 self.turn(s);
             } else {
                 self.restart(s);
