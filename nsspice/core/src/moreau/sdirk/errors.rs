@@ -11,6 +11,11 @@ const ROUNDING: f64 = 32.0 * f64::EPSILON;
 /// So many times what Newton's method leaves open, less than a thousandth of the tolerance, is no motion.
 const STILL: f64 = 256.0;
 
+/// Most by which the error of the next step is expected to rise.
+const STEEPEST: f64 = 4.0;
+/// A step is taken again at most so many levels shorter at once.
+const BACK: usize = 3;
+
 impl Sdirk {
     /// Estimated error of the trial step relative to what is allowed.
     pub(super) fn error(&mut self, s: &mut Stepper) -> f64 {
@@ -50,6 +55,25 @@ impl Sdirk {
             NOTICED
         } else {
             worst
+        }
+    }
+
+    /// The error of the next step if it were as long as the last one: an error that rises goes on rising.
+    pub(super) fn trend(&mut self, error: f64) -> f64 {
+        let length = self.trial.length;
+        let (before, last) = std::mem::replace(&mut self.last_error, (length, error));
+        let expected = last * (length / before).powi(self.tableau.error_order);
+        let rise = if expected > 0.0 { error / expected } else { 1.0 };
+        error * rise.clamp(1.0, STEEPEST)
+    }
+
+    /// How many levels shorter a step has to be taken again whose error was so large.
+    pub(super) fn back(&self, error: f64) -> usize {
+        let wanted = (2.0 * error).log2() / f64::from(self.tableau.error_order);
+        if wanted < BACK as f64 {
+            (wanted.ceil() as usize).max(1)
+        } else {
+            BACK
         }
     }
 

@@ -4,12 +4,10 @@ use super::super::matrices::{Ends, OPEN};
 use super::super::stage::{Probe, Stage, ROUNDED};
 use super::super::step::ACCEPT;
 use super::super::stepper::Stepper;
-use super::super::sums::{dot, Row, Sums};
+use super::super::sums::Sums;
 use super::guards::{Scales, VIOLATED};
-use crate::descriptor::Linear;
+use super::ratios::Ratios;
 use crate::mlcp::{Role, Start};
-use crate::sparse::Csc;
-use crate::windings::{laws_without_storage, Multiples};
 use std::sync::Arc;
 
 /// Rungs of the ladder: the shortest step is 2^-44 of the longest.
@@ -31,48 +29,8 @@ const SHORT: usize = 16;
 /// Sums of laws that are missed by more than this part of the largest current, or of what the largest
 /// voltage drives through the largest resistor, do not hold.
 const MISSED: f64 = 1e-6;
-/// Voltages of perfectly coupled inductors that differ from their ratio by this part are not solved for: solved, they
-/// have the rounding of voltages, and that of the fluxes over the length of the step: of each the unit roundoff at both
-/// of its ends.
-const OFF: f64 = 1e-10;
-const FLUXES: f64 = f64::EPSILON;
 /// Memory for matrices and factors of all rungs [numbers], roughly.
 const BUDGET: usize = 40_000_000;
-
-/// A law of perfectly coupled inductors in which nothing is stored.
-struct Ratio {
-    g: Row,
-    a: Row,
-    s: Row,
-    /// sizes of the fluxes that cancel
-    e: Row,
-}
-
-impl Ratio {
-    /// Whether a point misses it by more than a part of this voltage and the rounding of the fluxes over the
-    /// length of a step [s].
-    fn missed(&self, [z, l, u]: [&[f64]; 3], length: f64, voltage: f64) -> bool {
-        let error = dot(&self.s, u) - dot(&self.g, z) - dot(&self.a, l);
-        let fluxes: f64 = self.e.iter().map(|&(j, size)| size * z[j].abs()).sum();
-        error.abs() > OFF * voltage + FLUXES * fluxes / length
-    }
-}
-
-/// The ratios of voltages of all perfectly coupled inductors.
-fn ratios(linear: &Linear) -> Vec<Ratio> {
-    let laws = laws_without_storage(&linear.e, &linear.row_kind);
-    let ratio = |law: &Multiples| {
-        let combined = |matrix: &Csc| -> Row {
-            let own = |r: usize| if r == law.row { Some(1.0) } else { law.factor(r) };
-            let terms = matrix.iter().filter_map(|(r, c, v)| Some((c, own(r)? * v)));
-            terms.collect()
-        };
-        let sizes = |(c, v): (usize, f64)| (c, v.abs());
-        let e = combined(&linear.e).into_iter().map(sizes).collect();
-        Ratio { g: combined(&linear.g), a: combined(&linear.a), s: combined(&linear.s), e }
-    };
-    laws.iter().map(ratio).collect()
-}
 
 struct Rung {
     stage: Stage,
@@ -101,7 +59,7 @@ pub struct Ladder {
     /// sums of the laws of floating nodes
     sums: Option<Arc<Sums>>,
     /// ratios of the voltages of perfectly coupled inductors
-    ratios: Vec<Ratio>,
+    ratios: Ratios,
     /// stages assembled
     pub made: u64,
     /// unknowns that carry storage
@@ -165,7 +123,7 @@ impl Ladder {
             finest: FINEST * relative,
             deepest: RUNGS - 1,
             hidden: false,
-            ratios: if s.smooth.is_some() { Vec::new() } else { ratios(&s.sys.linear) },
+            ratios: if s.smooth.is_some() { Ratios::default() } else { Ratios::new(&s.sys.linear) },
             sums: if s.smooth.is_some() {
                 None
             } else {
@@ -349,7 +307,7 @@ impl Ladder {
             return Fit::Contradiction;
         }
         self.sharpen(s, problem, x);
-        self.hidden = self.loses_ratio(s, level, u, x);
+        self.hidden = self.ratios.lost(s, self.stage_length(level), &self.met, u, x);
         if self.hidden || self.drowned(s, level, u, x) {
             self.deepest = self.deepest.min(level);
             return Fit::Contradiction;
@@ -366,21 +324,6 @@ impl Ladder {
         let (z, l) = x.split_at(s.z.len());
         let [voltage, current] = s.sys.largest(&[z, &s.z]);
         sums.missed(z, l, u) > MISSED * current.max(s.conductances[0] * voltage)
-    }
-
-    /// Whether a solution misses the ratio of voltages of perfectly coupled inductors, or leaves a voltage across
-    /// what conducts behind them: beside `L/h`, of which nothing is left in the ratio, a mode that leaves something
-    /// else open seems to leave their currents open, too, and only the nearest point to a solution is found.
-    fn loses_ratio(&self, s: &Stepper, level: usize, u: &[f64], x: &[f64]) -> bool {
-        let (z, l) = x.split_at(s.z.len());
-        let [voltage, _] = s.sys.largest(&[z, &s.z]);
-        let length = self.stage_length(level);
-        let ratio_lost = self.ratios.iter().any(|ratio| ratio.missed([z, l, u], length, voltage));
-        ratio_lost
-            || !self.ratios.is_empty() && {
-                let w = s.sys.linear.slacks_of(z, l);
-                self.met.iter().zip(w).any(|(&active, w)| active && w.abs() > OFF * voltage)
-            }
     }
 
     /// Solves a complementarity problem from `x`.  In a large system this is one system of equations as

@@ -28,6 +28,7 @@ mod locate;
 mod pass;
 mod points;
 mod predict;
+mod ratios;
 mod restart;
 mod rows;
 mod run;

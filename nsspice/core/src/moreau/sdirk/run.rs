@@ -34,10 +34,6 @@ const INTERVAL: f64 = 2e-5;
 const EARLY: f64 = 0.05;
 /// An event earlier than this is one at the begin of the step.
 const AT_ONCE: f64 = 1e-9;
-/// Most by which the error of the next step is expected to rise.
-const STEEPEST: f64 = 4.0;
-/// A step is taken again at most so many levels shorter at once.
-const BACK: usize = 3;
 /// Values below this part of the largest so far are rounding errors.
 const DECAYED: f64 = 1e-13;
 /// Instants that differ by so small a part of a step are one.
@@ -452,25 +448,6 @@ impl Sdirk {
             self.counters.matrices = self.ladder.made;
             self.certify(s);
             return Ok(());
-        }
-    }
-
-    /// The error of the next step if it were as long as the last one: an error that rises goes on rising.
-    fn trend(&mut self, error: f64) -> f64 {
-        let length = self.trial.length;
-        let (before, last) = std::mem::replace(&mut self.last_error, (length, error));
-        let expected = last * (length / before).powi(self.tableau.error_order);
-        let rise = if expected > 0.0 { error / expected } else { 1.0 };
-        error * rise.clamp(1.0, STEEPEST)
-    }
-
-    /// How many levels shorter a step has to be taken again whose error was so large.
-    fn back(&self, error: f64) -> usize {
-        let wanted = (2.0 * error).log2() / f64::from(self.tableau.error_order);
-        if wanted < BACK as f64 {
-            (wanted.ceil() as usize).max(1)
-        } else {
-            BACK
         }
     }
 

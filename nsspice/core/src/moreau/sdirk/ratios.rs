@@ -1,0 +1,72 @@
+//! Ratios of the voltages of perfectly coupled inductors, which `L/h` of a short step may hide.
+//!
+//! Of `L/h` nothing is left in a ratio.  A mode that leaves something else open, the potential of a part without a
+//! path to ground, is solved by the nearest point to a solution; beside so large terms the currents of the
+//! inductors seem to be open, too, and what lets one diode carry those of two passes for a solution.  A longer step
+//! tells.
+
+use super::super::stepper::Stepper;
+use super::super::sums::{dot, Row};
+use crate::descriptor::Linear;
+use crate::sparse::Csc;
+use crate::windings::{laws_without_storage, Multiples};
+
+/// Voltages of perfectly coupled inductors that differ from their ratio by this part are not solved for: solved, they
+/// have the rounding of voltages, and that of the fluxes over the length of the step: of each the unit roundoff at both
+/// of its ends.
+const OFF: f64 = 1e-10;
+const FLUXES: f64 = f64::EPSILON;
+
+/// A law of perfectly coupled inductors in which nothing is stored.
+struct Ratio {
+    g: Row,
+    a: Row,
+    s: Row,
+    /// sizes of the fluxes that cancel
+    e: Row,
+}
+
+impl Ratio {
+    /// Whether a point misses it by more than a part of this voltage and the rounding of the fluxes over the
+    /// length of a step [s].
+    fn missed(&self, [z, l, u]: [&[f64]; 3], length: f64, voltage: f64) -> bool {
+        let error = dot(&self.s, u) - dot(&self.g, z) - dot(&self.a, l);
+        let fluxes: f64 = self.e.iter().map(|&(j, size)| size * z[j].abs()).sum();
+        error.abs() > OFF * voltage + FLUXES * fluxes / length
+    }
+}
+
+/// Those of a system.
+#[derive(Default)]
+pub struct Ratios(Vec<Ratio>);
+
+impl Ratios {
+    /// Finds the inductors whose fluxes others tell.
+    pub fn new(linear: &Linear) -> Ratios {
+        let ratio = |law: &Multiples| {
+            let combined = |matrix: &Csc| -> Row {
+                let own = |r: usize| if r == law.row { Some(1.0) } else { law.factor(r) };
+                let terms = matrix.iter().filter_map(|(r, c, v)| Some((c, own(r)? * v)));
+                terms.collect()
+            };
+            let sizes = |(c, v): (usize, f64)| (c, v.abs());
+            let e = combined(&linear.e).into_iter().map(sizes).collect();
+            Ratio { g: combined(&linear.g), a: combined(&linear.a), s: combined(&linear.s), e }
+        };
+        Ratios(laws_without_storage(&linear.e, &linear.row_kind).iter().map(ratio).collect())
+    }
+
+    /// Whether a solution `x = [z; l]` of a step of this length [s] misses a ratio, or leaves a voltage across a pair
+    /// that is active in its mode.
+    pub fn lost(&self, s: &Stepper, length: f64, mode: &[bool], u: &[f64], x: &[f64]) -> bool {
+        if self.0.is_empty() {
+            return false;
+        }
+        let (z, l) = x.split_at(s.z.len());
+        let [voltage, _] = s.sys.largest(&[z, &s.z]);
+        let slacks = s.sys.linear.slacks_of(z, l);
+        let mut across = mode.iter().zip(slacks).filter(|e| *e.0).map(|e| e.1.abs());
+        self.0.iter().any(|ratio| ratio.missed([z, l, u], length, voltage))
+            || across.any(|w| w > OFF * voltage)
+    }
+}
