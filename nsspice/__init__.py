@@ -39,9 +39,11 @@ __all__ = [
     "TopologyError",
     "UsageError",
     "__version__",
+    "ac",
     "check",
     "cost",
     "dc",
+    "loop",
     "op",
     "pss",
     "read",
@@ -50,7 +52,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from .analyses import Solution, dc, op, pss, read, run, tran
+    from .analyses import Solution, ac, dc, loop, op, pss, read, run, tran
     from .circuit import Circuit
     from .compare.cost import cost
     from .compare.expect import check
@@ -78,9 +80,11 @@ _HOME = {
     "UsageError": ".errors",
     "Circuit": ".circuit",
     "Solution": ".analyses",
+    "ac": ".analyses",
     "check": ".compare.expect",
     "cost": ".compare.cost",
     "dc": ".analyses",
+    "loop": ".analyses",
     "op": ".analyses",
     "pss": ".analyses",
     "read": ".analyses",

@@ -7,8 +7,10 @@ from .cards import Dc, Op, Tran
 from .certificate import Certificate
 from .events import Event
 from .load import read, read_deck
+from .loop_gain import loop
 from .measure import evaluate_measures
 from .settings import METHODS, Settings
+from .small_signal import ac
 from .solution import Impulse, IslandRun, Solution
 from .statics import dc, op
 from .steady_state import pss
@@ -27,9 +29,11 @@ __all__ = [
     "Settings",
     "Solution",
     "Tran",
+    "ac",
     "dc",
     "evaluate_measures",
     "jobs_of",
+    "loop",
     "op",
     "pss",
     "read",

@@ -9,18 +9,39 @@ from dataclasses import dataclass, field, replace
 
 from ..circuit import Circuit
 from ..errors import Diagnostic, NsspiceError, NumericalError, UsageError
-from ..netlist.deck import Analysis, DcCard, Deck, OpCard, PssCard, Sweep, TranCard
+from ..netlist.deck import (
+    AcCard,
+    Analysis,
+    DcCard,
+    Deck,
+    LoopCard,
+    OpCard,
+    PssCard,
+    Sweep,
+    TranCard,
+)
 from .cards import Dc, Tran
 from .load import need_circuit, read_again
+from .loop_gain import Loop, run_loop
 from .measure import evaluate_measures
 from .rows import Progress
 from .settings import Settings, foreign_method
 from .sink import Sink
+from .small_signal import Ac, run_ac
 from .solution import Solution
 from .statics import check_sweep, dc, op
 from .steady_state import Neighbour, Pss, find_orbits, run_pss
 from .transient import run_tran
 from .watched import measured_signals
+
+_KINDS = {
+    OpCard: "op",
+    DcCard: "dc",
+    TranCard: "tran",
+    PssCard: "pss",
+    AcCard: "ac",
+    LoopCard: "loop",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +63,7 @@ class Job:
 
     @property
     def kind(self) -> str:
-        """``op``, ``dc``, ``tran`` or ``pss``."""
+        """``op``, ``dc``, ``tran``, ``pss``, ``ac`` or ``loop``."""
         return kind_of(self.card)
 
     @property
@@ -84,8 +105,15 @@ class Request:
 
 
 def kind_of(card: Analysis) -> str:
-    """Return ``op``, ``dc``, ``tran`` or ``pss``."""
-    return {OpCard: "op", DcCard: "dc", TranCard: "tran", PssCard: "pss"}[type(card)]
+    """Return ``op``, ``dc``, ``tran``, ``pss``, ``ac`` or ``loop``."""
+    return {
+        OpCard: "op",
+        DcCard: "dc",
+        TranCard: "tran",
+        PssCard: "pss",
+        AcCard: "ac",
+        LoopCard: "loop",
+    }[type(card)]
 
 
 def jobs_of(deck: Deck) -> list[Job]:
@@ -281,6 +309,25 @@ def _executor(
             method=settings.method,
             progress=progress,
             **common,  # type: ignore[arg-type]
+        )
+    if isinstance(card, AcCard):
+        return lambda: run_ac(
+            circuit,
+            Ac.from_card(card),
+            values=values,
+            neighbour=request.neighbour,
+            **common,  # type: ignore[arg-type]
+        )
+    if isinstance(card, LoopCard):
+        temperature = common["temperature"]
+        assert temperature is None or isinstance(temperature, float)
+        return lambda: run_loop(
+            circuit,
+            Loop.from_card(card),
+            temperature=temperature,
+            values=values,
+            neighbour=request.neighbour,
+            sink=common["sink"],  # type: ignore[arg-type]
         )
     if isinstance(card, PssCard):
         return lambda: run_pss(

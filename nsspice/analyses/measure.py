@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -18,6 +19,8 @@ from .solution import Solution
 T = TypeVar("T")
 #: operations on all that a window holds
 _STATISTICS = frozenset(("max", "min", "pp", "avg", "rms", "integ", "max_at", "min_at"))
+#: of complex signals
+PARTS = ("db", "m", "p", "r", "i")
 _INTEGRALS = frozenset(("avg", "mean", "integ", "rms"))
 
 
@@ -30,7 +33,7 @@ def evaluate_measures(solution: Solution, cards: Sequence[Measure]) -> None:
 
     A measure that finds nothing becomes nan, with a warning that says why.
     """
-    rows = solution.with_jumps()
+    rows = solution.with_jumps() if solution.analysis != "ac" else magnitudes(solution)
     for card in cards:
         if card.analysis != solution.analysis:
             continue
@@ -52,6 +55,16 @@ def evaluate_measures(solution: Solution, cards: Sequence[Measure]) -> None:
             )
         solution.measures[card.name] = value
         solution.warnings.extend(_left_out(solution, card))
+
+
+def magnitudes(solution: Solution) -> Solution:
+    """Return a response as measures see it: ``v(out)`` is its magnitude."""
+    names = [n[3:-1] for n in solution.signals if n.startswith("re(")]
+    table = {
+        **{n: np.abs(solution[n]) for n in names},
+        **{f"{n[0]}{p}{n[1:]}": solution[f"{n[0]}{p}{n[1:]}"] for n in names for p in PARTS},
+    }
+    return replace(solution, signals=table, columns=names, fine=None)
 
 
 def _left_out(solution: Solution, card: Measure) -> list[Diagnostic]:

@@ -55,6 +55,10 @@ def unit(name: str) -> str:
     """
     if name == "time":
         return "s"
+    if name == "frequency":
+        return "Hz"
+    if name[:3] in ("re(", "im("):
+        return unit(name[3:-1].partition("@")[0])
     if name in ("temp", "temper"):
         return "°C"
     match = _CALL.match(name)

@@ -11,16 +11,41 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import Diagnostic, suggest
+from ..netlist.node import COMPLEX_FORMS
 from .events import Event
 from .names import canonical
 
 if TYPE_CHECKING:
     from .certificate import Certificate
     from .estimate import ErrorEstimate
+    from .integrals import Integrals
+    from .loop_gain import LoopReport
     from .regularity import SolutionVerdict
     from .steady_state import Periodic
 
 Floats = npt.NDArray[np.float64]
+
+
+def part_of(response: npt.NDArray[np.complex128], part: str) -> Floats:
+    """Return ``db``, ``m`` (magnitude), ``p`` (phase [deg], continuous), ``r`` or ``i``.
+
+    Examples
+    --------
+    >>> part_of(np.array([10.0 + 0j]), "db").tolist()
+    [20.0]
+    """
+    if part == "db":
+        with np.errstate(divide="ignore"):
+            decibels: Floats = 20.0 * np.log10(np.abs(response))
+        return decibels
+    if part == "p":
+        degrees: Floats = np.rad2deg(np.unwrap(np.angle(response)))
+        return degrees
+    if part == "m":
+        magnitude: Floats = np.abs(response)
+        return magnitude
+    real: Floats = response.real if part == "r" else response.imag
+    return real
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +194,7 @@ class Solution:
     Parameters
     ----------
     analysis : str
-        ``op``, ``dc``, ``tran`` or ``pss``.
+        ``op``, ``dc``, ``tran``, ``pss``, ``ac`` or ``loop``.
     title : str
         Title line of the deck.
     axis_name : str
@@ -203,6 +228,10 @@ class Solution:
         How far it lies from the exact solution, if that was asked for.
     periodic : Periodic or None
         Period, Floquet multipliers and verdict of a periodic steady state.
+    loop : LoopReport or None
+        Crossover and margins of a loop gain.
+    integrals : Integrals or None
+        Exact Fourier coefficients, averages and powers of a periodic steady state.
     fine : callable or None
         Returns the rows with both sides of jumps put in, None if nothing jumps; they are computed
         at the first call.
@@ -235,6 +264,8 @@ class Solution:
     files: list[str] = field(default_factory=list)
     error: ErrorEstimate | None = None
     periodic: Periodic | None = None
+    loop: LoopReport | None = None
+    integrals: Integrals | None = None
     fine: Callable[[], FinePoints | None] | None = None
 
     def __post_init__(self) -> None:
@@ -277,6 +308,9 @@ class Solution:
             hint = "name it in signals= or extra= of the run, or in a .save card"
         else:
             hint = f"signals are {', '.join(list(self.signals)[:8]) or 'v(node) and i(element)'}"
+        response: Floats | None = self._response(key)
+        if response is not None:
+            return response
         hint = suggest(key, self.signals) or hint
         raise KeyError(f"no signal {name!r} in this solution; {hint}")
 
@@ -286,6 +320,20 @@ class Solution:
         except KeyError:
             return False
         return True
+
+    def _response(self, key: str) -> Any:
+        """Return a complex signal of ``.ac``, or a part of one: ``vdb(out)``; None without it."""
+        kind, _, inner = key.partition("(")
+        if kind in COMPLEX_FORMS:
+            whole = self._response(f"{kind[0]}({inner}")
+            return None if whole is None else part_of(whole, kind[1:])
+        if f"re({key})" in self.signals:
+            return self.signals[f"re({key})"] + 1j * self.signals[f"im({key})"]
+        if kind == "v" and "," in inner:
+            nodes = [self._response(f"v({node})") for node in inner[:-1].split(",")]
+            if all(v is not None for v in nodes):
+                return nodes[0] - nodes[1]
+        return None
 
     def _voltage(self, node: str) -> Floats:
         return np.zeros(self.axis.size) if node == "0" else self.signals[f"v({node})"]

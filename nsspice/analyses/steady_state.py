@@ -26,6 +26,7 @@ from ..solvers.stepper import UnsolvedStep
 from .beginning import Beginning, with_waveforms
 from .cards import Tran
 from .failure import named_failure
+from .integrals import Course, Integrals
 from .load import need_circuit
 from .overrides import checked_values
 from .period import common, is_multiple
@@ -268,6 +269,15 @@ def run_pss(
     )
     solution.analysis = "pss"
     solution.periodic = report(circuit, period, orbits)
+
+    def course_of(home: int) -> Course:
+        orbit = orbits[home]
+        if orbit is None:
+            orbit = static_orbit(circuit, home, analysis, period, temperature, values)
+        triggered = len(orbit.system.switches) > len(orbit.mna.system.switches)
+        return Course(orbit.mna, orbit.system, orbit.found.state, None if triggered else period)
+
+    solution.integrals = Integrals(circuit, course_of, (0.0, period))
     solution.wall_time = clock.perf_counter() - begin
     if solution.periodic.free:
         solution.warnings.append(_free(analysis, solution.periodic))
@@ -284,7 +294,7 @@ def find_orbits(
     """Return the period [s] and the orbit of each island, None for those that store nothing."""
     guess = analysis.period or 0.0
     islands = [
-        _assembled(island, analysis, guess, temperature, values) for island in circuit.islands
+        assembled(island, analysis, guess, temperature, values) for island in circuit.islands
     ]
     orbits: dict[int, Orbit] = {}
     if analysis.trigger is None:
@@ -300,21 +310,35 @@ def find_orbits(
                     "leave the trigger out",
                 )
             )
-        orbits[home] = _orbit(circuit, home, islands[home], None, analysis, local, neighbour)
+        orbits[home] = orbit_of(circuit, home, islands[home], None, analysis, local, neighbour)
         period = orbits[home].found.period
     for k, mna in enumerate(islands):
         if k not in orbits and not mna.system.static:
-            orbits[k] = _orbit(circuit, k, mna, period, analysis, None, neighbour)
+            orbits[k] = orbit_of(circuit, k, mna, period, analysis, None, neighbour)
     return period, [orbits.get(k) for k in range(len(islands))]
 
 
-def _assembled(
+def static_orbit(
+    circuit: Circuit,
+    home: int,
+    analysis: Pss,
+    period: float,
+    temperature: float | None,
+    values: Mapping[str, float] | None,
+) -> Orbit:
+    """Return an island that stores nothing as an orbit without states."""
+    mna = assembled(circuit.islands[home], analysis, period, temperature, values)
+    return orbit_of(circuit, home, mna, period, analysis, None, None)
+
+
+def assembled(
     island: Island,
     analysis: Pss,
     period: float,
     temperature: float | None,
     values: Mapping[str, float] | None,
 ) -> MnaSystem:
+    """Return an island with its sources continued into the past."""
     step = analysis.row_step or (period / 1000.0 or None)
     mna = island.assemble(temperature, values or {}, tstep=step, tstop=period or None)
     return with_waveforms(mna, [continued(w) for w in mna.system.waveforms])
@@ -363,7 +387,7 @@ def _trigger(circuit: Circuit, analysis: Pss) -> tuple[int, str]:
     return home, local
 
 
-def _orbit(
+def orbit_of(
     circuit: Circuit,
     number: int,
     mna: MnaSystem,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from ..circuit import Circuit
 from ..netlist.deck import Measure
+from ..netlist.node import COMPLEX_FORMS
 from .cards import Tran
 from .names import canonical
 
@@ -22,7 +23,11 @@ def measured_signals(cards: Sequence[Measure]) -> list[str]:
         if card.operation == "param":
             continue
         for expression in card.expressions:
-            names.update((canonical(n), None) for n in expression.variables() if n[:2] in _SIGNALS)
+            for name in expression.variables():
+                kind, _, inner = name.partition("(")
+                whole = f"{kind[0]}({inner}" if kind in COMPLEX_FORMS else name
+                if whole[:2] in _SIGNALS:
+                    names[canonical(whole)] = None
     return list(names)
 
 

@@ -113,7 +113,7 @@ class _Binder:
         known = [*scope.known("params"), *scope.known("fixed"), "time", "temper"]
         hint = suggest(word, known) or f"define it with .param {word[:60]}=..."
         if word in _NO_AC:
-            hint = "only .op, .dc, .tran and .pss are computed"
+            hint = "only .op, .dc, .tran, .ac, .pss and .loop are computed"
         message = f"parameter {word[:60]} is not defined"
         raise Unreadable("NS1021", message, _place(word, formula), hint, word)
 

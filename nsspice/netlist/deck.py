@@ -35,7 +35,7 @@ class Source(NamedTuple):
     dc : float or None
         DC value [V or A], None if not given.
     ac : (float, float) or None
-        Magnitude and phase [deg]; kept, not simulated.
+        Magnitude and phase [deg] of the stimulus of ``.ac``.
     kind : str
         ``""`` (DC only), ``sin pulse pwl exp sffm am``.
     values : tuple of float or None
@@ -234,7 +234,26 @@ class Measure(NamedTuple):
         return [e for e in asked if e is not None]
 
 
-Analysis = OpCard | DcCard | TranCard | PssCard
+class AcCard(NamedTuple):
+    """``.ac dec|oct|lin n from to``, ``.ac list f ...``: frequencies [Hz].
+
+    ``sidebands`` is how many multiples of the orbit's own frequency are shown on both sides.
+    """
+
+    frequencies: tuple[float, ...]
+    sidebands: int
+    span: Span
+
+
+class LoopCard(NamedTuple):
+    """``.loop source dec|oct|lin n from to``: the loop gain at a source of zero volts."""
+
+    source: str
+    frequencies: tuple[float, ...]
+    span: Span
+
+
+Analysis = OpCard | DcCard | TranCard | PssCard | AcCard | LoopCard
 
 
 @dataclass(slots=True)
@@ -248,7 +267,7 @@ class Deck:
         As the user gave it, ``<netlist>`` for text.
     elements : list of Element
         In deck order, subcircuit contents in place of their X line.
-    analyses : list of OpCard, DcCard, TranCard, PssCard
+    analyses : list of OpCard, DcCard, TranCard, PssCard, AcCard, LoopCard
     options : dict of str to Param
         Lower-case names; flags hold the value 1.0.
     initial, nodesets : dict of str to Param

@@ -146,12 +146,15 @@ def _number(text: str, start: int, end: int, place: Place, trap: Trap) -> Node:
 
 def _probe(text: str) -> Node:
     """Return a signal by its canonical name; ground is left out."""
-    kind = text[0]
+    form, _, inner = text.partition("(")
+    kind, form = form[0], form.rstrip()
     nodes = [
         "0" if part in ("gnd", "0") and kind == "v" else part
-        for part in re.split(r"[\s,()]+", text[1:])
+        for part in re.split(r"[\s,()]+", inner)
         if part
     ]
+    if form != kind:  # of a complex signal: vdb(out)
+        return var(f"{form}({','.join(nodes)})")
     if kind == "i":
         return var(f"i({nodes[0]})") if len(nodes) == 1 else var(f"i({','.join(nodes)})")
     return voltage(*nodes)

@@ -28,6 +28,8 @@ from collections.abc import Iterable
 
 from .numbers import format_number
 
+#: parts of complex signals: decibels, magnitude, phase, real and imaginary part
+COMPLEX_FORMS = frozenset(kind + part for kind in "vi" for part in ("db", "m", "p", "r", "i"))
 #: deeper trees are refused when read
 MAX_DEPTH = 100
 #: derivatives are deeper than what they are made of; walking a tree takes two frames a level

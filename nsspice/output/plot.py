@@ -50,6 +50,13 @@ def draw(
     """Draw the waveforms of a solution, as :meth:`Solution.plot` does."""
     if path is not None:
         check_format(path)
+    if solution.axis_name == "frequency":
+        from .bode import draw_bode
+
+        figure = draw_bode(solution, columns)
+        if path is not None:
+            save_figure(figure, Path(path))
+        return figure
     names = list(solution.columns if columns is None else columns)
     names = [name for name in names if unit(name)]
     if not names or not solution.axis_name or solution.axis.size < 2:
@@ -75,6 +82,11 @@ def draw(
     if path is not None:
         save_figure(figure, Path(path))
     return figure
+
+
+def colour_of(k: int) -> str:
+    """Return the colour of the k-th curve."""
+    return _COLOURS[k % len(_COLOURS)]
 
 
 def new_figure() -> Any:

@@ -24,9 +24,12 @@ _PLOTS = {
     "tran": "Transient Analysis",
     "dc": "DC transfer characteristic",
     "op": "Operating Point",
+    "pss": "Transient Analysis",
+    "ac": "AC Analysis",
+    "loop": "AC Analysis",
 }
 _HEAD = 1 << 20  # bytes of a header: thousands of variables
-_TYPES = {"V": "voltage", "A": "current", "s": "time"}
+_TYPES = {"V": "voltage", "A": "current", "s": "time", "Hz": "frequency"}
 
 
 def write_raw(solution: Solution, path: str | Path, columns: Sequence[str] | None = None) -> None:
@@ -45,6 +48,11 @@ def write_raw(solution: Solution, path: str | Path, columns: Sequence[str] | Non
         If the file cannot be written.
     """
     names, table = solution.table(columns)
+    complex_ = solution.axis_name == "frequency"
+    if complex_:
+        # real and imaginary part are one variable; the frequency has an imaginary part of zero
+        names = ["frequency", *(name[3:-1] for name in names[1::2])]
+        table = np.column_stack([table[:, :1], np.zeros((len(table), 1)), table[:, 1:]])
     types = [_TYPES.get(unit(name), "notype") for name in names]
     if solution.axis_name and types[0] == "notype":
         types[0] = "voltage" if solution.axis_name.startswith("v") else "notype"
@@ -54,7 +62,7 @@ def write_raw(solution: Solution, path: str | Path, columns: Sequence[str] | Non
         "Date: -",  # no clock: two runs of a deck give identical bytes
         f"Plotname: {_PLOTS[solution.analysis]}",
         "Command: nsspice, in the layout of ngspice",  # by which readers tell the dialect
-        "Flags: real",
+        f"Flags: {'complex' if complex_ else 'real'}",
         f"No. Variables: {len(names)}",
         f"No. Points: {table.shape[0]}",
         "Variables:",

@@ -11,6 +11,7 @@ from .si import number
 
 if TYPE_CHECKING:
     from ..analyses.certificate import Certificate
+    from ..analyses.loop_gain import LoopReport
     from ..analyses.solution import IslandRun, JumpReport, Moved, Solution
     from ..analyses.steady_state import Periodic
 
@@ -42,6 +43,8 @@ def describe(solution: Solution) -> str:
         lines += _certificate(solution.certificate)
     if solution.periodic is not None:
         lines += _periodic(solution.periodic)
+    if solution.loop is not None:
+        lines += _loop(solution.loop)
     if solution.error is not None:
         lines.append(f"  {solution.error.describe()}")
     for jump in solution.jumps[:_LISTED]:
@@ -102,6 +105,18 @@ def _periodic(p: Periodic) -> list[str]:
         f"{_count(p.steps, 'Newton step')}, {_count(p.periods, 'period')} run, "
         f"residual {p.residual:.1e}",
         f"    Floquet multipliers: {shown or 'none'}{more}",
+    ]
+
+
+def _loop(report: LoopReport) -> list[str]:
+    """Return crossovers and margins of a loop gain."""
+    lines = [
+        f"  crossover at {number(c.frequency, 'Hz')}, phase margin {c.margin:.4g}°"
+        for c in report.crossovers[:_LISTED]
+    ] or ["  no crossover within these frequencies"]
+    return lines + [
+        f"  phase -180° at {number(c.frequency, 'Hz')}, gain margin {c.margin:.4g} dB"
+        for c in report.reversals[:_LISTED]
     ]
 
 
@@ -244,6 +259,7 @@ def to_dict(solution: Solution) -> dict[str, Any]:
             for j in solution.jumps
         ],
         "error": solution.error.to_dict() if solution.error else None,
+        "loop": solution.loop.to_dict() if solution.loop else None,
         "periodic": solution.periodic.to_dict() if solution.periodic else None,
         "measures": solution.measures,
         "warnings": [w.to_dict() for w in solution.warnings],

@@ -82,14 +82,30 @@ def function_slopes(tape: Tape, z: Floats, u: Floats, t: Floats) -> Floats:
     z, u, t : ndarray, shapes (k, n), (k, s), (k,)
         Points: unknowns, sources and times.
     """
+    return _slopes(tape, z, u, t)[:, :, : z.shape[1]]
+
+
+def source_slopes_of(tape: Tape, z: Floats, u: Floats, t: Floats) -> Floats:
+    """Return the derivatives of the functions of a tape by the sources, shape (k, p, s).
+
+    Parameters
+    ----------
+    tape, z, u, t
+        As for :func:`function_slopes`.
+    """
+    n = z.shape[1]
+    return _slopes(tape, z, u, t)[:, :, n : n + u.shape[1]]
+
+
+def _slopes(tape: Tape, z: Floats, u: Floats, t: Floats) -> Floats:
+    """Return the derivatives by unknowns, sources and the time, shape (k, p, n + s + 1)."""
     _, places, slopes = _core.tape_values(
         core_tape(tape), np.ascontiguousarray(z), np.ascontiguousarray(u), np.ascontiguousarray(t)
     )
     table = np.asarray(slopes).reshape(z.shape[0], -1)
-    out = np.zeros((z.shape[0], tape.outputs.size, z.shape[1]))
+    out = np.zeros((z.shape[0], tape.outputs.size, z.shape[1] + u.shape[1] + 1))
     for entry, (function, variable) in enumerate(places):
-        if variable < z.shape[1]:
-            out[:, function, variable] += table[:, entry]
+        out[:, function, variable] += table[:, entry]
     return out
 
 

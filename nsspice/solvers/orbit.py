@@ -37,7 +37,8 @@ Complexes = npt.NDArray[np.complex128]
 
 _EPS = float(np.finfo(float).eps)
 PERIODS = 8  # run before the first step of Newton's method
-_STEPS = 60  # of Newton's method
+_STEPS = 16  # of Newton's method, then more periods are run
+_MORE = (16, 64, 256, 1024)  # before it is tried again
 _DRIFTS = 8  # periods after which what drifts is taken to drift for ever
 _HALVINGS = 6  # of one step
 _ENOUGH = 1e-13  # relative step after which nothing changes but rounding
@@ -303,15 +304,29 @@ def find_orbit(period_map: PeriodMap, start: State, settle: int = PERIODS) -> Fo
     UnsolvedStep
         If a run has no solution.
     """
-    core, r = period_map.core, period_map.core.states()
     state = start
     if period_map.triggered:
         state = period_map.run(state)  # to the first crossing
-    for _ in range(settle):
-        state = period_map.run(state)
+    steps, failed = 0, NoOrbit("search", 0.0)
+    for more in (settle, *_MORE):
+        for _ in range(more):
+            state = period_map.run(state)
+        try:
+            return _newton(period_map, state, steps)
+        except NoOrbit as problem:
+            if problem.kind == "drift":
+                raise
+            failed = problem
+            steps += _STEPS
+    raise failed
+
+
+def _newton(period_map: PeriodMap, state: State, before: int) -> Found:
+    """Return the orbit that Newton's method finds from a state, after so many steps before."""
+    core, r = period_map.core, period_map.core.states()
     end = period_map.run(state)
     drifting = 0
-    for step in range(1, _STEPS + 1):
+    for step in range(before + 1, before + _STEPS + 1):
         scale = float(np.linalg.norm(core.sizes()))
         defect = end.energy - state.energy
         size = float(np.linalg.norm(defect))

@@ -11,6 +11,7 @@ from ..expand import Expander
 from ..expression import Expression
 from ..findings import Unreadable
 from ..lines import Line
+from ..node import COMPLEX_FORMS
 from ..scope import Scope
 from ..statement import Item, items
 from .reading import Reader, flat
@@ -120,10 +121,18 @@ class Context:
         prefix = self.here.prefix
         return [n[len(prefix) :] for n in names if n.startswith(prefix)]
 
-    def check_signals(self, expression: Expression) -> None:
-        """Report the first signal of an expression that does not exist."""
+    def check_signals(self, expression: Expression, complex_forms: bool = False) -> None:
+        """Report the first signal of an expression that does not exist.
+
+        Parts of complex signals, ``vdb(out)``, exist in ``.measure ac`` only.
+        """
         where = expression.span
-        for name in sorted(expression.variables()):
+        for written in sorted(expression.variables()):
+            form, _, inner = written.partition("(")
+            name = f"{form[0]}({inner}" if form in COMPLEX_FORMS and complex_forms else written
+            if form in COMPLEX_FORMS and not complex_forms:
+                message = f"{written} is a part of a complex signal, which only .measure ac has"
+                raise Unreadable("NS1022", message, where)
             if name[1:2] != "(":
                 continue
             for part in name[2:-1].split(","):

@@ -17,8 +17,10 @@ from .context import Context
 from .reading import Reader
 
 _READERS: dict[str, Callable[[Context, Line], None]] = {
+    "ac": periodic.ac,
     "dc": analyses.dc,
     "ic": outputs.initial,
+    "loop": periodic.loop,
     "meas": measure.measure,
     "measure": measure.measure,
     "nodeset": outputs.initial,
@@ -42,7 +44,7 @@ _EARLY: dict[str, Callable[[Context, Line], None]] = {
     "title": options.title,
 }
 #: analyses that are computed
-_COMPUTED = (*ANALYSES, "pss")
+_COMPUTED = (*ANALYSES, "pss", "ac", "loop")
 #: cannot change a waveform
 _IGNORED = {
     "backanno": "",
@@ -60,8 +62,8 @@ _IGNORED = {
 #: silent: every LTspice deck has them
 _SILENT = {"backanno", "width", "text"}
 #: analyses of their own: they change nothing of what others give
-_OTHER_ANALYSES = ("ac", "acmodel", "disto", "hb", "noise", "pz", "sens", "sp", "tf")
-_OTHER_HINT = "only .op, .dc, .tran and .pss are computed"
+_OTHER_ANALYSES = ("acmodel", "disto", "hb", "noise", "pz", "sens", "sp", "tf")
+_OTHER_HINT = "only .op, .dc, .tran, .ac, .pss and .loop are computed"
 _UNSUPPORTED = {
     "data": "write .step param name list ...",
     "alter": "write one netlist for each variant, or use .step",

@@ -18,7 +18,7 @@ _STATISTICS = {
     "integral": "integ", "max_at": "max_at", "min_at": "min_at",
 }  # fmt: skip
 _OPERATIONS = {*_STATISTICS, "trig", "find", "when", "deriv", "derivative", "param"}
-_ANALYSES = ("tran", "dc", "op", "pss")
+_ANALYSES = ("tran", "dc", "op", "pss", "ac")
 _NAMED = ("at", "from", "to", "val", "td", "rise", "fall", "cross")
 _PART = re.compile(
     r"(?<![\w.])(?:(trig|targ|find|when|deriv|derivative|max_at|min_at|max|min|pp|avg|rms|integral|"
@@ -70,7 +70,7 @@ def measure(context: Context, line: Line) -> None:
         where, begin = line.span(*found.span(1)), found.start(2)
     if analysis not in _ANALYSES:
         at = line.span(*found.span(1))
-        if analysis in ("ac", "noise", "sp", "tf"):
+        if analysis in ("noise", "sp", "tf"):
             message = f".measure {analysis} is ignored: there is no .{analysis}"
             context.findings.warning("NS1003", message, at)
             return
@@ -90,7 +90,7 @@ def measure(context: Context, line: Line) -> None:
         *(e for c in (made.first, made.second) if c for e in (c.signal, c.other)),
     ):
         if expression is not None and made.operation != "param":
-            context.check_signals(expression)
+            context.check_signals(expression, analysis == "ac")
     context.deck.measures.append(made)
 
 

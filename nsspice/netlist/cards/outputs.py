@@ -8,12 +8,13 @@ from ...errors import Span
 from ..deck import Param, Signal
 from ..findings import Unreadable
 from ..lines import Line
+from ..node import COMPLEX_FORMS
 from ..statement import Item
 from .context import Context
 from .terminals import GROUND
 
-_ANALYSES = {"tran", "dc", "op", "pss"}
-_OTHER_ANALYSES = {"ac", "noise", "tf", "four"}
+_ANALYSES = {"tran", "dc", "op", "pss", "ac"}
+_OTHER_ANALYSES = {"noise", "tf", "four"}
 _ALL = {"all", "alli", "allv", "allp"}
 _HASH = re.compile(r"(.+)#branch")
 _DEVICE = re.compile(r"@([^\[\]]+)\[(\w+)\]")
@@ -78,6 +79,8 @@ def probe(context: Context, item: Item, where: Span) -> str:
         if len(full) == 2 and full[1] == "0":
             full.pop()
         return f"v({','.join(full)})"
+    if item.text in COMPLEX_FORMS:  # .print ac vdb(out): real and imaginary part are written
+        return probe(context, item._replace(text=item.text[0]), where)
     if item.text in ("ic", "id") and len(names) == 1:
         return f"i({context.element(names[0], where)})"
     if item.text in ("ib", "ie") and len(names) == 1:

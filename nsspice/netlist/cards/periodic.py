@@ -1,18 +1,22 @@
-"""``.pss``: the periodic steady state."""
+"""``.pss``, ``.ac`` and ``.loop``: the periodic steady state, and responses to small signals."""
 
 from __future__ import annotations
 
 import math
 
-from ..deck import PssCard
+from ...errors import suggest
+from ..deck import AcCard, LoopCard, PssCard
 from ..findings import Unreadable
 from ..lines import Line
 from ..statement import Item
 from .context import Context
 from .outputs import probe
-from .reading import key_of
+from .reading import flat, key_of
 
 _NAMES = ("period", "fund", "harms", "tstab", "tstep", "trigger", "level")
+#: frequencies of one card
+_POINTS = 1_000_000
+_AC_HINT = "write .ac dec 10 1 1meg: points per decade, first and last frequency"
 _HINT = "write .pss period=10u, .pss fund=100k, or .pss trigger=v(node) level=0"
 
 
@@ -70,3 +74,79 @@ def pss(context: Context, line: Line) -> None:
         line.whole(),
     )
     context.deck.analyses.append(card)
+
+
+def ac(context: Context, line: Line) -> None:
+    """Read ``.ac dec|oct|lin n from to`` or ``.ac list f ...``, with ``sidebands=n``."""
+    pairs: list[Item] = []
+    words = list(flat(context.tail(line), pairs))
+    sidebands = 0.0
+    for pair in pairs:
+        where = line.span(pair.start, pair.end)
+        if pair.text != "sidebands":
+            raise Unreadable("NS1080", f".ac: {pair.text[:40]} is unknown", where, _AC_HINT)
+        sidebands = context.number(line, pair.items[1], "a number")
+        if not (sidebands >= 0.0 and sidebands == int(sidebands)):
+            raise Unreadable("NS1080", ".ac: sidebands counts from 0", where, _AC_HINT)
+    frequencies = _range(line, ".ac", words, context)
+    card = AcCard(frequencies, int(sidebands), line.whole())
+    context.deck.analyses.append(card)
+
+
+def loop(context: Context, line: Line) -> None:
+    """Read ``.loop source dec|oct|lin n from to``, or ``list f ...``."""
+    words = list(flat(context.tail(line)))
+    hint = "write .loop V1 dec 10 1 1meg: a voltage source of 0 V in the loop, and frequencies"
+    if not words or any(word.kind == "pair" for word in words):
+        raise Unreadable("NS1080", ".loop needs a source and frequencies", line.whole(), hint)
+    name, where = words[0].text, line.span(words[0].start, words[0].end)
+    source = next((e for e in context.deck.elements if e.name == name), None)
+    if source is None:
+        names = [e.name for e in context.deck.elements if e.letter == "v"]
+        raise Unreadable(
+            "NS1070", f".loop: there is no source {name[:60]}", where, suggest(name, names) or hint
+        )
+    if source.letter != "v" or source.value is not None or "0" in source.nodes:
+        message = f".loop: {name} is no voltage source between two nodes of the loop"
+        raise Unreadable("NS1080", message, where, hint)
+    frequencies = _range(line, ".loop", words[1:], context)
+    context.deck.analyses.append(LoopCard(name, frequencies, line.whole()))
+
+
+def _range(line: Line, card: str, words: list[Item], context: Context) -> tuple[float, ...]:
+    """Return the frequencies that a card asks for [Hz]."""
+    hint = _AC_HINT.replace(".ac", card)
+    kinds = ("dec", "oct", "lin", "list")
+    if not words or words[0].text not in kinds:
+        raise Unreadable("NS1080", f"{card} needs {', '.join(kinds)}", line.whole(), hint)
+    kind, numbers = words[0].text, [context.number(line, w, "a number") for w in words[1:]]
+    frequencies = numbers if kind == "list" else _frequencies(line, kind, numbers)
+    if not frequencies or not all(math.isfinite(f) and f >= 0.0 for f in frequencies):
+        message = f"{card}: frequencies are numbers from 0 on"
+        raise Unreadable("NS1080", message, line.whole(), hint)
+    return tuple(frequencies)
+
+
+def _frequencies(line: Line, kind: str, numbers: list[float]) -> list[float]:
+    """Return the frequencies of a range [Hz]: points per decade or octave, or in all."""
+    if len(numbers) != 3:
+        raise Unreadable("NS1080", f".ac {kind} takes three numbers", line.whole(), _AC_HINT)
+    count, first, last = numbers
+    if count < 1.0 or count != int(count) or not first <= last:
+        message = ".ac: a whole number of points, and frequencies in rising order, are needed"
+        raise Unreadable("NS1080", message, line.whole(), _AC_HINT)
+    if kind == "lin":
+        if count > _POINTS:
+            raise Unreadable("NS1080", f".ac: more than {_POINTS} points", line.whole())
+        steps = max(int(count) - 1, 1)
+        return [first + (last - first) * k / steps for k in range(int(count))]
+    if first <= 0.0:
+        raise Unreadable("NS1080", f".ac {kind}: frequencies are positive", line.whole(), _AC_HINT)
+    base = 10.0 if kind == "dec" else 2.0
+    total = math.log(last / first, base) * count
+    if total > _POINTS:
+        raise Unreadable("NS1080", f".ac: more than {_POINTS} points", line.whole())
+    found = [first * base ** (k / count) for k in range(math.floor(total + 1e-9) + 1)]
+    if math.isclose(found[-1], last, rel_tol=1e-9):
+        found[-1] = last
+    return found

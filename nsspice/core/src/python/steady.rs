@@ -169,24 +169,28 @@ impl PyOrbit {
         Ok(found.map(|values| interleaved(py, &values)))
     }
 
-    /// Fourier coefficients by output and order.
+    /// Fourier coefficients over a window, by output and order.
     fn coefficients<'py>(
         &self,
         py: Python<'py>,
         orders: PyReadonlyArray1<f64>,
+        start: f64,
+        stop: f64,
     ) -> PyResult<Complexes<'py>> {
         let orders = orders.to_vec()?;
-        let found = py.detach(|| self.inner.coefficients(&orders));
+        let found = py.detach(|| self.inner.coefficients(&orders, [start, stop]));
         Ok(interleaved(py, &found))
     }
 
-    /// Averages of products of outputs.
+    /// Averages of products of outputs over a window.
     fn products<'py>(
         &self,
         py: Python<'py>,
         pairs: Vec<(usize, usize)>,
+        start: f64,
+        stop: f64,
     ) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_vec(py, py.detach(|| self.inner.products(&pairs)))
+        PyArray1::from_vec(py, py.detach(|| self.inner.products(&pairs, [start, stop])))
     }
 }
 

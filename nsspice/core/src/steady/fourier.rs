@@ -25,20 +25,22 @@ const REACH: f64 = 7.0;
 /// What has decayed to this part of itself counts no more.
 const GONE: f64 = 1e-18;
 
-/// A segment in closed form, with all outputs.
+/// The part of a segment in a window, in closed form with all outputs; times count from its start.
 struct Piece {
     path: Trajectory,
     bundle: Bundle,
     start: f64,
-    length: f64,
+    from: f64,
+    to: f64,
 }
 
 impl Orbit {
-    fn pieces(&self) -> Vec<Piece> {
-        self.passages.iter().map(|p| self.piece(p)).collect()
+    fn pieces(&self, window: [f64; 2]) -> Vec<Piece> {
+        let meets = |p: &&Passage| p.end > window[0] && p.start < window[1];
+        self.passages.iter().filter(meets).map(|p| self.piece(p, window)).collect()
     }
 
-    fn piece(&self, p: &Passage) -> Piece {
+    fn piece(&self, p: &Passage, window: [f64; 2]) -> Piece {
         let length = p.end - p.start;
         let mut path = Trajectory::default();
         let mut a = vec![0.0; self.states()];
@@ -46,22 +48,30 @@ impl Orbit {
         path.begin(&p.mode, &a, &p.inputs, length.max(f64::MIN_POSITIVE));
         let mut bundle = Bundle::default();
         path.bundle(&self.nominal_rows(p), &p.inputs, &mut bundle);
-        Piece { path, bundle, start: p.start, length }
+        let from = (window[0] - p.start).max(0.0);
+        let to = if window[1] >= p.end { length } else { window[1] - p.start };
+        Piece { path, bundle, start: p.start, from, to }
     }
 
-    /// Fourier coefficients `1/T integral of e^(-i n w t) y` of all outputs over the run, by output and order.
-    pub fn coefficients(&self, orders: &[f64]) -> Vec<Complex> {
-        let own = std::f64::consts::TAU / self.period;
+    /// Fourier coefficients `1/T integral of e^(-i n w (t - t0)) y` of all outputs over a window from t0 on, of
+    /// which `w` is the own frequency, by output and order.
+    pub fn coefficients(&self, orders: &[f64], window: [f64; 2]) -> Vec<Complex> {
+        let length = window[1] - window[0];
+        let own = std::f64::consts::TAU / length;
         let outputs = self.outputs.len();
         let mut out = vec![Complex::default(); outputs * orders.len()];
-        for piece in self.pieces() {
+        for piece in self.pieces(window) {
             let slots = piece.path.slots;
             for (k, &order) in orders.iter().enumerate() {
                 let shift = complex(0.0, order * own);
-                let phase = (-shift.scale(piece.start)).exp();
+                let phase = (-shift.scale(piece.start - window[0])).exp();
                 for placed in &piece.path.terms {
-                    let Some([own, mirrored]) = integrals(&placed.term, shift, piece.length) else {
-                        piece.numerically(placed.slot, shift, phase, orders.len(), k, &mut out);
+                    let Some([own, mirrored]) = piece.integrals(&placed.term, shift) else {
+                        let sum = phase * piece.numerically(placed.slot, shift);
+                        for (o, factors) in piece.bundle.factor.chunks_exact(slots).enumerate() {
+                            let to = &mut out[o * orders.len() + k];
+                            *to = *to + sum.scale(factors[placed.slot]);
+                        }
                         continue;
                     };
                     for (o, factors) in piece.bundle.factor.chunks_exact(slots).enumerate() {
@@ -77,23 +87,23 @@ impl Orbit {
                 }
             }
         }
-        out.iter_mut().for_each(|v| *v = v.scale(1.0 / self.period));
+        out.iter_mut().for_each(|v| *v = v.scale(1.0 / length));
         out
     }
 
-    /// Averages of products of outputs, given by their numbers, over the run.
-    pub fn products(&self, pairs: &[(usize, usize)]) -> Vec<f64> {
+    /// Averages of products of outputs, given by their numbers, over a window.
+    pub fn products(&self, pairs: &[(usize, usize)], window: [f64; 2]) -> Vec<f64> {
         let mut sums = vec![0.0; pairs.len()];
         let mut values = vec![0.0; self.outputs.len()];
-        for piece in self.pieces() {
-            piece.quadrature(|_, weight, point| {
+        for piece in self.pieces(window) {
+            piece.quadrature(f64::INFINITY, |_, weight, point| {
                 piece.values(point, &mut values);
                 for (sum, &(i, j)) in sums.iter_mut().zip(pairs) {
                     *sum += weight * values[i] * values[j];
                 }
             });
         }
-        sums.iter_mut().for_each(|v| *v /= self.period);
+        sums.iter_mut().for_each(|v| *v /= window[1] - window[0]);
         sums
     }
 }
@@ -122,6 +132,16 @@ fn integrals(term: &Term, shift: Complex, d: f64) -> Option<[Complex; 2]> {
 }
 
 impl Piece {
+    /// Integrals over the piece; see [`integrals`].
+    fn integrals(&self, term: &Term, shift: Complex) -> Option<[Complex; 2]> {
+        let [a, b] = integrals(term, shift, self.to)?;
+        if self.from == 0.0 {
+            return Some([a, b]);
+        }
+        let [c, d] = integrals(term, shift, self.from)?;
+        Some([a - c, b - d])
+    }
+
     fn values(&self, point: &Point, out: &mut [f64]) {
         for (value, factors) in out.iter_mut().zip(self.bundle.factor.chunks_exact(self.path.slots))
         {
@@ -129,13 +149,14 @@ impl Piece {
         }
     }
 
-    /// Calls for time, weight and terms at all nodes of a quadrature that integrates products of two terms.
-    fn quadrature(&self, mut visit: impl FnMut(f64, f64, &Point)) {
+    /// Calls for time, weight and terms at all nodes of a quadrature that integrates products of two terms, on
+    /// panels of at most a length.
+    fn quadrature(&self, longest: f64, mut visit: impl FnMut(f64, f64, &Point)) {
         let mut point = Point::default();
-        let mut t = 0.0;
-        while t < self.length {
-            let width = self.panel(t);
-            let end = if t + 1.01 * width >= self.length { self.length } else { t + width };
+        let mut t = self.from;
+        while t < self.to {
+            let width = self.panel(t).min(longest);
+            let end = if t + 1.01 * width >= self.to { self.to } else { t + width };
             let (half, middle) = (0.5 * (end - t), 0.5 * (end + t));
             for [node, weight] in NODES {
                 for side in [-1.0, 1.0] {
@@ -150,7 +171,7 @@ impl Piece {
 
     /// How long the panel that begins at `t` may be.
     fn panel(&self, t: f64) -> f64 {
-        let mut width = self.length - t;
+        let mut width = self.to - t;
         for placed in &self.path.terms {
             let rates = match placed.term {
                 Term::One | Term::Time => continue,
@@ -169,37 +190,11 @@ impl Piece {
     }
 
     /// The weighted integral of a term without closed form.
-    fn numerically(
-        &self,
-        slot: usize,
-        shift: Complex,
-        phase: Complex,
-        orders: usize,
-        k: usize,
-        out: &mut [Complex],
-    ) {
+    fn numerically(&self, slot: usize, shift: Complex) -> Complex {
         let mut sum = Complex::default();
-        let turns = (shift.abs() * self.length / REACH).ceil().max(1.0);
-        // panels no longer than the weight's own time constant
-        let short = self.length / turns;
-        let mut point = Point::default();
-        let mut t = 0.0;
-        while t < self.length {
-            let width = self.panel(t).min(short);
-            let end = if t + 1.01 * width >= self.length { self.length } else { t + width };
-            let (half, middle) = (0.5 * (end - t), 0.5 * (end + t));
-            for [node, weight] in NODES {
-                for side in [-1.0, 1.0] {
-                    let at = middle + side * node * half;
-                    self.path.at(at, &mut point);
-                    let turned = (-shift.scale(at)).exp();
-                    sum = sum + turned.scale(weight * half * point.value[slot]);
-                }
-            }
-            t = end;
-        }
-        for (o, factors) in self.bundle.factor.chunks_exact(self.path.slots).enumerate() {
-            out[o * orders + k] = out[o * orders + k] + phase * sum.scale(factors[slot]);
-        }
+        self.quadrature(REACH / shift.abs(), |t, weight, point| {
+            sum = sum + (-shift.scale(t)).exp().scale(weight * point.value[slot]);
+        });
+        sum
     }
 }
