@@ -31,7 +31,7 @@ def draw_bode(solution: Solution, columns: Sequence[str] | None = None) -> Any:
     UsageError
         NS4009 with fewer than two frequencies above zero.
     """
-    from .plot import colour_of, new_figure, plain_text
+    from .plot import COLOURS, new_figure, plain_text
 
     known = [name[3:-1] for name in solution.columns if name.startswith("re(")]
     names = list(known if columns is None else columns)
@@ -52,8 +52,8 @@ def draw_bode(solution: Solution, columns: Sequence[str] | None = None) -> Any:
     shown = [n for n in names if np.any(np.abs(solution[n][kept]) > 0.0)][:_DRAWN]
     for k, name in enumerate(shown):
         response = np.asarray(solution[name][kept], dtype=np.complex128)
-        top.semilogx(f, part_of(response, "db"), color=colour_of(k), label=name)
-        bottom.semilogx(f, part_of(response, "p"), color=colour_of(k), label=name)
+        top.semilogx(f, part_of(response, "db"), color=COLOURS[k % len(COLOURS)], label=name)
+        bottom.semilogx(f, part_of(response, "p"), color=COLOURS[k % len(COLOURS)], label=name)
     top.set_ylabel("Magnitude [dB]")
     bottom.set_ylabel("Phase [°]")
     bottom.set_xlabel("Frequency [Hz]")

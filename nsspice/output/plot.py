@@ -84,11 +84,6 @@ def draw(
     return figure
 
 
-def colour_of(k: int) -> str:
-    """Return the colour of the k-th curve."""
-    return _COLOURS[k % len(_COLOURS)]
-
-
 def new_figure() -> Any:
     """Return an empty figure that needs no display and touches no global state."""
     try:
