@@ -261,10 +261,13 @@ def test_files_of_responses(tmp_path) -> None:  # type: ignore[no-untyped-def]
     (sol,) = nsspice.read("rc\nV1 a 0 AC 1\nR1 a b 1k\nC1 b 0 1u\n.ac dec 5 1 10k\n").run()
     sol.plot(tmp_path / "bode.svg")
     assert (tmp_path / "bode.svg").stat().st_size > 10_000
-    from nsspice.output.raw import write_raw
+    from nsspice.output.raw import read_raw, write_raw
 
     write_raw(sol, tmp_path / "a.raw")
-    from spicelib import RawRead
-
-    raw = RawRead(str(tmp_path / "a.raw"))
-    assert np.allclose(raw.get_trace("v(b)").get_wave(), sol["v(b)"])
+    content = (tmp_path / "a.raw").read_bytes()
+    assert b"Flags: complex\n" in content
+    names, real = read_raw(tmp_path / "a.raw")
+    table = np.frombuffer(content.partition(b"Binary:\n")[2], "<c16").reshape(-1, len(names))
+    assert names[:3] == ["frequency", "v(a)", "v(b)"]
+    assert np.array_equal(table[:, 2], sol["v(b)"])
+    assert np.array_equal(real[0], sol.axis)
