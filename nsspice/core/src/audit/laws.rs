@@ -99,6 +99,9 @@ pub struct Auditor {
     pub(super) share: f64,
     /// largest voltage and current so far, of stretches and with smooth functions
     pub(super) largest: [f64; 2],
+    /// largest value of each source so far, and the largest threshold of a pair [V]
+    pub(super) given: Vec<f64>,
+    pub(super) threshold: f64,
     pub(super) block: Block,
     /// changes between one motion and the next
     pub seams: Seams,
@@ -175,11 +178,16 @@ impl Auditor {
         let averaging = averaging.map(full);
         let d = Entries::new(&linear.d);
         let h = averaging.as_ref().map(|h| &h.0);
+        let reach = Reach::new(&linear.row_kind, m, &e, &g, &a, h, (&d, &linear.q));
+        let volts = |pair: &usize| reach.kind(*pair) == 1;
+        let thresholds = (0..m).filter(volts).map(|pair| linear.q[pair].abs());
         Auditor {
+            given: vec![0.0; p],
+            threshold: thresholds.fold(0.0, f64::max),
             n,
             m,
             p,
-            reach: Reach::new(&linear.row_kind, m, &e, &g, &a, h, (&d, &linear.q)),
+            reach,
             to_ground: g.to_ground(&linear.row_kind),
             g,
             b: Entries::new(&linear.b),

@@ -85,8 +85,9 @@ fn beyond(value: f64, slack: f64) -> f64 {
     }
 }
 
-/// A law of currents of which too little is known where potentials are far from all that sources and nodes `held`
-/// by charges give (at teravolts junctions and ohms carry anything): rounding of its terms exceeds every current,
+/// A law of currents of which too little is known where potentials are far from all that sources (the largest value of
+/// each so far, `given`: a sine at its zero is small beside a threshold), thresholds [V] and nodes `held` by charges
+/// give (at teravolts junctions and ohms carry anything): rounding of its terms exceeds every current,
 /// or a part that counts if they are farther; or the law is plainly broken, and only rounding of what it does not
 /// depend on would excuse that.
 fn unknown_law(
@@ -95,23 +96,25 @@ fn unknown_law(
     point: &Point,
     (errors, scale): (&[f64], &[f64]),
     [conductances, sources_in]: [&Entries; 2],
+    (given, threshold): (&[f64], f64),
     current: f64,
     taken: impl Fn(usize) -> Option<f64>,
 ) -> Option<usize> {
     let most = |list: &[f64]| list.iter().fold(0.0f64, |most, v| most.max(v.abs()));
     let nodes = || (0..kinds.len()).filter(|&row| kinds[row] == 0);
-    let sources = most(point.u);
+    let sources = most(given).max(threshold);
     let potential = nodes().fold(0.0f64, |most, row| most.max(point.z[row].abs()));
     // nearly always so: all else need not be looked at
     if f64::EPSILON * potential <= DISTANT * sources {
         return None;
     }
     let mut driven = vec![0.0; kinds.len()];
-    sources_in.add_sizes(1.0, point.u, &mut driven);
+    sources_in.add_sizes(1.0, given, &mut driven);
     let [mut flowing, mut volts] = [0, 1].map(|kind| {
         let rows = (0..kinds.len()).filter(|&row| kinds[row] == kind);
         rows.fold(0.0f64, |most, row| most.max(driven[row]))
     });
+    volts = volts.max(threshold);
     flowing = flowing.max(current).max(most(point.f));
     for (node, taken) in nodes().filter_map(|node| Some((node, taken(node)?))) {
         flowing = flowing.max(taken);
@@ -147,6 +150,7 @@ impl Auditor {
     /// evaluated last.  Leaves in `floor` what each law is measured by at least.
     pub(super) fn point(&mut self, point: &Point, rates: &[f64], grain: &Grain, floor: &mut [f64]) {
         let (n, m) = (self.n, self.m);
+        self.given.iter_mut().zip(point.u).for_each(|(given, u)| *given = given.max(u.abs()));
         floor.fill(0.0);
         self.s.add_sizes(1.0, point.u, floor);
         if let Some(smooth) = &mut self.smooth {
@@ -180,6 +184,7 @@ impl Auditor {
             point,
             sizes,
             [&self.g, &self.s],
+            (&self.given, self.threshold),
             grain.largest[1],
             taken,
         );
@@ -400,7 +405,9 @@ mod tests {
         let (conductances, sources) = (one(0, 2e3), one(1, 1.0));
         let sizes = (&[error, 0.0][..], &[1.0, 0.0][..]);
         let held = [held, false];
-        unknown_law(&kinds, &held, &point, sizes, [&conductances, &sources], 1.0, |_| taken)
+        let given = (&[325.0][..], 0.0);
+        let matrices = [&conductances, &sources];
+        unknown_law(&kinds, &held, &point, sizes, matrices, given, 1.0, |_| taken)
     }
 
     fn law_at(potential: f64, error: f64) -> Option<usize> {
@@ -428,5 +435,22 @@ mod tests {
         assert_eq!([1e3, 1e9].map(|potential| law_at(potential, 0.5)), [None; 2]);
         let terms = |potential: f64| 2e3 * potential;
         assert_eq!(law_at(1e10, 0.5 * terms(1e10)), Some(0));
+    }
+
+    #[test]
+    fn a_source_at_its_zero_is_no_measure_of_thresholds() {
+        let (kinds, z, u) = ([0, 1], [-0.6, 0.0], [2.8e-14]);
+        let (l, f, roles) = (&[][..], &[][..], &[][..]);
+        let point = Point { z: &z, l, u: &u, f, roles, after_jump: false, unsigned: false };
+        let one = |row, value| Entries::new(&Csc::from_triplets(2, 2, &[(row, 0, value)]));
+        let (conductances, sources) = (one(0, 3e-5), one(1, 1.0));
+        let judge = |given: f64, threshold: f64| {
+            let (matrices, known) = ([&conductances, &sources], (&[given][..], threshold));
+            let sizes = (&[0.0; 2][..], &[1.8e-5, 0.6][..]);
+            unknown_law(&kinds, &[false; 2], &point, sizes, matrices, known, 0.0, |_| None)
+        };
+        // beside nothing but the present value even 0.6 V would be far away
+        assert_eq!(judge(2.8e-14, 0.0), Some(0));
+        assert_eq!([judge(10.0, 0.0), judge(2.8e-14, 0.6)], [None; 2]);
     }
 }
