@@ -1,7 +1,7 @@
 """The zero of a sine is no measure of a circuit: certificates of runs that end there hold.
 
-Potentials that no source gives were called unknown.  Where all sources are zero but for the rounding
-of pi, the thresholds of diodes give potentials of a volt, which were judged by 2.8e-14 V.
+Potentials that no source gives were called unknown.  Where all sources are zero but for the
+rounding of pi, the thresholds of diodes give potentials of a volt, which were judged by 2.8e-14 V.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ D3 0 z3 DZ2
 
 
 def _at_zero(rng: Random) -> str:
-    """Return a chain of diodes behind a sine that is zero at the end of the run, most without storage."""
+    """Return a chain of diodes behind a sine that ends at zero, most without storage."""
     lines = zener_chain(rng).splitlines()
     amplitude, frequency = lines[1].split()[4:6]
     lines[1] = f"V1 in 0 SIN({rng.choice(['0', '0', '1e-13'])} {amplitude} {frequency})"
@@ -57,7 +57,7 @@ def _run(deck: str, method: str) -> nsspice.Solution:
 def test_sine_at_zero(method: str) -> None:
     solution = _run(CHAIN, method)
     assert solution.certificate.passed
-    # D0 and D2 block on between their thresholds, and nothing flows but rounding of 10 V in kiloohms
+    # D0 and D2 block between their thresholds: nothing flows but rounding of 10 V in kiloohms
     assert abs(solution["i(v1)"][-1]) <= 1e-16 * 10.0
     assert np.abs(solution["v(z0)"][-1]) <= 1e-13
 
