@@ -29,6 +29,7 @@ from .settings import Settings, foreign_method
 from .sink import Sink
 from .small_signal import Ac, run_ac
 from .solution import Solution
+from .spectrum import add_powers, add_spectra
 from .statics import check_sweep, dc, op
 from .steady_state import Neighbour, Pss, find_orbits, run_pss
 from .transient import run_tran
@@ -90,6 +91,10 @@ class Request:
         Rows at the solver's points and on both sides of jumps.
     neighbour : Neighbour
         Orbits of the step before.
+    power : bool
+        Average powers of all elements of ``.pss`` and ``.tran``.
+    loads : tuple of str
+        Elements whose power is useful.
     """
 
     method: str | None = None
@@ -102,6 +107,8 @@ class Request:
     all_points: bool = False
     reltol: float | None = None
     neighbour: Neighbour = field(default_factory=Neighbour)
+    power: bool = False
+    loads: tuple[str, ...] = ()
 
 
 def kind_of(card: Analysis) -> str:
@@ -285,6 +292,10 @@ def _run_job(
     solution.warnings = [*warnings, *solution.warnings]
     if not solution.interrupted:
         evaluate_measures(solution, measures)
+        if job.kind in ("tran", "pss"):
+            add_spectra(solution, circuit.deck.fours)
+            if request.power:
+                add_powers(circuit, solution, request.loads)
     return solution
 
 
@@ -351,7 +362,7 @@ def _executor(
             pss = _pss_of(circuit, card)
             _, orbits = find_orbits(circuit, pss, temperature, values, request.neighbour)
             beginnings = [None if o is None else o.beginning for o in orbits]
-        return run_tran(
+        solution = run_tran(
             circuit,
             analysis,
             settings,
@@ -362,8 +373,21 @@ def _executor(
             beginnings=beginnings,
             **common,  # type: ignore[arg-type]
         )
+        if request.power or _needs_integrals(circuit.deck):
+            from .transient_course import integrals_of
+
+            temperature = common["temperature"]
+            assert temperature is None or isinstance(temperature, float)
+            solution.integrals = integrals_of(circuit, analysis, temperature, values, beginnings)
+        return solution
 
     return execute
+
+
+def _needs_integrals(deck: Deck) -> bool:
+    """Return whether a transient is asked for spectra."""
+    spectral = (m.operation for m in deck.measures if m.analysis == "tran")
+    return bool(deck.fours) or any(op == "thd" or op.startswith("harm") for op in spectral)
 
 
 def _pss_of(circuit: Circuit, card: TranCard) -> Pss:

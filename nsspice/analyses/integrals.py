@@ -63,6 +63,10 @@ class Integrals:
         """One over the length of the window [Hz]."""
         return 1.0 / (self.window[1] - self.window[0])
 
+    def over(self, window: tuple[float, float]) -> Integrals:
+        """Return the integrals over another window [s] of the same run."""
+        return Integrals(self.circuit, self.course_of, window, self._courses, self._maps)
+
     def _map(self, home: int, names: tuple[str, ...]) -> PeriodMap:
         """Return an island's run with some outputs."""
         found = self._maps.get((home, names))

@@ -15,6 +15,7 @@ from .bends import with_bends
 from .curve import Curve, Floats
 from .names import canonical
 from .solution import Solution
+from .spectrum import exact_statistic, spectral_measure
 
 T = TypeVar("T")
 #: operations on all that a window holds
@@ -111,6 +112,13 @@ def measure(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> 
     operation = card.operation
     if operation == "param":
         return _param(_need(card.expression, "expression"), earlier)
+    if (exact := exact_statistic(solution, card)) is not None:
+        return exact
+    if operation == "thd" or operation.startswith("harm"):
+        try:
+            return spectral_measure(solution, card)
+        except ValueError as why:
+            raise NotFound(str(why)) from why
     solution = _fine(solution, card, earlier)
     if operation == "trig_targ":
         first = _instant(solution, _need(card.first, "TRIG"), card)

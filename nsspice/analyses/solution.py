@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from .estimate import ErrorEstimate
     from .integrals import Integrals
     from .loop_gain import LoopReport
+    from .losses import LossTable
     from .regularity import SolutionVerdict
+    from .spectrum import Spectrum
     from .steady_state import Periodic
 
 Floats = npt.NDArray[np.float64]
@@ -232,6 +234,10 @@ class Solution:
         Crossover and margins of a loop gain.
     integrals : Integrals or None
         Exact Fourier coefficients, averages and powers of a periodic steady state.
+    spectra : list of Spectrum
+        What ``.four`` cards ask for.
+    powers : LossTable or None
+        Average powers of all elements, if they were asked for.
     fine : callable or None
         Returns the rows with both sides of jumps put in, None if nothing jumps; they are computed
         at the first call.
@@ -266,6 +272,8 @@ class Solution:
     periodic: Periodic | None = None
     loop: LoopReport | None = None
     integrals: Integrals | None = None
+    spectra: list[Spectrum] = field(default_factory=list)
+    powers: LossTable | None = None
     fine: Callable[[], FinePoints | None] | None = None
 
     def __post_init__(self) -> None:

@@ -67,6 +67,12 @@ _PAGES = (".html", ".htm")
     help="Choose method and step for this error of the output, a share of each signal's range.",
 )
 @click.option(
+    "--power", is_flag=True, help="Average powers of all elements of .pss and .tran, exact."
+)
+@click.option(
+    "--load", "loads", multiple=True, metavar="NAME", help="The load, for the efficiency."
+)
+@click.option(
     "--refine", is_flag=True, help="Estimate the error of fixed steps by halving them twice."
 )
 @click.option("--watch", is_flag=True, help="Run again whenever the deck is saved.")
@@ -87,6 +93,8 @@ def command(
     reltol: float | None,
     tol: float | None,
     refine: bool,
+    power: bool,
+    loads: Sequence[str],
     watch: bool,
     params: Sequence[str],
     as_json: bool,
@@ -112,6 +120,8 @@ def command(
         keep=plot is not None or report is not None,
         all_points=all_points,
         reltol=reltol,
+        power=power or bool(loads),
+        loads=tuple(name.lower() for name in loads),
     )
 
     def once() -> _Run:

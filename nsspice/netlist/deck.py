@@ -253,6 +253,19 @@ class LoopCard(NamedTuple):
     span: Span
 
 
+class FourCard(NamedTuple):
+    """``.four [f] signal ... [harms=n] [periods=n]``: coefficients of ``.pss`` or ``.tran``.
+
+    ``frequency`` [Hz] is None if it is that of the periodic steady state.
+    """
+
+    frequency: float | None
+    signals: tuple[str, ...]
+    harmonics: int
+    periods: int
+    span: Span
+
+
 Analysis = OpCard | DcCard | TranCard | PssCard | AcCard | LoopCard
 
 
@@ -276,6 +289,7 @@ class Deck:
         From .save .print .plot .probe; empty means the default set.  ``all``, ``alli`` are kept as
         names of their own.
     measures : list of Measure
+    fours : list of FourCard
     steps : list of Sweep
         ``.step`` cards, the first one runs fastest.
     temperature : float
@@ -298,6 +312,7 @@ class Deck:
     nodesets: dict[str, Param] = field(default_factory=dict)
     saves: list[Signal] = field(default_factory=list)
     measures: list[Measure] = field(default_factory=list)
+    fours: list[FourCard] = field(default_factory=list)
     steps: list[Sweep] = field(default_factory=list)
     temperature: float = 27.0
     parameters: dict[str, float] = field(default_factory=dict)

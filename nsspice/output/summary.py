@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 import sys
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,9 @@ from .si import number
 if TYPE_CHECKING:
     from ..analyses.certificate import Certificate
     from ..analyses.loop_gain import LoopReport
+    from ..analyses.losses import LossTable
     from ..analyses.solution import IslandRun, JumpReport, Moved, Solution
+    from ..analyses.spectrum import Spectrum
     from ..analyses.steady_state import Periodic
 
 _COUNTERS = (
@@ -22,6 +25,7 @@ _COUNTERS = (
     ("events", "event"),
     ("modes", "mode"),
 )
+_POWERS = 30  # elements listed with their power
 _LISTED = 8  # impulses and islands listed before "... and N more"
 
 
@@ -43,6 +47,10 @@ def describe(solution: Solution) -> str:
         lines += _certificate(solution.certificate)
     if solution.periodic is not None:
         lines += _periodic(solution.periodic)
+    if solution.powers is not None:
+        lines += _powers(solution.powers)
+    for spectrum in solution.spectra:
+        lines += _spectrum(spectrum)
     if solution.loop is not None:
         lines += _loop(solution.loop)
     if solution.error is not None:
@@ -106,6 +114,42 @@ def _periodic(p: Periodic) -> list[str]:
         f"residual {p.residual:.1e}",
         f"    Floquet multipliers: {shown or 'none'}{more}",
     ]
+
+
+def _powers(table: LossTable) -> list[str]:
+    """Return the powers of all elements and the efficiency."""
+    efficiency = "" if table.efficiency is None else f", efficiency {100 * table.efficiency:.6g} %"
+    lines = [
+        f"  average powers: delivered {number(table.delivered, 'W')}, useful "
+        f"{number(table.useful, 'W')}, lost {number(table.lost, 'W')}, in jumps "
+        f"{number(table.jumps, 'W')}{efficiency} (sum of all {table.imbalance:.1e})"
+    ]
+    largest = max((abs(row.power) for row in table.rows), default=0.0)
+    rows = [row for row in table.rows if abs(row.power) > 1e-12 * largest]
+    width = max((len(row.element) for row in rows), default=0)
+    for row in rows[:_POWERS]:
+        current = "" if math.isnan(row.current) else f"  rms {number(row.current, 'A')}"
+        lines.append(f"    {row.element:<{width}} {number(row.power, 'W'):>14}{current}")
+    if len(rows) > _POWERS:
+        lines.append(f"    ... and {len(rows) - _POWERS} more")
+    return lines
+
+
+def _spectrum(spectrum: Spectrum) -> list[str]:
+    """Return the harmonics of a signal: order, amplitude, phase."""
+    symbol = unit(spectrum.signal)
+    thd = "" if math.isnan(spectrum.distortion) else f", THD {100 * spectrum.distortion:.6g} %"
+    mean, *others = spectrum.coefficients
+    lines = [
+        f"  {spectrum.signal} at {number(spectrum.frequency, 'Hz', 9)}: mean "
+        f"{number(mean.real, symbol, 9)}, rms {number(spectrum.rms, symbol, 9)}{thd}"
+    ]
+    largest = max((abs(c) for c in others), default=0.0)
+    for order, c in enumerate(others, 1):
+        # what is rounding beside the largest has no phase
+        phase = f"{math.degrees(cmath.phase(c)):.4g}°" if abs(c) > 1e-13 * largest else "-"
+        lines.append(f"    {order:>3} {number(2.0 * abs(c), symbol, 9):>16} {phase:>9}")
+    return lines
 
 
 def _loop(report: LoopReport) -> list[str]:
@@ -259,6 +303,8 @@ def to_dict(solution: Solution) -> dict[str, Any]:
             for j in solution.jumps
         ],
         "error": solution.error.to_dict() if solution.error else None,
+        "powers": solution.powers.to_dict() if solution.powers else None,
+        "spectra": [spectrum.to_dict() for spectrum in solution.spectra],
         "loop": solution.loop.to_dict() if solution.loop else None,
         "periodic": solution.periodic.to_dict() if solution.periodic else None,
         "measures": solution.measures,

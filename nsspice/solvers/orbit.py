@@ -330,7 +330,9 @@ def _newton(period_map: PeriodMap, state: State, before: int) -> Found:
         scale = float(np.linalg.norm(core.sizes()))
         defect = end.energy - state.energy
         size = float(np.linalg.norm(defect))
-        if scale == 0.0:
+        if scale == 0.0:  # nothing is stored, or all is at rest
+            if r:
+                period_map.derivative()
             return _found(period_map, state, step, 0.0, np.zeros((0, r)))
         derivative = period_map.derivative()
         # each of its entries is a sum of r products for each segment

@@ -139,7 +139,7 @@ class Context:
                 if name[0] == "v" and not self.is_node(part):
                     message = f"{name}: there is no node {part[:60]}"
                     raise Unreadable("NS1071", message, where, suggest(part, self.nodes))
-                if name[0] == "i" and not self.is_element(part):
+                if name[0] in "ip" and not self.is_element(part):
                     hint = suggest(part, self._expander.places)
                     message = f"{name}: there is no element {part[:60]}"
                     raise Unreadable("NS1070", message, where, hint)

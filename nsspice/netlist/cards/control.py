@@ -19,6 +19,8 @@ from .reading import Reader
 _READERS: dict[str, Callable[[Context, Line], None]] = {
     "ac": periodic.ac,
     "dc": analyses.dc,
+    "four": periodic.four,
+    "fourier": periodic.four,
     "ic": outputs.initial,
     "loop": periodic.loop,
     "meas": measure.measure,
@@ -48,8 +50,7 @@ _COMPUTED = (*ANALYSES, "pss", "ac", "loop")
 #: cannot change a waveform
 _IGNORED = {
     "backanno": "",
-    "four": "harmonics are not computed",
-    "fft": "spectra are not computed",
+    "fft": "write .four for exact Fourier coefficients",
     "width": "",
     "wave": "",
     "net": "",

@@ -15,13 +15,15 @@ from .context import Context, after_card
 
 _STATISTICS = {
     "max": "max", "min": "min", "pp": "pp", "avg": "avg", "rms": "rms", "integ": "integ",
-    "integral": "integ", "max_at": "max_at", "min_at": "min_at",
+    "integral": "integ", "max_at": "max_at", "min_at": "min_at", "thd": "thd",
+    **{f"harm{k}": f"harm{k}" for k in range(101)},
 }  # fmt: skip
 _OPERATIONS = {*_STATISTICS, "trig", "find", "when", "deriv", "derivative", "param"}
 _ANALYSES = ("tran", "dc", "op", "pss", "ac")
 _NAMED = ("at", "from", "to", "val", "td", "rise", "fall", "cross")
+_POWER = re.compile(r"p\s*\(\s*([^\s(),]+)\s*\)")
 _PART = re.compile(
-    r"(?<![\w.])(?:(trig|targ|find|when|deriv|derivative|max_at|min_at|max|min|pp|avg|rms|integral|"
+    r"(?<![\w.])(?:(harm\d+|thd|trig|targ|find|when|deriv|derivative|max_at|min_at|max|min|pp|avg|rms|integral|"
     r"integ)(?=[\s({']|$)|(at|from|to|val|td|rise|fall|cross|param)"
     # the sign of equality may be left out before a value, as LTspice has it
     r"(?:\s*=|(?=\s+(?:[-+.\d({']|last\b))|(?<=param)(?=\s)))|[(){}']"
@@ -222,6 +224,13 @@ class _Maker:
         start, end = self._bounds(part.start, part.end)
         if start >= end:
             raise self._wrong(part, f"{part.key} needs a signal")
+        power = _POWER.fullmatch(self._line.text, start, end)
+        if power:
+            from ..node import var
+
+            name = f"p({self._context.here.prefix}{power.group(1)})"
+            where = self._line.span(start, end)
+            return Expression(var(name), where, self._line.raw[start:end])
         return self._context.expression(self._line, start, end)
 
     def _formula(self, part: _Part) -> Expression:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ...errors import suggest
-from ..deck import AcCard, LoopCard, PssCard
+from ..deck import AcCard, FourCard, LoopCard, PssCard
 from ..findings import Unreadable
 from ..lines import Line
 from ..statement import Item
@@ -111,6 +111,37 @@ def loop(context: Context, line: Line) -> None:
         raise Unreadable("NS1080", message, where, hint)
     frequencies = _range(line, ".loop", words[1:], context)
     context.deck.analyses.append(LoopCard(name, frequencies, line.whole()))
+
+
+def four(context: Context, line: Line) -> None:
+    """Read ``.four [f] signal ... [harms=n] [periods=n]``."""
+    hint = "write .four 50 v(out) i(L1): the fundamental, which .pss knows, and signals"
+    counts = {"harms": 10.0, "periods": 1.0}
+    signals: list[str] = []
+    frequency = None
+    for item in context.tail(line):
+        where = line.span(item.start, item.end)
+        if item.kind == "pair":
+            if item.text not in counts:
+                raise Unreadable("NS1080", f".four: {item.text[:40]} is unknown", where, hint)
+            value = context.number(line, item.items[1], "a number")
+            if not (value >= 1.0 and value == int(value)):
+                message = f".four: {item.text} counts from 1"
+                raise Unreadable("NS1080", message, where, hint)
+            counts[item.text] = value
+        elif item.kind == "call":
+            signals.append(probe(context, item, where))
+        elif frequency is None and not signals:
+            frequency = context.number(line, item, "a frequency")
+            if not (math.isfinite(frequency) and frequency > 0.0):
+                raise Unreadable("NS1080", ".four: the frequency is positive", where, hint)
+        else:
+            raise Unreadable("NS1080", ".four takes one frequency, then signals", where, hint)
+    if not signals or any(name.startswith("p(") for name in signals):
+        raise Unreadable("NS1080", ".four needs voltages or currents", line.whole(), hint)
+    harmonics, periods = int(counts["harms"]), int(counts["periods"])
+    card = FourCard(frequency, tuple(signals), harmonics, periods, line.whole())
+    context.deck.fours.append(card)
 
 
 def _range(line: Line, card: str, words: list[Item], context: Context) -> tuple[float, ...]:

@@ -134,7 +134,7 @@ def test_refused(line: str, code: str) -> None:
 @pytest.mark.parametrize(
     ("line", "code"),
     [
-        (".four 50 v(out)", "NS1003"),
+        (".fft v(out)", "NS1003"),
         (".options rshunt=1e12", "NS1003"),
         (".options foo=1", "NS1081"),
         (".save v(zz)", "NS1071"),

@@ -316,7 +316,9 @@ impl Orbit {
 
     /// The monodromy matrix, in the modal coordinates at the beginning.
     pub fn monodromy(&self) -> Matrix {
-        let Some(first) = self.passages.first() else { return Matrix::zeros(0, 0) };
-        self.events[0].after[0].times(&self.carried(Matrix::identity(first.mode.n)))
+        let (Some(first), Some(event)) = (self.passages.first(), self.events.first()) else {
+            return Matrix::zeros(0, 0);
+        };
+        event.after[0].times(&self.carried(Matrix::identity(first.mode.n)))
     }
 }

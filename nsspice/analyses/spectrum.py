@@ -1,0 +1,209 @@
+"""Fourier coefficients and distortion of ``.four`` and ``.measure``, exact along closed forms."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..circuit import Circuit
+from ..errors import Diagnostic, NsspiceError, UsageError
+from ..netlist.deck import FourCard, Measure
+from ..solvers.modewise import NotModewise
+from ..solvers.orbit import NoDerivative, NoOrbit
+from ..solvers.stepper import UnsolvedStep
+from .integrals import Integrals
+from .names import canonical
+
+if TYPE_CHECKING:
+    from .solution import Solution
+
+#: what an engine has to say if a run has no closed form throughout
+INEXACT = (NotModewise, NoDerivative, NoOrbit, UnsolvedStep, NsspiceError, ValueError)
+#: a frequency is a multiple of another up to this part
+_SAME = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Spectrum:
+    """Fourier coefficients of one signal.
+
+    Parameters
+    ----------
+    signal : str
+    frequency : float
+        Of the fundamental [Hz].
+    coefficients : tuple of complex
+        ``c_0 ... c_n`` of ``y = sum c_k e^(i k w t)`` [V or A]; the amplitude of a harmonic is
+        ``2 |c_k|``.
+    rms : float
+        Root of the mean square [V or A].
+    distortion : float
+        Total harmonic distortion, all harmonics counted; nan without a fundamental.
+    """
+
+    signal: str
+    frequency: float
+    coefficients: tuple[complex, ...]
+    rms: float
+    distortion: float
+
+    @property
+    def amplitudes(self) -> tuple[float, ...]:
+        """Mean, then amplitudes of the harmonics [V or A]."""
+        first, *others = self.coefficients
+        return (first.real, *(2.0 * abs(c) for c in others))
+
+    def to_dict(self) -> dict[str, object]:
+        """Return a JSON-ready mapping."""
+        return {
+            "signal": self.signal,
+            "frequency": self.frequency,
+            "coefficients": [[c.real, c.imag] for c in self.coefficients],
+            "rms": self.rms,
+            "thd": self.distortion,
+        }
+
+
+def spectrum(integrals: Integrals, name: str, harmonics: int, multiple: int = 1) -> Spectrum:
+    """Return the spectrum of a signal.
+
+    Parameters
+    ----------
+    integrals : Integrals
+    name : str
+        A voltage or current.
+    harmonics : int
+        Coefficients to return beside the mean.
+    multiple : int
+        The fundamental, in units of the window's own frequency.
+    """
+    key = canonical(name)
+    orders = [k * multiple for k in range(harmonics + 1)]
+    found = integrals.coefficients([key], orders)[key]
+    square = integrals.product(key, key)
+    own = 2.0 * abs(found[1]) ** 2
+    rest = square - abs(found[0]) ** 2 - own
+    return Spectrum(
+        key,
+        integrals.frequency * multiple,
+        tuple(complex(c) for c in found),
+        math.sqrt(max(square, 0.0)),
+        math.sqrt(max(rest, 0.0) / own) if own > 0.0 else math.nan,
+    )
+
+
+def add_spectra(solution: Solution, cards: Sequence[FourCard]) -> None:
+    """Compute what ``.four`` cards ask for; what has no closed form becomes a warning."""
+    for card in cards:
+        try:
+            integrals, multiple = _window(solution, card)
+            for name in card.signals:
+                solution.spectra.append(spectrum(integrals, name, card.harmonics, multiple))
+        except INEXACT as problem:
+            solution.warnings.append(_left_out(card, problem))
+
+
+def add_powers(circuit: Circuit, solution: Solution, loads: Sequence[str]) -> None:
+    """Compute the average powers of all elements; without closed forms they become a warning."""
+    from .losses import losses
+
+    if solution.integrals is None:
+        return
+    try:
+        lost = math.fsum(jump.lost for jump in solution.jumps)
+        given = math.fsum(jump.delivered for jump in solution.jumps)
+        solution.powers = losses(circuit, solution.integrals, loads, lost, given)
+    except UsageError:
+        raise
+    except INEXACT as problem:
+        found = _left_out(None, problem)
+        solution.warnings.append(found)
+
+
+def _window(solution: Solution, card: FourCard) -> tuple[Integrals, int]:
+    """Return integrals over the periods of a card, and the fundamental as a multiple of theirs."""
+    integrals = solution.integrals
+    if integrals is None:
+        raise ValueError("the run has no closed form")
+    if solution.analysis == "pss":
+        if card.frequency is None:
+            return integrals, 1
+        ratio = card.frequency / integrals.frequency
+        if round(ratio) < 1 or abs(ratio - round(ratio)) > _SAME * ratio:
+            own = integrals.frequency
+            raise ValueError(
+                f"{card.frequency:g} Hz is no multiple of the orbit's own {own:.9g} Hz"
+            )
+        return integrals, round(ratio)
+    if card.frequency is None:
+        raise ValueError("a transient needs the frequency of the fundamental")
+    stop = integrals.window[1]
+    start = stop - card.periods / card.frequency
+    if start < -_SAME * stop:
+        raise ValueError(f"{card.periods} periods of {card.frequency:g} Hz are longer than the run")
+    return integrals.over((max(start, 0.0), stop)), card.periods
+
+
+def _left_out(card: FourCard | None, problem: Exception) -> Diagnostic:
+    if isinstance(problem, NsspiceError):
+        reason = problem.diagnostics[0].message
+    elif isinstance(problem, NoDerivative):
+        reason = "the run needed implicit steps, which have no closed form"
+    else:
+        reason = str(problem)
+    return Diagnostic(
+        "NS5003",
+        f"{'--power' if card is None else '.four'} is left out: {reason}",
+        None if card is None else card.span,
+        "averages and Fourier coefficients are computed from the closed forms of the exact engine",
+        severity="warning",
+    )
+
+
+def exact_statistic(solution: Solution, card: Measure) -> float | None:
+    """Return the average or rms of one signal over an orbit, None for anything else."""
+    if solution.analysis != "pss" or card.operation not in ("avg", "rms"):
+        return None
+    if solution.integrals is None or card.start is not None or card.stop is not None:
+        return None
+    name = "" if card.expression is None else canonical(card.expression.text)
+    if name not in solution.signals or (name.startswith("p(") and card.operation == "rms"):
+        return None
+    try:
+        integrals = solution.integrals
+        return integrals.mean(name) if card.operation == "avg" else integrals.rms(name)
+    except INEXACT:
+        return None
+
+
+def spectral_measure(solution: Solution, card: Measure) -> float:
+    """Return ``thd`` or the amplitude ``harm<n>`` of a signal within the window of a measure.
+
+    Raises
+    ------
+    ValueError
+        If it has none; the text says why.
+    """
+    names = [] if card.expression is None else sorted(card.expression.variables())
+    if len(names) != 1 or canonical(names[0]) != canonical(card.expression.text):  # type: ignore[union-attr]
+        raise ValueError("a spectrum is that of one signal")
+    integrals = solution.integrals
+    if integrals is None:
+        raise ValueError("the run has no closed form")
+    if card.start is not None or card.stop is not None:
+        low, high = integrals.window
+        window = (card.start if card.start is not None else low, card.stop or high)
+        integrals = integrals.over(window)
+    try:
+        if card.operation == "thd":
+            return integrals.distortion(names[0])
+        order = int(card.operation.removeprefix("harm"))
+        found = integrals.coefficients([names[0]], [order])[canonical(names[0])]
+        return float(np.abs(found[0])) * (2.0 if order else 1.0)
+    except INEXACT as problem:
+        reason = str(problem) or "the run has no closed form"
+        raise ValueError(reason) from problem
