@@ -15,6 +15,7 @@ Examples
 True
 """
 
+from .circuits import from_circuit
 from .conditions import complementarity, contact, equation
 from .dvi import DLCP, DMVI, DNCP, DVI
 from .errors import RegularityLost
@@ -35,6 +36,7 @@ from .expression import (
     tan,
     tanh,
 )
+from .functions import FunctionDVI
 from .lcp import LCP, MLCP
 from .point import Point
 from .sets import Box, Cone, Polyhedron, SecondOrderCone
@@ -55,6 +57,7 @@ __all__ = [
     "Box",
     "Cone",
     "Expr",
+    "FunctionDVI",
     "Point",
     "Polyhedron",
     "RegularityLost",
@@ -68,6 +71,7 @@ __all__ = [
     "cosh",
     "equation",
     "exp",
+    "from_circuit",
     "log",
     "maximum",
     "minimum",

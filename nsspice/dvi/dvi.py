@@ -453,6 +453,8 @@ class DLCP(DVI):
         slack = combined(((c, x), (d, u)), self.q)
         start = {x: vector(x0, "x0", n)}
         condition = Complementarity(tuple(u), tuple(slack))
+        #: what states, u and y are in the circuit that it was made from
+        self.labels: dict[str, list[str]] = {}
         self._mass = None if E is None else matrix(E, "E", (n, n))
         super().__init__({x: np.array(right, dtype=object)}, [condition], start=start,
                          at=at, name=name)  # fmt: skip

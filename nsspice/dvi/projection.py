@@ -139,7 +139,10 @@ def newton(g: Map, jacobian: Map, blocks: Blocks, u: Floats) -> tuple[Floats, fl
             if step * float(np.linalg.norm(g(ahead) - value)) <= 0.7 * change:
                 break
             step *= 0.5
-        u = project(blocks, u - step * g(ahead))
+        there = g(ahead)
+        u = project(blocks, u - step * there)
+        if step * float(np.linalg.norm(there - value)) <= 0.1 * change:
+            step *= 4.0  # far below what the Lipschitz constant allows
     if best_residual > 1e-9:
         raise unsolved(
             f"no solution was found (natural residual {best_residual:.2g})",

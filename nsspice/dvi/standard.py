@@ -56,10 +56,19 @@ class _Form:
             self.inequality(condition)
 
     def inequality(self, vi: VI) -> None:
+        """Add a VI.
+
+        Signs that are maximal monotone graphs of one component each are left out of g: statements
+        on g that allow a normal cone allow any such graph (Corollary 2.1 of appendix B).
+        """
         first = len(self.unknowns)
         index = {u.name: first + k for k, u in enumerate(vi.unknowns)}
         self.unknowns += vi.unknowns
-        self.g += vi.g
+        g = list(vi.g)
+        if separable(vi):
+            zero = {name: num(0.0) for part in g for name in part.atoms}
+            g = [Expr(put(part.node, zero)) for part in g]
+        self.g += g
         left = set(index.values())
         for variables, K in vi.sets:
             members = [index[u.name] for u in variables]
@@ -138,16 +147,9 @@ def standard_form(
 
 
 def static_form(problem: VI) -> StandardDVI:
-    """Return a VI as a DVI without states.
-
-    Signs that are maximal monotone graphs of one component each are left out of g: statements on g
-    that allow a normal cone allow any such graph (Corollary 2.1 of appendix B).
-    """
+    """Return a VI as a DVI without states."""
     form = _Form()
     form.inequality(problem)
-    if separable(problem):
-        zero = {name: num(0.0) for part in form.g for name in part.atoms}
-        form.g = [Expr(put(part.node, zero)) for part in form.g]
     form.atoms(form.g)
     names = [u.name for u in form.unknowns]
     return StandardDVI(

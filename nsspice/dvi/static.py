@@ -65,7 +65,7 @@ class Static:
                     return near
             raise self._unsolved(time)
         n, m = self.system.n, self.system.m
-        z, lam = out["z"].reshape(-1, n)[0], out["l"].reshape(-1, m)[0]
+        z, lam = out["z"].reshape(1, n)[0], out["l"].reshape(1, m)[0]
         return z, lam, float(out["residuals"][0])
 
     def _near(
@@ -80,8 +80,8 @@ class Static:
             return None
         n, m = self.system.n, self.system.m
         return (
-            out["z"].reshape(-1, n)[1],
-            out["l"].reshape(-1, m)[1],
+            out["z"].reshape(2, n)[1],
+            out["l"].reshape(2, m)[1],
             float(out["residuals"][1]),
         )
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..analyses.certificate import Certificate
 from ..analyses.events import Events
-from ..analyses.solution import Impulse, IslandRun, JumpReport, Solution
+from ..analyses.solution import Impulse, IslandRun, Solution
 from ..errors import Diagnostic
 from .assembly import Assembly, Model, assemble, start_vector
 from .engines import Plan, Stretch, run_stretch
@@ -65,7 +65,6 @@ def simulate(task: Task, plan: Plan, impacts: Impacts) -> Solution:
     tables: list[Floats] = []
     warnings: list[Diagnostic] = []
     impulses: list[Impulse] = []
-    jumps: list[JumpReport] = []
     events: list[Events] = []
     here = 0.0  # since the start
     bouncing = impacts.pairs(assembly)
@@ -88,13 +87,11 @@ def simulate(task: Task, plan: Plan, impacts: Impacts) -> Solution:
         for jump in part.jumps:
             if jump.time < end or jump is impact:
                 factor = 1.0 if jump is not impact else impacts.factor(jump, bouncing)
-                found = [
+                impulses += [
                     Impulse(task.begin + here + jump.time, name, factor * float(value), "")
                     for name, value in zip(assembly.pairs, jump.multipliers, strict=True)
                     if value != 0.0
                 ]
-                impulses += found
-                jumps.append(JumpReport(task.begin + here + jump.time, 0.0, 0.0, 0.0, [], found))
         if impact is None:
             break
         z0 = impacts.after(impact, bouncing, assembly)
@@ -117,7 +114,6 @@ def simulate(task: Task, plan: Plan, impacts: Impacts) -> Solution:
         list(task.signals),
         events=Events.merged(events),
         impulses=impulses,
-        jumps=jumps,
         islands=[
             IslandRun(
                 1,

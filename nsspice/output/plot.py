@@ -28,6 +28,7 @@ COLOURS = (
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C564B",
 )  # fmt: skip
 _DASHES = ("-", "--", ":")
+_PANELS = 8  # panels of signals without a unit
 _LEGEND = 12  # more curves than this take a colour scale and thinner lines
 _DRAWN = 60  # curves in one panel at most: beyond that nothing can be told apart
 
@@ -58,7 +59,8 @@ def draw(
             save_figure(figure, Path(path))
         return figure
     names = list(solution.columns if columns is None else columns)
-    names = [name for name in names if unit(name)]
+    # of a circuit what has a unit; other systems have none, and a panel for each signal
+    names = [name for name in names if unit(name)] or names
     if not names or not solution.axis_name or solution.axis.size < 2:
         raise UsageError(
             Diagnostic(
@@ -70,6 +72,7 @@ def draw(
     figure = new_figure()
     panels = [(u, [n for n in names if unit(n) == u]) for u in ("V", "A", "W")]
     panels = [(u, members) for u, members in panels if members]
+    panels += [("", [n]) for n in names[:_PANELS] if not unit(n)]
     figure.set_size_inches(9.0, 1.4 + 2.6 * len(panels))
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     factor, label = _axis_scale(solution)
@@ -155,14 +158,15 @@ def _panel(
         values = np.abs(solution[name])
         finite = values[np.isfinite(values)]
         peak = max(peak, float(finite.max()) if finite.size else 0.0)
-    factor, letter = prefix(peak)
+    factor, letter = prefix(peak) if symbol else (1.0, "")
     crowded = len(members) > _LEGEND
     for k, name in enumerate(members):
         style = _style(k, len(members))
         for j, piece in enumerate(pieces):
             x, y = solution.axis[piece] / x_factor, solution[name][piece] / factor
             _curve(panel, x, y, name if j == 0 else "_", style, crowded)
-    panel.set_ylabel(f"{_QUANTITY[symbol].capitalize()} [{letter}{symbol}]")
+    if symbol:
+        panel.set_ylabel(f"{_QUANTITY[symbol].capitalize()} [{letter}{symbol}]")
     panel.grid(visible=True, color="0.9", linewidth=0.8)
     panel.set_axisbelow(True)
     panel.spines[["top", "right"]].set_visible(False)

@@ -21,13 +21,15 @@ hybrid systems", IEEE Trans. Automatic Control 43 (1998), doi:10.1109/9.664151.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from .. import _core
-from ..problems.csc import Floats, weighted_sum
+from ..problems.csc import Csc, Floats, weighted_sum
 from ..problems.descriptor import DescriptorSystem, Functional
+from ..problems.elements import Elements
 from .certificate import infeasibility
 from .compiled import compiled
 from .moreau import MoreauStepper
@@ -64,6 +66,54 @@ def refusal(system: DescriptorSystem) -> str | None:
     return None
 
 
+def symmetric_storage(system: DescriptorSystem) -> bool:
+    """Return whether E is symmetric, as it is where no rate of a store controls anything.
+
+    Examples
+    --------
+    >>> from nsspice.problems import Csc
+    >>> none = Csc.zeros
+    >>> one = Csc.from_triplets((2, 2), [0], [1], [1.0])
+    >>> symmetric_storage(DescriptorSystem(one, none((2, 2)), none((2, 0)), none((0, 2)),
+    ...     none((0, 0)), np.zeros(0), none((2, 0))))
+    False
+    """
+    return system.E.transposes(system.E)
+
+
+def row_operations(system: DescriptorSystem) -> Floats:
+    r"""Return T for which T E is a symmetric projection, shape (n, n).
+
+    With the singular value decomposition :math:`E = U \\Sigma V'` of rank r the product of E with
+    :math:`T = V_r \\Sigma_r^{-1} U_r' + V_0 U_0'` is :math:`V_r V_r'`: the same equations in other
+    combinations, whose states are the part of z on which E acts.
+    """
+    U, sizes, Vt = np.linalg.svd(system.E.dense())
+    n = sizes.size
+    kept = sizes > n * np.finfo(float).eps * sizes.max(initial=0.0)
+    return np.asarray(Vt.T @ (np.where(kept, 1.0 / np.where(kept, sizes, 1.0), 1.0)[:, None] * U.T))
+
+
+def with_rows(system: DescriptorSystem, T: Floats) -> DescriptorSystem:
+    """Return a system with its rows multiplied by a regular matrix."""
+    _, sizes, Vt = np.linalg.svd(system.E.dense())
+    kept = sizes > sizes.size * np.finfo(float).eps * sizes.max(initial=0.0)
+    E = Vt[kept].T @ Vt[kept]
+
+    def rows(matrix: Csc) -> Csc:
+        return Csc.from_dense(T @ matrix.dense())
+
+    return replace(
+        system,
+        E=Csc.from_dense(0.5 * (E + E.T)),
+        G=rows(system.G),
+        A=rows(system.A),
+        S=rows(system.S),
+        row_kind=np.zeros(system.n, dtype=np.uint8),
+        elements=Elements([], []),  # combinations of rows are no elements
+    )
+
+
 class ModewiseStepper(Stepper):
     """Integrates one descriptor system exactly, mode by mode.
 
@@ -73,7 +123,7 @@ class ModewiseStepper(Stepper):
     Parameters
     ----------
     system : DescriptorSystem
-        Without smooth terms; E symmetric positive semidefinite.
+        Without smooth terms.  Where E is not symmetric its rows are combined so that it is.
     outputs : sequence of Functional
         One output column each, after the column of times.
 
@@ -105,10 +155,18 @@ class ModewiseStepper(Stepper):
         if reason is not None:
             raise NotModewise(reason)
         self._core: _core.Modewise
+        #: what the rows of an unsymmetric system are multiplied with, None for others
+        self._rows: Floats | None = None
+        solved = system
+        if not symmetric_storage(system):
+            self._rows = row_operations(system)
+            solved = with_rows(system, self._rows)
         try:
-            core = _core.Modewise(compiled(system), [(f.z, f.lam, f.dz, f.u) for f in outputs])
+            core = _core.Modewise(compiled(solved), [(f.z, f.lam, f.dz, f.u) for f in outputs])
         except ValueError as error:
             raise NotModewise(str(error)) from error
+        #: what the core solves: the same equations, in other combinations if E is not symmetric
+        self._solved = solved
         super().__init__(system, core, 1 + len(outputs))
 
     def plan(
@@ -196,6 +254,8 @@ class ModewiseStepper(Stepper):
         return self._first_jump()
 
     def _start(self, charges: Floats, gates: list[bool]) -> None:
+        if self._rows is not None:
+            charges = self._rows @ charges
         failure = self._core.start(np.ascontiguousarray(charges, dtype=np.float64), gates)
         if failure is not None:
             raise self._diagnose(failure)
@@ -204,7 +264,7 @@ class ModewiseStepper(Stepper):
         """Ask for a proof of infeasibility."""
         if failure["restless"] is not None:
             return restless(failure)
-        system = self.system
+        system = self._solved
         matrix = weighted_sum([(system.E, 1.0 / failure["length"]), (system.G, 1.0)])
         certificate = infeasibility(
             matrix, system.A, system.B, system.D, failure["rhs"], system.q, failure["roles"]
@@ -221,6 +281,14 @@ class ModewiseStepper(Stepper):
         """
         self._core.watch(True)
         self._core.keep_sides(sides)
+
+    def take_along(self, auditor: _core.Auditor) -> None:
+        """Let the balance of energy of an auditor go with the run; call it before the start.
+
+        Combined rows have no energies of their own: then the recorded points alone are balanced.
+        """
+        if self._rows is None:
+            super().take_along(auditor)
 
     def keep_between(self, outputs: Sequence[int], start: float, stop: float) -> None:
         """Keep points between the rows, too, so that lines through all of them follow the outputs.

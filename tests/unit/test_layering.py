@@ -21,8 +21,8 @@ ALLOWED = {
     "analyses": {"netlist", "devices", "circuit", "problems", "solvers"},
     "output": {"netlist", "problems", "circuit", "analyses", "_core"},
     "compare": {"netlist", "devices", "circuit", "problems", "solvers", "analyses", "output"},
-    "dvi": {"netlist", "devices", "problems", "solvers", "analyses", "_core"},
     "pytest_plugin": {"compare"},
+    "dvi": {"netlist", "devices", "circuit", "problems", "solvers", "analyses", "_core"},
     "cli": {"netlist", "devices", "circuit", "problems", "solvers", "analyses", "output"}
     | {"compare"},
 }

@@ -55,7 +55,7 @@ def monotone(low: Floats, high: Floats, claim: str, *, strongly: bool = False) -
     for k, entry in enumerate(diagonal):
         if entry < 0.0 or (strongly and entry == 0.0 and np.diag(low)[k] == 0.0):
             x = np.eye(len(diagonal))[k]
-            text = f"x . Mx <= {entry:.6g} for x = e_{k}, whatever the point"
+            text = f"x . Mx <= {entry:.6g} for x = e_{k}"
             reason = "a diagonal derivative is not positive"
             return Verdict.no(claim, reason, Witness(text, (k,), x, float(entry)))
     if np.array_equal(low, high):
@@ -197,6 +197,9 @@ def _by_parts(problem: StandardDVI, claim: str, *, strongly: bool) -> Verdict:
             found.low[:, n : n + m], found.high[:, n : n + m], claim, strongly=strongly
         )
         if inner.holds is None:
+            at = _at_middle(problem, box, claim, strongly)
+            if at is not None:
+                return at
             halves = _split(box)
             if halves is None:
                 return whole
@@ -211,12 +214,37 @@ def _by_parts(problem: StandardDVI, claim: str, *, strongly: bool) -> Verdict:
     return Verdict.yes(claim, text, Witness(text, value=least))
 
 
+def _at_middle(
+    problem: StandardDVI, box: list[Interval], claim: str, strongly: bool
+) -> Verdict | None:
+    """Return that the form is negative at the middle of a box in K, None if it is not."""
+    if not all(part.interval for part in problem.sets):
+        return None  # the box around K is larger than K
+    n, m = problem.n, problem.m
+    point = [_middle(a, b) for a, b in box]
+    found = bounds(problem.g, [(x, x) for x in point], problem.time)
+    low, high = found.low[:, n : n + m], found.high[:, n : n + m]
+    if not np.array_equal(low, high) or not np.all(np.isfinite(low)):
+        return None
+    inner = monotone(low, high, claim, strongly=strongly)
+    if inner.holds is not False or inner.witness is None:
+        return None
+    where = ", ".join(f"{x:.6g}" for x in point)
+    return Verdict.no(claim, f"{inner.reason}, at the point ({where})", inner.witness)
+
+
+def _middle(a: float, b: float) -> float:
+    if math.isinf(a) or math.isinf(b):
+        return math.tan(0.5 * (math.atan(a) + math.atan(b)))
+    return 0.5 * (a + b)
+
+
 def _split(box: list[Interval]) -> list[list[Interval]] | None:
     """Return the two halves of a box across its widest side that matters, None at rounding."""
     sides = [math.atan(b) - math.atan(a) for a, b in box]
     k = int(np.argmax(sides))
     a, b = box[k]
-    middle = math.tan(0.5 * (math.atan(a) + math.atan(b))) if math.isinf(b - a) else 0.5 * (a + b)
+    middle = _middle(a, b)
     if not a < middle < b:
         return None
     return [[*box[:k], (a, middle), *box[k + 1 :]], [*box[:k], (middle, b), *box[k + 1 :]]]
