@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -43,6 +44,9 @@ _KINDS = {
     AcCard: "ac",
     LoopCard: "loop",
 }
+
+#: runs of one analysis over all .step cards; each has a table of its own
+MAX_RUNS = 100_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +133,7 @@ def jobs_of(deck: Deck) -> list[Job]:
     Raises
     ------
     UsageError
-        NS4006 if the deck has no analysis.
+        NS4006 if the deck has no analysis, NS4017 if it asks for too many runs.
     """
     if not deck.analyses:
         hint = "add .tran tstep tstop, .dc source start stop step, or .op"
@@ -142,6 +146,12 @@ def jobs_of(deck: Deck) -> list[Job]:
             Diagnostic("NS4006", f"{deck.file} asks for no analysis", hint=hint),
         )
     kinds = [kind_of(card) for card in deck.analyses]
+    count = math.prod(len(sweep.values) for sweep in deck.steps)
+    if count > MAX_RUNS:
+        text = " x ".join(str(len(sweep.values)) for sweep in deck.steps)
+        message = f"the .step cards ask for {text} = {count} runs, more than {MAX_RUNS}"
+        hint = "take fewer points, or call nsspice.tran in a loop that keeps what is needed"
+        raise UsageError(Diagnostic("NS4017", message, deck.steps[-1].span, hint))
     points = list(itertools.product(*(sweep.values for sweep in reversed(deck.steps))))
     jobs = []
     for k, (card, kind) in enumerate(zip(deck.analyses, kinds, strict=True)):

@@ -14,7 +14,9 @@ from ..netlist.deck import Deck
 from .given import finite
 
 
-def read(source: str | Path, params: Mapping[str, float] | None = None) -> Circuit:
+def read(
+    source: str | Path, params: Mapping[str, float] | None = None, *, confined: bool = False
+) -> Circuit:
     """Read a netlist and check everything that can be checked without solving it.
 
     Parameters
@@ -23,6 +25,9 @@ def read(source: str | Path, params: Mapping[str, float] | None = None) -> Circu
         A file name, or the netlist itself if it has more than one line.
     params : mapping of str to float, optional
         Values that replace those of top-level ``.param`` cards.
+    confined : bool
+        Whether files from outside of the netlist's folder are refused: what a service does with
+        decks of strangers, who could have its own files quoted in messages.
 
     Returns
     -------
@@ -46,7 +51,7 @@ def read(source: str | Path, params: Mapping[str, float] | None = None) -> Circu
     >>> circuit.default_signals()
     ['v(a)', 'v(b)', 'i(v1)']
     """
-    return build(read_deck(source, params))
+    return build(read_deck(source, params, confined=confined))
 
 
 def need_circuit(circuit: object) -> None:
@@ -58,7 +63,11 @@ def need_circuit(circuit: object) -> None:
 
 
 def read_deck(
-    source: str | Path, params: Mapping[str, float] | None = None, file: str = "<netlist>"
+    source: str | Path,
+    params: Mapping[str, float] | None = None,
+    file: str = "<netlist>",
+    *,
+    confined: bool = False,
 ) -> Deck:
     """Return the deck of a file or text, which remembers how to be read again.
 
@@ -68,6 +77,8 @@ def read_deck(
     params : mapping of str to float, optional
     file : str
         Name for the messages about a text.
+    confined : bool
+        Whether files from outside of the folder are refused.
 
     Raises
     ------
@@ -87,16 +98,16 @@ def read_deck(
             raise UsageError(Diagnostic("NS4005", message, hint="give a finite number"))
     try:
         if isinstance(source, Path) or (source.strip() and "\n" not in source):
-            deck = parse_file(source, given or None)
+            deck = parse_file(source, given or None, confined)
         else:
-            deck = parse_text(source, file, given or None)
+            deck = parse_text(source, file, given or None, confined=confined)
             deck.source = source
     except NetlistError as error:
         raise completed(error) from error
     unknown = [w for w in deck.warnings if w.code == "NS1083" and w.span is None]
     if unknown:  # a name of a .step card has a place
         raise UsageError([replace(w, severity="error") for w in unknown])
-    deck.overrides = given
+    deck.overrides, deck.confined = given, confined
     return deck
 
 
@@ -104,4 +115,4 @@ def read_again(deck: Deck, params: Mapping[str, float]) -> Circuit:
     """Return the circuit of a deck with some parameters changed."""
     given = {**deck.overrides, **params}
     source: str | Path = deck.source or Path(deck.file)
-    return build(read_deck(source, given, deck.file))
+    return build(read_deck(source, given, deck.file, confined=deck.confined))

@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from .. import __version__
+from ..analyses.interrupts import end_like_ctrl_c
 from ..errors import NsspiceError, suggest
 from .report import broken_pipe, report_error, report_interrupt, report_os_error
 
@@ -65,6 +66,8 @@ class _Lazy(click.Group):
     def main(self, args: Sequence[str] | None = None, *rest: Any, **extra: Any) -> Any:
         """Run, with every foreseen failure told in a sentence."""
         given = list(sys.argv[1:] if args is None else args)
+        if args is None:  # a process of its own
+            end_like_ctrl_c()
         as_json = "--json" in given
         try:
             return super().main(given, *rest, **extra)

@@ -17,7 +17,7 @@ from .options import (
     read_signals,
     solver_options,
 )
-from .report import print_json, report_warnings
+from .report import print_json, report_warnings, show
 from .source import circuit_of, path_of
 
 
@@ -184,7 +184,7 @@ def _against_ngspice(
     if as_json:
         print_json({"netlist": netlist, "reference": "ngspice", **found.to_dict()})
     else:
-        click.echo(found.describe())
+        show(found.describe())
     if not found.passed:
         raise SystemExit(1)
 
@@ -218,13 +218,13 @@ def _print(
     from ..output.si import number
 
     width = max(len("signal"), *(len(r.signal) for r in rows))
-    click.echo(f"{'signal':<{width}}  {'max':>12}  {'l1':>12}  {'rms':>12}  {'range':>12}")
+    show(f"{'signal':<{width}}  {'max':>12}  {'l1':>12}  {'rms':>12}  {'range':>12}")
     for row in rows:
         symbol = unit(row.signal)
         cells = (row.distance.maximum, row.distance.l1, row.distance.rms, row.distance.span)
         text = "  ".join(f"{number(c, symbol, 4):>12}" for c in cells)
-        click.echo(f"{row.signal:<{width}}  {text}  {'ok' if row.passed else 'FAIL'}")
+        show(f"{row.signal:<{width}}  {text}  {'ok' if row.passed else 'FAIL'}")
     failed = sum(not r.passed for r in rows)
     what = f"{norm} distance <= {tolerance:g}" + ("" if absolute else " of the range")
     verdict = "all within" if not failed else f"{failed} of {len(rows)} beyond"
-    click.echo(f"{verdict} {what}, against {reference}")
+    show(f"{verdict} {what}, against {reference}")

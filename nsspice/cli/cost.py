@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from .options import NUMBER, json_option, read_params, read_signals
-from .report import print_json, say
+from .report import print_json, say, show
 from .source import circuit_of, path_of
 
 
@@ -77,4 +77,4 @@ def command(
     if as_json:
         print_json({"netlist": netlist, **report.to_dict(target)})
     else:
-        click.echo(report.describe(target))
+        show(report.describe(target))

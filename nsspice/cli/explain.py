@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import click
 
 from .options import json_option, read_params
-from .report import print_json
+from .report import print_json, show
 from .source import circuit_of
 
 
@@ -25,4 +25,4 @@ def command(netlist: str, matrices: bool, params: Sequence[str], as_json: bool) 
     if as_json:
         print_json(explanation.to_dict())
     else:
-        click.echo(explanation.text(), nl=False)
+        show(explanation.text(), nl=False)

@@ -22,6 +22,7 @@ _MOST = 6
 @click.option("--from", "begin", type=float, metavar="X", help="Begin of the axis.")
 @click.option("--to", "end", type=float, metavar="X", help="End of the axis.")
 @click.option("--title", default="", help="Heading of the picture.")
+@click.option("--force", is_flag=True, help="Replace a file that nsspice has not written.")
 @json_option
 def command(
     files: Sequence[str],
@@ -30,6 +31,7 @@ def command(
     begin: float | None,
     end: float | None,
     title: str,
+    force: bool,
     as_json: bool,
 ) -> None:
     """Overlay the waveforms of CSV files: one panel a signal, one line a file.
@@ -39,6 +41,7 @@ def command(
     """
     from ..analyses.names import canonical
     from ..compare.reference import read_table
+    from ..output.files import check_target
     from ..output.overlay import Series, overlay
 
     series = []
@@ -62,6 +65,7 @@ def command(
     shared = [n for n in series[0].signals if all(n in s.signals for s in series)]
     names = wanted or shared[:_MOST] or list(series[0].signals)[:_MOST]
     target = Path(output or Path(files[0]).with_suffix(".png").name)
+    check_target(target, map(Path, files), force)
     overlay(series, names, target, title)
     if as_json:
         print_json({"files": [str(target)], "signals": names})

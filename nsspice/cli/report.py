@@ -7,11 +7,15 @@ import sys
 from collections.abc import Iterable
 from typing import Any
 
+import click
+
 from ..errors import Diagnostic, NsspiceError
+from ..output.visible import visible
 
 
 def say(text: str = "") -> None:
     """Print a line on standard error, whatever its encoding can show."""
+    text = visible(text)
     stream = sys.stderr
     try:
         stream.write(text + "\n")
@@ -24,12 +28,18 @@ def say(text: str = "") -> None:
         pass
 
 
+def show(text: str, nl: bool = True) -> None:
+    """Print a text on standard output."""
+    click.echo(visible(text), nl=nl)
+
+
 def print_json(data: Any, stream: Any = None) -> None:
     """Print one JSON document on standard output, or on the given stream."""
     import json
 
     stream = stream or sys.stdout
-    stream.write(json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False) + "\n")
+    text = json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False)
+    stream.write(visible(text, "\\u00{:02x}") + "\n")
     stream.flush()
 
 

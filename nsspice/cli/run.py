@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -20,6 +20,9 @@ from .options import (
 from .progress import ProgressBar
 from .report import print_json, report_error, report_warnings, say
 from .source import circuit_of, path_of
+
+if TYPE_CHECKING:
+    from ..circuit import Circuit
 
 #: what a name after --plot and after --report ends in; any other is that of the netlist
 _PICTURES = (".png", ".svg", ".pdf")
@@ -78,6 +81,12 @@ _PAGES = (".html", ".htm")
 @click.option("--watch", is_flag=True, help="Run again whenever the deck is saved.")
 @solver_options
 @json_option
+@click.option("--force", is_flag=True, help="Replace files that nsspice has not written.")
+@click.option(
+    "--confined",
+    is_flag=True,
+    help="Refuse to include files from outside of the netlist's folder, for services.",
+)
 @click.option("-q", "--quiet", is_flag=True, help="No summary and no progress bar.")
 def command(
     netlist: str | None,
@@ -98,6 +107,8 @@ def command(
     watch: bool,
     params: Sequence[str],
     as_json: bool,
+    force: bool,
+    confined: bool,
     quiet: bool,
 ) -> None:
     """Simulate NETLIST (- is standard input) and write its waveforms.
@@ -125,7 +136,8 @@ def command(
     )
 
     def once() -> _Run:
-        run = _Run(netlist, read_params(params), request, output, plot, as_json, quiet)
+        circuit = circuit_of(netlist, read_params(params), confined)
+        run = _Run(netlist, circuit, request, output, plot, as_json, quiet, force)
         run.report_to(report)
         run.estimate(tol, refine)
         return run
@@ -173,16 +185,17 @@ class _Run:
     def __init__(
         self,
         netlist: str,
-        params: dict[str, float],
+        circuit: Circuit,
         request: Any,
         output: str | None,
         plot: str | None,
         as_json: bool,
         quiet: bool,
+        force: bool,
     ) -> None:
         from ..analyses.batch import jobs_of
 
-        self.circuit = circuit_of(netlist, params)
+        self.circuit, self.force = circuit, force
         self.netlist = path_of(netlist)
         self.request, self.as_json, self.quiet = request, as_json, quiet
         self.jobs = jobs_of(self.circuit.deck)
@@ -232,7 +245,7 @@ class _Run:
                     hint=f"write --report {name.with_suffix('.html')}",
                 )
             )
-        check_target(name, [self.netlist])
+        check_target(name, [self.netlist], self.force)
         self.report = name
 
     def _write_report(self) -> None:
@@ -263,7 +276,7 @@ class _Run:
         inputs = [self.netlist, *map(Path, sorted(files))]
         targets = [p for p in [*([] if self.stdout else self.outputs), *self.plots] if p]
         for target in targets:
-            check_target(target, inputs)
+            check_target(target, inputs, self.force)
         if self.stdout:
             return
         for path in self.outputs:

@@ -19,11 +19,14 @@ def path_of(netlist: str) -> Path:
     return Path("stdin.net" if netlist == STDIN else netlist)
 
 
-def circuit_of(netlist: str, params: Mapping[str, float] | None = None) -> Circuit:
-    """Return the circuit of a command's argument."""
+def circuit_of(
+    netlist: str, params: Mapping[str, float] | None = None, confined: bool = False
+) -> Circuit:
+    """Return the circuit of a command's argument; ``confined``: includes nothing from outside."""
     from ..analyses.load import read, read_deck
     from ..circuit import build
 
     if netlist == STDIN:
-        return build(read_deck(sys.stdin.read() + "\n", params, "<stdin>"))
-    return read(Path(netlist), params)
+        text = sys.stdin.read() + "\n"
+        return build(read_deck(text, params, "<stdin>", confined=confined))
+    return read(Path(netlist), params, confined=confined)

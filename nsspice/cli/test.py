@@ -10,7 +10,7 @@ import click
 
 from ..errors import Diagnostic, NsspiceError, UsageError
 from .options import json_option
-from .report import print_json, say
+from .report import print_json, say, show
 
 
 @click.command("test", short_help="check netlists against X.expect.toml")
@@ -72,7 +72,7 @@ def command(
         spent = time.perf_counter() - begin
         checks = sum(len(r.outcomes) for r in reports)
         verdict = "all passed" if not failed else f"{len(failed)} FAILED"
-        click.echo(f"{len(reports)} netlists, {checks} checks in {spent:.2f} s: {verdict}")
+        show(f"{len(reports)} netlists, {checks} checks in {spent:.2f} s: {verdict}")
     if any(r.interrupted for r in reports):
         say("interrupted")
         raise SystemExit(130)
@@ -147,11 +147,11 @@ def _print(report: object, width: int, verbose: bool, quiet: bool) -> None:
         text = "not checked"
     else:
         text = f"{sum(not o.passed for o in report.outcomes)} of {count} checks failed"
-    click.echo(
+    show(
         f"{'ok  ' if report.passed else 'FAIL'}  {name:<{width}}  {report.wall_time:6.2f} s  {text}"
     )
     for outcome in report.outcomes:
         if verbose or not outcome.passed:
-            click.echo(f"        {outcome}")
+            show(f"        {outcome}")
     if report.problem:
-        click.echo("        " + report.problem.replace("\n", "\n        "))
+        show("        " + report.problem.replace("\n", "\n        "))

@@ -301,6 +301,8 @@ class Deck:
         The text, if it did not come from a file.
     overrides : dict of str to float
         Parameter values that the caller gave in place of the deck's.
+    confined : bool
+        Whether files from outside of the deck's folder are refused.
     """
 
     title: str
@@ -319,3 +321,4 @@ class Deck:
     warnings: list[Diagnostic] = field(default_factory=list)
     source: str = ""
     overrides: dict[str, float] = field(default_factory=dict)
+    confined: bool = False

@@ -14,6 +14,8 @@ from .source import read_text
 
 #: nested includes beyond this are a loop in disguise
 MAX_DEPTH = 50
+#: files included in all, each counted every time
+MAX_INCLUDES = 10_000
 #: lines of all files together, included files counted each time
 MAX_LINES = 5_000_000
 
@@ -48,6 +50,8 @@ class FileReader:
     ----------
     findings : Findings
         Receives what is wrong with files and blocks.
+    confined : Path, optional
+        The folder that included files have to lie in, links resolved.
 
     Attributes
     ----------
@@ -55,7 +59,9 @@ class FileReader:
         The ``.control`` blocks read so far.
     """
 
-    def __init__(self, findings: Findings) -> None:
+    def __init__(self, findings: Findings, confined: Path | None = None) -> None:
+        self._confined = confined.resolve() if confined is not None else None
+        self._includes = 0
         self.scripts: list[Script] = []
         self._findings = findings
         self._count = 0
@@ -176,6 +182,18 @@ class FileReader:
         """Return the rows of an included file; None after a finding."""
         try:
             real = path.resolve()
+            if self._confined is not None and not real.is_relative_to(self._confined):
+                message = f"file {name} lies outside of the netlist's folder"
+                hint = "this run is confined to that folder: copy what is needed into it"
+                self._findings.error("NS1054", message, where, hint)
+                return None
+            self._includes += 1
+            if self._includes > MAX_INCLUDES:
+                if self._includes == MAX_INCLUDES + 1:
+                    message = f"more than {MAX_INCLUDES} files are included"
+                    hint = "files that include others twice double at each level"
+                    self._findings.error("NS1051", message, where, hint)
+                return None
             if real in stack:
                 loop = " -> ".join(p.name for p in [*stack[stack.index(real) :], real])
                 message = f"file {name} includes itself: {loop}"

@@ -36,6 +36,7 @@ def parse_text(
     file: str = "<netlist>",
     params: Mapping[str, float] | None = None,
     directory: Path | None = None,
+    confined: bool = False,
 ) -> Deck:
     r"""Read a netlist from a text.
 
@@ -49,6 +50,8 @@ def parse_text(
         Values that take the place of ``.param`` definitions of the same names.
     directory : Path, optional
         Where ``.include`` looks; the current folder by default.
+    confined : bool
+        Whether files outside of that folder are refused.
 
     Returns
     -------
@@ -81,10 +84,12 @@ def parse_text(
       hint: write Rname node node value
     """
     with _no_collection():
-        return _parse(text, file, params or {}, directory or Path())
+        return _parse(text, file, params or {}, directory or Path(), confined)
 
 
-def parse_file(path: Path | str, params: Mapping[str, float] | None = None) -> Deck:
+def parse_file(
+    path: Path | str, params: Mapping[str, float] | None = None, confined: bool = False
+) -> Deck:
     """Read a netlist file: UTF-8, Latin-1, or LTspice's UTF-16.
 
     Parameters
@@ -93,6 +98,8 @@ def parse_file(path: Path | str, params: Mapping[str, float] | None = None) -> D
         The file; ``.include`` is relative to its folder.
     params : mapping of str to float, optional
         Values that take the place of ``.param`` definitions of the same names.
+    confined : bool
+        Whether files outside of its folder are refused.
 
     Returns
     -------
@@ -122,7 +129,7 @@ def parse_file(path: Path | str, params: Mapping[str, float] | None = None) -> D
         reason = getattr(error, "strerror", None) or str(error)
         message = f"file {path} cannot be read: {reason}"
         raise NetlistError(Diagnostic("NS1050", message, None)) from None
-    return parse_text(text, str(path), params, path.parent)
+    return parse_text(text, str(path), params, path.parent, confined)
 
 
 @contextmanager
@@ -140,7 +147,9 @@ def _no_collection() -> Iterator[None]:
             gc.enable()
 
 
-def _parse(text: str, file: str, params: Mapping[str, float], directory: Path) -> Deck:
+def _parse(
+    text: str, file: str, params: Mapping[str, float], directory: Path, confined: bool
+) -> Deck:
     """Do the work of ``parse_text``."""
     findings = Findings()
     rows = physical_lines(text)
@@ -154,7 +163,7 @@ def _parse(text: str, file: str, params: Mapping[str, float], directory: Path) -
         place = Span(file, 1, 1, max(len(rows[0]), 1), rows[0])
         hint = "put a title line above it"
         findings.warning("NS1092", "the first line is the title and not simulated", place, hint)
-    files = FileReader(findings)
+    files = FileReader(findings, directory if confined else None)
     block = build(files.main(rows, file, directory), findings)
     reader = Reader(findings)
     bodies = BodyReader(reader)

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from .lines import Line
 
 _MAX_NESTING = 20
+_LONG = 100  # tokens of a line from which on runs of words are looked for
+_BESIDE = 2  # words of a run that stay on each side: a = takes one
+_RUNS = re.compile("W{64,}")
 _new = tuple.__new__  # three times as fast as Item(...), and made for every word of a deck
 _MARKS = re.compile(r"[(){}'\"=]")
 _WORDS = re.compile(r"[^\s,]+")
@@ -69,6 +72,9 @@ def items(line: Line) -> list[Item]:
         found = [(m.group(), *m.span()) for m in _WORDS.finditer(text)]
         return [_new(Item, ("word", word, start, end, ())) for word, start, end in found]
     shape, spans = SHAPES.tokens(text)
+    cuts: dict[int, Spans] = {}
+    if len(shape) > _LONG:
+        text, shape, spans, cuts = _without_runs(text, shape, spans)
     if shape.count("(") + shape.count("C") > _MAX_NESTING:
         _check_nesting(line, shape, spans)
     try:
@@ -76,10 +82,14 @@ def items(line: Line) -> list[Item]:
     except Misfit as error:
         raise _explain(line, shape, spans, error.position) from None
     stack: list[Item] = []
+    open_cuts = list(cuts.values())
+    text = line.text
     for rule, count, tokens in program:
         if rule == "word":
             start, end = spans[tokens[0]]
             stack.append(_new(Item, ("word", text[start:end], start, end, ())))
+            for start, end in cuts.get(tokens[0], ()):
+                stack.append(_new(Item, ("word", text[start:end], start, end, ())))
         elif rule == "pair":
             right = stack.pop()
             left = stack.pop()
@@ -87,6 +97,10 @@ def items(line: Line) -> list[Item]:
             stack.append(Item("pair", key, left.start, right.end, (left, right)))
         elif rule == "call" or rule == "group":
             start, inner = spans[tokens[0]]
+            # the innermost parentheses around a run take its words: they come first
+            for cut in [c for c in open_cuts if start < c[0][0] < spans[tokens[1]][1]]:
+                open_cuts.remove(cut)
+                count += len(cut)
             content = tuple(stack[len(stack) - count :])
             del stack[len(stack) - count :]
             end = spans[tokens[1]][1]
@@ -97,6 +111,34 @@ def items(line: Line) -> list[Item]:
             kind = "string" if rule == "string" else "expr"
             stack.append(Item(kind, text[start + 1 : end - 1], start, end))
     return stack
+
+
+def _without_runs(text: str, shape: str, spans: Spans) -> tuple[str, str, Spans, dict[int, Spans]]:
+    """Return a long line without the middle of long runs of words, and what was left out.
+
+    Words in a row stand side by side wherever they are: the parser learns nothing from more of
+    them.  They are blank in the text, so that all other places stay what they are.
+
+    Returns
+    -------
+    tuple
+        Text, shape and spans of what is left, and by the number of the word before each gap the
+        spans of the words in it.
+    """
+    pieces: list[str] = []
+    kept: list[int] = []
+    cuts: dict[int, Spans] = {}
+    done = place = 0
+    for run in _RUNS.finditer(shape):
+        first, last = run.start() + _BESIDE, run.end() - _BESIDE
+        kept += range(done, first)
+        cuts[len(kept) - 1] = spans[first:last]
+        start, end = spans[first][0], spans[last - 1][1]
+        pieces += [text[place:start], " " * (end - start)]
+        done, place = last, end
+    kept += range(done, len(shape))
+    pieces.append(text[place:])
+    return "".join(pieces), "".join([shape[k] for k in kept]), [spans[k] for k in kept], cuts
 
 
 def _check_nesting(line: Line, shape: str, spans: Spans) -> None:

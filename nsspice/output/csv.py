@@ -12,7 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import format_rows
+from ..errors import OutputError
+from .aside import aside, publish
 from .files import output_error
+from .visible import visible
 
 if TYPE_CHECKING:
     from ..analyses.solution import Solution
@@ -36,8 +39,8 @@ def header(names: Sequence[str]) -> bytes:
 class CsvSink:
     """Writes rows to a CSV file while they are computed, in bounded memory.
 
-    The file is created with the first rows, so that a run that fails to start leaves an older file
-    alone; after each block the file holds complete lines only.
+    Rows go to ``NAME.part`` beside the file, which gets its name when it is closed: an older file
+    is left alone until then.  After each block the part holds complete lines only.
 
     Parameters
     ----------
@@ -51,6 +54,7 @@ class CsvSink:
         self._file: BinaryIO | None = None if isinstance(target, (str, Path)) else target
         self._names: list[str] = []
         self._started = False
+        self._part: Path | None = None
         self._good = 0  # size of the file up to its last complete row
 
     @property
@@ -79,15 +83,23 @@ class CsvSink:
             raise  # the reading program has what it wanted
         except OSError as error:
             self._abandon()
-            raise output_error(error, self.name, f"after {self.rows} rows") from error
+            raise self._error(error) from error
+
+    def _error(self, error: OSError) -> OutputError:
+        kept = f"; they are kept in {self._part}" if self._part not in (None, self.path) else ""
+        return output_error(error, self.name, f"after {self.rows} rows{kept if self.rows else ''}")
 
     def _start(self) -> BinaryIO:
         if self._file is None:
             assert self.path is not None
-            self._file = self.path.open("wb")
+            self._part = aside(self.path)
+            self._file = self._part.open("wb")
         if not self._started:
             self._started = True
-            self._file.write(header(self._names))
+            names = self._names
+            if self.path is None and self._file.isatty():
+                names = [visible(name) for name in names]
+            self._file.write(header(names))
         return self._file
 
     def _abandon(self) -> None:
@@ -97,7 +109,7 @@ class CsvSink:
         with contextlib.suppress(OSError):  # closing flushes once more, and may fail once more
             self._file.close()
         with contextlib.suppress(OSError):
-            os.truncate(self.path, self._good)
+            os.truncate(self._part or self.path, self._good)
 
     def close(self) -> None:
         """Write the header if no row came, and close the file."""
@@ -106,11 +118,12 @@ class CsvSink:
             file.flush()
             if self.path is not None:
                 file.close()
+                publish(self._part or self.path, self.path)
         except BrokenPipeError:
             raise
         except OSError as error:
             self._abandon()
-            raise output_error(error, self.name, f"after {self.rows} rows") from error
+            raise self._error(error) from error
 
 
 def write_csv(solution: Solution, path: str | Path, columns: Sequence[str] | None = None) -> None:

@@ -69,13 +69,21 @@ def check_table_format(path: Path) -> None:
     raise UsageError(Diagnostic("NS4008", message, hint=hint))
 
 
-def check_target(path: Path, inputs: Iterable[Path] = ()) -> None:
+def check_target(path: Path, inputs: Iterable[Path] = (), force: bool = False) -> None:
     """Make sure, before anything is computed, that a file can be written and is not an input.
+
+    Parameters
+    ----------
+    path : Path
+    inputs : iterable of Path
+    force : bool
+        Whether a file that something else has written may be replaced.
 
     Raises
     ------
     OutputError
-        NS4001 if the folder is missing or closed, NS4002 if the file is one of the inputs.
+        NS4001 if the folder is missing or closed, NS4002 if the file is one of the inputs, NS4018
+        if it was written by something else.
     """
     for source in inputs:
         if path.exists() and source.exists() and path.samefile(source):
@@ -91,6 +99,21 @@ def check_target(path: Path, inputs: Iterable[Path] = ()) -> None:
         raise output_error(OSError(errno.EISDIR, "it is a folder"), str(path))
     if not folder.is_dir():
         raise output_error(OSError(errno.ENOENT, f"there is no folder {folder}"), str(path))
+    if path.is_file() and not force:
+        from .own import written_by_nsspice
+
+        try:
+            own = written_by_nsspice(path)
+        except OSError as error:
+            raise output_error(error, str(path)) from error
+        if not own:
+            raise OutputError(
+                Diagnostic(
+                    "NS4018",
+                    f"{path} exists, and nsspice has not written it",
+                    hint="choose another name with -o FILE, or replace it with --force",
+                )
+            )
     place = path if path.exists() else folder
     if not os.access(place, os.W_OK):
         raise output_error(OSError(errno.EACCES, "permission denied"), str(path))

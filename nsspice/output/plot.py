@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 
 from ..analyses.names import unit
 from ..errors import Diagnostic, UsageError
+from .aside import whole
 from .envelope import band, envelope
 from .files import output_error
 from .si import number, prefix
@@ -247,13 +247,15 @@ def save_figure(figure: Any, path: Path) -> None:
 
     # fixed metadata and identifiers: two runs of a deck give the same picture file
     ending = path.suffix.lower()
-    metadata: dict[str, Any] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(
-        ending, {}
-    )
+    # the name of the program tells a later run that it may replace the file
+    known: dict[str, dict[str, Any]] = {
+        ".png": {"Software": "nsspice"},
+        ".svg": {"Date": None, "Creator": "nsspice"},
+        ".pdf": {"CreationDate": None, "Creator": "nsspice"},
+    }
+    metadata = known.get(ending, {})
     try:
-        with rc_context({"svg.hashsalt": "nsspice"}):
-            figure.savefig(path, metadata=metadata)
+        with rc_context({"svg.hashsalt": "nsspice"}), whole(path) as part:
+            figure.savefig(part, metadata=metadata, format=ending[1:])
     except OSError as error:
-        if path.exists() and os.path.getsize(path) == 0:
-            path.unlink(missing_ok=True)
         raise output_error(error, str(path)) from error

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..analyses.names import unit
+from .aside import whole
 from .files import output_error
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ def write_raw(solution: Solution, path: str | Path, columns: Sequence[str] | Non
         "Binary:\n",
     ]
     try:
-        with Path(path).open("wb") as file:
+        with whole(path) as part, part.open("wb") as file:
             file.write("\n".join(lines).encode())
             file.write(np.ascontiguousarray(table, dtype="<f8").tobytes())
     except OSError as error:

@@ -75,7 +75,9 @@ def test_ctrl_c_keeps_the_rows(decks):
     command = [sys.executable, "-m", "nsspice", "run", "long.net"]
     with started(command, stderr=subprocess.PIPE, text=True) as running:
         deadline = time.monotonic() + 30.0
-        while not (Path("long.csv").exists() and Path("long.csv").stat().st_size > 100_000):
+        while not (
+            Path("long.csv.part").exists() and Path("long.csv.part").stat().st_size > 100_000
+        ):
             assert running.poll() is None
             assert time.monotonic() < deadline
             time.sleep(0.02)
@@ -96,11 +98,13 @@ def test_a_killed_run_leaves_complete_rows(decks):
     command = [sys.executable, "-m", "nsspice", "run", "long.net", "-q"]
     with started(command, stderr=subprocess.DEVNULL) as running:
         deadline = time.monotonic() + 30.0
-        while not (Path("long.csv").exists() and Path("long.csv").stat().st_size > 100_000):
+        while not (
+            Path("long.csv.part").exists() and Path("long.csv.part").stat().st_size > 100_000
+        ):
             assert time.monotonic() < deadline
             time.sleep(0.02)
         running.kill()
-    text = Path("long.csv").read_text()
+    text = Path("long.csv.part").read_text()
     assert len({line.count(",") for line in text.splitlines()[:-1]}) == 1
 
 

@@ -92,8 +92,8 @@ def _take(
 ) -> None:
     """Append the points of one part; ``behind`` a repeated one all of its times are relative."""
     line = terminals.line
-    signs = [k for k, a in enumerate(part) if line.raw[a.start : a.end] == "+"]
-    left = [a for k, a in enumerate(part) if k not in signs]
+    signs = {k for k, a in enumerate(part) if line.raw[a.start : a.end] == "+"}
+    left = [a for k, a in enumerate(part) if k not in signs] if signs else part
     marked = {id(part[k + 1]) for k in signs if k + 1 < len(part)}
     problem, hint = count_problem("pwl", len(left)) if left else ("", "")
     if problem:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NoReturn
 
 from ...errors import Span, suggest
@@ -21,6 +21,7 @@ from ..statement import Item
 from ..template import Formula, ParamText, Value
 
 _NAME = re.compile(r"[^\W\d][\w.#$:\[\]!~-]*")
+_PLAIN = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _KEY = re.compile(r"(?<![\w.<>=!])([^\W\d][\w.]*)\s*=(?!=)")
 
 
@@ -97,6 +98,20 @@ class Reader:
             return self.value(line, item.items[0], what)
         where = line.span(item.start, item.end)
         raise Unreadable("NS1009", f"{_shown(line, item)} is not {what}", where)
+
+    def values(self, line: Line, items: Sequence[Item], what: str = "a value") -> list[Value]:
+        """Return the numbers or expressions of many items: most are plain numbers."""
+        raw = line.raw
+        found: list[Value] = []
+        for item in items:
+            text = raw[item.start : item.end]
+            number = math.nan
+            # what ends in a digit, without a letter but e, has no suffix and no trap
+            if item.kind == "word" and _PLAIN.fullmatch(text):
+                number = float(text)
+            # infinite numbers are told by the way that names them
+            found.append(number if math.isfinite(number) else self.value(line, item, what))
+        return found
 
     def _worded(self, line: Line, item: Item, what: str) -> NoReturn:
         """Explain a word that is not a number where a number is needed."""

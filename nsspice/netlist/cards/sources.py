@@ -147,7 +147,7 @@ def _waveform(terminals: Terminals, value: SourceTemplate, word: Item, kind: str
     if kind == "pwl":
         arguments, value.relative, value.repeats = points_of(terminals, arguments)
     reader = terminals.reader
-    value.values = [reader.value(line, a, f"an argument of {kind}") for a in arguments]
+    value.values = reader.values(line, arguments, f"an argument of {kind}")
     if any(pair.text == "file" for pair in terminals.pairs):
         message = f"{terminals.name}: PWL data from a file are not supported"
         raise Unreadable("NS1002", message, where, "write the points into the netlist")
@@ -159,16 +159,14 @@ def _waveform(terminals: Terminals, value: SourceTemplate, word: Item, kind: str
 
 def _arguments(terminals: Terminals) -> list[Item]:
     """Take everything up to the next keyword."""
-    arguments: list[Item] = []
-    while (item := terminals.peek()) is not None and not _next_is(terminals, _KEYWORDS):
-        arguments.append(item)
-        terminals.next()
-    return arguments
+    return terminals.until(_KEYWORDS)
 
 
 def _decimal_commas(terminals: Terminals, arguments: list[Item]) -> None:
     """Warn where a comma stands between digits while blanks separate the other arguments."""
     line = terminals.line
+    if "," not in line.text:
+        return
     commas = [
         (a, b) for a, b in pairwise(arguments) if b.start == a.end + 1 and line.text[a.end] == ","
     ]

@@ -100,6 +100,17 @@ class Terminals:
         self._at += 1
         return item
 
+    def until(self, words: Collection[str]) -> list[Item]:
+        """Take all items before the next of some words."""
+        items, first = self._items, self._at
+        count = len(items)
+        while self._at < count:
+            item = items[self._at]
+            if item.text in words and item.kind == "word":
+                break
+            self._at += 1
+        return items[first : self._at]
+
     def rest(self) -> list[Item]:
         """Take all remaining items."""
         left = self._items[self._at :]

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ... import __version__
+from ..aside import whole
 from ..files import output_error
 from .content import content
 
@@ -67,7 +68,8 @@ def write_report(circuit: Circuit, solutions: Sequence[Solution], path: str | Pa
         script=parts["uplot.min.js"] + "\n" + parts["report.js"],
     )
     try:
-        Path(path).write_text(text, "utf-8")
+        with whole(path) as part:
+            part.write_text(text, "utf-8")
     except OSError as error:
         raise output_error(error, str(path)) from error
 

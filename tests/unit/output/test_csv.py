@@ -72,8 +72,10 @@ def test_rows_are_on_disk_after_each_block(tmp_path):
     sink = CsvSink(tmp_path / "a.csv")
     sink.open(["x"])
     sink.write(np.ones((3, 1)))
-    assert (tmp_path / "a.csv").read_text() == "x\n1\n1\n1\n"
+    assert (tmp_path / "a.csv.part").read_text() == "x\n1\n1\n1\n"
     sink.close()
+    assert (tmp_path / "a.csv").read_text() == "x\n1\n1\n1\n"
+    assert not (tmp_path / "a.csv.part").exists()
 
 
 def test_an_old_file_stays_until_rows_come(tmp_path):
