@@ -42,6 +42,9 @@ class Certificate:
         control, and the implicit ones of the mode-wise engine.
     granted : float
         The share that they may take.
+    late : float
+        How far the control of a switch that chatters, and is therefore looked at now and then
+        only, had passed its threshold: the part of its scale, relative to the tolerance.
     several : tuple of str
         Elements of islands whose complementarity problems may have several solutions; empty if
         each step is proved to have one, up to what ``undetermined`` counts.
@@ -62,6 +65,7 @@ class Certificate:
     several: tuple[str, ...] = ()
     taken: float = 0.0
     granted: float = TAKEN
+    late: float = 0.0
 
     @property
     def passed(self) -> bool:
@@ -70,7 +74,8 @@ class Certificate:
             self.energy.imbalance <= TOLERANCE and self.energy.drift <= TOLERANCE
         )
         laws = self.laws <= TOLERANCE and self.complementarity <= TOLERANCE
-        return laws and balance and self.jumps <= TOLERANCE and self.taken <= self.granted
+        tolerance = self.taken <= self.granted and self.late <= 1.0
+        return laws and balance and self.jumps <= TOLERANCE and tolerance
 
     @property
     def uniqueness(self) -> str:
@@ -85,7 +90,7 @@ class Certificate:
         parts = list(parts)
         if len(parts) == 1:
             return parts[0]
-        laws, complementarity, checks, undetermined, jumps = 0.0, 0.0, 0, 0, 0.0
+        laws, complementarity, checks, undetermined, jumps, late = 0.0, 0.0, 0, 0, 0.0, 0.0
         worst = ""
         energies: list[Energy] = []
         several: list[str] = []
@@ -94,6 +99,7 @@ class Certificate:
                 laws, worst = part.laws, part.worst
             complementarity = _worst(complementarity, part.complementarity)
             jumps = _worst(jumps, part.jumps)
+            late = _worst(late, part.late)
             checks += part.checks
             undetermined += part.undetermined
             several += part.several
@@ -115,6 +121,7 @@ class Certificate:
             worst,
             tuple(several),
             *share,
+            late,
         )
 
     @classmethod
@@ -142,6 +149,7 @@ class Certificate:
             "undetermined": self.undetermined,
             "several": list(self.several),
             "taken": self.taken,
+            "late": self.late,
             "energy": self.energy.to_dict() if self.energy else None,
             "passed": self.passed,
         }

@@ -38,6 +38,7 @@ _WAIT = 1 << 17  # numbers recorded by all islands before they are checked: many
 _SHORT = 1e-9  # of the run
 _NEVER = 1 << 62
 _MENDED = 10.0  # times reltol: what errors of steps move when a mode ties stores to each other
+_TOLD = 8  # turns of a sampled switch that are worth a word
 _POINTS = 1 << 16  # points of a static island planned at once
 _STATIC_POINTS = 1000.0  # that measures see of one, at least
 
@@ -217,13 +218,20 @@ class IslandRunner:
             certificate = replace(certificate, taken=taken, granted=granted)
         elif self.method == "sdirk" and energy is not None:
             certificate = replace(certificate, taken=energy.taken)
+        if self._late():
+            certificate = replace(certificate, late=self._late() / self.settings.reltol)
         followed = self.method in PATH_METHODS
         return of_linearised(certificate, stats) if followed else certificate
 
+    def _late(self) -> float:
+        """Return how far controls of sampled switches had passed their thresholds at most."""
+        return max((late for _, _, late in self.stepper.chattering[0]), default=0.0)
+
     def warnings(self) -> list[Diagnostic]:
         """Return what the start, the certificate and the steps have to say."""
-        pairs, interval = self.stepper.chattering
-        elements = dict.fromkeys(self.mna.pair_elements[pair] for pair in pairs)
+        sampled, interval = self.stepper.chattering
+        told = [k for k, turns, late in sampled if turns >= _TOLD or late > self.settings.reltol]
+        elements = dict.fromkeys(self.mna.pair_elements[pair] for pair in told)
         found = [*self._unkept, *self.examiner.warnings()]
         if elements:
             found.append(chatter(self.circuit, list(elements), interval))

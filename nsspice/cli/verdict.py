@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NoReturn
 
 from ..analyses.certificate import TAKEN_BESIDE_EXACT
@@ -52,6 +53,14 @@ def _reason(solution: Solution) -> tuple[str, None, str]:
             "not met their tolerance",
             None,
             "try a smaller --reltol, or order=4 if the deck asks for order=2",
+        )
+    if c.late > 1.0 and replace(c, late=0.0).passed:
+        return (
+            "switches that chatter react too late: a control had passed its threshold by "
+            f"{c.late:.2g} times the tolerance",
+            None,
+            "give them hysteresis (VH), a smaller longest step, the last number of .tran, or a "
+            "larger --reltol",
         )
     hint = "try a shorter step; the files are kept, please report this deck"
     if any(island.method in PATH_METHODS for island in solution.islands):

@@ -90,6 +90,11 @@ def _certificate(c: Certificate) -> list[str]:
             f"lost in jumps {shown[3]}, taken by the scheme {shown[4]} "
             f"(error {max(e.imbalance, e.drift):.1e})"
         )
+    if c.late > 1.0:
+        lines.append(
+            "  tolerance given up: the control of a switch that chatters had passed its threshold "
+            f"by {c.late:.2g} times as much before it was looked at"
+        )
     if c.several:
         names = ", ".join(c.several[:_LISTED]) + (", ..." if len(c.several) > _LISTED else "")
         lines.append(

@@ -258,11 +258,13 @@ class Stepper(ABC):
         return self._core.events()  # type: ignore[no-any-return]
 
     @property
-    def chattering(self) -> tuple[list[int], float]:
-        """Pairs of the switches that chatter, and the time between two looks at their controls [s].
+    def chattering(self) -> tuple[list[tuple[int, int, float]], float]:
+        """Switches that have turned while they were sampled, and the time between two looks [s].
 
         A switch without hysteresis that takes its own control back across the threshold would
-        change without end; such a one is sampled.
+        change without end; such a one looks at its control at fixed instants only.  Of each: its
+        pair, how often it has turned at one, and the part of its scale by which its control had
+        passed the threshold at most.
         """
         return self._core.chattering()  # type: ignore[no-any-return]
 

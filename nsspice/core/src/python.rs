@@ -416,7 +416,7 @@ impl PyStepper {
     }
 
     /// Pairs of the switches that chatter and are sampled, and the time between two of their looks [s].
-    fn chattering(&self) -> (Vec<usize>, f64) {
+    fn chattering(&self) -> (Vec<(usize, u64, f64)>, f64) {
         self.sdirk.as_ref().map_or((Vec::new(), 0.0), |c| c.chattering(&self.inner))
     }
 

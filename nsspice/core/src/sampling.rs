@@ -13,8 +13,9 @@ use crate::switch::Switch;
 const AGAIN: u32 = 2;
 /// A switch that stays as it is for so many looks has ceased to chatter.
 const QUIET: u32 = 16;
-/// Turns at looks that are worth a word.
-const TOLD: u64 = 8;
+/// So has one whose control has gone away from its threshold at so many looks in a row: what slides is driven
+/// back to it by either state of the switch (Filippov), whatever the time between two looks.
+const LEAVING: u32 = 3;
 /// An instant this near to the next look, as a part of the interval, is that.
 const NEAR: f64 = 1e-6;
 
@@ -26,10 +27,12 @@ pub struct Sampling {
     pub next: f64,
     /// which switches are sampled
     pub on: Vec<bool>,
-    /// how often each has turned at a look
-    turns: Vec<u64>,
+    /// how often each has turned at a look, and how far its control had passed the threshold at most
+    turns: Vec<(u64, f64)>,
     /// looks since the last turn
     quiet: Vec<u32>,
+    /// how far each control was from its threshold at the last look, and for how many looks it has gone away
+    leaving: Vec<(f64, u32)>,
     /// turns at thresholds since events began to pile up
     turned: Vec<u32>,
 }
@@ -43,8 +46,9 @@ impl Sampling {
             interval,
             next: f64::INFINITY,
             on: none,
-            turns: vec![0; switches],
+            turns: vec![(0, 0.0); switches],
             quiet: zeros.clone(),
+            leaving: vec![(f64::INFINITY, 0); switches],
             turned: zeros,
         }
     }
@@ -74,6 +78,7 @@ impl Sampling {
         for &k in switches {
             if !self.on[k] {
                 (self.on[k], self.quiet[k]) = (true, 0);
+                self.leaving[k] = (f64::INFINITY, 0);
             }
         }
         if !switches.is_empty() && self.next.is_infinite() {
@@ -95,25 +100,42 @@ impl Sampling {
         true
     }
 
-    /// Notes that a switch turns at a look.
-    pub fn turn(&mut self, switch: usize) {
-        self.quiet[switch] = 0;
-        self.turns[switch] += 1;
+    /// Notes how far the control of a switch is from its threshold at a look at which it does not turn; of no
+    /// account if the switch is not sampled.
+    pub fn stays(&mut self, switch: usize, distance: f64) {
+        let (last, count) = self.leaving[switch];
+        self.leaving[switch] = (distance, if distance > last { count + 1 } else { 0 });
     }
 
-    /// Pairs of the switches that have gone on turning while they were sampled, and the time between two
-    /// looks [s].
-    pub fn chattering(&self, switches: &[Switch]) -> (Vec<usize>, f64) {
-        let told = switches.iter().zip(&self.turns).filter(|e| *e.1 >= TOLD);
-        (told.map(|e| e.0.pair).collect(), self.interval)
+    /// Notes that a switch turns at a look at which its control lies so far beyond its threshold.
+    pub fn turn(&mut self, switch: usize, beyond: f64) {
+        self.quiet[switch] = 0;
+        self.leaving[switch] = (f64::INFINITY, 0);
+        let (count, most) = &mut self.turns[switch];
+        (*count, *most) = (*count + 1, most.max(beyond));
+    }
+
+    /// The switches that have turned while they were sampled: the pair of each, how often, and how late (the part
+    /// of its `scale` by which its control had passed the threshold); and the time between two looks [s].
+    pub fn chattering(
+        &self,
+        switches: &[Switch],
+        scale: impl Fn(usize) -> f64,
+    ) -> (Vec<(usize, u64, f64)>, f64) {
+        let turned = (0..switches.len()).filter(|&k| self.turns[k].0 > 0).map(|k| {
+            let (count, most) = self.turns[k];
+            (switches[k].pair, count, most / scale(k))
+        });
+        (turned.collect(), self.interval)
     }
 
     /// Lets those go that have come to rest; true if any.
     pub fn release(&mut self) -> bool {
         let mut any = false;
-        for (on, quiet) in self.on.iter_mut().zip(&self.quiet) {
-            any |= *on && *quiet >= QUIET;
-            *on &= *quiet < QUIET;
+        for (on, (quiet, leaving)) in self.on.iter_mut().zip(self.quiet.iter().zip(&self.leaving)) {
+            let over = *quiet >= QUIET || leaving.1 >= LEAVING;
+            any |= *on && over;
+            *on &= !over;
         }
         if any && !self.on.contains(&true) {
             self.next = f64::INFINITY;
@@ -146,5 +168,34 @@ mod tests {
             assert_eq!(sampling.release(), k + 1 == QUIET);
         }
         assert!(sampling.next.is_infinite());
+    }
+
+    #[test]
+    fn what_leaves_its_threshold_is_let_go_at_once() {
+        let mut sampling = Sampling::new(1, 1.0);
+        sampling.sample(&[0], 0.0);
+        for k in 1..=64 {
+            // sliding: over the threshold, then slowly back to it
+            assert!(sampling.looks(f64::from(k)));
+            match k % 4 {
+                0 => sampling.turn(0, 0.25),
+                phase => sampling.stays(0, 1.0 / f64::from(phase)),
+            }
+            assert!(!sampling.release(), "{k}");
+        }
+        for k in 65..=68 {
+            assert!(sampling.looks(f64::from(k)));
+            sampling.stays(0, f64::from(k));
+            assert_eq!(sampling.release(), k == 68, "{k}");
+        }
+        let switch = Switch {
+            pair: 7,
+            control: vec![],
+            on_above: 0.0,
+            off_below: 0.0,
+            inverted: false,
+            latching: false,
+        };
+        assert_eq!(sampling.chattering(&[switch], |_| 0.5), (vec![(7, 16, 0.5)], 1.0));
     }
 }

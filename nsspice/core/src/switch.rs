@@ -76,6 +76,12 @@ impl Switch {
         self.control.iter().map(|&(j, c)| c * z[j]).sum()
     }
 
+    /// The size of the terms of the control and of its threshold where the unknowns are `z`.
+    pub fn size(&self, z: &[f64]) -> f64 {
+        let terms: f64 = self.control.iter().map(|&(j, c)| (c * z[j]).abs()).sum();
+        terms.max(self.on_above.abs())
+    }
+
     /// How far the control is from the threshold that turns the gate; negative beyond it.
     #[inline]
     pub fn distance(&self, gate: bool, z: &[f64]) -> f64 {

@@ -76,7 +76,7 @@ def test_a_wrong_implicit_step_fails(name):
 
 def test_single_implicit_steps_of_sdirk_are_all_checked():
     runner, stretches, records = finished(CONTROLLED, "sdirk", 0.12, 1.0)
-    assert runner.stepper.statistics["forced"] > 20
+    assert runner.stepper.statistics["forced"] > 0
     # the states right after jumps stand among them, with negative lengths
     assert np.sum(records.length > 0.0) == runner.stepper.statistics["forced"]
     assert verdict(runner, stretches, records).passed

@@ -16,9 +16,12 @@ const MOST: usize = 8;
 /// `l`, by unknowns, and `c` of `c (l' x)^2`.
 type Square = (Vec<(u32, f64)>, f64);
 
-/// The symmetric part `M` of a matrix as `x' M x = sum c (x_i + s x_j)^2 + sum d x_i^2` with
-/// `s = 1` or `-1`: one square for each element between two nodes, without the cancellation of the
+/// The symmetric part `M` of a matrix as `x' M x = sum c (x_i + s x_j)^2 + sum d x_i^2 + sum r x_i x_j`
+/// with `s = 1` or `-1`: one square for each element between two nodes, without the cancellation of the
 /// entries that they share.
+///
+/// What only one of two laws has of the other's unknown is a controlled source.  Its power is a product, of a
+/// current and a voltage at another place: as squares it would have the rounding of the larger one's.
 ///
 /// Coupled windings are `sum c (l' x)^2` by elimination: without leakage, the rates of their currents may
 /// be beyond all that is stored, and only the ampere turns of all are not.
@@ -30,27 +33,40 @@ pub struct Form {
     pub single: Vec<(u32, f64)>,
     /// `l` and `c`
     pub combined: Vec<Square>,
+    /// `i`, `j`, `r`
+    pub products: Vec<(u32, u32, f64)>,
 }
 
 impl Form {
     pub fn new(matrix: &Csc) -> Form {
-        let mut upper: Vec<(u32, u32, f64)> = matrix
+        // by the place in the upper triangle: entries of the upper and of the lower one
+        let mut upper: Vec<(u32, u32, [f64; 2])> = matrix
             .iter()
-            .map(|(r, c, v)| (r.min(c) as u32, r.max(c) as u32, if r == c { v } else { 0.5 * v }))
+            .map(|(r, c, v)| {
+                (r.min(c) as u32, r.max(c) as u32, if r <= c { [v, 0.0] } else { [0.0, v] })
+            })
             .collect();
         upper.sort_by_key(|e| (e.0, e.1));
         let mut pairs: Vec<(u32, u32, f64, f64)> = Vec::new();
+        let mut products = Vec::new();
         let mut rest = vec![[0.0f64; 2]; matrix.nrows];
         for group in upper.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
             let (i, j, _) = group[0];
-            let value: f64 = group.iter().map(|e| e.2).sum();
-            let size: f64 = group.iter().map(|e| e.2.abs()).sum();
+            let [a, b] = [0, 1].map(|side| group.iter().map(|e| e.2[side]).sum::<f64>());
+            let size: f64 = group.iter().map(|e| e.2[0].abs() + e.2[1].abs()).sum();
             if i == j {
                 let [sum, sizes] = &mut rest[i as usize];
-                *sum += value;
+                *sum += a;
                 *sizes += size;
-            } else if value.abs() > ROUNDED * size {
-                pairs.push((i, j, value.signum(), value.abs()));
+                continue;
+            }
+            let shared = if a * b > 0.0 { a.signum() * a.abs().min(b.abs()) } else { 0.0 };
+            if shared != 0.0 {
+                pairs.push((i, j, shared.signum(), shared.abs()));
+            }
+            let own = (a - shared) + (b - shared);
+            if own.abs() > ROUNDED * size {
+                products.push((i, j, own));
             }
         }
         for &(i, j, _, size) in &pairs {
@@ -62,7 +78,7 @@ impl Form {
         }
         let left = rest.iter().enumerate().filter(|(_, [sum, sizes])| sum.abs() > ROUNDED * sizes);
         let single = left.map(|(k, [sum, _])| (k as u32, *sum)).collect();
-        let mut out = Form { pairs, single, combined: Vec::new() };
+        let mut out = Form { pairs, single, combined: Vec::new(), products };
         out.combine(matrix);
         out
     }
@@ -81,6 +97,8 @@ impl Form {
             let Some(squares) = eliminated(matrix, &rows) else { continue };
             self.pairs.retain(|p| !rows.contains(&(p.0 as usize)));
             self.single.retain(|s| !rows.contains(&(s.0 as usize)));
+            let inside = |k: u32| rows.contains(&(k as usize));
+            self.products.retain(|p| !(inside(p.0) && inside(p.1)));
             self.combined.extend(squares);
         }
     }
@@ -101,6 +119,9 @@ impl Form {
             let v = combination(l, &x);
             sum += c * v * v;
         }
+        for &(i, j, r) in &self.products {
+            sum += r * x(i as usize) * x(j as usize);
+        }
         sum
     }
 
@@ -117,6 +138,10 @@ impl Form {
         for (l, c) in &self.combined {
             sum += c * combination(l, |k| x[k]) * combination(l, |k| y[k]);
         }
+        for &(i, j, r) in &self.products {
+            let (i, j) = (i as usize, j as usize);
+            sum += 0.5 * r * (x[i] * y[j] + x[j] * y[i]);
+        }
         sum
     }
 
@@ -131,6 +156,14 @@ impl Form {
         }
         for (l, c) in &self.combined {
             sum += c * products(points, w, |k| combination(l, |j| k[j]));
+        }
+        for &(i, j, r) in &self.products {
+            for (row, a) in w.chunks_exact(points.len()).zip(points) {
+                for (w, b) in row.iter().zip(points) {
+                    let (i, j) = (i as usize, j as usize);
+                    sum += 0.5 * r * w * (a[i] * b[j] + a[j] * b[i]);
+                }
+            }
         }
         sum
     }
@@ -212,6 +245,20 @@ mod tests {
             let y = [1.0, 0.0, 0.0];
             assert!((form.between(&y, &y) - 1.0).abs() < 1e-15);
         }
+    }
+
+    #[test]
+    fn the_power_of_a_controlled_source_is_a_product() {
+        // 2 S between two nodes, and a source in the law of a branch that a voltage of 1 kV controls
+        let entries = [(0, 0, 2.0), (0, 1, -2.0), (1, 0, -2.0), (1, 1, 2.0), (2, 1, -1e6)];
+        let form = Form::new(&Csc::from_triplets(3, 3, &entries));
+        assert_eq!((&form.pairs[..], &form.single[..]), (&[(0, 1, -1.0, 2.0)][..], &[][..]));
+        assert_eq!(form.products, [(1, 2, -1e6)]);
+        // as squares: 1e12 W, of which a pico would be lost in rounding
+        let x = [1e3, 1e3, 1e-12];
+        assert_eq!(form.at(|k| x[k]), -1e6 * 1e3 * 1e-12);
+        assert_eq!(form.between(&x, &x), form.at(|k| x[k]));
+        assert_eq!(form.products(&[&x, &x], &[1.0, 0.5, 0.5, -3.0]), -form.at(|k| x[k]));
     }
 
     #[test]

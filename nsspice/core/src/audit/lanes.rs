@@ -174,6 +174,12 @@ fn squares_any(form: &Form, x: &[Lane], out: &mut Lane) {
             sum[k] += c * all[k] * all[k];
         }
     }
+    for &(i, j, r) in &form.products {
+        let (a, b) = (&x[i as usize], &x[j as usize]);
+        for k in 0..LANES {
+            sum[k] += r * a[k] * b[k];
+        }
+    }
     *out = sum;
 }
 

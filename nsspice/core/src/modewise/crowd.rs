@@ -38,10 +38,13 @@ impl Engine {
     /// Lets the switches that are sampled look at their controls if it is time; returns when they look next [s].
     pub(super) fn look(&mut self) -> f64 {
         let looking = self.sampling.looks(self.time);
+        let verifier = &mut self.picker.verifier;
         if looking {
+            for (k, &seen) in verifier.seen.iter().enumerate() {
+                self.sampling.stays(k, seen);
+            }
             self.sampling.release();
         }
-        let verifier = &mut self.picker.verifier;
         verifier.sampled.clone_from(&self.sampling.on);
         verifier.looking = looking;
         self.sampling.next
@@ -115,8 +118,8 @@ impl Engine {
         self.storm.spell > 0.0
     }
 
-    /// Pairs of the switches that have been sampled, and the time between two of their looks [s].
-    pub fn chattering(&self) -> (Vec<usize>, f64) {
-        self.sampling.chattering(&self.switches)
+    /// See [`Sampling::chattering`].
+    pub fn chattering(&self) -> (Vec<(usize, u64, f64)>, f64) {
+        self.sampling.chattering(&self.switches, |k| self.witness.controls[k])
     }
 }

@@ -225,6 +225,8 @@ impl Engine {
         self.stop = stop;
         self.fixed_step = fixed_step;
         self.sampling = self.new_sampling();
+        self.picker.verifier.seen.resize(self.switches.len(), 0.0);
+        self.witness.controls.resize(self.switches.len(), 0.0);
         self.rows = RowClock::new(out_start, out_step, stop);
         self.rows.count()
     }
@@ -353,7 +355,7 @@ impl Engine {
                 let s = self.picker.verifier.thrown[k];
                 self.gates[s] = !self.gates[s];
                 if self.sampling.on[s] {
-                    self.sampling.turn(s);
+                    self.sampling.turn(s, -self.picker.verifier.seen[s]);
                 }
                 self.stats.switchings += 1;
             }

@@ -84,6 +84,8 @@ pub struct Verifier {
     pub sampled: Vec<bool>,
     /// whether these look at their controls now
     pub looking: bool,
+    /// how far the control of each of them was from its threshold where they looked last
+    pub seen: Vec<f64>,
     /// guards that are negative at the start
     pub negative: Vec<usize>,
     /// values and slopes of the guards at the start, and how large their terms become
@@ -201,6 +203,9 @@ impl Verifier {
                 continue;
             }
             self.clear[j] = horizon;
+            if self.looking {
+                self.seen[s] = self.looks.value[j];
+            }
             if self.looking && self.looks.value[j] < -self.noise[j] {
                 self.thrown.push(s);
             }

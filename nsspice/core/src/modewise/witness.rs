@@ -77,6 +77,8 @@ pub(super) struct Witness {
     pub records: Records,
     /// energy coordinates where the last motion ended, or the last reported jump
     left: Vec<f64>,
+    /// the largest terms of the control of each switch
+    pub controls: Vec<f64>,
     /// those that differ most, and those at which most is stored
     seams: [Seam; 2],
     point: Point,
@@ -97,6 +99,7 @@ impl Default for Witness {
             taken: Taken { nodes: NODES.len(), ..Taken::default() },
             records: Records::default(),
             left: Vec::new(),
+            controls: Vec::new(),
             seams: Default::default(),
             point: Point::default(),
             x: Vec::new(),
@@ -325,6 +328,9 @@ impl Engine {
             let values = [&w.x[..], &w.v, &w.d];
             let work = [&mut w.a, &mut w.b];
             self.unknowns_in(mode, values, &mut taken.z[z..], &mut taken.l[l..], work);
+            for (switch, size) in self.switches.iter().zip(&mut w.controls) {
+                *size = size.max(switch.size(&taken.z[z..]));
+            }
             // the segment behind the end of the run is cut
             let at_end = k == 5 && end == length && self.time < self.stop;
             let instant = if at_end { self.end } else { self.time + t };

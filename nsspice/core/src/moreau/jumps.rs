@@ -234,7 +234,7 @@ impl Stepper {
             leap = self.lawful(charges, &begun, leap, shortest, start);
         } else if rest >= Rest::Bent
             && charges.is_none()
-            && self.jumped(None, &begun.0, &leap.after, &leap.after, NO_JUMP)
+            && self.jumped(None, &begun.0, &leap.after, &leap.after, ROUNDING)
         {
             // motion of so long a step has to come once more
             leap = self.unmoved(begun, leap, shortest);

@@ -145,9 +145,12 @@ impl Stepper {
         shortest: f64,
         start: Start,
     ) -> Leap {
-        while leap.part > JUMP && self.leapt(charges, &begun.0, &leap) {
+        // what junctions end has no time constant that is known: a step short beside all that are
+        // may be long beside it, and its square is no jump
+        let shortest_part = if self.smooth.is_some() { AGAIN * JUMP } else { JUMP };
+        while leap.part > shortest_part && self.leapt(charges, &begun.0, &leap) {
             (self.z, self.l) = begun.clone();
-            let part = (AGAIN * leap.part).max(JUMP);
+            let part = (AGAIN * leap.part).max(shortest_part);
             let Ok(next) = self.leap(charges, part, shortest, start) else { break };
             if self.alike(charges, &begun.0, [&leap, &next])
                 || self.rest(&next) < self.rest(&leap).min(Rest::Bent)

@@ -148,7 +148,7 @@ impl PyModewise {
     }
 
     /// Pairs of the switches that chatter and are sampled, and the time between two of their looks [s].
-    fn chattering(&self) -> (Vec<usize>, f64) {
+    fn chattering(&self) -> (Vec<(usize, u64, f64)>, f64) {
         self.inner.chattering()
     }
 

@@ -52,10 +52,12 @@ impl Detour {
         }
     }
 
-    /// Notes an event at a time, without a whole step since the last one.
-    pub fn note_event(&mut self, time: f64) {
-        if self.events == 0 {
-            self.since = time;
+    /// Notes an event at a time, without a whole step since the last one.  So many events that an implicit
+    /// step, which is at least `little` long, would not pass over do not pile up: they are counted anew.
+    pub fn note_event(&mut self, time: f64, little: f64) {
+        let slow = self.events >= IN_A_ROW && time - self.since > BURST * little;
+        if self.events == 0 || slow {
+            (self.events, self.since) = (0, time);
         }
         self.events += 1;
     }
@@ -91,9 +93,10 @@ impl Detour {
         self.left > 0 || self.events > most
     }
 
-    /// Since when events have piled up, and did so before the last implicit step as well [s].
-    pub fn since(&self) -> f64 {
-        self.since.min(self.last.0)
+    /// Whether the events that pile up began to do so at once behind an implicit step: what it has passed over
+    /// is still there.  The length of that step is the only measure; that of the run says nothing of it.
+    pub fn has_returned(&self) -> bool {
+        self.events > 0 && self.since - self.last.0 <= BURST * self.last.1
     }
 
     /// The level of an implicit step from a time on.

@@ -166,12 +166,16 @@ impl Scales {
         if switch.held(gate, s.active[switch.pair]) {
             return f64::INFINITY;
         }
-        let threshold = switch.edge(gate).0;
+        switch.distance(gate, z) / self.of_control(s, k)
+    }
+
+    /// Scale of the control of a switch.
+    pub fn of_control(&self, s: &Stepper, k: usize) -> f64 {
+        let (switch, threshold) = (&s.switches[k], s.switches[k].edge(s.gates[k]).0);
         // its own size: the voltage of an instant elsewhere is no measure of a gate
         let rounded = ROUNDED / VIOLATED * self.largest[usize::from(self.control[k])];
         let own = switch.control.iter().map(|&(j, c)| c.abs() * self.unknown[j]).sum::<f64>();
-        let scale = own.max(threshold.abs()).max(rounded).max(f64::MIN_POSITIVE);
-        switch.distance(gate, z) / scale
+        own.max(threshold.abs()).max(rounded).max(f64::MIN_POSITIVE)
     }
 
     /// The switches that are watched whose thresholds have been reached at `z`.
@@ -193,10 +197,15 @@ impl Scales {
         theta * margins.fold(0.0, f64::max)
     }
 
-    /// The sampled switches whose controls lie beyond their thresholds at `z`.
-    pub fn beyond(&self, s: &Stepper, z: &[f64]) -> Vec<usize> {
-        let turns = |&k: &usize| s.sampled[k] && self.control_margin(s, k, z) < -VIOLATED;
-        (0..s.switches.len()).filter(turns).collect()
+    /// The sampled switches, and how far their controls are from their thresholds at `z`, as a part of their
+    /// scales: negative beyond.
+    pub fn sampled<'a>(
+        &'a self,
+        s: &'a Stepper,
+        z: &'a [f64],
+    ) -> impl Iterator<Item = (usize, f64)> + 'a {
+        let sampled = (0..s.switches.len()).filter(|&k| s.sampled[k]);
+        sampled.map(|k| (k, self.control_margin(s, k, z)))
     }
 
     /// Where, between three samples at the places `at`, some guard may dip below zero although it is

@@ -6,6 +6,7 @@ use super::super::matrices::OPEN;
 use super::super::stepper::Stepper;
 use super::super::turns::Turn;
 use super::detour::FORCED_LEVEL;
+use super::guards::VIOLATED;
 use super::ladder::SMALL;
 use super::run::Sdirk;
 use crate::mlcp::{Role, Start};
@@ -87,8 +88,7 @@ impl Sdirk {
     /// Samples the switches that have made events pile up; false if there are none.
     pub(super) fn sample(&mut self, s: &mut Stepper) -> bool {
         // the rounding of an instant is passed over by one implicit step
-        let near = s.time - self.detour.since() <= self.sampling.interval;
-        let any = near && self.sampling.begin(s.time);
+        let any = self.detour.has_returned() && self.sampling.begin(s.time);
         if any {
             self.detour.note_progress();
             s.sampled.clone_from(&self.sampling.on);
@@ -115,8 +115,15 @@ impl Sdirk {
         if !self.sampling.looks(s.time) {
             return Vec::new();
         }
-        let turned = self.scales.beyond(s, &s.z);
-        turned.iter().for_each(|&k| self.sampling.turn(k));
+        let mut turned = Vec::new();
+        for (k, margin) in self.scales.sampled(s, &s.z) {
+            if margin < -VIOLATED {
+                turned.push(k);
+                self.sampling.turn(k, -margin * self.scales.of_control(s, k));
+            } else {
+                self.sampling.stays(k, margin);
+            }
+        }
         if self.sampling.release() {
             s.sampled.clone_from(&self.sampling.on);
         }

@@ -192,9 +192,9 @@ impl Sdirk {
         self.ladder.mode_count()
     }
 
-    /// Pairs of the switches of `s` that have been sampled, and the time between two of their looks [s].
-    pub fn chattering(&self, s: &Stepper) -> (Vec<usize>, f64) {
-        self.sampling.chattering(&s.switches)
+    /// See [`Sampling::chattering`].
+    pub fn chattering(&self, s: &Stepper) -> (Vec<(usize, u64, f64)>, f64) {
+        self.sampling.chattering(&s.switches, |k| self.scales.of_control(s, k))
     }
 
     /// The steps recorded since the last call.
@@ -408,7 +408,8 @@ impl Sdirk {
                     self.level = level + 3;
                     continue;
                 }
-                self.detour.note_event(s.time + theta * self.trial.length);
+                let little = self.ladder.length(FORCED_LEVEL);
+                self.detour.note_event(s.time + theta * self.trial.length, little);
                 self.troubled = s.time;
                 if self.futile && theta < EARLY {
                     // the mode did not end here: look closer
