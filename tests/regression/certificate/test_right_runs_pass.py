@@ -33,7 +33,9 @@ CIRCUITS = {
         "Ra in m 1k\nRb m out 22k\nG1 0 q 0 m {transfer}\nRq q 0 100k\nCq q 0 16n IC=0\n"
         "E1 out 0 q 0 1\n"
     ),
-    "gyrator": "Rs in x 1k\nG1 x 0 y 0 {slope}\nG2 0 y x 0 {slope}\nCy y 0 1u IC=0\nCx x 0 1n IC=0\n",
+    "gyrator": (
+        "Rs in x 1k\nG1 x 0 y 0 {slope}\nG2 0 y x 0 {slope}\nCy y 0 1u IC=0\nCx x 0 1n IC=0\n"
+    ),
     "transresistance": "Rs in x 1k\nVs x 0 0\nH1 y 0 Vs {gain}\nRl y l 1meg\nCl l 0 1u IC=0\n",
 }
 

@@ -1,4 +1,4 @@
-"""What is chatter, when it is over, and what it costs: no window is tied to the length of the run."""
+"""What is chatter, when it is over, and what it costs: no window follows the length of a run."""
 
 from __future__ import annotations
 
