@@ -1,4 +1,4 @@
-"""Right runs whose certificate failed: energies of controlled sources were sums of large squares."""
+"""Right runs whose certificate failed: powers of controlled sources were sums of squares."""
 
 from __future__ import annotations
 
