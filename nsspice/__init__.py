@@ -43,6 +43,7 @@ __all__ = [
     "check",
     "cost",
     "dc",
+    "effects",
     "loop",
     "op",
     "pss",
@@ -67,6 +68,7 @@ if TYPE_CHECKING:
         TopologyError,
         UsageError,
     )
+    from .screening import effects
 
 _HOME = {
     "InfeasibleError": ".errors",
@@ -85,6 +87,7 @@ _HOME = {
     "cost": ".compare.cost",
     "dc": ".analyses",
     "loop": ".analyses",
+    "effects": ".screening",
     "op": ".analyses",
     "pss": ".analyses",
     "read": ".analyses",

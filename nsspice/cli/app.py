@@ -19,6 +19,7 @@ _PIPE = 141  # what a shell shows of a program that SIGPIPE ended: 128 + 13
 _COMMANDS = {
     "run": "simulate a netlist: CSV, plot and summary",
     "explain": "tell how a netlist would be solved, without solving it",
+    "effects": "find out which effect matters, and what it costs",
     "cost": "measure what accuracy costs with every method",
     "test": "check netlists against the numbers in X.expect.toml",
     "compare": "compare a simulation with ngspice or a reference waveform",

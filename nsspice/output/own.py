@@ -54,6 +54,8 @@ def written_by_nsspice(path: Path) -> bool:
         return b"nsspice" in head or b"nsspice" in tail
     if head.lstrip()[:15].lower() == b"<!doctype html>":
         return b'name="generator" content="nsspice' in head
+    if b"\n* recommended by nsspice effects" in head:
+        return True
     if head.startswith(b"Title:"):
         return b"\nCommand: nsspice" in head
     return _is_table(head, len(head) == size)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -100,7 +101,16 @@ def new_figure() -> Any:
                 hint="pip install matplotlib",
             )
         ) from error
-    figure = Figure(layout="constrained", dpi=120)
+
+    class Picture(Figure):
+        """A figure that a notebook shows without any setting."""
+
+        def _repr_png_(self) -> bytes:
+            stream = io.BytesIO()
+            self.savefig(stream, format="png")
+            return stream.getvalue()
+
+    figure = Picture(layout="constrained", dpi=120)
     FigureCanvasAgg(figure)
     return figure
 

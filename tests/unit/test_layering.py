@@ -21,10 +21,11 @@ ALLOWED = {
     "analyses": {"netlist", "devices", "circuit", "problems", "solvers"},
     "output": {"netlist", "problems", "circuit", "analyses", "_core"},
     "compare": {"netlist", "devices", "circuit", "problems", "solvers", "analyses", "output"},
+    "screening": {"netlist", "devices", "circuit", "problems", "solvers", "analyses", "output"},
     "pytest_plugin": {"compare"},
     "dvi": {"netlist", "devices", "circuit", "problems", "solvers", "analyses", "_core"},
     "cli": {"netlist", "devices", "circuit", "problems", "solvers", "analyses", "output"}
-    | {"compare"},
+    | {"compare", "screening"},
 }
 
 #: the methods ``to_csv``, ``plot`` ... of a solution hand over to the writers when they are called,

@@ -1,0 +1,117 @@
+"""The effects of a circuit that may be left out, to see whether they matter."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from ..circuit import Circuit
+from ..devices import Device
+from ..netlist.deck import Element
+from .edits import SET_VALUED, Edit
+
+#: what makes a device what it is: it stays, whatever it costs
+_ESSENTIAL = frozenset(
+    ["", "value", "ic", "is", "n", "vt", "it", "von", "voff", "ion", "ioff", "bf", "br", "nf", "nr",
+     "alphan", "alphai", "vto", "kp", "ideal"]
+)  # fmt: skip
+#: elements so much larger (resistors) or smaller (capacitors) than others of their kind are tried
+#: as parasitics; what they do is measured, so that this decides about nothing but the time it takes
+_APART = 1e4
+
+
+def candidates(circuit: Circuit, names: Iterable[str] = ()) -> list[Edit]:
+    """Return the effects that can be left out, in deck order.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    names : iterable of str
+        Elements to try as open circuits besides, such as ``rsnub``.
+    """
+    found: dict[tuple[str, str, str], Edit] = {}
+    elements = {e.name: e for e in circuit.deck.elements}
+    asked = {name.lower() for name in names}
+    for device in circuit.devices:
+        element = elements.get(device.name)
+        if element is None:
+            continue
+        for edit in (*_of_model(device, element), *_of_parasitic(device, element)):
+            found.setdefault((edit.target, edit.kind, edit.key), edit)
+    for element in _apart(circuit.deck.elements):
+        found.setdefault((element.name, "open", ""), _open(element, "leakage or stray element"))
+    for element in _side_by_side(circuit.deck.elements):
+        found.setdefault((element.name, "open", ""), _open(element, "parallel diode"))
+    for name in asked & elements.keys():
+        found.setdefault((name, "open", ""), _open(elements[name], "element"))
+    return list(found.values())
+
+
+def _of_model(device: Device, element: Element) -> Iterator[Edit]:
+    """Yield the parameters of a model card that call for effects."""
+    model = element.model
+    if model is None:
+        return
+    owner = f"model {model.name}"
+    smooth = model.type == "d" and not any(k in SET_VALUED for k in model.params)
+    if smooth:
+        text = "exponential junction"
+        yield Edit(owner, text, "is, n and all others", "ideal", model.name, model.span)
+    for effect in device.effects:
+        key = effect.parameter
+        if key in _ESSENTIAL or key not in model.params:
+            continue
+        value = model.params[key]
+        text = f"{key}={value.value:g}" if isinstance(value.value, int | float) else key
+        yield Edit(owner, effect.name, text, "parameter", model.name, value.span, key)
+
+
+def _of_parasitic(device: Device, element: Element) -> Iterator[Edit]:
+    """Yield what is written on the line of another element: series ones vanish, others open."""
+    _, _, key = element.name.rpartition(".")
+    if key in ("rser", "lser"):
+        effect = "series resistance" if key == "rser" else "series inductance"
+        yield Edit(element.name, effect, _value(element), "short", element.name, element.span)
+    elif key in ("rpar", "cpar", "rlshunt"):
+        effect = "parallel capacitance" if key == "cpar" else "parallel resistance"
+        yield Edit(element.name, effect, _value(element), "open", element.name, element.span)
+
+
+def _value(element: Element) -> str:
+    _, _, key = element.name.rpartition(".")
+    value = element.value
+    return f"{key}={value:g}" if isinstance(value, int | float) else key
+
+
+def _open(element: Element, effect: str) -> Edit:
+    value = f"{element.value:g}" if isinstance(element.value, int | float) else ""
+    return Edit(element.name, effect, value, "open", element.name, element.span)
+
+
+def _apart(elements: list[Element]) -> Iterator[Element]:
+    """Yield resistors far above the least one, and capacitors far below the largest one."""
+    for letter, sign in (("r", 1.0), ("c", -1.0)):
+        sizes = {
+            e.name: float(e.value)
+            for e in elements
+            if e.letter == letter and "." not in e.name and isinstance(e.value, int | float)
+            and e.value > 0.0
+        }  # fmt: skip
+        if not sizes:
+            continue
+        bound = min(sizes.values()) * _APART if sign > 0.0 else max(sizes.values()) / _APART
+        for element in elements:
+            size = sizes.get(element.name)
+            if size is not None and sign * (size - bound) >= 0.0:
+                yield element
+
+
+def _side_by_side(elements: list[Element]) -> Iterator[Element]:
+    """Yield diodes that conduct between the same nodes as another one, junctions only."""
+    diodes = [e for e in elements if e.letter == "d"]
+    for element in diodes:
+        twins = [e for e in diodes if e is not element and e.nodes == element.nodes]
+        smooth = element.model is not None and not any(
+            k in SET_VALUED for k in element.model.params
+        )
+        if twins and smooth:
+            yield element
