@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from ..devices import Device
 from ..errors import Diagnostic, RegularityError
+from ..problems.verdict import Verdict
 from .circuit import Circuit, Island
 from .dlcp import DlcpForm, dlcp_form
 from .mna import MnaSystem
@@ -61,6 +62,9 @@ class IslandExplanation:
         Whether the DC problem has at most one solution; None for linear islands.
     method : str
         How it is solved.
+    trajectory : tuple of Verdict
+        Of an island that stores energy: whether each short step has one solution, whatever the
+        sources do, and whether what is stored has one trajectory at most.
     """
 
     number: int
@@ -75,6 +79,7 @@ class IslandExplanation:
     without_form: str = ""
     uniqueness: DcUniqueness | None = None
     method: str = ""
+    trajectory: tuple[Verdict, ...] = ()
 
     def to_dict(self) -> dict[str, object]:
         """Return a JSON-ready mapping."""
@@ -97,6 +102,7 @@ class IslandExplanation:
                 if self.uniqueness
                 else None
             ),
+            "trajectory": [found.to_dict() for found in self.trajectory],
             "effects": [
                 {"kind": e.kind, "elements": list(e.elements), "effects": list(e.effects)}
                 for e in self.effects
@@ -119,6 +125,8 @@ class IslandExplanation:
             lines.append(f"  pairs     {label_list(self.pairs, 12)}")
         if self.uniqueness is not None:
             lines.append(f"  DC point  {self.uniqueness}")
+        for label, found in zip(("steps", "path"), self.trajectory, strict=False):
+            lines.append(f"  {label:<9} {found}")
         lines.append("  effects")
         lines += [f"    {line}" for line in self.effects]
         if self.form is not None:
@@ -229,7 +237,15 @@ def _explain(
         without,
         dc_uniqueness(island.assemble(analysis="dc")) if nonlinear else None,
         method(circuit, island, mna) if method else "",
+        _trajectory(mna) if nonlinear and not mna.system.static else (),
     )
+
+
+def _trajectory(mna: MnaSystem) -> tuple[Verdict, ...]:
+    """Return what theorems say of the trajectories of an island."""
+    from ..problems.theorems.trajectories import each_step, one_trajectory
+
+    return each_step(mna.system), one_trajectory(mna.system)
 
 
 def effect_lines(devices: Sequence[Device]) -> tuple[EffectLine, ...]:

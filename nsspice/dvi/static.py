@@ -71,18 +71,16 @@ class Static:
     def _near(
         self, begin: tuple[Floats, Floats], time: float
     ) -> tuple[Floats, Floats, float] | None:
-        """Return what Newton's method finds from a point; it is solved as the second of two."""
-        times = np.array([time, time])
-        rows = self.assembly.data(times)
-        # the first point is taken as it is, and the second one solved for from there
-        out = self.core(times, rows, begin=begin, tracking=(False, 40), rates=np.zeros_like(rows))
-        if out["reached"] < 2 or not out["residuals"][1] < _SOLVED:
+        """Return what Newton's method finds from a point, None where it leads nowhere."""
+        times = np.array([time])
+        out = self.core(times, self.assembly.data(times), begin=begin)
+        if out["reached"] < 1 or not out["residuals"][0] < _SOLVED:
             return None
         n, m = self.system.n, self.system.m
         return (
-            out["z"].reshape(2, n)[1],
-            out["l"].reshape(2, m)[1],
-            float(out["residuals"][1]),
+            out["z"].reshape(1, n)[0],
+            out["l"].reshape(1, m)[0],
+            float(out["residuals"][0]),
         )
 
     def core(

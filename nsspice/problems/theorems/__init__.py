@@ -27,13 +27,16 @@ from .reductions import (
 )
 from .standard import ConvexSet, StandardDVI
 from .stepping import theorem_3_3_1
+from .trajectories import each_step, one_trajectory
 
 __all__ = [
     "ConvexSet",
     "StandardDVI",
     "corollary_2_1",
     "corollary_2_2_1",
+    "each_step",
     "metric_regularity",
+    "one_trajectory",
     "strong_metric_regularity",
     "strong_metric_subregularity",
     "theorem_2_2_1",
