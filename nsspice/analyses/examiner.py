@@ -23,6 +23,7 @@ from .impulses import delivered, start_of, stored_functions
 from .uniqueness import Watcher
 
 if TYPE_CHECKING:
+    from .comparisons import ComparisonCheck
     from .expressions import ExpressionCheck
 
 #: Numbers recorded at most if every step is: some milliseconds of checking.
@@ -75,6 +76,7 @@ class Examiner:
         self.mna, self.frozen = mna, frozen
         smooth = mna.system.smooth is not None
         self._written = _expressions(mna) if smooth and mna.layout.readings else None
+        self._compared = _comparisons(mna, frozen) if mna.layout.compared else None
         system = system or mna.system
         self.auditor = Auditor(system, H, Hs, timed)
         self._step = step
@@ -93,6 +95,8 @@ class Examiner:
             self._active.take(records)
         if self._written is not None:
             self._written.take(records.time, records.z, records.u)
+        if self._compared is not None and self._step is None:
+            self._compared.take_points(records.time, records.z, records.lam, records.u)
         self.auditor.check(records, self.frozen)
 
     def take_stretches(self, stretches: Recording) -> None:
@@ -101,6 +105,16 @@ class Examiner:
             time = stretches.time.ravel()
             z, u = (v.reshape(time.size, v.shape[-1]) for v in (stretches.z, stretches.u))
             self._written.take(time, z, u)
+        if self._compared is not None:
+            self._compared.take_intervals(
+                stretches.begin,
+                stretches.end,
+                np.isfinite(stretches.doubt),
+                stretches.time,
+                stretches.z,
+                stretches.lam,
+                stretches.u,
+            )
         self.auditor.check_stretches(stretches)
 
     def certificate(
@@ -155,6 +169,8 @@ class Examiner:
         written = self._written
         if written is not None and written.worst is not None and worse(written.error, laws):
             laws, worst = written.error, f"the expression {shown(written.worst.expression)}"
+        if self._compared is not None and (wrong := self._compared.worst) is not None:
+            laws, worst = 1.0, f"the comparison {shown(wrong.comparison)} of {wrong.element}"
         return Certificate(
             laws,
             found["complementarity"],
@@ -225,6 +241,13 @@ def _expressions(mna: MnaSystem) -> ExpressionCheck:
     from .expressions import ExpressionCheck
 
     return ExpressionCheck(mna)
+
+
+def _comparisons(mna: MnaSystem, frozen: float | None) -> ComparisonCheck:
+    """Return the check of the comparisons of a deck; most have none."""
+    from .comparisons import ComparisonCheck
+
+    return ComparisonCheck(mna, frozen)
 
 
 def _list(names: Sequence[str]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from ..circuit import Circuit, MnaSystem
 from ..circuit.regularity import largest_sources
@@ -123,6 +123,37 @@ def chatter(circuit: Circuit, elements: Sequence[str], interval: float) -> Diagn
         "earlier",
         severity="warning",
     )
+
+
+def resting(circuit: Circuit, found: Mapping[str, float]) -> list[Diagnostic]:
+    """Return the warnings of controls that stay at thresholds, first at these times [s] by element.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    found : mapping of str to float
+    """
+    compared = [name for name in found if circuit.device(name).expressions]
+    switches = [name for name in found if name not in compared]
+    out = []
+    for names, message, hint in (
+        (
+            switches,
+            "a control stays at its threshold, where a switch turns when the control has come: ",
+            "put the thresholds between the levels of the control (VT, VH)",
+        ),
+        (
+            compared,
+            "two sides of a comparison stay equal, which then has the value that is written: ",
+            "compare with a value between the levels of the signal",
+        ),
+    ):
+        if names:
+            times = [f"{name} from t = {found[name]:.9g} s on" for name in names]
+            reason = ", so that neither rounding nor another simulator decides"
+            place, text = _span(circuit, names), message + _list(times)
+            out.append(Diagnostic("NS3056", text, place, hint + reason, severity="warning"))
+    return out
 
 
 def unbounded(circuit: Circuit, mna: MnaSystem, row: int, time: float) -> Diagnostic:

@@ -19,7 +19,7 @@ from .certificate import TAKEN_BESIDE_EXACT, Certificate
 from .curve import Floats
 from .events import Events
 from .examiner import Examiner, sampling
-from .failure import chatter, lost_path, named_failure, unbounded
+from .failure import chatter, lost_path, named_failure, resting, unbounded
 from .following import PATH_METHODS, Following, of_linearised
 from .impulses import jumps_of
 from .initial import start
@@ -235,6 +235,11 @@ class IslandRunner:
         found = [*self._unkept, *self.examiner.warnings()]
         if elements:
             found.append(chatter(self.circuit, list(elements), interval))
+        rested: dict[str, float] = {}
+        for pair, time in self.stepper.resting:
+            element = self.mna.pair_elements[pair]
+            rested[element] = min(time, rested.get(element, time))
+        found += resting(self.circuit, rested)
         if (torn := self.stepper.unbounded) is not None:
             found.append(unbounded(self.circuit, self.mna, *torn))
         return found

@@ -26,7 +26,7 @@ from .parameter import Parameter, Table, inert, refused
 from .passive import read_given
 from .resistor import Resistor
 from .signals import own_current, register_of, shown
-from .stamper import Layout, Stamper
+from .stamper import Compared, Layout, Stamper
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element
@@ -119,7 +119,31 @@ class Reading(Device):
         pairs = stamper.layout.pairs.get(self.name, ())
         for pair, comparator in zip(pairs, self.comparators, strict=True):
             terms, threshold = self._control(stamper, comparator)
-            stamper.switches.append(Switch(pair, terms, threshold, threshold, comparator.closed))
+            closed = comparator.closed
+            switch = Switch(pair, terms, threshold, threshold, closed, at_threshold=closed)
+            stamper.switches.append(switch)
+            self._note(stamper, comparator)
+
+    def _note(self, stamper: Stamper, comparator: Comparator) -> None:
+        """Leave a comparison for those who check what the switches have made of it."""
+        layout = stamper.layout
+        if comparator.written is None:
+            return
+        written = Expression(comparator.written, self.expression.span)
+        own = {"i"} if self.name in layout.branches else set()
+        names = {name for name in written.variables() if name[0] == "i"}
+        if any(Expression(side).jumps() for side in comparator.written.args) or names - own - {
+            f"i({source})" for source in self.sources
+        }:
+            return
+        currents = {
+            name: layout.branch(self.name)
+            if name == "i"
+            else self.sources[name[2:-1]].current(layout)
+            for name in names
+        }
+        node = layout.nodes[comparator.signal[2:-1]]
+        layout.compared.append(Compared(self.name, written, node, currents))
 
     def _control(self, stamper: Stamper, comparator: Comparator) -> tuple[_Terms, float]:
         """Return unknowns with factors, and above which value of their sum a comparator closes."""

@@ -12,6 +12,9 @@ an ideal switch between 1 V and a node with a resistor to ground, closed while i
 so that its instants are located like those of any switch, and exactly where all else is linear.
 What follows from several comparisons (``&&``, ``||``) is one more comparator, of their sum.
 
+Where the two sides stay equal, a comparison has the value that is written: ``v(g) > 0`` is false at
+0 V, ``v(g) >= 0`` is true, and with both of them ``==`` and ``u`` (one half at 0) have theirs.
+
 A choice between laws, ``if(v(a) > 0, v(a), 0)``, stays what it is, since it may be continuous.
 """
 
@@ -26,8 +29,8 @@ from .behaviour import linear_form
 
 #: comparisons by what they are true of: the sign of ``left - right``, and truth at equality
 _COMPARED = {"gt": (1.0, False), "ge": (1.0, True), "lt": (-1.0, False), "le": (-1.0, True)}
-#: steps by where they jump, and whether down; ``sgn`` has a third value, which counts at rest
-_STEPS = {"u": (0.0, False), "buf": (0.5, False), "inv": (0.5, True)}
+#: steps by where they jump, and whether down
+_STEPS = {"buf": (0.5, False), "inv": (0.5, True)}
 #: most comparators for one product of others: nested choices would double them with each level
 _MOST = 8
 
@@ -42,12 +45,15 @@ class Comparator(NamedTuple):
     control : Node
         Of the signals of the deck and of comparators before this one.
     closed : bool
-        True if it is closed while the control is zero, as long as it was nowhere else.
+        Whether it is closed where the control stays at zero.
+    written : Node or None
+        The comparison of the deck that it stands for; None for what follows from several.
     """
 
     signal: str
     control: Node
     closed: bool
+    written: Node | None = None
 
 
 def split(node: Node, name: str) -> tuple[Node, list[Comparator]]:
@@ -87,8 +93,8 @@ class _Reader:
     def __init__(self, name: str) -> None:
         self.name = name
         self.found: list[Comparator] = []
-        self._known: dict[int, Node] = {}
-        self._truths: dict[int, Node] = {}
+        self._known: dict[int, tuple[Node, Node]] = {}
+        self._truths: dict[int, tuple[Node, Node]] = {}
         self._pairs: dict[frozenset[str], str] = {}
 
     def replace(self, node: Node) -> Node:
@@ -99,7 +105,7 @@ class _Reader:
         if not _reads(node):
             return node
         if _is_condition(node, plain=False):
-            return self._truth(node)
+            return self._step(node) if node.value == "u" else self._truth(node)
         if node.op == "if":
             condition, *chosen = node.args
             then, other = map(self.replace, chosen)
@@ -133,15 +139,26 @@ class _Reader:
             sign, closed = _COMPARED[op]
             left, right = map(self.replace, args)
             control = _difference(left, right) if sign > 0.0 else _difference(right, left)
-            return self._switch(control, closed)
+            return self._switch(control, closed, node)
+        if op in ("eq", "ne"):
+            # at least one of both is true
+            both = [self._truth(Node(one, args)) for one in ("le", "ge")]
+            return add([*both, num(-1.0)] if op == "eq" else [num(2.0), *map(neg, both)])
         if op == "not":
             return _difference(ONE, self._truth(args[0]))
         if op in ("and", "or"):
             least = len(args) - 0.5 if op == "and" else 0.5
             return self._switch(add([*map(self._truth, args), num(-least)]), False)
+        if node.value == "u":
+            return self._truth(Node("ge", (args[0], num(0.0))))  # what is not zero is true
         limit, falls = _STEPS[str(node.value)]
-        truth = self._switch(_difference(self.replace(args[0]), num(limit)), False)
+        truth = self._truth(Node("gt", (args[0], num(limit))))
         return _difference(ONE, truth) if falls else truth
+
+    def _step(self, node: Node) -> Node:
+        """Return the unit step, which is one half at zero."""
+        sides = (self._truth(Node(op, (node.args[0], num(0.0)))) for op in ("gt", "ge"))
+        return mul([num(0.5), add(list(sides))])
 
     def _product(self, one: Node, two: Node) -> list[Node] | None:
         """Return the terms of a product of combinations of comparators; None if they are many."""
@@ -166,19 +183,19 @@ class _Reader:
             known = self._pairs[frozenset((a, b))] = str(node.value)
         return known
 
-    def _switch(self, control: Node, closed: bool) -> Node:
+    def _switch(self, control: Node, closed: bool, written: Node | None = None) -> Node:
         """Return the signal of a new comparator."""
         signal = f"v({self.name}#{len(self.found) + 1})"
-        self.found.append(Comparator(signal, control, closed))
+        self.found.append(Comparator(signal, control, closed, written))
         return var(signal)
 
 
-def _once(known: dict[int, Node], node: Node, make: Callable[[Node], Node]) -> Node:
+def _once(known: dict[int, tuple[Node, Node]], node: Node, make: Callable[[Node], Node]) -> Node:
     """Return what is made of a node, which shared ones stand for once."""
     found = known.get(id(node))
     if found is None:
-        found = known[id(node)] = make(node)
-    return found
+        found = known[id(node)] = (node, make(node))  # the node lives on, and with it its number
+    return found[1]
 
 
 def _is_condition(node: Node, plain: bool) -> bool:
@@ -189,8 +206,8 @@ def _is_condition(node: Node, plain: bool) -> bool:
     if node.op in ("and", "or", "not"):
         return all(_is_condition(arg, plain=True) for arg in node.args)
     if node.op == "call":
-        return node.value in _STEPS
-    return node.op in _COMPARED or (plain and node.op == "num")
+        return node.value in _STEPS or node.value == "u"
+    return node.op in (*_COMPARED, "eq", "ne") or (plain and node.op == "num")
 
 
 def _difference(left: Node, right: Node) -> Node:

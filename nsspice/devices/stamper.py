@@ -58,6 +58,15 @@ class Written(NamedTuple):
     signals: dict[str, int]
 
 
+class Compared(NamedTuple):
+    """A comparison of the deck: its element, the node that is 1 where it is true, its currents."""
+
+    element: str
+    comparison: Expression
+    node: int
+    currents: Mapping[str, Functional]
+
+
 class Layout:
     """Numbers of the unknowns, pairs, source columns and functions of one assembled island.
 
@@ -68,7 +77,9 @@ class Layout:
     conditions : Conditions
     """
 
-    __slots__ = ("branches", "columns", "conditions", "functions", "nodes", "pairs", "readings")
+    __slots__ = (
+        "branches", "columns", "compared", "conditions", "functions", "nodes", "pairs", "readings",
+    )  # fmt: skip
 
     def __init__(self, nodes: list[str], conditions: Conditions) -> None:
         self.nodes: dict[str, int] = {name: k for k, name in enumerate(nodes)}
@@ -81,6 +92,8 @@ class Layout:
         self.functions: dict[str, int] = {}
         #: expressions on the tape
         self.readings: list[Written] = []
+        #: comparisons that are switches
+        self.compared: list[Compared] = []
 
     def voltage(self, a: str, b: str, factor: float = 1.0) -> tuple[tuple[int, float], ...]:
         """Return ``factor (va - vb)`` as terms of z; ground has none."""

@@ -80,6 +80,9 @@ class Switch:
     latching : bool
         True for a thyristor: while it is closed the pair is a diode (lam >= 0), and it opens only
         when that diode has ceased to conduct.
+    at_threshold : bool or None
+        For a comparison, whether it is above its threshold where the control stays at it.  None for
+        a switch, which turns when the control has come to the threshold and stays there.
 
     Examples
     --------
@@ -94,6 +97,7 @@ class Switch:
     closed: bool = False
     inverted: bool = False
     latching: bool = False
+    at_threshold: bool | None = None
 
     def __post_init__(self) -> None:
         if not self.off_below <= self.on_above:

@@ -54,6 +54,7 @@ def compiled(system: DescriptorSystem) -> _core.System:
                 s.closed != s.inverted,  # the core keeps the state of the control
                 s.inverted,
                 s.latching,
+                s.at_threshold,
             )
             for s in system.switches
         ],

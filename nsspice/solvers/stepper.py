@@ -269,6 +269,11 @@ class Stepper(ABC):
         return self._core.chattering()  # type: ignore[no-any-return]
 
     @property
+    def resting(self) -> list[tuple[int, float]]:
+        """Pairs of the switches whose controls stay at thresholds, and since when first [s]."""
+        return self._core.resting()  # type: ignore[no-any-return]
+
+    @property
     def unbounded(self) -> tuple[int, float] | None:
         """The row of the first unknown that no step could follow, and when [s]."""
         return None

@@ -21,6 +21,7 @@ mod floating;
 mod format;
 mod given;
 mod python;
+mod resting;
 mod row_clock;
 mod sampling;
 mod sides;

@@ -134,8 +134,9 @@ fn tape(spec: &TapeSpec, unknowns: usize, sources: usize) -> PyResult<Tape> {
     Ok(Tape::new(Arc::new(program)))
 }
 
-/// pair, control, on_above, off_below, state of the gate, inverted, latching
-type SwitchSpec = (usize, Vec<(usize, f64)>, f64, f64, bool, bool, bool);
+/// pair, control, on_above, off_below, state of the gate, inverted, latching, state of the gate at the
+/// threshold (None: it turns when the control has come there)
+type SwitchSpec = (usize, Vec<(usize, f64)>, f64, f64, bool, bool, bool, Option<bool>);
 
 /// kind, values, repeat, scale
 type WaveformSpec = (String, Vec<f64>, f64, f64);
@@ -418,6 +419,11 @@ impl PyStepper {
     /// Pairs of the switches that chatter and are sampled, and the time between two of their looks [s].
     fn chattering(&self) -> (Vec<(usize, u64, f64)>, f64) {
         self.sdirk.as_ref().map_or((Vec::new(), 0.0), |c| c.chattering(&self.inner))
+    }
+
+    /// Pairs of the switches whose controls have come to rest at thresholds, and when first [s].
+    fn resting(&self) -> Vec<(usize, f64)> {
+        self.inner.resting()
     }
 
     /// The unknown that no step could follow first, and when [s].

@@ -26,6 +26,15 @@ impl Slack {
     }
 }
 
+/// What the gate of a switch is while its control stays at a threshold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AtThreshold {
+    /// it turns when the control has come there: a switch
+    Reached,
+    /// up or down, wherever the control has come from: a comparison
+    Is(bool),
+}
+
 /// A switch.
 #[derive(Clone, Debug)]
 pub struct Switch {
@@ -41,6 +50,8 @@ pub struct Switch {
     pub inverted: bool,
     /// closed it is a diode, and it does not open while that conducts
     pub latching: bool,
+    /// the gate where the control stays at a threshold
+    pub at_threshold: AtThreshold,
 }
 
 impl Switch {
@@ -58,6 +69,21 @@ impl Switch {
     #[inline]
     pub fn held(&self, gate: bool, conducts: bool) -> bool {
         conducts && self.role(gate) == Role::Diode
+    }
+
+    /// Whether it is a comparison, whose gate follows from its control alone.
+    #[inline]
+    pub fn compares(&self) -> bool {
+        matches!(self.at_threshold, AtThreshold::Is(_))
+    }
+
+    /// Whether the gate turns where the control stays at the threshold that turns it; `settled` tells that it has
+    /// done so since the control came there.
+    pub fn turns_at_rest(&self, gate: bool, settled: bool) -> bool {
+        match self.at_threshold {
+            AtThreshold::Reached => !settled,
+            AtThreshold::Is(up) => gate != up,
+        }
     }
 
     /// The threshold that turns the gate, and the sign of the control's distance to it.
@@ -91,10 +117,14 @@ impl Switch {
 
     /// Whether the gate turns where the unknowns are `z`, if the pair `conducts` or not.
     pub fn turns(&self, gate: bool, z: &[f64], slack: Slack, conducts: bool) -> bool {
-        let size: f64 = self.control.iter().map(|&(j, c)| (c * z[j]).abs()).sum();
         // a control that sits on its threshold up to what it errs by has not crossed it
-        let slack = slack.part * size.max(slack.swing);
-        !self.held(gate, conducts) && self.distance(gate, z) < -slack
+        !self.held(gate, conducts) && self.distance(gate, z) < -self.known(z, slack)
+    }
+
+    /// To what the control is known where the unknowns are `z`.
+    pub fn known(&self, z: &[f64], slack: Slack) -> f64 {
+        let size: f64 = self.control.iter().map(|&(j, c)| (c * z[j]).abs()).sum();
+        slack.part * size.max(slack.swing)
     }
 }
 
@@ -111,6 +141,7 @@ mod tests {
             off_below: 2.0,
             inverted: false,
             latching: true,
+            at_threshold: AtThreshold::Reached,
         };
         assert_eq!([false, true].map(|gate| switch.role(gate)), [Role::Open, Role::Diode]);
         assert!(!switch.turns(false, &[2.0], Slack::of_terms(ROUNDING), false));
@@ -131,6 +162,7 @@ mod tests {
             off_below: 0.1,
             inverted: true,
             latching: false,
+            at_threshold: AtThreshold::Reached,
         };
         assert_eq!([false, true].map(|gate| switch.role(gate)), [Role::Closed, Role::Open]);
         for value in [1.1 - 4e-16, 1.1, 1.1 + 4e-16] {
@@ -153,6 +185,7 @@ mod tests {
             off_below: 0.0,
             inverted: false,
             latching: false,
+            at_threshold: AtThreshold::Reached,
         };
         assert_eq!(switch.distance(true, &[-3.0]), -3.0);
         let turns = |swing| switch.turns(true, &[-1e-13], Slack { part: 1e-10, swing }, false);

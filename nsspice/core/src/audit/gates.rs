@@ -3,7 +3,7 @@
 
 use super::sources::INSTANT;
 use super::stretches::Stretches;
-use super::{ratio, worse, TOLERANCE};
+use super::{ratio, worse, ITERATED, TOLERANCE};
 use crate::mlcp::Role;
 use crate::switch::Switch;
 use std::sync::Arc;
@@ -12,11 +12,17 @@ use std::sync::Arc;
 /// of a run, and the rounding of instants on steep edges.
 const KNOWN: f64 = 1e-6;
 
+/// Part of the largest voltage or current to which equations are solved: a control that is a function stays at its
+/// threshold up to that.
+const SOLVED: f64 = 10.0 * ITERATED;
+
 /// The worst control that lies beyond the threshold at which its gate should have turned.
 pub struct Gates {
     switches: Arc<[Switch]>,
     /// how far the control of each has been from its thresholds
     swings: Vec<f64>,
+    /// the largest voltage and current so far
+    largest: [f64; 2],
     /// by how much, as a part of its terms, in units in which [`TOLERANCE`] is allowed
     pub error: f64,
     /// the pair of that switch
@@ -27,34 +33,52 @@ impl Gates {
     /// Nothing is known yet of these switches.
     pub fn new(switches: Arc<[Switch]>) -> Gates {
         let swings = vec![0.0; switches.len()];
-        Gates { switches, swings, error: 0.0, worst: None }
+        Gates { switches, swings, largest: [0.0; 2], error: 0.0, worst: None }
     }
 
     /// Takes both ends of recorded stretches of `n` unknowns and `m` pairs; where switches are sampled their
     /// controls may be anywhere.
-    pub(super) fn take(&mut self, all: &Stretches, n: usize, m: usize) {
+    pub(super) fn take(&mut self, all: &Stretches, kinds: &[u8], m: usize) {
         if all.roles.is_empty() {
             return;
         }
-        for k in 0..all.begin.len() {
-            let roles = &all.roles[k * m..][..m];
-            let ends = [&all.first[k * n..][..n], &all.z[((k + 1) * all.nodes - 1) * n..][..n]];
+        let n = kinds.len();
+        for z in all.z.chunks_exact(n) {
+            for (z, &kind) in z.iter().zip(kinds) {
+                let largest = &mut self.largest[usize::from(kind)];
+                *largest = largest.max(z.abs());
+            }
+        }
+        let ends =
+            |k: usize| [&all.first[k * n..][..n], &all.z[((k + 1) * all.nodes - 1) * n..][..n]];
+        // a control that begins to move is measured by where it goes
+        let seen: Vec<(bool, [f64; 2])> = (0..all.begin.len())
+            .flat_map(|k| self.switches.iter().map(move |switch| (k, switch)))
+            .map(|(k, switch)| {
+                let open = all.roles[k * m..][switch.pair] == Role::Open as u8;
+                let gate = open == switch.inverted;
+                (gate, ends(k).map(|z| switch.distance(gate, z)))
+            })
+            .collect();
+        let count = self.switches.len();
+        for (i, (_, distances)) in seen.iter().enumerate() {
+            let swing = &mut self.swings[i % count];
+            *swing = distances.iter().fold(*swing, |most, d| most.max(d.abs()));
+        }
+        for (i, &(gate, distances)) in seen.iter().enumerate() {
+            let (k, switch, swing) = (i / count, &self.switches[i % count], self.swings[i % count]);
             let length = all.end[k] - all.begin[k];
             let blurred = (INSTANT * all.end[k].abs() / length).min(1.0);
-            for (switch, swing) in self.switches.iter().zip(&mut self.swings) {
-                let open = roles[switch.pair] == Role::Open as u8;
-                let gate = open == switch.inverted;
-                let distances = ends.map(|z| switch.distance(gate, z));
-                let doubt = all.doubt[k] + blurred * (distances[1] - distances[0]).abs();
-                *swing = distances.iter().fold(*swing, |most, d| most.max(d.abs()));
-                if switch.latching && !open {
-                    continue; // a thyristor that conducts needs no gate
-                }
-                for (z, distance) in ends.into_iter().zip(distances) {
-                    let found = excess(switch, gate, z, -distance - doubt, *swing);
-                    if worse(found, self.error) {
-                        (self.error, self.worst) = (found, Some(switch.pair));
-                    }
+            let kind = switch.control.first().map_or(0, |c| usize::from(kinds[c.0]));
+            let solved = SOLVED * self.largest[kind];
+            let doubt = all.doubt[k] + blurred * (distances[1] - distances[0]).abs() + solved;
+            if switch.latching && all.roles[k * m..][switch.pair] != Role::Open as u8 {
+                continue; // a thyristor that conducts needs no gate
+            }
+            for (z, distance) in ends(k).into_iter().zip(distances) {
+                let found = excess(switch, gate, z, -distance - doubt, swing);
+                if worse(found, self.error) {
+                    (self.error, self.worst) = (found, Some(switch.pair));
                 }
             }
         }
@@ -75,12 +99,13 @@ fn excess(switch: &Switch, gate: bool, z: &[f64], beyond: f64, swing: f64) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::switch::AtThreshold;
 
     fn error(inverted: bool, latching: bool, role: u8, ends: [f64; 2], doubt: f64) -> f64 {
         let (on_above, off_below) = (3.0, 2.0);
-        let control = vec![(0, 1.0)];
+        let (control, at_threshold) = (vec![(0, 1.0)], AtThreshold::Reached);
         error_of(
-            Switch { pair: 0, control, on_above, off_below, inverted, latching },
+            Switch { pair: 0, control, on_above, off_below, inverted, latching, at_threshold },
             role,
             ends,
             doubt,
@@ -115,7 +140,7 @@ mod tests {
                 seam_end: none,
                 seam_begin: none,
             },
-            1,
+            &[0],
             1,
         );
         gates.error
@@ -142,9 +167,10 @@ mod tests {
 
     #[test]
     fn a_control_that_ends_at_zero_is_measured_by_where_it_has_been() {
-        let control = vec![(0, 1.0)];
+        let (control, at_threshold) = (vec![(0, 1.0)], AtThreshold::Reached);
         let (on_above, off_below, inverted, latching) = (0.0, 0.0, false, false);
-        let switch = Switch { pair: 0, control, on_above, off_below, inverted, latching };
+        let switch =
+            Switch { pair: 0, control, on_above, off_below, inverted, latching, at_threshold };
         assert!(error_of(switch.clone(), 1, [2.0, -1e-9], 0.0) < TOLERANCE);
         assert!(error_of(switch.clone(), 1, [2.0, -1e-4], 0.0) > 10.0 * TOLERANCE);
         assert!(error_of(switch, 1, [-1e-9, -1e-9], 0.0) > 1e3 * TOLERANCE);

@@ -106,7 +106,7 @@ impl Auditor {
             sources.take(&rows.map(|(i, &t)| (t, i)).collect::<Vec<_>>(), all.u);
         }
         if let Some(gates) = &mut self.gates {
-            gates.take(all, n, m);
+            gates.take(all, &self.kinds, m);
         }
         let (mut charge_rate, mut floor) = (vec![0.0; n], vec![0.0; n]);
         let (mut f, mut f_first) = (Vec::new(), Vec::new());

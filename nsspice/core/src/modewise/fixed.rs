@@ -167,10 +167,10 @@ impl Engine {
     fn react(&mut self, on: &[bool]) -> bool {
         let mut turned = false;
         let slack = Slack::of_terms(ROUNDING);
-        for (switch, gate) in self.switches.iter().zip(&mut self.gates) {
-            if switch.turns(*gate, &self.z, slack, on[switch.pair]) {
-                *gate = !*gate;
-                self.stats.switchings += 1;
+        for k in 0..self.switches.len() {
+            let switch = &self.switches[k];
+            if switch.turns(self.gates[k], &self.z, slack, on[switch.pair]) {
+                self.throw(k);
                 turned = true;
             }
         }
@@ -245,7 +245,7 @@ impl Engine {
                 );
                 let good =
                     found == super::verify::Finding::Good && self.picker.verifier.thrown.is_empty();
-                if good && !self.is_stormy() {
+                if good && !self.is_stormy() && !self.rest(horizon) {
                     self.begin_to_follow();
                     self.resumed = (self.time, h);
                     self.present = Some((id, mode));

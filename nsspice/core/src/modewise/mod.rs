@@ -35,6 +35,7 @@ pub mod pick;
 pub mod prepared;
 mod products;
 pub mod registry;
+mod rest;
 mod retrace;
 mod rows;
 mod run;

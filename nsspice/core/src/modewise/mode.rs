@@ -102,6 +102,8 @@ pub struct Mode {
     pub slack: Vec<bool>,
     /// guards of thyristors that stay closed while that of their pair, which follows, is positive
     pub held: Vec<(usize, usize)>,
+    /// switches whose controls are at their thresholds whatever the state
+    pub idle: Vec<usize>,
     /// guards of switches that depend on the inputs alone, with their switches
     pub direct: Vec<(usize, usize)>,
     /// their sizes
@@ -382,19 +384,21 @@ impl Mode {
         }
         let mut all = diodes.rows(&kept);
         let controls = control_rows(net, switches, gates, &states, &algebraic, n, width);
-        let mut held = Vec::new();
+        let (mut held, mut idle) = (Vec::new(), Vec::new());
         for (s, switch) in switches.iter().enumerate() {
-            if controls.value.row(s).iter().any(|v| *v != 0.0) {
-                let latch = |&i: &usize| i == switch.pair && switch.held(gates[s], on[i]);
-                let pair = kept.iter().position(latch);
-                held.extend(pair.map(|pair| (watch.len(), pair)));
-                watch.push(Watch::Switch(s));
-                let row = controls.rows(&[s]);
-                all = Tracked {
-                    value: all.value.above(&row.value),
-                    bound: all.bound.above(&row.bound),
-                };
+            if controls.value.row(s).iter().all(|v| *v == 0.0) {
+                if !switch.held(gates[s], on[switch.pair]) {
+                    idle.push(s);
+                }
+                continue;
             }
+            let latch = |&i: &usize| i == switch.pair && switch.held(gates[s], on[i]);
+            let pair = kept.iter().position(latch);
+            held.extend(pair.map(|pair| (watch.len(), pair)));
+            watch.push(Watch::Switch(s));
+            let row = controls.rows(&[s]);
+            all =
+                Tracked { value: all.value.above(&row.value), bound: all.bound.above(&row.bound) };
         }
         let sizes = (0..all.value.rows)
             .map(|i| GuardSize {
@@ -432,6 +436,7 @@ impl Mode {
             slack: watch.iter().map(|w| !matches!(w, Watch::Pair(i) if on[*i])).collect(),
             watch,
             held,
+            idle,
             direct,
             sizes,
             consistency: consistency.value,

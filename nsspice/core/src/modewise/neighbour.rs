@@ -241,6 +241,7 @@ impl Mode {
             .map(|(at, &alpha)| Pole { at, alpha, omega: 0.0 })
             .collect();
         Some(Mode {
+            idle: Vec::new(),
             gates: self.gates.clone(),
             n,
             fastest: poles.iter().map(Pole::size).fold(0.0, f64::max),

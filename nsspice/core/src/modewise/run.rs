@@ -21,6 +21,7 @@ use super::trajectory::Trajectory;
 use super::verify::Scale;
 use super::witness::Witness;
 use crate::moreau::{by_sources, Failure, Jump, Progress};
+use crate::resting::Resting;
 use crate::row_clock::RowClock;
 use crate::sampling::Sampling;
 use crate::switch::Switch;
@@ -82,7 +83,8 @@ pub struct Engine {
     pub(super) sys: Arc<Assembly>,
     pub(super) net: Arc<Network>,
     pub(super) inputs: Inputs,
-    pub(super) switches: Arc<[Switch]>,
+    /// switches
+    pub switches: Arc<[Switch]>,
     pub(super) gates: Vec<bool>,
     pub(super) outputs: Outputs,
     pub(super) registry: Registry,
@@ -118,6 +120,8 @@ pub struct Engine {
     pub(super) crowd: Vec<f64>,
     /// switches that chatter
     pub(super) sampling: Sampling,
+    /// controls that rest at thresholds
+    pub resting: Resting,
     /// parts in which events follow one another too fast to be followed
     pub(super) storm: Storm,
     /// when the exact engine took over again, and the implicit step before
@@ -183,6 +187,7 @@ impl Engine {
             v: vec![0.0; count],
             crowd: Vec::new(),
             sampling: Sampling::new(switches.len(), 1.0),
+            resting: Resting::new(switches.len()),
             storm: Storm::default(),
             resumed: (f64::NEG_INFINITY, 0.0),
             pause: (0, 0),
@@ -345,7 +350,7 @@ impl Engine {
             if from != Some(picked.id) {
                 self.stats.mode_changes += 1;
             }
-            let settled = self.picker.verifier.thrown.is_empty();
+            let settled = self.picker.verifier.thrown.is_empty() && !self.rest(horizon);
             self.trace_leaps(&picked.mode, !settled);
             self.present = Some((picked.id, picked.mode));
             if settled {
@@ -353,11 +358,10 @@ impl Engine {
             }
             for k in 0..self.picker.verifier.thrown.len() {
                 let s = self.picker.verifier.thrown[k];
-                self.gates[s] = !self.gates[s];
+                self.throw(s);
                 if self.sampling.on[s] {
                     self.sampling.turn(s, -self.picker.verifier.seen[s]);
                 }
-                self.stats.switchings += 1;
             }
             crossing = &[];
         }
@@ -369,8 +373,8 @@ impl Engine {
 
     /// Switches whose control is a source react before anything else is looked at.
     fn throw_by_inputs(&mut self) {
-        let Some((id, mode)) = &self.present else { return };
-        let gates = self.registry.gates(*id);
+        let Some((id, mode)) = self.present.clone() else { return };
+        let gates = self.registry.gates(id).to_vec();
         for &(j, s) in &mode.direct {
             // one that has just crossed its threshold has reacted; this guard is of its old state
             if self.gates[s] != gates[s] {
@@ -387,8 +391,7 @@ impl Engine {
                 .map(|(c, v)| (c * v).abs())
                 .sum();
             if g < -1e-13 * size {
-                self.gates[s] = !self.gates[s];
-                self.stats.switchings += 1;
+                self.throw(s);
             }
         }
     }
@@ -458,6 +461,7 @@ impl Engine {
     /// Leaves the segment: state at its end, and on.
     pub(super) fn finish(&mut self) -> Result<(), Failure> {
         let Some((id, mode)) = self.present.clone() else { return Ok(()) };
+        self.see_controls(&mode);
         self.path.state(&self.point, &mut self.x);
         self.path.inputs(&self.segment, &self.point, &mut self.v);
         self.trace_passage(&mode);
@@ -477,9 +481,8 @@ impl Engine {
             Ending::Crossing => {
                 for &j in &crossing {
                     if let Watch::Switch(s) = mode.watch[j] {
-                        self.gates[s] = !self.gates[s];
+                        self.throw(s);
                         self.sampling.note(s);
-                        self.stats.switchings += 1;
                     }
                 }
                 if self.is_crowded() && !self.sampling.begin(self.time) {

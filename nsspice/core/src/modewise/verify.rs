@@ -20,6 +20,9 @@ pub struct Scale {
     pub widened: f64,
 }
 
+/// What rounding leaves of a guard, as a part of its terms.
+pub const NOISE: f64 = 1e-13;
+
 /// Squares of numbers below this lose digits.
 const SMALL: f64 = 1e-140;
 
@@ -86,6 +89,8 @@ pub struct Verifier {
     pub looking: bool,
     /// how far the control of each of them was from its threshold where they looked last
     pub seen: Vec<f64>,
+    /// switches whose control stays at the threshold, with what rounding leaves of it
+    pub resting: Vec<(usize, f64)>,
     /// guards that are negative at the start
     pub negative: Vec<usize>,
     /// values and slopes of the guards at the start, and how large their terms become
@@ -129,6 +134,7 @@ impl Verifier {
     ) -> Finding {
         self.zeros.clear();
         self.thrown.clear();
+        self.resting.clear();
         self.negative.clear();
         for r in 0..mode.consistency.rows {
             if !vanishes(mode.consistency.row(r), mode.consistency_bound.row(r), segment) {
@@ -248,7 +254,7 @@ impl Verifier {
             let whole = size.x * scale.a + inputs + rates;
             let kind = usize::from(mode.slack[j]);
             floor[kind] = floor[kind].max(1e-15 * whole * widened);
-            let noise = 1e-13 * whole + 2e-15 * size.bound * scale.a + 4e-15 * sum;
+            let noise = NOISE * whole + 2e-15 * size.bound * scale.a + 4e-15 * sum;
             self.noise.push((noise * widened).max(f64::MIN_POSITIVE));
         }
         for (noise, &slack) in self.noise.iter_mut().zip(&mode.slack) {
@@ -259,6 +265,7 @@ impl Verifier {
     /// Guards that vanish at the start have to rise first: notes up to when they are known to.
     fn rise(&mut self, mode: &Mode, path: &Trajectory, horizon: f64) -> Finding {
         self.open.clear();
+        self.resting.extend(mode.idle.iter().map(|&s| (s, 0.0)));
         if self.zeros.is_empty() {
             return Finding::Good;
         }
@@ -306,6 +313,9 @@ impl Verifier {
         }
         for &j in &self.open {
             self.clear[j] = horizon;
+            if let Watch::Switch(s) = mode.watch[j] {
+                self.resting.push((s, self.noise[j]));
+            }
         }
         Finding::Good
     }

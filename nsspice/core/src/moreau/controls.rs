@@ -85,6 +85,7 @@ mod tests {
     use super::*;
     use crate::descriptor::Linear;
     use crate::sparse::Csc;
+    use crate::switch::AtThreshold;
 
     /// Nodes 0 and 1 in series from ground, sources of 2 V and 3 V (currents 2 and 3), 1 Ohm from
     /// node 1 to node 4, which has a capacitor.
@@ -119,6 +120,7 @@ mod tests {
             off_below: 1.0,
             inverted: false,
             latching: false,
+            at_threshold: AtThreshold::Reached,
         };
         let high = switch(vec![(1, 1.0)]); // 5 V
         let kept = switch(vec![(1, 1.0), (0, -1.0)]); // 3 V: between the thresholds

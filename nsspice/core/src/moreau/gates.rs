@@ -1,13 +1,16 @@
 //! The gates of switches: which turn where the unknowns are now.
 
-use super::clock::SAME;
+use super::clock::{evaluate, next_corner, SAME};
 use super::step::ACCEPT;
 use super::stepper::{Stepper, MAX_REACTIONS};
-use crate::mlcp::Role;
+use crate::mlcp::{Role, Start};
 use crate::switch::{Slack, ROUNDING};
+use crate::waveform::Side;
 
 /// A current below this part of the largest is rounding.
 const NO_CURRENT: f64 = 1e-12;
+/// How far ahead a control at its threshold is looked at, as a part of the time to the next corner or of a step.
+const AHEAD: f64 = 1e-3;
 /// Rounds in which all switches turn together.
 const TOGETHER: usize = MAX_REACTIONS / 2;
 
@@ -91,13 +94,117 @@ impl Stepper {
 
     /// Whether a switch turns where the unknowns are `z`; not one that is sampled.
     fn turns(&self, k: usize, z: &[f64]) -> bool {
+        let slack = self.slack(k);
+        if self.sampled[k] {
+            return false;
+        }
+        let (switch, gate, conducts) = (&self.switches[k], self.gates[k], self.carries(k));
+        let rests = || {
+            self.still[k]
+                && switch.distance(gate, z).abs() <= switch.known(z, slack)
+                && !switch.held(gate, conducts)
+                && self.resting.turns(k, switch, gate, self.fading_swing(k))
+        };
+        switch.turns(gate, z, slack, conducts) || rests()
+    }
+
+    /// To what a control is known.
+    fn slack(&self, k: usize) -> Slack {
         // Newton's method ends where its laws hold well enough: right behind an event the control is at
         // its threshold up to that, on either side
         let known = if self.smooth.is_some() { ACCEPT } else { ROUNDING };
         // gates that cross their thresholds together do so in one step, whatever rounding of the time tells
         let blur = SAME * self.time / self.step_length;
-        let slack = Slack { part: known.max(blur), swing: self.swings[k] };
-        !self.sampled[k] && self.switches[k].turns(self.gates[k], z, slack, self.carries(k))
+        Slack { part: known.max(blur), swing: self.swings[k] }
+    }
+
+    /// Whether the control of a switch is at the threshold that turns its gate.
+    fn is_at_threshold(&self, k: usize) -> bool {
+        let switch = &self.switches[k];
+        let distance = switch.distance(self.gates[k], &self.z);
+        distance.abs() <= switch.known(&self.z, self.slack(k)) && !self.latched(k)
+    }
+
+    /// Looks which controls stay at their thresholds: in a step, those that were there at its begin; at a point of
+    /// a network without storage, comparisons have the values that are written, and switches turn if the control
+    /// is still there a little later.
+    pub(super) fn look_for_rest(&mut self) {
+        let passing = !(self.static_system || self.sweeping);
+        let mut unsure = false;
+        for k in 0..self.switches.len() {
+            let (gate, switch) = (self.gates[k], &self.switches[k]);
+            self.still[k] = if passing {
+                self.resting.is_near(k)
+            } else {
+                let turns = || self.resting.turns(k, switch, gate, self.fading_swing(k));
+                unsure |= !(switch.compares() || self.frozen) && self.is_at_threshold(k) && turns();
+                switch.compares() || self.frozen
+            };
+        }
+        if unsure {
+            self.look_ahead();
+        }
+        for k in 0..self.switches.len() {
+            if self.still[k] && self.is_at_threshold(k) {
+                let swing = self.fading_swing(k);
+                self.resting.note(k, &self.switches[k], swing, self.time);
+            }
+        }
+    }
+
+    /// Solves the static equations a little later, for controls that may only touch their thresholds now.
+    fn look_ahead(&mut self) {
+        let there: Vec<usize> =
+            (0..self.switches.len()).filter(|&k| self.is_at_threshold(k)).collect();
+        let (z, l, u, active) =
+            (self.z.clone(), self.l.clone(), self.u0.clone(), self.active.clone());
+        let time = self.time;
+        let corner = next_corner(&self.waveforms, time).0;
+        let room = if corner.is_finite() { corner - time } else { self.swing_of_time() };
+        self.time = time + AHEAD * room;
+        evaluate(&self.waveforms, self.time, Side::Right, &mut self.u0);
+        self.u1.copy_from_slice(&self.u0);
+        if self.solve_static(Start::Warm).is_ok() {
+            for k in there {
+                self.still[k] = self.still[k] || self.is_at_threshold(k);
+            }
+        }
+        self.time = time;
+        self.z.copy_from_slice(&z);
+        self.l.copy_from_slice(&l);
+        self.u0.copy_from_slice(&u);
+        self.u1.copy_from_slice(&u);
+        self.turn_to(&active);
+        self.forget_functions();
+    }
+
+    /// The swing beside which a control may have decayed: none where nothing is stored.
+    pub(super) fn fading_swing(&self, k: usize) -> f64 {
+        if self.static_system || self.sweeping {
+            0.0
+        } else {
+            self.swings[k]
+        }
+    }
+
+    /// A time in which sources change visibly [s].
+    fn swing_of_time(&self) -> f64 {
+        let pace = self.waveforms.iter().map(|w| w.pace()).fold(f64::INFINITY, f64::min);
+        let step = pace.min(self.step_length);
+        if step.is_finite() {
+            step
+        } else {
+            self.time.max(1.0)
+        }
+    }
+
+    /// Notes where the controls are at the end of a step.
+    pub(super) fn note_controls(&mut self) {
+        for k in 0..self.switches.len() {
+            let switch = &self.switches[k];
+            let known = switch.known(&self.z, self.slack(k));
+            self.resting.see(k, switch.distance(self.gates[k], &self.z), known);
+        }
     }
 
     /// Whether a thyristor carries a current: one that has come to zero up to rounding is none.
@@ -114,6 +221,7 @@ impl Stepper {
     /// Turns a switch.
     pub(super) fn throw(&mut self, k: usize) {
         self.gates[k] = !self.gates[k];
+        self.resting.turned(k);
         self.stats.switchings += 1;
         self.last_thrown = Some(k);
         let (pair, role) = (self.switches[k].pair, self.switches[k].role(self.gates[k]));

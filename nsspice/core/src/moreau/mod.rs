@@ -32,6 +32,7 @@ mod refine;
 mod sdirk;
 mod smooth;
 mod stage;
+mod start;
 mod step;
 mod stepper;
 mod storage;

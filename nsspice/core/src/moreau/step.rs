@@ -93,13 +93,22 @@ impl Stepper {
             }
         }
         if !self.switches.is_empty() {
+            self.look_for_rest();
             let changed = self.react();
             let dynamic = !self.static_system && !self.sweeping;
+            if dynamic {
+                self.still.fill(false); // what the switches do takes no time
+            }
             if changed && dynamic && !self.two_sided && self.shows_sides() {
                 self.write_left(reached.map_or(target.label, |r| r.label));
                 self.two_sided = true;
             }
             self.settle_after(changed)?;
+            if changed && !dynamic && self.witness.watches() {
+                self.z_recorded.copy_from_slice(&self.z);
+                self.record(f64::INFINITY);
+            }
+            self.note_controls();
         }
         Ok(reached)
     }

@@ -1,7 +1,7 @@
 //! The stepping loop: resumable, so that the caller decides when to look at rows, time and signals.
 
 use super::at_once::AtOnce;
-use super::clock::{evaluate, Clock, Target};
+use super::clock::{Clock, Target};
 use super::controls::Controls;
 use super::failure::Failure;
 use super::impacts::Impacts;
@@ -15,11 +15,12 @@ use super::times::fastest_time;
 use super::witness::Witness;
 use crate::audit::{Balance, Sums, ITERATED};
 use crate::given::fixed_by_lines;
-use crate::mlcp::{work_len, Role, Start};
+use crate::mlcp::{work_len, Role};
 use crate::newton::Tracking;
+use crate::resting::Resting;
 use crate::structure::kinks_that_reach_storage;
 use crate::switch::Switch;
-use crate::waveform::{Side, Waveform};
+use crate::waveform::Waveform;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -125,6 +126,12 @@ pub struct Stepper {
     pub(super) sampled: Vec<bool>,
     /// how far the control of each has been from its threshold
     pub(super) swings: Vec<f64>,
+    /// those that rest at thresholds
+    pub(super) resting: Resting,
+    /// whether a control that is at its threshold is taken to stay there
+    pub(super) still: Vec<bool>,
+    /// the points of a sweep: each is at rest, and no time passes between them
+    pub(super) frozen: bool,
     /// state of each switch's gate
     pub(super) gates: Vec<bool>,
     pub(super) outputs: Outputs,
@@ -313,6 +320,9 @@ impl Stepper {
             waveforms,
             sampled: vec![false; switches.len()],
             swings: vec![0.0; switches.len()],
+            resting: Resting::new(switches.len()),
+            still: vec![false; switches.len()],
+            frozen: false,
             switches,
             gates,
             last_thrown: None,
@@ -332,6 +342,7 @@ impl Stepper {
 
     /// Lets smooth functions see a fixed time: in a sweep, the time counts the points.
     pub fn freeze_time(&mut self, time: f64) {
+        self.frozen = true;
         if let Some(smooth) = &mut self.smooth {
             smooth.frozen = Some(time);
         }
@@ -362,6 +373,11 @@ impl Stepper {
             self.active.copy_from_slice(mode);
             self.epoch += 1;
         }
+    }
+
+    /// Pairs of the switches whose controls have come to rest at thresholds, and when first [s].
+    pub fn resting(&self) -> Vec<(usize, f64)> {
+        self.resting.told(&self.switches)
     }
 
     /// State of each switch's gate.
@@ -404,85 +420,6 @@ impl Stepper {
                 times.len() as u64
             }
         }
-    }
-
-    /// Starts from the solution of the static equations (capacitors open, inductors shorted) with the
-    /// sources as they are before any ideal edge at this time; see [`Stepper::leave_dc`].
-    pub fn start_dc(&mut self, time: f64, guess: Option<(&[f64], &[f64])>) -> Result<(), Failure> {
-        self.time = time;
-        evaluate(&self.waveforms, time, Side::Left, &mut self.u0);
-        let start = match guess {
-            Some((z, l)) => {
-                self.z.copy_from_slice(z);
-                self.l.copy_from_slice(l);
-                Start::Warm
-            }
-            None => {
-                self.z.fill(0.0);
-                self.l.fill(0.0);
-                Start::Cold
-            }
-        };
-        self.u1.copy_from_slice(&self.u0);
-        self.rates.fill(0.0);
-        // an open switch may be the only way for a current
-        self.throw_by_sources();
-        for round in 0..MAX_REACTIONS {
-            // nothing stored holds the nodes at which next to nothing flows
-            self.exactly(|s| s.solve_static(start)).map_err(|f| *f)?;
-            if !self.react_in(round) {
-                if self.witness.watches() {
-                    self.z_recorded.copy_from_slice(&self.z);
-                    self.record(f64::INFINITY);
-                }
-                return Ok(());
-            }
-        }
-        self.stats.chatter += 1;
-        if self.static_system {
-            return Err(*self.unsettled());
-        }
-        // what is stored lets go of such a start, or slides; the first row obeys the laws of the switches
-        self.settle_after(self.step_length.is_finite()).or(Ok(()))
-    }
-
-    /// Lets the ideal edges of sources at the start act on the static solution.
-    pub fn leave_dc(&mut self) -> Result<(), Failure> {
-        evaluate(&self.waveforms, self.time, Side::Right, &mut self.u1);
-        if self.u1 == self.u0 {
-            return Ok(());
-        }
-        self.u0.copy_from_slice(&self.u1);
-        self.throw_by_sources();
-        self.settle_after(true).map_err(|f| *f)
-    }
-
-    /// Starts from stored charges and fluxes `E z(0-)` by an impulsive step; the first entry of
-    /// `jumps` tells what it moved.
-    pub fn start_charges(&mut self, time: f64, charges: &[f64], step: f64) -> Result<(), Failure> {
-        self.time = time;
-        self.step_length = step;
-        evaluate(&self.waveforms, time, Side::Right, &mut self.u0);
-        self.z.fill(0.0);
-        self.l.fill(0.0);
-        if self.static_system {
-            return self.start_dc(time, None);
-        }
-        self.throw_by_sources();
-        // the other switches belong to the state that the charges lead to: found by starting again with
-        // those that have changed, not by a second jump from where the wrong ones led
-        for round in 0..MAX_REACTIONS {
-            self.jumps.clear();
-            self.stats.jumps = 0;
-            self.z.fill(0.0);
-            self.l.fill(0.0);
-            self.impulse(Some(charges), Start::Cold).map_err(|f| *f)?;
-            if !self.react_in(round) {
-                return Ok(());
-            }
-        }
-        self.stats.chatter += 1;
-        Ok(())
     }
 
     /// Computes rows into `out` until it is full, the plan ends, a step fails or `budget` is spent.

@@ -152,6 +152,11 @@ impl PyModewise {
         self.inner.chattering()
     }
 
+    /// Pairs of the switches whose controls have come to rest at thresholds, and when first [s].
+    fn resting(&self) -> Vec<(usize, f64)> {
+        self.inner.resting.told(&self.inner.switches)
+    }
+
     fn jumps<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         self.inner.jumps.iter().map(|j| super::jump_dict(py, j)).collect()
     }

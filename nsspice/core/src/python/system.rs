@@ -6,7 +6,7 @@ use crate::descriptor::Linear;
 use crate::modewise::{Assembly, Edge, Inputs, Prepared};
 use crate::newton::Smooth;
 use crate::sparse::Csc;
-use crate::switch::Switch;
+use crate::switch::{AtThreshold, Switch};
 use crate::waveform::Waveform;
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
@@ -171,8 +171,9 @@ fn made<T>(
 
 /// A switch and the state of its gate.
 fn switch(spec: SwitchSpec) -> (Switch, bool) {
-    let (pair, control, on_above, off_below, gate, inverted, latching) = spec;
-    (Switch { pair, control, on_above, off_below, inverted, latching }, gate)
+    let (pair, control, on_above, off_below, gate, inverted, latching, at_threshold) = spec;
+    let at_threshold = at_threshold.map_or(AtThreshold::Reached, AtThreshold::Is);
+    (Switch { pair, control, on_above, off_below, inverted, latching, at_threshold }, gate)
 }
 
 pub(super) fn misfit() -> PyErr {

@@ -160,8 +160,8 @@ impl Scales {
         }
     }
 
-    /// The same of any switch.
-    fn control_margin(&self, s: &Stepper, k: usize, z: &[f64]) -> f64 {
+    /// The same of any switch; infinite where it does not matter.
+    pub fn control_margin(&self, s: &Stepper, k: usize, z: &[f64]) -> f64 {
         let (switch, gate) = (&s.switches[k], s.gates[k]);
         if switch.held(gate, s.active[switch.pair]) {
             return f64::INFINITY;

@@ -29,6 +29,7 @@ mod pass;
 mod points;
 mod predict;
 mod ratios;
+mod rest;
 mod restart;
 mod rows;
 mod run;

@@ -99,7 +99,9 @@ impl Sdirk {
     /// The switches whose thresholds have been reached at `point`, the part `theta` of the step.  Those that have
     /// left them by less than the tolerance since may chatter.
     pub(super) fn reach(&mut self, s: &Stepper, theta: f64) -> Vec<usize> {
-        let reached = self.scales.reached(s, &self.trial.point[..s.z.len()]);
+        let mut reached = self.scales.reached(s, &self.trial.point[..s.z.len()]);
+        // what was there all the time, or leaves it on this side, has not come
+        reached.retain(|&k| !self.stays(s, k) && !self.leaves(s, k));
         for &k in &reached {
             let away = self.scales.excursion(s, k, &self.trial.stages, theta);
             if away <= self.accuracy.relative {

@@ -101,6 +101,8 @@ pub struct Sdirk {
     pub(super) futile: bool,
     /// when the last guard was violated [s]
     pub(super) troubled: f64,
+    /// when gates have last turned because their controls rest [s], and how often at that instant
+    pub(super) rests: (f64, usize),
     /// what keeps the time from moving
     pub(super) detour: Detour,
     /// switches that chatter
@@ -164,6 +166,7 @@ impl Sdirk {
             last_error: (longest, 0.0),
             futile: false,
             troubled: f64::NEG_INFINITY,
+            rests: (f64::NEG_INFINITY, 0),
             detour: Detour::new(),
             sampling: Sampling::new(s.switches.len(), longest.min(INTERVAL * (stop - s.time))),
             begun: false,
@@ -221,9 +224,11 @@ impl Sdirk {
         let mut count = 0u64;
         if !self.begun {
             self.begun = true;
+            s.still.fill(false);
             s.log_events(); // what the start has found is no event
             s.events.clear();
             self.begin_step(s, false);
+            self.begin_at_rest(s);
         }
         while rows < capacity {
             let row = &mut out[rows * columns..(rows + 1) * columns];
@@ -284,6 +289,7 @@ impl Sdirk {
         let (n, m) = (s.z.len(), s.l.len());
         self.scales.note(s, &s.z, &s.l);
         s.see_controls();
+        self.note_controls(s);
         self.trial.start = s.time;
         self.trial.unsolved = 0;
         self.rested = false;
@@ -370,6 +376,9 @@ impl Sdirk {
             if self.rest(s) {
                 continue;
             }
+            if self.turn_at_rest(s) {
+                return self.step(s);
+            }
             let whole = self.trial.length <= remaining * (1.0 + 1e-9);
             let to_target = self.trial.length >= remaining * (1.0 - 1e-9);
             let error = if fixed { 0.0 } else { self.error(s) };
@@ -401,7 +410,9 @@ impl Sdirk {
             if let (Some((high, _)), false) = (found, passed) {
                 let (ladder, scales) = (&mut self.ladder, &self.scales);
                 let trial = &mut self.trial;
-                let theta = Locator { s, ladder, scales, tableau, trial }.end_of_mode(high);
+                let mut locator = Locator { s, ladder, scales, tableau, trial };
+                let theta = locator.end_of_mode(high);
+                let theta = locator.arrival(theta).unwrap_or(theta);
                 // the continuous solution of a first step begins where it does to the tolerance only, which
                 // would decide how long what chatters stays in either mode
                 if tableau.looks_back() && (AT_ONCE..EARLY).contains(&theta) && !fixed {
@@ -416,6 +427,10 @@ impl Sdirk {
                     self.level = level + 3;
                     continue;
                 }
+                self.counters.located += 1;
+                let time = (s.time + theta * self.trial.length).min(target);
+                self.accepted = Some(Accepted { theta, time, end: End::Event });
+            } else if let Some(theta) = if passed { None } else { self.arrives(s, limit) } {
                 self.counters.located += 1;
                 let time = (s.time + theta * self.trial.length).min(target);
                 self.accepted = Some(Accepted { theta, time, end: End::Event });
@@ -575,5 +590,8 @@ impl Sdirk {
         }
         self.tableau = self.method.next(plain);
         self.begin_step(s, plain);
+        if !plain {
+            self.begin_at_rest(s);
+        }
     }
 }

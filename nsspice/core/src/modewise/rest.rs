@@ -1,0 +1,65 @@
+//! Controls of switches that stay at their thresholds throughout a segment.
+
+use super::mode::{Mode, Watch};
+use super::run::Engine;
+use super::terms::Point;
+use super::verify::NOISE;
+use crate::resting::FADED;
+
+/// A segment shorter than this part of the time tells nothing: rounding of instants hides what moves in it.
+const SHORT: f64 = 1e-12;
+/// Where a segment is looked at for controls that have decayed by its end.
+const LATE: f64 = 0.9;
+
+impl Engine {
+    /// Turns a gate.
+    pub(super) fn throw(&mut self, switch: usize) {
+        self.gates[switch] = !self.gates[switch];
+        self.resting.turned(switch);
+        self.stats.switchings += 1;
+    }
+
+    /// Turns the gates whose controls stay at their thresholds throughout the segment that the picker has found;
+    /// whether there are any.
+    pub(super) fn rest(&mut self, horizon: f64) -> bool {
+        if horizon <= SHORT * self.time {
+            return false;
+        }
+        let mut turned = false;
+        for k in 0..self.picker.verifier.resting.len() {
+            let (s, noise) = self.picker.verifier.resting[k];
+            if self.sampling.on[s] {
+                continue;
+            }
+            let (switch, swing) = (&self.switches[s], noise / NOISE);
+            self.resting.note(s, switch, swing, self.time);
+            if self.resting.turns(s, switch, self.gates[s], swing) {
+                self.throw(s);
+                turned = true;
+            }
+        }
+        turned
+    }
+
+    /// Notes how far controls are from their thresholds at the end of a segment.
+    pub(super) fn see_controls(&mut self, mode: &Mode) {
+        let length = self.end - self.time;
+        let mut late = Point::default();
+        for &s in &mode.idle {
+            self.resting.see(s, 0.0, 0.0);
+        }
+        for (j, watch) in mode.watch.iter().enumerate() {
+            let Watch::Switch(s) = *watch else { continue };
+            let verifier = &self.picker.verifier;
+            let (guards, noise) = (&verifier.guards, verifier.noise[j]);
+            let before = self.resting.is_near(s);
+            let distance = guards.value(j, &self.point);
+            self.resting.see(s, distance, noise);
+            // at the end of a steep edge rounding of the instant is more than that of the control
+            if distance.abs() <= FADED * noise / NOISE && length > SHORT * self.end {
+                self.path.at(LATE * length, &mut late);
+                self.resting.pass(s, guards.value(j, &late), noise, before);
+            }
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! Controls of switches that come to their thresholds and stay there.
+
+use super::super::stepper::Stepper;
+use super::guards::VIOLATED;
+use super::locate::Locator;
+use super::run::Sdirk;
+
+/// Halvings of the bracket around the instant at which a control comes to its threshold.
+const HALVINGS: usize = 50;
+/// How far beyond the edge of its threshold it is taken to have come, in widths of that.
+const BEYOND: f64 = 4.0;
+/// One that comes there in so small a last part of a step does so at its end.
+const AT_END: f64 = 1e-6;
+/// A control that would move by more than this part of its scale in the longest step does not rest: in a short
+/// step nothing moves visibly.
+const MOVES: f64 = 1e-6;
+/// Rounding of a control, relative to its scale.
+const ROUNDED: f64 = 16.0 * f64::EPSILON;
+/// Level of the trial step at the begin of a motion: rounding of solutions (1e-12) is still no motion.
+const TRIAL: usize = 10;
+/// Rounds of gates that turn at one instant because their controls rest.
+const ROUNDS: usize = 8;
+
+impl Locator<'_> {
+    /// How far the control of a switch is from its threshold at `theta`, relative to its scale.
+    fn control(&mut self, k: usize, theta: f64) -> f64 {
+        self.margin(theta);
+        self.scales.control_margin(self.s, k, &self.trial.point[..self.s.z.len()])
+    }
+
+    /// Whether it is there.
+    fn is_there(&mut self, k: usize, theta: f64) -> bool {
+        self.control(k, theta).abs() <= VIOLATED
+    }
+
+    /// When, within `(0, end)`, the control of a switch first comes to the threshold that turns its gate, to stay
+    /// there up to `end`.
+    pub fn arrival(&mut self, end: f64) -> Option<f64> {
+        let n = self.s.z.len();
+        let mut first: Option<f64> = None;
+        for k in 0..self.s.switches.len() {
+            let begin = self.scales.control_margin(self.s, k, &self.trial.first[..n]);
+            let (switch, gate) = (&self.s.switches[k], self.s.gates[k]);
+            let turns = self.s.resting.turns(k, switch, gate, 1.0);
+            let candidate = begin.abs() > VIOLATED && begin.is_finite() && turns;
+            if !candidate || self.s.sampled[k] {
+                continue;
+            }
+            let last = &self.trial.stages[self.tableau.stages() - 1];
+            let whole = end == 1.0;
+            let margin = self.scales.control_margin(self.s, k, &last[..n]);
+            if whole && margin.abs() > VIOLATED || !self.is_there(k, end) {
+                continue;
+            }
+            let (mut away, mut there) = (0.0, end);
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (away + there);
+                if self.is_there(k, middle) {
+                    there = middle;
+                } else {
+                    away = middle;
+                }
+            }
+            // the bracket has closed on the edge of what counts as there
+            there = (there + BEYOND * VIOLATED * there / begin.abs()).min(end);
+            let middle = 0.5 * (there + end);
+            let change = self.control(k, end) - self.control(k, middle);
+            let moves = MOVES * (end - middle) * self.trial.length / self.ladder.longest;
+            let inside = there < end * (1.0 - AT_END) && change.abs() <= moves;
+            if inside && first.is_none_or(|first| there < first) {
+                first = Some(there);
+            }
+        }
+        first
+    }
+}
+
+impl Sdirk {
+    /// Whether the control of a switch stays at its threshold throughout the trial step.
+    pub(super) fn stays(&self, s: &Stepper, k: usize) -> bool {
+        let n = s.z.len();
+        let stages = &self.trial.stages[self.tableau.first()..self.tableau.stages()];
+        let moves = MOVES * self.trial.length / self.ladder.longest;
+        let margin = |x: &[f64]| self.scales.control_margin(s, k, &x[..n]);
+        let begin = margin(&self.trial.first);
+        let near = |x: &Vec<f64>| {
+            let now = margin(x);
+            now.abs() <= VIOLATED && (now - begin).abs() <= moves
+        };
+        begin.abs() <= VIOLATED && stages.iter().all(near)
+    }
+
+    /// Whether the control of a switch was at its threshold when the step began, and leaves it on the side on which
+    /// the gate does not turn.
+    pub(super) fn leaves(&self, s: &Stepper, k: usize) -> bool {
+        let n = s.z.len();
+        let last = &self.trial.stages[self.tableau.stages() - 1];
+        let [begin, end, later] = [&self.trial.first, &self.trial.point, last]
+            .map(|x| self.scales.control_margin(s, k, &x[..n]));
+        // an event right behind the begin of the step shows no motion
+        let change = if (end - begin).abs() > ROUNDED { end - begin } else { later - begin };
+        begin.abs() <= VIOLATED && change > 0.0
+    }
+
+    /// The switches that turn because their controls stay at their thresholds throughout the trial step.
+    fn resting(&self, s: &mut Stepper) -> Vec<usize> {
+        let mut found = Vec::new();
+        for k in 0..s.switches.len() {
+            if s.sampled[k] || !self.stays(s, k) {
+                continue;
+            }
+            let (switches, gate) = (s.switches.clone(), s.gates[k]);
+            s.resting.note(k, &switches[k], 1.0, s.time);
+            if s.resting.turns(k, &switches[k], gate, 1.0) {
+                found.push(k);
+            }
+        }
+        found
+    }
+
+    /// When a control comes to its threshold in the trial step, to stay there up to its part `end`.
+    pub(super) fn arrives(&mut self, s: &mut Stepper, end: f64) -> Option<f64> {
+        if s.switches.is_empty() {
+            return None;
+        }
+        let (ladder, scales) = (&mut self.ladder, &self.scales);
+        let (tableau, trial) = (self.tableau, &mut self.trial);
+        Locator { s, ladder, scales, tableau, trial }.arrival(end)
+    }
+
+    /// Turns the gates whose controls stay at their thresholds throughout the trial step, and begins again where
+    /// they lead; whether there are any.
+    pub(super) fn turn_at_rest(&mut self, s: &mut Stepper) -> bool {
+        let rounds = if self.rests.0 == s.time { self.rests.1 } else { 0 };
+        if s.switches.is_empty() || rounds >= ROUNDS {
+            return false; // turned, they take their controls back where they were
+        }
+        let turned = self.resting(s);
+        if turned.is_empty() {
+            return false;
+        }
+        self.rests = (s.time, rounds + 1);
+        turned.iter().for_each(|&k| s.throw(k));
+        self.restart(s);
+        self.tableau = self.method.next(false);
+        self.begin_step(s, false);
+        true
+    }
+
+    /// Does the same at the begin of a motion, by a short trial step.
+    pub(super) fn begin_at_rest(&mut self, s: &mut Stepper) {
+        for _ in 0..ROUNDS {
+            let n = s.z.len();
+            let waits = |k: usize| {
+                let margin = self.scales.control_margin(s, k, &self.trial.first[..n]);
+                let turns = s.resting.turns(k, &s.switches[k], s.gates[k], 1.0);
+                margin.abs() <= VIOLATED && turns && !s.sampled[k]
+            };
+            if !(0..s.switches.len()).any(waits) || self.restless.is_some() {
+                return;
+            }
+            let (ladder, tableau) = (&mut self.ladder, self.tableau);
+            if self.trial.compute(s, ladder, tableau, TRIAL).is_err() || !self.turn_at_rest(s) {
+                return;
+            }
+        }
+    }
+
+    /// Notes where the controls are at the begin of a step.
+    pub(super) fn note_controls(&self, s: &mut Stepper) {
+        for k in 0..s.switches.len() {
+            let margin = self.scales.control_margin(s, k, &s.z);
+            if margin.is_finite() {
+                s.resting.see(k, margin, VIOLATED);
+            }
+        }
+    }
+}

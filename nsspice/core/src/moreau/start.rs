@@ -1,0 +1,90 @@
+//! First states: static solutions, and those that follow from stored charges and fluxes.
+
+use super::clock::evaluate;
+use super::failure::Failure;
+use super::stepper::{Stepper, MAX_REACTIONS};
+use crate::mlcp::Start;
+use crate::waveform::Side;
+
+impl Stepper {
+    /// Starts from the solution of the static equations (capacitors open, inductors shorted) with the
+    /// sources as they are before any ideal edge at this time; see [`Stepper::leave_dc`].
+    pub fn start_dc(&mut self, time: f64, guess: Option<(&[f64], &[f64])>) -> Result<(), Failure> {
+        self.time = time;
+        evaluate(&self.waveforms, time, Side::Left, &mut self.u0);
+        let start = match guess {
+            Some((z, l)) => {
+                self.z.copy_from_slice(z);
+                self.l.copy_from_slice(l);
+                Start::Warm
+            }
+            None => {
+                self.z.fill(0.0);
+                self.l.fill(0.0);
+                Start::Cold
+            }
+        };
+        self.u1.copy_from_slice(&self.u0);
+        self.rates.fill(0.0);
+        // an open switch may be the only way for a current
+        self.throw_by_sources();
+        self.still.fill(true);
+        for round in 0..MAX_REACTIONS {
+            // nothing stored holds the nodes at which next to nothing flows
+            self.exactly(|s| s.solve_static(start)).map_err(|f| *f)?;
+            if !self.react_in(round) {
+                if self.witness.watches() {
+                    self.z_recorded.copy_from_slice(&self.z);
+                    self.record(f64::INFINITY);
+                }
+                return Ok(());
+            }
+        }
+        self.stats.chatter += 1;
+        if self.static_system {
+            return Err(*self.unsettled());
+        }
+        // what is stored lets go of such a start, or slides; the first row obeys the laws of the switches
+        self.settle_after(self.step_length.is_finite()).or(Ok(()))
+    }
+
+    /// Lets the ideal edges of sources at the start act on the static solution.
+    pub fn leave_dc(&mut self) -> Result<(), Failure> {
+        evaluate(&self.waveforms, self.time, Side::Right, &mut self.u1);
+        if self.u1 == self.u0 {
+            return Ok(());
+        }
+        self.u0.copy_from_slice(&self.u1);
+        self.still.fill(self.static_system);
+        self.throw_by_sources();
+        self.settle_after(true).map_err(|f| *f)
+    }
+
+    /// Starts from stored charges and fluxes `E z(0-)` by an impulsive step; the first entry of
+    /// `jumps` tells what it moved.
+    pub fn start_charges(&mut self, time: f64, charges: &[f64], step: f64) -> Result<(), Failure> {
+        self.time = time;
+        self.step_length = step;
+        evaluate(&self.waveforms, time, Side::Right, &mut self.u0);
+        self.z.fill(0.0);
+        self.l.fill(0.0);
+        if self.static_system {
+            return self.start_dc(time, None);
+        }
+        self.throw_by_sources();
+        // the other switches belong to the state that the charges lead to: found by starting again with
+        // those that have changed, not by a second jump from where the wrong ones led
+        for round in 0..MAX_REACTIONS {
+            self.jumps.clear();
+            self.stats.jumps = 0;
+            self.z.fill(0.0);
+            self.l.fill(0.0);
+            self.impulse(Some(charges), Start::Cold).map_err(|f| *f)?;
+            if !self.react_in(round) {
+                return Ok(());
+            }
+        }
+        self.stats.chatter += 1;
+        Ok(())
+    }
+}
