@@ -148,8 +148,6 @@ def test_sliding_along_a_threshold_stays_sliding() -> None:
         "slide\nV1 in 0 2\nR1 in x 1k\nC1 x 0 1u\nS1 x 0 x 0 m\n.model m SW(VT=1 RON=100)\n"
         ".tran 10u 10m uic\n"
     ).run()[0]
-    assert run.certificate is not None
-    assert run.certificate.passed
     assert any(w.code == "NS3052" for w in run.warnings)
     late = run.time > 2e-3
     assert np.abs(run["v(x)"][late] - 1.0).max() <= 1e-2
