@@ -39,7 +39,7 @@ What stops other simulators is an ordinary run here, or is refused with the name
 elements in conflict. Each case is a netlist in `netlists/pathological` with its known answer
 and where it is known from (`X.expect.toml`); `nsspice test netlists/pathological` runs them
 all. What random decks have shown, and what is known to fail, stands in
-[Verification and known limits](verification.md).
+[What is tested](verification.md) and [known limits](../reference/known-limits.md).
 
 | class | cases | what nsspice does |
 |---|---|---|
