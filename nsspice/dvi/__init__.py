@@ -17,7 +17,9 @@ True
 
 from .circuits import from_circuit
 from .conditions import complementarity, contact, equation
-from .dvi import DLCP, DMVI, DNCP, DVI
+from .dlcp import DLCP, DNCP
+from .dmvi import DMVI
+from .dvi import DVI
 from .errors import RegularityLost
 from .expression import (
     Expr,

@@ -22,7 +22,7 @@ from ..problems.descriptor import DescriptorSystem, Functional, SmoothTerms, Wav
 from ..problems.elements import Elements
 from ..problems.tape import TapeBuilder
 from .errors import wrong
-from .expression import Expr, as_expr, merged
+from .expression import Expr, merged
 from .setvalued import SetValued
 from .splitting import Split
 
@@ -388,6 +388,3 @@ def start_vector(assembly: Assembly, start: Mapping[str, float]) -> Floats:
         if name in places:
             out[places[name]] = value
     return out
-
-
-__all__ = ["Assembly", "Model", "Pair", "Row", "as_expr", "assemble", "start_vector"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..circuit.dlcp import dlcp_form
 from ..errors import RegularityError
-from .dvi import DLCP
+from .dlcp import DLCP
 from .errors import wrong
 from .expression import Expr, as_expr, cos, sin, t
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,9 @@ _BLOCK = 1 << 12
 _NEVER = 1 << 62
 #: longest implicit step of the mode-wise engine, as a part of the run, where no mode is proved
 _SHORT = 1e-3
+#: states that an impulsive step moves by less than this part were consistent: it ends at 1e-11 of
+#: the distance of rows, and leaves a motion of that size
+_STILL = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +145,7 @@ def run_stretch(
     *,
     first_row: float = 0.0,
     until: Sequence[int] = (),
+    fresh: bool = True,
 ) -> Stretch:
     """Run an engine from given states to the end, or to a jump by which some pair takes an impulse.
 
@@ -156,12 +160,24 @@ def run_stretch(
         Time of the first row [s].
     until : sequence of int
         Pairs whose impulses end the run.
+    fresh : bool
+        The states are those of a user, who may have given some that the conditions do not allow.
 
     Raises
     ------
     NumericalError
         NS6020 if a step has no solution.
     """
+    begin = None
+    try:
+        if fresh:
+            begin = _consistent(assembly, plan, z0)
+    except UnsolvedStep as problem:
+        raise _failure(assembly, problem) from problem
+    if begin is not None:
+        z0 = begin.after
+        if any(begin.multipliers[k] != 0.0 for k in until):
+            return _only(begin, outputs, plan)
     stepper, method, note = create(assembly, outputs, plan)
     exact = isinstance(stepper, ModewiseStepper)
     auditor = Auditor(assembly.system, timed=True)
@@ -190,13 +206,46 @@ def run_stretch(
         raise _failure(assembly, problem) from problem
     return Stretch(
         np.concatenate(blocks) if blocks else np.zeros((0, 1 + len(outputs))),
-        stepper.jumps,
+        [*([] if begin is None else [begin]), *stepper.jumps],
         stepper.events,
         stepper.statistics,
         auditor.result(),
         method,
         note,
         stepper.state,
+    )
+
+
+def _consistent(assembly: Assembly, plan: Plan, z0: Floats) -> Jump | None:
+    """Return the jump from given states to those that the conditions allow, None without any.
+
+    The impulsive step finds it: the limit of an implicit step that has no length.
+    """
+    system = assembly.system
+    if not system.m:
+        return None
+    first = MoreauStepper(system, ())
+    first.plan(0.0, plan.stop, plan.rows, 0.0, plan.rows)
+    found = first.start_charges(0.0, system.E.dot(z0), plan.rows)
+    if found is None:
+        return None
+    moved = np.abs(system.E.dot(found.after - z0))
+    if np.max(moved, initial=0.0) <= _STILL * np.max(np.abs(system.E.dot(z0)), initial=0.0):
+        return None
+    return replace(found, before=z0.copy())
+
+
+def _only(jump: Jump, outputs: Sequence[Functional], plan: Plan) -> Stretch:
+    """Return a stretch that ends with an impact at its very start."""
+    none = np.zeros(0)
+    return Stretch(
+        np.zeros((0, 1 + len(outputs))),
+        [jump],
+        (none, none.astype(np.uintp), none.astype(bool)),
+        {},
+        {"laws": 0.0, "complementarity": 0.0, "checks": 0, "worst_row": None},
+        "modewise" if plan.method == "auto" else plan.method,
+        end=(jump.after, jump.multipliers),
     )
 
 

@@ -36,6 +36,8 @@ Floats = npt.NDArray[np.float64]
 #: Flights shorter than this part of the run are over.  In one of length tau a position moves by
 #: a tau^2 / 8, 2^-51 of the a T^2 / 2 of the run: rounding.
 _OVER = 2.0**-24
+#: a slack below zero by so many units of what stands in it is rounding
+_ROUNDING = 64.0 * 2.0**-53
 
 
 @dataclass(slots=True)
@@ -84,11 +86,14 @@ class Impacts:
             )
         return 1.0 + found.pop()
 
+    def weight(self, impact: Jump, bouncing: Mapping[int, float], assembly: Assembly) -> float:
+        """Return by how much the impact is larger than the engine's jump: ``1 + e``, made exact."""
+        return self.factor(impact, bouncing) * self._exact(impact, bouncing, assembly)
+
     def after(self, impact: Jump, bouncing: Mapping[int, float], assembly: Assembly) -> Floats:
         """Return the unknowns after an impact, shape (n,); those of states count."""
         change = impact.after - impact.before
-        scale = self._exact(impact, bouncing, assembly)
-        return np.asarray(impact.before + self.factor(impact, bouncing) * scale * change)
+        return np.asarray(impact.before + self.weight(impact, bouncing, assembly) * change)
 
     def _exact(self, impact: Jump, bouncing: Mapping[int, float], assembly: Assembly) -> float:
         """Return what makes the gap's rate after the engine's jump exactly zero.
@@ -106,7 +111,7 @@ class Impacts:
 
     def accumulated(self, flight: float, stop: float, bouncing: Mapping[int, float]) -> bool:
         """Return whether the flights that are left are rounding of the motion."""
-        return max(bouncing.values()) < 1.0 and flight < _OVER * stop
+        return max(bouncing.values()) < 1.0 and 0.0 < flight < _OVER * stop
 
     def told(self, time: float, flight: float) -> Diagnostic:
         """Return what the user should know about an accumulation.
@@ -125,6 +130,31 @@ class Impacts:
             hint="nothing is to be done: infinitely many impacts end in a finite time",
             severity="warning",
         )
+
+
+def check_start(model: Model, start: Mapping[str, float], at: float) -> None:
+    """Refuse states that a condition on positions does not allow, as no impulse moves positions.
+
+    Raises
+    ------
+    UsageError
+        NS6005 if a slack of relative degree two or more is negative at the start.
+    """
+    slacks = {pair.name: pair.slack for pair in model.pairs if pair.multiplier}
+    values = {**start, "time": at}
+    for name in gap_rates(model, slacks):
+        slack = slacks[name]
+        if not slack.names <= values.keys():
+            continue
+        found = float(slack.value(values))
+        size = max((abs(v) for k, v in values.items() if k in slack.names), default=0.0)
+        if found < -_ROUNDING * max(size, abs(found) * 1e-3):
+            raise wrong(
+                "NS6005",
+                f"the start violates the condition of {name}: its slack is {found:.6g}, and no "
+                "impulse changes it",
+                "start where the slack is not negative",
+            )
 
 
 def states_of(assembly: Assembly, z: Floats, time: float) -> dict[str, float]:

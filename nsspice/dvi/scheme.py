@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from ..netlist import evaluate as _evaluate
 from ..netlist.node import Node, add, mul, num, var
-from .assembly import Assembly, Model, Row, assemble
+from .assembly import Model, Row, assemble
 from .errors import wrong
 from .expression import Expr, names_of
 from .newton import StepProblem
@@ -228,6 +228,3 @@ def _continued(first: StepProblem, later: StepProblem) -> StepProblem:
     if first is not later:
         later.point = first.point
     return later
-
-
-__all__ = ["Assembly", "Scheme", "Steps", "march"]

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..solvers.moreau import function_slopes
 from .errors import RegularityLost, unsolved, wrong
 from .expression import Expr, as_vector
 from .setvalued import SetValued
@@ -228,6 +227,3 @@ def _modulus(static: Static, z: Floats, lam: Floats, time: float) -> tuple[float
         return found.modulus, columns[found.unknown]
     moving = int(np.argmax(np.abs(z)))
     return found.modulus, columns[moving]
-
-
-__all__ = ["Track", "function_slopes", "track"]

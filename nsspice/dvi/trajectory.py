@@ -72,7 +72,9 @@ def simulate(task: Task, plan: Plan, impacts: Impacts) -> Solution:
         grid = np.ceil(here / plan.rows * (1.0 - 1e-15)) if here else 0.0
         first = max(0.0, grid * plan.rows - here)
         rest = Plan(plan.stop - here, plan.rows, plan.method, plan.theta, plan.step, plan.reltol)
-        part = run_stretch(assembly, outputs, rest, z0, first_row=first, until=tuple(bouncing))
+        part = run_stretch(
+            assembly, outputs, rest, z0, first_row=first, until=tuple(bouncing), fresh=not parts
+        )
         parts.append(part)
         impact = impacts.first(part, bouncing)
         end = np.inf if impact is None else impact.time
@@ -86,7 +88,7 @@ def simulate(task: Task, plan: Plan, impacts: Impacts) -> Solution:
         )
         for jump in part.jumps:
             if jump.time < end or jump is impact:
-                factor = 1.0 if jump is not impact else impacts.factor(jump, bouncing)
+                factor = 1.0 if jump is not impact else impacts.weight(jump, bouncing, assembly)
                 impulses += [
                     Impulse(task.begin + here + jump.time, name, factor * float(value), "")
                     for name, value in zip(assembly.pairs, jump.multipliers, strict=True)

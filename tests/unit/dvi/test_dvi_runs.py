@@ -302,3 +302,20 @@ def test_complementarity_of_a_multiplier_inside_a_function():
     reduced = problem.to_ode().run(2.0, rows=40)
     assert np.abs(steps["x"] - reduced["x"]).max() < 1e-9
     assert np.abs(steps["u"] - np.maximum(2.0 - steps["x"], 0.0)).max() < 1e-9
+
+
+def test_starts_that_conditions_do_not_allow():
+    """Positions cannot jump; speeds can, by an impulse that is told, with restitution too."""
+    with pytest.raises(nsspice.UsageError) as refused:
+        DVI({X: V, V: N - 9.81}, [contact(N, X)], start={X: -0.5, V: 0.0}).run(1.0)
+    assert refused.value.code == "NS6005"
+    for e in (0.0, 0.5):
+        ball = DVI({X: V, V: N / 2.0 - 9.81}, [contact(N, X, e)], start={X: 0.0, V: -1.0})
+        sol = ball.run(0.05)
+        assert sol.impulses[0].value == pytest.approx((1.0 + e) * 2.0, abs=1e-9)
+        assert sol["v"][1] == pytest.approx(e - (9.81 * sol.time[1] if e else 0.0), abs=1e-9)
+        assert np.abs(sol["n"]).max() < 100.0
+    relay = DLCP([[0.0]], [[1.0]], [[1.0]], [[0.0]], p=[-1.0], x0=[-0.5])
+    sol = relay.run(1.0)  # a state of relative degree one jumps to the boundary
+    assert sol.impulses[0].value == pytest.approx(0.5, abs=1e-9)
+    assert np.abs(sol["x[0]"]).max() < 1e-9
