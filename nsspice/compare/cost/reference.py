@@ -14,10 +14,23 @@ from .problem import Problem
 
 #: tolerances of the controlled runs that stand behind a reference; the last is the finest
 _TIGHT = (1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
-#: a finer run is not begun if it would take longer than this [s]
-_PATIENCE = 6.0
+#: those that stand in for them where not even the first is reached, or to compare a single one with
+_LOOSE = (1e-6, 1e-5, 1e-4, 1e-3)
+#: a finer run is not begun if it would take longer than this [s], or so many limits of a run
+_PATIENCE = 6.0, 3.0
 #: below this share of the range nothing is claimed: rounding of the signals
 _ROUNDING = 1e-15
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A controlled run: its tolerance, its steps, its rows and its time [s]."""
+
+    tolerance: float
+    steps: int
+    table: Floats
+    graph: Graph
+    seconds: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +44,14 @@ class Reference:
         Estimate of its own error, as a share of the range of each signal.
     how : str
         How it was made, one sentence.
+    runs : tuple of (Solution, float)
+        Controlled runs that it rests on, and their times [s]: points of the curve, too.
     """
 
     graph: Graph
     error: float
     how: str
+    runs: tuple[Run, ...] = ()
 
     def distance(self, table: Floats) -> tuple[float, float]:
         """Return the largest and the mean distance of a table, as shares of the ranges.
@@ -48,11 +64,18 @@ class Reference:
         return float(np.max(d, initial=0.0)), float(np.max(np.mean(d, axis=0), initial=0.0))
 
 
-def make_reference(problem: Problem) -> Reference:
+def make_reference(problem: Problem, limit: float = 2.0) -> Reference:
     """Return the reference of a problem.
 
     The exact mode-wise engine where it can treat the circuit, checked by controlled steps of order
     four; those alone elsewhere, with an error estimated from the last two tolerances.
+
+    Parameters
+    ----------
+    problem : Problem
+    limit : float
+        Longest time of one run that is measured [s]; one of the reference may take three times as
+        long, but 6 s at least, and the first as long as it needs.
 
     Raises
     ------
@@ -60,31 +83,35 @@ def make_reference(problem: Problem) -> Reference:
         If no method solves the deck.
     """
     exact = _modewise(problem)
-    finest, before, tolerance, other = _controlled(problem, exact)
+    least, times = _PATIENCE
+    runs, other = _controlled(problem, exact, max(least, times * limit))
+    finest = runs[-1] if runs else None
     if exact is not None:
         if finest is None:
             return Reference(
                 exact, float("nan"), "by the exact mode-wise engine; nothing to check it with"
             )
-        error = _apart(exact, finest)
+        error = _apart(exact, finest.graph)
         how = (
             "by the exact mode-wise engine; its distance from sdirk (order 4, reltol "
-            f"{tolerance:g}), which errs more, bounds its error"
+            f"{finest.tolerance:g}), which errs more, bounds its error"
         )
-        return Reference(exact, max(error, _ROUNDING), how)
-    if finest is None or before is None:
+        return Reference(exact, max(error, _ROUNDING), how, tuple(runs))
+    if finest is None:
         raise NumericalError(
             Diagnostic(
                 "NS3002",
-                "no method reached the end of the run with tight tolerances",
+                "no method reached the end of the run",
                 hint="see what nsspice run says of this deck",
             )
         )
-    how = (
-        f"by sdirk of order 4 with reltol {tolerance:g}; its error is estimated by the distance "
-        f"from the same with {other}"
-    )
-    return Reference(finest, max(_apart(finest, before), _ROUNDING), how)
+    how = f"by sdirk of order 4 with reltol {finest.tolerance:g}"
+    if len(runs) < 2:
+        alone = f"{how}; nothing to check it with: its error is not known"
+        return Reference(finest.graph, float("nan"), alone, tuple(runs))
+    how += f"; its error is estimated by the distance from the same with {other}"
+    error = max(_apart(finest.graph, runs[-2].graph), _ROUNDING)
+    return Reference(finest.graph, error, how, tuple(runs))
 
 
 def _modewise(problem: Problem) -> Graph | None:
@@ -94,45 +121,50 @@ def _modewise(problem: Problem) -> Graph | None:
         return None
 
 
-def _controlled(
-    problem: Problem, exact: Graph | None
-) -> tuple[Graph | None, Graph | None, float, str]:
-    """Return the finest result that patience allows, one to compare it with, and the difference."""
-    finest: Graph | None = None
-    before: Graph | None = None
-    other = "a tenfold tolerance"
-    reached, last, steps = float("nan"), float("inf"), 0
+def _controlled(problem: Problem, exact: Graph | None, patience: float) -> tuple[list[Run], str]:
+    """Return controlled runs, the finest last, and how the one before differs from it."""
+    runs: list[Run] = []
+    last = float("inf")
     for tolerance in _TIGHT:
-        try:
-            solution, spent = problem.run(Settings("sdirk", reltol=tolerance))
-        except (NumericalError, UsageError):
+        found = _run(problem, tolerance)
+        if found is None:
             break
-        found = problem.graph(solution)
-        if steps == (steps := solution.stats["steps"]):
+        if runs and found.steps == runs[-1].steps:
             # its longest step rules: the same run once more tells nothing
-            finest, before, reached = found, _coarser(problem, tolerance), tolerance
-            other = "a longest step twice as long"
-            break
-        gap = np.inf if finest is None else _apart(found, finest)
+            coarser = _run(problem, tolerance, longer=2.0)
+            return [run for run in (coarser, found) if run], "a longest step twice as long"
+        gap = _apart(found.graph, runs[-1].graph) if runs else np.inf
         if gap > last:
             break  # rounding has taken over: the run before was the best
         last = gap
-        finest, before, reached = found, finest, tolerance
+        runs.append(found)
         # fourth order: a tenth of the tolerance takes 1.8 times the steps, near rounding more
-        if 4.0 * spent > _PATIENCE:
+        if 4.0 * found.seconds > patience:
             break
-        if exact is not None and _apart(exact, finest) < 1e-13:
+        if exact is not None and _apart(exact, found.graph) < 1e-13:
             break
-    return finest, before, reached, other
+    # where the circuit is dear a looser run, which errs more, tells how sure the tight one is
+    for tolerance in _LOOSE if len(runs) < 2 else ():
+        found = _run(problem, tolerance)
+        if found is not None:
+            runs.insert(0, found)
+        if len(runs) > 1:
+            ratio = runs[0].tolerance / runs[1].tolerance
+            return runs, f"{ratio:.3g} times the tolerance"
+    return runs, "a tenfold tolerance"
 
 
-def _coarser(problem: Problem, tolerance: float) -> Graph | None:
-    """Return a controlled run whose longest step is twice the usual one."""
-    longest = 2.0 * problem.analysis.longest_step(timed=problem.timed)
+def _run(problem: Problem, tolerance: float, longer: float | None = None) -> Run | None:
+    """Return a controlled run, None if it fails; with a longest step so many times the usual."""
+    step = None
+    if longer is not None:
+        step = longer * problem.analysis.longest_step(timed=problem.timed)
     try:
-        return problem.graph(problem.run(Settings("sdirk", step=longest, reltol=tolerance))[0])
+        solution, spent = problem.run(Settings("sdirk", step=step, reltol=tolerance))
     except (NumericalError, UsageError):
         return None
+    steps = int(solution.stats["steps"])
+    return Run(tolerance, steps, problem.table(solution), problem.graph(solution), spent)
 
 
 def _apart(a: Graph, b: Graph) -> float:
