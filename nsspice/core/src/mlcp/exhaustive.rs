@@ -5,7 +5,6 @@
 //! step is taken.
 
 use super::lemke;
-use super::modes::DENSE;
 use super::polish;
 use super::problem::Role;
 use super::residual::Residual;
@@ -15,6 +14,9 @@ use crate::sparse::Csc;
 
 /// Pairs up to which all modes are tried.
 const ENUMERATION: usize = 14;
+/// Unknowns up to which laws are looked at for a contradiction by their pseudo-inverse: once in a problem that
+/// nothing has solved.
+const PROVED: usize = 160;
 const LEMKE_LIMIT: usize = 300;
 /// What laws that contradict each other leave of their terms.
 const CONTRADICTED: f64 = 1e-6;
@@ -23,7 +25,7 @@ const COVERS: usize = 11;
 /// True if `s.x` solves the problem.
 pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
     let diodes: Vec<usize> = (0..s.model.m).filter(|&i| s.roles[i] == Role::Diode).collect();
-    if diodes.is_empty() || s.model.size() <= DENSE && contradicts(s) {
+    if diodes.is_empty() || s.model.size() <= PROVED && contradicts(s) {
         return None;
     }
     if diodes.len() <= ENUMERATION {
