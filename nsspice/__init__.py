@@ -49,11 +49,12 @@ __all__ = [
     "pss",
     "read",
     "run",
+    "sens",
     "tran",
 ]
 
 if TYPE_CHECKING:
-    from .analyses import Solution, ac, dc, loop, op, pss, read, run, tran
+    from .analyses import Solution, ac, dc, loop, op, pss, read, run, sens, tran
     from .circuit import Circuit
     from .compare.cost import cost
     from .compare.expect import check
@@ -92,6 +93,7 @@ _HOME = {
     "pss": ".analyses",
     "read": ".analyses",
     "run": ".analyses",
+    "sens": ".analyses",
     "tran": ".analyses",
 }
 

@@ -9,6 +9,7 @@ from .events import Event
 from .load import read, read_deck
 from .loop_gain import loop
 from .measure import evaluate_measures
+from .sensitivity import sens
 from .settings import METHODS, Settings
 from .small_signal import ac
 from .solution import Impulse, IslandRun, Solution
@@ -40,5 +41,6 @@ __all__ = [
     "read_deck",
     "run",
     "run_job",
+    "sens",
     "tran",
 ]

@@ -26,6 +26,7 @@ from .load import need_circuit, read_again
 from .loop_gain import Loop, run_loop
 from .measure import evaluate_measures
 from .rows import Progress
+from .sensitivity import add_sensitivities
 from .settings import Settings, foreign_method
 from .sink import Sink
 from .small_signal import Ac, run_ac
@@ -304,6 +305,8 @@ def _run_job(
         evaluate_measures(solution, measures)
         if job.kind in ("tran", "pss"):
             add_spectra(solution, circuit.deck.fours)
+            if job.kind == "pss":
+                add_sensitivities(circuit, solution, temperature, values)
             if request.power:
                 add_powers(circuit, solution, request.loads)
     return solution

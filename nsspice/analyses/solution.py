@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .loop_gain import LoopReport
     from .losses import LossTable
     from .regularity import SolutionVerdict
+    from .sensitivity import Sensitivity
     from .spectrum import Spectrum
     from .steady_state import Periodic
 
@@ -238,6 +239,8 @@ class Solution:
         What ``.four`` cards ask for.
     powers : LossTable or None
         Average powers of all elements, if they were asked for.
+    sensitivities : list of Sensitivity
+        What ``.sens`` cards ask for.
     fine : callable or None
         Returns the rows with both sides of jumps put in, None if nothing jumps; they are computed
         at the first call.
@@ -274,6 +277,7 @@ class Solution:
     integrals: Integrals | None = None
     spectra: list[Spectrum] = field(default_factory=list)
     powers: LossTable | None = None
+    sensitivities: list[Sensitivity] = field(default_factory=list)
     fine: Callable[[], FinePoints | None] | None = None
 
     def __post_init__(self) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +14,9 @@ from ..devices import CurrentSource, VoltageSource
 from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem, Functional, Waveform
 
+#: rows and factors
+Entries = Sequence[tuple[int, float]]
+_NONE = (np.zeros(0), np.zeros(0), np.zeros(0))
 #: a source that is always zero, and an input of its own all the same
 NOTHING = Waveform("pwl", (0.0, 0.0))
 
@@ -73,33 +76,37 @@ def stimulated(mna: MnaSystem, system: DescriptorSystem, stimuli: Iterable[str])
     stimuli : iterable of str
         Names of sources, and of :func:`injection`; those of other islands are left out.
     """
-    rows: list[int] = []
-    cols: list[int] = []
-    data: list[float] = []
-    columns: dict[str, int] = {}
-    count = len(system.waveforms)
+    entries: dict[str, Entries] = {}
     devices = {device.name: device for device in mna.devices}
     for name in stimuli:
         device = devices.get(name)
-        entries: tuple[tuple[int, float], ...]
         if isinstance(device, VoltageSource):
-            entries = ((mna.layout.branches[name], -1.0),)
+            entries[name] = ((mna.layout.branches[name], -1.0),)
         elif isinstance(device, CurrentSource):
-            entries = tuple(mna.layout.voltage(*device.ends, -device.m))
+            entries[name] = tuple(mna.layout.voltage(*device.ends, -device.m))
         elif name.startswith("into ") and mna.layout.nodes.get(name[5:], -1) >= 0:
-            entries = ((mna.layout.nodes[name[5:]], 1.0),)
-        else:
-            continue
-        column = columns[name] = count + len(columns)
-        for row, value in entries:
-            rows.append(row)
-            cols.append(column)
-            data.append(value)
+            entries[name] = ((mna.layout.nodes[name[5:]], 1.0),)
+    return with_columns(system, entries)
+
+
+def with_columns(system: DescriptorSystem, entries: Mapping[str, Entries]) -> Stimulated:
+    """Return a system with sources more, which enter some rows.
+
+    Parameters
+    ----------
+    system : DescriptorSystem
+    entries : mapping of str to sequence of (int, float)
+        Rows and factors of each stimulus by its name.
+    """
+    count = len(system.waveforms)
+    columns = {name: count + k for k, name in enumerate(entries)}
+    flat = [(row, columns[n], value) for n, terms in entries.items() for row, value in terms]
+    rows, cols, data = (np.array(part) for part in zip(*flat, strict=True)) if flat else _NONE
     S = Csc.from_triplets(
         (system.n, count + len(columns)),
-        np.concatenate([system.S.indices, np.array(rows, dtype=np.int64)]),
-        np.concatenate([system.S.columns, np.array(cols, dtype=np.int64)]),
-        np.concatenate([system.S.data, np.array(data)]),
+        np.concatenate([system.S.indices, rows.astype(np.int64)]),
+        np.concatenate([system.S.columns, cols.astype(np.int64)]),
+        np.concatenate([system.S.data, data.astype(np.float64)]),
     )
     waveforms = (*system.waveforms, *(NOTHING for _ in columns))
     return Stimulated(replace(system, S=S, waveforms=waveforms), columns)

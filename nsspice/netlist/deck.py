@@ -266,6 +266,14 @@ class FourCard(NamedTuple):
     span: Span
 
 
+class SensCard(NamedTuple):
+    """``.sens signal ... [element ...]``: derivatives of averages of ``.pss`` by elements."""
+
+    signals: tuple[str, ...]
+    elements: tuple[str, ...]
+    span: Span
+
+
 Analysis = OpCard | DcCard | TranCard | PssCard | AcCard | LoopCard
 
 
@@ -290,6 +298,7 @@ class Deck:
         names of their own.
     measures : list of Measure
     fours : list of FourCard
+    sensitivities : list of SensCard
     steps : list of Sweep
         ``.step`` cards, the first one runs fastest.
     temperature : float
@@ -315,6 +324,7 @@ class Deck:
     saves: list[Signal] = field(default_factory=list)
     measures: list[Measure] = field(default_factory=list)
     fours: list[FourCard] = field(default_factory=list)
+    sensitivities: list[SensCard] = field(default_factory=list)
     steps: list[Sweep] = field(default_factory=list)
     temperature: float = 27.0
     parameters: dict[str, float] = field(default_factory=dict)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from ..analyses.certificate import Certificate
     from ..analyses.loop_gain import LoopReport
     from ..analyses.losses import LossTable
+    from ..analyses.sensitivity import Sensitivity
     from ..analyses.solution import IslandRun, JumpReport, Moved, Solution
     from ..analyses.spectrum import Spectrum
     from ..analyses.steady_state import Periodic
@@ -51,6 +52,8 @@ def describe(solution: Solution) -> str:
         lines += _powers(solution.powers)
     for spectrum in solution.spectra:
         lines += _spectrum(spectrum)
+    if solution.sensitivities:
+        lines += _sensitivities(solution.sensitivities)
     if solution.loop is not None:
         lines += _loop(solution.loop)
     if solution.error is not None:
@@ -154,6 +157,20 @@ def _spectrum(spectrum: Spectrum) -> list[str]:
         # what is rounding beside the largest has no phase
         phase = f"{math.degrees(cmath.phase(c)):.4g}°" if abs(c) > 1e-13 * largest else "-"
         lines.append(f"    {order:>3} {number(2.0 * abs(c), symbol, 9):>16} {phase:>9}")
+    return lines
+
+
+def _sensitivities(found: list[Sensitivity]) -> list[str]:
+    """Return what a change of each element by 1 % does to averages."""
+    lines = ["  averages, and their change for a change of 1 % (of a source of 0: by 1 unit):"]
+    for s in found[:_POWERS]:
+        symbol = unit(s.signal)
+        change = 0.01 * s.relative if s.value else s.derivative
+        lines.append(
+            f"    {s.signal} = {number(s.average, symbol, 9)}: {s.element} {number(change, symbol)}"
+        )
+    if len(found) > _POWERS:
+        lines.append(f"    ... and {len(found) - _POWERS} more")
     return lines
 
 
@@ -308,6 +325,16 @@ def to_dict(solution: Solution) -> dict[str, Any]:
             for j in solution.jumps
         ],
         "error": solution.error.to_dict() if solution.error else None,
+        "sensitivities": [
+            {
+                "signal": s.signal,
+                "element": s.element,
+                "value": s.value,
+                "average": s.average,
+                "derivative": s.derivative,
+            }
+            for s in solution.sensitivities
+        ],
         "powers": solution.powers.to_dict() if solution.powers else None,
         "spectra": [spectrum.to_dict() for spectrum in solution.spectra],
         "loop": solution.loop.to_dict() if solution.loop else None,

@@ -119,12 +119,18 @@ class CardReader:
         for card, line, scope in self._expander.cards:
             if card in _EARLY and not scope.prefix:
                 continue
-            reader = _READERS.get(card)
+            reader = periodic.sens if self._is_sens(card) else _READERS.get(card)
             if reader is None or (scope.prefix and card not in ("ic", "nodeset")):
                 self._other(card, line, scope)
             else:
                 self._call(reader, line, scope)
         self._context.check_expressions()
+
+    def _is_sens(self, card: str) -> bool:
+        """Return whether ``.sens`` asks for what is computed: that of a periodic steady state."""
+        return card == "sens" and any(
+            c == "pss" and not s.prefix for c, _, s in self._expander.cards
+        )
 
     def _call(self, reader: Callable[[Context, Line], None], line: Line, scope: Scope) -> None:
         self._context.here = scope

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ...errors import suggest
-from ..deck import AcCard, FourCard, LoopCard, PssCard
+from ..deck import AcCard, FourCard, LoopCard, PssCard, SensCard
 from ..findings import Unreadable
 from ..lines import Line
 from ..statement import Item
@@ -142,6 +142,25 @@ def four(context: Context, line: Line) -> None:
     harmonics, periods = int(counts["harms"]), int(counts["periods"])
     card = FourCard(frequency, tuple(signals), harmonics, periods, line.whole())
     context.deck.fours.append(card)
+
+
+def sens(context: Context, line: Line) -> None:
+    """Read ``.sens signal ... [element ...]``: averages of ``.pss`` by R, L, C, V or I."""
+    hint = "write .sens v(out) i(L1), and elements if not all of them are meant"
+    signals: list[str] = []
+    elements: list[str] = []
+    for item in context.tail(line):
+        where = line.span(item.start, item.end)
+        if item.kind == "call":
+            signals.append(probe(context, item, where))
+        elif item.kind == "word":
+            elements.append(context.element(item.text, where))
+        else:
+            raise Unreadable("NS1080", ".sens takes signals and elements", where, hint)
+    if not signals or any(name.startswith("p(") for name in signals):
+        raise Unreadable("NS1080", ".sens needs voltages or currents", line.whole(), hint)
+    card = SensCard(tuple(signals), tuple(elements), line.whole())
+    context.deck.sensitivities.append(card)
 
 
 def _range(line: Line, card: str, words: list[Item], context: Context) -> tuple[float, ...]:

@@ -169,6 +169,20 @@ impl PyOrbit {
         Ok(found.map(|values| interleaved(py, &values)))
     }
 
+    /// Derivatives of the averages of outputs by the parameters behind the stimuli, output by output; a stimulus
+    /// is driven by an output, or is a constant.
+    fn sensitivities<'py>(
+        &self,
+        py: Python<'py>,
+        drivers: Vec<Option<usize>>,
+    ) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        if !self.inner.takes(&drivers) {
+            return Err(invalid("one driver per stimulus, an output each"));
+        }
+        let found = py.detach(|| self.inner.sensitivities(&drivers));
+        Ok(found.map(|m| PyArray1::from_vec(py, m.data)))
+    }
+
     /// Fourier coefficients over a window, by output and order.
     fn coefficients<'py>(
         &self,

@@ -26,12 +26,12 @@ const REACH: f64 = 7.0;
 const GONE: f64 = 1e-18;
 
 /// The part of a segment in a window, in closed form with all outputs; times count from its start.
-struct Piece {
-    path: Trajectory,
-    bundle: Bundle,
+pub(super) struct Piece {
+    pub path: Trajectory,
+    pub bundle: Bundle,
     start: f64,
     from: f64,
-    to: f64,
+    pub to: f64,
 }
 
 impl Orbit {
@@ -40,7 +40,7 @@ impl Orbit {
         self.passages.iter().filter(meets).map(|p| self.piece(p, window)).collect()
     }
 
-    fn piece(&self, p: &Passage, window: [f64; 2]) -> Piece {
+    pub(super) fn piece(&self, p: &Passage, window: [f64; 2]) -> Piece {
         let length = p.end - p.start;
         let mut path = Trajectory::default();
         let mut a = vec![0.0; self.states()];

@@ -3,8 +3,8 @@
 //!
 //! A run of the mode-wise engine leaves its *passages*: segments in closed form with the events between
 //! them. [`orbit`] derives the variation across each event (saltation matrix) and along each segment
-//! ([`modal`]); [`response`] solves for the perturbation of a periodic orbit at one frequency; [`fourier`]
-//! integrates outputs along it. All integrals are divided differences of the exponential
+//! ([`modal`]); [`response`] solves for the perturbation of a periodic orbit at one frequency; [`sensitivity`] for that by a parameter;
+//! [`fourier`] integrates outputs along it. All integrals are divided differences of the exponential
 //! ([`exponentials`]), in which neither a slow mode nor a resonance cancels digits.
 //!
 //! References: R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems
@@ -17,5 +17,6 @@ pub mod linear;
 pub mod modal;
 pub mod orbit;
 pub mod response;
+pub mod sensitivity;
 
 pub use orbit::Orbit;

@@ -10,7 +10,7 @@
 //! ```
 
 use super::modal::{carry, rates};
-use crate::dense::{dot, Matrix};
+use crate::dense::{dot, norm, Matrix};
 use crate::modewise::mode::{Mode, Watch};
 use crate::modewise::outputs::{Outputs, Spec};
 use crate::modewise::{Engine, Passage, Passed, Prepared};
@@ -108,6 +108,12 @@ impl Orbit {
     /// Number of energy coordinates.
     pub fn states(&self) -> usize {
         self.prepared.net.states
+    }
+
+    /// Whether there is one driver for each stimulus, an output or a constant.
+    pub fn takes(&self, drivers: &[Option<usize>]) -> bool {
+        let known = |driver: &Option<usize>| driver.is_none_or(|o| o < self.rated.len());
+        drivers.len() == self.stimuli.cols && drivers.iter().all(known)
     }
 
     /// Charges and fluxes from energy coordinates.
@@ -278,7 +284,14 @@ impl Orbit {
             f.iter_mut().for_each(|v| *v = -*v);
             after.iter_mut().zip(shift).for_each(|(x, t)| rank_one(x, &f, t));
         }
-        let jumps = !to.leaps.is_empty() || to.mode.impulses.is_some();
+        let states = from.mode.leave_x.rows;
+        let (mut before, mut then) = (vec![0.0; states], vec![0.0; states]);
+        from.mode.leave(&from.last, &from.v, &mut before);
+        to.mode.leave(&to.first, &to.inputs.now, &mut then);
+        let size = norm(&before).max(norm(&then));
+        before.iter_mut().zip(&then).for_each(|(a, b)| *a -= b);
+        // both are sums of products over all states, of numbers up to their size
+        let jumps = norm(&before) > 64.0 * (1 + states) as f64 * f64::EPSILON * size;
         Ok(Event { after, shift, jumps })
     }
 

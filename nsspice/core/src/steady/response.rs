@@ -19,11 +19,11 @@ use crate::modewise::outputs::Columns;
 use crate::modewise::Passage;
 
 /// One output per row over modal coordinates, stimuli, and their first and second rates.
-struct Rows {
-    x: Matrix,
-    stimuli: [Matrix; 3],
+pub(super) struct Rows {
+    pub x: Matrix,
+    pub stimuli: [Matrix; 3],
     /// nominal values at both ends of the segment
-    ends: [Vec<f64>; 2],
+    pub ends: [Vec<f64>; 2],
 }
 
 fn part(columns: &Columns) -> [Matrix; 3] {
@@ -31,7 +31,7 @@ fn part(columns: &Columns) -> [Matrix; 3] {
 }
 
 impl Orbit {
-    fn output_rows(&self, p: &Passage) -> Rows {
+    pub(super) fn output_rows(&self, p: &Passage) -> Rows {
         let rows = self.outputs.rows(&p.mode);
         let [mut x, v, d] = part(&rows.value);
         let mut stimuli = [v, d, Matrix::zeros(x.rows, self.stimuli.rows)];

@@ -1,0 +1,257 @@
+"""How averages in the periodic steady state depend on the elements, exactly.
+
+A change of an element acts like a source in its place, driven by what the element itself sees; the
+perturbation of the orbit by it is a closed form across all switchings, whose instants move with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ..circuit import Circuit, MnaSystem
+from ..devices import Capacitor, CurrentSource, Device, Inductor, Resistor, VoltageSource
+from ..devices.outputs import scaled
+from ..errors import Diagnostic, NsspiceError, StepError, UsageError
+from ..netlist.deck import PssCard
+from ..problems.descriptor import Functional
+from ..solvers.orbit import NoDerivative
+from .load import need_circuit
+from .names import canonical
+from .orbit_response import at_orbit
+from .overrides import checked_values
+from .solution import Solution
+from .steady_failure import no_derivative
+from .steady_state import Orbit, Pss, find_orbits
+from .stimuli import Entries, with_columns
+
+
+@dataclass(frozen=True, slots=True)
+class Sensitivity:
+    """How the average of a signal depends on one element.
+
+    Parameters
+    ----------
+    signal : str
+    element : str
+    value : float
+        Of the element [Ohm, H, F, V or A].
+    average : float
+        Of the signal [V or A].
+    derivative : float
+        Of the average by the value.
+    """
+
+    signal: str
+    element: str
+    value: float
+    average: float
+    derivative: float
+
+    @property
+    def relative(self) -> float:
+        """Value times derivative: the change for a change of the value by 100 % [V or A]."""
+        return self.value * self.derivative
+
+
+@dataclass(frozen=True, slots=True)
+class _Parameter:
+    """An element as a stimulus: where it enters, what drives it (None: a constant), its value."""
+
+    name: str
+    entries: Entries
+    driver: Functional | None
+    value: float
+
+
+def _parameter(device: Device, mna: MnaSystem, coupled: frozenset[str]) -> _Parameter | None:
+    """Return the parameter of an element, None if it has none that is known here."""
+    layout = mna.layout
+    if isinstance(device, VoltageSource):
+        value = device.source.dc or 0.0
+        return _Parameter(device.name, ((layout.branches[device.name], -1.0),), None, value)
+    if isinstance(device, CurrentSource):
+        entries = tuple(layout.voltage(*device.ends, -device.m))
+        return _Parameter(device.name, entries, None, device.source.dc or 0.0)
+    if isinstance(device, Resistor | Capacitor) and device.value:
+        current = device.current(layout)
+        if device.name in layout.branches:
+            return None
+        sign = -1.0 if isinstance(device, Resistor) else 1.0
+        entries = tuple(layout.voltage(*device.ends, -1.0))
+        return _Parameter(device.name, entries, scaled(current, sign / device.value), device.value)
+    if isinstance(device, Inductor) and device.value and device.name not in coupled:
+        branch = layout.branches[device.name]
+        rate = Functional(dz=((branch, device.inductance(layout) / device.value),))
+        return _Parameter(device.name, ((branch, -1.0),), rate, device.value)
+    return None
+
+
+def sens(
+    circuit: Circuit,
+    signals: Sequence[str],
+    elements: Sequence[str] | None = None,
+    *,
+    temperature: float | None = None,
+    values: Mapping[str, float] | None = None,
+) -> list[Sensitivity]:
+    """Find how averages in the periodic steady state depend on elements.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    signals : sequence of str
+        Voltages and currents.
+    elements : sequence of str, optional
+        R, L, C, and V or I (a constant added to the source); all of them by default.
+    temperature, values
+        As for :func:`nsspice.tran`.
+
+    Returns
+    -------
+    list of Sensitivity
+        Signal by signal, the elements with the largest effect first.
+
+    Raises
+    ------
+    NumericalError
+        NS3060 where there is no derivative, NS3062 without an orbit.
+    UsageError
+        NS4005 for an element that has no such parameter.
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> circuit = nsspice.read('''chopped divider
+    ... V1 a 0 PULSE(0 1 0 0 0 5u 10u)
+    ... R1 a b 1k
+    ... R2 b 0 1k
+    ... C1 b 0 10n
+    ... ''')
+    >>> [(s.element, round(s.derivative * 1e3, 9)) for s in nsspice.sens(circuit, ["v(b)"], ["r1"])]
+    [('r1', -0.125)]
+    """
+    need_circuit(circuit)
+    card = next((c for c in circuit.deck.analyses if isinstance(c, PssCard)), None)
+    analysis = Pss() if card is None else Pss.from_card(card)
+    if analysis.trigger is not None:
+        raise UsageError(
+            Diagnostic(
+                "NS4021",
+                "sensitivities of a circuit whose period is free are not computed",
+                analysis.span,
+                "take differences of two runs",
+            )
+        )
+    keys = [canonical(name) for name in signals]
+    parts = {key: circuit.parts(key) for key in keys}
+    given = checked_values(circuit, values)
+    _, orbits = find_orbits(circuit, analysis, temperature, given)
+    wanted = None if elements is None else [name.lower() for name in elements]
+    found: dict[tuple[str, str], Sensitivity] = {}
+    known: set[str] = set()
+    for home, orbit in enumerate(orbits):
+        local = list(dict.fromkeys(n for t in parts.values() for h, n, _ in t if h == home))
+        if orbit is None:
+            continue
+        table = _of_island(orbit, local, wanted, analysis)
+        known |= {name for name, _, _ in table.values()} | {name for name, _ in table}
+        for key in keys:
+            for h, part, factor in parts[key]:
+                for (name, signal), (_, value, (average, slope)) in table.items():
+                    if h != home or signal != part:
+                        continue
+                    before = found.get((key, name))
+                    mean = factor * average + (before.average if before else 0.0)
+                    total = factor * slope + (before.derivative if before else 0.0)
+                    found[key, name] = Sensitivity(key, name, value, mean, total)
+    for name in wanted or ():
+        if name not in known:
+            raise UsageError(
+                Diagnostic(
+                    "NS4005",
+                    f"{name} has no value by which an average could be differentiated",
+                    hint="R, C, L without coupling, V and I of parts that store something have one",
+                )
+            )
+    order = {key: k for k, key in enumerate(keys)}
+    return sorted(found.values(), key=lambda s: (order[s.signal], -abs(s.relative)))
+
+
+def _of_island(
+    orbit: Orbit, names: Sequence[str], wanted: Sequence[str] | None, analysis: Pss
+) -> dict[tuple[str, str], tuple[str, float, tuple[float, float]]]:
+    """Return name, value and (average, derivative) by element and signal of one island."""
+    mna = orbit.mna
+    coupled = frozenset(name for d in mna.devices if d.letter == "k" for name in d.controls)
+    parameters = [
+        p
+        for d in mna.devices
+        if wanted is None or d.name in wanted
+        for p in (_parameter(d, mna, coupled),)
+        if p is not None
+    ]
+    drivers = [p.driver for p in parameters if p.driver is not None]
+    outputs = [*map(mna.functional, names), *drivers]
+    stimulated = with_columns(orbit.system, {p.name: p.entries for p in parameters})
+    places = iter(range(len(names), len(outputs)))
+    numbers = [None if p.driver is None else next(places) for p in parameters]
+    try:
+        period_map = at_orbit(orbit, outputs, stimulated.system, list(stimulated.columns.values()))
+    except NoDerivative as problem:
+        raise no_derivative(problem, mna, analysis.span) from problem
+    flat = period_map.core.sensitivities(numbers)
+    if flat is None:
+        raise StepError(
+            Diagnostic(
+                "NS3065",
+                "no sensitivities: nothing pulls the orbit back, or a mode has a double rate",
+                analysis.span,
+                "change a value a little, or damp what is free",
+            ),
+            time=0.0,
+            residual=float("nan"),
+        )
+    import numpy as np
+
+    table = flat.reshape(len(outputs), len(parameters))
+    means = period_map.core.coefficients(np.zeros(1), 0.0, orbit.found.period)[::2]
+    result = {}
+    for k, parameter in enumerate(parameters):
+        for j, name in enumerate(names):
+            slope = float(table[j, k])
+            if name == f"i({parameter.name})" and parameter.driver is not None:
+                # the element's own law depends on its value, too
+                number = numbers[k]
+                slope += 0.0 if name[2] == "l" or number is None else float(means[number])
+            result[parameter.name, name] = parameter.name, parameter.value, (float(means[j]), slope)
+    return result
+
+
+def add_sensitivities(
+    circuit: Circuit,
+    solution: Solution,
+    temperature: float | None,
+    values: Mapping[str, float] | None,
+) -> None:
+    """Compute what the ``.sens`` cards of a deck with ``.pss`` ask for; a failure is a warning."""
+    for card in circuit.deck.sensitivities:
+        try:
+            solution.sensitivities += sens(
+                circuit,
+                card.signals,
+                card.elements or None,
+                temperature=temperature,
+                values=values,
+            )
+        except NsspiceError as problem:
+            found = problem.diagnostics[0]
+            solution.warnings.append(
+                Diagnostic(
+                    found.code,
+                    f".sens is left out: {found.message}",
+                    card.span,
+                    found.hint,
+                    severity="warning",
+                )
+            )
