@@ -137,7 +137,9 @@ class Expression:
         >>> Expression.parse("max(v(a), 1)").evaluate({"v(a)": np.array([0.0, 2.0])})
         array([1., 2.])
         """
-        if any(getattr(value, "ndim", 0) for value in values.values()):
+        # only its own: results of a thousand measures may stand beside them
+        own = (values[name] for name in self.variables() if name in values)
+        if any(getattr(value, "ndim", 0) for value in own):
             return _evaluate.array(self.node, values)
         return _evaluate.scalar(self.node, values)
 

@@ -204,10 +204,12 @@ impl Newton {
             Start::Cold => self.cold(),
         };
         self.predicted = false;
-        let found = found.filter(|_| {
+        let found = found.filter(|found| {
             let assembly = &self.assemblies[self.present];
             let timed = assembly.rate > 0.0;
-            timed || !self.state.contradicts_itself(&self.eq, assembly) && !self.runs_away()
+            timed
+                || !self.state.contradicts_itself(&self.eq, assembly)
+                    && !self.runs_away(found.residual)
         });
         let Some(found) = found else { return Err(Box::new(self.unsolved())) };
         let s = &mut self.state;
