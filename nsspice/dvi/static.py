@@ -26,6 +26,8 @@ MODES = 14
 _STARTS = 64
 #: points closer than this, relative to the largest entry, are one solution
 _SAME = 1e-7
+#: of a linear system, per unit of its largest solution: n u for n = 64
+_ZERO = 64.0 * 2.0**-53
 #: relative residual of a solution: a thousand times what rounding leaves of well scaled terms
 _SOLVED = 1e-9
 
@@ -207,7 +209,7 @@ class Static:
             )
         G, A, B, D = (x.dense() for x in (system.G, system.A, system.B, system.D))
         data = self.assembly.data(np.array([time]))[0]
-        found: list[tuple[Floats, Floats]] = []
+        candidates: list[tuple[Floats, Floats]] = []
         for active in itertools.product((False, True), repeat=m):
             on = np.flatnonzero(active)
             J = np.block([[G, A[:, on]], [B[on], -D[np.ix_(on, on)]]])
@@ -220,6 +222,18 @@ class Static:
                 continue
             z, lam = x[:n], np.zeros(m)
             lam[on] = x[n:]
+            candidates.append((z, lam))
+        # zero is what is rounding beside the values of all modes: a solution may be zero altogether
+        sizes = [
+            max((float(np.max(np.abs(c[k]), initial=0.0)) for c in candidates), default=0.0)
+            for k in (0, 1)
+        ]
+        found: list[tuple[Floats, Floats]] = []
+        for candidate in candidates:
+            z, lam = (
+                np.where(np.abs(v) <= _ZERO * size, 0.0, v)
+                for v, size in zip(candidate, sizes, strict=True)
+            )
             if self.residual(z, lam, time) < _SOLVED:
                 self._add(found, z, lam)
         return found

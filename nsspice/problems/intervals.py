@@ -289,7 +289,7 @@ def _apply(
         if name == "add":
             return add(a, b), [one, one]
         if name == "sub":
-            return (a[0] - b[1], a[1] - b[0]), [one, (-1.0, -1.0)]
+            return add(a, (-b[1], -b[0])), [one, (-1.0, -1.0)]
         if name == "mul":
             return times(a, b), [b, a]
         if name == "div":

@@ -172,7 +172,9 @@ def theorem_2_2_9(problem: StandardDVI) -> Verdict:
         {
             "K": compact,
             "f": lipschitz(problem, "f", "x", "f is Lipschitz in x"),
+            "f in t": lipschitz(problem, "f", "t", "f is Lipschitz in t"),
             "h": lipschitz(problem, "g", "x", "h is Lipschitz in x"),
+            "h in t": lipschitz(problem, "g", "t", "h is Lipschitz in t"),
             "B": affine_in_u(problem),
             "form": separated(problem),
             "g": monotone_in_u(problem),

@@ -43,7 +43,9 @@ def theorem_3_3_1(problem: StandardDVI) -> Verdict:
         {
             "K": cone,
             "(A) f": lipschitz(problem, "f", "x", "f is Lipschitz in x"),
+            "(A) f in t": lipschitz(problem, "f", "t", "f is Lipschitz in t"),
             "(A) h": lipschitz(problem, "g", "x", "h is Lipschitz in x"),
+            "(A) h in t": lipschitz(problem, "g", "t", "h is Lipschitz in t"),
             "(B)": affine_in_u(problem),
             "(C)": strong,
             "(D)": form,

@@ -242,3 +242,23 @@ def test_moduli_of_theorem_2_2_1():
     """u = max(-x, 0) / 4: the Lipschitz constant L / mu of the theorem is that of u."""
     problem = DVI({X: U}, [complementarity(U, X + 4.0 * U)], start={X: 1.0})
     assert problem.verdict()["Theorem 2.2.1"].witness.value == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_what_is_proved_of_random_problems_is_true(seed):
+    """A DLCP proved to have one trajectory: each short step has one solution, mode by mode.
+
+    One proved not to need a P-matrix would show a step with none or several.
+    """
+    random = np.random.default_rng(seed)
+    n, m = 2, 2
+    A, B = random.standard_normal((n, n)), random.standard_normal((n, m))
+    C, D = random.standard_normal((m, n)), random.standard_normal((m, m)) + random.integers(0, 2)
+    verdict = DLCP(A, B, C, D, x0=np.zeros(n)).verdict()
+    if not verdict["uniqueness"]:
+        return
+    h = 1e-6  # D decides: h C W B is far below its entries
+    M = h * C @ np.linalg.solve(np.eye(n) - h * A, B) + D
+    for _ in range(20):
+        q = random.standard_normal(m)
+        assert len(LCP(M, q).solutions()) == 1
