@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..errors import NumericalError
 from ..problems.csc import Csc
 from ..problems.regularity import Regularity, strong_regularity
 from ..problems.tape import TapeBuilder
@@ -254,7 +255,7 @@ class Static:
             try:
                 z, lam, _ = self.solve(None, time)
                 found.append((z, lam))
-            except Exception:
+            except NumericalError:
                 return []
         return found
 

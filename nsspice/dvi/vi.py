@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..netlist.node import var
 from .assembly import Assembly, Model, Row, assemble
 from .conditions import members, write_membership
 from .errors import wrong
@@ -103,8 +104,6 @@ class VI:
                 for name in sorted(part.names):
                     if name not in names and name != "time" and name not in atoms:
                         names.add(name)
-                        from ..netlist.node import var
-
                         found.append(Expr(var(name)))
         return found
 
