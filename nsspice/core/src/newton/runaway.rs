@@ -8,14 +8,12 @@ use crate::tape::Linearisation;
 const SLOW: u32 = 8;
 /// Relative residual that is rounding: what a step makes of it says nothing, where slopes vanish.
 const ROUNDED: f64 = 1e-13;
-/// Steps in which the largest voltage or current of a point that runs away grows by this factor each;
-/// where the residual falls like a square, Newton's method doubles it.
-const STEPS: usize = 3;
-const GROWS: f64 = 1.2;
+/// Part of the largest voltage or current that a solution does not move by.
+const MOVES: f64 = 1e-3;
 
 impl Newton {
-    /// Whether a static point with the residual `found`, which took many iterations, goes on to grow:
-    /// the residual falls, but there is no solution that the points tend to.
+    /// Whether a static point with the residual `found`, which took many iterations, still moves by a part of
+    /// its largest unknown: the residual falls, but there is no solution that the points tend to.
     ///
     /// Near a regular solution Newton's method squares its error, so that a small residual leaves
     /// nothing to move.
@@ -25,21 +23,13 @@ impl Newton {
         }
         let (x, active) = (self.state.x.clone(), self.state.active.clone());
         self.evaluate_at_x(Linearisation::Exact, None);
-        let mut sizes = self.largest();
-        let mut grows = [true; 2];
-        for _ in 0..STEPS {
-            if !self.advance(None) {
-                grows = [false; 2];
-                break;
-            }
-            self.evaluate_at_x(Linearisation::Exact, None);
-            let next = self.largest();
-            for kind in 0..2 {
-                grows[kind] &= next[kind] > GROWS * sizes[kind];
-            }
-            sizes = next;
-        }
-        let goes = grows[0] || grows[1];
+        let size = self.largest();
+        let moved = self.advance(None);
+        let n = self.eq.n;
+        let change: Vec<f64> = self.state.x[..n].iter().zip(&x).map(|(a, b)| a - b).collect();
+        let mut moves = [0.0; 2];
+        self.widen(&change, &mut moves);
+        let goes = moved && moves.iter().zip(size).any(|(m, size)| *m > MOVES * size);
         let s = &mut self.state;
         s.x.copy_from_slice(&x);
         s.active.copy_from_slice(&active);
