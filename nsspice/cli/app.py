@@ -22,6 +22,8 @@ _COMMANDS = {
     "effects": "find out which effect matters, and what it costs",
     "cost": "measure what accuracy costs with every method",
     "test": "check netlists against the numbers in X.expect.toml",
+    "tune": "find parameters for which measures have given values",
+    "tolerance": "tell what tolerances of parameters do to measures",
     "compare": "compare a simulation with ngspice or a reference waveform",
     "plot": "draw CSV files above one axis",
     "examples": "list or copy the collection of netlists",

@@ -74,11 +74,6 @@ impl PyOrbit {
         Ok(PyArray1::from_vec(py, self.inner.charges_of(self.state(&a)?)))
     }
 
-    /// Unknowns that energy coordinates mean where nothing else is known.
-    fn unknowns_of<'py>(&self, py: Python<'py>, a: Floats) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(PyArray1::from_vec(py, self.inner.unknowns_of(self.state(&a)?)))
-    }
-
     /// Runs from energy coordinates at time 0 to `stop`, or until the gate of a switch goes up. Returns how it
     /// ended, or the failure.
     fn run<'py>(

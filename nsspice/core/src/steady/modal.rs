@@ -112,7 +112,8 @@ pub fn course(
         let own = complex(pole.alpha, pole.omega);
         let at = pole.at;
         let sides: &[Complex] = &if pole.omega == 0.0 { vec![own] } else { vec![own, own.conj()] };
-        let mut parts = vec![[vec![zero; cols], vec![zero; cols]]; 1 + shifts.len()];
+        // the coordinate and its conjugate, column by column
+        let mut parts = vec![vec![[zero; 2]; cols]; 1 + shifts.len()];
         for (side, &rate) in sides.iter().enumerate() {
             let sign = if side == 0 { 1.0 } else { -1.0 };
             let of = |m: &CMatrix, c: usize| {
@@ -124,25 +125,25 @@ pub fn course(
             };
             let z = (rate - s).scale(d);
             let (grown, driven) = (z.exp(), divided(&[z, zero]).scale(d));
-            for c in 0..cols {
-                parts[0][side][c] = grown * of(x, c) + driven * of(b, c);
+            for (c, part) in parts[0].iter_mut().enumerate() {
+                part[side] = grown * of(x, c) + driven * of(b, c);
             }
             for (k, &shift) in shifts.iter().enumerate() {
                 let (u, w) = ((rate - s - shift).scale(d), -shift.scale(d));
                 let of_x = divided(&[u, zero]).scale(d);
                 let of_b = divided(&[u, w, zero]).scale(d * d);
-                for c in 0..cols {
-                    parts[1 + k][side][c] = of_x * of(x, c) + of_b * of(b, c);
+                for (c, part) in parts[1 + k].iter_mut().enumerate() {
+                    part[side] = of_x * of(x, c) + of_b * of(b, c);
                 }
             }
         }
         for (part, out) in parts.iter().zip(std::iter::once(&mut end).chain(&mut integrals)) {
-            for c in 0..cols {
+            for (c, &[one, other]) in part.iter().enumerate() {
                 if pole.omega == 0.0 {
-                    out.row_mut(at)[c] = part[0][c];
+                    out.row_mut(at)[c] = one;
                 } else {
-                    out.row_mut(at)[c] = half(part[0][c], part[1][c]);
-                    out.row_mut(at + 1)[c] = turned(part[0][c], part[1][c]);
+                    out.row_mut(at)[c] = half(one, other);
+                    out.row_mut(at + 1)[c] = turned(one, other);
                 }
             }
         }

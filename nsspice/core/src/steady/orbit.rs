@@ -130,13 +130,6 @@ impl Orbit {
         a
     }
 
-    /// The unknowns that energy coordinates mean where nothing else is known.
-    pub fn unknowns_of(&self, a: &[f64]) -> Vec<f64> {
-        let mut z = vec![0.0; self.prepared.net.n];
-        self.prepared.net.big_r.apply(a, &mut z);
-        z
-    }
-
     /// Runs from time 0 and energy coordinates to `stop`, or until the gate of a switch goes up.
     pub fn run(
         &mut self,
