@@ -27,6 +27,8 @@ from .lazy import lazily
 __version__ = "0.1.0"
 
 __all__ = [
+    "CertificateError",
+    "CertificateWarning",
     "Circuit",
     "InfeasibleError",
     "NetlistError",
@@ -59,6 +61,8 @@ if TYPE_CHECKING:
     from .compare.cost import cost
     from .compare.expect import check
     from .errors import (
+        CertificateError,
+        CertificateWarning,
         InfeasibleError,
         NetlistError,
         NsspiceError,
@@ -72,6 +76,8 @@ if TYPE_CHECKING:
     from .screening import effects
 
 _HOME = {
+    "CertificateError": ".errors",
+    "CertificateWarning": ".errors",
     "InfeasibleError": ".errors",
     "NetlistError": ".errors",
     "NsspiceError": ".errors",

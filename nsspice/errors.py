@@ -276,6 +276,44 @@ class StepError(NumericalError):
     """A step did not reach its tolerance although no contradiction was found."""
 
 
+class CertificateError(NumericalError):
+    """The computed points of a run fail its certificate: they are not to be relied upon.
+
+    Parameters
+    ----------
+    diagnostics : Diagnostic or sequence of Diagnostic
+    solution : analyses.Solution
+        The run as it was computed, with its certificate.
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> circuit = nsspice.read('''feedback of the wrong sign
+    ... R1 out p 15.9k
+    ... C1 p 0 10n IC=1n
+    ... E1 out 0 p 0 3
+    ... .tran 1m 100m uic
+    ... ''')
+    >>> try:
+    ...     circuit.run()
+    ... except nsspice.CertificateError as error:
+    ...     print(error.code, error.solution.certificate.passed)
+    NS3003 False
+    """
+
+    def __init__(self, diagnostics: Diagnostic | Sequence[Diagnostic], solution: Any) -> None:
+        super().__init__(diagnostics)
+        self.partial = solution
+        #: the run whose certificate fails
+        self.solution = solution
+        #: all runs of the deck, where it asks for several
+        self.solutions: list[Any] = [solution]
+
+
+class CertificateWarning(UserWarning):
+    """The certificate of a run fails, and ``on_failure="warn"`` was asked for."""
+
+
 class UsageError(NsspiceError):
     """A request that the program cannot meet: an unknown option value, signal or method."""
 

@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from ..circuit import Circuit
 from ..errors import Diagnostic, NsspiceError, NumericalError, UsageError
@@ -25,6 +26,7 @@ from .cards import Dc, Tran
 from .load import need_circuit, read_again
 from .loop_gain import Loop, run_loop
 from .measure import evaluate_measures
+from .refusal import check_on_failure, judge
 from .rows import Progress
 from .sensitivity import add_sensitivities
 from .settings import Settings, foreign_method
@@ -175,6 +177,9 @@ def run(
     signals: Sequence[str] | None = None,
     extra: Sequence[str] = (),
     all_points: bool = False,
+    tol: float | None = None,
+    refine: bool = False,
+    on_failure: str = "raise",
     progress: Progress | None = None,
 ) -> list[Solution]:
     """Run all analyses of a deck and evaluate its measures.
@@ -184,6 +189,13 @@ def run(
     circuit : Circuit
     method, theta, step, reltol, signals, extra, all_points
         As for :func:`nsspice.tran`.
+    tol : float, optional
+        Error of transients that is wanted, a share of the range of each stored quantity: method
+        and step are chosen to meet it, and ``error`` of the solution tells what was reached.
+    refine : bool
+        Estimate the error of fixed steps by halving them twice, into ``error``.
+    on_failure : str
+        As for :func:`nsspice.tran`; all analyses are run before it is looked at.
     progress : callable, optional
         Called with the finished share of all analyses, 0 to 1.
 
@@ -196,7 +208,10 @@ def run(
     Raises
     ------
     NumericalError
-        If an analysis has no solution; ``partial`` holds what was computed before.
+        If an analysis has no solution, or ``tol`` is not reached; ``partial`` holds what was
+        computed before.
+    CertificateError
+        NS3003 if a certificate fails: ``solution`` holds the first such run, ``solutions`` all.
 
     Examples
     --------
@@ -213,6 +228,8 @@ def run(
     [0.5, 0.25]
     """
     need_circuit(circuit)
+    check_on_failure(on_failure)
+    check_tolerance(tol, refine)
     request = Request(
         method,
         theta,
@@ -224,13 +241,29 @@ def run(
         reltol=reltol,
     )
     jobs = jobs_of(circuit.deck)
+    execute: Callable[..., Solution] = run_job
+    if tol is not None or refine:
+        from .estimate import run_estimated
+
+        execute = partial(run_estimated, tol=tol)
     solutions: list[Solution] = []
     for k, job in enumerate(jobs):
         share = None if progress is None else _share(progress, k, len(jobs))
-        solutions.append(run_job(circuit, job, request, progress=share))
+        solutions.append(execute(circuit, job, request, progress=share))
         if solutions[-1].interrupted:
             break
+    judge(solutions, on_failure)
     return solutions
+
+
+def check_tolerance(tol: float | None, refine: bool) -> None:
+    """Raise UsageError unless at most one estimate is asked for, with a sensible tolerance."""
+    if tol is not None and not 0.0 < tol < 1.0:
+        hint = "give a share of the range of the signals, such as 1e-6"
+        raise UsageError(Diagnostic("NS4005", f"--tol cannot be {tol:g}", hint=hint))
+    if tol is not None and refine:
+        hint = "drop one"
+        raise UsageError(Diagnostic("NS4005", "--tol and --refine exclude each other", hint=hint))
 
 
 def _share(progress: Progress, k: int, count: int) -> Progress:
@@ -324,7 +357,7 @@ def _executor(
     """Return the call that runs the analysis of a job."""
     card = job.card
     if isinstance(card, OpCard):
-        return lambda: op(circuit, values=values, **common)  # type: ignore[arg-type]
+        return lambda: op(circuit, values=values, on_failure="ignore", **common)  # type: ignore[arg-type]
     if isinstance(card, DcCard):
         return lambda: dc(
             circuit,
@@ -332,6 +365,7 @@ def _executor(
             overrides=values,
             method=settings.method,
             progress=progress,
+            on_failure="ignore",
             **common,  # type: ignore[arg-type]
         )
     if isinstance(card, AcCard):

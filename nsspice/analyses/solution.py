@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -140,6 +140,21 @@ class FinePoints:
     signals: dict[str, Floats]
 
 
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """Returns fine points that have been put together already: these can be pickled."""
+
+    points: FinePoints | None
+
+    def __call__(self) -> FinePoints | None:
+        return self.points
+
+
+def _slots_of(item: object) -> dict[str, Any]:
+    """Return the attributes of an object with slots, as they are pickled."""
+    return {f.name: getattr(item, f.name) for f in fields(item)}  # type: ignore[arg-type]
+
+
 @dataclass(slots=True, eq=False)
 class IslandRun:
     """How one independent part of the circuit was solved.
@@ -188,6 +203,10 @@ class IslandRun:
         if callable(self.judge):
             self.judge = self.judge()
         return self.judge
+
+    def __getstate__(self) -> tuple[None, dict[str, Any]]:
+        # what computes the verdict holds the solver, which stays in its process
+        return None, _slots_of(self) | {"judge": self.regularity}
 
 
 @dataclass(slots=True, eq=False)
@@ -286,10 +305,23 @@ class Solution:
         if self.row_count < 0:
             self.row_count = int(self.axis.size)
 
+    def __getstate__(self) -> tuple[None, dict[str, Any]]:
+        # what is computed when it is asked for holds the solver, which stays in its process
+        fine = None if self.fine is None else _Known(self.fine())
+        return None, _slots_of(self) | {"fine": fine}
+
     @property
     def time(self) -> Floats:
         """Time of each row [s], shape (k,)."""
         return self.axis
+
+    @property
+    def failure(self) -> Diagnostic | None:
+        """Why the points are not to be relied upon (NS3003), None if the certificate holds."""
+        from .refusal import failure_of
+
+        found = failure_of(self)
+        return None if found is None else found.diagnostics[0]
 
     @property
     def stats(self) -> dict[str, Any]:

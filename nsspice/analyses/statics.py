@@ -19,6 +19,7 @@ from .load import need_circuit
 from .overrides import check_value, checked_values, valued
 from .points import PointsOfIsland, report_of
 from .recorder import Recorder, select
+from .refusal import check_on_failure, judge
 from .regularity import several_warning
 from .rows import Progress
 from .settings import Settings
@@ -34,6 +35,7 @@ def op(
     temperature: float | None = None,
     values: Mapping[str, float] | None = None,
     sink: Sink | None = None,
+    on_failure: str = "raise",
 ) -> Solution:
     """Find the DC solution: capacitors open, inductors short, sources at their DC value.
 
@@ -48,6 +50,9 @@ def op(
         Values by element name that replace the deck's [Ohm, V or A].
     sink : Sink, optional
         Takes the row.
+    on_failure : str
+        What a failing certificate does: ``raise`` a CertificateError, ``warn`` (a
+        CertificateWarning, also among the ``warnings`` of the solution), or ``ignore``.
 
     Returns
     -------
@@ -58,6 +63,9 @@ def op(
     ------
     InfeasibleError, StepError
         If there is no solution, or none was found.
+    CertificateError
+        NS3003 if the certificate fails, unless ``on_failure`` says otherwise; ``solution`` holds
+        the run.
 
     Examples
     --------
@@ -71,8 +79,11 @@ def op(
     7.5
     """
     need_circuit(circuit)
+    check_on_failure(on_failure)
     given = checked_values(circuit, values)
-    return _solve(circuit, "op", (), signals, extra, temperature, given, None, sink)
+    solution = _solve(circuit, "op", (), signals, extra, temperature, given, None, sink)
+    judge([solution], on_failure)
+    return solution
 
 
 def dc(
@@ -88,6 +99,7 @@ def dc(
     progress: Progress | None = None,
     sink: Sink | None = None,
     analysis: Dc | None = None,
+    on_failure: str = "raise",
 ) -> Solution:
     """Find DC solutions over a sweep.
 
@@ -113,6 +125,9 @@ def dc(
         Takes the rows.
     analysis : Dc, optional
         Nested sweeps, instead of ``source``.
+    on_failure : str
+        What a failing certificate does: ``raise`` a CertificateError, ``warn`` (a
+        CertificateWarning, also among the ``warnings`` of the solution), or ``ignore``.
 
     Returns
     -------
@@ -123,6 +138,9 @@ def dc(
     ------
     InfeasibleError, StepError
         If there is no solution, or none was found.
+    CertificateError
+        NS3003 if the certificate fails, unless ``on_failure`` says otherwise; ``solution`` holds
+        the run.
 
     Examples
     --------
@@ -136,12 +154,13 @@ def dc(
     [-1.0, 0.0]
     """
     need_circuit(circuit)
+    check_on_failure(on_failure)
     if analysis is None:
         analysis = _analysis(circuit, source, values)
     for sweep in analysis.sweeps:
         check_sweep(circuit, sweep)
     following = Following.of(circuit.deck, Settings.of(circuit.deck, method).method)
-    return _solve(
+    solution = _solve(
         circuit,
         "dc",
         analysis.sweeps,
@@ -153,6 +172,8 @@ def dc(
         sink,
         following,
     )
+    judge([solution], on_failure)
+    return solution
 
 
 def _analysis(circuit: Circuit, source: str | None, values: Sequence[float] | Floats | None) -> Dc:

@@ -18,6 +18,7 @@ from .island_runner import IslandRunner
 from .load import need_circuit
 from .overrides import checked_values
 from .recorder import Recorder, select
+from .refusal import check_on_failure, judge
 from .rows import Outlet, Progress, advance_all
 from .settings import Settings
 from .sink import GrowingStore, Sink, Store
@@ -44,6 +45,7 @@ def tran(
     sink: Sink | None = None,
     keep: bool = True,
     all_points: bool = False,
+    on_failure: str = "raise",
 ) -> Solution:
     """Simulate a circuit in time.
 
@@ -87,6 +89,9 @@ def tran(
     all_points : bool
         Rows at the solver's own points (with fixed steps instead of the grid), and on both sides
         of each jump: the time of a jump stands twice, before and after.
+    on_failure : str
+        What a failing certificate does: ``raise`` a CertificateError, ``warn`` (a
+        CertificateWarning, also among the ``warnings`` of the solution), or ``ignore``.
 
     Returns
     -------
@@ -97,6 +102,9 @@ def tran(
     ------
     NumericalError
         If a step has no solution; ``partial`` holds what was computed before.
+    CertificateError
+        NS3003 if the certificate fails, unless ``on_failure`` says otherwise; ``solution`` holds
+        the run.
 
     Examples
     --------
@@ -111,6 +119,7 @@ def tran(
     True
     """
     need_circuit(circuit)
+    check_on_failure(on_failure)
     if stop is not None:
         analysis = Tran(stop, row_step, start, None, bool(uic))
         if row_step is not None and row_step > stop:
@@ -124,7 +133,7 @@ def tran(
     else:
         analysis = _from_deck(circuit, uic)
     settings = Settings.of(circuit.deck, method, theta, step, reltol)
-    return run_tran(
+    solution = run_tran(
         circuit,
         analysis,
         settings,
@@ -137,6 +146,8 @@ def tran(
         keep=keep,
         all_points=all_points,
     )
+    judge([solution], on_failure)
+    return solution
 
 
 def _from_deck(circuit: Circuit, uic: bool | None) -> Tran:

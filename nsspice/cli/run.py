@@ -288,18 +288,9 @@ class _Run:
 
     def estimate(self, tol: float | None, refine: bool) -> None:
         """Ask for a tolerance of the output, or for an estimate of its error."""
-        if tol is not None and not 0.0 < tol < 1.0:
-            raise UsageError(
-                Diagnostic(
-                    "NS4005",
-                    f"--tol cannot be {tol:g}",
-                    hint="give a share of the range of the signals, such as 1e-6",
-                )
-            )
-        if tol is not None and refine:
-            raise UsageError(
-                Diagnostic("NS4005", "--tol and --refine exclude each other", hint="drop one")
-            )
+        from ..analyses.batch import check_tolerance
+
+        check_tolerance(tol, refine)
         self.tol, self.refine = tol, refine
 
     def execute(self) -> int:
@@ -408,11 +399,9 @@ class _Run:
 
     def _verdict(self) -> int:
         """Refuse a run whose rows do not satisfy the laws of the circuit."""
-        from .verdict import refuse
+        from ..analyses.refusal import judge
 
-        for solution in self.solutions:
-            if solution.certificate and not solution.certificate.passed:
-                refuse(solution)
+        judge(self.solutions, "raise")
         return 0
 
 

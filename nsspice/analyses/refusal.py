@@ -1,14 +1,18 @@
-"""What is said of a run whose certificate fails."""
+"""What is said and done about a run whose certificate fails."""
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import NoReturn
 
-from ..analyses.certificate import TAKEN_BESIDE_EXACT
-from ..analyses.following import PATH_METHODS
-from ..analyses.solution import Solution
-from ..errors import Diagnostic, NumericalError
+from ..errors import CertificateError, CertificateWarning, Diagnostic, UsageError
+from .certificate import TAKEN_BESIDE_EXACT
+from .following import PATH_METHODS
+from .solution import Solution
+
+#: what may be done about it
+ON_FAILURE = ("raise", "warn", "ignore")
 
 #: the square of more is no number, and energies are such squares
 _RANGE = 1e150
@@ -16,15 +20,50 @@ _RANGE = 1e150
 _FAR = 1e9
 
 
-def refuse(solution: Solution) -> NoReturn:
-    """Tell why the rows of a solution are not to be relied upon.
+def check_on_failure(wanted: str) -> None:
+    """Raise UsageError unless the word is one of ``ON_FAILURE``."""
+    if wanted not in ON_FAILURE:
+        message = f"on_failure cannot be {wanted!r}"
+        raise UsageError(Diagnostic("NS4005", message, hint=f"choose {', '.join(ON_FAILURE)}"))
+
+
+def failure_of(solution: Solution) -> CertificateError | None:
+    """Return why the points of a solution are not to be relied upon, None if they are.
+
+    A run that was interrupted is not judged: its summary says so.
+    """
+    certificate = solution.certificate
+    if certificate is None or certificate.passed or solution.interrupted:
+        return None
+    return CertificateError(Diagnostic("NS3003", *_reason(solution)), solution)
+
+
+def judge(solutions: Sequence[Solution], on_failure: str) -> None:
+    """Raise or warn if the certificate of a solution fails.
+
+    Parameters
+    ----------
+    solutions : sequence of Solution
+    on_failure : str
+        ``raise``, ``warn`` or ``ignore``.
 
     Raises
     ------
-    NumericalError
-        NS3003, always.
+    CertificateError
+        NS3003 for the first that fails, with all ``solutions``.
     """
-    raise NumericalError(Diagnostic("NS3003", *_reason(solution)))
+    if on_failure == "ignore":
+        return
+    for solution in solutions:
+        failure = failure_of(solution)
+        if failure is None:
+            continue
+        if on_failure == "raise":
+            failure.solutions = list(solutions)
+            raise failure
+        found = replace(failure.diagnostics[0], severity="warning")
+        solution.warnings.append(found)
+        warnings.warn(found.render(), CertificateWarning, stacklevel=3)
 
 
 def _reason(solution: Solution) -> tuple[str, None, str]:
