@@ -36,8 +36,9 @@ from .solution import Solution
 from .spectrum import add_powers, add_spectra
 from .statics import check_sweep, dc, op
 from .steady_state import Neighbour, Pss, find_orbits, run_pss
-from .transient import run_tran
-from .watched import measured_signals
+from .trace import named
+from .transient import Rerun, run_tran
+from .watched import Watched, measured_signals
 
 _KINDS = {
     OpCard: "op",
@@ -102,6 +103,8 @@ class Request:
         Average powers of all elements of ``.pss`` and ``.tran``.
     loads : tuple of str
         Elements whose power is useful.
+    follow : sequence of str
+        Signals to record between the rows, for statistics and pictures.
     """
 
     method: str | None = None
@@ -116,6 +119,7 @@ class Request:
     neighbour: Neighbour = field(default_factory=Neighbour)
     power: bool = False
     loads: tuple[str, ...] = ()
+    follow: Sequence[str] = field(default_factory=tuple)
 
 
 def kind_of(card: Analysis) -> str:
@@ -334,6 +338,8 @@ def _run_job(
         raise
     solution.parameters = job.values
     solution.warnings = [*warnings, *solution.warnings]
+    if parameters and isinstance(solution.again, Rerun):
+        solution.again = replace(solution.again, deck=deck, parameters=parameters)
     if not solution.interrupted:
         evaluate_measures(solution, measures)
         if job.kind in ("tran", "pss"):
@@ -342,6 +348,8 @@ def _run_job(
                 add_sensitivities(circuit, solution, temperature, values)
             if request.power:
                 add_powers(circuit, solution, request.loads)
+    if job.steps:
+        solution.recording = None  # of one run it may fill memory, of a thousand it does
     return solution
 
 
@@ -418,6 +426,7 @@ def _executor(
             keep=keep,
             all_points=request.all_points,
             beginnings=beginnings,
+            watched=Watched.of(circuit, analysis, named(request.follow)),
             **common,  # type: ignore[arg-type]
         )
         if request.power or _needs_integrals(circuit.deck):

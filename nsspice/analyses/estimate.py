@@ -10,12 +10,17 @@ import numpy as np
 
 from ..circuit import Circuit
 from ..errors import Diagnostic, NumericalError, UsageError
+from ..netlist.expression import Expression
+from ..netlist.node import var
 from .batch import Job, Request, run_job
 from .curve import Floats
+from .method import POINTS
+from .motion import Trace
 from .rows import Progress
 from .settings import Settings
 from .sink import Sink
 from .solution import Solution
+from .statistics import extreme, values
 
 #: attempts before a tolerance is given up
 _ATTEMPTS = 8
@@ -253,14 +258,38 @@ class _Trials:
     def estimated(self, tol: float | None) -> Solution:
         """Run to a tolerance, or with an estimate by halving if there is none."""
         if not self.stored:
-            solution = self.run()
-            how = "nothing stores energy, every row is solved by itself"
-            solution.error = ErrorEstimate(0.0, "", how, tolerance=_or_nan(tol))
-            return solution
+            return self.static(tol)
         return self.by_halving() if tol is None else self.to_tolerance(tol)
 
     def _method(self) -> str:
         return Settings.of(self.circuit.deck, self.request.method).method
+
+    def static(self, tol: float | None) -> Solution:
+        """Run a circuit without storage; two ways to the same points tell how far they are off."""
+        solution = self.run(reltol=None if tol is None else max(0.1 * tol, _FINEST))
+        names = [name for name in solution.columns if name[:2] in ("v(", "i(")]
+        motion, axis = solution.motion(names), solution.axis
+        traces = {name: Trace(motion, Expression(var(name))) for name in names}
+        if any(island.method == POINTS for island in solution.islands):
+            how = "rows solved one by one, distance from steps that follow the solution"
+            others = [
+                {n: values(t, axis, left=left) for n, t in traces.items()} for left in (False, True)
+            ]
+        else:
+            how = "the exact engine, distance from rows solved one by one"
+            others = [self.run(method="moreau", reltol=None).signals]
+        worst, signal = 0.0, ""
+        for name, trace in traces.items():
+            # the rows may all stand at zeros of a sine
+            top, low = (
+                extreme(trace, axis[0], axis[-1], least=least)[0] for least in (False, True)
+            )
+            span = top - low or abs(top) or 1.0
+            apart = min(float(np.abs(solution[name] - other[name]).max()) for other in others)
+            if apart / span > worst or math.isnan(apart):
+                worst, signal = apart / span, name
+        solution.error = ErrorEstimate(worst, signal, how, tolerance=_or_nan(tol))
+        return solution
 
     def to_tolerance(self, tol: float) -> Solution:
         method = self._method()

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
+
 from ..circuit import Circuit, Island, MnaSystem
 from ..errors import Diagnostic, NumericalError, UsageError
 from ..problems.descriptor import Functional, Waveform
@@ -23,7 +25,8 @@ from .failure import chatter, lost_path, named_failure, resting, unbounded
 from .following import PATH_METHODS, Following, of_linearised
 from .impulses import jumps_of
 from .initial import start
-from .method import choose, unless_modewise
+from .method import POINTS, Choice, choose, choose_static, unless_modewise
+from .motion import Pieces, turning_points
 from .periodic_sources import continued
 from .regularity import Judge
 from .settings import Settings
@@ -40,7 +43,7 @@ _NEVER = 1 << 62
 _MENDED = 10.0  # times reltol: what errors of steps move when a mode ties stores to each other
 _TOLD = 8  # turns of a sampled switch that are worth a word
 _POINTS = 1 << 16  # points of a static island planned at once
-_STATIC_POINTS = 1000.0  # that measures see of one, at least
+_ROWS = 64  # of a run for its pieces alone
 
 
 class IslandRunner:
@@ -76,24 +79,35 @@ class IslandRunner:
         system = self.mna.system
         self.step: float | None = None if system.static else analysis.solver_step(settings.step)
         self.width = len(names)
+        self._names, self._watched = names, watched
         self.charges: tuple[Floats, float] | None = None
         self._planned = 0
         self._wait = _WAIT // len(circuit.islands)
         #: rows on both sides of jumps, if they are wanted, and points between the rows
         self.sides: list[Floats] | None = [] if sides else None
-        #: outputs that are followed between the rows
+        #: outputs that are followed between the rows, and what was recorded of them
         self.followed: list[int] = []
-        if sides and watched is not None:
+        self._pieces: list[Floats] = []
+        #: rows at extremes that are later than those of the engine handed on so far
+        self._turns = np.empty((0, 1 + len(names)))
+        if all_points:
+            self.followed = list(range(len(names)))
+        elif watched is not None:
             self.followed = [j for j, n in enumerate(names) if (number, n) in watched.parts]
         self.judge: Judge | None = None
         self._unkept: list[Diagnostic] = []
         self.all_points = all_points
-        self.method, self.note = "point by point", ""
+        self.method, self.note = POINTS, ""
         functionals = [self.mna.functional(name) for name in names]
         self.stepper: MoreauStepper | ModewiseStepper = self._stepper(functionals)
         self._watch()
-        if self.followed and watched is not None:
-            self.stepper.keep_between(self.followed, watched.start, watched.stop)
+        if self.followed and self.method != POINTS:
+            window = (
+                (analysis.start, analysis.stop)
+                if all_points or watched is None
+                else (watched.start, watched.stop)
+            )
+            self.stepper.follow(self.followed, *window)
 
     def _stepper(self, functionals: Sequence[Functional]) -> MoreauStepper | ModewiseStepper:
         """Return the solver that the settings and the system call for."""
@@ -103,9 +117,9 @@ class IslandRunner:
             moreau = MoreauStepper(system, functionals)
             self.method = following.apply(moreau, self.island, system)
             return moreau
-        if self.step is None:
-            return MoreauStepper(system, functionals)
-        choice = choose(self.island.problem_class, system, settings)
+        static = self.step is None
+        kind = self.island.problem_class
+        choice = choose_static(system, settings) if static else choose(kind, system, settings)
         self.method, self.note = choice
         if self.method == "modewise":
             try:
@@ -113,11 +127,15 @@ class IslandRunner:
             except NotModewise as reason:
                 if settings.method == "modewise":
                     raise _refused(self.number, reason) from reason
-                self.method, self.note = unless_modewise(reason, settings)
-        if self.method == "sdirk":
+                other = Choice(POINTS, f"not modewise: {reason}")
+                self.method, self.note = other if static else unless_modewise(reason, settings)
+        if static and not self.all_points:
+            return MoreauStepper(system, functionals)
+        if static or self.method == "sdirk":
+            # steps that follow a static solution have points of their own
+            self.method = "sdirk"
             self.step = self.analysis.longest_step(settings.step, system.timed)
-            accuracy = Accuracy(settings.reltol, settings.vntol, settings.abstol, settings.order)
-            return SdirkStepper(system, functionals, accuracy)
+            return SdirkStepper(system, functionals, self._accuracy)
         if settings.theta == 1.0:
             return MoreauStepper(system, functionals)
         from ..circuit.theta import theta_terms
@@ -125,14 +143,22 @@ class IslandRunner:
         H, Hs = theta_terms(self.mna, settings.theta)
         return MoreauStepper(system, functionals, H=H, Hs=Hs)
 
+    @property
+    def _accuracy(self) -> Accuracy:
+        settings = self.settings
+        return Accuracy(settings.reltol, settings.vntol, settings.abstol, settings.order)
+
     def _watch(self) -> None:
         """Choose which steps are recorded for the certificate."""
         system, stepper = self.mna.system, self.stepper
         if isinstance(stepper, ModewiseStepper):
             # whether there are several solutions is a question of short steps here
-            self.examiner = Examiner(self.mna, step=_SHORT * self.analysis.stop, timed=True)
+            step = None if self.step is None else _SHORT * self.analysis.stop
+            self.examiner = Examiner(self.mna, step=step, timed=True)
             stepper.watch(self.sides is not None)
             self.examiner.auditor.accompany(stepper)
+            static = self.step is None and Judge.wanted(system)
+            self.judge = Judge(self.mna, system) if static else None
             return
         distance = self.step or self.analysis.row_distance
         size = 2 * system.n + system.m + 2 * len(system.waveforms)
@@ -153,8 +179,6 @@ class IslandRunner:
             self._plan_more()
         else:
             step = self.step or analysis.solver_step(self.settings.step)
-            if self.step is None and self.followed:
-                step = min(step, analysis.stop / _STATIC_POINTS)
             self.stepper.plan(0.0, analysis.stop, step, analysis.start, rows)
         if self.all_points:
             self.stepper.show_all_points(analysis.start)
@@ -175,9 +199,7 @@ class IslandRunner:
     @property
     def _by_points(self) -> bool:
         """True for a static island that is solved at the rows alone: no step was asked for."""
-        if self.step is not None or self.settings.step is not None:
-            return False
-        if self.all_points or self.followed:
+        if self._polynomial or self.step is not None or self.settings.step is not None:
             return False
         return self.sides is None or not any(map(jumps, self.mna.system.waveforms))
 
@@ -250,13 +272,63 @@ class IslandRunner:
             return
         if isinstance(self.stepper, ModewiseStepper | SdirkStepper):
             # first: they show how large currents and voltages become
-            self.examiner.take_stretches(self.stepper.take_stretches())
+            stretches = self.stepper.take_stretches()
+            self.examiner.take_stretches(stretches)
+            if self.judge is not None:
+                self.judge.take_stretches(stretches)
         records = self.stepper.take_records()
         self.examiner.take(records)
         if self.judge is not None:
             self.judge.take(records)
         if self.sides is not None and (rows := self.stepper.take_sides()).size:
             self.sides.append(rows)
+        if self.followed and self._polynomial and (pieces := self.stepper.take_pieces()).size:
+            if self._watched is not None:
+                self._pieces.append(pieces)
+            if self.all_points:
+                turns = turning_points(Pieces.of_record(pieces, len(self.followed)))
+                self._turns = np.concatenate([self._turns, turns])
+
+    @property
+    def _polynomial(self) -> bool:
+        return isinstance(self.stepper, ModewiseStepper | SdirkStepper)
+
+    def record(self) -> Pieces | None:
+        """Return what was recorded of the followed outputs, None if nothing was."""
+        self._hand_over()
+        count = len(self.followed)
+        if count and self.method == POINTS:
+            return self._followed_points()
+        if self._pieces:
+            return Pieces.of_record(np.concatenate(self._pieces), count)
+        if self.followed and self.sides and not self._polynomial:
+            rows = np.concatenate(self.sides)
+            return Pieces.of_rows(rows[:, 0], rows[:, 1:].T[self.followed])
+        return None
+
+    def _followed_points(self) -> Pieces | None:
+        """Return the followed outputs of an island that is solved at the rows alone.
+
+        Steps with error control follow the solution from one row to the next.
+        """
+        analysis, system, watched = self.analysis, self.mna.system, self._watched
+        assert watched is not None
+        outputs = [self.mna.functional(self._names[j]) for j in self.followed]
+        stepper = SdirkStepper(system, outputs, self._accuracy)
+        stepper.follow(range(len(outputs)), watched.start, watched.stop)
+        longest = analysis.longest_step(self.settings.step, system.timed)
+        stepper.plan(0.0, min(analysis.stop, watched.stop), longest, 0.0, analysis.stop)
+        parts, done = [], False
+        try:
+            start(self.circuit, self.mna, stepper, analysis, None)
+            while not done:
+                _, done = stepper.advance(_ROWS, BUDGET)
+                stepper.take_stretches()
+                stepper.take_records()
+                parts.append(stepper.take_pieces())
+        except UnsolvedStep as problem:
+            raise named_failure(self.circuit, self.mna, problem) from problem
+        return Pieces.of_record(np.concatenate(parts), len(outputs))
 
     def events(self) -> Events:
         """Return the changes of set-valued elements so far."""
@@ -278,10 +350,20 @@ class IslandRunner:
         """Return the next rows at all points, and whether they are the last."""
         try:
             block, done = self.stepper.advance(rows, BUDGET)
-            self._hand_over()
-            return block, done
+            return self._with_turns(block, done), done
         except UnsolvedStep as problem:
-            raise Stopped(self.stepper.pending, problem) from problem
+            block = self._with_turns(self.stepper.pending, True)
+            raise Stopped(block, problem) from problem
+
+    def _with_turns(self, rows: Floats, done: bool) -> Floats:
+        """Return the rows of an engine with those at extremes up to the last of them."""
+        self._hand_over()
+        reached = np.inf if done else rows[-1, 0] if rows.shape[0] else -np.inf
+        count = int(np.searchsorted(self._turns[:, 0], reached))
+        turns, self._turns = self._turns[:count], self._turns[count:]
+        if not count:
+            return rows
+        return np.insert(rows, np.searchsorted(rows[:, 0], turns[:, 0]), turns, axis=0)
 
     def failure(self, problem: UnsolvedStep) -> NumericalError:
         """Return the error to raise for a step that was not solved.

@@ -1,4 +1,4 @@
-"""Evaluation of ``.measure`` cards on the rows of a solution."""
+"""Evaluation of ``.measure`` cards, to the accuracy of the engine: rows do not matter."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..errors import Diagnostic, suggest
+from ..errors import Diagnostic, NsspiceError, UsageError, suggest
 from ..netlist.deck import Cond, Measure
 from ..netlist.expression import Expression
-from .bends import with_bends
-from .curve import Curve, Floats
+from . import statistics
+from .motion import Floats, Trace
 from .names import canonical
 from .solution import Solution
 from .spectrum import exact_statistic, spectral_measure
@@ -34,7 +34,7 @@ def evaluate_measures(solution: Solution, cards: Sequence[Measure]) -> None:
 
     A measure that finds nothing becomes nan, with a warning that says why.
     """
-    rows = solution.with_jumps() if solution.analysis != "ac" else magnitudes(solution)
+    rows = magnitudes(solution) if solution.analysis == "ac" else solution
     for card in cards:
         if card.analysis != solution.analysis:
             continue
@@ -119,85 +119,164 @@ def measure(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> 
             return spectral_measure(solution, card)
         except ValueError as why:
             raise NotFound(str(why)) from why
-    solution = _fine(solution, card, earlier)
     if operation == "trig_targ":
-        first = _instant(solution, _need(card.first, "TRIG"), card)
-        return _instant(solution, _need(card.second, "TARG"), card) - first
+        first = _instant(solution, _need(card.first, "TRIG"), card, earlier)
+        return _instant(solution, _need(card.second, "TARG"), card, earlier) - first
     if operation == "when":
-        return _instant(solution, _need(card.first, "WHEN"), card)
-    curve = curve_of(solution, _need(card.expression, "expression"), earlier)
+        return _instant(solution, _need(card.first, "WHEN"), card, earlier)
+    expression = _need(card.expression, "expression")
     if operation in ("find_when", "find_at", "deriv"):
-        when = card.first
-        x = card.at if card.at is not None else _instant(solution, _need(when, "WHEN"), card)
-        y = curve.slope(x) if operation == "deriv" else curve.at(x)
-        if np.isnan(y):
+        x = card.at
+        if x is None:
+            x = _instant(solution, _need(card.first, "WHEN"), card, earlier)
+        low, high = bounds(solution)
+        slack = 1e-12 * max(abs(low), abs(high))
+        if not low - slack <= x <= high + slack:
             raise NotFound(f"{x:.6g} lies outside the rows of the analysis")
-        return y
-    return statistic(curve.window(card.start, card.stop), operation)
+        if operation == "deriv":
+            return statistics.slope(trace_of(solution, expression, earlier), x)
+        return value_at(solution, expression, x, earlier)
+    return statistic(solution, expression, operation, card.start, card.stop, earlier)
+
+
+def trace_of(
+    solution: Solution,
+    expression: Expression,
+    constants: Mapping[str, float] | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    other: Expression | None = None,
+) -> Trace:
+    """Return an expression of signals as a function over a window of a solution.
+
+    Raises
+    ------
+    NotFound
+        If there is no such signal.
+    """
+    constants = constants or {}
+    names = expression.variables() | (other.variables() if other is not None else frozenset())
+    try:
+        motion = solution.motion(sorted(names - set(constants)), start, stop)
+    except KeyError as missing:
+        raise NotFound(str(missing.args[0])) from None
+    except NsspiceError as error:
+        raise NotFound(error.diagnostics[0].message) from None
+    return Trace(motion, expression, constants, other)
+
+
+def bounds(solution: Solution) -> tuple[float, float]:
+    """Return the ends of the axis in rising order, nan of a solution without rows."""
+    axis = solution.axis
+    if not axis.size:
+        return float("nan"), float("nan")
+    first, last = float(axis[0]), float(axis[-1])
+    return min(first, last), max(first, last)
+
+
+def value_at(
+    solution: Solution,
+    expression: Expression,
+    x: float,
+    constants: Mapping[str, float] | None = None,
+) -> float:
+    """Return an expression at an abscissa: the row there if there is one, else of the motion."""
+    axis, constants = solution.axis, constants or {}
+    row = int(np.abs(axis - x).argmin())
+    near = 1e-9 * abs(float(axis[-1] - axis[0])) / max(axis.size - 1, 1)
+    names = expression.variables() - set(constants)
+    if abs(float(axis[row]) - x) <= near and all(name in solution for name in names):
+        known = {**constants, **{name: float(solution[name][row]) for name in names}}
+        return float(expression.evaluate(known))
+    return statistics.value(trace_of(solution, expression, constants, x, x), x)
+
+
+def statistic(
+    solution: Solution,
+    expression: Expression,
+    name: str,
+    start: float | None = None,
+    stop: float | None = None,
+    constants: Mapping[str, float] | None = None,
+) -> float:
+    """Return max, min, pp, avg (mean), rms, integ, max_at, min_at or final over a window."""
+    first, last = bounds(solution)
+    low = first if start is None else max(start, first)
+    high = last if stop is None else min(stop, last)
+    if not low <= high:
+        raise NotFound("the window FROM..TO holds no rows")
+    if name == "final":
+        return value_at(solution, expression, high, constants)
+    trace = trace_of(solution, expression, constants, low, high)
+    if name in ("avg", "mean"):
+        return statistics.mean(trace, low, high)
+    if name == "rms":
+        return float(np.sqrt(statistics.mean(trace, low, high, square=True)))
+    if name == "integ":
+        return statistics.integral(trace, low, high)
+    if name in ("max", "max_at"):
+        return statistics.extreme(trace, low, high)[name == "max_at"]
+    if name in ("min", "min_at"):
+        return statistics.extreme(trace, low, high, least=True)[name == "min_at"]
+    if name == "pp":
+        top, _ = statistics.extreme(trace, low, high)
+        return top - statistics.extreme(trace, low, high, least=True)[0]
+    raise NotFound(f"there is no operation {name!r}")
+
+
+def statistic_of(
+    solution: Solution, signal: str, name: str, start: float | None, stop: float | None
+) -> float:
+    """Return a statistic of a signal or expression, as :meth:`Solution.average` does.
+
+    Raises
+    ------
+    UsageError
+        NS4005 if there is no such signal, or the window lies outside of the run.
+    """
+    try:
+        return statistic(solution, Expression.parse(signal), name, start, stop)
+    except NotFound as why:
+        raise _refused(signal, start, stop, why) from None
+
+
+def crossings_of(
+    solution: Solution,
+    signal: str,
+    level: float,
+    edge: statistics.Edge,
+    start: float | None,
+    stop: float | None,
+) -> Floats:
+    """Return the instants at which a signal passes a level, as :meth:`Solution.crossings` does."""
+    first, last = bounds(solution)
+    low = first if start is None else max(start, first)
+    high = last if stop is None else min(stop, last)
+    try:
+        if not low <= high:
+            raise NotFound("the window holds no rows")
+        trace = trace_of(solution, Expression.parse(signal), None, low, high)
+    except NotFound as why:
+        raise _refused(signal, start, stop, why) from None
+    return statistics.crossings(trace, level, edge, low, high)
+
+
+def _refused(signal: str, start: float | None, stop: float | None, why: NotFound) -> UsageError:
+    window = "" if start is None and stop is None else f" from {start} to {stop}"
+    message = f"{signal}{window}: {why}"
+    hint = "name a signal of the circuit, and instants of the run"
+    return UsageError(Diagnostic("NS4005", message, hint=hint))
 
 
 def _between_events(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> Measure:
     """Return a statistic from TRIG to TARG as one between their instants."""
     if not card.conditions or card.operation not in _STATISTICS:
         return card
-    rows = _fine(solution, card, earlier)
-    start = card.start if card.first is None else _instant(rows, card.first, card)
-    stop = card.stop if card.second is None else _instant(rows, card.second, card)
+    start = card.start if card.first is None else _instant(solution, card.first, card, earlier)
+    stop = card.stop if card.second is None else _instant(solution, card.second, card, earlier)
     if start is not None and stop is not None and stop < start:
         raise NotFound(f"TARG, at {stop:.6g}, comes before TRIG, at {start:.6g}")
     return card._replace(start=start, stop=stop, first=None, second=None)
-
-
-def _fine(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> Solution:
-    start, stop = (None, None) if card.conditions else (card.start, card.stop)
-    if card.at is not None and not card.conditions:
-        start = stop = card.at
-    try:
-        return with_bends(solution, card.expressions, earlier, start, stop)
-    except KeyError as missing:
-        raise NotFound(str(missing.args[0])) from None
-
-
-def statistic(curve: Curve, name: str) -> float:
-    """Return max, min, pp, avg (mean), rms, integ, max_at, min_at or final of a curve."""
-    if curve.x.size == 0:
-        raise NotFound("the window FROM..TO holds no rows")
-    y = curve.y
-    if name == "max":
-        return float(y.max())
-    if name == "min":
-        return float(y.min())
-    if name == "pp":
-        return float(y.max() - y.min())
-    if name in ("avg", "mean"):
-        return curve.mean()
-    if name == "rms":
-        return curve.rms()
-    if name == "integ":
-        return curve.integral()
-    if name == "max_at":
-        return float(curve.x[int(y.argmax())])
-    if name == "min_at":
-        return float(curve.x[int(y.argmin())])
-    if name == "final":
-        return float(y[-1])
-    raise NotFound(f"there is no operation {name!r}")
-
-
-def curve_of(
-    solution: Solution, expression: Expression, constants: Mapping[str, float] | None = None
-) -> Curve:
-    """Return the curve of an expression of signals over the axis of a solution."""
-    values: dict[str, Floats | float] = {}
-    for name in expression.variables():
-        if constants is not None and name in constants:
-            values[name] = constants[name]
-            continue
-        try:
-            values[name] = solution[name]
-        except KeyError as missing:
-            raise NotFound(str(missing.args[0])) from None
-    return Curve.of(solution.axis, np.asarray(expression.evaluate(values)))
 
 
 def _param(expression: Expression, earlier: Mapping[str, float]) -> float:
@@ -209,24 +288,20 @@ def _param(expression: Expression, earlier: Mapping[str, float]) -> float:
     return float(np.asarray(expression.evaluate({name: earlier[name] for name in names})))
 
 
-def _instant(solution: Solution, cond: Cond, card: Measure) -> float:
+def _instant(solution: Solution, cond: Cond, card: Measure, earlier: Mapping[str, float]) -> float:
     """Return the abscissa at which a condition holds."""
     if cond.at is not None:
         return cond.at
-    curve = curve_of(solution, _need(cond.signal, "signal"))
-    level, text = 0.0, f"{_need(cond.signal, 'signal').text}"
-    if cond.other is not None:
-        curve = Curve(curve.x, curve.y - curve_of(solution, cond.other).y)
-        text += f" = {cond.other.text}"
-    else:
-        level = cond.value or 0.0
-        text += f" = {level:.6g}"
-    found = curve.crossings(level, cond.edge)
-    low = max(cond.delay, -np.inf if card.start is None else card.start)
-    if cond.delay or card.start is not None:
-        found = found[found >= low]
-    if card.stop is not None:
-        found = found[found <= card.stop]
+    signal = _need(cond.signal, "signal")
+    level = 0.0 if cond.other is not None else cond.value or 0.0
+    text = f"{signal.text} = {cond.other.text if cond.other is not None else f'{level:.6g}'}"
+    first, last = bounds(solution)
+    low = max(cond.delay, first if card.start is None else card.start, first)
+    high = last if card.stop is None else min(card.stop, last)
+    trace = trace_of(solution, signal, earlier, first, last, cond.other)
+    # where a window begins on the level, it has been passed before
+    found = statistics.crossings(trace, level, cond.edge, first, last)
+    found = found[(found >= low) & (found <= high)]
     wanted = -1 if cond.index == 0 else cond.index - 1
     if found.size == 0 or wanted >= found.size:
         kind = {"rise": "rising", "fall": "falling"}.get(cond.edge, "")

@@ -16,6 +16,9 @@ AUTO_LIMIT = 300
 #: of a pair is looked for by some solutions of all equations, so that this is what a run costs.
 CONTROL_LIMIT = 2_000_000
 
+#: How a static island is solved that is not treated mode by mode.
+POINTS = "point by point"
+
 _STATIC = {
     ProblemClass.LINEAR_ALGEBRAIC: "one linear system per point",
     ProblemClass.LCP: "one mixed linear complementarity problem per point, exact",
@@ -71,6 +74,31 @@ def choose(kind: ProblemClass, system: DescriptorSystem, settings: Settings) -> 
     return _stepping(controlled, note, settings)
 
 
+def choose_static(system: DescriptorSystem, settings: Settings) -> Choice:
+    """Return the method for a static island: mode by mode without a state, or point by point.
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> system = nsspice.read("divider\\nV1 a 0 1\\nR1 a 0 1").islands[0].assemble().system
+    >>> choose_static(system, Settings()).name
+    'modewise'
+    """
+    if settings.method not in ("auto", "modewise"):
+        note = f"{settings.method} has nothing to do where nothing is stored"
+        return Choice(POINTS, "" if settings.method in PATH_METHODS else note)
+    if settings.method == "modewise":
+        return Choice("modewise")  # or an error
+    if system.smooth is not None:
+        return Choice(POINTS)
+    size = system.n + system.m
+    if size > AUTO_LIMIT:
+        note = f"{size} unknowns and pairs: method=modewise finds switching instants, too"
+        return Choice(POINTS, note)
+    reason = refusal(system)
+    return Choice("modewise") if reason is None else Choice(POINTS, f"not modewise: {reason}")
+
+
 def unless_modewise(reason: object, settings: Settings) -> Choice:
     """Return the method for an island that the mode-wise engine refuses for a reason.
 
@@ -103,7 +131,12 @@ def describe(circuit: Circuit, island: Island, mna: MnaSystem) -> str:
     kind, settings = island.problem_class, Settings.of(circuit.deck)
     if kind in _STATIC:
         followed = settings.method in PATH_METHODS and kind is not ProblemClass.LINEAR_ALGEBRAIC
-        return f"Euler-Newton tracking ({settings.method})" if followed else _STATIC[kind]
+        if followed:
+            return f"Euler-Newton tracking ({settings.method})"
+        choice = choose_static(mna.system, settings)
+        if choice.name == "modewise" and refusal(mna.system) is None:
+            return _MODEWISE
+        return f"{_STATIC[kind]} ({choice.note})" if choice.note else _STATIC[kind]
     choice = choose(kind, mna.system, settings)
     if choice.name == "modewise":
         return _MODEWISE

@@ -23,6 +23,7 @@ from ..problems.verdict import Verdict
 from ..solvers.kinks import limits
 from ..solvers.moreau import MoreauStepper, Recorded, function_slopes
 from ..solvers.stepper import UnsolvedStep
+from ..solvers.stretches import Recording
 
 _ROWS = 150  # unknowns and pairs up to which single points are judged
 _POINTS = 100  # points judged at most
@@ -133,6 +134,21 @@ class Judge:
         roles = None if records.roles is None else records.roles[chosen]
         self._points += left
         self._kept.append((records.z[chosen], records.u[chosen], records.lam[chosen], roles))
+
+    def take_stretches(self, stretches: Recording) -> None:
+        """Keep some points of recorded stretches."""
+        left = _POINTS - self._points
+        time = np.asarray(stretches.time)
+        if self._large or left <= 0 or not time.size:
+            return
+        left, points = min(left, time.size), time.shape[1]
+        k = np.arange(left) * (time.size - 1) // max(left - 1, 1)
+        z, u, lam = (
+            np.reshape(v, (time.size, -1))[k] for v in (stretches.z, stretches.u, stretches.lam)
+        )
+        roles = np.asarray(stretches.roles)
+        self._points += k.size
+        self._kept.append((z, u, lam, roles[k // points] if roles.size else None))
 
     def _worst(self) -> Regularity | None:
         """Return the least regular of the points, None without any."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -21,10 +21,12 @@ if TYPE_CHECKING:
     from .integrals import Integrals
     from .loop_gain import LoopReport
     from .losses import LossTable
+    from .motion import Motion
     from .regularity import SolutionVerdict
     from .sensitivity import Sensitivity
     from .spectrum import Spectrum
     from .steady_state import Periodic
+    from .trace import Again, Recording
 
 Floats = npt.NDArray[np.float64]
 
@@ -263,6 +265,10 @@ class Solution:
     fine : callable or None
         Returns the rows with both sides of jumps put in, None if nothing jumps; they are computed
         at the first call.
+    recording : Recording or None
+        What the engine has kept of signals between the rows.
+    again : callable or None
+        Runs the analysis once more and records other signals.
 
     Examples
     --------
@@ -298,6 +304,8 @@ class Solution:
     powers: LossTable | None = None
     sensitivities: list[Sensitivity] = field(default_factory=list)
     fine: Callable[[], FinePoints | None] | None = None
+    recording: Recording | None = None
+    again: Again | None = None
 
     def __post_init__(self) -> None:
         if not self.columns:
@@ -383,14 +391,132 @@ class Solution:
         return np.zeros(self.axis.size) if node == "0" else self.signals[f"v({node})"]
 
     def with_jumps(self) -> Solution:
-        """Return the solution whose rows hold both sides of each jump, itself if it has none.
-
-        Points between the rows that were kept for measures are rows of it, too.
-        """
+        """Return the solution whose rows hold both sides of each jump, itself if it has none."""
         fine = None if self.fine is None else self.fine()
         if fine is None:
             return self
-        return replace(self, axis=fine.axis, signals=fine.signals, fine=None)
+        changes: dict[str, Any] = {"fine": None, "recording": None, "again": None}
+        return replace(self, axis=fine.axis, signals=fine.signals, **changes)
+
+    def motion(
+        self, names: Sequence[str], start: float | None = None, stop: float | None = None
+    ) -> Motion:
+        """Return signals as functions between two instants, as accurate as the engine knows them.
+
+        What was not recorded during the run is recorded by running it once more.  Of a sweep, and
+        of rows without an engine, signals are lines between the rows.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Signals, also such as were not asked for in the run.
+        start, stop : float, optional
+            The window; all of the run if left out.
+
+        Raises
+        ------
+        KeyError, NetlistError
+            If there is no such signal.
+        UsageError
+            NS4028 if more happens in the window than can be kept.
+        """
+        from .motion import Motion
+        from .trace import named, recorded
+
+        wanted = [name for name in named(names) if name != self.axis_name]
+        if self.again is not None and self.axis.size > 1:
+            first, last = float(self.axis[0]), float(self.axis[-1])
+            low = first if start is None else min(max(start, first), last)
+            high = last if stop is None else min(max(stop, low), last)
+            self.recording = recorded(
+                self.recording, self.again, wanted, (low, high), (first, last)
+            )
+            return self.recording.motion(wanted, low, high)
+        rows = self.with_jumps()
+        return Motion.of_rows(rows.axis, {n: rows[n] for n in wanted}, self.axis_name or "op")
+
+    def average(self, signal: str, start: float | None = None, stop: float | None = None) -> float:
+        r"""Return the mean of a signal over the run, as accurate as the engine is.
+
+        Parameters
+        ----------
+        signal : str
+            A signal, or an expression of signals such as ``v(a,b)*i(r1)``; also of such as were
+            not asked for in the run, which is then repeated.
+        start, stop : float, optional
+            The window [s]; all of the run if left out.
+
+        Raises
+        ------
+        NetlistError
+            If the expression cannot be read.
+        UsageError
+            NS4005 if there is no such signal, or the window lies outside of the run.
+
+        Examples
+        --------
+        >>> import nsspice
+        >>> sine = nsspice.read("sine\nV1 a 0 SIN(0 1 1k)\nD1 a b\nR1 b 0 1\n.tran 1m 1m\n")
+        >>> round(sine.run()[0].average("v(b)") * np.pi, 12)
+        1.0
+        """
+        return self._statistic(signal, "avg", start, stop)
+
+    def rms(self, signal: str, start: float | None = None, stop: float | None = None) -> float:
+        """Return the root of the mean square of a signal; arguments as for :meth:`average`."""
+        return self._statistic(signal, "rms", start, stop)
+
+    def integral(self, signal: str, start: float | None = None, stop: float | None = None) -> float:
+        """Return the integral of a signal [V s, A s or J]; arguments as for :meth:`average`.
+
+        Impulses are not in it: see ``impulses``.
+        """
+        return self._statistic(signal, "integ", start, stop)
+
+    def minimum(self, signal: str, start: float | None = None, stop: float | None = None) -> float:
+        """Return the smallest value of a signal; arguments as for :meth:`average`."""
+        return self._statistic(signal, "min", start, stop)
+
+    def maximum(self, signal: str, start: float | None = None, stop: float | None = None) -> float:
+        """Return the largest value of a signal; arguments as for :meth:`average`."""
+        return self._statistic(signal, "max", start, stop)
+
+    def crossings(
+        self,
+        signal: str,
+        level: float = 0.0,
+        edge: Literal["rise", "fall", "cross"] = "cross",
+        start: float | None = None,
+        stop: float | None = None,
+    ) -> Floats:
+        r"""Return the instants at which a signal passes a level, shape (k,) [s].
+
+        Parameters
+        ----------
+        signal : str
+            As for :meth:`average`.
+        level : float
+            [V, A or W]
+        edge : str
+            ``rise`` (from below to at or above the level), ``fall``, or ``cross`` for both.
+        start, stop : float, optional
+            The window [s].
+
+        Examples
+        --------
+        >>> import nsspice
+        >>> sine = nsspice.read("sine\nV1 a 0 SIN(0 1 1k)\nR1 a 0 1\n.tran 1m 1m\n")
+        >>> (sine.run()[0].crossings("v(a)", 0.5) * 12e3).round(9).tolist()
+        [1.0, 5.0]
+        """
+        from .measure import crossings_of
+
+        return crossings_of(self, signal, level, edge, start, stop)
+
+    def _statistic(self, signal: str, name: str, start: float | None, stop: float | None) -> float:
+        from .measure import statistic_of
+
+        return statistic_of(self, signal, name, start, stop)
 
     def values(self) -> Mapping[str, Floats]:
         """Return axis and signals by name, as expressions see them."""

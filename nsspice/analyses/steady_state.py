@@ -31,6 +31,7 @@ from .load import need_circuit
 from .overrides import checked_values
 from .period import common, is_multiple
 from .periodic_sources import common_period, continued, period_of
+from .refusal import check_on_failure, judge
 from .settings import Settings
 from .sink import Sink
 from .solution import Solution
@@ -175,6 +176,7 @@ def pss(
     temperature: float | None = None,
     values: Mapping[str, float] | None = None,
     all_points: bool = False,
+    on_failure: str = "raise",
 ) -> Solution:
     """Find the periodic steady state and return one period of it.
 
@@ -192,7 +194,7 @@ def pss(
         Time that is run from the initial values before Newton's method begins [s].
     row_step : float, optional
         Distance of the rows [s]; a thousandth of the period by default.
-    signals, extra, temperature, values, all_points
+    signals, extra, temperature, values, all_points, on_failure
         As for :func:`nsspice.tran`.
 
     Returns
@@ -204,6 +206,8 @@ def pss(
     ------
     NumericalError
         If no periodic orbit was found; the message says why.
+    CertificateError
+        NS3003 if the certificate fails, unless ``on_failure`` says otherwise.
 
     Examples
     --------
@@ -220,6 +224,7 @@ def pss(
     True
     """
     need_circuit(circuit)
+    check_on_failure(on_failure)
     card = next((c for c in circuit.deck.analyses if isinstance(c, PssCard)), None)
     analysis = Pss(period, trigger, level, settle, row_step)
     if card is not None and period is None and trigger is None:
@@ -227,7 +232,7 @@ def pss(
         analysis = replace(
             asked, row_step=row_step or asked.row_step, settle=settle or asked.settle
         )
-    return run_pss(
+    solution = run_pss(
         circuit,
         analysis,
         signals=signals,
@@ -236,6 +241,8 @@ def pss(
         values=checked_values(circuit, values),
         all_points=all_points,
     )
+    judge([solution], on_failure)
+    return solution
 
 
 def run_pss(

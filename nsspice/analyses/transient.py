@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
-from ..circuit import Circuit
+from ..circuit import Circuit, build
 from ..errors import Diagnostic, NumericalError, UsageError
-from ..netlist.deck import TranCard
+from ..netlist.deck import Deck, TranCard
 from .beginning import Beginning
 from .cards import Tran
 from .certificate import Certificate
@@ -15,7 +16,7 @@ from .curve import Floats
 from .events import Events
 from .interrupts import Interrupts
 from .island_runner import IslandRunner
-from .load import need_circuit
+from .load import need_circuit, read_again
 from .overrides import checked_values
 from .recorder import Recorder, select
 from .refusal import check_on_failure, judge
@@ -23,6 +24,7 @@ from .rows import Outlet, Progress, advance_all
 from .settings import Settings
 from .sink import GrowingStore, Sink, Store
 from .solution import FinePoints, Solution
+from .trace import Recording
 from .watched import Watched
 
 
@@ -145,6 +147,7 @@ def tran(
         sink=sink,
         keep=keep,
         all_points=all_points,
+        watched=Watched.of(circuit, analysis),
     )
     judge([solution], on_failure)
     return solution
@@ -179,21 +182,20 @@ def run_tran(
     sink: Sink | None = None,
     keep: bool = True,
     all_points: bool = False,
-    measured: bool = True,
+    watched: Watched | None = None,
     beginnings: Sequence[Beginning | None] | None = None,
     periodic_sources: bool = False,
 ) -> Solution:
     """Run one transient analysis; see :func:`tran`.
 
-    Points between the rows are kept if the deck has measures, unless it is not to be ``measured``.
-    ``beginnings`` are the states from which islands begin, where they are given; sources that
-    repeat are continued into the past if they are ``periodic_sources``.
+    Signals that are ``watched`` are recorded between the rows.  ``beginnings`` are the states from
+    which islands begin, where they are given; sources that repeat are continued into the past if
+    they are ``periodic_sources``.
     """
     begin = clock.perf_counter()
     columns = select(circuit, signals)
     names = columns + [n for n in select(circuit, extra) if n not in columns] if extra else columns
     recorder = Recorder(circuit, names)
-    watched = Watched.of(circuit, analysis) if measured else None
     runners = [
         IslandRunner(
             circuit,
@@ -204,7 +206,7 @@ def run_tran(
             settings,
             temperature,
             values,
-            sides=keep and not all_points,
+            sides=(keep or watched is not None) and not all_points,
             watched=watched,
             all_points=all_points,
             beginning=None if beginnings is None else beginnings[k],
@@ -258,12 +260,88 @@ def run_tran(
     )
     for runner in runners:
         solution.warnings += runner.warnings()
-    if any(runner.sides for runner in runners):
+    if watched is not None:
+        try:
+            solution.recording = _recording(circuit, runners, recorder.local, watched)
+        except NumericalError:
+            if not keep:  # nothing else is wanted
+                raise
+    if failure is None and not interrupted:
+        conditions = (temperature, values or {}, beginnings, periodic_sources)
+        solution.again = Rerun(circuit.deck, analysis, settings, *conditions)
+    if keep and any(runner.sides for runner in runners):
         solution.fine = _Fine(runners, recorder, table)
     if failure is not None:
         failure.partial = solution
         raise failure
     return solution
+
+
+def _recording(
+    circuit: Circuit,
+    runners: Sequence[IslandRunner],
+    names: Sequence[Sequence[str]],
+    window: Watched,
+) -> Recording:
+    """Return what islands have recorded of the signals that are watched."""
+    followed = [tuple(n[j] for j in r.followed) for r, n in zip(runners, names, strict=True)]
+    pieces = [runner.record() for runner in runners]
+    stop, analysis = window.stop, runners[0].analysis
+    for part in pieces:
+        if part is not None:  # what is too much to be kept ends early
+            reached = float(part.end[-1])
+            late = reached < min(stop, analysis.stop) * (1.0 - 1e-9)
+            stop = reached if late else stop
+    return Recording(circuit, followed, pieces, window.start, stop)
+
+
+@dataclass(frozen=True, slots=True)
+class Rerun:
+    """Runs an analysis once more, and records other signals.
+
+    It holds the deck, since a circuit holds the systems that were assembled of it.
+
+    Parameters
+    ----------
+    deck : Deck
+    analysis : Tran
+    settings : Settings
+    temperature : float or None
+        [degrees Celsius]
+    values : mapping of str to float
+        Values by element name that replace those of the deck.
+    beginnings, periodic_sources
+        As for ``run_tran``.
+    parameters : mapping of str to float
+        The same by parameter name.
+    """
+
+    deck: Deck
+    analysis: Tran
+    settings: Settings
+    temperature: float | None
+    values: Mapping[str, float]
+    beginnings: Sequence[Beginning | None] | None
+    periodic_sources: bool
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+    def __call__(self, names: Sequence[str], start: float, stop: float) -> Recording:
+        """Record signals between two instants [s]."""
+        circuit = read_again(self.deck, self.parameters) if self.parameters else build(self.deck)
+        solution = run_tran(
+            circuit,
+            self.analysis,
+            self.settings,
+            signals=names,
+            temperature=self.temperature,
+            values=self.values,
+            keep=False,
+            beginnings=self.beginnings,
+            periodic_sources=self.periodic_sources,
+            watched=Watched.signals(circuit, names, start, stop),
+        )
+        assert solution.recording is not None
+        return solution.recording
 
 
 class _Fine:

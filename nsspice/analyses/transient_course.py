@@ -23,7 +23,7 @@ class _First(ModewiseStepper):
     charges: Floats
     gates: list[bool]
 
-    def _start(self, charges: Floats, gates: list[bool]) -> None:
+    def _start(self, charges: Floats, gates: list[bool], active: list[bool] | None = None) -> None:
         self.charges, self.gates = charges, list(gates)
 
 

@@ -48,21 +48,29 @@ class Watched:
     stop: float
 
     @classmethod
-    def of(cls, circuit: Circuit, analysis: Tran) -> Watched | None:
-        """Return what the measures of a deck need, None if rows and jumps will do."""
+    def of(cls, circuit: Circuit, analysis: Tran, more: Sequence[str] = ()) -> Watched | None:
+        """Return what the measures of a deck and ``more`` signals need, None if rows will do."""
         cards = [
             card
             for card in circuit.deck.measures
             if card.analysis == "tran" and card.operation != "param" and not _at_row(card, analysis)
         ]
-        if not cards:
+        windows = [_window(card, analysis) for card in cards]
+        if more:
+            windows.append((0.0, analysis.stop))
+        if not windows:
             return None
+        start, stop = min(w[0] for w in windows), max(w[1] for w in windows)
+        return cls.signals(circuit, [*measured_signals(cards), *more], start, stop)
+
+    @classmethod
+    def signals(cls, circuit: Circuit, names: Sequence[str], start: float, stop: float) -> Watched:
+        """Return what some signals are made of, over a window [s]."""
         parts = set()
-        for name in measured_signals(cards):
+        for name in names:
             for local in _linear(circuit, name):
                 parts |= {(home, part) for home, part, _ in circuit.parts(local)}
-        windows = [_window(card, analysis) for card in cards]
-        return cls(frozenset(parts), min(w[0] for w in windows), max(w[1] for w in windows))
+        return cls(frozenset(parts), start, stop)
 
 
 def _linear(circuit: Circuit, name: str) -> list[str]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..analyses.curve import Curve
-from ..analyses.measure import NotFound, curve_of, statistic
+from ..analyses.measure import NotFound, bounds, statistic, value_at
 from ..analyses.names import canonical
 from ..analyses.solution import Solution
 from ..errors import NsspiceError, suggest
@@ -143,12 +143,14 @@ class ValueCheck(Check):
     def apply(self, solution: Solution, netlist: Path) -> Outcome:
         """Compare the value."""
         if self.at is not None:
-            found = curve_of(solution, self.signal).at(self.at)
-            if np.isnan(found) and not solution.axis[0] <= self.at <= solution.axis[-1]:
+            low, high = bounds(solution)
+            slack = 1e-12 * max(abs(low), abs(high))
+            if not low - slack <= self.at <= high + slack:
                 raise NotFound(f"{self.at:g} lies outside the rows of the analysis")
+            found = value_at(solution, self.signal, self.at)
         else:
-            curve = curve_of(solution.with_jumps(), self.signal)
-            found = statistic(curve.window(self.start, self.stop), self.statistic or "final")
+            name = self.statistic or "final"
+            found = statistic(solution, self.signal, name, self.start, self.stop)
         return self.near(found, self.value)
 
 
@@ -224,7 +226,7 @@ class WaveformCheck(Check):
         table = read_table(netlist.parent / self.reference)
         known = table.curve(self.time, self.column)
         reference = Curve(known.x, known.y * self.scale + self.offset)
-        d = distance(curve_of(solution, self.signal), reference, self.start, self.stop)
+        d = distance(_rows_of(solution, self.signal), reference, self.start, self.stop)
         error = d.by_name(self.norm)
         detail = f"{self.norm} distance {error:.3e}, allowed {self.tolerance:g}"
         if self.why:
@@ -342,6 +344,21 @@ class _Getter:
 def signals_of(checks: Sequence[Check]) -> list[str]:
     """Return the signals that the checks read, each once."""
     return list(dict.fromkeys(name for item in checks for name in item.signals()))
+
+
+def followed_by(checks: Sequence[Check]) -> list[str]:
+    """Return the signals of which statistics are checked: rows do not tell them."""
+    values = [c for c in checks if isinstance(c, ValueCheck) and c.statistic not in (None, "final")]
+    return signals_of(values)
+
+
+def _rows_of(solution: Solution, expression: Expression) -> Curve:
+    """Return the lines between the rows of a solution, of an expression of its signals."""
+    try:
+        values = {name: solution[name] for name in expression.variables()}
+    except KeyError as missing:
+        raise NotFound(str(missing.args[0])) from None
+    return Curve.of(solution.axis, np.asarray(expression.evaluate(values)))
 
 
 def _signals(expression: Expression) -> list[str]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import NsspiceError
-from .checks import ImpulseCheck, Outcome, signals_of
+from .checks import ImpulseCheck, Outcome, followed_by, signals_of
 from .expectation import Expectation, Refusal, read_expectation
 
 __all__ = ["Report", "check", "find_netlists"]
@@ -123,6 +123,7 @@ def _outcomes(expectation: Expectation) -> list[Outcome]:
         step=expectation.step,
         stop=expectation.tstop,
         extra=signals_of(expectation.checks),
+        follow=followed_by(expectation.checks),
     )
     for item in expectation.checks:
         if isinstance(item, ImpulseCheck):

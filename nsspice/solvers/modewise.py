@@ -213,8 +213,10 @@ class ModewiseStepper(Stepper):
         """
         static = MoreauStepper(self.system, ())
         static.start_dc(time, guess)
-        point = static.state[0]
-        self._start(self.system.E.dot(point), static.gates)
+        point, multipliers = static.state
+        # where nothing is stored, the solution is one of a mode: there may be others
+        active = (multipliers > 0.0).tolist() if self.system.static else None
+        self._start(self.system.E.dot(point), static.gates, active)
         return point
 
     def start_charges(self, time: float, charges: Floats, step: float) -> Jump | None:
@@ -253,10 +255,11 @@ class ModewiseStepper(Stepper):
         self._start(charges, gates)
         return self._first_jump()
 
-    def _start(self, charges: Floats, gates: list[bool]) -> None:
+    def _start(self, charges: Floats, gates: list[bool], active: list[bool] | None = None) -> None:
         if self._rows is not None:
             charges = self._rows @ charges
-        failure = self._core.start(np.ascontiguousarray(charges, dtype=np.float64), gates)
+        given = np.ascontiguousarray(charges, dtype=np.float64)
+        failure = self._core.start(given, gates, active)
         if failure is not None:
             raise self._diagnose(failure)
 
@@ -290,8 +293,8 @@ class ModewiseStepper(Stepper):
         if self._rows is None:
             super().take_along(auditor)
 
-    def keep_between(self, outputs: Sequence[int], start: float, stop: float) -> None:
-        """Keep points between the rows, too, so that lines through all of them follow the outputs.
+    def follow(self, outputs: Sequence[int], start: float, stop: float) -> None:
+        """Record some outputs between the rows: polynomials that equal closed forms to rounding.
 
         Parameters
         ----------
@@ -300,7 +303,7 @@ class ModewiseStepper(Stepper):
         start, stop : float
             Between which instants [s].
         """
-        self._core.keep_between(list(outputs), start, stop)
+        self._core.keep_pieces(list(outputs), start, stop)
 
     def take_stretches(self) -> _core.Stretches:
         """Return the stretches of segments recorded since the last call."""

@@ -269,8 +269,8 @@ class MoreauStepper(Stepper):
         """
         self._core.watch(every, window, sides)
 
-    def keep_between(self, outputs: Sequence[int], start: float, stop: float) -> None:
-        """Keep points between the rows, too: ends of steps, and some inside of those of high order.
+    def follow(self, outputs: Sequence[int], start: float, stop: float) -> None:
+        """Record outputs between the rows: the ends of all steps, among the rows of ``take_sides``.
 
         Parameters
         ----------

@@ -19,6 +19,9 @@ from ..problems.descriptor import DescriptorSystem, Functional
 from .moreau import MoreauStepper
 from .stepper import check_plan
 
+#: points of a polynomial: those of stored quantities have the degree five, laws may bend more
+_POINTS = 8
+
 
 @dataclass(frozen=True, slots=True)
 class Accuracy:
@@ -81,6 +84,18 @@ class SdirkStepper(MoreauStepper):
     ) -> None:
         super().__init__(system, outputs)
         self.accuracy = accuracy or Accuracy()
+
+    def follow(self, outputs: Sequence[int], start: float, stop: float) -> None:
+        """Record some outputs between the rows: polynomials of each step's continuous solution.
+
+        Parameters
+        ----------
+        outputs : sequence of int
+            Which outputs are to be followed, from 0 on.
+        start, stop : float
+            Between which instants [s].
+        """
+        self._core.keep_pieces(list(outputs), start, stop, _POINTS)
 
     def take_stretches(self) -> _core.Stretches:
         """Return the steps recorded since the last call, with all their stages."""

@@ -234,6 +234,14 @@ class Stepper(ABC):
         """Return the rows around jumps since the last call: before, after, before, after ..."""
         return self._core.take_sides().reshape(-1, self._columns)  # type: ignore[no-any-return]
 
+    def take_pieces(self) -> Floats:
+        """Return the pieces recorded since the last call, one in a row.
+
+        Begin and length [s], then the values of one followed output after the other at the points
+        of Chebyshev and Lobatto.
+        """
+        return self._core.take_pieces()  # type: ignore[no-any-return]
+
     @property
     def state(self) -> tuple[Floats, Floats]:
         """Present unknowns (n,) and multipliers (m,)."""

@@ -81,7 +81,7 @@ class Problem:
         for island in circuit.islands:
             compiled(island.assemble(tstep=analysis.row_distance, tstop=analysis.stop).system)
         begin = time.perf_counter()
-        solution = run_tran(circuit, analysis, settings, signals=self.signals, measured=False)
+        solution = run_tran(circuit, analysis, settings, signals=self.signals)
         spent = time.perf_counter() - begin
         if solution.interrupted:
             raise KeyboardInterrupt

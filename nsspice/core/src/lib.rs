@@ -20,6 +20,7 @@ mod dominance;
 mod floating;
 mod format;
 mod given;
+mod pieces;
 mod python;
 mod resting;
 mod row_clock;

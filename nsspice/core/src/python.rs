@@ -8,6 +8,7 @@ mod steady;
 mod system;
 
 use crate::audit::Taken;
+use crate::pieces::Pieces;
 use points::{PyRecords, PyStretches};
 use system::{misfit, PySystem, Sizes};
 
@@ -17,7 +18,9 @@ use crate::moreau::{System, Tableau, Witness};
 use crate::sparse::Csc;
 use crate::tape::{Program, Tape};
 use crate::waveform::Waveform;
-use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2};
+use numpy::{
+    PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -277,7 +280,20 @@ impl PyStepper {
         self.inner.witness = Witness::new(every, window, sides, size);
     }
 
-    /// Keeps points between the rows, too, within two instants.
+    /// Keeps some outputs between two instants as polynomials through so many points of steps with error
+    /// control.
+    fn keep_pieces(&mut self, outputs: Vec<usize>, from_time: f64, to_time: f64, points: usize) {
+        self.inner.witness.pieces = Pieces::new(outputs, [from_time, to_time], points.max(4));
+    }
+
+    /// The pieces since the last call: beginning, length and values at the points, output by output.
+    fn take_pieces<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let (size, table) = (self.inner.witness.pieces.size(), self.inner.witness.pieces.take());
+        let rows = table.len() / size;
+        PyArray1::from_vec(py, table).reshape([rows, size])
+    }
+
+    /// Keeps the ends of steps of fixed length between the rows, too, within two instants.
     fn keep_between(&mut self, from_time: f64, to_time: f64) {
         self.inner.witness.keep_between([from_time, to_time]);
     }

@@ -75,14 +75,6 @@ impl RowClock {
             time
         }
     }
-
-    /// The times of the rows strictly between two instants.
-    pub fn within(&self, begin: f64, end: f64) -> impl Iterator<Item = f64> + use<> {
-        let clock = *self;
-        let first = ((begin - clock.start) / clock.step).floor().max(-1.0) + 1.0;
-        let times = (first as u64..clock.count).map(move |row| clock.at(row));
-        times.skip_while(move |t| *t <= begin).take_while(move |t| *t < end)
-    }
 }
 
 #[cfg(test)]

@@ -10,8 +10,6 @@ pub enum Home<'a> {
     Table,
     /// beside the table, both sides of jumps alone
     Beside(&'a mut Vec<f64>),
-    /// beside the table, unless it has a row there and nothing jumps
-    Along(&'a mut Vec<f64>),
 }
 
 /// The row before an instant until the one after it is known, and rows that wait for their place.
@@ -65,8 +63,8 @@ impl Sides {
         });
         let (out, both) = match home {
             Home::Beside(_) if right.is_none() => return,
-            Home::Along(_) | Home::Table if right.is_none() && row.is_some() => return,
-            Home::Beside(out) | Home::Along(out) => (out, true),
+            Home::Table if right.is_none() && row.is_some() => return,
+            Home::Beside(out) => (out, true),
             Home::Table => (&mut self.waiting, row.is_none()),
         };
         out.extend_from_slice(&self.left);
@@ -115,17 +113,6 @@ mod tests {
             sides.right(Some(&right), left[0], None, Home::Beside(&mut kept));
         }
         assert_eq!(kept, [0.0, 1.0, 0.0, 2.0]);
-    }
-
-    #[test]
-    fn an_instant_without_a_row_stands_beside_the_table() {
-        let mut sides = Sides::default();
-        let mut kept = Vec::new();
-        for (time, row) in [(1.0, None), (2.0, Some(2.0))] {
-            sides.left(&[time, 5.0]);
-            sides.right(Some(&[time, 5.0]), time, row, Home::Along(&mut kept));
-        }
-        assert_eq!(kept, [1.0, 5.0]);
     }
 
     fn rows(row: Option<f64>, right: &[f64]) -> Vec<Vec<f64>> {

@@ -238,7 +238,10 @@ impl RankOne {
         let (k, n) = (self.vectors.rows, rows.cols);
         self.work.reshape(rows.rows, n);
         let mut out = Matrix::zeros(rows.rows, n);
-        let triples = self.work.data.chunks_exact_mut(n.max(1)).zip(out.data.chunks_exact_mut(n));
+        if n == 0 {
+            return out; // a mode without a state
+        }
+        let triples = self.work.data.chunks_exact_mut(n).zip(out.data.chunks_exact_mut(n));
         for ((to, out), from) in triples.zip(rows.data.chunks_exact(n)) {
             let mut from = from;
             if !self.rotations.is_empty() {

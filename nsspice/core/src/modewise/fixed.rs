@@ -89,7 +89,7 @@ impl Engine {
         let roles = roles(self.net.m, &self.switches, &self.gates);
         let mut v = Vec::new();
         later(&self.segment, length, &mut v);
-        let before = self.z.clone();
+        let (before, begin) = (self.z.clone(), self.time);
         let mut step = length;
         let result = loop {
             let taken = self.implicit.step(&self.sys, &self.net, &self.a, &v, &roles, step);
@@ -141,13 +141,21 @@ impl Engine {
         self.time = reached;
         let mut on: Vec<bool> = self.implicit.active().to_vec();
         let at_target = first_row || (target - self.time).abs() <= near;
-        let written = at_target || self.ends.all_from <= self.time;
+        let written = (at_target || self.ends.all_from <= self.time) && !row.is_empty();
         let label = if at_target { target } else { self.time };
-        if written && !row.is_empty() {
+        let wanted = self.pieces.wanted(begin, self.time).is_some();
+        if written || wanted {
             let rates: Vec<f64> = self.z.iter().zip(&before).map(|(a, b)| (a - b) / step).collect();
             let u = self.sources(label);
-            row[0] = label;
-            self.outputs.write(&self.z, &self.l, &rates, &u, &mut row[1..]);
+            let mut outputs = vec![0.0; self.outputs.len()];
+            self.outputs.write(&self.z, &self.l, &rates, &u, &mut outputs);
+            if wanted {
+                self.pieces.line([begin, self.time], None, &outputs);
+            }
+            if written {
+                row[0] = label;
+                row[1..].copy_from_slice(&outputs);
+            }
         }
         if self.react(&on) {
             self.find_rest(step)?;

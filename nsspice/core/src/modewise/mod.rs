@@ -13,7 +13,6 @@
 mod align;
 mod answer;
 mod apart;
-mod between;
 mod block;
 pub mod bundle;
 mod cluster;
@@ -32,6 +31,7 @@ pub mod neighbour;
 pub mod network;
 pub mod outputs;
 pub mod pick;
+mod pieces;
 pub mod prepared;
 mod products;
 pub mod registry;

@@ -300,7 +300,7 @@ mod tests {
         engine.accompany(Some(sums.clone()));
         engine.plan(1.0, 0.0, 1.0, 0.01);
         let charges: Vec<f64> = (0..STATES).map(|k| 1.0 - 0.2 * k as f64).collect();
-        assert!(engine.start(&charges, &[]).is_ok());
+        assert!(engine.start(&charges, &[], None).is_ok());
         engine.path.at(0.3, &mut engine.point);
         (engine, sums)
     }

@@ -9,7 +9,7 @@ use super::march::{Ending, March};
 use super::mode::{Mode, Watch};
 use super::network::{Assembly, Network};
 use super::outputs::{Outputs, Spec};
-use super::pick::{cause_of, roles, settle, Picker, Scene};
+use super::pick::{cause_of, fix, roles, settle, Picker, Scene};
 use super::prepared::Prepared;
 use super::registry::{Id, Registry};
 use super::rows::Inside;
@@ -21,6 +21,7 @@ use super::trajectory::Trajectory;
 use super::verify::Scale;
 use super::witness::Witness;
 use crate::moreau::{by_sources, Failure, Jump, Progress};
+use crate::pieces::Pieces;
 use crate::resting::Resting;
 use crate::row_clock::RowClock;
 use crate::sampling::Sampling;
@@ -133,6 +134,8 @@ pub struct Engine {
     pub(super) witness: Witness,
     pub(super) tally: Tally,
     pub(super) trace: Trace,
+    /// outputs that measures follow
+    pub pieces: Pieces,
     /// rotations and decays among the inputs
     pub(super) turns: Vec<Turn>,
     pub(super) logged: Vec<bool>,
@@ -196,6 +199,7 @@ impl Engine {
             witness: Witness::default(),
             tally: Tally::default(),
             trace: Trace::default(),
+            pieces: Pieces::default(),
             turns: inputs.turns(),
             logged: vec![false; m],
             log_open: false,
@@ -236,8 +240,14 @@ impl Engine {
         self.rows.count()
     }
 
-    /// Starts at time 0 from charges and fluxes `E z`, with the gates in given states.
-    pub fn start(&mut self, charges: &[f64], gates: &[bool]) -> Result<(), Failure> {
+    /// Starts at time 0 from charges and fluxes `E z`, with the gates in given states, and from a mode by
+    /// the pairs that conduct, if it is known: where nothing is stored there may be several.
+    pub fn start(
+        &mut self,
+        charges: &[f64],
+        gates: &[bool],
+        active: Option<Vec<bool>>,
+    ) -> Result<(), Failure> {
         self.gates.copy_from_slice(gates);
         self.net.energy(charges, &mut self.a);
         self.scale.see_state(&self.a);
@@ -246,6 +256,12 @@ impl Engine {
         self.time = 0.0;
         self.guess_scale();
         self.present = None;
+        if let Some(mut on) = active {
+            fix(&self.switches, &self.gates, &mut on);
+            let id = self.registry.id(&on, gates);
+            let mode = self.registry.mode(id, &self.net, &self.switches);
+            self.present = mode.ok().map(|mode| (id, mode));
+        }
         self.begin(&[])?;
         let id = self.present_id();
         self.logged.copy_from_slice(self.registry.on(id));
@@ -466,7 +482,7 @@ impl Engine {
         self.path.inputs(&self.segment, &self.point, &mut self.v);
         self.trace_passage(&mode);
         self.tally_segment(id, &mode);
-        self.write_between();
+        self.write_pieces();
         self.note_left();
         mode.leave(&self.x, &self.v, &mut self.a);
         self.scale.see_state(&self.a);
@@ -517,7 +533,7 @@ impl Engine {
                 continue;
             }
             let Some(target) = self.rows.peek() else {
-                self.end_between();
+                self.end_pieces();
                 return (rows, Progress::Done);
             };
             let result = match self.phase {
@@ -554,7 +570,7 @@ impl Engine {
             }
         }
         if self.rows.peek().is_none() {
-            self.end_between();
+            self.end_pieces();
         }
         (rows, Progress::More)
     }

@@ -10,15 +10,6 @@ use crate::waveform::INSTANT;
 pub(super) struct Ends {
     /// rows on both sides of jumps, one after the other, where they are kept beside the table
     pub kept: Option<Vec<f64>>,
-    /// if any, the ends of all segments are kept beside the table, and points between rows where a
-    /// line does not follow these outputs ...
-    pub watched: Vec<usize>,
-    /// least and largest of each of them in the present segment, as far as seen
-    pub span: Vec<[f64; 2]>,
-    /// ... within these instants
-    pub window: [f64; 2],
-    /// numbers of these points so far
-    pub written: usize,
     /// from here on the ends of all segments are rows of the table [s]
     pub all_from: f64,
     pub rows: Sides,
@@ -31,10 +22,6 @@ impl Default for Ends {
     fn default() -> Ends {
         Ends {
             kept: None,
-            watched: Vec::new(),
-            span: Vec::new(),
-            window: [0.0; 2],
-            written: 0,
             all_from: f64::INFINITY,
             rows: Sides::default(),
             row: Vec::new(),
@@ -48,11 +35,6 @@ impl Engine {
     /// Whether rows on both sides of jumps are kept.
     pub fn keep_sides(&mut self, keep: bool) {
         self.ends.kept = keep.then(Vec::new);
-    }
-
-    /// Keeps points between the rows, too, where lines do not follow some outputs between two instants.
-    pub fn keep_between(&mut self, outputs: Vec<usize>, window: [f64; 2]) {
-        (self.ends.watched, self.ends.window) = (outputs, window);
     }
 
     /// Makes the end of every segment from a time on a row, and two where something jumps.
@@ -112,7 +94,6 @@ impl Engine {
         let ends = &mut self.ends;
         let home = match &mut ends.kept {
             _ if instant >= ends.all_from => Home::Table,
-            Some(kept) if !ends.watched.is_empty() => Home::Along(kept),
             Some(kept) => Home::Beside(kept),
             None => return,
         };

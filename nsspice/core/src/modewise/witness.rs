@@ -122,6 +122,7 @@ impl Engine {
         self.witness.taken.size()
             + self.witness.records.size()
             + self.ends.kept.as_ref().map_or(0, Vec::len)
+            + self.pieces.waiting()
     }
 
     /// True when they should be taken.

@@ -435,6 +435,9 @@ impl Stepper {
                 self.first_row = false;
                 self.write(self.time, &mut out[rows * columns..(rows + 1) * columns]);
                 rows += 1;
+                if self.witness.between(self.time) {
+                    self.note_side(self.time);
+                }
                 continue;
             }
             let Some(target) = self.retry.take().or_else(|| self.plan.next(&self.waveforms)) else {
@@ -470,8 +473,9 @@ impl Stepper {
             if target.row || target.time >= self.all_points {
                 self.write(target.label, &mut out[rows * columns..(rows + 1) * columns]);
                 rows += 1;
-            } else if self.witness.between(target.time) && !self.two_sided {
-                self.note_side(target.time);
+            }
+            if self.witness.between(target.time) && !self.two_sided {
+                self.note_side(target.label);
             }
             count += 1;
             let pause = count.is_multiple_of(LOOK) && begin.elapsed() > budget;

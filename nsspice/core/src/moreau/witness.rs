@@ -4,6 +4,8 @@
 //! multipliers and sources, so that the laws can be checked by code that shares nothing with the
 //! solver.
 
+use crate::pieces::Pieces;
+
 /// Records are handed over when they hold this many numbers, so that memory stays bounded.
 const FULL: usize = 1 << 18;
 /// A record of a step that changes the mode costs as many tokens, and more in large circuits; each
@@ -80,8 +82,10 @@ pub struct Witness {
     pub sides: Vec<f64>,
     /// rows of both sides are wanted
     pub keep_sides: bool,
-    /// so are those at the ends of all steps, and points in between, within these instants
+    /// so are those at the ends of all steps of fixed length, within these instants
     between: Option<[f64; 2]>,
+    /// outputs that measures follow, by steps with error control
+    pub pieces: Pieces,
     /// steps seen
     pub seen: u64,
 }
@@ -152,7 +156,7 @@ impl Witness {
 
     /// Numbers that wait to be fetched.
     pub fn waiting(&self) -> usize {
-        self.records.size() + self.sides.len()
+        self.records.size() + self.sides.len() + self.pieces.waiting()
     }
 
     /// True when they should be fetched.

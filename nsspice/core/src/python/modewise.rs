@@ -5,7 +5,7 @@ use super::points::{PyRecords, PyStretches};
 use super::system::{misfit, PySystem, Sizes};
 use super::{event_arrays, failure_dict, fill, invalid, EventArrays, Floats};
 use crate::modewise::Engine;
-use numpy::{PyArray1, PyReadwriteArray2};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadwriteArray2};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -44,19 +44,26 @@ impl PyModewise {
         self.inner.gates_by_sources(&self.gates)
     }
 
-    /// Starts at 0 from charges and fluxes; returns None, or the failure as a dict.
+    /// Starts at 0 from charges and fluxes, and from the pairs that conduct if these are known; returns
+    /// None, or the failure as a dict.
+    #[pyo3(signature = (charges, gates, active=None))]
     fn start<'py>(
         &mut self,
         py: Python<'py>,
         charges: Floats,
         gates: Vec<bool>,
+        active: Option<Vec<bool>>,
     ) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let pairs = self.sizes[1];
+        if active.as_ref().is_some_and(|active| active.len() != pairs) {
+            return Err(invalid("one state per pair"));
+        }
         let charges = charges.as_slice()?.to_vec();
         if !self.inner.fits(charges.len(), gates.len()) {
             return Err(invalid("one charge or flux per unknown and one state per switch"));
         }
         let inner = &mut self.inner;
-        let result = py.detach(move || inner.start(&charges, &gates));
+        let result = py.detach(move || inner.start(&charges, &gates, active));
         result.err().map(|f| failure_dict(py, &f)).transpose()
     }
 
@@ -127,9 +134,16 @@ impl PyModewise {
         self.inner.keep_sides(keep);
     }
 
-    /// Keeps points between the rows, too, where lines do not follow some outputs between two instants.
-    fn keep_between(&mut self, outputs: Vec<usize>, from_time: f64, to_time: f64) {
-        self.inner.keep_between(outputs, [from_time, to_time]);
+    /// Keeps some outputs between two instants as polynomials.
+    fn keep_pieces(&mut self, outputs: Vec<usize>, from_time: f64, to_time: f64) {
+        self.inner.keep_pieces(outputs, [from_time, to_time]);
+    }
+
+    /// The pieces since the last call: beginning, length and values at the points, output by output.
+    fn take_pieces<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let (size, table) = (self.inner.pieces.size(), self.inner.pieces.take());
+        let rows = table.len() / size;
+        PyArray1::from_vec(py, table).reshape([rows, size])
     }
 
     /// Makes the end of every segment from a time on a row, and two where something jumps.

@@ -25,8 +25,7 @@ impl PointRows {
     /// there, if there is one.
     pub fn note_right(&mut self, s: &mut Stepper, row: Option<f64>) {
         let all = s.time >= s.all_points;
-        let along = s.witness.between(s.time);
-        if !all && !along && !self.rows.open() {
+        if !all && !self.rows.open() {
             return;
         }
         let mut right = vec![0.0; s.columns()];
@@ -34,7 +33,6 @@ impl PointRows {
         self.rows.left(&right); // nothing could jump here if there is no row before it
         let home = match &mut s.witness.sides {
             _ if all => Home::Table,
-            sides if along => Home::Along(sides),
             sides => Home::Beside(sides),
         };
         self.rows.right(Some(&right), s.time, row, home);

@@ -247,6 +247,10 @@ impl Sdirk {
     /// The rows inside a single implicit step from `begin`, with the row `before` there: it is a line.
     fn write_between(&mut self, s: &mut Stepper, begin: f64, before: &[f64]) {
         let length = s.time - begin;
+        if let Some([from, to]) = s.witness.pieces.wanted(begin, s.time) {
+            s.write_left(s.time);
+            s.witness.pieces.line([from, to], Some(&before[1..]), &s.left[1..]);
+        }
         while self.rows.time() < s.time - 1e-12 * length {
             let label = self.rows.time();
             let part = ((label - begin) / length).max(0.0);

@@ -7,8 +7,10 @@ use super::step::Trial;
 use super::tableau::Tableau;
 use super::witness::no_length;
 
-/// Pieces of a step that lines join.
-const PIECES: usize = 8;
+/// Last coefficients of a polynomial that follows the outputs, as a part of the tolerance.
+const NEAR: f64 = 0.1;
+/// A step is halved so often at most: a law that has a kink inside has one in a part of a thousandth.
+const HALVINGS: usize = 10;
 
 /// Where the rows inside a step come from.
 #[derive(Clone, Copy, Debug)]
@@ -65,21 +67,44 @@ impl Sdirk {
         count
     }
 
-    /// Keeps points inside the accepted step beside the rows, for measures: a surge may come and go between
-    /// two of them, and of few steps lines do not tell what a polynomial of the fourth degree does.
+    /// Keeps the accepted step, which ends at a time, as polynomials, for measures.
     pub(super) fn keep_pieces(&mut self, s: &mut Stepper, end: f64) {
-        let (start, length) = (self.trial.start, self.trial.length);
-        let piece = (end - start) / PIECES as f64;
-        // a mode that ends where it begins has not been, and rows that are closer tell all
-        let wanted = s.witness.between(start) || s.witness.between(end);
-        if !wanted || no_length(start, end, length) || self.rows.step() <= piece {
+        let start = self.trial.start;
+        // a mode that ends where it begins has not been
+        if no_length(start, end, self.trial.length) {
             return;
         }
-        let mut row = vec![0.0; s.columns()];
-        for k in 1..PIECES {
-            let label = start + k as f64 * piece;
-            self.write_at(s, label, &mut row);
-            s.witness.sides.extend_from_slice(&row);
+        if let Some([from, to]) = s.witness.pieces.wanted(start, end) {
+            let mut row = vec![0.0; s.columns()];
+            self.cut(s, [from, to], &mut row, HALVINGS);
+        }
+    }
+
+    /// Keeps a part of the accepted step, in halves where one polynomial does not follow the outputs.
+    fn cut(&mut self, s: &mut Stepper, [from, to]: [f64; 2], row: &mut [f64], halvings: usize) {
+        let mut pieces = std::mem::take(&mut s.witness.pieces);
+        pieces.begin(from, to - from);
+        for point in 0..pieces.places.len() {
+            let label = (from + pieces.places[point] * (to - from)).min(to);
+            if label <= self.trial.start {
+                s.write(label, row); // the continuous solution begins there to the tolerance only
+            } else {
+                self.write_at(s, label, row);
+            }
+            pieces.put(point, &row[1..]);
+        }
+        let middle = 0.5 * (from + to);
+        let last = halvings == 0 || !(from < middle && middle < to);
+        let follows = last || pieces.follows(0.0, NEAR * self.accuracy.relative);
+        if follows {
+            pieces.keep();
+        } else {
+            pieces.drop_last();
+        }
+        s.witness.pieces = pieces;
+        if !follows {
+            self.cut(s, [from, middle], row, halvings - 1);
+            self.cut(s, [middle, to], row, halvings - 1);
         }
     }
 

@@ -1,0 +1,87 @@
+//! Outputs inside segments as polynomials, for measures: to rounding, whatever the rows are.
+//!
+//! A segment is a sum of exponentials and sines.  A piece of it is as long as the fastest of them that has
+//! not decayed allows, or longer where the coefficients of the polynomials show that it does not take part.
+
+use super::run::{Engine, Phase};
+use crate::pieces::Pieces;
+
+/// Points of a piece.
+pub const POINTS: usize = 12;
+/// Length of a piece in time constants of a term: the polynomial through the points errs by
+/// `2 (1.4 / 4)^12 / 12! = 1.4e-14` of it at most.
+const REACH: f64 = 1.4;
+/// What has decayed to this part has gone.
+const GONE: f64 = 1e-16;
+/// The last of the coefficients may be so large beside the values; the others fall from there.
+const FLAT: f64 = 1e-13;
+/// So large beside the largest value so far: rounding of sums whose terms cancel.
+const ROUNDING: f64 = 1e-15;
+/// A piece is tried that is so many times as long as the last one.
+const GROWTH: f64 = 4.0;
+
+impl Engine {
+    /// Keeps some outputs between two instants as polynomials.
+    pub fn keep_pieces(&mut self, outputs: Vec<usize>, window: [f64; 2]) {
+        self.pieces = Pieces::new(outputs, window, POINTS);
+    }
+
+    /// Keeps the segment that ends here.
+    pub(super) fn write_pieces(&mut self) {
+        let (begin, length) = (self.time, self.end - self.time);
+        // what begins at the end of the run serves its last row
+        let Some([from, to]) = self.pieces.wanted(begin, self.end.min(self.stop)) else { return };
+        self.prepare_rows(POINTS as f64);
+        let last = if to >= self.end { length } else { to - begin };
+        let mut row = vec![0.0; self.columns()];
+        let mut at = from - begin;
+        let mut width = last - at;
+        while at < last && self.pieces.wanted(begin + at, self.end).is_some() {
+            let (rest, sure) = (last - at, self.sure(at, last - at));
+            width = (GROWTH * width).min(rest);
+            while !self.piece(at, width, &mut row) && width > sure {
+                self.pieces.drop_last();
+                width = (width / GROWTH).max(sure);
+            }
+            self.pieces.keep();
+            if rest - width <= f64::EPSILON * length {
+                break;
+            }
+            at += width;
+        }
+    }
+
+    /// Does so with the last segment, which nothing ends.
+    pub(super) fn end_pieces(&mut self) {
+        if matches!(self.phase, Phase::Moving) {
+            self.write_pieces();
+        }
+        self.pieces.window = [f64::INFINITY; 2];
+    }
+
+    /// Puts down a piece; true if polynomials follow it.
+    fn piece(&mut self, at: f64, width: f64, row: &mut [f64]) -> bool {
+        self.pieces.begin(self.time + at, width);
+        for point in 0..POINTS {
+            self.write_inside(at + self.pieces.places[point] * width, row);
+            self.pieces.put(point, &row[1..]);
+        }
+        self.pieces.follows(FLAT, ROUNDING)
+    }
+
+    /// How long a piece from a time on may be at least, whatever takes part.
+    fn sure(&self, at: f64, rest: f64) -> f64 {
+        self.path.terms.iter().fold(rest, |width, placed| {
+            let (speed, growth) = (placed.term.speed(), placed.term.growth());
+            if speed == 0.0 {
+                return width;
+            }
+            let left = (growth * at).exp().min(1.0);
+            if left < GONE {
+                return width;
+            }
+            // the error grows with a power of the length
+            width.min(REACH / speed * left.powf(-1.0 / POINTS as f64))
+        })
+    }
+}
