@@ -15,6 +15,7 @@ from ..solvers.modewise import ModewiseStepper, NotModewise
 from ..solvers.moreau import MoreauStepper
 from ..solvers.sdirk import Accuracy, SdirkStepper
 from ..solvers.stepper import UnsolvedStep
+from .aliasing import Between
 from .beginning import Beginning, with_waveforms
 from .cards import Tran
 from .certificate import TAKEN_BESIDE_EXACT, Certificate
@@ -63,6 +64,7 @@ class IslandRunner:
         sides: bool = False,
         watched: Watched | None = None,
         all_points: bool = False,
+        aliases: bool = False,
         beginning: Beginning | None = None,
         periodic_sources: bool = False,
     ) -> None:
@@ -99,6 +101,8 @@ class IslandRunner:
         self.all_points = all_points
         self.method, self.note = POINTS, ""
         functionals = [self.mna.functional(name) for name in names]
+        #: points between the output points
+        self.between = Between(names, functionals, analysis.row_distance) if aliases else None
         self.stepper: MoreauStepper | ModewiseStepper = self._stepper(functionals)
         self._watch()
         if self.followed and self.method != POINTS:
@@ -223,7 +227,7 @@ class IslandRunner:
 
     def certificate(self) -> Certificate:
         """Return the verdict on the run so far."""
-        self._hand_over()
+        self.hand_over()
         stats, jumps = self.stepper.statistics, self.stepper.jumps
         exact = self.method == "modewise"
         certificate = self.examiner.certificate(
@@ -266,7 +270,7 @@ class IslandRunner:
             found.append(unbounded(self.circuit, self.mna, *torn))
         return found
 
-    def _hand_over(self) -> None:
+    def hand_over(self) -> None:
         """Take what the solver has left for the checks and the measures."""
         if not self.stepper.waiting:
             return
@@ -274,6 +278,8 @@ class IslandRunner:
             # first: they show how large currents and voltages become
             stretches = self.stepper.take_stretches()
             self.examiner.take_stretches(stretches)
+            if self.between is not None:
+                self.between.take(stretches)
             if self.judge is not None:
                 self.judge.take_stretches(stretches)
         records = self.stepper.take_records()
@@ -295,7 +301,7 @@ class IslandRunner:
 
     def record(self) -> Pieces | None:
         """Return what was recorded of the followed outputs, None if nothing was."""
-        self._hand_over()
+        self.hand_over()
         count = len(self.followed)
         if count and self.method == POINTS:
             return self._followed_points()
@@ -339,7 +345,7 @@ class IslandRunner:
         try:
             block, done = self.stepper.advance(rows, BUDGET, into)
             if self.stepper.waiting > self._wait:
-                self._hand_over()
+                self.hand_over()
             if done and self._by_points and self._planned < self.analysis.row_count:
                 self._plan_more()
             return block
@@ -357,7 +363,7 @@ class IslandRunner:
 
     def _with_turns(self, rows: Floats, done: bool) -> Floats:
         """Return the rows of an engine with those at extremes up to the last of them."""
-        self._hand_over()
+        self.hand_over()
         reached = np.inf if done else rows[-1, 0] if rows.shape[0] else -np.inf
         count = int(np.searchsorted(self._turns[:, 0], reached))
         turns, self._turns = self._turns[:count], self._turns[count:]
@@ -387,7 +393,7 @@ class IslandRunner:
 
     def report(self, hidden: int) -> IslandRun:
         """Return how the island was solved; so many jumps are not told, and do not count."""
-        self._hand_over()
+        self.hand_over()
         system = self.mna.system
         moreau = self.method == "moreau"
         stats = dict(self.stepper.statistics)

@@ -28,6 +28,8 @@ class Outlet:
 
     def __init__(self, recorder: Recorder, store: Store, sink: Sink | None, keep: bool) -> None:
         self.recorder, self.store, self.sink, self.keep = recorder, store, sink, keep
+        #: takes notice of rows that are not kept
+        self.watch: Callable[[Floats], None] | None = None
         self.rows = 0
 
     @property
@@ -54,6 +56,8 @@ class Outlet:
         self.rows += block.shape[0]
         if self.sink is not None:
             self.sink.write(block)
+        if self.watch is not None:
+            self.watch(block)
 
     def _keep_ends(self, block: Floats) -> None:
         """Keep the first row of all and the last one so far."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from ..circuit import Circuit, build
 from ..errors import Diagnostic, NumericalError, UsageError
 from ..netlist.deck import Deck, TranCard
+from .aliasing import OutputPoints
 from .beginning import Beginning
 from .cards import Tran
 from .certificate import Certificate
@@ -196,6 +197,8 @@ def run_tran(
     columns = select(circuit, signals)
     names = columns + [n for n in select(circuit, extra) if n not in columns] if extra else columns
     recorder = Recorder(circuit, names)
+    # without points of its own between them a table may hide what happens
+    shown = (keep or sink is not None) and not all_points
     runners = [
         IslandRunner(
             circuit,
@@ -211,6 +214,7 @@ def run_tran(
             all_points=all_points,
             beginning=None if beginnings is None else beginnings[k],
             periodic_sources=periodic_sources,
+            aliases=shown,
         )
         for k, island in enumerate(circuit.islands)
     ]
@@ -220,6 +224,15 @@ def run_tran(
     if sink is not None:
         sink.open(["time", *columns])
     outlet = Outlet(recorder, store, sink, keep)
+    points = OutputPoints(columns, [r.between for r in runners if r.between is not None])
+    if shown and not keep:
+
+        def see(block: Floats) -> None:
+            for runner in runners:
+                runner.hand_over()
+            points.see(block)
+
+        outlet.watch = see
     failure: NumericalError | None = None
     interrupted = False
     with Interrupts() as interrupts:
@@ -260,6 +273,10 @@ def run_tran(
     )
     for runner in runners:
         solution.warnings += runner.warnings()
+    if shown and keep:
+        points.see(table)
+    if (hidden := points.warning()) is not None:
+        solution.warnings.append(hidden)
     if watched is not None:
         try:
             solution.recording = _recording(circuit, runners, recorder.local, watched)

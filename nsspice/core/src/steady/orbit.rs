@@ -144,7 +144,7 @@ impl Orbit {
         engine.trace();
         self.events.clear();
         self.passages.clear();
-        engine.start(&self.charges_of(a), gates)?;
+        engine.start(&self.charges_of(a), gates, None)?;
         let passed = engine.pass(trigger)?;
         self.passages = engine.take_passages();
         self.gates = engine.gates().to_vec();
