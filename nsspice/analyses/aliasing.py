@@ -27,6 +27,8 @@ _PART = 0.5
 _SHARE = 1e-3
 #: so small a part of a signal's largest value is worth no word
 _TRACE = 1e-3
+#: ... and of the largest of its unit
+_ROUNDING = 1e-9
 #: an instant this near to an output point, as a part of the distance of two, is that
 _NEAR = 1e-6
 #: numbers that one island keeps in a run at most
@@ -113,8 +115,11 @@ class Between:
             values[:, column[starts]] += sums
         side = np.zeros(time.shape)
         side[:, 0], side[:, -1] = 1.0, -1.0
-        weight = np.abs(np.ravel(stretches.weight[short]))
-        self.waiting.append(Points(time.ravel(), side.ravel(), weight, values))
+        weight = np.abs(stretches.weight[short])
+        # stages of a step that was cut at an event lie beyond its end
+        inside = (time <= stretches.end[short][:, np.newaxis]).ravel()
+        points = Points(time.ravel(), side.ravel(), weight.ravel(), values)
+        self.waiting.append(Points(*(v[inside] for v in points)))
         self._left -= values.size
 
 
@@ -202,9 +207,15 @@ class OutputPoints:
     def warning(self) -> Diagnostic | None:
         """Return what the output points do not show, None if they show enough."""
         hidden = []
+        of_unit: dict[str, float] = {}
+        for name, found in self._found.items():
+            of_unit[unit(name)] = max(found.largest, of_unit.get(unit(name), 0.0))
         for k, name in enumerate(self.names):
-            found = self._found.get(name)
-            if found is None or not found.most > _TRACE * found.largest:
+            found = self._found.get(name, _Found())
+            # a current that is rounding beside the others swings as it likes
+            if not found.most > max(
+                _TRACE * found.largest, _ROUNDING * of_unit.get(unit(name), 0.0)
+            ):
                 continue
             span = float(self._high[1 + k] - self._low[1 + k])
             if found.hidden > _SHARE * found.time or found.most > span:
