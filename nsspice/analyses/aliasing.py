@@ -229,7 +229,7 @@ class OutputPoints:
         )
         more = f", and {len(hidden) - _NAMED} more" if len(hidden) > _NAMED else ""
         return Diagnostic(
-            "NS5003",
+            "NS5004",
             f"signals move between output points, and these do not show it: {told}{more}",
             None,
             "use --all-points or a smaller tstep; .measure and sol.average() do not depend on it",

@@ -16,7 +16,7 @@ DECK = FILE.read_text()
 
 
 def hidden(solution: nsspice.Solution) -> list[str]:
-    return [w.message for w in solution.warnings if w.code == "NS5003"]
+    return [w.message for w in solution.warnings if w.code == "NS5004"]
 
 
 def test_a_run_says_what_its_output_points_do_not_show() -> None:
@@ -51,9 +51,9 @@ def test_the_command_says_so_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     (tmp_path / "a.net").write_text("\n".join(x for x in DECK.splitlines() if ".meas" not in x))
     done = CliRunner().invoke(app, ["run", "a.net"])
     assert done.exit_code == 0
-    assert "NS5003" in done.output
+    assert "NS5004" in done.output
     assert "v(sw) by 24 V" in done.output
-    assert "NS5003" not in CliRunner().invoke(app, ["run", "a.net", "--all-points"]).output
+    assert "NS5004" not in CliRunner().invoke(app, ["run", "a.net", "--all-points"]).output
 
 
 def test_all_points_show_the_ripple() -> None:
