@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,7 @@ from ..errors import Diagnostic, suggest
 from ..netlist.node import COMPLEX_FORMS
 from .events import Event
 from .names import canonical
+from .run_statistics import RunStatistics
 
 if TYPE_CHECKING:
     from .certificate import Certificate
@@ -212,7 +213,7 @@ class IslandRun:
 
 
 @dataclass(slots=True, eq=False)
-class Solution:
+class Solution(RunStatistics):
     """Result of one analysis.
 
     Parameters
@@ -434,89 +435,6 @@ class Solution:
             return self.recording.motion(wanted, low, high)
         rows = self.with_jumps()
         return Motion.of_rows(rows.axis, {n: rows[n] for n in wanted}, self.axis_name or "op")
-
-    def average(self, signal: str, start: float | None = None, stop: float | None = None) -> float:
-        r"""Return the mean of a signal over the run, as accurate as the engine is.
-
-        Parameters
-        ----------
-        signal : str
-            A signal, or an expression of signals such as ``v(a,b)*i(r1)``; also of such as were
-            not asked for in the run, which is then repeated.
-        start, stop : float, optional
-            The window [s]; all of the run if left out.
-
-        Raises
-        ------
-        NetlistError
-            If the expression cannot be read.
-        UsageError
-            NS4005 if there is no such signal, or the window lies outside of the run.
-
-        Examples
-        --------
-        >>> import nsspice
-        >>> sine = nsspice.read("sine\nV1 a 0 SIN(0 1 1k)\nD1 a b\nR1 b 0 1\n.tran 1m 1m\n")
-        >>> round(sine.run()[0].average("v(b)") * np.pi, 12)
-        1.0
-        """
-        return self._statistic(signal, "avg", start, stop)
-
-    def rms(self, signal: str, start: float | None = None, stop: float | None = None) -> float:
-        """Return the root of the mean square of a signal; arguments as for :meth:`average`."""
-        return self._statistic(signal, "rms", start, stop)
-
-    def integral(self, signal: str, start: float | None = None, stop: float | None = None) -> float:
-        """Return the integral of a signal [V s, A s or J]; arguments as for :meth:`average`.
-
-        Impulses are not in it: see ``impulses``.
-        """
-        return self._statistic(signal, "integ", start, stop)
-
-    def minimum(self, signal: str, start: float | None = None, stop: float | None = None) -> float:
-        """Return the smallest value of a signal; arguments as for :meth:`average`."""
-        return self._statistic(signal, "min", start, stop)
-
-    def maximum(self, signal: str, start: float | None = None, stop: float | None = None) -> float:
-        """Return the largest value of a signal; arguments as for :meth:`average`."""
-        return self._statistic(signal, "max", start, stop)
-
-    def crossings(
-        self,
-        signal: str,
-        level: float = 0.0,
-        edge: Literal["rise", "fall", "cross"] = "cross",
-        start: float | None = None,
-        stop: float | None = None,
-    ) -> Floats:
-        r"""Return the instants at which a signal passes a level, shape (k,) [s].
-
-        Parameters
-        ----------
-        signal : str
-            As for :meth:`average`.
-        level : float
-            [V, A or W]
-        edge : str
-            ``rise`` (from below to at or above the level), ``fall``, or ``cross`` for both.
-        start, stop : float, optional
-            The window [s].
-
-        Examples
-        --------
-        >>> import nsspice
-        >>> sine = nsspice.read("sine\nV1 a 0 SIN(0 1 1k)\nR1 a 0 1\n.tran 1m 1m\n")
-        >>> (sine.run()[0].crossings("v(a)", 0.5) * 12e3).round(9).tolist()
-        [1.0, 5.0]
-        """
-        from .measure import crossings_of
-
-        return crossings_of(self, signal, level, edge, start, stop)
-
-    def _statistic(self, signal: str, name: str, start: float | None, stop: float | None) -> float:
-        from .measure import statistic_of
-
-        return statistic_of(self, signal, name, start, stop)
 
     def values(self) -> Mapping[str, Floats]:
         """Return axis and signals by name, as expressions see them."""
