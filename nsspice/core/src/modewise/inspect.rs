@@ -1,7 +1,7 @@
 //! Looking at a run from outside: unknowns, residuals, jumps.
 
 use super::mode::Mode;
-use super::pick::roles;
+use super::pick::{fix, roles};
 use super::registry::Id;
 use super::run::{Engine, Phase};
 use crate::moreau::Jump;
@@ -187,6 +187,16 @@ impl Engine {
         mode.leave(&self.x, &self.v, &mut a);
         self.scale.see_state(&a);
         self.spare = a;
+    }
+
+    /// Takes the mode of the pairs that conduct for the one so far, if they are known.
+    pub(super) fn enter_known(&mut self, active: Option<Vec<bool>>) {
+        if let Some(mut on) = active {
+            fix(&self.switches, &self.gates, &mut on);
+            let id = self.registry.id(&on, &self.gates);
+            let mode = self.registry.mode(id, &self.net, &self.switches);
+            self.present = mode.ok().map(|mode| (id, mode));
+        }
     }
 
     /// Active pairs of the present mode.

@@ -9,7 +9,7 @@ use super::march::{Ending, March};
 use super::mode::{Mode, Watch};
 use super::network::{Assembly, Network};
 use super::outputs::{Outputs, Spec};
-use super::pick::{cause_of, fix, roles, settle, Picker, Scene};
+use super::pick::{cause_of, roles, settle, Picker, Scene};
 use super::prepared::Prepared;
 use super::registry::{Id, Registry};
 use super::rows::Inside;
@@ -256,12 +256,7 @@ impl Engine {
         self.time = 0.0;
         self.guess_scale();
         self.present = None;
-        if let Some(mut on) = active {
-            fix(&self.switches, &self.gates, &mut on);
-            let id = self.registry.id(&on, gates);
-            let mode = self.registry.mode(id, &self.net, &self.switches);
-            self.present = mode.ok().map(|mode| (id, mode));
-        }
+        self.enter_known(active);
         self.begin(&[])?;
         let id = self.present_id();
         self.logged.copy_from_slice(self.registry.on(id));
