@@ -16,7 +16,8 @@ The linear relations of the problem
 
 (Farkas): the equations weighted by y plus the slacks weighted by p would sum to a negative number
 although every term is nonnegative.  Closed switches turn their two inequalities into ``= 0`` and a
-free sign, open ones into no condition and ``p = 0``.  Of all such proofs the one with the smallest
+free sign, open ones into no condition and ``p = 0``, switches that may be either into both, so that
+the proof holds for all their states.  Of all such proofs the one with the smallest
 1-norm, in a scaled system, names few elements: branch rows in y and pairs in p form the conflicting
 loop, current rows in y the nodes of the conflicting cut-set.
 
@@ -52,7 +53,7 @@ _PRESOLVE_FROM = 4000
 _LEVEL = 1e-6
 _LEVELS = 3
 
-COMPLEMENTARY, CLOSED, OPEN = 0, 1, 2
+COMPLEMENTARY, CLOSED, OPEN, EITHER = 0, 1, 2, 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +112,7 @@ def infeasibility(
         ``K z + A lam = b`` and ``w = q - B z + D lam``.
     b, q : array_like, shapes (n,) and (m,)
     roles : array_like of int, shape (m,), optional
-        0 complementary pair (default), 1 closed switch, 2 open switch.
+        0 complementary pair (default), 1 closed switch, 2 open switch, 3 switch in either state.
 
     Returns
     -------
@@ -241,12 +242,14 @@ def _smallest_proof(
     transposed: Any = csr_array(coo_array((values, (cols, rows)), shape=(size, size)))
     # weights of free sign are differences of two nonnegative ones, so that their sum is the 1-norm
     pair = np.arange(m)
-    positive = np.concatenate([np.arange(n), n + pair[kinds != OPEN]])
+    known = (kinds != OPEN) & (kinds != EITHER)
+    positive = np.concatenate([np.arange(n), n + pair[known]])
     negative = np.concatenate([np.arange(n), n + pair[kinds == CLOSED]])
     positive, negative = positive[used[positive]], negative[used[negative]]
     columns: Any = csr_array(hstack([transposed[:, positive], -transposed[:, negative]]))
     gain = np.concatenate([rhs[positive], -rhs[negative]])
-    equal = np.concatenate([np.arange(n), n + pair[kinds == CLOSED]])
+    free = (kinds == CLOSED) | (kinds == EITHER)
+    equal = np.concatenate([np.arange(n), n + pair[free]])
     greater = n + pair[kinds == COMPLEMENTARY]
     # HiGHS's presolve has been seen to call such programs unbounded or infeasible although plain
     # simplex solves them: it comes first only where its speed is needed
@@ -310,7 +313,8 @@ def _check(
     allowed = _EXACT * np.maximum(sizes, _EXACT * float(np.abs(weights).max()))
     wrong = np.abs(sums)
     inner = sums[n:]
-    wrong[n:] = np.where(kinds == OPEN, 0.0, np.where(kinds == CLOSED, np.abs(inner), -inner))
+    free = (kinds == CLOSED) | (kinds == EITHER)
+    wrong[n:] = np.where(kinds == OPEN, 0.0, np.where(free, np.abs(inner), -inner))
     if (wrong > allowed).any():
         return None
     gains = rhs * weights

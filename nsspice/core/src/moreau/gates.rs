@@ -108,6 +108,16 @@ impl Stepper {
         switch.turns(gate, z, slack, conducts) || rests()
     }
 
+    /// Whether a switch turns where the unknowns are now.
+    pub(super) fn would_turn(&self, k: usize) -> bool {
+        self.turns(k, &self.z)
+    }
+
+    /// To what the control of a switch is known where the unknowns are now.
+    pub(super) fn known(&self, k: usize) -> f64 {
+        self.switches[k].known(&self.z, self.slack(k))
+    }
+
     /// To what a control is known.
     fn slack(&self, k: usize) -> Slack {
         // Newton's method ends where its laws hold well enough: right behind an event the control is at

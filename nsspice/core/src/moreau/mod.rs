@@ -30,6 +30,7 @@ mod onward;
 mod record;
 mod refine;
 mod sdirk;
+mod search;
 mod smooth;
 mod stage;
 mod start;

@@ -31,7 +31,10 @@ impl Stepper {
         self.still.fill(true);
         for round in 0..MAX_REACTIONS {
             // nothing stored holds the nodes at which next to nothing flows
-            self.exactly(|s| s.solve_static(start)).map_err(|f| *f)?;
+            if let Err(failure) = self.exactly(|s| s.solve_static(start)) {
+                self.search(failure, |s| s.exactly(|s| s.solve_static(Start::Cold)))
+                    .map_err(|f| *f)?;
+            }
             if !self.react_in(round) {
                 if self.witness.watches() {
                     self.z_recorded.copy_from_slice(&self.z);
@@ -79,7 +82,14 @@ impl Stepper {
             self.stats.jumps = 0;
             self.z.fill(0.0);
             self.l.fill(0.0);
-            self.impulse(Some(charges), Start::Cold).map_err(|f| *f)?;
+            if let Err(failure) = self.impulse(Some(charges), Start::Cold) {
+                let again = |s: &mut Stepper| {
+                    s.jumps.clear();
+                    s.stats.jumps = 0;
+                    s.impulse(Some(charges), Start::Cold)
+                };
+                self.search(failure, again).map_err(|f| *f)?;
+            }
             if !self.react_in(round) {
                 return Ok(());
             }

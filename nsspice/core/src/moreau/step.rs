@@ -67,7 +67,9 @@ impl Stepper {
             }
             evaluate(&self.waveforms, target.time, Side::Right, &mut self.u0);
             self.u1.copy_from_slice(&self.u0);
-            self.take(f64::INFINITY)?;
+            if let Err(failure) = self.take(f64::INFINITY) {
+                self.search(failure, |s| s.solve_static(Start::Cold))?;
+            }
         } else {
             evaluate(&self.waveforms, target.time, Side::Left, &mut self.u1);
             let cut = self.take_to(target)?;
