@@ -195,6 +195,7 @@ mod tests {
             off_below: 0.0,
             inverted: false,
             latching: false,
+            at_threshold: crate::switch::AtThreshold::Reached,
         };
         assert_eq!(sampling.chattering(&[switch], |_| 0.5), (vec![(7, 16, 0.5)], 1.0));
     }
