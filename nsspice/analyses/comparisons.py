@@ -154,6 +154,8 @@ class _State:
         true: _Truths,
     ) -> None:
         """Judge intervals, in their order."""
+        if begin.size == 0:
+            return
         opposite = self._opposite(ahead, true)
         self.wrong |= bool(np.any(opposite.all(axis=1) & ~equal.any(axis=1) & exact))
         # in a very short interval nothing moves visibly
