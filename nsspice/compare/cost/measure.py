@@ -23,6 +23,9 @@ from .timer import Timer
 Notice = Callable[[str], None]
 
 _TOLERANCES = tuple(10.0**-k for k in range(2, 13))
+#: a run that takes so many times the limit is given up: a step four times as fine takes four times
+#: as long, and the first run of a ladder is tried whatever it takes
+_PATIENCE = 4.0
 _DIVISIONS = tuple(4**k for k in range(16))
 
 #: ladders by name, settings that vary along them: our own, and all
@@ -56,8 +59,9 @@ def cost(
     signals : sequence of str, optional
         What errors are measured in; voltages of capacitors and currents of inductors by default.
     limit : float
-        A ladder ends before a run that would take longer than this [s]; a run of the reference may
-        take three times as long.
+        A ladder ends before a run that would take longer than this [s]; a run that takes four times
+        as long all the same is given up, with a note; a run of the reference may take three times
+        as long.
     reference : Reference, optional
         To measure against another one than the deck's own.
     notice : callable, optional
@@ -153,7 +157,7 @@ def _ladder(
             return
         say(f"{name} {parameter}={value:.3g}" if parameter else name)
         try:
-            solution, spent = problem.run(settings)
+            solution, spent = problem.run(settings, _PATIENCE * limit)
         except NsspiceError as failure:
             if last is None and name == "modewise":
                 raise

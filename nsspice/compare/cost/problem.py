@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from ...analyses.settings import Settings
 from ...analyses.solution import Floats, Solution
 from ...analyses.transient import run_tran
 from ...circuit import Circuit, build
-from ...errors import Diagnostic, UsageError
+from ...errors import Diagnostic, StepError, UsageError
 from ...netlist.deck import TranCard
 from ...solvers.compiled import compiled
 from .graph import Graph
@@ -66,22 +67,37 @@ class Problem:
         """True if smooth laws depend on the time itself."""
         return any(island.assemble().system.timed for island in self.circuit.islands)
 
-    def run(self, settings: Settings) -> tuple[Solution, float]:
+    def run(self, settings: Settings, limit: float = math.inf) -> tuple[Solution, float]:
         """Run once; return the solution and its time inside the process [s].
 
         The clock starts with a circuit that has just been assembled: what the runs of one circuit
         share, such as the modes that follow from it alone, is paid for in each.
 
+        Parameters
+        ----------
+        settings : Settings
+        limit : float
+            The run is given up after this time [s].
+
         Raises
         ------
         KeyboardInterrupt
             If Ctrl-C stopped the run.
+        StepError
+            NS3002 if the run was given up.
         """
         circuit, analysis = build(self.circuit.deck), self.analysis
         for island in circuit.islands:
             compiled(island.assemble(tstep=analysis.row_distance, tstop=analysis.stop).system)
         begin = time.perf_counter()
-        solution = run_tran(circuit, analysis, settings, signals=self.signals)
+
+        def watch(done: float) -> None:
+            if time.perf_counter() - begin > limit:
+                message = f"given up after {limit:.3g} s, {100.0 * done:.3g} % of the run done"
+                hint = "a longer --limit allows more"
+                raise StepError(Diagnostic("NS3002", message, None, hint))
+
+        solution = run_tran(circuit, analysis, settings, signals=self.signals, progress=watch)
         spent = time.perf_counter() - begin
         if solution.interrupted:
             raise KeyboardInterrupt

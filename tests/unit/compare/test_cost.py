@@ -259,3 +259,12 @@ def test_a_run_that_fails_the_second_time_keeps_its_time():
     assert first == 0.04
     row = made("m", 1e-3, first)
     assert timer.second_turn([row]) == [row]
+
+
+def test_a_run_that_does_not_end_is_given_up() -> None:
+    # ten million periods in steps of a quarter of one
+    endless = RC.replace("20u 2m", "10 10k")
+    problem = Problem.of(nsspice.read(endless), None)
+    with pytest.raises(nsspice.StepError, match="given up after") as caught:
+        problem.run(Settings("moreau", 1.0, 2.5e-4), limit=0.05)
+    assert caught.value.code == "NS3002"
