@@ -12,6 +12,7 @@ use super::{ratio, worse};
 use crate::descriptor::{stored_columns, stored_groups, Linear};
 use crate::newton::Smooth;
 use crate::sparse::Csc;
+use crate::structure::Parts;
 use crate::tape::{Linearisation, Tape};
 
 /// Part of its thermal voltage to which that of a junction has to be known.
@@ -101,6 +102,9 @@ pub struct Auditor {
     pub(super) largest: [f64; 2],
     /// largest value of each source so far, and the largest threshold of a pair [V]
     pub(super) given: Vec<f64>,
+    /// what nodes of fixed potential separate, and the largest current of each part so far
+    pub(super) parts: Parts,
+    pub(super) currents: Vec<f64>,
     pub(super) threshold: f64,
     pub(super) block: Block,
     /// changes between one motion and the next
@@ -143,6 +147,7 @@ impl Auditor {
         smooth: Option<&Smooth>,
     ) -> Auditor {
         let (n, m, p) = linear.sizes();
+        let parts = Parts::new(linear, smooth);
         // behind junctions a charge may still rush, and what it will have done there is known less well
         let ties = if smooth.is_none() { Ties::new(linear) } else { None };
         let e = Entries::new(&linear.e);
@@ -172,6 +177,12 @@ impl Auditor {
         for (row, pair) in a.places().filter(|e| linear.row_kind[e.0] == 0) {
             touched[pair].push(row);
         }
+        // beside a node that is free one of fixed potential, where any current may meet, tells nothing
+        for rows in &mut touched {
+            if rows.iter().any(|&row| parts.of(row).is_some()) {
+                rows.retain(|&row| parts.of(row).is_some());
+            }
+        }
         let stores = !algebraic.iter().all(|v| *v);
         let full = |(h, hs): &(Csc, Csc)| (Entries::new(h), Entries::new(hs));
         let g = Entries::new(&linear.g);
@@ -183,6 +194,8 @@ impl Auditor {
         let thresholds = (0..m).filter(volts).map(|pair| linear.q[pair].abs());
         Auditor {
             given: vec![0.0; p],
+            currents: vec![0.0; parts.count()],
+            parts,
             threshold: thresholds.fold(0.0, f64::max),
             n,
             m,

@@ -51,7 +51,7 @@ pub struct Block {
     roles: Vec<u8>,
     unsigned: Vec<bool>,
     /// what currents and voltages of pairs are measured by at least
-    least: Vec<[f64; 2]>,
+    least: Vec<Vec<[f64; 2]>>,
     /// share of rounding, and rate of what is stored
     grain: Vec<[f64; 2]>,
     /// how far multipliers and slacks may be off because instants are rounded
@@ -157,6 +157,8 @@ impl Auditor {
             let part = self.share * TOLERANCE;
             smooth.add_sizes(&self.kinds, &grain.largest, point.u, grain.rate, part, floor);
         }
+        let Auditor { reach, kinds, parts, currents, .. } = self;
+        reach.see_parts(kinds, parts, [point.z, point.l], currents);
         let least = self.floor(grain, floor);
         let block = &mut self.block;
         let (rows, pairs) = (block.count * n, block.count * m);
@@ -332,7 +334,8 @@ impl Auditor {
         [share, rate]: [f64; 2],
     ) -> f64 {
         let slope = self.reach.slope(row, kind, rate);
-        if slope > 0.0 {
+        // what sources fix does not move
+        if slope > 0.0 && self.parts.of(row).is_some() {
             (share * scale).max(floor) / slope
         } else {
             0.0
@@ -356,9 +359,10 @@ impl Auditor {
         let (mut worst, mut place) = (self.complementarity, self.worst_pair);
         for k in (0..block.count).filter(|&k| !block.unsigned[k]) {
             // a pair's voltage is a difference of several, its current the rest of others
-            let least = block.least[k];
+            let of_parts = &block.least[k];
             for i in 0..m {
                 let at = k * m + i;
+                let least = of_parts[self.parts.of_pair(i)];
                 let (l, w) = (block.l[at], block.w[at]);
                 let [slack_l, slack_w] = block.slack[at];
                 let current = ratio(beyond(l, slack_l), amperes(k, i).max(least[0]));

@@ -35,6 +35,7 @@
 use super::laws::Auditor;
 use super::matrix::Entries;
 use super::TOLERANCE;
+use crate::structure::Parts;
 
 /// Growth of elimination, times the constant of its error bound.
 const ELIMINATION: f64 = 3.0 * 8.0;
@@ -153,9 +154,18 @@ impl Reach {
     /// The largest voltage and current, but no less than what the rounding of the other, this part of
     /// it, makes of them: where a current goes round in a loop of ideal elements it drives no voltage
     /// at all, and those of the nodes are what its rounding leaves there.
-    fn stirred(&self, kinds: &[u8], largest: &[f64; 2], rate: f64, part: f64) -> [f64; 2] {
-        let mut out = *largest;
+    fn stirred(
+        &self,
+        kinds: &[u8],
+        most: &[f64; 2],
+        beside: impl Fn(usize) -> Option<[f64; 2]>,
+        rate: f64,
+        part: f64,
+    ) -> [f64; 2] {
+        let mut out = *most;
         for (row, &kind) in kinds.iter().enumerate() {
+            // what sources fix has no rounding of currents
+            let Some(largest) = beside(row) else { continue };
             let (own, slope) = (usize::from(kind), self.slope(row, kind, rate));
             if slope > 0.0 {
                 out[own] =
@@ -163,6 +173,15 @@ impl Reach {
             }
         }
         out
+    }
+
+    /// Takes unknowns and multipliers into the largest current of each part.
+    pub fn see_parts(&self, kinds: &[u8], parts: &Parts, [z, l]: [&[f64]; 2], most: &mut [f64]) {
+        let unknowns = z.iter().enumerate().filter(|e| kinds[e.0] == 1);
+        let unknowns = unknowns.filter_map(|(j, v)| Some((parts.of(j)?, v)));
+        let pairs = l.iter().enumerate().filter(|e| self.pairs[e.0] == 1);
+        let pairs = pairs.map(|(pair, v)| (parts.of_pair(pair), v));
+        unknowns.chain(pairs).for_each(|(part, v)| most[part] = most[part].max(v.abs()));
     }
 
     /// Takes unknowns and multipliers into the largest voltage and current.
@@ -194,52 +213,81 @@ pub struct Usual {
     grain: Option<Grain>,
     /// of each row: what acts, and what is stored
     rows: Vec<[f64; 2]>,
-    /// of pairs: currents and voltages
-    least: [f64; 2],
+    /// of pairs of each part: currents and voltages
+    least: Vec<[f64; 2]>,
+    /// largest current of each part
+    currents: Vec<f64>,
 }
 
 impl Usual {
-    fn see(&mut self, reach: &Reach, kinds: &[u8], grain: &Grain) {
-        if self.grain == Some(*grain) {
+    fn see(
+        &mut self,
+        reach: &Reach,
+        kinds: &[u8],
+        (parts, currents): (&Parts, &[f64]),
+        grain: &Grain,
+    ) {
+        if self.grain == Some(*grain) && self.currents == currents {
             return;
         }
+        self.currents.clear();
+        self.currents.extend_from_slice(currents);
         let Grain { largest, rate, share, settled } = *grain;
         self.grain = Some(*grain);
         // what underflows, a value or a product with it, is off by the rounding of the smallest
         // number (section 2.1 there)
         let largest = largest.map(|v| v.max(f64::MIN_POSITIVE));
-        let largest = reach.stirred(kinds, &largest, rate, share * TOLERANCE);
+        let in_part = |largest: [f64; 2], part: usize| {
+            [largest[0], largest[1].min(currents[part]).max(f64::MIN_POSITIVE)]
+        };
+        let beside = |row: usize| Some(in_part(largest, parts.of(row)?));
+        let stirred = reach.stirred(kinds, &largest, beside, rate, share * TOLERANCE);
+        // rounding of voltages may make more than the largest current
+        let made = if stirred[1] > largest[1] { stirred[1] } else { 0.0 };
+        let own = |part: usize| {
+            let [volts, amperes] = in_part(stirred, part);
+            [volts, amperes.max(made)]
+        };
         // of laws of currents and of voltages
-        self.least = [0, 1].map(|kind: usize| {
-            let (sums, given) = &reach.slacks[kind];
-            (share.max(settled) * largest[1 - kind]).max(share * (given + meet(sums, &largest)))
-        });
+        self.least.clear();
+        self.least.extend((0..parts.count()).map(|part| {
+            let largest = own(part);
+            [0, 1].map(|kind: usize| {
+                let (sums, given) = &reach.slacks[kind];
+                (share.max(settled) * largest[1 - kind]).max(share * (given + meet(sums, &largest)))
+            })
+        }));
         self.rows.clear();
-        self.rows.extend(
-            reach.stored.iter().zip(&reach.acting).map(|(stored, acting)| {
-                [meet(acting, &largest), 2.0 * rate * meet(stored, &largest)]
-            }),
-        );
+        let rows = reach.stored.iter().zip(&reach.acting).enumerate();
+        self.rows.extend(rows.map(|(row, (stored, acting))| {
+            let largest = parts.of(row).map_or(stirred, own);
+            [meet(acting, &largest), 2.0 * rate * meet(stored, &largest)]
+        }));
     }
 }
 
 impl Auditor {
     /// Turns `floor`, which holds the sizes of sources and functions in each law, into what the law
     /// is measured by at least; returns the same for the currents and voltages of pairs.
-    pub(super) fn floor(&mut self, grain: &Grain, floor: &mut [f64]) -> [f64; 2] {
-        let Auditor { reach, usual, kinds, .. } = self;
-        usual.see(reach, kinds, grain);
-        let mut least = usual.least;
-        for ((own, [acting, stored]), &kind) in floor.iter_mut().zip(&usual.rows).zip(&*kinds) {
+    pub(super) fn floor(&mut self, grain: &Grain, floor: &mut [f64]) -> Vec<[f64; 2]> {
+        let Auditor { reach, usual, kinds, parts, currents, .. } = self;
+        usual.see(reach, kinds, (parts, currents), grain);
+        let mut least = usual.least.clone();
+        let rows = floor.iter_mut().zip(&usual.rows).zip(&*kinds);
+        for (row, ((own, [acting, stored]), &kind)) in rows.enumerate() {
             let acting = *own + acting + f64::MIN_POSITIVE;
             let none = NONE * grain.largest[usize::from(1 - kind)];
             *own = (grain.share * (acting + stored)).max(grain.settled * acting).max(none);
-            least[usize::from(kind)] = least[usize::from(kind)].max(*own);
+            if let Some(part) = parts.of(row) {
+                let least = &mut least[part][usize::from(kind)];
+                *least = least.max(*own);
+            }
         }
         let rows = reach.acting.iter().zip(&reach.shared).zip(&*kinds);
-        for (own, ((acting, &shared), &kind)) in floor.iter_mut().zip(rows) {
+        for (row, (own, ((acting, &shared), &kind))) in floor.iter_mut().zip(rows).enumerate() {
+            let Some(part) = parts.of(row) else { continue };
             let added = if shared { 1.0 } else { acting[usize::from(1 - kind)].min(1.0) };
-            *own = own.max(added * least[usize::from(kind)]);
+            *own = own.max(added * least[part][usize::from(kind)]);
         }
         least
     }

@@ -1,6 +1,8 @@
-//! What tells that a mode has ended: signs of the pairs, thresholds of the switches.
+//! What tells that a mode has ended: signs of the pairs, thresholds of the switches.  Currents are measured by those of
+//! their part of the network ([`Parts`]).
 
 use super::super::stepper::Stepper;
+use crate::structure::Parts;
 
 /// A guard counts as negative beyond this part of its scale.
 pub const VIOLATED: f64 = 1e-11;
@@ -13,6 +15,9 @@ const CLOSE: f64 = 0.05;
 pub struct Scales {
     /// largest voltage [V] and current [A]
     pub largest: [f64; 2],
+    /// largest current of each part [A]
+    currents: Vec<f64>,
+    parts: Parts,
     /// 0 if the multiplier (slack) of a pair is a voltage, 1 if it is a current
     multiplier: Vec<u8>,
     slack: Vec<u8>,
@@ -54,8 +59,11 @@ impl Scales {
             range[j] = [f64::NEG_INFINITY, f64::INFINITY];
         }
         let control = |c: &[(usize, f64)]| u8::from(c.iter().any(|e| kinds[e.0] == 1));
+        let parts = Parts::new(&s.sys.linear, s.sys.smooth.as_ref());
         Scales {
             largest: [0.0; 2],
+            currents: vec![0.0; parts.count()],
+            parts,
             multiplier: multiplier.collect(),
             slack,
             control: s.switches.iter().map(|w| control(&w.control)).collect(),
@@ -75,19 +83,39 @@ impl Scales {
             let largest = &mut self.largest[usize::from(kind)];
             *largest = largest.max(z.abs());
         }
-        for (l, &kind) in l.iter().zip(&self.multiplier) {
-            let largest = &mut self.largest[usize::from(kind)];
-            *largest = largest.max(l.abs());
+        for (j, z) in z.iter().enumerate().filter(|e| s.sys.linear.row_kind[e.0] == 1) {
+            self.note_current(self.parts.of(j), z.abs());
+        }
+        for i in 0..l.len() {
+            let kind = usize::from(self.multiplier[i]);
+            self.largest[kind] = self.largest[kind].max(l[i].abs());
+            if kind == 1 {
+                self.note_current(Some(self.parts.of_pair(i)), l[i].abs());
+            }
         }
         // what flows in a resistor is no unknown, but what its node takes from a capacitor is a current
         self.sums.fill(0.0);
         s.sys.linear.g.mul_add(1.0, z, &mut self.sums);
-        for (sum, _) in self.sums.iter().zip(&s.sys.linear.row_kind).filter(|e| *e.1 == 0) {
-            self.largest[1] = self.largest[1].max(sum.abs());
+        for row in (0..self.sums.len()).filter(|&row| s.sys.linear.row_kind[row] == 0) {
+            let sum = self.sums[row].abs();
+            self.largest[1] = self.largest[1].max(sum);
+            self.note_current(self.parts.of(row), sum);
         }
         // where nothing flows, rounding of the voltages makes currents: they are none
         let rounded = f64::EPSILON * s.conductances[0] * self.largest[0];
         self.largest[1] = self.largest[1].max(rounded);
+        self.currents.iter_mut().for_each(|current| *current = current.max(rounded));
+    }
+
+    fn note_current(&mut self, part: Option<usize>, current: f64) {
+        if let Some(part) = part {
+            self.currents[part] = self.currents[part].max(current);
+        }
+    }
+
+    /// The largest current beside a pair so far [A].
+    pub fn current_beside(&self, pair: usize) -> f64 {
+        self.currents[self.parts.of_pair(pair)]
     }
 
     /// What errors of an unknown are measured by, with a value that it may take next: its range so far
@@ -105,7 +133,8 @@ impl Scales {
     /// Scale of the guard of a pair.
     pub fn of_pair(&self, i: usize, active: bool) -> f64 {
         let kind = if active { self.multiplier[i] } else { self.slack[i] };
-        self.largest[usize::from(kind)].max(f64::MIN_POSITIVE)
+        let largest = if kind == 1 { self.current_beside(i) } else { self.largest[0] };
+        largest.max(f64::MIN_POSITIVE)
     }
 
     /// Whether the guard of a pair is zero up to rounding.

@@ -49,6 +49,8 @@ pub struct Ladder {
     roles: Vec<Role>,
     /// largest voltage by largest current [Ohm], to compare multipliers with slacks
     resistance: f64,
+    /// the same by the currents beside each pair
+    resistances: Vec<f64>,
     /// see [`FINEST`]
     finest: f64,
     /// steps of this level and below are too short for the present mode: rounding of what is stored
@@ -120,6 +122,7 @@ impl Ladder {
             stamp: 0,
             roles: Vec::new(),
             resistance: 1.0,
+            resistances: vec![1.0; s.l.len()],
             finest: FINEST * relative,
             deepest: RUNGS - 1,
             hidden: false,
@@ -143,6 +146,12 @@ impl Ladder {
         let [voltage, current] = scales.largest;
         if voltage > 0.0 && current > 0.0 {
             self.resistance = voltage / current;
+        }
+        for (i, resistance) in self.resistances.iter_mut().enumerate() {
+            let current = scales.current_beside(i);
+            if voltage > 0.0 && current > 0.0 {
+                *resistance = voltage / current;
+            }
         }
         self.met.clone_from(&s.active);
         let at_rest =
@@ -300,7 +309,7 @@ impl Ladder {
         stage.matrices.right_hand_side(from, u, u, &mut s.rhs);
         stage.release();
         x.copy_from_slice(near);
-        decode(&mut x[s.z.len()..], &s.active, &s.roles, self.resistance);
+        decode(&mut x[s.z.len()..], &s.active, &s.roles, &self.resistances);
         let met = std::mem::take(&mut self.met);
         if !self.solve_signs(s, level, &met, x) {
             self.met = met;
@@ -312,7 +321,7 @@ impl Ladder {
             self.deepest = self.deepest.min(level);
             return Fit::Contradiction;
         }
-        encode(s, x, self.resistance);
+        encode(s, x, &self.resistances);
         Fit::Open
     }
 
@@ -396,8 +405,8 @@ impl Ladder {
     }
 
     /// The multiplier of a pair from its guard, of a stage that [`Fit`] calls `open` or not.
-    pub fn multiplier(&self, guard: f64, active: bool, role: Role, open: bool) -> f64 {
-        multiplier(guard, active, role, open, self.resistance)
+    pub fn multiplier(&self, i: usize, guard: f64, active: bool, role: Role, open: bool) -> f64 {
+        multiplier(guard, active, role, open, self.resistances[i])
     }
 
     /// The same with smooth functions, by Newton's method; in the present mode or a `free` one.
@@ -410,7 +419,6 @@ impl Ladder {
     ) -> Fit {
         let StageProblem { level, t, from, u, near } = problem;
         let (n, m) = (s.z.len(), s.l.len());
-        let resistance = self.resistance;
         let rate = 1.0 / self.stage_length(level);
         self.roles.clear();
         let fixed = |active| if active { Role::Closed } else { Role::Open };
@@ -422,7 +430,7 @@ impl Ladder {
         x.copy_from_slice(near);
         let (z, rest) = x.split_at_mut(n);
         let (l, f) = rest.split_at_mut(m);
-        decode(l, &s.active, &roles, resistance);
+        decode(l, &s.active, &roles, &self.resistances);
         let Some(smooth) = &mut s.smooth else { return Fit::Contradiction };
         let newton = &mut smooth.newton;
         newton.set_rate(rate);
@@ -438,7 +446,7 @@ impl Ladder {
                     self.met.clear();
                     self.met.extend_from_slice(newton.active());
                     s.note(solved.residual);
-                    encode(s, &mut x[..n + m], resistance);
+                    encode(s, &mut x[..n + m], &self.resistances);
                     return Fit::Open;
                 }
                 s.note(solved.residual);
@@ -491,17 +499,18 @@ fn multiplier(guard: f64, active: bool, role: Role, open: bool, resistance: f64)
 }
 
 /// Multipliers from guards.
-fn decode(l: &mut [f64], active: &[bool], roles: &[Role], resistance: f64) {
-    for ((l, &active), &role) in l.iter_mut().zip(active).zip(roles) {
+fn decode(l: &mut [f64], active: &[bool], roles: &[Role], resistances: &[f64]) {
+    for (((l, &active), &role), &resistance) in l.iter_mut().zip(active).zip(roles).zip(resistances)
+    {
         *l = multiplier(*l, active, role, true, resistance);
     }
 }
 
 /// Guards from multipliers in `x`, see [`Ladder::solve_open`].
-fn encode(s: &mut Stepper, x: &mut [f64], resistance: f64) {
+fn encode(s: &mut Stepper, x: &mut [f64], resistances: &[f64]) {
     let (z, l) = x.split_at_mut(s.z.len());
     s.sys.linear.slacks(z, l, &mut s.w);
-    for ((l, &w), &active) in l.iter_mut().zip(&s.w).zip(&s.active) {
+    for (((l, &w), &active), resistance) in l.iter_mut().zip(&s.w).zip(&s.active).zip(resistances) {
         *l = if active { *l - w.max(0.0) / resistance } else { w - l.max(0.0) * resistance };
     }
 }

@@ -493,10 +493,11 @@ impl Sdirk {
         let trial = &mut self.trial;
         trial.take_end(self.tableau);
         let (z, guards) = trial.point.split_at_mut(n);
-        for (g, (&active, &role)) in guards.iter_mut().zip(s.active.iter().zip(&s.roles)) {
+        let pairs = s.active.iter().zip(&s.roles);
+        for (i, (g, (&active, &role))) in guards.iter_mut().zip(pairs).enumerate() {
             // a step that is going to be cut may end beyond the root of a guard
             let sign = trial.crossing || role == crate::mlcp::Role::Diode && active;
-            *g = self.ladder.multiplier(*g, active, role, sign);
+            *g = self.ladder.multiplier(i, *g, active, role, sign);
         }
         let base = &trial.bases[last];
         let found = self.ladder.residual(s, trial.level, base, &trial.u, z, guards);
@@ -532,8 +533,8 @@ impl Sdirk {
         let (z, guards) = self.trial.point.split_at(n);
         s.z.copy_from_slice(z);
         let pairs = guards.iter().zip(s.active.iter().zip(&s.roles));
-        for (l, (&g, (&active, &role))) in s.l.iter_mut().zip(pairs) {
-            *l = ladder.multiplier(g, active, role, trial.crossing);
+        for (i, (l, (&g, (&active, &role)))) in s.l.iter_mut().zip(pairs).enumerate() {
+            *l = ladder.multiplier(i, g, active, role, trial.crossing);
         }
         if s.outputs.needs_rates() {
             s.rates.copy_from_slice(&self.trial.slope[..n]);

@@ -433,8 +433,9 @@ impl Trial {
     pub fn write(&mut self, s: &mut Stepper, ladder: &Ladder, row: &mut [f64]) {
         let (z, rest) = self.point.split_at_mut(self.n);
         let (guards, f) = rest.split_at_mut(self.m);
-        for (g, (&active, &role)) in guards.iter_mut().zip(s.active.iter().zip(&s.roles)) {
-            *g = ladder.multiplier(*g, active, role, self.crossing);
+        let pairs = s.active.iter().zip(&s.roles);
+        for (i, (g, (&active, &role))) in guards.iter_mut().zip(pairs).enumerate() {
+            *g = ladder.multiplier(i, *g, active, role, self.crossing);
         }
         let (rates, slope) = self.slope.split_at(self.n);
         s.outputs.write(&Quantities { z, l: guards, rates, u: &self.u, f: [f, slope] }, row);

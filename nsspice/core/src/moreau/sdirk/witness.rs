@@ -146,8 +146,8 @@ impl Witness {
             (rate[place], f_rate[place]) = rates.split_at(n);
             let guards = x[n..n + m].iter().zip(s.active.iter().zip(&s.roles));
             let open = trial.open[i];
-            let multiplier = |(&g, (&on, &role))| ladder.multiplier(g, on, role, open);
-            self.multipliers.extend(guards.map(multiplier));
+            let multiplier = |(i, (&g, (&on, &role)))| ladder.multiplier(i, g, on, role, open);
+            self.multipliers.extend(guards.enumerate().map(multiplier));
         }
         sums.points(
             &trial.first[..n],
@@ -213,7 +213,8 @@ impl Witness {
             taken.z.extend_from_slice(&x[..n]);
             let guards = x[n..n + m].iter().zip(s.active.iter().zip(&s.roles));
             let open = trial.open[i];
-            taken.l.extend(guards.map(|(&g, (&on, &role))| ladder.multiplier(g, on, role, open)));
+            let multiplier = |(i, (&g, (&on, &role)))| ladder.multiplier(i, g, on, role, open);
+            taken.l.extend(guards.enumerate().map(multiplier));
             taken.u.extend_from_slice(if inside { &trial.inputs[i] } else { &trial.u });
             taken.rate.extend_from_slice(&rates[..n]);
             taken.function_rate.extend_from_slice(&rates[n..]);
