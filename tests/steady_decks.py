@@ -74,7 +74,7 @@ THREE_PHASE = """Three-phase rectifier with line inductors
 Va a n SIN(0 325 50 0 0 0)
 Vb b n SIN(0 325 50 0 0 -120)
 Vc c n SIN(0 325 50 0 0 120)
-Rn n 0 1meg
+Rn n 0 1k
 La a u 2m
 Lb b v 2m
 Lc c w 2m
