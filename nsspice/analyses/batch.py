@@ -348,7 +348,7 @@ def _run_job(
                 add_sensitivities(circuit, solution, temperature, values)
             if request.power:
                 add_powers(circuit, solution, request.loads)
-    if job.steps:
+    if job.steps and not request.follow:
         solution.recording = None  # of one run it may fill memory, of a thousand it does
     return solution
 

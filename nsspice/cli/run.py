@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,8 @@ from .source import circuit_of, path_of
 if TYPE_CHECKING:
     from ..circuit import Circuit
 
+#: with more analyses what they have recorded is not kept for a report: it is recorded again
+_RECORDED = 16
 #: what a name after --plot and after --report ends in; any other is that of the netlist
 _PICTURES = (".png", ".svg", ".pdf")
 _PAGES = (".html", ".htm")
@@ -319,9 +322,12 @@ class _Run:
         sink = None if self.raw else self._sink(k)
         request = self.request
         if self.raw:
-            from dataclasses import replace
-
             request = replace(request, keep=True)
+        if self.plots[k] is not None or self.report is not None:
+            from ..analyses.recorder import select
+
+            # pictures are drawn on the points of the engine
+            request = replace(request, follow=select(self.circuit, request.signals))
         try:
             plain = self.tol is None and not self.refine
             execute: Any = run_job if plain else self._estimated
@@ -360,6 +366,8 @@ class _Run:
         if plot is not None and solution.axis.size > 1:
             solution.plot(plot)
             written.append(str(plot))
+        if len(self.jobs) > _RECORDED:
+            solution.recording = None
         solution.files = written
         if self.quiet or self.as_json:
             return

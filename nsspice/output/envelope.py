@@ -6,13 +6,24 @@ import numpy as np
 import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.intp]
+
+
+def _columns(x: Floats, count: int) -> Indices:
+    """Return the first point in each of equal parts of a rising or falling axis that has any.
+
+    Points may be as close as an engine needs them, and far apart elsewhere.
+    """
+    rising = x if x[-1] >= x[0] else -x
+    edges = np.linspace(rising[0], rising[-1], count + 1)[:-1]
+    return np.unique(np.searchsorted(rising, edges))
 
 
 def envelope(x: Floats, y: Floats, columns: int = 2000) -> tuple[Floats, Floats]:
     """Return at most ``4 * columns`` points that draw like the whole curve.
 
-    The axis is cut into columns of equally many rows; of each the first, lowest, highest and last
-    row are kept, in their order.
+    The axis is cut into equal columns; of each the first, lowest, highest and last point are kept,
+    in their order.
 
     Examples
     --------
@@ -24,16 +35,13 @@ def envelope(x: Floats, y: Floats, columns: int = 2000) -> tuple[Floats, Floats]
     """
     if x.size <= 4 * columns:
         return x, y
-    size = -(-x.size // columns)
-    full = x.size // size
-    blocks = y[: full * size].reshape(full, size)
-    base = np.arange(full) * size
-    picks = [base, base + blocks.argmin(axis=1), base + blocks.argmax(axis=1), base + size - 1]
-    if full * size < x.size:
-        tail = y[full * size :]
-        start = full * size
-        picks.append(np.array([start, start + tail.argmin(), start + tail.argmax(), x.size - 1]))
-    keep = np.unique(np.concatenate(picks))
+    first = _columns(x, columns)
+    size = np.diff(np.append(first, x.size))
+    column = np.repeat(np.arange(first.size), size)
+    order = np.lexsort((y, column))  # within each column by value
+    keep = np.unique(
+        np.concatenate([first, first + size - 1, order[first], order[first + size - 1]])
+    )
     return x[keep], y[keep]
 
 
@@ -54,15 +62,17 @@ def band(x: Floats, y: Floats, columns: int = 400) -> tuple[Floats, Floats, Floa
     >>> band(x, np.sin(2e4 * x)) is None, band(x, np.sin(20 * x)) is None
     (False, True)
     """
-    size = x.size // columns
-    if size < 4:
+    if x.size < 4 * columns or x[0] == x[-1]:
         return None
-    blocks = y[: columns * size].reshape(columns, size)
-    low, high = blocks.min(axis=1), blocks.max(axis=1)
+    first = _columns(x, columns)
+    size = np.diff(np.append(first, x.size))
+    if first.size < columns or float(np.median(size)) < 4.0:
+        return None
+    low, high = np.minimum.reduceat(y, first), np.maximum.reduceat(y, first)
     swings = high - low
     total = float(high.max() - low.min())
     if not float(np.median(swings)) > 0.1 * total > 0.0:
         return None
-    middle = x[: columns * size].reshape(columns, size).mean(axis=1)
+    middle = np.add.reduceat(x, first) / size
     middle[0], middle[-1] = x[0], x[-1]
     return middle, low, high

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..analyses.drawn import drawn
 from ..analyses.names import unit
 from ..errors import Diagnostic, UsageError
 from .aside import whole
@@ -70,6 +71,8 @@ def draw(
                 hint="plot a .tran or .dc analysis",
             )
         )
+    if all(name in solution for name in names):
+        solution = drawn(solution, names)
     figure = new_figure()
     panels = [(u, [n for n in names if unit(n) == u]) for u in ("V", "A", "W")]
     panels = [(u, members) for u, members in panels if members]
@@ -147,7 +150,8 @@ def _axis_scale(solution: Solution) -> tuple[float, str]:
 def _pieces(solution: Solution) -> list[slice]:
     """Return the runs of the axis: one for a transient, one per curve of a nested sweep."""
     steps = np.sign(np.diff(solution.axis))
-    direction = steps[0]
+    # the first two rows may be both sides of a jump
+    direction = steps[np.flatnonzero(steps)[:1]].sum()
     breaks = [0, *(np.flatnonzero(steps == -direction) + 1).tolist(), solution.axis.size]
     return [slice(a, b) for a, b in pairwise(breaks)]
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ...analyses.drawn import drawn
 from ...analyses.names import unit
 
 if TYPE_CHECKING:
@@ -35,8 +36,8 @@ def waveforms(solution: Solution) -> dict[str, Any]:
     dict
         ``axis``, and ``signals``, a list of ``name``, ``unit`` and ``values``.
     """
-    full = solution.with_jumps()
     names = [name for name in solution.columns if unit(name)]
+    full = drawn(solution, names)
     most = max(2000, min(POINTS, NUMBERS // max(1, len(names))))
     values = np.array([full[name] for name in names]) if names else np.zeros((0, full.axis.size))
     axis, values = thinned(full.axis, values, most)
