@@ -4,6 +4,7 @@
 pub mod audit;
 pub mod dense;
 pub mod descriptor;
+pub mod instant;
 pub mod linear;
 pub mod mlcp;
 pub mod modewise;

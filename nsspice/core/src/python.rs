@@ -220,7 +220,8 @@ impl PyStepper {
         }
         let (waveforms, switches) = (system.waveforms.clone(), system.switches.clone());
         let (gates, outputs) = (system.gates.clone(), Outputs::new(&terms, sizes));
-        let inner = Stepper::new(sys, waveforms, switches, gates, outputs);
+        let mut inner = Stepper::new(sys, waveforms, switches, gates, outputs);
+        inner.know_elements(&system.capacitors, &system.conductors);
         Ok(PyStepper { inner, sdirk: None, sizes: system.sizes() })
     }
 

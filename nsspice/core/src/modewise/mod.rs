@@ -48,6 +48,7 @@ pub mod spectrum;
 mod spread;
 pub mod staircase;
 mod stride;
+mod structured;
 mod tally;
 pub mod terms;
 mod trace;

@@ -1,12 +1,13 @@
 //! Which mode follows: a chain of candidates, each proved or refuted by [`Verifier`].
 
 use super::implicit::{later, Implicit};
-use super::inputs::Segment;
+use super::inputs::{Inputs, Segment};
 use super::mode::{Mode, Watch};
 use super::network::{Assembly, Network};
 use super::registry::{fingerprint, Id, Registry};
 use super::trajectory::Trajectory;
 use super::verify::{Finding, Scale, Verifier};
+use crate::instant::Reinitialiser;
 use crate::mlcp::Role;
 use crate::switch::Switch;
 use std::sync::Arc;
@@ -45,6 +46,10 @@ pub struct Scene<'a> {
     pub net: &'a Network,
     /// switches
     pub switches: &'a [Switch],
+    /// jumps by the structure of the network, where it is known
+    pub reinitialiser: Option<&'a Reinitialiser>,
+    /// sources
+    pub inputs: &'a Inputs,
     /// inputs from here on
     pub segment: &'a Segment,
     /// longest duration of the segment
@@ -98,7 +103,7 @@ pub(super) fn fix(switches: &[Switch], gates: &[bool], on: &mut [bool]) {
 }
 
 impl Picker {
-    fn attempt(
+    pub(super) fn attempt(
         &mut self,
         scene: &Scene,
         registry: &mut Registry,
@@ -165,7 +170,7 @@ impl Picker {
         let fastest = from
             .and_then(|id| registry.mode(id, scene.net, scene.switches).ok())
             .map_or(0.0, |m| m.fastest);
-        let found = self.by_steps(scene, registry, implicit, fastest, gates, a, scale, path);
+        let found = self.afresh(scene, registry, implicit, fastest, gates, a, scale, path);
         if let (Some(from), Some(found)) = (from, &found) {
             registry.remember(from, cause, found.id);
         }
@@ -221,7 +226,7 @@ impl Picker {
 
     /// The mode that an implicit step of small length finds, possibly after jumps.
     #[allow(clippy::too_many_arguments)]
-    fn by_steps(
+    pub(super) fn by_steps(
         &mut self,
         scene: &Scene,
         registry: &mut Registry,
@@ -325,7 +330,7 @@ impl Picker {
     /// Modes next to one whose guards fail: negative free guards turned over one after the other,
     /// then single guards that vanish.
     #[allow(clippy::too_many_arguments)]
-    fn neighbours(
+    pub(super) fn neighbours(
         &mut self,
         scene: &Scene,
         registry: &mut Registry,

@@ -7,6 +7,7 @@ use super::implicit::Models;
 use super::inputs::Inputs;
 use super::mode::Mode;
 use super::network::{Assembly, Network};
+use crate::instant::Reinitialiser;
 use crate::switch::Switch;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -51,6 +52,8 @@ impl Reduced {
 pub struct Prepared {
     /// as assembled
     pub sys: Arc<Assembly>,
+    /// its jumps by its structure, where that is known
+    pub reinitialiser: Option<Arc<Reinitialiser>>,
     /// its reduction
     pub net: Arc<Network>,
     /// switches
@@ -67,7 +70,9 @@ impl Prepared {
     /// Reduces a system; the error says why it cannot be treated mode by mode.
     pub fn new(sys: Assembly, inputs: Inputs, switches: Arc<[Switch]>) -> Result<Prepared, String> {
         let net = Arc::new(Network::new(&sys, &inputs)?);
+        let known = Reinitialiser::new(&sys.linear, &sys.capacitors, &sys.conductors);
+        let reinitialiser = known.map(Arc::new);
         let (sys, modes, models) = (Arc::new(sys), Arc::default(), Arc::default());
-        Ok(Prepared { sys, net, switches, inputs, modes, models })
+        Ok(Prepared { sys, reinitialiser, net, switches, inputs, modes, models })
     }
 }

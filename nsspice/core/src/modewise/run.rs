@@ -20,6 +20,7 @@ use super::trace::Trace;
 use super::trajectory::Trajectory;
 use super::verify::Scale;
 use super::witness::Witness;
+use crate::instant::Reinitialiser;
 use crate::moreau::{by_sources, Failure, Jump, Progress};
 use crate::pieces::Pieces;
 use crate::resting::Resting;
@@ -82,6 +83,8 @@ pub(super) enum Phase {
 /// One system in the course of its simulation.
 pub struct Engine {
     pub(super) sys: Arc<Assembly>,
+    /// jumps by the structure of the network, where it is known
+    reinitialiser: Option<Arc<Reinitialiser>>,
     pub(super) net: Arc<Network>,
     pub(super) inputs: Inputs,
     /// switches
@@ -208,6 +211,7 @@ impl Engine {
             jumps: Vec::new(),
             events: Vec::new(),
             sys,
+            reinitialiser: prepared.reinitialiser.clone(),
             net,
             inputs,
             switches,
@@ -324,6 +328,8 @@ impl Engine {
             let cause = cause_of(crossing, &self.gates);
             let scene = Scene {
                 sys: &self.sys,
+                reinitialiser: self.reinitialiser.as_deref(),
+                inputs: &self.inputs,
                 net: &self.net,
                 switches: &self.switches,
                 segment: &self.segment,

@@ -43,7 +43,7 @@ const CONTINUED: [f64; 3] = [JUMP, 1e-6, 1e-4];
 /// Two short steps that end this near to each other have led to values, not to impulses.
 const PLAIN: f64 = 1e-3;
 /// Jumps kept in full; later ones are only counted.
-const MAX_JUMPS: usize = 4096;
+pub(super) const MAX_JUMPS: usize = 4096;
 
 /// A jump of the stored charges or fluxes.
 #[derive(Clone, Debug)]
@@ -148,6 +148,9 @@ impl Stepper {
     /// quantities; longer ones from there, extrapolated too, give the finite values of currents and
     /// voltages right after the jump.
     pub(super) fn impulse(&mut self, charges: Option<&[f64]>, start: Start) -> Outcome {
+        if self.reinitialise(charges) {
+            return Ok(());
+        }
         let before = self.z.clone();
         let part = if charges.is_none() && self.impacts.active { IMPACT } else { JUMP };
         let leap = self.find_leap(charges, part, start)?;

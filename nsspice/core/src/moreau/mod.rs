@@ -29,6 +29,7 @@ mod neutral;
 mod onward;
 mod record;
 mod refine;
+mod reinitialise;
 mod sdirk;
 mod search;
 mod smooth;

@@ -50,7 +50,7 @@ fn at_once(longer: &[f64], shorter: &[f64]) -> Vec<f64> {
 
 impl Stepper {
     /// Slopes of the sources to the right of a time.
-    fn source_slopes(&self, time: f64) -> Vec<f64> {
+    pub(super) fn source_slopes(&self, time: f64) -> Vec<f64> {
         let mut found = vec![0.0; self.waveforms.len()];
         slopes(&self.waveforms, time, &mut found);
         found

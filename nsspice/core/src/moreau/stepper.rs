@@ -15,6 +15,7 @@ use super::times::fastest_time;
 use super::witness::Witness;
 use crate::audit::{Balance, Sums, ITERATED};
 use crate::given::fixed_by_lines;
+use crate::instant::Reinitialiser;
 use crate::mlcp::{work_len, Role};
 use crate::newton::Tracking;
 use crate::resting::Resting;
@@ -156,6 +157,8 @@ pub struct Stepper {
     pub(super) kinks: Vec<bool>,
     /// unknowns that constant and piecewise linear sources alone determine: no step errs in them
     pub(super) fixed: Vec<bool>,
+    /// jumps by the structure of the network, where it is known
+    pub(super) reinitialiser: Option<Box<Reinitialiser>>,
     /// what charges and fluxes are measured by in jumps, and the largest so far of each kind
     pub(super) weights: Vec<f64>,
     pub(super) heaviest: [f64; 2],
@@ -263,6 +266,7 @@ impl Stepper {
             controls,
             kinks,
             fixed,
+            reinitialiser: None,
             weights,
             conductances,
             heaviest: [0.0; 2],

@@ -1,7 +1,14 @@
-//! The network as a graph: what follows from which elements meet where, whatever their values are.
+//! The network as a graph: what follows from which elements meet where, and coordinates that serve for any
+//! values.
 
+mod basis;
 mod breakpoints;
 mod parts;
+mod elements;
+mod hybrid;
 
+pub use basis::Basis;
 pub use breakpoints::kinks_that_reach_storage;
 pub use parts::Parts;
+pub use elements::{Branch, Elements};
+pub use hybrid::{Flow, Hybrid, Law, Network};

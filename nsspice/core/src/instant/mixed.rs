@@ -1,0 +1,254 @@
+//! A network with one-way branches, solved by the active-set method of Lawson and Hanson with the hybrid equations
+//! of one mode after the other.
+//!
+//! A one-way branch carries `i >= 0` and has `v <= offset + series i`, one of them as an equality.  The currents
+//! of the closed ones are the multipliers of a convex problem; each round closes the branch that is violated
+//! most and opens those whose currents would turn round (*Solving Least Squares Problems*, 1974, chapter 23).
+//! A branch that closed ones join already is violated by nothing, so that the closed ones never form a loop.
+//! Each mode has a forest of its own in which its closed branches are fixed ones.
+
+use crate::structure::{Flow, Hybrid, Law, Network};
+
+/// Signs of a solution are wrong by no more than this part of the largest value: each is a sum of as many terms
+/// as there are branches, of which networks treated here have some thousand.
+const SIGNS: f64 = 4096.0 * f64::EPSILON;
+
+/// A one-way branch.
+#[derive(Clone, Copy, Debug)]
+pub struct OneWay {
+    /// its current flows from the first to the second
+    pub ends: [usize; 2],
+    /// the largest voltage without current
+    pub offset: f64,
+    /// resistance in series
+    pub series: f64,
+}
+
+/// The flow of a network, and which of its one-way branches are closed.
+pub struct Mixed {
+    /// voltages and currents of the other branches
+    pub flow: Flow,
+    /// which one-way branches are closed
+    pub closed: Vec<bool>,
+    /// current of each one-way branch
+    pub carried: Vec<f64>,
+    /// how far each is from closing
+    pub slack: Vec<f64>,
+    /// potentials of the nodes
+    pub potentials: Vec<f64>,
+}
+
+/// What one mode leads to.
+struct Trial {
+    flow: Flow,
+    carried: Vec<f64>,
+    slack: Vec<f64>,
+    potentials: Vec<f64>,
+    /// rounding of currents and voltages
+    rounding: [f64; 2],
+    hybrid: Hybrid,
+}
+
+/// Solves a network whose branches join all ends of the one-way ones; nothing if no solution was found that obeys
+/// all signs.
+pub fn solve(network: &Network, ways: &[OneWay]) -> Option<Mixed> {
+    let m = ways.len();
+    let (mut closed, mut present) = (vec![false; m], vec![0.0; m]);
+    // branches that were violated by rounding alone
+    let mut passed = vec![false; m];
+    let mut trial = attempt(network, ways, &closed)?;
+    // each round ends nearer to the solution than the one before; rounding may undo that
+    for _ in 0..3 * m + 1 {
+        let Some(next) = worst(ways, &trial, &closed, &passed) else {
+            let Trial { flow, carried, slack, potentials, .. } = trial;
+            return Some(Mixed { flow, closed, carried, slack, potentials });
+        };
+        if !trial.hybrid.moves(ways[next].ends) && ways[next].series == 0.0 {
+            return None; // fixed branches contradict each other
+        }
+        closed[next] = true;
+        trial = attempt(network, ways, &closed)?;
+        if trial.carried[next] <= 0.0 {
+            (closed[next], passed[next]) = (false, true);
+            trial = attempt(network, ways, &closed)?;
+            continue;
+        }
+        while let Some(part) = turning(&present, &trial.carried, &closed) {
+            let mut left = false;
+            for k in 0..m {
+                if !closed[k] {
+                    continue;
+                }
+                let step = trial.carried[k] - present[k];
+                let ends = trial.carried[k] < 0.0 && present[k] + part * step <= 0.0;
+                present[k] = if ends { 0.0 } else { (present[k] + part * step).max(0.0) };
+                closed[k] &= !ends;
+                left |= ends;
+            }
+            if !left {
+                return None;
+            }
+            trial = attempt(network, ways, &closed)?;
+        }
+        present.copy_from_slice(&trial.carried);
+        passed.fill(false);
+    }
+    None
+}
+
+/// The open branch that is violated most.
+fn worst(ways: &[OneWay], trial: &Trial, closed: &[bool], passed: &[bool]) -> Option<usize> {
+    let open = (0..ways.len()).filter(|&k| !closed[k] && !passed[k]);
+    let violated = open.filter(|&k| trial.slack[k] < -trial.rounding[1]);
+    let weighted = |k: usize| trial.slack[k] * trial.hybrid.stiffness(ways[k].ends);
+    violated.min_by(|&a, &b| weighted(a).total_cmp(&weighted(b)))
+}
+
+/// The part of the way from the present currents to others after which the first of them would turn round.
+fn turning(present: &[f64], next: &[f64], closed: &[bool]) -> Option<f64> {
+    let falling = (0..next.len()).filter(|&k| closed[k] && next[k] < 0.0);
+    falling.map(|k| present[k] / (present[k] - next[k])).reduce(f64::min)
+}
+
+/// The network with some branches closed; nothing if its fixed branches contradict each other.
+fn attempt(network: &Network, ways: &[OneWay], closed: &[bool]) -> Option<Trial> {
+    let first = network.laws.len();
+    let mut mode = Network {
+        nodes: network.nodes,
+        ends: network.ends.clone(),
+        laws: network.laws.clone(),
+        injected: network.injected.clone(),
+    };
+    let shut: Vec<usize> = (0..ways.len()).filter(|&k| closed[k]).collect();
+    for way in shut.iter().map(|&k| ways[k]) {
+        mode.ends.push(way.ends);
+        mode.laws.push(if way.series > 0.0 {
+            Law::Weighted { weight: 1.0 / way.series, offset: way.offset }
+        } else {
+            Law::Fixed(way.offset)
+        });
+    }
+    let hybrid = mode.hybrid();
+    let x = hybrid.solve()?;
+    let tree = hybrid.tree_voltages(&x);
+    let potentials = hybrid.basis.potentials(&tree, &vec![0.0; network.nodes]);
+    let mut flow = hybrid.flow(&mode, &x);
+    let (mut carried, mut slack) = (vec![0.0; ways.len()], vec![0.0; ways.len()]);
+    for (at, &k) in shut.iter().enumerate() {
+        carried[k] = flow.current[first + at];
+    }
+    for (k, way) in ways.iter().enumerate().filter(|e| !closed[e.0]) {
+        slack[k] = way.offset - hybrid.voltage(&tree, way.ends)?;
+    }
+    let largest = |list: &[f64]| list.iter().fold(0.0f64, |a, v| a.max(v.abs()));
+    let offsets = ways.iter().fold(0.0f64, |a, w| a.max(w.offset.abs()));
+    let injected = largest(&network.injected);
+    let sizes = [largest(&flow.current).max(injected), largest(&flow.voltage).max(offsets)];
+    let rounding = sizes.map(|size| SIGNS * size);
+    let contradicts = |(law, voltage): (&Law, &f64)| match law {
+        Law::Fixed(fixed) => f64::abs(voltage - fixed) > rounding[1],
+        Law::Weighted { .. } => false,
+    };
+    if !sizes.iter().all(|s| s.is_finite()) || mode.laws.iter().zip(&flow.voltage).any(contradicts)
+    {
+        return None;
+    }
+    // rounding of a current that has none
+    for current in carried.iter_mut().filter(|i| **i < 0.0 && **i >= -rounding[0]) {
+        *current = 0.0;
+    }
+    flow.voltage.truncate(first);
+    flow.current.truncate(first);
+    Some(Trial { flow, carried, slack, potentials, rounding, hybrid })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn capacitors(values: &[(f64, f64)]) -> Network {
+        let ground = values.len();
+        Network {
+            nodes: ground + 1,
+            ends: (0..ground).map(|k| [k, ground]).collect(),
+            laws: values.iter().map(|v| Law::Weighted { weight: v.0, offset: v.1 }).collect(),
+            injected: vec![0.0; ground + 1],
+        }
+    }
+
+    fn diode(plus: usize, minus: usize) -> OneWay {
+        OneWay { ends: [plus, minus], offset: 0.0, series: 0.0 }
+    }
+
+    #[test]
+    fn two_capacitors_share_their_charge_one_way() {
+        let found = solve(&capacitors(&[(1e-6, 3.0), (2e-6, 0.0)]), &[diode(0, 1)]).unwrap();
+        assert!(found.closed[0] && (found.carried[0] - 2e-6).abs() < 1e-21);
+        assert!((found.potentials[0] - 1.0).abs() < 1e-15, "{:?}", found.potentials);
+        let found = solve(&capacitors(&[(1e-6, 3.0), (2e-6, 0.0)]), &[diode(1, 0)]).unwrap();
+        assert!(!found.closed[0] && (found.slack[0] - 3.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn parallel_branches_carry_the_sum() {
+        let found = solve(&capacitors(&[(1e-6, 3.0), (2e-6, 0.0)]), &[diode(0, 1); 3]).unwrap();
+        assert!((found.carried.iter().sum::<f64>() - 2e-6).abs() < 1e-20);
+        assert!((found.potentials[1] - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn a_series_resistance_limits_the_current() {
+        // 1 S to ground, 2 A injected, a diode of 0.5 V and 1 Ohm beside it
+        let network = Network {
+            nodes: 2,
+            ends: vec![[0, 1]],
+            laws: vec![Law::Weighted { weight: 1.0, offset: 0.0 }],
+            injected: vec![2.0, 0.0],
+        };
+        let way = OneWay { ends: [0, 1], offset: 0.5, series: 1.0 };
+        let found = solve(&network, &[way]).unwrap();
+        assert!((found.carried[0] - 0.75).abs() < 1e-15);
+        assert!((found.potentials[0] - 1.25).abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_cannot_be_is_told() {
+        let mut network = capacitors(&[(1.0, 0.0)]);
+        network.laws[0] = Law::Fixed(1.0);
+        assert!(solve(&network, &[diode(0, 1)]).is_none());
+        assert!(solve(&network, &[diode(1, 0)]).is_some());
+    }
+
+    /// Random capacitors and diodes beside the projection by another method: that of Hildreth, coordinate by
+    /// coordinate.
+    #[test]
+    fn charges_are_projected() {
+        let mut rng = crate::sparse::examples::Rng(5);
+        for _ in 0..40 {
+            let n = 3 + rng.below(6);
+            let values: Vec<_> =
+                (0..n).map(|_| (1.0 + rng.below(9) as f64, 5.0 * rng.signed())).collect();
+            let ways: Vec<_> = (0..2 * n)
+                .map(|_| (rng.below(n), rng.below(n)))
+                .filter(|(a, b)| a != b)
+                .map(|(a, b)| diode(a, b))
+                .collect();
+            let found = solve(&capacitors(&values), &ways).unwrap();
+            let mut v: Vec<f64> = values.iter().map(|v| v.1).collect();
+            let mut charge = vec![0.0; ways.len()];
+            for _ in 0..20_000 {
+                for (charge, way) in charge.iter_mut().zip(&ways) {
+                    let [a, b] = way.ends;
+                    let [one, other] = [1.0 / values[a].0, 1.0 / values[b].0];
+                    let more = ((v[a] - v[b]) / (one + other)).max(-*charge);
+                    *charge += more;
+                    v[a] -= more * one;
+                    v[b] += more * other;
+                }
+            }
+            for (found, expected) in found.potentials.iter().zip(&v) {
+                assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+            }
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! The mode that the structure of the network tells, by closed forms of the jump and of what follows it.
+
+use super::implicit::Implicit;
+use super::pick::{roles, settle, Leap, Picked, Picker, Scene};
+use super::registry::Registry;
+use super::trajectory::Trajectory;
+use super::verify::{Finding, Scale};
+use crate::instant::Before;
+
+impl Picker {
+    /// The mode that the network enters right after this instant, with the jump that leads there; `a` moves to
+    /// where the jump leads.  Nothing if the structure is not known, or if the mode does not prove right.
+    #[allow(clippy::too_many_arguments)] // the ingredients of a choice
+    pub(super) fn by_structure(
+        &mut self,
+        scene: &Scene,
+        registry: &mut Registry,
+        gates: &[bool],
+        a: &mut [f64],
+        scale: &mut Scale,
+        path: &mut Trajectory,
+    ) -> Option<Picked> {
+        let reinitialiser = scene.reinitialiser?;
+        let (segment, inputs) = (scene.segment, scene.inputs);
+        let count = inputs.waveforms().len();
+        let u: Vec<f64> = (0..count).map(|k| inputs.value_of(k, &segment.now)).collect();
+        let slopes: Vec<f64> = (0..count).map(|k| inputs.rate_of(k, &segment.rate)).collect();
+        let mut charges = vec![0.0; scene.net.n];
+        scene.net.charges.apply(a, &mut charges);
+        let roles = roles(scene.net.m, scene.switches, gates);
+        let found = reinitialiser.after(Before::Stored(&charges), [&u, &slopes], &roles)?;
+        let mut now = a.to_vec();
+        self.leaps.clear();
+        let mut through = found.active.clone();
+        through.iter_mut().zip(&found.through).for_each(|(on, &passed)| *on |= passed);
+        let id = registry.id(&found.active, gates);
+        if through != found.active {
+            // charges pass pairs that block afterwards
+            let first = registry.id(&through, gates);
+            let mode = registry.mode(first, scene.net, scene.switches).ok()?;
+            self.leaps.push(Leap { through: first, before: now.clone() });
+            settle(&mode, &segment.now, &mut now);
+        }
+        let picked = match self.attempt(scene, registry, id, &now, scale, path) {
+            Ok(mode) => Some(Picked { id, mode }),
+            Err(Finding::Guard(..)) => {
+                self.neighbours(scene, registry, id, gates, &now, scale, path)
+            }
+            Err(_) => None,
+        };
+        match &picked {
+            Some(_) => a.copy_from_slice(&now),
+            None => self.leaps.clear(),
+        }
+        picked
+    }
+
+    /// The mode from here on where none is known that follows: by the structure of the network, else by implicit
+    /// steps.
+    #[allow(clippy::too_many_arguments)]
+    pub(super) fn afresh(
+        &mut self,
+        scene: &Scene,
+        registry: &mut Registry,
+        implicit: &mut Implicit,
+        fastest: f64,
+        gates: &[bool],
+        a: &mut [f64],
+        scale: &mut Scale,
+        path: &mut Trajectory,
+    ) -> Option<Picked> {
+        self.by_structure(scene, registry, gates, a, scale, path)
+            .or_else(|| self.by_steps(scene, registry, implicit, fastest, gates, a, scale, path))
+    }
+}

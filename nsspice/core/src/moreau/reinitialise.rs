@@ -1,0 +1,63 @@
+//! Jumps by the structure of the network, where it is known: no short steps, no lengths.
+
+use super::jumps::{Jump, JUMP, MAX_JUMPS};
+use super::stepper::Stepper;
+use crate::instant::{Before, Reinitialiser};
+
+impl Stepper {
+    /// Tells what the storage and conductance matrices have been summed from, as (unknown, unknown or -1, value).
+    pub fn know_elements(
+        &mut self,
+        capacitors: &[(isize, isize, f64)],
+        resistors: &[(isize, isize, f64)],
+    ) {
+        if self.smooth.is_none() && !self.static_system {
+            let found = Reinitialiser::new(&self.sys.linear, capacitors, resistors);
+            self.reinitialiser = found.map(Box::new);
+        }
+    }
+
+    /// Charges and fluxes jump so that all laws hold again; currents and voltages are those right after. False if
+    /// the structure of the network is not known, or its equations were not solved: then nothing has changed.
+    pub(super) fn reinitialise(&mut self, charges: Option<&[f64]>) -> bool {
+        let Some(reinitialiser) = &self.reinitialiser else { return false };
+        let slopes = self.source_slopes(self.time);
+        let before = charges.map_or(Before::State(&self.z), Before::Stored);
+        let Some(found) = reinitialiser.after(before, [&self.u0, &slopes], &self.roles) else {
+            return false;
+        };
+        let before = std::mem::replace(&mut self.z, found.z);
+        self.l = found.l;
+        self.turn_to(&found.active);
+        let after = self.z.clone();
+        if self.noticed(charges, [&before, &after, &after], &[]) {
+            self.stats.jumps += 1;
+            if self.jumps.len() < MAX_JUMPS {
+                let [unknowns, multipliers] = found.impulses;
+                self.jumps.push(Jump {
+                    time: self.time,
+                    before,
+                    after,
+                    multipliers,
+                    unknowns,
+                    functions: Vec::new(),
+                    sources: self.u0.clone(),
+                    length: 0.0,
+                    span: 0.0,
+                    shortest: 0.0,
+                });
+            }
+        }
+        if self.outputs.needs_rates() {
+            self.rates.copy_from_slice(&found.rates);
+        }
+        if self.witness.jumped() {
+            self.u1.copy_from_slice(&self.u0);
+            // a state, not a step
+            self.z_recorded.copy_from_slice(&self.z);
+            let length = JUMP * self.shortest_time();
+            self.record(-length);
+        }
+        true
+    }
+}

@@ -1,0 +1,201 @@
+//! The elements of a network, read from the equations that they have been assembled into.
+//!
+//! Capacitors and resistors between nodes come as they are: in the sum `1 F + 1 pF` the matrix keeps four digits
+//! of the second.  Every other element has a row of its own, in which nothing is lost.
+
+use crate::descriptor::Linear;
+use crate::sparse::Csc;
+
+/// Entries of a matrix differ from the sum of the elements by no more than this part of its terms: their sum has
+/// been rounded once for each, and no node has a million of them.
+const ROUNDING: f64 = 1e6 * f64::EPSILON;
+
+/// A branch between two nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Branch {
+    /// the current flows from the first to the second
+    pub ends: [usize; 2],
+    /// capacitance, conductance, inductance; series resistance of a pair
+    pub value: f64,
+    /// unknown of its current, or number of the pair; none for those that come between nodes
+    pub index: Option<usize>,
+}
+
+/// Capacitors, resistors, uncoupled inductors, sources and pairs between nodes.
+#[derive(Clone, Debug, Default)]
+pub struct Elements {
+    /// number of nodes with ground, which is the last one
+    pub nodes: usize,
+    /// the unknown of each other node
+    pub unknowns: Vec<usize>,
+    /// between nodes
+    pub capacitors: Vec<Branch>,
+    /// conductances
+    pub resistors: Vec<Branch>,
+    /// without couplings
+    pub inductors: Vec<Branch>,
+    /// branches whose voltage is `-S u` of their row
+    pub voltages: Vec<Branch>,
+    /// one-way branches and switches
+    pub pairs: Vec<Branch>,
+}
+
+/// A two-terminal element between two unknowns, -1 for ground.
+type Between = (isize, isize, f64);
+
+/// Rows and columns of the nodes.
+struct Nodes {
+    /// node of each unknown
+    of: Vec<Option<usize>>,
+    ground: usize,
+}
+
+impl Nodes {
+    /// The two ends of a list that has +1 at one of them and -1 at the other; ground takes what is missing.
+    fn ends(&self, list: impl Iterator<Item = (usize, f64)>) -> Option<[usize; 2]> {
+        let (mut plus, mut minus) = (None, None);
+        for (unknown, value) in list.filter(|e| e.1 != 0.0) {
+            let end = match value {
+                1.0 => &mut plus,
+                -1.0 => &mut minus,
+                _ => return None,
+            };
+            if end.replace(self.of[unknown]?).is_some() {
+                return None;
+            }
+        }
+        Some([plus.unwrap_or(self.ground), minus.unwrap_or(self.ground)])
+    }
+
+    fn between(&self, list: &[Between]) -> Option<Vec<Branch>> {
+        let node = |j: isize| if j < 0 { Some(self.ground) } else { self.of[j as usize] };
+        let one = |&(a, b, value): &Between| {
+            (value > 0.0 && value.is_finite()).then_some(Branch {
+                ends: [node(a)?, node(b)?],
+                value,
+                index: None,
+            })
+        };
+        list.iter().map(one).collect()
+    }
+}
+
+/// Whether a matrix is, between nodes, the sum of these elements.
+fn is_sum_of(matrix: &Csc, elements: &[Branch], nodes: &Nodes, unknowns: &[usize]) -> bool {
+    let mut left: std::collections::HashMap<(usize, usize), [f64; 2]> = Default::default();
+    let mut add = |at: (usize, usize), value: f64| {
+        let [sum, size] = left.entry(at).or_insert([0.0; 2]);
+        (*sum, *size) = (*sum + value, *size + value.abs());
+    };
+    for (r, c, v) in matrix.iter().filter(|e| nodes.of[e.0].is_some() && nodes.of[e.1].is_some()) {
+        add((r, c), v);
+    }
+    for element in elements {
+        for (k, &a) in element.ends.iter().enumerate().filter(|e| *e.1 != nodes.ground) {
+            for (l, &b) in element.ends.iter().enumerate().filter(|e| *e.1 != nodes.ground) {
+                let sign = if k == l { -1.0 } else { 1.0 };
+                add((unknowns[a], unknowns[b]), sign * element.value);
+            }
+        }
+    }
+    left.values().all(|[sum, size]| sum.abs() <= ROUNDING * size)
+}
+
+impl Elements {
+    /// Reads them; nothing if the network holds anything else (controlled sources, couplings, laws of several
+    /// branches, negative values).
+    pub fn read(
+        linear: &Linear,
+        capacitors: &[Between],
+        resistors: &[Between],
+    ) -> Option<Elements> {
+        let n = linear.g.nrows;
+        let unknowns: Vec<usize> = (0..n).filter(|&j| linear.row_kind[j] == 0).collect();
+        let mut nodes = Nodes { of: vec![None; n], ground: unknowns.len() };
+        unknowns.iter().enumerate().for_each(|(k, &j)| nodes.of[j] = Some(k));
+        let mut found = Elements {
+            nodes: unknowns.len() + 1,
+            capacitors: nodes.between(capacitors)?,
+            resistors: nodes.between(resistors)?,
+            ..Elements::default()
+        };
+        let sums = [(&linear.e, &found.capacitors), (&linear.g, &found.resistors)];
+        if !sums.iter().all(|(matrix, list)| is_sum_of(matrix, list, &nodes, &unknowns)) {
+            return None;
+        }
+        found.read_branches(linear, &nodes)?;
+        found.read_pairs(linear, &nodes)?;
+        found.unknowns = unknowns;
+        Some(found)
+    }
+
+    /// The rows `L i' + R i - (va - vb) = S u`.
+    fn read_branches(&mut self, linear: &Linear, nodes: &Nodes) -> Option<()> {
+        let (e_rows, g_rows) = (linear.e.transpose(), linear.g.transpose());
+        for row in (0..linear.g.nrows).filter(|&j| nodes.of[j].is_none()) {
+            let entries = |matrix: &Csc, k: usize| -> Vec<(usize, f64)> {
+                let (index, values) = matrix.col(k);
+                index.iter().copied().zip(values.iter().copied()).filter(|e| e.1 != 0.0).collect()
+            };
+            let own = |list: &[(usize, f64)]| -> Option<f64> {
+                let mut inside = list.iter().filter(|e| nodes.of[e.0].is_none());
+                match (inside.next(), inside.next()) {
+                    (None, _) => Some(0.0),
+                    (Some(&(k, v)), None) if k == row => Some(v),
+                    _ => None,
+                }
+            };
+            let law = entries(&g_rows, row);
+            let flow = entries(&linear.g, row);
+            let stored = entries(&e_rows, row);
+            let resistance = own(&law)?;
+            let inductance = own(&stored)?;
+            let at_nodes = |list: Vec<(usize, f64)>, factor: f64| {
+                list.into_iter()
+                    .filter(|e| nodes.of[e.0].is_some())
+                    .map(move |(k, v)| (k, factor * v))
+            };
+            let single = stored.len() <= 1 && entries(&linear.e, row).len() <= 1;
+            let ends = nodes.ends(at_nodes(law, -1.0))?;
+            if !single || own(&flow).is_none() || nodes.ends(at_nodes(flow, 1.0))? != ends {
+                return None;
+            }
+            let driven = linear.s.iter().any(|e| e.0 == row && e.2 != 0.0);
+            let branch = |value: f64| Branch { ends, value, index: Some(row) };
+            match (inductance, resistance) {
+                (0.0, 0.0) => self.voltages.push(branch(0.0)),
+                (l, 0.0) if l > 0.0 && !driven => self.inductors.push(branch(l)),
+                (0.0, r) if r > 0.0 && !driven => self.resistors.push(branch(1.0 / r)),
+                _ => return None,
+            }
+        }
+        Some(())
+    }
+
+    fn read_pairs(&mut self, linear: &Linear, nodes: &Nodes) -> Option<()> {
+        let b_rows = linear.b.transpose();
+        for pair in 0..linear.a.ncols {
+            let column = |matrix: &Csc| -> Vec<(usize, f64)> {
+                let (index, values) = matrix.col(pair);
+                index.iter().copied().zip(values.iter().copied()).filter(|e| e.1 != 0.0).collect()
+            };
+            let (flow, across, series) = (column(&linear.a), column(&b_rows), column(&linear.d));
+            let ends = nodes.ends(flow.iter().copied())?;
+            let value = match series[..] {
+                [] => 0.0,
+                [(own, value)] if own == pair && value > 0.0 => value,
+                _ => return None,
+            };
+            if flow != across || linear.d.iter().any(|e| e.0 == pair && e.1 != pair && e.2 != 0.0) {
+                return None;
+            }
+            self.pairs.push(Branch { ends, value, index: Some(pair) });
+        }
+        Some(())
+    }
+
+    /// Potentials of all nodes from the unknowns.
+    pub fn potentials(&self, z: &[f64]) -> Vec<f64> {
+        self.unknowns.iter().map(|&j| z[j]).chain([0.0]).collect()
+    }
+}
