@@ -63,6 +63,60 @@ def test_charges_are_projected(seed: int, method: str):
     assert run.certificate.passed
 
 
+def check_of_projection(seed: int, method: str) -> None:
+    """Compare the first row with the projection by the hybrid of two solvers.
+
+    ``nnls`` tells which diodes conduct; with these the potentials are those of joined nodes, by a
+    system of condition 1e4 that is refined once.
+    """
+    nodes, diodes = 20 + seed % 20, 50 + seed % 40
+    deck, guess = network(seed, nodes, diodes)
+    matrix, charges, pairs = np.zeros((nodes, nodes)), np.zeros(nodes), []
+    for line in deck.splitlines():
+        name, *rest = line.split()
+        if name[0] == "C" and len(rest) == 4:
+            ends = np.zeros(nodes)
+            ends[int(rest[0][1:])] = 1.0
+            if rest[1] != "0":
+                ends[int(rest[1][1:])] = -1.0
+            matrix += float(rest[2]) * np.outer(ends, ends)
+            charges += float(rest[2]) * float(rest[3].removeprefix("IC=")) * ends
+        elif name[0] == "D":
+            pairs.append([int(node[1:]) for node in rest])
+    largest = np.abs(guess).max()
+    across = np.array([guess[a] - guess[b] for a, b in pairs])
+    if across.max() > 1e-9 * largest:
+        pytest.skip("nnls has not found the projection")
+    joined = np.arange(nodes)
+    for (a, b), voltage in zip(pairs, across, strict=True):
+        if voltage > -1e-9 * largest:
+            joined[joined == joined[a]] = joined[b]
+    ties = (joined[:, None] == np.unique(joined)).astype(float)
+    small = ties.T @ matrix @ ties
+    shared = np.linalg.solve(small, ties.T @ charges)
+    shared += np.linalg.solve(small, ties.T @ (charges - matrix @ (ties @ shared)))
+    run = nsspice.tran(nsspice.read(deck), method=method)
+    found = np.array([run[f"v(n{k})"][0] for k in range(nodes)])
+    assert np.abs(found - ties @ shared).max() < 1e-11 * largest
+    assert run.certificate.passed
+    (jump,) = (report for report in run.jumps if report.time == 0.0)
+    assert any(impulse.unit == "A s" for impulse in jump.impulses)
+    assert jump.lost > 0.0
+
+
+@pytest.mark.parametrize("method", ["modewise", "moreau", "sdirk"])
+@pytest.mark.parametrize("seed", [106, 108, 119])
+def test_charges_of_many_nodes_jump_in_closed_form(seed: int, method: str):
+    check_of_projection(seed, method)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("method", ["modewise", "moreau", "sdirk"])
+@pytest.mark.parametrize("seed", range(100, 300))
+def test_charges_of_many_networks_jump_in_closed_form(seed: int, method: str):
+    check_of_projection(seed, method)
+
+
 @pytest.mark.parametrize("method", ["moreau", "sdirk"])
 @pytest.mark.parametrize("seed", [6, 11, 25, 40, 42, 52, 56])
 def test_steps_jump_as_the_exact_engine_does(seed: int, method: str):

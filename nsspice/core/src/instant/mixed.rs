@@ -73,20 +73,16 @@ pub fn solve(network: &Network, ways: &[OneWay]) -> Option<Mixed> {
             trial = attempt(network, ways, &closed)?;
             continue;
         }
-        while let Some(part) = turning(&present, &trial.carried, &closed) {
-            let mut left = false;
+        while let Some((first, part)) = turning(&present, &trial.carried, &closed) {
             for k in 0..m {
                 if !closed[k] {
                     continue;
                 }
                 let step = trial.carried[k] - present[k];
-                let ends = trial.carried[k] < 0.0 && present[k] + part * step <= 0.0;
-                present[k] = if ends { 0.0 } else { (present[k] + part * step).max(0.0) };
-                closed[k] &= !ends;
-                left |= ends;
-            }
-            if !left {
-                return None;
+                let there = present[k] + part * step;
+                let ends = k == first || trial.carried[k] < 0.0 && there <= 0.0;
+                present[k] = if ends { 0.0 } else { there.max(0.0) };
+                closed[k] = !ends;
             }
             trial = attempt(network, ways, &closed)?;
         }
@@ -104,10 +100,12 @@ fn worst(ways: &[OneWay], trial: &Trial, closed: &[bool], passed: &[bool]) -> Op
     violated.min_by(|&a, &b| weighted(a).total_cmp(&weighted(b)))
 }
 
-/// The part of the way from the present currents to others after which the first of them would turn round.
-fn turning(present: &[f64], next: &[f64], closed: &[bool]) -> Option<f64> {
+/// The first closed branch whose current would turn round on the way from the present currents to others, and
+/// after which part of it.
+fn turning(present: &[f64], next: &[f64], closed: &[bool]) -> Option<(usize, f64)> {
     let falling = (0..next.len()).filter(|&k| closed[k] && next[k] < 0.0);
-    falling.map(|k| present[k] / (present[k] - next[k])).reduce(f64::min)
+    let parts = falling.map(|k| (k, present[k] / (present[k] - next[k])));
+    parts.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// The network with some branches closed; nothing if its fixed branches contradict each other.

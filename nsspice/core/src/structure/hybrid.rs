@@ -166,6 +166,14 @@ impl Hybrid {
         (0..n).map(|k| (k, k, 1.0)).chain(coupling)
     }
 
+    /// `G`, links by weighted forest branches.
+    #[cfg(test)]
+    pub fn coupling(&self) -> nalgebra::DMatrix<f64> {
+        let mut g = nalgebra::DMatrix::zeros(self.links.len().max(1), self.twigs.len().max(1));
+        self.g.iter().for_each(|&(l, c, v)| g[(l, c)] += v);
+        g
+    }
+
     /// Solves the equations with one step of refinement.
     pub fn solve(&self) -> Option<Vec<f64>> {
         let n = self.size();

@@ -6,6 +6,8 @@ mod breakpoints;
 mod parts;
 mod elements;
 mod hybrid;
+#[cfg(test)]
+mod tests;
 
 pub use basis::Basis;
 pub use breakpoints::kinks_that_reach_storage;
