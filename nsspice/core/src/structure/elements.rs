@@ -155,7 +155,9 @@ impl Elements {
                     .filter(|e| nodes.of[e.0].is_some())
                     .map(move |(k, v)| (k, factor * v))
             };
-            let single = stored.len() <= 1 && entries(&linear.e, row).len() <= 1;
+            // a source may read a rate, and inductors may be coupled
+            let count = usize::from(inductance != 0.0);
+            let single = stored.len() == count && entries(&linear.e, row).len() == count;
             let ends = nodes.ends(at_nodes(law, -1.0))?;
             if !single || own(&flow).is_none() || nodes.ends(at_nodes(flow, 1.0))? != ends {
                 return None;
