@@ -3,14 +3,14 @@
 
 mod basis;
 mod breakpoints;
-mod parts;
 mod elements;
 mod hybrid;
+mod parts;
 #[cfg(test)]
 mod tests;
 
 pub use basis::Basis;
 pub use breakpoints::kinks_that_reach_storage;
-pub use parts::Parts;
 pub use elements::{Branch, Elements};
 pub use hybrid::{Flow, Hybrid, Law, Network};
+pub use parts::Parts;
