@@ -16,6 +16,16 @@ pub(super) const MAX_JUMPS: usize = 4096;
 pub(super) const NO_JUMP: f64 = 1e-10;
 
 impl Engine {
+    /// Whether lists of charges and switch states have the right lengths.
+    pub fn fits(&self, charges: usize, gates: usize) -> bool {
+        charges == self.net.n && gates == self.switches.len()
+    }
+
+    /// Modes reduced, tried ones included.
+    pub fn reduced(&self) -> u64 {
+        self.registry.built
+    }
+
     /// Unknowns and multipliers from a mode's state at the start or end of a segment.
     pub(super) fn unknowns(
         &self,

@@ -218,16 +218,6 @@ impl Engine {
         }
     }
 
-    /// Whether lists of charges and switch states have the right lengths.
-    pub fn fits(&self, charges: usize, gates: usize) -> bool {
-        charges == self.net.n && gates == self.switches.len()
-    }
-
-    /// Modes reduced, tried ones included.
-    pub fn reduced(&self) -> u64 {
-        self.registry.built
-    }
-
     /// Number of output columns, the time included.
     pub fn columns(&self) -> usize {
         self.outputs.len() + 1
