@@ -6,9 +6,20 @@ import signal
 import sys
 from pathlib import Path
 
+import pytest
+
 sys.path.insert(0, str(Path(__file__).parent))
 
 # what a shell without job control starts in the background ignores Ctrl-C, and so do its children;
 # the tests that press it mean a process that does not
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture
+def runs_return(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs return whatever their certificate says: a test judges points or certificate itself."""
+    from nsspice.analyses import batch, statics, steady_state, transient
+
+    for module in (batch, statics, steady_state, transient):
+        monkeypatch.setattr(module, "judge", lambda solutions, on_failure: None)

@@ -22,6 +22,8 @@ from nsspice.solvers.moreau import Records
 from nsspice.solvers.stretches import Stretches
 
 #: a ball on a rigid floor: the mode in which it rests has an index above 2
+pytestmark = pytest.mark.usefixtures("runs_return")
+
 IMPACT = (Path(__file__).parents[3] / "netlists/thesis/ex414_rigid_impact.net").read_text()
 #: which of the parallel diodes carries the current is open
 OPEN = """open

@@ -7,6 +7,8 @@ import pytest
 import nsspice
 from nsspice.errors import StepError
 
+pytestmark = pytest.mark.usefixtures("runs_return")
+
 RELAY = "relay\nV1 x 0 0.3\n{switch}\nR1 a p 10k\nR2 p 0 10k\n{more}\n{card}\n"
 SWITCH = "V5 s 0 5\nS1 s a x p SW\nRa a 0 1k\n.model SW SW(VT=0)"
 SOURCE = "B1 a 0 V=if(v(p) > v(x), 0, 5)"
