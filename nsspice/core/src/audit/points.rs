@@ -96,8 +96,7 @@ fn unknown_law(
     point: &Point,
     (errors, scale): (&[f64], &[f64]),
     [conductances, sources_in]: [&Entries; 2],
-    (given, threshold): (&[f64], f64),
-    current: f64,
+    (given, threshold, current): (&[f64], f64, f64),
     taken: impl Fn(usize) -> Option<f64>,
 ) -> Option<usize> {
     let most = |list: &[f64]| list.iter().fold(0.0f64, |most, v| most.max(v.abs()));
@@ -186,8 +185,7 @@ impl Auditor {
             point,
             sizes,
             [&self.g, &self.s],
-            (&self.given, self.threshold),
-            grain.largest[1],
+            (&self.given, self.threshold, grain.largest[1]),
             taken,
         );
         let mut tied = (0.0, None);
@@ -409,9 +407,9 @@ mod tests {
         let (conductances, sources) = (one(0, 2e3), one(1, 1.0));
         let sizes = (&[error, 0.0][..], &[1.0, 0.0][..]);
         let held = [held, false];
-        let given = (&[325.0][..], 0.0);
+        let given = (&[325.0][..], 0.0, 1.0);
         let matrices = [&conductances, &sources];
-        unknown_law(&kinds, &held, &point, sizes, matrices, given, 1.0, |_| taken)
+        unknown_law(&kinds, &held, &point, sizes, matrices, given, |_| taken)
     }
 
     fn law_at(potential: f64, error: f64) -> Option<usize> {
@@ -449,9 +447,9 @@ mod tests {
         let one = |row, value| Entries::new(&Csc::from_triplets(2, 2, &[(row, 0, value)]));
         let (conductances, sources) = (one(0, 3e-5), one(1, 1.0));
         let judge = |given: f64, threshold: f64| {
-            let (matrices, known) = ([&conductances, &sources], (&[given][..], threshold));
+            let (matrices, known) = ([&conductances, &sources], (&[given][..], threshold, 0.0));
             let sizes = (&[0.0; 2][..], &[1.8e-5, 0.6][..]);
-            unknown_law(&kinds, &[false; 2], &point, sizes, matrices, known, 0.0, |_| None)
+            unknown_law(&kinds, &[false; 2], &point, sizes, matrices, known, |_| None)
         };
         // beside nothing but the present value even 0.6 V would be far away
         assert_eq!(judge(2.8e-14, 0.0), Some(0));

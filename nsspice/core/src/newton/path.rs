@@ -165,8 +165,10 @@ impl Problem {
             }
             path.push(&z, &l, found);
         }
-        let lost =
-            |moves: &[f64; 2]| moves.iter().zip(largest).any(|(m, most)| !(*m <= ASTRAY * most));
+        // nan is lost as well
+        let lost = |moves: &[f64; 2]| {
+            moves.iter().zip(largest).any(|(m, most)| m.is_nan() || *m > ASTRAY * most)
+        };
         if let Some((k, _)) = doubtful.iter().find(|(_, moves)| lost(moves)) {
             path.failed = path.residuals[*k];
             path.cut(*k, n, m);

@@ -86,11 +86,11 @@ impl Scales {
         for (j, z) in z.iter().enumerate().filter(|e| s.sys.linear.row_kind[e.0] == 1) {
             self.note_current(self.parts.of(j), z.abs());
         }
-        for i in 0..l.len() {
+        for (i, l) in l.iter().enumerate() {
             let kind = usize::from(self.multiplier[i]);
-            self.largest[kind] = self.largest[kind].max(l[i].abs());
+            self.largest[kind] = self.largest[kind].max(l.abs());
             if kind == 1 {
-                self.note_current(Some(self.parts.of_pair(i)), l[i].abs());
+                self.note_current(Some(self.parts.of_pair(i)), l.abs());
             }
         }
         // what flows in a resistor is no unknown, but what its node takes from a capacitor is a current
