@@ -44,7 +44,7 @@ def test_a_current_stays_at_its_limit(method: str, diode: str, stop: float) -> N
     assert current.max() <= 4.0 + 1.01 * slack[1]
     assert late_but_sound(run.certificate)
     assert abs(run.certificate.energy.scheme) < 1e-4 * run.certificate.energy.delivered
-    assert [w.code for w in run.warnings] == ["NS3052"]
+    assert [w.code for w in run.warnings if w.code != "NS5004"] == ["NS3052"]
 
 
 def test_a_limit_that_moves_is_followed_beside_a_smooth_law() -> None:
@@ -101,7 +101,7 @@ C1 x 0 1n
 """
     for method in INTERVALS:
         run = nsspice.tran(nsspice.read(text), method=method)
-        assert run.warnings == []
+        assert not [w for w in run.warnings if w.code != "NS5004"]
         on = [e.time for e in run.events if e.element.startswith("s1") and e.change == "on"]
         assert on == pytest.approx([(k + 1.0 / 12.0) / 50.0 for k in range(3)], rel=1e-9)
 

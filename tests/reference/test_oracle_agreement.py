@@ -65,6 +65,8 @@ def decks() -> list[Path]:
     """
     found = []
     for path in sorted(ROOT.rglob("*.net")):
+        if path.parent.name == "steady":  # judged by closed forms of their orbits
+            continue
         expect = path.with_suffix("").with_suffix(".expect.toml")
         refused = expect.exists() and "refused" in tomllib.loads(expect.read_text())
         if not refused and not any(d.smooth for d in nsspice.read(path).devices):

@@ -23,7 +23,7 @@ def test_short_pulses_of_a_drive_are_no_chatter() -> None:
     """
     run = nsspice.read(DRIVE).run()[0]
     assert run.certificate.passed
-    assert run.warnings == []
+    assert not [w for w in run.warnings if w.code != "NS5004"]
     # a hysteresis of 1 mV delays each edge by 25 ns of 100 us: 600 V for that in 5 mH are 3e-3 A,
     # and 1.4e-4 A are found; sampling was off by 0.046 A
     assert run["i(la)"][-1] == pytest.approx(-0.8502, abs=1e-3)
@@ -52,7 +52,7 @@ G1 0 x s 0 1
 def test_a_switch_that_has_left_its_threshold_is_followed_exactly(method: str) -> None:
     """It was sampled for 16 looks more: 0.64 ms of the 2 s in which sdirk has 50,000 looks."""
     run = nsspice.tran(nsspice.read(EXCURSION), method=method)
-    assert [w.code for w in run.warnings] == ["NS3052"]
+    assert [w.code for w in run.warnings if w.code != "NS5004"] == ["NS3052"]
     # up with 3 - 1 V/s, but for one interval between two looks (of 40 us) at most with 3 + 1
     risen = run["v(x)"][np.searchsorted(run.time, 1.00009)]
     assert 2e-4 - 1e-9 <= risen <= 2e-4 + 2.0 * 4e-5 + 1e-9

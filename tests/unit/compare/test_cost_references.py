@@ -35,7 +35,7 @@ def runs(monkeypatch):
 
     seen = Runs()
 
-    def slow(self, settings):
+    def slow(self, settings, limit=float("inf")):
         if settings.method != "sdirk":
             return run(self, settings)
         seen.append(settings.reltol)
