@@ -128,7 +128,8 @@ def stored_functions(mna: MnaSystem, jump: Jump, z: Floats) -> Floats:
 
 def delivered(mna: MnaSystem, jump: Jump) -> float:
     """Return the energy that the sources give during a jump [J]."""
-    return float(jump.unknowns @ mna.system.S.dot(jump.sources))
+    with np.errstate(over="ignore", invalid="ignore"):  # beyond the range of numbers: infinite
+        return float(jump.unknowns @ mna.system.S.dot(jump.sources))
 
 
 def _charges(mna: MnaSystem, jump: Jump) -> Iterator[tuple[str, float]]:

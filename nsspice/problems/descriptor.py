@@ -261,7 +261,8 @@ class DescriptorSystem:
 
     def stored_energy(self, z: Floats) -> float:
         """Return the energy [J] of the unknowns z (n,), that of smooth laws aside."""
-        return 0.5 * float(z @ self.storage.dot(z))
+        with np.errstate(over="ignore", invalid="ignore"):  # beyond the range of numbers: infinite
+            return 0.5 * float(z @ self.storage.dot(z))
 
     @cached_property
     def passive(self) -> bool:
