@@ -89,6 +89,7 @@ def _by_pytest(
     quiet: bool,
 ) -> int:
     """Run the checks as tests of pytest; return the exit code, which has the same meaning."""
+    import importlib.metadata
     import importlib.util
 
     needed = ["pytest"] + (["xdist"] if workers is not None else [])
@@ -104,10 +105,13 @@ def _by_pytest(
         )
     import pytest
 
+    # by the name of its entry point where the package is installed: pytest loads that one by
+    # itself, and refuses the same module under a second name
+    installed = importlib.metadata.entry_points(group="pytest11", name="nsspice")
     # settings of a project around the decks are not meant for them
     arguments = [
         "-p",
-        "nsspice.pytest_plugin",
+        "nsspice" if installed else "nsspice.pytest_plugin",
         "--decks",
         "-c",
         os.devnull,
