@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from pathlib import Path
 
 from ..circuit import Circuit
 from ..errors import Diagnostic, NsspiceError, NumericalError, UsageError
@@ -23,9 +24,10 @@ from ..netlist.deck import (
     TranCard,
 )
 from .cards import Dc, Tran
-from .load import need_circuit, read_again
+from .load import need_circuit, read, read_again
 from .loop_gain import Loop, run_loop
 from .measure import evaluate_measures
+from .notebook_progress import shown_in_notebook
 from .refusal import check_on_failure, judge
 from .rows import Progress
 from .sensitivity import add_sensitivities
@@ -34,7 +36,7 @@ from .sink import Sink
 from .small_signal import Ac, run_ac
 from .solution import Solution
 from .spectrum import add_powers, add_spectra
-from .statics import check_sweep, dc, op
+from .statics import SolvedAgain, check_sweep, dc, op
 from .steady_state import Neighbour, Pss, find_orbits, run_pss
 from .trace import named
 from .transient import Rerun, run_tran
@@ -172,8 +174,9 @@ def jobs_of(deck: Deck) -> list[Job]:
 
 
 def run(
-    circuit: Circuit,
+    circuit: Circuit | str | Path,
     *,
+    params: Mapping[str, float] | None = None,
     method: str | None = None,
     theta: float | None = None,
     step: float | None = None,
@@ -190,7 +193,10 @@ def run(
 
     Parameters
     ----------
-    circuit : Circuit
+    circuit : Circuit, str or Path
+        A circuit, or what :func:`nsspice.read` makes one of: ``"deck.net"``.
+    params : mapping of str to float, optional
+        Values that replace those of top-level ``.param`` cards, of a deck that is read.
     method, theta, step, reltol, signals, extra, all_points
         As for :func:`nsspice.tran`.
     tol : float, optional
@@ -201,7 +207,8 @@ def run(
     on_failure : str
         As for :func:`nsspice.tran`; all analyses are run before it is looked at.
     progress : callable, optional
-        Called with the finished share of all analyses, 0 to 1.
+        Called with the finished share of all analyses, 0 to 1.  In a notebook, longer runs show a
+        bar without it.
 
     Returns
     -------
@@ -231,6 +238,10 @@ def run(
     >>> [float(s["v(b)"][0]) for s in circuit.run()]
     [0.5, 0.25]
     """
+    if isinstance(circuit, str | Path):
+        circuit = read(circuit, params)
+    elif params:
+        raise TypeError("params= belongs to a deck that is read: nsspice.read(deck, params)")
     need_circuit(circuit)
     check_on_failure(on_failure)
     check_tolerance(tol, refine)
@@ -251,11 +262,12 @@ def run(
 
         execute = partial(run_estimated, tol=tol)
     solutions: list[Solution] = []
-    for k, job in enumerate(jobs):
-        share = None if progress is None else _share(progress, k, len(jobs))
-        solutions.append(execute(circuit, job, request, progress=share))
-        if solutions[-1].interrupted:
-            break
+    with shown_in_notebook(circuit.deck.title, progress) as watcher:
+        for k, job in enumerate(jobs):
+            share = None if watcher is None else _share(watcher, k, len(jobs))
+            solutions.append(execute(circuit, job, request, progress=share))
+            if solutions[-1].interrupted:
+                break
     judge(solutions, on_failure)
     return solutions
 
@@ -340,6 +352,8 @@ def _run_job(
     solution.warnings = [*warnings, *solution.warnings]
     if parameters and isinstance(solution.again, Rerun):
         solution.again = replace(solution.again, deck=deck, parameters=parameters)
+    if parameters and isinstance(solution.more, Rerun | SolvedAgain):
+        solution.more = replace(solution.more, deck=deck, parameters=parameters)
     if not solution.interrupted:
         evaluate_measures(solution, measures)
         if job.kind in ("tran", "pss"):

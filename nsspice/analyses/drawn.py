@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import NsspiceError
 from .motion import places
+from .on_demand import made_of
 from .solution import Solution
 
 #: points of a picture at least, so that few long pieces look smooth
@@ -24,6 +25,7 @@ def drawn(solution: Solution, names: Sequence[str]) -> Solution:
     solution : Solution
         Of a sweep, and of rows without an engine, the rows stay.
     names : sequence of str
+        Signals, or expressions of signals.
 
     Examples
     --------
@@ -33,16 +35,23 @@ def drawn(solution: Solution, names: Sequence[str]) -> Solution:
     (True, 1.0)
     """
     if solution.again is None or solution.axis.size < 2:
-        return solution.with_jumps()
+        return _rows(solution, names)
+    needed = [n for name in names for n in made_of(name)]
     try:
-        motion = solution.motion(names)
+        motion = solution.motion(needed)
     except NsspiceError:  # more than can be kept
-        return solution.with_jumps()
+        return _rows(solution, names)
     pieces = motion.pieces
     count = max(pieces.points, -(-_POINTS // pieces.begin.size))
     found = motion.signals(np.arange(pieces.begin.size), places(count))
     # instants of two pieces that meet may differ by rounding
     axis = np.maximum.accumulate(found[solution.axis_name].ravel())
-    signals = {name: found[name].ravel() for name in names}
-    changes: dict[str, Any] = {"fine": None, "recording": None, "again": None}
+    signals = {name: values.ravel() for name, values in found.items() if name in needed}
+    changes: dict[str, Any] = {"fine": None, "recording": None, "again": None, "more": None}
     return replace(solution, axis=axis, signals=signals, **changes)
+
+
+def _rows(solution: Solution, names: Sequence[str]) -> Solution:
+    """Return the output points with both sides of jumps, where those are known of all signals."""
+    rows = solution.with_jumps()
+    return rows if all(n in rows for name in names for n in made_of(name)) else solution

@@ -116,3 +116,8 @@ def read_again(deck: Deck, params: Mapping[str, float]) -> Circuit:
     given = {**deck.overrides, **params}
     source: str | Path = deck.source or Path(deck.file)
     return build(read_deck(source, given, deck.file, confined=deck.confined))
+
+
+def again(deck: Deck, params: Mapping[str, float]) -> Circuit:
+    """Return the circuit of a deck, read again only if some parameters are changed."""
+    return read_again(deck, params) if params else build(deck)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
-_CALL = re.compile(r"^([vip])\((.*)\)$")
+_CALL = re.compile(r"^([vip])\(([^()]*)\)$")
 
 
 @lru_cache(maxsize=4096)  # runs of one circuit ask for the same names

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +12,9 @@ import numpy.typing as npt
 from ..errors import Diagnostic, suggest
 from ..netlist.node import COMPLEX_FORMS
 from .events import Event
+from .handed_over import HandedOver
 from .names import canonical
+from .on_demand import derived
 from .run_statistics import RunStatistics
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from .loop_gain import LoopReport
     from .losses import LossTable
     from .motion import Motion
+    from .on_demand import Rows
     from .regularity import SolutionVerdict
     from .sensitivity import Sensitivity
     from .spectrum import Spectrum
@@ -153,6 +155,12 @@ class _Known:
         return self.points
 
 
+def _values(parameters: Mapping[str, float]) -> str:
+    """Return the values of the ``.step`` parameters as text."""
+    inner = ", ".join(f"{name} = {value:g}" for name, value in parameters.items())
+    return f"({inner})" if inner else ""
+
+
 def _slots_of(item: object) -> dict[str, Any]:
     """Return the attributes of an object with slots, as they are pickled."""
     return {f.name: getattr(item, f.name) for f in fields(item)}  # type: ignore[arg-type]
@@ -212,8 +220,8 @@ class IslandRun:
         return None, _slots_of(self) | {"judge": self.regularity}
 
 
-@dataclass(slots=True, eq=False)
-class Solution(RunStatistics):
+@dataclass(slots=True, eq=False, repr=False)
+class Solution(RunStatistics, HandedOver):
     """Result of one analysis.
 
     Parameters
@@ -270,6 +278,8 @@ class Solution(RunStatistics):
         What the engine has kept of signals between the rows.
     again : callable or None
         Runs the analysis once more and records other signals.
+    more : Rows or None
+        Runs the analysis once more, for signals that are asked for later.
 
     Examples
     --------
@@ -307,6 +317,7 @@ class Solution(RunStatistics):
     fine: Callable[[], FinePoints | None] | None = None
     recording: Recording | None = None
     again: Again | None = None
+    more: Rows | None = None
 
     def __post_init__(self) -> None:
         if not self.columns:
@@ -318,6 +329,18 @@ class Solution(RunStatistics):
         # what is computed when it is asked for holds the solver, which stays in its process
         fine = None if self.fine is None else _Known(self.fine())
         return None, _slots_of(self) | {"fine": fine}
+
+    def __repr__(self) -> str:
+        certificate = self.certificate
+        verdict = (
+            "not certified"
+            if certificate is None
+            else ("certificate holds" if certificate.passed else "certificate FAILS")
+        )
+        what = " ".join(filter(None, [self.analysis, repr(self.title), _values(self.parameters)]))
+        return (
+            f"<Solution {what}: {self.row_count} points of {len(self.columns)} signals, {verdict}>"
+        )
 
     @property
     def time(self) -> Floats:
@@ -345,34 +368,41 @@ class Solution(RunStatistics):
         return total
 
     def __getitem__(self, name: str) -> Floats:
-        """Return a waveform by name; differences of recorded node voltages are formed on demand."""
+        """Return a waveform by name, or an expression of waveforms: ``v(a)-v(b)``, ``p(r1)``.
+
+        Signals that were not recorded cost another run of the analysis; they are kept.
+        """
         if not isinstance(name, str):
             raise TypeError(f"a signal is named by a text such as 'v(out)', not by {name!r}")
         key = canonical(name)
+        found = self._recorded(key)
+        if found is None:
+            found = derived(self, name)
+        if found is not None:
+            return found
+        if key[:2] in ("v(", "i(", "p("):
+            hint = "name it in signals= or extra= of the run, or in a .save card"
+        else:
+            hint = f"signals are {', '.join(list(self.signals)[:8]) or 'v(node) and i(element)'}"
+        hint = suggest(key, self.signals) or hint
+        raise KeyError(f"no signal {name!r} in this solution; {hint}")
+
+    def __contains__(self, name: object) -> bool:
+        """Return whether a signal is known without running the analysis once more."""
+        return self._recorded(canonical(str(name))) is not None
+
+    def _recorded(self, key: str) -> Floats | None:
+        """Return a recorded signal, the axis, a difference of node voltages or a part of one."""
         if key in self.signals:
             return self.signals[key]
         if key == self.axis_name:
             return self.axis
         if key.startswith("v(") and "," in key:
-            plus, minus = key[2:-1].split(",")
+            plus, _, minus = key[2:-1].partition(",")
             if all(n == "0" or f"v({n})" in self.signals for n in (plus, minus)):
                 return self._voltage(plus) - self._voltage(minus)
-        if key[:2] in ("v(", "i(", "p("):
-            hint = "name it in signals= or extra= of the run, or in a .save card"
-        else:
-            hint = f"signals are {', '.join(list(self.signals)[:8]) or 'v(node) and i(element)'}"
         response: Floats | None = self._response(key)
-        if response is not None:
-            return response
-        hint = suggest(key, self.signals) or hint
-        raise KeyError(f"no signal {name!r} in this solution; {hint}")
-
-    def __contains__(self, name: object) -> bool:
-        try:
-            self[str(name)]
-        except KeyError:
-            return False
-        return True
+        return response
 
     def _response(self, key: str) -> Any:
         """Return a complex signal of ``.ac``, or a part of one: ``vdb(out)``; None without it."""
@@ -396,7 +426,7 @@ class Solution(RunStatistics):
         fine = None if self.fine is None else self.fine()
         if fine is None:
             return self
-        changes: dict[str, Any] = {"fine": None, "recording": None, "again": None}
+        changes: dict[str, Any] = {"fine": None, "recording": None, "again": None, "more": None}
         return replace(self, axis=fine.axis, signals=fine.signals, **changes)
 
     def motion(
@@ -462,83 +492,3 @@ class Solution(RunStatistics):
         if not arrays:
             return names, np.zeros((self.axis.size, 0))
         return names, np.column_stack(arrays)
-
-    def to_csv(self, path: str | Path, columns: Sequence[str] | None = None) -> None:
-        """Write the columns to a CSV file; doubles read back bit for bit.
-
-        Parameters
-        ----------
-        path : str or Path
-        columns : sequence of str, optional
-            Signals to write; all ``columns`` of the solution if left out.
-
-        Raises
-        ------
-        OutputError
-            If the file cannot be written.
-        """
-        from ..output.csv import write_csv
-
-        write_csv(self, path, columns)
-
-    def to_pandas(self) -> Any:
-        """Return a ``pandas.DataFrame`` of all ``columns``, indexed by the axis.
-
-        Raises
-        ------
-        UsageError
-            NS4010 if pandas is not installed.
-        """
-        try:
-            import pandas  # type: ignore[import-untyped, import-not-found, unused-ignore]
-        except ImportError as error:
-            from ..errors import UsageError
-
-            raise UsageError(
-                Diagnostic(
-                    "NS4010",
-                    "to_pandas() needs the package pandas, which is not installed",
-                    hint="pip install pandas, or use sol.table() for plain arrays",
-                )
-            ) from error
-        frame = pandas.DataFrame({name: self[name] for name in self.columns})
-        if self.axis_name:
-            frame.index = pandas.Index(self.axis, name=self.axis_name)
-        return frame
-
-    def plot(self, path: str | Path | None = None, columns: Sequence[str] | None = None) -> Any:
-        """Draw the waveforms, in a panel for each unit.
-
-        Parameters
-        ----------
-        path : str or Path, optional
-            Where to save the picture: .png, .svg or .pdf.
-        columns : sequence of str, optional
-            Signals to draw; all ``columns`` of the solution if left out.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-
-        Raises
-        ------
-        UsageError
-            If there is nothing to draw, or matplotlib is missing.
-        OutputError
-            If the file cannot be written.
-        """
-        from ..output.plot import draw
-
-        return draw(self, path, columns)
-
-    def summary(self) -> str:
-        """Return the text that the command line prints after a run."""
-        from ..output.summary import describe
-
-        return describe(self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything but the waveforms as a JSON-ready mapping."""
-        from ..output.summary import to_dict
-
-        return to_dict(self)

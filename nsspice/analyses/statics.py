@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..circuit import Circuit
 from ..errors import Diagnostic, NumericalError, Span, UsageError
-from ..netlist.deck import DcCard, Sweep
+from ..netlist.deck import DcCard, Deck, Sweep
 from .cards import Dc
 from .certificate import Certificate
 from .curve import Floats
 from .following import Following
 from .given import finite, name_of, several
-from .load import need_circuit
+from .load import again, need_circuit
 from .overrides import check_value, checked_values, valued
 from .points import PointsOfIsland, report_of
 from .recorder import Recorder, select
@@ -283,4 +284,43 @@ def _solve(
     if failure is not None:
         failure.partial = solution
         raise failure
+    if not interrupted:
+        conditions = (kind, tuple(sweeps), temperature, dict(values), following)
+        solution.more = SolvedAgain(circuit.deck, *conditions)
     return solution
+
+
+@dataclass(frozen=True, slots=True)
+class SolvedAgain:
+    """Solves the points of a sweep once more, for other signals.
+
+    It holds the deck, since a circuit holds the systems that were assembled of it.
+
+    Parameters
+    ----------
+    deck : Deck
+    kind : str
+        ``op`` or ``dc``.
+    sweeps : tuple of Sweep
+    temperature : float or None
+        [degrees Celsius]
+    values : mapping of str to float
+        Values by element name that replace those of the deck.
+    following : Following or None
+    parameters : mapping of str to float
+        The same by parameter name.
+    """
+
+    deck: Deck
+    kind: str
+    sweeps: tuple[Sweep, ...]
+    temperature: float | None
+    values: Mapping[str, float]
+    following: Following | None
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+    def rows(self, names: Sequence[str]) -> Solution:
+        """Return other signals at the same points."""
+        circuit = again(self.deck, self.parameters)
+        conditions = (self.temperature, self.values, None, None, self.following)
+        return _solve(circuit, self.kind, self.sweeps, names, (), *conditions)

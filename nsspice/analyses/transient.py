@@ -5,8 +5,9 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
-from ..circuit import Circuit, build
+from ..circuit import Circuit
 from ..errors import Diagnostic, NumericalError, UsageError
 from ..netlist.deck import Deck, TranCard
 from .aliasing import OutputPoints
@@ -17,7 +18,7 @@ from .curve import Floats
 from .events import Events
 from .interrupts import Interrupts
 from .island_runner import IslandRunner
-from .load import need_circuit, read_again
+from .load import again, need_circuit
 from .overrides import checked_values
 from .recorder import Recorder, select
 from .refusal import check_on_failure, judge
@@ -284,8 +285,9 @@ def run_tran(
             if not keep:  # nothing else is wanted
                 raise
     if failure is None and not interrupted:
-        conditions = (temperature, values or {}, beginnings, periodic_sources)
+        conditions = (temperature, values or {}, beginnings, periodic_sources, all_points)
         solution.again = Rerun(circuit.deck, analysis, settings, *conditions)
+        solution.more = solution.again if keep else None
     if keep and any(runner.sides for runner in runners):
         solution.fine = _Fine(runners, recorder, table)
     if failure is not None:
@@ -327,7 +329,7 @@ class Rerun:
         [degrees Celsius]
     values : mapping of str to float
         Values by element name that replace those of the deck.
-    beginnings, periodic_sources
+    beginnings, periodic_sources, all_points
         As for ``run_tran``.
     parameters : mapping of str to float
         The same by parameter name.
@@ -340,25 +342,34 @@ class Rerun:
     values: Mapping[str, float]
     beginnings: Sequence[Beginning | None] | None
     periodic_sources: bool
+    all_points: bool
     parameters: Mapping[str, float] = field(default_factory=dict)
 
     def __call__(self, names: Sequence[str], start: float, stop: float) -> Recording:
         """Record signals between two instants [s]."""
-        circuit = read_again(self.deck, self.parameters) if self.parameters else build(self.deck)
-        solution = run_tran(
+        circuit = again(self.deck, self.parameters)
+        watched = Watched.signals(circuit, names, start, stop)
+        solution = self._run(circuit, names, keep=False, watched=watched)
+        assert solution.recording is not None
+        return solution.recording
+
+    def rows(self, names: Sequence[str]) -> Solution:
+        """Return other signals at the same output points."""
+        circuit = again(self.deck, self.parameters)
+        return self._run(circuit, names, keep=True, all_points=self.all_points)
+
+    def _run(self, circuit: Circuit, names: Sequence[str], **options: Any) -> Solution:
+        return run_tran(
             circuit,
             self.analysis,
             self.settings,
             signals=names,
             temperature=self.temperature,
             values=self.values,
-            keep=False,
             beginnings=self.beginnings,
             periodic_sources=self.periodic_sources,
-            watched=Watched.signals(circuit, names, start, stop),
+            **options,
         )
-        assert solution.recording is not None
-        return solution.recording
 
 
 class _Fine:

@@ -96,7 +96,7 @@ class Island:
         return sum(device.pair_count for device in self.devices)
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, repr=False)
 class Circuit:
     """A circuit that passed all checks; :func:`nsspice.read` makes one.
 
@@ -136,6 +136,21 @@ class Circuit:
     def __post_init__(self) -> None:
         self._by_name = {device.name: device for device in self.devices}
         self._parts = {}
+
+    def __repr__(self) -> str:
+        return f"<Circuit {self.deck.title!r}: {self.size}>"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: title, size, and the effects of each element."""
+        from ..output.notebook import circuit_html
+
+        return circuit_html(self)
+
+    @property
+    def size(self) -> str:
+        """Numbers of elements, nodes and islands, as text."""
+        sizes = {"element": self.devices, "node": self.node_island, "island": self.islands}
+        return ", ".join(f"{len(of)} {word}{'s' * (len(of) != 1)}" for word, of in sizes.items())
 
     def run(self, **options: Any) -> list[Solution]:
         r"""Run all analyses of the deck, for every value of its ``.step`` cards.

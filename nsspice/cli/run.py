@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -30,11 +31,12 @@ _RECORDED = 16
 #: what a name after --plot and after --report ends in; any other is that of the netlist
 _PICTURES = (".png", ".svg", ".pdf")
 _PAGES = (".html", ".htm")
+_FILE = "CSV file, or .raw, .npz, .parquet, .h5 by its ending; - is standard output."
 
 
 @click.command("run", short_help="simulate a netlist")
 @click.argument("netlist", required=False)
-@click.option("-o", "--output", metavar="FILE", help="CSV file (or .raw); - is standard output.")
+@click.option("-o", "--output", metavar="FILE", help=_FILE)
 @click.option(
     "--plot",
     is_flag=False,
@@ -117,7 +119,8 @@ def command(
     """Simulate NETLIST (- is standard input) and write its waveforms.
 
     The file a.csv in the current folder takes the rows of a.net; with several analyses a.tran.csv
-    and a.dc.csv, with .step cards a.step1.csv and so on.  A summary goes to standard error.
+    and a.dc.csv, with .step cards a.step1.csv and so on; a .raw file holds all steps as plots.  A
+    summary goes to standard error.
     """
     netlist, plot = _sort_out(netlist, plot, _PICTURES)
     netlist, report = _sort_out(netlist, report, _PAGES)
@@ -197,14 +200,20 @@ class _Run:
         force: bool,
     ) -> None:
         from ..analyses.batch import jobs_of
+        from ..output.exports import WHOLE
 
         self.circuit, self.force = circuit, force
         self.netlist = path_of(netlist)
         self.request, self.as_json, self.quiet = request, as_json, quiet
         self.jobs = jobs_of(self.circuit.deck)
         self.stdout = output == "-"
-        self.raw = output is not None and output.lower().endswith(".raw")
-        self.outputs = [_labelled(output, self.netlist, job.label) for job in self.jobs]
+        suffix = "" if output in (None, "-") else Path(str(output)).suffix.lower()
+        self.raw = suffix == ".raw"
+        self.whole = suffix in WHOLE  # written when a run is complete
+        labels = [job.label for job in self.jobs]
+        if self.raw:  # all steps of an analysis are plots of one file
+            labels = [re.sub(r"\.?step\d+$", "", label) for label in labels]
+        self.outputs = [_labelled(output, self.netlist, label) for label in labels]
         self.plots = self._plot_files(plot)
         self.solutions: list[Any] = []
         self.report: Path | None = None
@@ -265,6 +274,7 @@ class _Run:
         """Refuse what cannot be written before anything is computed."""
         from ..analyses.cards import Tran
         from ..netlist.deck import TranCard
+        from ..output.exports import check_export
         from ..output.files import check_room, check_table_format, check_target
 
         if self.stdout and len(self.jobs) > 1:
@@ -282,8 +292,9 @@ class _Run:
             check_target(target, inputs, self.force)
         if self.stdout:
             return
-        for path in self.outputs:
+        for path in self.outputs[:1]:
             check_table_format(path)
+            check_export(path)
         for job, path in zip(self.jobs, self.outputs, strict=True):
             if isinstance(job.card, TranCard):
                 card = job.card._replace(tstop=self.request.stop or job.card.tstop)
@@ -319,9 +330,9 @@ class _Run:
         def progress(done: float) -> None:
             bar((k + done) / len(self.jobs))
 
-        sink = None if self.raw else self._sink(k)
+        sink = None if self.whole else self._sink(k)
         request = self.request
-        if self.raw:
+        if self.whole:
             request = replace(request, keep=True)
         if self.plots[k] is not None or self.report is not None:
             from ..analyses.recorder import select
@@ -358,8 +369,8 @@ class _Run:
         """Write what is not streamed, and print the summary."""
         self.solutions.append(solution)
         written: list[str] = []
-        if self.raw:
-            self._write_raw(solution, self.outputs[k])
+        if self.whole:
+            self._write(solution, k)
         if not self.stdout and solution.row_count:
             written.append(str(self.outputs[k]))
         plot = self.plots[k]
@@ -376,12 +387,16 @@ class _Run:
         if written:
             say(f"  written: {', '.join(written)}")
 
-    def _write_raw(self, solution: Any, path: Path) -> None:
-        """Write a raw file; where that fails, the rows go to the temporary folder as CSV."""
+    def _write(self, solution: Any, k: int) -> None:
+        """Write a complete table; where that fails, the rows go to the temporary folder as CSV."""
         from ..output.raw import write_raw
 
+        path = self.outputs[k]
         try:
-            write_raw(solution, path)
+            if self.raw:
+                write_raw(solution, path, append=path in self.outputs[:k])
+            else:
+                solution.save(path)
         except OutputError as error:
             import tempfile
 

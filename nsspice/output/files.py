@@ -36,8 +36,8 @@ def output_error(error: OSError, name: str, where: str = "") -> OutputError:
 
 #: endings that promise another format than text with commas, which any other ending gets
 _OTHER_FORMATS = frozenset([
-    ".arrow", ".feather", ".h5", ".hdf5", ".json", ".mat", ".npy", ".npz", ".ods", ".parquet",
-    ".pickle", ".pkl", ".vcd", ".xls", ".xlsx",
+    ".arrow", ".feather", ".json", ".mat", ".npy", ".ods", ".pickle", ".pkl", ".vcd", ".xls",
+    ".xlsx",
 ])  # fmt: skip
 _PICTURES = frozenset([".png", ".svg", ".pdf", ".jpg", ".jpeg", ".gif", ".eps", ".ps"])
 
@@ -57,12 +57,12 @@ def check_table_format(path: Path) -> None:
     Traceback (most recent call last):
     ...
     nsspice.errors.UsageError: error NS4008: a.xlsx: tables are not written as .xlsx
-      hint: end the name in .csv or .raw; spreadsheets, pandas and Matlab read .csv
+      hint: end the name in .csv, .raw, .npz, .parquet or .h5; spreadsheets read .csv
     """
     suffix = path.suffix.lower()
     if suffix not in _OTHER_FORMATS | _PICTURES:
         return
-    hint = "end the name in .csv or .raw; spreadsheets, pandas and Matlab read .csv"
+    hint = "end the name in .csv, .raw, .npz, .parquet or .h5; spreadsheets read .csv"
     if suffix in _PICTURES:
         hint = f"draw a picture with --plot {path}"
     message = f"{path}: tables are not written as {suffix}"

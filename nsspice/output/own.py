@@ -50,7 +50,8 @@ def written_by_nsspice(path: Path) -> bool:
         tail = file.read(_HEAD)
     if not head:
         return True
-    if head.startswith((b"\x89PNG", b"%PDF", b"<?xml")):
+    # pictures and archives name their program
+    if head.startswith((b"\x89PNG", b"%PDF", b"<?xml", b"PK\x03\x04", b"PAR1", b"\x89HDF")):
         return b"nsspice" in head or b"nsspice" in tail
     if head.lstrip()[:15].lower() == b"<!doctype html>":
         return b'name="generator" content="nsspice' in head

@@ -62,7 +62,8 @@ def draw(
         return figure
     names = list(solution.columns if columns is None else columns)
     # of a circuit what has a unit; other systems have none, and a panel for each signal
-    names = [name for name in names if unit(name)] or names
+    if columns is None:
+        names = [name for name in names if unit(name)] or names
     if not names or not solution.axis_name or solution.axis.size < 2:
         raise UsageError(
             Diagnostic(

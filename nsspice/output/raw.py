@@ -33,7 +33,13 @@ _HEAD = 1 << 20  # bytes of a header: thousands of variables
 _TYPES = {"V": "voltage", "A": "current", "s": "time", "Hz": "frequency"}
 
 
-def write_raw(solution: Solution, path: str | Path, columns: Sequence[str] | None = None) -> None:
+def write_raw(
+    solution: Solution,
+    path: str | Path,
+    columns: Sequence[str] | None = None,
+    *,
+    append: bool = False,
+) -> None:
     """Write a solution as a binary raw file, readable with ngspice, LTspice viewers or spicelib.
 
     Parameters
@@ -42,6 +48,8 @@ def write_raw(solution: Solution, path: str | Path, columns: Sequence[str] | Non
     path : str or Path
     columns : sequence of str, optional
         Signals to write; all ``columns`` of the solution if left out.
+    append : bool
+        Whether it becomes one more plot of a file that is there: the runs of ``.step`` cards.
 
     Raises
     ------
@@ -59,7 +67,7 @@ def write_raw(solution: Solution, path: str | Path, columns: Sequence[str] | Non
         types[0] = "voltage" if solution.axis_name.startswith("v") else "notype"
     lines = [
         # a title must stay on its line, whatever the deck said
-        f"Title: {' '.join(solution.title.split()) or 'nsspice'}",
+        f"Title: {_title(solution)}",
         "Date: -",  # no clock: two runs of a deck give identical bytes
         f"Plotname: {_PLOTS[solution.analysis]}",
         "Command: nsspice, in the layout of ngspice",  # by which readers tell the dialect
@@ -73,12 +81,22 @@ def write_raw(solution: Solution, path: str | Path, columns: Sequence[str] | Non
         ),
         "Binary:\n",
     ]
+    content = "\n".join(lines).encode() + np.ascontiguousarray(table, dtype="<f8").tobytes()
     try:
-        with whole(path) as part, part.open("wb") as file:
-            file.write("\n".join(lines).encode())
-            file.write(np.ascontiguousarray(table, dtype="<f8").tobytes())
+        if append:
+            with Path(path).open("ab") as file:
+                file.write(content)
+            return
+        with whole(path) as part:
+            part.write_bytes(content)
     except OSError as error:
         raise output_error(error, str(path)) from error
+
+
+def _title(solution: Solution) -> str:
+    """Return the title with the values of the ``.step`` cards, which tell plots apart."""
+    values = [f"{name} = {value:.9g}" for name, value in solution.parameters.items()]
+    return ", ".join([" ".join(solution.title.split()) or "nsspice", *values])
 
 
 def read_raw(path: str | Path) -> tuple[list[str], npt.NDArray[np.float64]]:

@@ -159,7 +159,7 @@ def test_expectations_of_nothing_do_not_pass(call):
 def test_python_tells_wrong_arguments():
     circuit = nsspice.read(RC)
     with pytest.raises(TypeError, match="make one with nsspice"):
-        nsspice.run(RC)  # type: ignore[arg-type]
+        nsspice.tran(RC)  # type: ignore[arg-type]
     for wrong in (None, 5, circuit):
         with pytest.raises(TypeError, match=type(wrong).__name__):
             nsspice.read(wrong)  # type: ignore[arg-type]
@@ -183,8 +183,9 @@ def test_signals_of_a_solution():
     assert solution.columns == ["v(a)"]
     with pytest.raises(TypeError, match="named by a text"):
         solution[0]  # type: ignore[index]
+    assert solution["p(r1)"].size == solution.axis.size  # another run computes it
     with pytest.raises(KeyError, match="extra="):
-        solution["p(r1)"]
+        nsspice.Solution("tran", "t", "time", solution.time, {"v(a)": solution["v(a)"]})["p(r1)"]
 
 
 @pytest.mark.parametrize(("name", "meant"), [("b", "v(b)"), ("R1", "i(r1)")])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -268,7 +269,8 @@ def test_help_lists_the_commands(call):
 
 
 @pytest.mark.parametrize(
-    ("name", "hint"), [("a.xlsx", "in .csv or .raw"), ("a.MAT", ".csv"), ("a.png", "--plot a.png")]
+    ("name", "hint"),
+    [("a.xlsx", "in .csv, .raw, .npz"), ("a.MAT", ".csv"), ("a.png", "--plot a.png")],
 )
 def test_a_table_of_another_format_is_refused_before_the_run(call, name, hint):
     result = call("run", "rc.net", "-o", name)
@@ -291,3 +293,39 @@ def test_a_report_beside_the_csv_file(call):
     # an error keeps what was computed, in the page as well
     assert call("run", "contradiction.net", "--report").exit_code == 3
     assert Path("contradiction.html").exists()
+
+
+def test_a_raw_file_holds_all_steps_as_plots(call):
+    """As ngspice writes them, one after the other; each title tells the values of its step."""
+    assert call("run", "stepped.net", "-o", "a.raw").exit_code == 0
+    assert call("run", "stepped.net", "-o", "a.raw").exit_code == 0  # replaced, not extended
+    content = Path("a.raw").read_bytes()
+    assert content.count(b"Title: ") == content.count(b"Binary:") == 2
+    assert b"Title: stepped divider, r = 1000\n" in content
+    assert b"Title: stepped divider, r = 3000\n" in content
+    assert not list(Path().glob("a.step*"))
+
+
+def test_other_analyses_have_raw_files_of_their_own(call):
+    assert call("run", "divider.net", "-o", "a.raw").exit_code == 0
+    assert {p.name for p in Path().glob("*.raw")} == {"a.op.raw", "a.dc.raw", "a.tran.raw"}
+
+
+def test_numpy_archives_are_written_and_replaced(call):
+    for _ in range(2):  # the second run knows the file as its own
+        assert call("run", "rc.net", "-o", "a.npz", "--signals", "v(out)").exit_code == 0
+    with np.load("a.npz") as archive:
+        assert list(archive) == ["time", "v(out)"]
+        assert archive["time"].size == 11
+    np.savez("other.npz", x=np.zeros(3))
+    result = call("run", "rc.net", "-o", "other.npz")
+    assert result.exit_code == 2
+    assert "NS4018" in result.stderr
+
+
+def test_a_missing_package_is_told_before_the_run(call, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    result = call("run", "long.net", "-o", "a.parquet")
+    assert result.exit_code == 2
+    assert "NS4010" in result.stderr
+    assert "pip install pyarrow" in result.stderr

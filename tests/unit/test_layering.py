@@ -30,10 +30,14 @@ ALLOWED = {
 
 #: the methods ``to_csv``, ``plot`` ... of a solution hand over to the writers when they are called,
 #: ``run`` of a circuit to the analyses
-HANDS_OVER = {"analyses/solution.py": {"output"}, "circuit/circuit.py": {"analyses"}}
+HANDS_OVER = {
+    "analyses/handed_over.py": {"output"},
+    "circuit/circuit.py": {"analyses", "output"},
+}
 
 #: imported when they are needed, so that small runs start fast
 LATE = {"scipy", "matplotlib", "rich", "pandas", "PySpice", "spicelib", "mpmath"}
+LATE |= {"pyarrow", "h5py", "xarray", "IPython"}
 
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if "core" not in p.relative_to(PACKAGE).parts)
 
