@@ -13,7 +13,8 @@ def canonical(name: str) -> str:
     """Return a signal name in lower case, without blanks, ground written ``0``.
 
     ``v(a,0)`` is ``v(a)``, SPICE's ``v1#branch`` is ``i(v1)`` and ``@r1[i]`` is ``i(r1)``.
-    ``ib(q1)`` and ``@q1[ib]`` are the current ``i(q1.b)`` into the base, ``ic(q1)`` is ``i(q1)``.
+    ``ib(q1)`` and ``@q1[ib]`` are the current ``i(q1.b)`` into the base, ``ic(q1)`` is ``i(q1)``;
+    so are ``ig(m1)`` and ``is(m1)`` those into gate and source, ``id(m1)`` is ``i(m1)``.
 
     Examples
     --------
@@ -29,9 +30,9 @@ def canonical(name: str) -> str:
         return f"i({key[:-7]})"
     if (device := re.match(r"^@(.+)\[(i|id|ic|p)\]$", key)) is not None:
         return f"{device[2][0]}({device[1]})"
-    if (device := re.match(r"^@(.+)\[i([be])\]$", key)) is not None:
+    if (device := re.match(r"^@(.+)\[i([begs])\]$", key)) is not None:
         return f"i({device[1]}.{device[2]})"
-    if (device := re.match(r"^i([cdbe])\((.+)\)$", key)) is not None:
+    if (device := re.match(r"^i([cdbegs])\((.+)\)$", key)) is not None:
         return f"i({device[2]})" if device[1] in "cd" else f"i({device[2]}.{device[1]})"
     match = _CALL.match(key)
     if match is None:

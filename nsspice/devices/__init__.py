@@ -21,11 +21,14 @@ if TYPE_CHECKING:
     from .diode import Diode, DiodeLaw
     from .ebers_moll import EbersMoll
     from .effect import Effect
+    from .igbt import Igbt
     from .inductor import Inductor
     from .isource import CurrentSource
     from .junction import JunctionLaw
     from .junction_diode import JunctionDiode
     from .latching_thyristor import LatchingThyristor
+    from .mosfet import Mosfet
+    from .mosfet_switch import MosfetSwitch
     from .parameter import Parameter, Table
     from .resistor import Resistor
     from .stamper import Conditions, Layout, Stamper
@@ -56,11 +59,14 @@ _HOME = {
     "EbersMoll": ".ebers_moll",
     "Edge": ".device",
     "Effect": ".effect",
+    "Igbt": ".igbt",
     "Inductor": ".inductor",
     "JunctionDiode": ".junction_diode",
     "JunctionLaw": ".junction",
     "LatchingThyristor": ".latching_thyristor",
     "Layout": ".stamper",
+    "Mosfet": ".mosfet",
+    "MosfetSwitch": ".mosfet_switch",
     "PairLaw": ".characteristic",
     "Parameter": ".parameter",
     "Reading": ".behavioural",
@@ -93,9 +99,11 @@ _LAWS = {
     "h": "Ccvs",
     "b": "Behavioural",
     "d": "Diode",
+    "m": "Mosfet",
     "q": "Transistor",
     "s": "VoltageSwitch",
     "w": "CurrentSwitch",
+    "z": "Igbt",
 }
 
 
@@ -133,11 +141,14 @@ __all__ = [
     "EbersMoll",
     "Edge",
     "Effect",
+    "Igbt",
     "Inductor",
     "JunctionDiode",
     "JunctionLaw",
     "LatchingThyristor",
     "Layout",
+    "Mosfet",
+    "MosfetSwitch",
     "PairLaw",
     "Parameter",
     "Reading",

@@ -19,11 +19,10 @@ from typing import TYPE_CHECKING
 from ..netlist.expression import Expression
 from ..problems.descriptor import Functional
 from .device import NO_VALUES, Context, Edge
-from .diode import curve_body, is_smooth, model_law
 from .effect import Effect
-from .junction_diode import junction_law
-from .leg import Body, JunctionBody, Leg, Voltage
-from .leg_device import series_drop, size_of
+from .leg import Leg, Voltage
+from .leg_device import size_of
+from .named_leg import named_leg
 from .outputs import plus, scaled
 from .parameter import Parameter, Table, inert, refused
 from .stamper import Layout, Stamper
@@ -31,7 +30,6 @@ from .transistor import ELEMENT, RATINGS, Transistor
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element, Model
-    from ..netlist.findings import Findings
 
 _GAINS = (
     Parameter("alphan", "share of the emitter's diode current in the collector"),
@@ -121,7 +119,7 @@ class EbersMoll(Transistor):
         for key in ("de", "dc"):
             diode = element.models.get(key) or model.models.get(key)
             temperature = given.get("temp"), given.get("dtemp", 0.0)
-            leg = _leg(element, key, diode, parallel, temperature, context)
+            leg = named_leg(element, key, diode, parallel, temperature, context)
             if leg is None:
                 return None
             legs.append(leg)
@@ -197,40 +195,3 @@ class EbersMoll(Transistor):
             for name, a, k, leg in self._places
             for share in layout.voltage(*leg.charge(layout, name, a, k, voltage(a) - voltage(k)))
         ]
-
-
-def _leg(
-    element: Element,
-    key: str,
-    diode: Model | None,
-    parallel: float,
-    temperature: tuple[float | None, float],
-    context: Context,
-) -> Leg | None:
-    """Return one diode of a transistor, or None after reporting why not."""
-    if diode is not None and diode.type != "d":
-        _wrong_type(element, key, diode, context.findings)
-        return None
-    body: Body
-    if diode is not None and is_smooth(diode):
-        junction = junction_law(diode, context)
-        if junction is None:
-            return None
-        body = JunctionBody(junction, parallel, *temperature)
-    else:
-        law = model_law(diode, context)
-        if law is None:
-            return None
-        body = curve_body(law, parallel, context)
-    return Leg(body, series_drop(None, diode, context.findings), parallel)
-
-
-def _wrong_type(element: Element, key: str, diode: Model, findings: Findings) -> None:
-    """Report a junction whose model is no diode."""
-    findings.error(
-        "NS2002",
-        f"{key} of {element.name} needs a .model of type d, but {diode.name} is of type "
-        f"{diode.type}",
-        element.span,
-        f"the card stands at {diode.span}",
-    )

@@ -23,7 +23,7 @@ MAX_ELEMENTS = 1_000_000
 #: subcircuits within subcircuits
 MAX_NESTING = 50
 #: model types whose standard values are a usable device
-_TYPES = frozenset(["d", "npn", "pnp"])
+_TYPES = frozenset(["d", "nmos", "npn", "pmos", "pnp", "vdmos"])
 
 
 class Expander:
@@ -141,7 +141,7 @@ class Expander:
             params,
             dict(item.flags),
             item.node_spans,
-            scope.named_models(item.params) if item.letter == "q" else {},
+            scope.named_models(item.params) if item.letter in "mqz" else {},
         )
         if item.model and model is None and (item.value is not None or value is None):
             raise self._no_model(scope, item)

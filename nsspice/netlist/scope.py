@@ -20,6 +20,9 @@ from .findings import Unreadable
 from .node import Node, var
 from .template import Formula, FunctionTemplate, ModelTemplate, ParamText, Value
 
+#: types of cards whose parameters may name other cards
+_NAMING = frozenset({"nigbt", "nmos", "npn", "pigbt", "pmos", "pnp"})
+
 
 class Scope:
     """One instance of a subcircuit, or the deck itself.
@@ -272,7 +275,7 @@ class Scope:
                 params = {key: scope.param(key, text) for key, text in card.params.items()}
                 made = Model(name, card.type, params, card.span)
                 scope._made[name] = made
-                if card.type in ("npn", "pnp"):
+                if card.type in _NAMING:
                     made.models.update(scope.named_models(card.params))
                 return made
             scope = scope.parent
@@ -287,7 +290,7 @@ class Scope:
             If there is no such card.
         """
         found: dict[str, Model] = {}
-        for key in ("de", "dc"):
+        for key in ("de", "dc", "body"):
             text = params.get(key)
             if text is None:
                 continue

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...devices import CurrentSwitch, VoltageSwitch
+from ...devices import CurrentSwitch, SwitchLaw, VoltageSwitch
 from ...devices.leg import CurveBody, JunctionBody, Leg
 from ...devices.leg_device import LegDevice
 from .deck_writer import DeckWriter, untranslatable
@@ -126,26 +126,14 @@ def _sharp_junctions(writer: DeckWriter, name: str, body: CurveBody, a: str, b: 
 
 def write_switch(writer: DeckWriter, switch: VoltageSwitch | CurrentSwitch) -> None:
     """Write a switch; an ideal one gets a tiny and a huge resistance."""
-    law, m = switch.law, switch.m
-    least, most = writer.options.resistances
-    ron, roff = (min(max(r, least), most) / m for r in (law.ron, law.roff))
-    low, high = law.off_below, law.on_above
+    law = switch.law
     voltage = isinstance(switch, VoltageSwitch)
-    letter = "v" if voltage else "i"
     a, b = writer.ends(switch.name, switch.nodes)
-    if law.inverted:  # closed below: the control is turned round
-        low, high = -high, -low
-    middle, width = (low + high) / 2.0, (high - low) / 2.0
-    body = (
-        f"{'sw' if voltage else 'csw'}({letter}t={middle!r} {letter}h={width!r} "
-        f"ron={ron!r} roff={roff!r})"
-    )
-    model = writer.model((law, m, letter), "switch", body)
+    model = switch_model(writer, switch.name, law, switch.m, "v" if voltage else "i")
     if voltage:
-        control = [writer.node(node) for node in switch.controls[:2]]
-        if law.inverted:
-            control.reverse()
-        where = control
+        where = [writer.node(node) for node in switch.controls[:2]]
+        if law.inverted:  # closed below: the control is turned round
+            where.reverse()
     else:
         if law.inverted:
             raise untranslatable(
@@ -156,7 +144,18 @@ def write_switch(writer: DeckWriter, switch: VoltageSwitch | CurrentSwitch) -> N
     if switch.starts_on:
         words.append("on")
     writer.add(*words)
+
+
+def switch_model(writer: DeckWriter, name: str, law: SwitchLaw, m: float, letter: str) -> str:
+    """Return the model card of a switch by voltage (``v``) or by current (``i``)."""
+    least, most = writer.options.resistances
+    ron, roff = (min(max(r, least), most) / m for r in (law.ron, law.roff))
+    low, high = law.off_below, law.on_above
+    if law.inverted:
+        low, high = -high, -low
+    middle, width = (low + high) / 2.0, (high - low) / 2.0
+    kind = "sw" if letter == "v" else "csw"
+    body = f"{kind}({letter}t={middle!r} {letter}h={width!r} ron={ron!r} roff={roff!r})"
     if law.ron < least or law.roff > most:
-        writer.substitute(
-            switch.name, "ideal switch", f"{body.partition('(')[0]} with ron={ron:g} roff={roff:g}"
-        )
+        writer.substitute(name, "ideal switch", f"{kind} with ron={ron:g} roff={roff:g}")
+    return writer.model((law, m, letter), "switch", body)

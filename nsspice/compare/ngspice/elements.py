@@ -12,6 +12,7 @@ from ...devices import (
     CurrentSource,
     CurrentSwitch,
     Device,
+    Igbt,
     Reading,
     Thyristor,
     VoltageSource,
@@ -25,6 +26,7 @@ from ...netlist.expression import Expression
 from .deck_writer import DeckWriter, untranslatable
 from .diodes import write_diode, write_leg, write_switch
 from .expression import spice_expression
+from .mosfets import write_igbt, write_mosfet
 from .thyristors import write_thyristor
 from .waveform import source_text
 
@@ -51,6 +53,10 @@ def write(writer: DeckWriter, element: Element, device: Device) -> None:
         _behavioural(writer, element, device)
     elif isinstance(device, Passive):
         _passive(writer, element, device)
+    elif element.letter == "m":
+        write_mosfet(writer, element, device)
+    elif isinstance(device, Igbt):
+        write_igbt(writer, device)
     elif element.letter == "q":
         _transistor(writer, element, device)
     elif element.letter in _VERBATIM:

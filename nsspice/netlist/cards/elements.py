@@ -12,7 +12,7 @@ from ..template import InstanceTemplate, Template
 from .controlled import behavioural, controlled, is_law
 from .passive import coupling, passive
 from .reading import Reader, flat
-from .semiconductors import current_switch, diode, switch, transistor
+from .semiconductors import current_switch, diode, igbt, mosfet, switch, transistor
 from .sources import source
 from .terminals import GROUND
 
@@ -26,11 +26,13 @@ _READERS: dict[str, Callable[[Reader, Line, list[Item]], Template]] = {
     "i": source,
     "k": coupling,
     "l": passive,
+    "m": mosfet,
     "q": transistor,
     "r": passive,
     "s": switch,
     "v": source,
     "w": current_switch,
+    "z": igbt,
 }
 
 #: the charge of a capacitor or the flux of an inductor as an expression
@@ -39,22 +41,13 @@ _LAW = re.compile(r"[\s,)](q|flux)\s*=")
 #: letters of other simulators: what the element is, and what to do
 _UNSUPPORTED = {
     "a": ("XSPICE code model", "write the function as a B element; an ideal diode is D(ideal)"),
-    "j": ("JFET", "use a switch S, or curves in a B element"),
-    "m": (
-        "MOSFET",
-        "as a switch: S with its gate as control, and a D across it for the body diode",
-    ),
+    "j": ("JFET", "use a MOSFET with a negative VTO, M, or curves in a B element"),
     "n": ("Verilog-A device", "write the function as a B element"),
     "o": ("lossy transmission line", "use a ladder of R L C sections"),
     "p": ("coupled transmission lines", "use a ladder of R L C sections"),
     "t": ("transmission line", "use a ladder of L C sections"),
     "u": ("RC line or digital gate", "use a ladder of R C sections"),
     "y": ("single transmission line", "use a ladder of R L C sections"),
-    "z": (
-        "MESFET and IGBT",
-        "as a switch: S with its gate as control, a D in series for the drop of an IGBT, or curves "
-        "in a B element",
-    ),
 }
 
 

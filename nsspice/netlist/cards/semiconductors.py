@@ -1,4 +1,4 @@
-"""D, Q, S and W lines."""
+"""D, Q, M, Z, S and W lines."""
 
 from __future__ import annotations
 
@@ -17,6 +17,11 @@ _TRANSISTOR = {
     "area", "areab", "areac", "m", "ic", "temp", "dtemp",
     "alphan", "alphai", "de", "dc",
 }  # fmt: skip
+_MOSFET = {
+    "m", "w", "l", "ad", "as", "pd", "ps", "nrd", "nrs", "ic", "icvgs", "icvbs", "temp", "dtemp",
+    "vto", "vh", "ron", "roff", "body",
+}  # fmt: skip
+_IGBT = {"m", "area", "vto", "vh", "vce0", "ron", "roff", "body", "temp", "dtemp"}
 #: an area; 2N2222 and 1N4148 are names of models
 _FACTOR = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?[^\W\d]*")
 
@@ -62,6 +67,36 @@ def transistor(reader: Reader, line: Line, items: list[Item]) -> Template:
     _tail(terminals, result, _TRANSISTOR | {"vce"})
     if "vce" in result.params:
         result.params["icvce"] = result.params.pop("vce")
+    return result
+
+
+def mosfet(reader: Reader, line: Line, items: list[Item]) -> Template:
+    """Read ``M drain gate source [body] model [off] [W= L= m= ic=vds,vgs,vbs]``."""
+    terminals = Terminals(reader, line, items)
+    terminals.take_nodes(3)
+    ahead = [item for item in terminals.ahead() if item.text not in ("off", "thermal")]
+    # the body stands before the model if two names follow
+    if len(ahead) > 1:
+        terminals.take_nodes(1)
+    result = terminals.template()
+    terminals.model(result, terminals.next(), "write Mname drain gate source body model")
+    terminals.extend_pairs("ic", "icvgs")
+    terminals.extend_pairs("icvgs", "icvbs")
+    terminals.flags(result, ("off", "thermal"))
+    result.params = terminals.params(_MOSFET)
+    terminals.finish(result)
+    return result
+
+
+def igbt(reader: Reader, line: Line, items: list[Item]) -> Template:
+    """Read ``Z collector gate emitter model [m=]``."""
+    terminals = Terminals(reader, line, items)
+    terminals.take_nodes(3)
+    result = terminals.template()
+    terminals.model(result, terminals.next(), "write Zname collector gate emitter model")
+    terminals.flags(result, ("off",))
+    result.params = terminals.params(_IGBT)
+    terminals.finish(result)
     return result
 
 

@@ -20,6 +20,8 @@ _FORMS = {
     "i": "Iname n+ n- value, or a waveform such as SIN(0 10 50)",
     "d": "Dname anode cathode, and its model unless it is ideal",
     "q": "Qname collector base emitter model",
+    "m": "Mname drain gate source body model",
+    "z": "Zname collector gate emitter model",
     "s": "Sname n+ n- nc+ nc- model",
     "w": "Wname n+ n- Vname model",
     "e": "Ename n+ n- nc+ nc- gain, or Ename n+ n- VALUE={expression}",

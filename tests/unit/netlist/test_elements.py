@@ -186,7 +186,7 @@ def test_source_options() -> None:
         ("R1 a 0 1k)", "NS1007"),
         ("R1 a 0 'p", "NS1007"),
         ("R1 a 0 1k =", "NS1007"),
-        ("M1 a b c d nmos", "NS1005"),
+        ("M1 a b c d mx", "NS1060"),
         ("J1 a b c jm", "NS1005"),
         ("A1 [a] [b] gate", "NS1005"),
         ("T1 a 0 b 0 z0=50", "NS1005"),

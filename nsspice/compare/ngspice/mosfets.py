@@ -1,0 +1,56 @@
+"""MOSFETs and IGBTs: SPICE's own as they are, those that are switches as a switch and diodes."""
+
+from __future__ import annotations
+
+import math
+
+from ...devices import Igbt, MosfetSwitch, SwitchLaw
+from ...devices.leg import Leg
+from ...netlist.deck import Element
+from .deck_writer import DeckWriter, untranslatable
+from .diodes import switch_model, write_leg
+
+
+def write_mosfet(writer: DeckWriter, element: Element, device: object) -> None:
+    """Write a MOSFET of any kind."""
+    if isinstance(device, MosfetSwitch):
+        _switch(writer, device)
+    else:
+        raise untranslatable(f"{element.name}: ngspice has nothing that could stand for it")
+
+
+def _switch(writer: DeckWriter, device: MosfetSwitch) -> None:
+    """Write a switch between drain and source, and the body diodes."""
+    name = device.name
+    g, s = device.controls if device.n else device.controls[::-1]
+    d, source = (writer.node(node) for node in device.ends)
+    if name in writer.metered:
+        d = writer.metered_node(name, d)
+    model = switch_model(writer, name, device.law, device.parallel, "v")
+    writer.add(writer.names.element("s", name), d, source, writer.node(g), writer.node(s), model)
+    body = writer.node(device.body)
+    for terminal, leg in device.legs.items():
+        node = d if terminal == "d" else source
+        a, k = (body, node) if device.n else (node, body)
+        write_leg(writer, f"{name}.b{terminal}", leg, a, k)
+    writer.substitute(name, "switching MOSFET", "switch with a body diode")
+
+
+def write_igbt(writer: DeckWriter, device: Igbt) -> None:
+    """Write a diode with the drop, a switch behind it, and the antiparallel diode."""
+    name = device.name
+    (c,) = writer.ends(name, device.ends[:1])
+    e = writer.node(device.ends[1])
+    inner = writer.names.inner(f"{name}_channel")
+    first, last = (c, inner) if device.n else (inner, c)
+    write_leg(writer, f"{name}.drop", Leg(device.drop), first, last)
+    threshold = device.given.get("vto", 0.0) * (1.0 if device.n else -1.0)
+    width = device.given.get("vh", 0.0)
+    law = SwitchLaw(0.0, math.inf, threshold + width, threshold - width, False, ())
+    model = switch_model(writer, name, law, 1.0, "v")
+    g, s = device.controls if device.n else device.controls[::-1]
+    writer.add(writer.names.element("s", name), inner, e, writer.node(g), writer.node(s), model)
+    if device.leg is not None:
+        a, k = (e, c) if device.n else (c, e)
+        write_leg(writer, f"{name}.diode", device.leg, a, k)
+    writer.substitute(name, "switching IGBT", "diode and switch in series")
