@@ -28,9 +28,6 @@ def runs_return(monkeypatch: pytest.MonkeyPatch) -> None:
 #: known regressions, told in docs/reference/known-limits.md: `make soak` runs them until mended
 KNOWN = (
     "test_bridges_with_bleeders.py::test_the_current_of_a_coil_finds_its_end_in_short_steps",
-    "test_folds.py::test_the_instant_of_a_fold_is_found_to_the_tolerance[1e-07]",
-    "test_rows_at_corners.py::test_no_row_shows_a_mode_that_ends_where_it_begins",
-    "test_torn_currents.py::test_a_voltage_without_bound_is_named",
     "test_certified_seeds.py::test_a_right_run_is_certified[degenerate-40513]",
     "test_certified_seeds.py::test_a_right_run_is_certified[large-40343]",
     "test_certified_seeds.py::test_currents_right_after_a_jump_are_no_impulses[large-40101]",
@@ -39,8 +36,6 @@ KNOWN = (
     "test_jumps_are_projections.py::test_steps_jump_as_the_exact_engine_does[40-",
     "test_jumps_are_projections.py::test_steps_jump_as_the_exact_engine_does[56-",
     "test_random_converters.py::test_two_engines_agree[14]",
-    "test_events_inside_long_steps.py::test_random_gates",
-    "test_certificate_coverage.py::test_single_implicit_steps_of_sdirk_are_all_checked",
 )
 
 

@@ -80,6 +80,8 @@ class Examiner:
         system = system or mna.system
         self.auditor = Auditor(system, H, Hs, timed)
         self._step = step
+        #: each record is a solution at an instant; the end of an implicit step lies beside an event
+        self._pointwise = step is None and mna.system.static
         self._active: Watcher | None = None
         passive = shows_passive(system)
         #: what smooth laws store is no form of their unknowns, so that its energy is not known here
@@ -95,7 +97,7 @@ class Examiner:
             self._active.take(records)
         if self._written is not None:
             self._written.take(records.time, records.z, records.u)
-        if self._compared is not None and self._step is None:
+        if self._compared is not None and self._pointwise:
             self._compared.take_points(records.time, records.z, records.lam, records.u)
         self.auditor.check(records, self.frozen)
 

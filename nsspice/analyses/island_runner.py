@@ -133,7 +133,7 @@ class IslandRunner:
                     raise _refused(self.number, reason) from reason
                 other = Choice(POINTS, f"not modewise: {reason}")
                 self.method, self.note = other if static else unless_modewise(reason, settings)
-        if static and not self.all_points:
+        if static and self.method != "sdirk" and not self.all_points:
             return MoreauStepper(system, functionals)
         if static or self.method == "sdirk":
             # steps that follow a static solution have points of their own

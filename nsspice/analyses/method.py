@@ -77,6 +77,8 @@ def choose(kind: ProblemClass, system: DescriptorSystem, settings: Settings) -> 
 def choose_static(system: DescriptorSystem, settings: Settings) -> Choice:
     """Return the method for a static island: mode by mode without a state, or point by point.
 
+    Steps with error control, where they are asked for, find the instants at which pairs change.
+
     Examples
     --------
     >>> import nsspice
@@ -84,6 +86,8 @@ def choose_static(system: DescriptorSystem, settings: Settings) -> Choice:
     >>> choose_static(system, Settings()).name
     'modewise'
     """
+    if settings.method == "sdirk" and system.m > 0:
+        return Choice("sdirk")
     if settings.method not in ("auto", "modewise"):
         note = f"{settings.method} has nothing to do where nothing is stored"
         return Choice(POINTS, "" if settings.method in PATH_METHODS else note)

@@ -88,14 +88,22 @@ impl Pieces {
     /// `tolerance` beside the values in the piece, or `floor` beside the largest so far.
     pub fn follows(&self, tolerance: f64, floor: f64) -> bool {
         let values = &self.kept[self.kept.len() - self.size() + 2..];
-        values.chunks_exact(self.places.len()).zip(&self.largest).all(|(values, largest)| {
-            let size = values.iter().fold(0.0f64, |size, v| size.max(v.abs()));
-            let allowed = tolerance * size + floor * largest;
-            self.last.iter().all(|factors| {
-                let sum: f64 = factors.iter().zip(values).map(|(c, v)| c * v).sum();
-                sum.abs() <= allowed
-            })
-        })
+        let all = values.chunks_exact(self.places.len()).zip(&self.largest);
+        all.into_iter()
+            .all(|(values, largest)| follows(&self.last, values, tolerance, floor * largest))
+    }
+
+    /// Makes lines of the outputs that the polynomials of the piece begun last do not follow: the piece is so
+    /// short that what jumps in it does so there, and a polynomial through a jump swings beyond both sides.
+    pub fn straighten(&mut self, tolerance: f64, floor: f64) {
+        let from = self.kept.len() - self.size() + 2;
+        let Pieces { kept, places, largest, last, .. } = self;
+        for (values, largest) in kept[from..].chunks_exact_mut(places.len()).zip(largest) {
+            if !follows(last, values, tolerance, floor * *largest) {
+                let [a, b] = [values[0], values[places.len() - 1]];
+                values.iter_mut().zip(&*places).for_each(|(v, place)| *v = a + place * (b - a));
+            }
+        }
     }
 
     /// Drops the piece that has been begun last.
@@ -142,6 +150,17 @@ impl Pieces {
     }
 }
 
+/// Whether the last coefficients of the polynomial through `values` are below `tolerance` beside these, or a
+/// `floor`.
+fn follows(last: &[Vec<f64>], values: &[f64], tolerance: f64, floor: f64) -> bool {
+    let size = values.iter().fold(0.0f64, |size, v| size.max(v.abs()));
+    let allowed = tolerance * size + floor;
+    last.iter().all(|factors| {
+        let sum: f64 = factors.iter().zip(values).map(|(c, v)| c * v).sum();
+        sum.abs() <= allowed
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -162,6 +181,18 @@ mod tests {
         assert!(!piece(12, |x| (8.0 * x).exp()).follows(1e-11, 0.0));
         assert!(piece(8, |x| x.powi(4) - x).follows(1e-15, 0.0));
         assert!(!piece(8, |x| (x - 0.4).abs()).follows(1e-3, 0.0));
+    }
+
+    #[test]
+    fn a_jump_in_the_shortest_piece_is_a_line() {
+        let mut jump = piece(8, |x| if x > 0.0 { 24.0 } else { 19.0 });
+        jump.straighten(0.0, 1e-3);
+        let values = &jump.kept[2..];
+        assert!(values.windows(2).all(|v| v[0] < v[1]) && values[0] == 19.0 && values[7] == 24.0);
+        let mut smooth = piece(8, |x| x.powi(4) - x);
+        let before = smooth.kept.clone();
+        smooth.straighten(0.0, 1e-15);
+        assert_eq!(smooth.kept, before);
     }
 
     #[test]

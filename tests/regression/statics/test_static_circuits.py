@@ -89,9 +89,24 @@ def test_a_law_with_a_kink_between_the_rows() -> None:
 def test_a_method_that_cannot_is_not_replaced_in_silence() -> None:
     with pytest.raises(nsspice.UsageError, match="NS4020"):
         nsspice.read(SMOOTH).run(method="modewise")
-    (island,) = nsspice.read(DECK).run(method="sdirk")[0].islands
+    (island,) = nsspice.read(DECK).run(method="moreau")[0].islands
     assert island.method == "point by point"
     assert "nothing is stored" in island.note
+
+
+def test_steps_with_error_control_find_the_instants_of_static_circuits() -> None:
+    """They were replaced by points, and events at these were a thousandth of the run late."""
+    exact, found = (nsspice.read(DECK).run(method=method)[0] for method in ("modewise", "sdirk"))
+    assert found.islands[0].method == "sdirk"
+    assert found.islands[0].note == ""
+    # at both ends the sine is zero, and has or has not begun
+    inside = [[e for e in run.events if 1e-6 < e.time < 0.999e-3] for run in (found, exact)]
+    changes = [[e.change for e in events] for events in inside]
+    assert changes[0] == changes[1]
+    assert len(changes[0]) == 199
+    # a guard counts as negative beyond 1e-11 of 1 V, the sine passes that with its slope at zero
+    times = [np.array([e.time for e in events]) for events in inside]
+    assert np.abs(times[0] - times[1]).max() <= 1.1e-11 / (2.0 * math.pi * 1e5)
 
 
 def test_hysteresis_switches_at_its_thresholds_not_at_rows() -> None:

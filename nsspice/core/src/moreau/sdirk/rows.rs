@@ -95,7 +95,11 @@ impl Sdirk {
         }
         let middle = 0.5 * (from + to);
         let last = halvings == 0 || !(from < middle && middle < to);
-        let follows = last || pieces.follows(0.0, NEAR * self.accuracy.relative);
+        let floor = NEAR * self.accuracy.relative;
+        let follows = last || pieces.follows(0.0, floor);
+        if last {
+            pieces.straighten(0.0, floor);
+        }
         if follows {
             pieces.keep();
         } else {
