@@ -9,11 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .assembly import Assembly, Model, Row, assemble
-from .conditions import Contact
 from .engines import Plan
 from .errors import wrong
 from .expression import Expr, as_vector
-from .impacts import Impacts, check_start, gap_rates
+from .impacts import Impacts, check_start
 from .scheme import Scheme
 from .trajectory import Task, check_run, simulate, step_through
 
@@ -185,14 +184,10 @@ class DVI:
         scheme = Scheme(theta, variant, theta_on, time, coefficients)
         kind, reason = self.problem_class
         task = Task(self.model, self.start, self.signals, kind, reason, self.name, self.at)
-        contacts = [c for c in self.conditions if isinstance(c, Contact) and c.restitution > 0.0]
-        impacts = Impacts(
-            {c.force.name: c.restitution for c in contacts},
-            gap_rates(self.model, {c.force.name: c.gap for c in contacts}),
-        )
+        impacts = Impacts.of(self.model, self.conditions, float(stop))
         plan = Plan(float(stop), stop / rows, method, theta, step, reltol)
         if method in ("auto", "moreau") and not (scheme.plain and method == "auto"):
-            if impacts.restitution:
+            if impacts.bounce:
                 raise wrong(
                     "NS6005",
                     "fixed steps have no law of impacts with restitution",

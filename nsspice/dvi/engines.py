@@ -26,6 +26,8 @@ _BLOCK = 1 << 12
 _NEVER = 1 << 62
 #: longest implicit step of the mode-wise engine, as a part of the run, where no mode is proved
 _SHORT = 1e-3
+#: implicit steps that are not worth a word
+_FEW = 8
 #: states that an impulsive step moves by less than this part were consistent: it ends at 1e-11 of
 #: the distance of rows, and leaves a motion of that size
 _STILL = 1e-9
@@ -144,10 +146,10 @@ def run_stretch(
     z0: Floats,
     *,
     first_row: float = 0.0,
-    until: Sequence[int] = (),
+    contacts: Sequence[int] = (),
     fresh: bool = True,
 ) -> Stretch:
-    """Run an engine from given states to the end, or to a jump by which some pair takes an impulse.
+    """Run an engine from given states to the end, or until a contact is hit.
 
     Parameters
     ----------
@@ -158,8 +160,8 @@ def run_stretch(
         States; the other unknowns follow.
     first_row : float
         Time of the first row [s].
-    until : sequence of int
-        Pairs whose impulses end the run.
+    contacts : sequence of int
+        Pairs whose impulses end the run, and their closing.
     fresh : bool
         The states are those of a user, who may have given some that the conditions do not allow.
 
@@ -176,7 +178,7 @@ def run_stretch(
         raise _failure(assembly, problem) from problem
     if begin is not None:
         z0 = begin.after
-        if any(begin.multipliers[k] != 0.0 for k in until):
+        if any(begin.multipliers[k] != 0.0 for k in contacts):
             return _only(begin, outputs, plan)
     stepper, method, note = create(assembly, outputs, plan)
     exact = isinstance(stepper, ModewiseStepper)
@@ -195,15 +197,17 @@ def run_stretch(
     blocks: list[Floats] = []
     try:
         stepper.start_charges(0.0, assembly.system.E.dot(z0), step)
-        done, size = False, 16 if until else _BLOCK
+        done, size = False, 16 if contacts else _BLOCK
         while not done:
             rows, done = stepper.advance(size)
             blocks.append(rows.copy())
             _check(auditor, stepper)
-            if until and _hits(stepper.jumps, until):
+            if contacts and _closed(stepper, contacts):
                 break
     except UnsolvedStep as problem:
         raise _failure(assembly, problem) from problem
+    if exact and stepper.statistics["fixed_steps"] > _FEW:
+        note = f"implicit steps of first order where {_trouble(stepper)}"
     return Stretch(
         np.concatenate(blocks) if blocks else np.zeros((0, 1 + len(outputs))),
         [*([] if begin is None else [begin]), *stepper.jumps],
@@ -249,8 +253,17 @@ def _only(jump: Jump, outputs: Sequence[Functional], plan: Plan) -> Stretch:
     )
 
 
-def _hits(jumps: Sequence[Jump], until: Sequence[int]) -> bool:
-    return any(jump.multipliers[k] != 0.0 for jump in jumps for k in until)
+def _trouble(stepper: Stepper) -> str:
+    why = stepper.trouble if isinstance(stepper, ModewiseStepper) else None
+    return f"a mode could not be reduced: {why}" if why else "events piled up"
+
+
+def _closed(stepper: Stepper, contacts: Sequence[int]) -> bool:
+    """Return whether a contact has been hit, or has closed."""
+    _, pairs, on = stepper.events
+    return bool(np.isin(pairs[on], contacts).any()) or any(
+        jump.multipliers[k] != 0.0 for jump in stepper.jumps for k in contacts
+    )
 
 
 def _check(auditor: Auditor, stepper: Stepper) -> None:

@@ -1,15 +1,22 @@
-"""Impacts with restitution: Newton's law at each, and where they accumulate.
+r"""Impacts with restitution: Newton's law at each, and where they accumulate.
 
 The engines stop a contact dead (e = 0), by the projection of the speeds before onto those that the
-contact allows, in the metric of the masses.  With restitution e the speeds afterwards are
+contact allows, in the metric of the masses.  With one coefficient e the speeds afterwards are
 
 .. math::
 
-    v^+ = v^- + (1 + e) (v_0 - v^-), \\qquad v_0 \\text{ those of } e = 0,
+    v^+ = v^- + (1 + e) (v_0 - v^-), \qquad v_0 \text{ those of } e = 0,
 
-which is Moreau's law for contacts of one coefficient.  Flights become shorter by the factor e, and
-there are infinitely many of them in a finite time; once what is left of them is rounding of the
-motion, the body rests.
+and where contacts of different coefficients are hit at once, with G the rates of the gaps by the
+speeds, M the masses and B the directions of the forces,
+
+.. math::
+
+    M (v^+ - v^-) = B \lambda, \qquad 0 \le \lambda \perp G v^+ + e\, G v^- \ge 0,
+
+which is Moreau's law for e equal everywhere.  Flights of a contact become shorter by the factor e,
+and there are infinitely many of them in a finite time; once what is left of them is rounding of the
+motion, the contact stops dead.  It bounces again when it was open for longer.
 
 References: J. J. Moreau, *Unilateral contact and dry friction in finite freedom dynamics* (1988);
 B. Brogliato, *Nonsmooth Mechanics* (Springer, 2016), ch. 4.
@@ -17,7 +24,7 @@ B. Brogliato, *Nonsmooth Mechanics* (Springer, 2016), ch. 4.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,111 +32,197 @@ import numpy.typing as npt
 
 from ..errors import Diagnostic
 from ..netlist.derivative import derivative as _derivative
-from ..solvers.stepper import Jump
+from ..problems.csc import Csc
+from ..solvers.mlcp import solve_mlcp
 from .assembly import Assembly, Model
-from .engines import Stretch
+from .conditions import Contact
 from .errors import wrong
 from .expression import Expr
+from .resting import ROUNDING, Resting, Turn, size_of, value_of
 
 Floats = npt.NDArray[np.float64]
 
 #: Flights shorter than this part of the run are over.  In one of length tau a position moves by
 #: a tau^2 / 8, 2^-51 of the a T^2 / 2 of the run: rounding.
 _OVER = 2.0**-24
-#: a slack below zero by so many units of what stands in it is rounding
-_ROUNDING = 64.0 * 2.0**-53
 
 
 @dataclass(slots=True)
 class Impacts:
-    """The contacts of a model with restitution.
+    """The contacts of a model, and when each was hit last.
 
     Parameters
     ----------
     restitution : mapping of str to float
-        By contact force; contacts without restitution are left to the engines.
-    rates : mapping of str to Expr
-        Rates of the gaps, in states and the time.
+        By contact force; 0 for conditions that are no contacts.
+    contacts : Resting
+    stop : float
+        Length of the run [s].
+    last : dict of str to float
+        The last impact of each contact [s], since the begin of the run.
+    accumulated : set of str
+        Contacts whose impacts have accumulated, until they are hit after a flight.
     """
 
     restitution: Mapping[str, float]
-    rates: Mapping[str, Expr] = field(default_factory=dict)
+    contacts: Resting
+    stop: float
+    last: dict[str, float] = field(default_factory=dict)
+    accumulated: set[str] = field(default_factory=set)
 
-    def pairs(self, assembly: Assembly) -> dict[int, float]:
-        """Return the pairs that bounce, with their coefficients."""
-        found = {assembly.pairs.index(name): e for name, e in self.restitution.items()}
-        return {k: e for k, e in found.items() if e > 0.0}
+    @classmethod
+    def of(cls, model: Model, conditions: Iterable[object], stop: float) -> Impacts:
+        """Return the contacts of a model, with the coefficients of those that are conditions."""
+        found = {c.force.name: c.restitution for c in conditions if isinstance(c, Contact)}
+        return cls(found, Resting.of(model), stop)
 
-    def first(self, part: Stretch, bouncing: Mapping[int, float]) -> Jump | None:
-        """Return the first impact of a bouncing contact, None without any."""
-        for jump in part.jumps:
-            if any(jump.multipliers[k] != 0.0 for k in bouncing):
-                return jump
-        return None
+    @property
+    def bounce(self) -> bool:
+        """True if some contact has a restitution."""
+        return any(e > 0.0 for e in self.restitution.values())
 
-    def factor(self, impact: Jump, bouncing: Mapping[int, float]) -> float:
-        """Return by how much an impulse is larger than that of e = 0.
+    def pass_through(
+        self, turn: Turn, before: Floats, here: float, assembly: Assembly
+    ) -> tuple[Floats, Floats, list[Diagnostic]]:
+        """Return unknowns (n,), impulses (m,) and warnings of a turn, and close what rests then.
+
+        Parameters
+        ----------
+        turn : Turn
+        before : ndarray, shape (n,)
+        here : float
+            Begin of the stretch, since the begin of the run [s].
+        assembly : Assembly
+            Of the stretch.
+        """
+        after, impulses = before, np.zeros(len(assembly.pairs))
+        coefficients, warnings = self._coefficients(turn, here, assembly)
+        if coefficients:
+            found = self._by_law(turn, before, coefficients, assembly)
+            after, impulses = found or self._by_jump(turn, coefficients, assembly)
+        speed = self.contacts.speed(states_of(assembly, before, turn.time))
+        hit = {assembly.pairs[k] for k in turn.hit} | turn.pressing
+        values = states_of(assembly, after, turn.time)
+        self.contacts.settle(values, speed, speed * (here + turn.time), hit)
+        return after, impulses, warnings
+
+    def _coefficients(
+        self, turn: Turn, here: float, assembly: Assembly
+    ) -> tuple[dict[int, float], list[Diagnostic]]:
+        """Note which contacts are hit; return their coefficients and the warnings."""
+        at, begin = here + turn.time, assembly.offset - here
+        coefficients, warnings = {}, []
+        forces = {pair.name for pair in self.contacts.model.pairs if pair.multiplier}
+        for k in turn.hit:
+            name = assembly.pairs[k]
+            if name not in forces:
+                continue  # a term between bounds takes no impulse: what it carried in a short step
+            e = self.restitution.get(name, 0.0)
+            flight = at - self.last.get(name, -np.inf)
+            if 0.0 < e < 1.0 and flight < _OVER * self.stop:
+                if name not in self.accumulated:
+                    warnings.append(_told(name, e, begin + at, flight))
+                self.accumulated.add(name)
+                e = 0.0
+            else:
+                self.accumulated.discard(name)
+            coefficients[k] = e
+            self.last[name] = at
+        return coefficients, warnings
+
+    def _by_jump(
+        self, turn: Turn, coefficients: Mapping[int, float], assembly: Assembly
+    ) -> tuple[Floats, Floats]:
+        """Return unknowns and impulses by one coefficient and what the engine has found for e = 0.
 
         Raises
         ------
         UsageError
-            NS6005 if contacts of different coefficients, or others, take part in one impact.
+            NS6005 where the coefficients differ.
         """
-        hit = np.flatnonzero(impact.multipliers).tolist()
-        found = {bouncing.get(k, 0.0) for k in hit}
-        if len(found) > 1:
+        if len(set(coefficients.values())) > 1 or turn.jump is None:
+            names = ", ".join(assembly.pairs[k] for k in coefficients)
             raise wrong(
                 "NS6005",
-                f"at t = {impact.time:.9g} contacts of different restitution are hit at once, for "
-                "which no law of impacts is given",
+                f"at t = {turn.time + assembly.offset:.9g} contacts of different restitution are "
+                f"hit together with what is no condition on states alone ({names}), for which no "
+                "law is given",
                 "give them one coefficient",
             )
-        return 1.0 + found.pop()
+        weight = 1.0 + next(iter(coefficients.values()))
+        jump = turn.jump
+        return jump.before + weight * (jump.after - jump.before), weight * jump.multipliers
 
-    def weight(self, impact: Jump, bouncing: Mapping[int, float], assembly: Assembly) -> float:
-        """Return by how much the impact is larger than the engine's jump: ``1 + e``, made exact."""
-        return self.factor(impact, bouncing) * self._exact(impact, bouncing, assembly)
+    def _by_law(
+        self, turn: Turn, before: Floats, coefficients: Mapping[int, float], assembly: Assembly
+    ) -> tuple[Floats, Floats] | None:
+        """Return unknowns (n,) and impulses (m,) after an impact by Newton's law.
 
-    def after(self, impact: Jump, bouncing: Mapping[int, float], assembly: Assembly) -> Floats:
-        """Return the unknowns after an impact, shape (n,); those of states count."""
-        change = impact.after - impact.before
-        return np.asarray(impact.before + self.weight(impact, bouncing, assembly) * change)
-
-    def _exact(self, impact: Jump, bouncing: Mapping[int, float], assembly: Assembly) -> float:
-        """Return what makes the gap's rate after the engine's jump exactly zero.
-
-        The engine ends its short step in contact, so that rounding of the gap stands in the speed.
+        None if something takes part that is no condition on states, or whose multiplier does not
+        act on rates of states alone.
         """
-        hit = [k for k in bouncing if impact.multipliers[k] != 0.0]
-        if len(hit) != 1 or (rate := self.rates.get(assembly.pairs[hit[0]])) is None:
-            return 1.0
-        before, after = (
-            float(rate.value(states_of(assembly, z, impact.time)))
-            for z in (impact.before, impact.after)
+        values = states_of(assembly, before, turn.time)
+        touching = dict(coefficients)
+        # what touches without an impulse of e = 0 may be pushed by what bounces off
+        way = self.contacts.speed(values) * abs(values["time"])
+        for name, gap in self.contacts.gaps.items():
+            near = abs(value_of(gap, values)) <= ROUNDING * max(size_of(gap, values), way)
+            if near or name in turn.pressing:
+                e = self.restitution.get(name, 0.0)
+                touching.setdefault(assembly.pairs.index(name), e)
+        names = [assembly.pairs[k] for k in touching]
+        found = self._directions(names, values, assembly.states)
+        if found is None:
+            return None
+        push, pull = found
+        speeds = np.array([value_of(self.contacts.speeds[name], values) for name in names])
+        solved = solve_mlcp(
+            Csc.from_dense(np.eye(push.shape[0])),
+            Csc.from_dense(-push),
+            Csc.from_dense(-pull),
+            Csc.zeros((len(names), len(names))),
+            np.zeros(push.shape[0]),
+            (1.0 + np.array(list(touching.values()))) * speeds,
         )
-        return before / (before - after) if before != after else 1.0
+        if not solved.solved:
+            return None
+        after = before.copy()
+        after[[assembly.columns.index(state) for state in assembly.states]] += solved.z
+        impulses = np.zeros(len(assembly.pairs))
+        impulses[list(touching)] = solved.lam
+        return after, impulses
 
-    def accumulated(self, flight: float, stop: float, bouncing: Mapping[int, float]) -> bool:
-        """Return whether the flights that are left are rounding of the motion."""
-        return max(bouncing.values()) < 1.0 and 0.0 < flight < _OVER * stop
+    def _directions(
+        self, names: Sequence[str], values: Mapping[str, float], states: Sequence[str]
+    ) -> tuple[Floats, Floats] | None:
+        """Return rates of states by forces, and rates of gaps by states; None without a law."""
+        push = np.zeros((len(states), len(names)))
+        pull = np.zeros((len(names), len(states)))
+        if not all(name in self.contacts.speeds for name in names):
+            return None
+        for j, name in enumerate(names):
+            for row in self.contacts.model.rows:
+                slope = Expr(_derivative(row.right.node, name))
+                if slope.node.op == "num" and slope.node.value == 0.0:
+                    continue
+                if not row.state or not slope.names <= values.keys():
+                    return None
+                push[states.index(row.name), j] = value_of(slope, values)
+            for i, state in enumerate(states):
+                slope = Expr(_derivative(self.contacts.speeds[name].node, state))
+                pull[j, i] = value_of(slope, values)
+        return push, pull
 
-    def told(self, time: float, flight: float) -> Diagnostic:
-        """Return what the user should know about an accumulation.
 
-        Parameters
-        ----------
-        time, flight : float
-            The last impact, and the flight before it [s].
-        """
-        names = ", ".join(self.restitution)
-        e = max(self.restitution.values())
-        return Diagnostic(
-            "NS6031",
-            f"the impacts of {names} accumulate at t = {time + flight * e / (1.0 - e):.12g}, and "
-            "the contact lasts from there on",
-            hint="nothing is to be done: infinitely many impacts end in a finite time",
-            severity="warning",
-        )
+def _told(name: str, e: float, time: float, flight: float) -> Diagnostic:
+    """Return what the user should know about an accumulation, ``flight`` being the last one [s]."""
+    return Diagnostic(
+        "NS6031",
+        f"the impacts of {name} accumulate at t = {time + flight * e / (1.0 - e):.12g}, and "
+        "the contact lasts until something lifts it",
+        hint="nothing is to be done: infinitely many impacts end in a finite time",
+        severity="warning",
+    )
 
 
 def check_start(model: Model, start: Mapping[str, float], at: float) -> None:
@@ -140,15 +233,13 @@ def check_start(model: Model, start: Mapping[str, float], at: float) -> None:
     UsageError
         NS6005 if a slack of relative degree two or more is negative at the start.
     """
-    slacks = {pair.name: pair.slack for pair in model.pairs if pair.multiplier}
     values = {**start, "time": at}
-    for name in gap_rates(model, slacks):
-        slack = slacks[name]
+    for name, slack in Resting.of(model).gaps.items():
         if not slack.names <= values.keys():
             continue
-        found = float(slack.value(values))
+        found = value_of(slack, values)
         size = max((abs(v) for k, v in values.items() if k in slack.names), default=0.0)
-        if found < -_ROUNDING * max(size, abs(found) * 1e-3):
+        if found < -ROUNDING * max(size, abs(found) * 1e-3):
             raise wrong(
                 "NS6005",
                 f"the start violates the condition of {name}: its slack is {found:.6g}, and no "
@@ -162,18 +253,3 @@ def states_of(assembly: Assembly, z: Floats, time: float) -> dict[str, float]:
     found = dict(zip(assembly.columns, map(float, z), strict=True))
     found["time"] = time + assembly.offset
     return {name: found[name] for name in (*assembly.states, "time")}
-
-
-def gap_rates(model: Model, contacts: Mapping[str, Expr]) -> dict[str, Expr]:
-    """Return the rates of gaps, along the rates of the states, where only states stand in them."""
-    states = {row.name: row.right for row in model.rows if row.state}
-    found = {}
-    for name, gap in contacts.items():
-        total = Expr(_derivative(gap.node, "time"))
-        for state, right in states.items():
-            slope = Expr(_derivative(gap.node, state))
-            if slope.node.op != "num" or slope.node.value != 0.0:
-                total = total + slope * right
-        if total.names <= {*states, "time"}:
-            found[name] = total
-    return found

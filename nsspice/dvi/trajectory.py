@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,8 @@ from ..errors import Diagnostic
 from .assembly import Assembly, Model, assemble, start_vector
 from .engines import Plan, Stretch, run_stretch
 from .errors import wrong
-from .impacts import Impacts
+from .impacts import Impacts, states_of
+from .resting import first_turn
 from .scheme import Scheme, march
 
 Floats = npt.NDArray[np.float64]
@@ -58,53 +59,60 @@ def simulate(task: Task, plan: Plan, impacts: Impacts) -> Solution:
         NS6020 if a step has no solution.
     """
     begun = clock.perf_counter()
-    assembly = assemble(task.model, task.begin)
-    outputs = [assembly.places[name] for name in task.signals]
-    z0 = start_vector(assembly, task.start)
+    contacts = impacts.contacts
+    contacts.settle({**task.start, "time": task.begin})
     parts: list[Stretch] = []
     tables: list[Floats] = []
     warnings: list[Diagnostic] = []
     impulses: list[Impulse] = []
     events: list[Events] = []
     here = 0.0  # since the start
-    bouncing = impacts.pairs(assembly)
+    known: Mapping[str, float] = task.start
     while True:
+        assembly = assemble(contacts.held(), task.begin + here)
+        outputs = [assembly.places[name] for name in task.signals]
         grid = np.ceil(here / plan.rows * (1.0 - 1e-15)) if here else 0.0
-        first = max(0.0, grid * plan.rows - here)
-        rest = Plan(plan.stop - here, plan.rows, plan.method, plan.theta, plan.step, plan.reltol)
+        rest = replace(plan, stop=plan.stop - here)
+        pairs = {assembly.pairs.index(name): name for name in contacts.accelerations}
+        z0 = start_vector(assembly, known)
         part = run_stretch(
-            assembly, outputs, rest, z0, first_row=first, until=tuple(bouncing), fresh=not parts
+            assembly,
+            outputs,
+            rest,
+            z0,
+            first_row=max(0.0, grid * plan.rows - here),
+            contacts=tuple(pairs),
+            fresh=not parts,
         )
         parts.append(part)
-        impact = impacts.first(part, bouncing)
-        end = np.inf if impact is None else impact.time
+        turn = first_turn(part, pairs, contacts.closed)
+        if turn is not None and turn.time >= rest.stop:
+            turn = None
+        end = np.inf if turn is None else turn.time
         table = part.rows[part.rows[:, 0] < end].copy()
         table[:, 0] += task.begin + here
         tables.append(table)
-        times, pairs, on = part.events
-        kept = times < end
+        times, turned, on = part.events
+        kept = times <= end
         events.append(
-            Events(times[kept] + task.begin + here, pairs[kept], on[kept], assembly.pairs)
+            Events(times[kept] + task.begin + here, turned[kept], on[kept], assembly.pairs)
         )
-        for jump in part.jumps:
-            if jump.time < end or jump is impact:
-                factor = 1.0 if jump is not impact else impacts.weight(jump, bouncing, assembly)
-                impulses += [
-                    Impulse(task.begin + here + jump.time, name, factor * float(value), "")
-                    for name, value in zip(assembly.pairs, jump.multipliers, strict=True)
-                    if value != 0.0
-                ]
-        if impact is None:
+        happened = [(jump.time, jump.multipliers) for jump in part.jumps if jump.time < end]
+        if turn is not None:
+            before = turn.jump.before if turn.jump else _state_at(turn.time, assembly, rest, z0)
+            after, impulse, told = impacts.pass_through(turn, before, here, assembly)
+            warnings += told
+            happened.append((turn.time, impulse))
+            known = states_of(assembly, after, turn.time)
+        impulses += [
+            Impulse(task.begin + here + time, name, float(value), "")
+            for time, multipliers in happened
+            for name, value in zip(assembly.pairs, multipliers, strict=True)
+            if value != 0.0
+        ]
+        if turn is None:
             break
-        z0 = impacts.after(impact, bouncing, assembly)
-        here += impact.time
-        if impacts.accumulated(impact.time, plan.stop, bouncing):
-            warnings.append(impacts.told(task.begin + here, impact.time))
-            z0, bouncing = impact.after, {}
-        if here >= plan.stop:
-            break
-        assembly = assemble(task.model, task.begin + here)
-        outputs = [assembly.places[name] for name in task.signals]
+        here += turn.time
     table = np.concatenate(tables)
     last = parts[-1]
     return Solution(
@@ -135,6 +143,14 @@ def simulate(task: Task, plan: Plan, impacts: Impacts) -> Solution:
         warnings=warnings,
         wall_time=clock.perf_counter() - begun,
     )
+
+
+def _state_at(time: float, assembly: Assembly, plan: Plan, z0: Floats) -> Floats:
+    """Return the unknowns at an instant of a stretch, shape (n,)."""
+    if time == 0.0:
+        return z0
+    short = replace(plan, stop=time, rows=time)
+    return run_stretch(assembly, [], short, z0, fresh=False).end[0]
 
 
 def _certificate(assembly: Assembly, parts: Sequence[Stretch]) -> Certificate:

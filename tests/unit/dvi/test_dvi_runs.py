@@ -244,19 +244,6 @@ def test_two_masses_exchange_momentum():
     assert sol.impulses[0].time == pytest.approx(0.5, abs=1e-14)
 
 
-def test_contacts_of_two_coefficients_at_once_are_refused():
-    x, v = states("x", "v", size=2)
-    n = multiplier("n", size=2)
-    two = DVI(
-        {x: v, v: [n[0] - 1.0, n[1] - 1.0]},
-        [contact(n[0], x[0], 0.5), contact(n[1], x[1], 0.8)],
-        start={x: [1.0, 1.0], v: [0.0, 0.0]},
-    )
-    with pytest.raises(nsspice.UsageError) as refused:
-        two.run(3.0)
-    assert refused.value.code == "NS6005"
-
-
 def test_a_moving_floor_and_a_start_later_on():
     """The gap depends on the time; from t = 1 on as from t = 0 with a shifted floor."""
     late = DVI({X: V, V: N - 9.81}, [contact(N, X - sin(t))], start={X: 2.0, V: 0.0}, at=1.0)
