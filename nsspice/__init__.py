@@ -48,6 +48,7 @@ __all__ = [
     "effects",
     "loop",
     "op",
+    "plot",
     "pss",
     "read",
     "run",
@@ -73,6 +74,7 @@ if TYPE_CHECKING:
         TopologyError,
         UsageError,
     )
+    from .output.overlay import plot
     from .screening import effects
 
 _HOME = {
@@ -96,6 +98,7 @@ _HOME = {
     "loop": ".analyses",
     "effects": ".screening",
     "op": ".analyses",
+    "plot": ".output.overlay",
     "pss": ".analyses",
     "read": ".analyses",
     "run": ".analyses",

@@ -99,15 +99,25 @@ class HandedOver:
             frame.index = pandas.Index(self._run.axis, name=self._run.axis_name)
         return frame
 
-    def plot(self, path: str | Path | None = None, columns: Sequence[str] | None = None) -> Any:
-        """Draw the waveforms, in a panel for each unit.
+    def plot(
+        self,
+        path: str | Path | None = None,
+        columns: Sequence[str | Sequence[str]] | None = None,
+        *,
+        dark: bool = False,
+    ) -> Any:
+        """Draw the waveforms, in a panel for each unit and scale.
 
         Parameters
         ----------
         path : str or Path, optional
             Where to save the picture: .png, .svg or .pdf.
-        columns : sequence of str, optional
-            Signals to draw; all ``columns`` of the solution if left out.
+        columns : sequence of str, or of sequences of str, optional
+            Signals or expressions of signals to draw; each group is a panel of its own.  If left
+            out, what a deck or a call has asked for, else outputs, inductor currents, gates, and
+            which element conducts when.
+        dark : bool
+            For a dark page.
 
         Returns
         -------
@@ -122,7 +132,7 @@ class HandedOver:
         """
         from ..output.plot import draw
 
-        return draw(self._run, path, columns)
+        return draw(self._run, path, columns, dark=dark)
 
     def summary(self) -> str:
         """Return the text that the command line prints after a run."""

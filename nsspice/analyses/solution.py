@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from .spectrum import Spectrum
     from .steady_state import Periodic
     from .trace import Again, Recording
+    from .view import View
 
 Floats = npt.NDArray[np.float64]
 
@@ -280,6 +281,8 @@ class Solution(RunStatistics, HandedOver):
         Runs the analysis once more and records other signals.
     more : Rows or None
         Runs the analysis once more, for signals that are asked for later.
+    view : View or None
+        What a picture shows where nobody asked for certain signals; None shows all ``columns``.
 
     Examples
     --------
@@ -318,6 +321,7 @@ class Solution(RunStatistics, HandedOver):
     recording: Recording | None = None
     again: Again | None = None
     more: Rows | None = None
+    view: View | None = None
 
     def __post_init__(self) -> None:
         if not self.columns:

@@ -26,6 +26,7 @@ from .rows import Progress
 from .settings import Settings
 from .sink import Sink
 from .solution import Solution
+from .view import view_of
 
 
 def op(
@@ -275,6 +276,7 @@ def _solve(
         warnings=[several_warning(part.several) for part in totals if part.several is not None],
         interrupted=interrupted,
         wall_time=clock.perf_counter() - begin,
+        view=None if signals or circuit.deck.saves else view_of(circuit, kind, columns),
     )
     if sink is not None and (rows or failure is None):
         heading, block = solution.table()

@@ -27,6 +27,7 @@ from .settings import Settings
 from .sink import GrowingStore, Sink, Store
 from .solution import FinePoints, Solution
 from .trace import Recording
+from .view import view_of
 from .watched import Watched
 
 
@@ -271,6 +272,7 @@ def run_tran(
         interrupted=interrupted,
         wall_time=clock.perf_counter() - begin,
         row_count=outlet.rows,
+        view=None if signals or circuit.deck.saves else view_of(circuit, "tran", columns),
     )
     for runner in runners:
         solution.warnings += runner.warnings()

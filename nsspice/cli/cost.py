@@ -73,7 +73,7 @@ def command(
         notice=None if quiet or as_json else lambda text: say(f"  {text} ..."),
     )
     if plot is not None:
-        report.plot(plot)
+        report.plot(plot, target)
     if as_json:
         print_json({"netlist": netlist, **report.to_dict(target)})
     else:

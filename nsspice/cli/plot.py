@@ -22,6 +22,7 @@ _MOST = 6
 @click.option("--from", "begin", type=float, metavar="X", help="Begin of the axis.")
 @click.option("--to", "end", type=float, metavar="X", help="End of the axis.")
 @click.option("--title", default="", help="Heading of the picture.")
+@click.option("--dark", is_flag=True, help="Draw for a dark page.")
 @click.option("--force", is_flag=True, help="Replace a file that nsspice has not written.")
 @json_option
 def command(
@@ -31,6 +32,7 @@ def command(
     begin: float | None,
     end: float | None,
     title: str,
+    dark: bool,
     force: bool,
     as_json: bool,
 ) -> None:
@@ -66,7 +68,7 @@ def command(
     names = wanted or shared[:_MOST] or list(series[0].signals)[:_MOST]
     target = Path(output or Path(files[0]).with_suffix(".png").name)
     check_target(target, map(Path, files), force)
-    overlay(series, names, target, title)
+    overlay(series, names, target, title, dark=dark)
     if as_json:
         print_json({"files": [str(target)], "signals": names})
         return

@@ -31,6 +31,8 @@ _RECORDED = 16
 #: what a name after --plot and after --report ends in; any other is that of the netlist
 _PICTURES = (".png", ".svg", ".pdf")
 _PAGES = (".html", ".htm")
+#: analyses whose runs over a .step are one picture
+_FAMILIES = ("tran", "dc", "pss")
 _FILE = "CSV file, or .raw, .npz, .parquet, .h5 by its ending; - is standard output."
 
 
@@ -44,6 +46,7 @@ _FILE = "CSV file, or .raw, .npz, .parquet, .h5 by its ending; - is standard out
     metavar="[FILE]",
     help="Draw the waveforms into a .png, .svg or .pdf file.",
 )
+@click.option("--dark", is_flag=True, help="Draw for a dark page.")
 @click.option(
     "--report",
     is_flag=False,
@@ -57,7 +60,7 @@ _FILE = "CSV file, or .raw, .npz, .parquet, .h5 by its ending; - is standard out
     "signals",
     multiple=True,
     metavar="NAMES",
-    help='What to write, such as "v(out) i(r1)"; may be repeated.',
+    help='What to write, such as "v(out) i(r1)"; repeated, each is a panel of the picture.',
 )
 @click.option("--tstop", type=NUMBER, metavar="T", help="End of transients [s].")
 @click.option(
@@ -97,6 +100,7 @@ def command(
     netlist: str | None,
     output: str | None,
     plot: str | None,
+    dark: bool,
     report: str | None,
     signals: Sequence[str],
     tstop: float | None,
@@ -145,6 +149,7 @@ def command(
         circuit = circuit_of(netlist, read_params(params), confined)
         run = _Run(netlist, circuit, request, output, plot, as_json, quiet, force)
         run.report_to(report)
+        run.draw_as(dark, [read_signals([item]) or [] for item in signals])
         run.estimate(tol, refine)
         return run
 
@@ -212,7 +217,7 @@ class _Run:
         self.whole = suffix in WHOLE  # written when a run is complete
         labels = [job.label for job in self.jobs]
         if self.raw:  # all steps of an analysis are plots of one file
-            labels = [re.sub(r"\.?step\d+$", "", label) for label in labels]
+            labels = [_without_step(label) for label in labels]
         self.outputs = [_labelled(output, self.netlist, label) for label in labels]
         self.plots = self._plot_files(plot)
         self.solutions: list[Any] = []
@@ -231,7 +236,8 @@ class _Run:
         files: list[Path | None] = []
         for job in self.jobs:
             drawable = job.kind != "op"
-            files.append(_labelled(template, self.netlist, job.label) if drawable else None)
+            label = _without_step(job.label) if job.kind in _FAMILIES else job.label
+            files.append(_labelled(template, self.netlist, label) if drawable else None)
         if not any(files):
             raise UsageError(
                 Diagnostic(
@@ -241,6 +247,29 @@ class _Run:
                 )
             )
         return files
+
+    def draw_as(self, dark: bool, groups: Sequence[Sequence[str]]) -> None:
+        """Say how pictures look: on which ground, and which signals share a panel."""
+        self.dark = dark
+        self.groups = groups if len(groups) > 1 else []
+
+    def _draw(self, k: int, solution: Any) -> Path | None:
+        """Draw a run; those of a ``.step`` are one picture, when the last of them is done."""
+        from ..analyses.recorder import select
+        from ..output.overlay import plot
+
+        path = self.plots[k]
+        if path is None or solution.axis.size < 2:
+            return None
+        groups = [select(self.circuit, group) for group in self.groups]
+        if self.plots.count(path) == 1:
+            solution.plot(path, groups or None, dark=self.dark)
+            return path
+        if path in self.plots[k + 1 :] and not solution.interrupted:
+            return None
+        runs = [s for s, p in zip(self.solutions, self.plots, strict=False) if p == path]
+        plot(runs, path, [n for group in groups for n in group] or None, dark=self.dark)
+        return path
 
     def report_to(self, report: str | None) -> None:
         """Ask for a page; ``auto`` is the name of the netlist with .html."""
@@ -373,9 +402,8 @@ class _Run:
             self._write(solution, k)
         if not self.stdout and solution.row_count:
             written.append(str(self.outputs[k]))
-        plot = self.plots[k]
-        if plot is not None and solution.axis.size > 1:
-            solution.plot(plot)
+        plot = self._draw(k, solution)
+        if plot is not None:
             written.append(str(plot))
         if len(self.jobs) > _RECORDED:
             solution.recording = None
@@ -426,6 +454,11 @@ class _Run:
 
         judge(self.solutions, "raise")
         return 0
+
+
+def _without_step(label: str) -> str:
+    """Return the label of an analysis: that of a run without its step."""
+    return re.sub(r"\.?step\d+$", "", label)
 
 
 def _labelled(name: str | None, netlist: Path, label: str) -> Path:

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
+Flags = npt.NDArray[np.bool_]
+
+#: parts of the picture that swing are a band if so many stand side by side
+_TOGETHER = 4
 
 
 def _columns(x: Floats, count: int) -> Indices:
@@ -45,22 +51,41 @@ def envelope(x: Floats, y: Floats, columns: int = 2000) -> tuple[Floats, Floats]
     return x[keep], y[keep]
 
 
-def band(x: Floats, y: Floats, columns: int = 400) -> tuple[Floats, Floats, Floats] | None:
+class Band(NamedTuple):
+    """The part of a curve that oscillates too fast for the eye, and the points of the rest.
+
+    Parameters
+    ----------
+    x, low, high : ndarray, shape (c,)
+        Middle, minimum and maximum of each part of the picture.
+    fast : ndarray of bool, shape (c,)
+        Which parts are filled.
+    slow : ndarray of bool, shape (k,)
+        Which points of the curve are drawn as a line.
+    """
+
+    x: Floats
+    low: Floats
+    high: Floats
+    fast: Flags
+    slow: Flags
+
+
+def band(x: Floats, y: Floats, columns: int = 200) -> Band | None:
     """Return the band that a fast oscillation fills, None for a curve that the eye can follow.
 
-    A curve is a band if it swings through a tenth of its whole range within most of ``columns``
-    equal parts of the picture: drawn as a line it would be a solid block that hides the others.
-
-    Returns
-    -------
-    (x, low, high) or None
-        Middle, minimum and maximum of each part.
+    A curve has one if it swings through a tenth of its whole range within most of ``columns`` equal
+    parts of the picture: drawn as a line it would be a solid block that hides the others.  Where it
+    is calm it stays a line: an oscillation that dies out has a tail.
 
     Examples
     --------
     >>> x = np.linspace(0.0, 1.0, 20001)
     >>> band(x, np.sin(2e4 * x)) is None, band(x, np.sin(20 * x)) is None
     (False, True)
+    >>> found = band(x, np.where(x < 0.7, np.sin(2e4 * x), 0.2))
+    >>> x[found.slow].min().round(3), found.x[found.fast].max().round(2)
+    (np.float64(0.7), np.float64(0.7))
     """
     if x.size < 4 * columns or x[0] == x[-1]:
         return None
@@ -73,6 +98,29 @@ def band(x: Floats, y: Floats, columns: int = 400) -> tuple[Floats, Floats, Floa
     total = float(high.max() - low.min())
     if not float(np.median(swings)) > 0.1 * total > 0.0:
         return None
+    fast = _together(swings > 0.1 * total)
     middle = np.add.reduceat(x, first) / size
     middle[0], middle[-1] = x[0], x[-1]
-    return middle, low, high
+    slow = ~np.repeat(fast, size)
+    # the filled part reaches to the line
+    reached = fast | np.append(fast[1:], False) | np.append(False, fast[:-1])
+    # a part that is shorter than a period knows only some of the extremes
+    low = np.where(fast, _beside(np.minimum, low), low)
+    high = np.where(fast, _beside(np.maximum, high), high)
+    return Band(middle, low, high, reached, slow)
+
+
+def _beside(extreme: np.ufunc, values: Floats) -> Floats:
+    """Return the extremes of each value and its two neighbours."""
+    found: Floats = extreme(values, extreme(np.roll(values, 1), np.roll(values, -1)))
+    found[[0, -1]] = extreme(values[[0, -1]], values[[1, -2]])
+    return found
+
+
+def _together(flags: Flags) -> Flags:
+    """Return flags with those taken out that stand in short runs: a single edge is no band."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
+    kept = np.zeros(flags.size, dtype=bool)
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        kept[begin:end] = end - begin >= _TOGETHER
+    return kept

@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from ..analyses.drawn import drawn
 from ..analyses.names import unit
 from ..errors import Diagnostic, UsageError
 from .envelope import envelope
-from .plot import check_format, new_figure, save_figure
-from .si import prefix
+from .plot import check_format, draw, finished, moves, new_figure, plain_text
+from .si import number, prefix
+
+if TYPE_CHECKING:
+    from ..analyses.solution import Solution
 
 Floats = npt.NDArray[np.float64]
 
+#: panels of a family for which nobody has chosen signals, and curves of one
+PANELS, _CURVES = 6, 200
+#: so few runs are drawn on the points of the engine, more on their output points
+_FINE = 16
+_NAMED = 24  # in a legend
 _DASHES = ("-", "--", "-.", ":")
 _QUANTITY = {"V": "Voltage", "A": "Current", "W": "Power"}
 
@@ -49,6 +58,8 @@ def overlay(
     names: Sequence[str],
     path: str | Path | None = None,
     title: str = "",
+    *,
+    dark: bool = False,
 ) -> Any:
     """Draw the signals that several tables share: a panel a signal, a line a table.
 
@@ -60,6 +71,8 @@ def overlay(
     path : str or Path, optional
         Where to save the picture: .png, .svg or .pdf.
     title : str
+    dark : bool
+        For a dark page.
 
     Returns
     -------
@@ -86,7 +99,7 @@ def overlay(
     axes = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
     factor, letter = prefix(max(float(np.abs(s.axis).max()) for s in series))
     for panel, name in zip(axes, shown, strict=True):
-        _panel(panel, series, name, factor)
+        _panel(panel, series, name, factor, dark)
     symbol = unit(series[0].axis_name)
     word = "Time" if series[0].axis_name == "time" else series[0].axis_name
     axes[-1].set_xlabel(f"{word} [{letter}{symbol}]" if symbol else word)
@@ -95,12 +108,72 @@ def overlay(
     figure.align_ylabels(axes)
     if title:
         figure.suptitle(title, fontsize=11)
-    if path is not None:
-        save_figure(figure, Path(path))
-    return figure
+    return finished(figure, path, dark)
 
 
-def _panel(panel: Any, series: Sequence[Series], name: str, factor: float) -> None:
+def plot(
+    solutions: Solution | Sequence[Solution],
+    path: str | Path | None = None,
+    columns: Sequence[str] | None = None,
+    *,
+    dark: bool = False,
+) -> Any:
+    """Draw a run, or the runs of a ``.step``: a panel for each signal, the parameter as colour.
+
+    Parameters
+    ----------
+    solutions : Solution or sequence of Solution
+        What :func:`nsspice.run` returns, of one analysis.
+    path, columns, dark
+        As for :meth:`Solution.plot`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    UsageError
+        NS4009 if none of them has waveforms.
+    """
+    if not isinstance(solutions, Sequence):
+        return draw(solutions, path, columns, dark=dark)
+    if len(solutions) == 1:
+        return draw(solutions[0], path, columns, dark=dark)
+    runs = [s for s in solutions if s.axis_name and s.axis.size > 1]
+    if len(runs) > _CURVES:
+        runs = [runs[k] for k in np.linspace(0, len(runs) - 1, _CURVES).round().astype(int)]
+    if columns is None:
+        view = runs[0].view if runs else None
+        shown = [n for s in runs[:1] for n in (s.columns if view is None else view.shown)]
+        varying = [n for n in shown if any(moves(s[n]) for s in runs)]
+        apart = [n for n in varying if not _same([s[n] for s in runs])]  # the input is no family
+        names = [n for n in apart or varying or shown if unit(n)][:PANELS]
+    else:
+        names = list(columns)
+    series = []
+    for run in runs:
+        fine = drawn(run if len(runs) <= _FINE else replace(run, again=None), names)
+        values = list(run.parameters.values())
+        label = ", ".join(f"{k} = {number(v)}" for k, v in run.parameters.items())
+        signals = {n: fine[n] for n in names}
+        alone = float(values[0]) if len(values) == 1 else None
+        series.append(Series(label or run.title, run.axis_name, fine.axis, signals, alone))
+    return overlay(series, names, path, plain_text(runs[0].title, 90) if runs else "", dark=dark)
+
+
+def _same(waveforms: Sequence[Floats]) -> bool:
+    """Return whether all runs have one waveform."""
+    first = waveforms[0]
+    near = 1e-9 * float(np.ptp(first))
+    return len(waveforms) > 1 and all(
+        w.shape == first.shape and bool(np.all(np.abs(w - first) <= near)) for w in waveforms[1:]
+    )
+
+
+def _panel(
+    panel: Any, series: Sequence[Series], name: str, factor: float, dark: bool = False
+) -> None:
     """Draw one signal of all tables."""
     symbol = unit(name)
     values = [np.abs(s.signals[name]) for s in series if name in s.signals]
@@ -109,8 +182,9 @@ def _panel(panel: Any, series: Sequence[Series], name: str, factor: float) -> No
         if name in one.signals:
             x, y = envelope(one.axis, one.signals[name])
             style = {
-                "color": _colour(series, k),
-                "linestyle": _DASHES[k % 4 if len(series) < 5 else 0],
+                "color": _colour(series, k, dark),
+                # tables without an order are told apart in print, too
+                "linestyle": _DASHES[k % 4 if len(series) < 5 and one.parameter is None else 0],
             }
             panel.plot(x / factor, y / scale, label=one.label, linewidth=1.4, **style)
     panel.set_ylabel(f"{name} [{letter}{symbol}]" if symbol else name)
@@ -119,17 +193,18 @@ def _panel(panel: Any, series: Sequence[Series], name: str, factor: float) -> No
     panel.margins(x=0.01)
 
 
-def _colour(series: Sequence[Series], k: int) -> Any:
+def _colour(series: Sequence[Series], k: int, dark: bool = False) -> Any:
     """Return the colour of a table: that of its parameter on a common scale, else its own."""
     from matplotlib import colormaps
 
     from .plot import COLOURS
 
+    least = 0.3 if dark else 0.05  # the dark end would not be seen on dark ground
     parameters = [s.parameter for s in series]
     if len(series) > 1 and all(p is not None for p in parameters):
         low, high = min(parameters), max(parameters)  # type: ignore[type-var]
         part = (parameters[k] - low) / (high - low) if high > low else 0.5  # type: ignore[operator]
-        return colormaps["viridis"](0.05 + 0.85 * float(part))
+        return colormaps["viridis"](least + (0.9 - least) * float(part))
     if len(series) <= len(COLOURS):
         return COLOURS[k]
     return colormaps["viridis"](0.9 * k / (len(series) - 1))
@@ -146,7 +221,12 @@ def _legend(figure: Any, axes: Any, series: Sequence[Series]) -> None:
         bar = ScalarMappable(Normalize(min(known), max(known)), cmap="viridis")
         figure.colorbar(bar, ax=list(axes), label=series[0].label.partition(" = ")[0])
         return
+    handles, labels = axes[0].get_legend_handles_labels()
     axes[0].legend(
+        handles[:_NAMED],
+        labels[:_NAMED],
+        title=f"{len(labels)} runs, {_NAMED} named" if len(labels) > _NAMED else None,
+        title_fontsize="x-small",
         loc="upper left",
         bbox_to_anchor=(1.005, 1.02),
         borderaxespad=0.0,

@@ -14,9 +14,11 @@ from ..analyses.drawn import drawn
 from ..analyses.names import unit
 from ..errors import Diagnostic, UsageError
 from .aside import whole
+from .dark import darken
 from .envelope import band, envelope
 from .files import output_error
 from .si import number, prefix
+from .strips import MOST, conducting, draw_strips, logic
 
 if TYPE_CHECKING:
     from ..analyses.solution import Floats, Solution
@@ -32,6 +34,10 @@ COLOURS = (
 _DASHES = ("-", "--", ":")
 _PANELS = 8  # panels of signals without a unit
 _LEGEND = 12  # more curves than this take a colour scale and thinner lines
+_STILL = 1e-9  # part of a peak: a millionth of a pixel
+_SCALE = 25.0  # a signal lower than this part of a panel is a flat line in it
+_SCALES = 3  # panels of one unit at most
+_MOST = 4  # signals of one unit in a picture for which nobody has chosen
 _DRAWN = 60  # curves in one panel at most: beyond that nothing can be told apart
 
 
@@ -48,7 +54,11 @@ def check_format(path: str | Path) -> None:
 
 
 def draw(
-    solution: Solution, path: str | Path | None = None, columns: Sequence[str] | None = None
+    solution: Solution,
+    path: str | Path | None = None,
+    columns: Sequence[str | Sequence[str]] | None = None,
+    *,
+    dark: bool = False,
 ) -> Any:
     """Draw the waveforms of a solution, as :meth:`Solution.plot` does."""
     if path is not None:
@@ -56,14 +66,9 @@ def draw(
     if solution.axis_name == "frequency":
         from .bode import draw_bode
 
-        figure = draw_bode(solution, columns)
-        if path is not None:
-            save_figure(figure, Path(path))
-        return figure
-    names = list(solution.columns if columns is None else columns)
-    # of a circuit what has a unit; other systems have none, and a panel for each signal
-    if columns is None:
-        names = [name for name in names if unit(name)] or names
+        figure = draw_bode(solution, None if columns is None else flat(columns))
+        return finished(figure, path, dark)
+    names, gates = _chosen(solution, columns)
     if not names or not solution.axis_name or solution.axis.size < 2:
         raise UsageError(
             Diagnostic(
@@ -72,24 +77,121 @@ def draw(
                 hint="plot a .tran or .dc analysis",
             )
         )
-    if all(name in solution for name in names):
-        solution = drawn(solution, names)
+    fine = drawn(solution, [*flat(names), *gates])
+    if columns is None:
+        names = _varying(fine, names)
+    panels = panels_of(fine, names)
+    begin, end = float(fine.axis[0]), float(fine.axis[-1])
+    strips = logic(fine, gates) if gates else []
+    if columns is None:
+        strips += conducting(solution, begin, end)
     figure = new_figure()
-    panels = [(u, [n for n in names if unit(n) == u]) for u in ("V", "A", "W")]
-    panels = [(u, members) for u, members in panels if members]
-    panels += [("", [n]) for n in names[:_PANELS] if not unit(n)]
-    figure.set_size_inches(9.0, 1.4 + 2.6 * len(panels))
-    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    low = 0.35 + 0.2 * min(len(strips), MOST)
+    heights = [2.6] * len(panels) + ([low] if strips else [])
+    figure.set_size_inches(9.0, 1.4 + sum(heights))
+    grid = {"height_ratios": heights}
+    axes = figure.subplots(len(heights), 1, sharex=True, squeeze=False, gridspec_kw=grid)[:, 0]
     factor, label = _axis_scale(solution)
-    pieces = _pieces(solution)
-    for panel, (symbol, members) in zip(axes, panels, strict=True):
-        _panel(panel, solution, symbol, members, factor, pieces)
+    pieces = _pieces(fine)
+    for panel, (symbol, members) in zip(axes, panels, strict=False):
+        _panel(panel, fine, symbol, members, factor, pieces)
+    if strips:
+        draw_strips(axes[-1], strips[:MOST], begin / factor, end / factor)
+        label += f"   ({len(strips) - MOST} more elements)" if len(strips) > MOST else ""
     axes[-1].set_xlabel(label)
-    figure.align_ylabels(axes)
+    figure.align_ylabels(axes[: len(panels)])
     figure.suptitle(_title(solution), fontsize=11)
+    return finished(figure, path, dark)
+
+
+def finished(figure: Any, path: str | Path | None, dark: bool) -> Any:
+    """Return a figure in its colours, saved if it has a path."""
+    if dark:
+        darken(figure)
     if path is not None:
         save_figure(figure, Path(path))
     return figure
+
+
+def flat(columns: Sequence[str | Sequence[str]]) -> list[str]:
+    """Return the names of signals and of groups of signals in one list."""
+    return [n for item in columns for n in ([item] if isinstance(item, str) else item)]
+
+
+def _chosen(
+    solution: Solution, columns: Sequence[str | Sequence[str]] | None
+) -> tuple[list[str | Sequence[str]], Sequence[str]]:
+    """Return what is drawn, and which of the signals are gates."""
+    if columns is not None:
+        return list(columns), ()
+    view = solution.view
+    if view is not None and solution.axis_name == "time" and view.shown:
+        return list(view.shown), view.gates
+    shown: list[str | Sequence[str]] = list(solution.columns if view is None else view.shown)
+    # of a circuit what has a unit; other systems have none, and a panel for each signal
+    return [name for name in shown if unit(str(name))] or list(solution.columns), ()
+
+
+def _varying(solution: Solution, names: list[str | Sequence[str]]) -> list[str | Sequence[str]]:
+    """Return the signals of a default picture that change, and not too many of a unit."""
+    if solution.view is None:
+        return names
+    all_ = flat(names)
+    moving = [n for n in all_ if moves(solution[n])]
+    units = {unit(n) for n in moving}
+    # an output that does not move is shown if nothing else has its unit
+    still = [n for n in all_ if "out" in n and unit(n) not in units]
+    found = [n for n in all_ if n in moving or n in still] or all_
+    return [n for k, n in enumerate(found) if [unit(m) for m in found[:k]].count(unit(n)) < _MOST]
+
+
+def panels_of(
+    solution: Solution, names: Sequence[str | Sequence[str]]
+) -> list[tuple[str, list[str]]]:
+    """Return the signals of each panel with their unit: one panel for each unit and scale.
+
+    A group of names is a panel as it stands.  Signals that would be flat beside larger ones of the
+    same unit have a panel of their own.
+    """
+    panels: list[tuple[str, list[str]]] = []
+    loose = [n for n in names if isinstance(n, str)]
+    for group in names:
+        if not isinstance(group, str):
+            units = {unit(n) for n in group}
+            panels.append((units.pop() if len(units) == 1 else "", list(group)))
+    for symbol in ("V", "A", "W"):
+        members = [n for n in loose if unit(n) == symbol]
+        panels += [(symbol, part) for part in _by_scale(solution, members)]
+    panels += [("", [n]) for n in loose[:_PANELS] if not unit(n)]
+    return panels
+
+
+def _by_scale(solution: Solution, members: list[str]) -> list[list[str]]:
+    """Return signals in groups whose peaks are within ``_SCALE`` of each other, largest first."""
+    if len(members) > _LEGEND:  # so many are a picture of the whole
+        return [members]
+    peaks = {name: _peak(solution[name]) for name in members}
+    groups: list[list[str]] = []
+    top = 0.0
+    for name in sorted(members, key=lambda n: -peaks[n]):
+        if groups and (peaks[name] == 0.0 or peaks[name] * _SCALE >= top or len(groups) == _SCALES):
+            groups[-1].append(name)
+        else:
+            groups.append([name])
+            top = peaks[name]
+    return [sorted(group, key=members.index) for group in groups]
+
+
+def moves(values: Floats) -> bool:
+    """Return whether a signal varies by more than its rounding, which cannot be seen."""
+    return float(np.ptp(values)) > _STILL * _peak(values)
+
+
+def _peak(values: Floats) -> float:
+    """Return the largest finite magnitude, 0 without any."""
+    sizes = np.abs(values)
+    sizes = sizes[np.isfinite(sizes)]
+    return float(sizes.max()) if sizes.size else 0.0
 
 
 def new_figure() -> Any:
@@ -168,11 +270,7 @@ def _panel(
     """Draw the signals of one unit."""
     total = len(members)
     members = _spread(members, _DRAWN)
-    peak = 0.0
-    for name in members:
-        values = np.abs(solution[name])
-        finite = values[np.isfinite(values)]
-        peak = max(peak, float(finite.max()) if finite.size else 0.0)
+    peak = max(_peak(solution[name]) for name in members)
     factor, letter = prefix(peak) if symbol else (1.0, "")
     crowded = len(members) > _LEGEND
     for k, name in enumerate(members):
@@ -219,7 +317,10 @@ def _curve(
         return
     colour = style["color"]
     panel.fill_between(
-        *filled,
+        filled.x,
+        filled.low,
+        filled.high,
+        where=filled.fast,
         label=label,
         facecolor=colour,
         edgecolor=colour,
@@ -227,6 +328,8 @@ def _curve(
         alpha=0.25,
         zorder=1.5,
     )
+    if filled.slow.any():
+        panel.plot(*envelope(x, np.where(filled.slow, y, np.nan)), label="_", **style)
 
 
 def _spread(items: list[Any], most: int) -> list[Any]:

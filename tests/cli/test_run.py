@@ -105,6 +105,17 @@ def test_plot_of_an_operating_point_is_refused_before_anything_is_done(call):
     assert not list(Path().glob("*.csv"))
 
 
+def test_steps_are_one_picture(call):
+    deck = Path("rc.net").read_text().replace("1k", "{r}\n.param r=1k")
+    Path("family.net").write_text(deck + ".step param r list 1k 2k\n")
+    result = call("run", "family.net", "--plot", "--dark", "--signals", "v(out)")
+    assert result.exit_code == 0, result.stderr
+    assert {p.name for p in Path().glob("family.*")} == {
+        "family.net", "family.png", "family.step1.csv", "family.step2.csv",
+    }  # fmt: skip
+    assert call("run", "family.net", "--plot", "--signals", "v(in)", "--signals", "v(out) i(r1)")
+
+
 def test_unknown_picture_format(call):
     result = call("run", "rc.net", "--plot", "rc.bmp")
     assert result.exit_code == 2

@@ -250,8 +250,15 @@ class CostReport:
             ]
         return data
 
-    def plot(self, path: str | Path | None = None) -> Any:
-        """Draw error against time, both logarithmic; return the figure, saved to ``path``."""
+    def plot(self, path: str | Path | None = None, target: float | None = None) -> Any:
+        """Draw error against time, both logarithmic; return the figure, saved to ``path``.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+        target : float, optional
+            An error that is wanted, to be marked with the cheapest run that reaches it.
+        """
         from .picture import draw
 
-        return draw(self, path)
+        return draw(self, path, target)

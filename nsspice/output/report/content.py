@@ -47,7 +47,7 @@ def run(solution: Solution) -> dict[str, Any]:
     from ..summary import describe
 
     certificate = solution.certificate
-    shown = first_shown(solution.columns)
+    shown = first_shown(solution)
     signals = waveforms(solution) if solution.axis.size > 1 and solution.axis_name else None
     return {
         "label": label(solution),
@@ -141,8 +141,11 @@ def modes(solution: Solution) -> list[dict[str, Any]]:
     ]
 
 
-def first_shown(columns: Sequence[str]) -> list[str]:
+def first_shown(solution: Solution) -> list[str]:
     """Return the signals that are drawn when the page is opened: outputs and inductor currents."""
+    columns: Sequence[str] = solution.columns
+    if solution.view is not None:
+        columns = [n for n in solution.view.shown if n in solution.columns]
     outputs = [n for n in columns if n.startswith("v(") and "out" in n]
     inductors = [n for n in columns if n.startswith("i(l")]
     voltages = [n for n in columns if n.startswith("v(")]

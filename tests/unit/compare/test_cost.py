@@ -216,8 +216,27 @@ def test_each_ladder_has_a_look_of_its_own_and_the_legend_covers_none():
     curves = [line for line in axes.lines if line.get_label() in own + peers]
     looks = {(line.get_color(), line.get_linestyle()) for line in curves}
     assert len(looks) == len(curves) == len(own + peers)
+    assert [line.get_linewidth() > 2.0 for line in curves] == [True] * 5 + [False] * 9
+    assert [line.get_markerfacecolor() == "none" for line in curves] == [False] * 5 + [True] * 9
     (legend,) = figure.legends
+    told = [text.get_text() for text in legend.get_texts()]
+    assert told == ["nsspice", *own, "other programs", *peers]
     assert not legend.get_window_extent().overlaps(axes.get_window_extent())
+
+
+def test_the_target_is_marked_with_the_cheapest_run_that_reaches_it():
+    run = partial(Measurement, parameter="h", value=1e-6, steps=10, l1=1e-4)
+    rows = [
+        run("sdirk", error=1e-4, seconds=1e-3),
+        run("sdirk", error=1e-6, seconds=2e-2),
+        run("ngspice", error=1e-6, seconds=5e-1),
+    ]
+    reference = nsspice.cost(nsspice.read(RC), methods=["modewise"]).reference
+    (axes,) = CostReport("costs", ["v(c)"], reference, rows).plot(target=1e-5).axes
+    (ring,) = [line for line in axes.lines if line.get_markersize() == 14]
+    assert ring.get_xydata().tolist() == [[1e-6, 2e-2]]
+    assert "target 1e-05" in {text.get_text().strip() for text in axes.texts}
+    assert any("sdirk h=1e-06, 20 ms" in text.get_text() for text in axes.texts)
 
 
 def test_rungs_of_a_deck_with_laws_of_the_time_take_the_steps_of_a_run():

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import nsspice
 from nsspice.analyses.solution import Solution
 from nsspice.errors import OutputError, UsageError
-from nsspice.output.envelope import envelope
+from nsspice.output.envelope import band, envelope
 
 
 def transient(**signals: np.ndarray) -> Solution:
@@ -122,3 +123,124 @@ def test_fast_oscillations_become_pale_bands_below_the_slow_curves():
     assert band.get_zorder() < figure.axes[0].lines[0].get_zorder()
     low, high = band.get_datalim(figure.axes[0].transData).intervaly
     assert (low, high) == (-1.0, 1.0)
+
+
+def _labels(axes) -> list[str]:
+    _, labels = axes.get_legend_handles_labels()
+    return labels
+
+
+def test_an_oscillation_that_dies_out_keeps_its_tail_as_a_line():
+    """The whole curve was a pale band, in which a calm end could not be seen."""
+    t = np.linspace(0.0, 1.0, 40_001)
+    y = np.where(t < 0.75, np.sin(4000.0 * t), 0.2 * t)
+    (axes,) = transient(v_a=y).plot().axes
+    (filled,) = axes.collections
+    assert filled.get_datalim(axes.transData).intervalx[1] == pytest.approx(15.0, abs=0.2)
+    tail = next(line for line in axes.lines if line.get_label() == "_" and line.get_alpha())
+    x, z = (np.asarray(v)[~np.isnan(tail.get_ydata())] for v in tail.get_data())
+    assert (x[0], x[-1]) == pytest.approx((15.0, 20.0), abs=0.2)
+    assert z[-1] == pytest.approx(0.2)
+
+
+def test_a_band_has_the_extremes_although_its_parts_are_shorter_than_a_period():
+    t = np.linspace(0.0, 1.0, 40_001)
+    found = band(t, np.sin(2.0 * np.pi * 130.0 * t))
+    assert found is not None
+    assert found.high[found.fast].min() == pytest.approx(1.0, abs=0.02)
+    assert found.low[found.fast].max() == pytest.approx(-1.0, abs=0.02)
+
+
+def test_one_panel_for_each_scale():
+    t = np.linspace(0.0, 1.0, 50)
+    figure = transient(v_grid=325.0 * t, v_bus=400.0 * t, v_logic=5.0 * t, i_l1=t).plot()
+    assert [_labels(axes) for axes in figure.axes] == [
+        ["v(grid)", "v(bus)"],
+        ["v(logic)"],
+        ["i(l1)"],
+    ]
+
+
+def test_groups_of_names_are_panels_as_asked():
+    t = np.linspace(0.0, 1.0, 50)
+    figure = transient(v_a=t, v_b=t, i_l=t).plot(columns=[["v(a)", "i(l)"], "v(b)"])
+    assert [_labels(axes) for axes in figure.axes] == [["v(a)", "i(l)"], ["v(b)"]]
+
+
+BUCK = """Buck converter
+Vin in 0 24
+S1 in sw g 0 ideal
+D1 0 sw
+L1 sw out 100u
+C1 out 0 100u IC=12
+R1 out 0 5
+Vg g 0 PULSE(0 1 0 0 0 4u 10u)
+.model ideal SW(VT=0.5)
+.tran 1u 30u uic
+"""
+
+
+def test_nobody_has_chosen_outputs_inductor_currents_gates_and_who_conducts():
+    figure = nsspice.run(BUCK)[0].plot()
+    assert [_labels(axes) for axes in figure.axes[:2]] == [["v(sw)", "v(out)"], ["i(l1)"]]
+    strips = figure.axes[2]
+    assert [text.get_text() for text in strips.get_yticklabels()] == ["v(g)", "s1", "d1"]
+    # the gate, the switch and the diode over three periods of 10 us: on for 4 us, on, off
+    parts = [
+        image.get_array()[0, :, 3] / image.get_array()[0, :, 3].max() for image in strips.images
+    ]
+    at = [int(x / 30.0 * 1000) for x in (2.0, 6.0, 12.0, 18.0)]
+    assert [p[at].round().tolist() for p in parts] == [[1, 0, 1, 0], [1, 0, 1, 0], [0, 1, 0, 1]]
+    assert parts[0].mean() == pytest.approx(0.4, abs=0.002)
+    # only what was asked for
+    asked = nsspice.run(BUCK, signals=["v(g)", "v(out)"])[0].plot()
+    assert [_labels(axes) for axes in asked.axes[:1]] == [["v(g)", "v(out)"]]
+
+
+def test_a_control_that_has_more_than_two_levels_is_no_strip():
+    deck = BUCK.replace("PULSE(0 1 0 0 0 4u 10u)", "SIN(0.5 1 100k)")
+    figure = nsspice.run(deck)[0].plot()
+    assert [text.get_text() for text in figure.axes[-1].get_yticklabels()] == ["s1", "d1"]
+
+
+def test_strips_of_many_changes_are_shares_without_moire():
+    deck = BUCK.replace(".tran 1u 30u uic", ".tran 10u 5m uic")
+    strips = nsspice.run(deck)[0].plot().axes[-1]
+    gate = strips.images[0].get_array()[0, :, 3]
+    assert gate.size == 100
+    assert np.ptp(gate) < 0.05
+    assert gate.mean() == pytest.approx(0.4, abs=0.01)
+
+
+def test_steps_are_a_family_with_the_parameter_as_colour(tmp_path):
+    deck = BUCK.replace("R1 out 0 5", "R1 out 0 {r}\n.param r=5") + ".step param r list 1 2 8\n"
+    figure = nsspice.plot(nsspice.run(deck), tmp_path / "a.png")
+    assert (tmp_path / "a.png").stat().st_size > 1000
+    # v(in) is the same in all runs
+    names = [axes.get_ylabel().split()[0] for axes in figure.axes]
+    assert names == ["v(sw)", "v(out)", "i(l1)"]
+    lines = figure.axes[1].lines
+    assert _labels(figure.axes[1]) == ["r = 1", "r = 2", "r = 8"]
+    assert len({line.get_color() for line in lines}) == 3
+    assert {line.get_linestyle() for line in lines} == {"-"}
+    assert lines[0].get_ydata()[-1] < lines[2].get_ydata()[-1]
+
+
+def test_a_family_of_operating_points_has_nothing_to_draw():
+    with pytest.raises(UsageError, match="NS4009"):
+        nsspice.plot(
+            nsspice.run("a\n.param r=1\nV1 a 0 1\nR1 a 0 {r}\n.op\n.step param r list 1 2\n")
+        )
+
+
+def test_pictures_for_dark_pages(solution):
+    from matplotlib.colors import to_rgb
+
+    figure = solution.plot(dark=True)
+    assert max(to_rgb(figure.get_facecolor())) < 0.2
+    for axes in figure.axes:
+        assert max(to_rgb(axes.get_facecolor())) < 0.2
+        assert min(to_rgb(axes.yaxis.label.get_color())) > 0.7
+        assert min(to_rgb(axes.get_yticklabels()[0].get_color())) > 0.7
+    (name,) = figure.axes[0].get_legend().get_texts()
+    assert min(to_rgb(name.get_color())) > 0.7
