@@ -11,6 +11,8 @@ from ..circuit import MnaSystem
 from ..devices.stamper import Compared
 from ..netlist.expression import Expression
 from ..problems.csc import Floats
+from ..problems.descriptor import Functional
+from .statements import combination
 
 #: Both sides are known to this part of the larger: what differs by less is equal.
 _KNOWN = 64.0 * float(np.finfo(np.float64).eps)
@@ -102,21 +104,27 @@ class ComparisonCheck:
                 signals[name] = np.full_like(time, self._layout.conditions.temperature)
             elif name[0] == "v":
                 a, b = (*name[2:-1].split(","), "0")[:2]
-                signals[name] = _sum(self._layout.voltage(a, b), z, time)
-            else:
-                current = compared.currents[name]
-                signals[name] = (
-                    _sum(current.z, z, time)
-                    + _sum(current.lam, lam, time)
-                    + _sum(current.u, u, time)
+                signals[name] = combination(
+                    Functional(z=self._layout.voltage(a, b)), time, z, lam, u
                 )
+            else:
+                signals[name] = combination(compared.currents[name], time, z, lam, u)
         left, right = (_value(side, signals, time) for side in state.sides)
         # what cancels in a voltage keeps the rounding of what it was
         sizes = np.maximum(np.abs(left), np.abs(right))
         state.size = max(state.size, float(sizes.max(initial=0.0)))
         ahead = left - right
         known = self._known * np.maximum(sizes, state.size)
-        return ahead, np.abs(ahead) <= known, z[..., compared.node] > _HALF
+        equal = np.abs(ahead) <= known
+        if compared.ends is None:
+            return ahead, equal, z[..., compared.node] > _HALF
+        node = z[..., compared.node]
+        low, high = (combination(e, time, z, lam, u) + c for e, c in compared.ends)
+        true = np.abs(node - high) < np.abs(node - low)
+        # between two laws of one value there is nothing to tell
+        same = np.abs(high - low) <= _LATE * np.maximum(np.abs(high), np.abs(low))
+        meant = np.where(equal, state.at_equality, state.ahead(ahead))
+        return ahead, equal, np.where(same, meant, true)
 
 
 class _State:
@@ -132,6 +140,10 @@ class _State:
         #: end of the last interval [s], the difference late in it, whether both sides were equal
         #: there because they have come to be so
         self._end, self._late, self._came = -np.inf, 0.0, False
+
+    def ahead(self, ahead: Floats) -> _Truths:
+        """Return whether the side is ahead that makes the comparison true."""
+        return np.asarray(self._sign * ahead > 0.0, dtype=bool)
 
     def _opposite(self, ahead: Floats, true: _Truths) -> _Truths:
         self.swing = max(self.swing, float(np.abs(ahead).max(initial=0.0)))
@@ -178,13 +190,6 @@ class _State:
             self._end = float(end[k])
             if not stays[k]:
                 self._late = float(late[k])
-
-
-def _sum(terms: tuple[tuple[int, float], ...], values: Floats, like: Floats) -> Floats:
-    total = np.zeros_like(like)
-    for column, factor in terms:
-        total = total + factor * values[..., column]
-    return total
 
 
 def _value(side: Expression, signals: Mapping[str, Floats], like: Floats) -> Floats:

@@ -25,6 +25,7 @@ from .uniqueness import Watcher
 if TYPE_CHECKING:
     from .comparisons import ComparisonCheck
     from .expressions import ExpressionCheck
+    from .statements import StatementCheck
 
 #: Numbers recorded at most if every step is: some milliseconds of checking.
 _ALL = 40_000
@@ -77,6 +78,9 @@ class Examiner:
         smooth = mna.system.smooth is not None
         self._written = _expressions(mna) if smooth and mna.layout.readings else None
         self._compared = _comparisons(mna, frozen) if mna.layout.compared else None
+        self._stated = _statements(mna, frozen) if mna.layout.stated else None
+        #: points of other schemes than the implicit one hold averages
+        self._averaged = H is not None
         system = system or mna.system
         self.auditor = Auditor(system, H, Hs, timed)
         self._step = step
@@ -99,6 +103,8 @@ class Examiner:
             self._written.take(records.time, records.z, records.u)
         if self._compared is not None and self._pointwise:
             self._compared.take_points(records.time, records.z, records.lam, records.u)
+        if self._stated is not None and not self._averaged:
+            self._stated.take_points(records.time, records.z, records.lam, records.u)
         self.auditor.check(records, self.frozen)
 
     def take_stretches(self, stretches: Recording) -> None:
@@ -109,6 +115,16 @@ class Examiner:
             self._written.take(time, z, u)
         if self._compared is not None:
             self._compared.take_intervals(
+                stretches.begin,
+                stretches.end,
+                np.isfinite(stretches.doubt),
+                stretches.time,
+                stretches.z,
+                stretches.lam,
+                stretches.u,
+            )
+        if self._stated is not None:
+            self._stated.take_intervals(
                 stretches.begin,
                 stretches.end,
                 np.isfinite(stretches.doubt),
@@ -171,6 +187,9 @@ class Examiner:
         written = self._written
         if written is not None and written.worst is not None and worse(written.error, laws):
             laws, worst = written.error, f"the expression {shown(written.worst.expression)}"
+        stated = self._stated
+        if stated is not None and stated.worst is not None and worse(stated.error, laws):
+            laws, worst = stated.error, f"the expression {shown(stated.worst.expression)}"
         if self._compared is not None and (wrong := self._compared.worst) is not None:
             laws, worst = 1.0, f"the comparison {shown(wrong.comparison)} of {wrong.element}"
         return Certificate(
@@ -250,6 +269,13 @@ def _comparisons(mna: MnaSystem, frozen: float | None) -> ComparisonCheck:
     from .comparisons import ComparisonCheck
 
     return ComparisonCheck(mna, frozen)
+
+
+def _statements(mna: MnaSystem, frozen: float | None) -> StatementCheck:
+    """Return the check of piecewise-linear expressions; most decks have none."""
+    from .statements import StatementCheck
+
+    return StatementCheck(mna, frozen)
 
 
 def _list(names: Sequence[str]) -> str:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from ..circuit import Circuit, MnaSystem
 from ..devices import Inductor
+from ..devices.inner import complete
 from ..devices.waveform import initial_value
 from ..errors import Span
 from ..problems.csc import Csc
@@ -90,6 +91,7 @@ def _point_near(
     z = np.zeros(system.n)
     for node, value in near.items():
         z[mna.layout.nodes[node]] = value
+    complete(mna.layout, z)
     return z, _conducting(system, z)
 
 

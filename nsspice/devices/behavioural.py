@@ -1,42 +1,37 @@
 """Laws given by an expression: ``B``, ``R V=``, and ``E F G H`` with VALUE, TABLE or POLY.
 
 The expression may hold voltages, currents of other elements, the element's own current (``R``),
-the time and the temperature.  Its comparisons become switches (``comparators``).  What is left is
-stamped as linear elements are if it is linear; anything else is a smooth law, whose value is a
-function on the tape of the system.
+the time and the temperature.  Its comparisons become switches (``comparators``), its kinks pairs
+where nothing else is nonlinear (``piecewise``).  What is left is stamped as linear elements are if
+it is linear; anything else is a smooth law, whose value is a function on the tape of the system.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from ..netlist.expression import Expression
 from ..netlist.node import Node, num
-from ..problems.descriptor import Functional, Switch, Waveform
-from .behaviour import linear_form, wave_of
+from ..problems.descriptor import Functional
+from .behaviour import linear_form
 from .carrier import Carrier
 from .coefficients import EXPONENTIAL, LINE, Coefficients
 from .comparators import Comparator, split
 from .device import NO_VALUES, Context, Device, Edge, check_flags
 from .effect import Effect
-from .outputs import plus, scaled
+from .inner import InnerNodes
+from .linear_terms import constant_column, linear_output, time_columns
+from .outputs import scaled
 from .parameter import Parameter, Table, inert, refused
 from .passive import read_given
+from .piecewise import Inner, piecewise, slope
 from .resistor import Resistor
 from .signals import own_current, register_of, shown
-from .stamper import Compared, Layout, Stamper
+from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element
-
-#: from the node of a comparator to ground [S]: a milliampere at 1 V
-CONDUCTANCE = 1e-3
-#: end of the clock [s]
-_LONGEST = 1e9
-
-_Terms = tuple[tuple[int, float], ...]
 
 _SHARED = (
     *LINE,
@@ -51,7 +46,7 @@ class Reading(Device):
     """Base of the laws that are one expression."""
 
     late = True
-    __slots__ = ("coefficients", "comparators", "expression", "form", "law", "smooth", "sources")
+    __slots__ = ("coefficients", "expression", "form", "inner", "law", "smooth", "sources")
 
     def __init__(
         self, element: Element, expression: Expression, given: Mapping[str, float]
@@ -60,29 +55,40 @@ class Reading(Device):
         #: the value is a multiple of the expression
         self.coefficients = Coefficients.of(given)
         self.expression = expression
-        node, self.comparators = split(expression.node, self.name)
+        node, inner = self.read_inner(expression.node)
+        self.inner = InnerNodes(self.name, inner, expression)
         #: the expression with its comparators in place of comparisons
-        self.law = Expression(node, expression.span) if self.comparators else expression
+        self.law = Expression(node, expression.span) if inner else expression
         #: constant and factors of a linear expression, None for a smooth law
         self.form = linear_form(node, timed=True)
-        self.smooth = self.form is None or any(
-            linear_form(c.control, timed=True) is None for c in self.comparators
-        )
+        self.smooth = self.form is None or not _linear(inner)
         self.sources: dict[str, Carrier] = {}
+
+    def read_inner(self, node: Node) -> tuple[Node, Sequence[Inner]]:
+        """Return a tree without jumps, and without kinks where it is linear without them."""
+        tree, comparators = split(node, self.name)
+        if linear_form(tree, timed=True) is None or not _linear(comparators):
+            found = piecewise(node, self.name)
+            if found is not None and self.suits(*found):
+                return found
+        return tree, comparators
+
+    def suits(self, tree: Node, inner: Sequence[Inner]) -> bool:
+        """Return whether a law may be written by these nodes."""
+        return True
 
     @property
     def pair_count(self) -> int:
-        """Return one for each comparator."""
-        return len(self.comparators)
+        """Return the number of pairs of the nodes inside."""
+        return self.inner.pair_count
 
     def inner_edges(self) -> tuple[Edge, ...]:
-        """Return a pair and a resistor for each comparator."""
-        nodes = [comparator.signal[2:-1] for comparator in self.comparators]
-        return tuple(edge for c in nodes for edge in (Edge("P", "0", c), Edge("R", c, "0")))
+        """Return pairs and a resistor for each node inside."""
+        return self.inner.edges()
 
     def switching(self) -> tuple[Effect, ...]:
-        """Return the effects of the comparators."""
-        return tuple(Effect(f"switching, where {_short(c.control)} = 0") for c in self.comparators)
+        """Return the effects of the nodes inside."""
+        return self.inner.effects()
 
     @property
     def expressions(self) -> tuple[Expression, ...]:
@@ -102,127 +108,29 @@ class Reading(Device):
         return linear_output(layout, self.form, self.sources, self.name, parallel)
 
     def prepare(self, stamper: Stamper) -> None:
-        """Reserve what comparators need, and the column of the constant of a linear expression."""
-        pairs = []
-        for comparator in self.comparators:
-            node = stamper.internal_node(comparator.signal[2:-1], self.name)
-            stamper.conductance(node, "0", CONDUCTANCE)
-            pairs.append(stamper.pair(node, self.name, "0", node, -1.0, 0.0))
-        if pairs:
-            stamper.layout.pairs[self.name] = tuple(pairs)
+        """Reserve what the nodes inside need, and the column of a constant."""
+        self.inner.reserve(stamper)
         if self.form is not None:
             constant_column(stamper, self.form, self.name)
             time_columns(stamper, self.form)
 
-    def control(self, stamper: Stamper) -> None:
-        """Write the controls of the comparators."""
-        pairs = stamper.layout.pairs.get(self.name, ())
-        for pair, comparator in zip(pairs, self.comparators, strict=True):
-            terms, threshold = self._control(stamper, comparator)
-            closed = comparator.closed
-            switch = Switch(pair, terms, threshold, threshold, closed, at_threshold=closed)
-            stamper.switches.append(switch)
-            self._note(stamper, comparator)
+    def control(self, stamper: Stamper, parallel: float = 1.0) -> None:
+        """Write what the nodes inside follow."""
+        self.inner.write(stamper, self.sources, parallel)
 
-    def _note(self, stamper: Stamper, comparator: Comparator) -> None:
-        """Leave a comparison for those who check what the switches have made of it."""
-        layout = stamper.layout
-        if comparator.written is None:
-            return
-        written = Expression(comparator.written, self.expression.span)
-        own = {"i"} if self.name in layout.branches else set()
-        names = {name for name in written.variables() if name[0] == "i"}
-        if any(Expression(side).jumps() for side in comparator.written.args) or names - own - {
-            f"i({source})" for source in self.sources
-        }:
-            return
-        currents = {
-            name: layout.branch(self.name)
-            if name == "i"
-            else self.sources[name[2:-1]].current(layout)
-            for name in names
-        }
-        node = layout.nodes[comparator.signal[2:-1]]
-        layout.compared.append(Compared(self.name, written, node, currents))
-
-    def _control(self, stamper: Stamper, comparator: Comparator) -> tuple[_Terms, float]:
-        """Return unknowns with factors, and above which value of their sum a comparator closes."""
-        name = f"{comparator.signal[2:-1]}.control"
-        form = linear_form(comparator.control, timed=True)
-        if form is None:
-            law = Expression(comparator.control, self.expression.span)
-            function = stamper.function(register_of(stamper, law, self.sources))
-            return stamper.of_unknowns(name, Functional(f=((function, 1.0),))), 0.0
-        constant, factors = form
-        time_columns(stamper, form)
-        total = linear_output(stamper.layout, (0.0, factors), self.sources, self.name)
-        return stamper.of_unknowns(name, total), -constant
+    def state(self, stamper: Stamper, parallel: float = 1.0) -> None:
+        """Leave the expression for the certificate."""
+        if self.form is not None:
+            value = self.linear(stamper.layout, parallel)
+            self.inner.state(stamper, value, self.sources, parallel)
 
 
-def _short(node: Node) -> str:
-    return shown(Expression(node))[1:-1]
-
-
-def constant_column(stamper: Stamper, form: tuple[float, dict[str, float]], name: str) -> None:
-    """Give the constant of a linear expression a column among the sources."""
-    if form[0]:
-        stamper.layout.columns[name] = stamper.column(Waveform("dc", (form[0],)))
-
-
-def time_columns(stamper: Stamper, form: tuple[float, dict[str, float]]) -> None:
-    """Give the time, and sines of it, columns among the sources: at 0 in a DC solution."""
-    still = stamper.layout.conditions.analysis == "dc"
-    for signal in form[1]:
-        if wave := wave_of(signal):
-            rate, phase = wave
-            begin = math.sin(math.radians(phase))
-            moving = Waveform("sin", (0.0, 1.0, rate / (2.0 * math.pi), 0.0, 0.0, phase))
-        elif signal == "time":
-            begin = 0.0
-            moving = Waveform("pwl", (0.0, 0.0, _LONGEST, _LONGEST))
-        else:
-            continue
-        waveform = Waveform("dc", (begin,)) if still else moving
-        stamper.layout.columns[signal] = stamper.column(waveform)
-
-
-def linear_output(
-    layout: Layout,
-    form: tuple[float, dict[str, float]],
-    sources: Mapping[str, Carrier],
-    name: str,
-    parallel: float = 1.0,
-) -> Functional:
-    """Return a linear expression as a combination of unknowns and of the constant.
-
-    Parameters
-    ----------
-    layout : Layout
-    form : tuple
-        Constant and factors, of ``linear_form``.
-    sources : mapping of str to Carrier
-        Elements whose currents are read.
-    name : str
-        Of the branch whose current is ``i``, and of the column of the constant.
-    parallel : float
-        Of how many equal elements the own current is the sum.
-    """
-    constant, factors = form
-    total = Functional()
-    for signal, value in factors.items():
-        if signal == "i":
-            term = scaled(layout.branch(name), 1.0 / parallel)
-        elif signal == "time" or wave_of(signal):
-            term = Functional(u=((layout.columns[signal], 1.0),))
-        elif signal[0] == "v":
-            a, b = (*signal[2:-1].split(","), "0")[:2]
-            term = Functional(z=layout.voltage(a, b))
-        else:
-            term = sources[signal[2:-1]].current(layout)
-        total = plus(total, scaled(term, value))
-    if constant:
-        total = plus(total, Functional(u=((layout.columns[name], 1.0),)))
-    return total
+def _linear(inner: Sequence[Inner]) -> bool:
+    """Return whether the nodes inside read nothing but linear combinations."""
+    return all(
+        not isinstance(n, Comparator) or linear_form(n.control, timed=True) is not None
+        for n in inner
+    )
 
 
 class Behavioural(Reading):
@@ -278,6 +186,7 @@ class Behavioural(Reading):
     def stamp(self, stamper: Stamper) -> None:
         """Write ``-(va - vb) + V = 0``, or let the current flow from a through the source to b."""
         self.control(stamper)
+        self.state(stamper)
         a, b = self.ends
         row = stamper.layout.branches.get(self.name)
         growth = self.coefficients.factor(stamper.layout.conditions)
@@ -349,6 +258,11 @@ class BehaviouralResistor(Reading):
         found = read_given(cls, element, Resistor.MODEL_TYPES, context)
         return None if found is None else cls(element, as_expression(element), found[0])
 
+    def suits(self, tree: Node, inner: Sequence[Inner]) -> bool:
+        """Return whether the voltage grows with the current: else the law may fold back."""
+        form = linear_form(tree, timed=True)
+        return form is not None and slope(form, inner, "i")[0] >= 0.0
+
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
         """Return one resistive branch."""
         return (Edge("R", *self.ends),)
@@ -360,13 +274,14 @@ class BehaviouralResistor(Reading):
 
     def stamp(self, stamper: Stamper) -> None:
         """Write ``-(va - vb) + V(i/m) = 0``."""
-        self.control(stamper)
+        self.control(stamper, self.m)
         layout = stamper.layout
         branch = layout.branches[self.name]
         stamper.connect(branch, *self.ends)
         growth = self.coefficients.factor(layout.conditions)
         if not self.smooth:
             stamper.add(branch, self.linear(layout, self.m), growth)
+            self.state(stamper, self.m)
             return
         own = own_current(stamper, branch, self.m)
         register = register_of(stamper, self.law, self.sources, own)

@@ -15,16 +15,16 @@ What follows from several comparisons (``&&``, ``||``) is one more comparator, o
 Where the two sides stay equal, a comparison has the value that is written: ``v(g) > 0`` is false at
 0 V, ``v(g) >= 0`` is true, and with both of them ``==`` and ``u`` (one half at 0) have theirs.
 
-A choice between laws, ``if(v(a) > 0, v(a), 0)``, stays what it is, since it may be continuous.
+A choice between laws, ``if(v(a) > 0, v(a), 0)``, stays what it is here: ``piecewise`` reads it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..netlist.expression import Expression
-from ..netlist.node import ONE, Node, TooLarge, add, mul, neg, num, var
+from ..netlist.node import ONE, ZERO, Node, TooLarge, add, mul, neg, num, var
 from .behaviour import linear_form
 
 #: comparisons by what they are true of: the sign of ``left - right``, and truth at equality
@@ -41,19 +41,28 @@ class Comparator(NamedTuple):
     Parameters
     ----------
     signal : str
-        ``v(node)``: 1 while the control is positive, else 0.
+        ``v(node)``: 1 while the control is positive, else 0, if nothing else is said.
     control : Node
         Of the signals of the deck and of comparators before this one.
     closed : bool
         Whether it is closed where the control stays at zero.
     written : Node or None
         The comparison of the deck that it stands for; None for what follows from several.
+    low, high : Node
+        What the signal is otherwise, and what it is while the control is positive.
     """
 
     signal: str
     control: Node
     closed: bool
     written: Node | None = None
+    low: Node = ZERO
+    high: Node = ONE
+
+    @property
+    def binary(self) -> bool:
+        """Whether the signal is 0 or 1."""
+        return self.low is ZERO and self.high is ONE
 
 
 def split(node: Node, name: str) -> tuple[Node, list[Comparator]]:
@@ -80,19 +89,19 @@ def split(node: Node, name: str) -> tuple[Node, list[Comparator]]:
     """
     if not Expression(node).jumps():
         return node, []
-    reader = _Reader(name)
+    reader = Reader(name)
     try:
-        return reader.replace(node), reader.found
+        return reader.replace(node), [c for c in reader.found if isinstance(c, Comparator)]
     except TooLarge:
         return node, []  # deep already: evaluated as it stands
 
 
-class _Reader:
+class Reader:
     """Walks one tree and collects its comparators."""
 
     def __init__(self, name: str) -> None:
         self.name = name
-        self.found: list[Comparator] = []
+        self.found: list[Any] = []
         self._known: dict[int, tuple[Node, Node]] = {}
         self._truths: dict[int, tuple[Node, Node]] = {}
         self._pairs: dict[frozenset[str], str] = {}
@@ -113,11 +122,11 @@ class _Reader:
             if not steady or not _is_condition(condition, plain=True):
                 return Node("if", (condition, then, other))
             truth = self._truth(condition)
-            terms = self._product(truth, _difference(then, other))
+            terms = self._product(truth, difference(then, other))
             if terms is not None:
                 return add([other, *terms])
             # no longer linear, but constant between events all the same
-            return add([mul([truth, then]), mul([_difference(ONE, truth), other])])
+            return add([mul([truth, then]), mul([difference(ONE, truth), other])])
         args = tuple(map(self.replace, node.args))
         if all(new is old for new, old in zip(args, node.args, strict=True)):
             return node
@@ -135,17 +144,14 @@ class _Reader:
         op, args = node.op, node.args
         if op == "num":
             return num(float(node.value != 0.0))
-        if op in _COMPARED:
-            sign, closed = _COMPARED[op]
-            left, right = map(self.replace, args)
-            control = _difference(left, right) if sign > 0.0 else _difference(right, left)
-            return self._switch(control, closed, node)
+        if (compared := self.compared(node)) is not None:
+            return self._switch(compared.control, compared.closed, node)
         if op in ("eq", "ne"):
             # at least one of both is true
             both = [self._truth(Node(one, args)) for one in ("le", "ge")]
             return add([*both, num(-1.0)] if op == "eq" else [num(2.0), *map(neg, both)])
         if op == "not":
-            return _difference(ONE, self._truth(args[0]))
+            return difference(ONE, self._truth(args[0]))
         if op in ("and", "or"):
             least = len(args) - 0.5 if op == "and" else 0.5
             return self._switch(add([*map(self._truth, args), num(-least)]), False)
@@ -153,7 +159,20 @@ class _Reader:
             return self._truth(Node("ge", (args[0], num(0.0))))  # what is not zero is true
         limit, falls = _STEPS[str(node.value)]
         truth = self._truth(Node("gt", (args[0], num(limit))))
-        return _difference(ONE, truth) if falls else truth
+        return difference(ONE, truth) if falls else truth
+
+    def compared(self, node: Node) -> Comparator | None:
+        """Return the comparator of a comparison, which has no node yet."""
+        if node.op not in _COMPARED:
+            return None
+        sign, closed = _COMPARED[node.op]
+        left, right = map(self.replace, node.args)
+        control = difference(left, right) if sign > 0.0 else difference(right, left)
+        return Comparator("", control, closed, node)
+
+    def is_condition(self, node: Node) -> bool:
+        """Return whether a tree is nothing but truth."""
+        return _is_condition(node, plain=False)
 
     def _step(self, node: Node) -> Node:
         """Return the unit step, which is one half at zero."""
@@ -161,7 +180,7 @@ class _Reader:
         return mul([num(0.5), add(list(sides))])
 
     def _product(self, one: Node, two: Node) -> list[Node] | None:
-        """Return the terms of a product of combinations of comparators; None if they are many."""
+        """Return the terms of a product of what is 0 or 1; None if they are many."""
         first, second = linear_form(one), linear_form(two)
         if first is None or second is None or len(first[1]) * len(second[1]) > _MOST:
             return None
@@ -185,9 +204,12 @@ class _Reader:
 
     def _switch(self, control: Node, closed: bool, written: Node | None = None) -> Node:
         """Return the signal of a new comparator."""
-        signal = f"v({self.name}#{len(self.found) + 1})"
+        signal = self._new_signal()
         self.found.append(Comparator(signal, control, closed, written))
         return var(signal)
+
+    def _new_signal(self) -> str:
+        return f"v({self.name}#{len(self.found) + 1})"
 
 
 def _once(known: dict[int, tuple[Node, Node]], node: Node, make: Callable[[Node], Node]) -> Node:
@@ -210,7 +232,7 @@ def _is_condition(node: Node, plain: bool) -> bool:
     return node.op in (*_COMPARED, "eq", "ne") or (plain and node.op == "num")
 
 
-def _difference(left: Node, right: Node) -> Node:
+def difference(left: Node, right: Node) -> Node:
     """Return ``left - right``, a number if both are numbers."""
     if left.op == right.op == "num":
         return num(float(left.value) - float(right.value))

@@ -18,6 +18,7 @@ from ..problems.tape import TapeBuilder
 
 if TYPE_CHECKING:
     from ..netlist.expression import Expression
+    from .piecewise import Inner
 
 Terms = list[tuple[int, float]]
 AnalysisKind = Literal["dc", "tran"]
@@ -59,11 +60,25 @@ class Written(NamedTuple):
 
 
 class Compared(NamedTuple):
-    """A comparison of the deck: its element, the node that is 1 where it is true, its currents."""
+    """A comparison of the deck: its element, the node that is 1 where it is true, its currents.
+
+    With ``ends`` the node has one of two other voltages, where it is false and where it is true:
+    each an output and a constant [V].
+    """
 
     element: str
     comparison: Expression
     node: int
+    currents: Mapping[str, Functional]
+    ends: tuple[tuple[Functional, float], tuple[Functional, float]] | None = None
+
+
+class Stated(NamedTuple):
+    """An expression of the deck, what stands for it in the system, and the currents it reads."""
+
+    element: str
+    expression: Expression
+    value: Functional
     currents: Mapping[str, Functional]
 
 
@@ -78,7 +93,16 @@ class Layout:
     """
 
     __slots__ = (
-        "branches", "columns", "compared", "conditions", "functions", "nodes", "pairs", "readings",
+        "branches",
+        "columns",
+        "compared",
+        "conditions",
+        "functions",
+        "inner",
+        "nodes",
+        "pairs",
+        "readings",
+        "stated",
     )  # fmt: skip
 
     def __init__(self, nodes: list[str], conditions: Conditions) -> None:
@@ -94,6 +118,10 @@ class Layout:
         self.readings: list[Written] = []
         #: comparisons that are switches
         self.compared: list[Compared] = []
+        #: nodes inside elements that stand for kinks and jumps
+        self.inner: list[Inner] = []
+        #: expressions that nodes, pairs and switches stand for
+        self.stated: list[Stated] = []
 
     def voltage(self, a: str, b: str, factor: float = 1.0) -> tuple[tuple[int, float], ...]:
         """Return ``factor (va - vb)`` as terms of z; ground has none."""

@@ -214,8 +214,9 @@ class ModewiseStepper(Stepper):
         static = MoreauStepper(self.system, ())
         static.start_dc(time, guess)
         point, multipliers = static.state
-        # where nothing is stored, the solution is one of a mode: there may be others
-        active = (multipliers > 0.0).tolist() if self.system.static else None
+        # where there may be several solutions, this is the one of its mode
+        several = self.system.static or not self.system.passive
+        active = (multipliers > 0.0).tolist() if several else None
         self._start(self.system.E.dot(point), static.gates, active)
         return point
 

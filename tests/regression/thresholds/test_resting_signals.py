@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.devices import behavioural
+from nsspice.devices import inner
 from nsspice.problems.descriptor import Switch
 
 FOLDER = Path(__file__).parent
@@ -104,7 +104,7 @@ def test_the_certificate_would_have_noticed(
     def wrong(*args: object, at_threshold: bool, **given: object) -> Switch:
         return Switch(*args, at_threshold=not at_threshold, **given)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(behavioural, "Switch", wrong)
+    monkeypatch.setattr(inner, "Switch", wrong)
     run = nsspice.tran(nsspice.read(text_of(deck, method)))
     assert run.certificate is not None
     assert not run.certificate.passed

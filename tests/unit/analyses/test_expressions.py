@@ -16,7 +16,7 @@ from nsspice.netlist.expression import Expression
 WRITTEN = [
     "v(a)*v(b)/10 + 0.1*sin(6283*time)",
     "exp(-1000*time)*2 + sqrt(1 + v(a)^2)",
-    "time > 0.7m ? 1 : v(b)",
+    "time > 0.7m ? 1 : v(b)*v(b)",
     "atan(i(v1)*1e3) + pwl(v(a), -1, 0, 0, 1, 2, 3)",
     "limit(v(a,b), -0.3, 0.4)*tanh(v(b))",
     "log10(1 + v(a)^2) + min(v(a), v(b), 0.2)",
@@ -68,10 +68,14 @@ def test_a_wrong_expression_is_named(method, wrong):
 
 def test_beside_a_jump_both_of_its_sides_are_right():
     """sgn(t - 1) at 1 s is that of 1 s and the rounding of a few units, not that of 1.0001 s."""
-    mna = nsspice.read("jump\nB1 a 0 V={3*sgn(time - 1)}\nR1 a 0 1\n").islands[0].assemble(27.0)
+    mna = (
+        nsspice.read("jump\nB1 a 0 V={3*sgn(time - 1) + tanh(time)}\nR1 a 0 1\n")
+        .islands[0]
+        .assemble(27.0)
+    )
     z, u = np.zeros((1, mna.system.n)), np.zeros((1, len(mna.system.waveforms)))
     for instant, right in (("1", True), ("1.000000000000001", True), ("1.0001", False)):
-        other = Expression.parse(f"3*sgn(time - {instant})")
+        other = Expression.parse(f"3*sgn(time - {instant}) + tanh(time)")
         mna.layout.readings[0] = mna.layout.readings[0]._replace(expression=other)
         check = ExpressionCheck(mna)
         check.take(np.array([1.0]), z, u)

@@ -50,10 +50,10 @@ def test_functions_that_drive_a_circuit_at_rest(text: str, method: str) -> None:
 def test_a_threshold_is_passed_and_sliding_refused(method: str) -> None:
     """The source falls at 1 V, where the voltage still rises, and at 2 V, where it cannot stay.
 
-    Beyond 2 V another law holds, so that the condition is no comparator.
+    Beyond 2 V another law holds, which is no linear one, so that the condition is no comparator.
     """
     deck = (
-        "threshold\nB1 q 0 V={if(v(c)>2, 0.1*v(c)-0.2, if(v(c)<1, 5, 2.5))}\n"
+        "threshold\nB1 q 0 V={if(v(c)>2, 0.1*v(c)^2-0.4, if(v(c)<1, 5, 2.5))}\n"
         "R1 q c 10k\nC1 c 0 10n\n.tran 1u 1m uic\n"
     )
     circuit = nsspice.read(deck)

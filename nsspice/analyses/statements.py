@@ -1,0 +1,143 @@
+"""Piecewise-linear expressions once more: what pairs and switches give, against what is written.
+
+Every expression that nodes inside its element stand for is evaluated from its tree by numpy, with
+the voltages of the nodes that the deck names.  Where it is continuous, its value must be that of
+the system at each recorded point.  Where it jumps, an instant is known to a tolerance only, and
+the comparisons themselves are looked at by ``comparisons``: here an interval is wrong if no point
+of it is right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from ..circuit import MnaSystem
+from ..devices.stamper import Stated
+from ..netlist.expression import Expression
+from ..problems.csc import Floats
+from ..problems.descriptor import Functional
+from .energy import worse
+
+#: A signal is known to this part of the largest that it has been.
+_KNOWN = 64.0 * float(np.finfo(np.float64).eps)
+#: The same of the solutions of Newton's method, which ends at a hundredth of that.
+_ITERATED = 1e-10
+#: The same where an expression jumps: an instant is known to a tolerance.
+_LATE = 1e-6
+
+
+class StatementCheck:
+    """Evaluates expressions of a deck at recorded points, and compares what stands for them.
+
+    Parameters
+    ----------
+    mna : MnaSystem
+    frozen : float, optional
+        The time that expressions see [s], if that of the records counts something else.
+    """
+
+    def __init__(self, mna: MnaSystem, frozen: float | None = None) -> None:
+        self._layout, self._frozen = mna.layout, frozen
+        known = _KNOWN if mna.system.smooth is None else _ITERATED
+        self._states = [_State(stated, known) for stated in mna.layout.stated]
+        #: worst relative error
+        self.error = 0.0
+        #: expression that is off most
+        self.worst: Stated | None = None
+
+    def take_points(self, time: Floats, z: Floats, lam: Floats, u: Floats) -> None:
+        """Check points, shapes (k, ...): expressions without jumps."""
+        for state in self._states:
+            if not state.jumps and time.size:
+                self._judge(state, float(np.max(self._off(state, time, z, lam, u))))
+
+    def take_intervals(
+        self,
+        begin: Floats,
+        end: Floats,
+        exact: npt.NDArray[np.bool_],
+        time: Floats,
+        z: Floats,
+        lam: Floats,
+        u: Floats,
+    ) -> None:
+        """Check k intervals of s points each, shapes (k,) and (k, s, ...).
+
+        Points beyond the end of an interval belong to a step that an event has cut short.  Those
+        that are not ``exact``, where switches are sampled, count where nothing jumps.
+        """
+        inside = (time >= begin[:, None]) & (time <= end[:, None])
+        for state in self._states:
+            off = self._off(state, time, z, lam, u)
+            if state.jumps:
+                least = np.where(inside, off, np.inf).min(axis=1, initial=np.inf)
+                off = np.where(exact & inside.any(axis=1), least, 0.0)
+            else:
+                off = np.where(inside, off, 0.0)
+            if off.size:
+                self._judge(state, float(np.max(off)))
+
+    def _judge(self, state: _State, off: float) -> None:
+        error = off / state.largest if state.largest > 0.0 else off
+        if worse(error, self.error):
+            self.error, self.worst = error, state.stated
+
+    def _off(self, state: _State, time: Floats, z: Floats, lam: Floats, u: Floats) -> Floats:
+        """Return how far values are from those of the tree, the rounding of signals left aside."""
+        signals: dict[str, Floats] = {}
+        for name in state.names:
+            if name == "time":
+                signals[name] = time if self._frozen is None else np.full_like(time, self._frozen)
+            elif name == "temper":
+                signals[name] = np.full_like(time, self._layout.conditions.temperature)
+            elif name[0] == "v":
+                a, b = (*name[2:-1].split(","), "0")[:2]
+                signals[name] = combination(
+                    Functional(z=self._layout.voltage(a, b)), time, z, lam, u
+                )
+            else:
+                signals[name] = combination(state.stated.currents[name], time, z, lam, u)
+        found = combination(state.stated.value, time, z, lam, u)
+        return state.outside(signals, found)
+
+
+class _State:
+    """One expression, and how large its signals have been."""
+
+    def __init__(self, stated: Stated, known: float) -> None:
+        self.stated, self.names = stated, stated.expression.variables()
+        self.jumps = stated.expression.jumps()
+        self._known = max(_LATE, known) if self.jumps else known
+        self._sizes = dict.fromkeys(self.names, 0.0)
+        self.largest = 0.0
+
+    def outside(self, signals: Mapping[str, Floats], found: Floats) -> Floats:
+        """Return by how much values are outside of what the expression may be."""
+        expression = self.stated.expression
+        with np.errstate(all="ignore"):
+            value = _value(expression, signals, found)
+            self.largest = max(self.largest, float(np.max(np.abs(value), initial=0.0)))
+            low, high = value, value
+            for name, values in signals.items():
+                size = max(self._sizes[name], float(np.max(np.abs(values), initial=0.0)))
+                self._sizes[name] = size
+                for part in (-self._known, self._known):
+                    near = _value(expression, {**signals, name: values + part * size}, found)
+                    low, high = np.minimum(low, near), np.maximum(high, near)
+            return np.asarray(np.where(found == value, 0.0, np.maximum(low - found, found - high)))
+
+
+def combination(output: Functional, time: Floats, z: Floats, lam: Floats, u: Floats) -> Floats:
+    """Return a combination of unknowns, multipliers and sources at points (..., n)."""
+    total = np.zeros_like(time)
+    for terms, values in ((output.z, z), (output.lam, lam), (output.u, u)):
+        for column, factor in terms:
+            total = total + factor * values[..., column]
+    return total
+
+
+def _value(expression: Expression, signals: Mapping[str, Floats], like: Floats) -> Floats:
+    return np.asarray(expression.evaluate(signals) * np.ones_like(like), dtype=float)
