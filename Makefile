@@ -63,6 +63,7 @@ lint: $(VENV)/.dev rust-tools
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/codespell docs nsspice tests tools README.md CONTRIBUTING.md CHANGELOG.md
+	$(BIN)/python tools/words.py
 	cargo fmt --manifest-path $(CRATE) --check
 	cargo clippy --manifest-path $(CRATE) --all-targets --locked -- -D warnings
 

@@ -2,7 +2,7 @@
 
     python tools/hard_cases.py measure     # runs everything, writes docs/hard_cases.json
     python tools/hard_cases.py peers       # what Siconos and Pulsim do with the cases they can take
-    python tools/hard_cases.py page        # writes docs/explanation/stability.md and its pictures
+    python tools/hard_cases.py page        # writes docs/reference/hard-cases.md and its pictures
 
 ``measure`` needs ngspice; ``peers`` uses the Pythons named by SICONOS_PYTHON and PULSIM_PYTHON.
 """

@@ -1,4 +1,4 @@
-"""Writes the tables and pictures of docs/explanation/stability.md from what was measured."""
+"""Writes docs/reference/hard-cases.md and its pictures from what was measured."""
 
 from __future__ import annotations
 
@@ -8,42 +8,20 @@ from typing import Any
 import nsspice
 from nsspice.compare.expectation import read_expectation
 
-#: by the first word of a deck's name: the heading, and what nsspice does with such cases
+#: heading by the first word of a deck's name
 GROUPS = {
-    "jump": (
-        "Jumps and impulses",
-        "states jump; charge and flux are conserved, impulses told in A s and V s",
-    ),
-    "slide": (
-        "Zeno points, sliding and chattering",
-        "where no instant can be located, implicit steps with complementarity pass over it",
-    ),
-    "several": (
-        "Several solutions",
-        "the one nearest to the step before, with a warning (NS3005, NS3050)",
-    ),
-    "degenerate": (
-        "Degenerate, but solvable",
-        "solved; what the laws leave open is shared, and called `undetermined`",
-    ),
-    "refused": (
-        "Infeasible, refused by name",
-        "refused before the run (NS1, NS2), or with a proof at the instant (NS3001)",
-    ),
-    "extreme": ("Extremes", "solved; errors are measured against rounding"),
-    "report": ("Reported by users of other programs", "solved"),
+    "jump": "Jumps and impulses",
+    "slide": "Zeno points, sliding and chattering",
+    "several": "Several solutions",
+    "degenerate": "Degenerate, but solvable",
+    "refused": "Infeasible, refused by name",
+    "extreme": "Extremes",
+    "report": "Reported by users of other programs",
 }
-INTRO = """# Stability: the hard cases
+INTRO = """# Hard cases, measured
 
-What stops other simulators is an ordinary run here, or is refused with the names of the
-elements in conflict. Each case is a netlist in `netlists/pathological` with its known answer
-and where it is known from (`X.expect.toml`); `nsspice test netlists/pathological` runs them
-all. What random decks have shown, and what is known to fail, stands in
-[What is tested](verification.md) and [known limits](../reference/known-limits.md).
-
-| class | cases | what nsspice does |
-|---|---|---|
-{classes}
+Every netlist of `netlists/pathological` by nsspice and by ngspice;
+[the hard cases](../explanation/stability.md) explains how nsspice treats each class.
 
 The column *ngspice* was measured with ngspice-39 on the same circuit, ideal laws replaced
 by sharp smooth ones as in `nsspice compare`, {patience} s for each attempt. "Right" means that
@@ -75,8 +53,6 @@ elements of Pulsim 2 are R, L, C, sources, switches, diodes and transistors: it 
 relay without hysteresis and no report of impulses, and its event engine refuses initial values (it
 says so; its fixed step of 100 ns was used for the two cases that have them).
 """
-#: what stands below it in the page is written by hand, and kept
-MARKER = "<!-- written by tools/hard_cases.py: edit only below -->\n"
 
 
 def write(found: dict[str, Any], peers: dict[str, Any], root: Path) -> None:
@@ -92,14 +68,9 @@ def write(found: dict[str, Any], peers: dict[str, Any], root: Path) -> None:
         ("ngspice: a wrong answer without complaint", verdicts.count("wrong")),
         ("ngspice: an answer for a circuit that has none", verdicts.count("silent")),
     ]
-    classes = [
-        f"| [{heading}](#{anchor(heading)}) | {sum(n.startswith(prefix + '_') for n in found)} "
-        f"| {treated} |"
-        for prefix, (heading, treated) in GROUPS.items()
-    ]
     counts = [f"| {what} | {number} |" for what, number in tally]
-    lines = [INTRO.format(patience=12, classes="\n".join(classes), tally="\n".join(counts))]
-    for prefix, (heading, _) in GROUPS.items():
+    lines = [INTRO.format(patience=12, tally="\n".join(counts))]
+    for prefix, heading in GROUPS.items():
         lines += [f"\n## {heading}\n", "| case | nsspice | ngspice | |", "|---|---|---|---|"]
         for name, entry in found.items():
             if name.startswith(prefix + "_"):
@@ -117,14 +88,8 @@ def write(found: dict[str, Any], peers: dict[str, Any], root: Path) -> None:
         for here in [{**both, **next(iter(both.values()))}]
     ]
     lines.append(PEERS.format(rows="\n".join(rows)))
-    page = root / "docs" / "explanation" / "stability.md"
-    kept = page.read_text().partition(MARKER)[2]
-    page.write_text("\n".join(lines).rstrip() + "\n\n" + MARKER + kept)
-
-
-def anchor(heading: str) -> str:
-    """Return the anchor that the pages get for a heading."""
-    return heading.lower().replace(",", "").replace(" ", "-")
+    page = root / "docs" / "reference" / "hard-cases.md"
+    page.write_text("\n".join(lines).rstrip() + "\n")
 
 
 def told(result: dict[str, Any], what: str = "found") -> str:

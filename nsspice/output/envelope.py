@@ -13,6 +13,8 @@ Flags = npt.NDArray[np.bool_]
 
 #: parts of the picture that swing are a band if so many stand side by side
 _TOGETHER = 4
+#: what a curve covers in a part of the picture, as a multiple of its range there
+_THERE_AND_BACK = 1.5
 
 
 def _columns(x: Floats, count: int) -> Indices:
@@ -74,9 +76,9 @@ class Band(NamedTuple):
 def band(x: Floats, y: Floats, columns: int = 200) -> Band | None:
     """Return the band that a fast oscillation fills, None for a curve that the eye can follow.
 
-    A curve has one if it swings through a tenth of its whole range within most of ``columns`` equal
-    parts of the picture: drawn as a line it would be a solid block that hides the others.  Where it
-    is calm it stays a line: an oscillation that dies out has a tail.
+    A curve has one if within most of ``columns`` equal parts of the picture it swings through a
+    tenth of its whole range, there and back: drawn as a line it would be a solid block that hides
+    the others.  Where it is calm it stays a line: an oscillation that dies out has a tail.
 
     Examples
     --------
@@ -97,6 +99,9 @@ def band(x: Floats, y: Floats, columns: int = 200) -> Band | None:
     swings = high - low
     total = float(high.max() - low.min())
     if not float(np.median(swings)) > 0.1 * total > 0.0:
+        return None
+    way = np.add.reduceat(np.abs(np.diff(y, prepend=y[0])), first)
+    if not float(np.median(way)) > _THERE_AND_BACK * float(np.median(swings)):
         return None
     fast = _together(swings > 0.1 * total)
     middle = np.add.reduceat(x, first) / size

@@ -87,7 +87,7 @@ def test_voltages_are_as_turns(case: str, reltol: float) -> None:
 
 @pytest.mark.parametrize("case", CASES)
 def test_tolerances_agree(case: str) -> None:
-    """Errors are a few times the tolerance, see ``docs/explanation/stepping.md``."""
+    """Errors are a few times the tolerance, see ``docs/explanation/error-control.md``."""
     deck, _, _, stored = CASES[case]
     fine = nsspice.tran(nsspice.read(deck), reltol=1e-8)
     assert fine.certificate.passed

@@ -202,7 +202,7 @@ class _Maker:
     def _wrong(self, part: _Part, reason: str, hint: str = "") -> Unreadable:
         where = self._line.span(part.start, part.end)
         message = f".measure {self._name}: {reason or 'this form is unknown'}"
-        return Unreadable("NS1080", message, where, hint or "the forms: docs/reference/netlist.md")
+        return Unreadable("NS1080", message, where, hint or "the forms: docs/reference/cards.md")
 
     def _bounds(self, start: int, end: int) -> tuple[int, int]:
         """Return the bounds without blanks and one pair of braces, quotes, or par()."""

@@ -145,10 +145,12 @@ def test_an_oscillation_that_dies_out_keeps_its_tail_as_a_line():
 
 def test_a_band_has_the_extremes_although_its_parts_are_shorter_than_a_period():
     t = np.linspace(0.0, 1.0, 40_001)
-    found = band(t, np.sin(2.0 * np.pi * 130.0 * t))
+    found = band(t, np.sin(2.0 * np.pi * 230.0 * t))
     assert found is not None
     assert found.high[found.fast].min() == pytest.approx(1.0, abs=0.02)
     assert found.low[found.fast].max() == pytest.approx(-1.0, abs=0.02)
+    # a hundred periods are told apart by the eye
+    assert band(t, np.sign(np.sin(2.0 * np.pi * 100.0 * t))) is None
 
 
 def test_one_panel_for_each_scale():
