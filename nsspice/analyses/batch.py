@@ -107,6 +107,8 @@ class Request:
         Elements whose power is useful.
     follow : sequence of str
         Signals to record between the rows, for statistics and pictures.
+    everything : bool
+        Simulate also what no signal depends on.
     """
 
     method: str | None = None
@@ -122,6 +124,7 @@ class Request:
     power: bool = False
     loads: tuple[str, ...] = ()
     follow: Sequence[str] = field(default_factory=tuple)
+    everything: bool = False
 
 
 def kind_of(card: Analysis) -> str:
@@ -184,6 +187,7 @@ def run(
     signals: Sequence[str] | None = None,
     extra: Sequence[str] = (),
     all_points: bool = False,
+    everything: bool = False,
     tol: float | None = None,
     refine: bool = False,
     on_failure: str = "raise",
@@ -197,7 +201,7 @@ def run(
         A circuit, or what :func:`nsspice.read` makes one of: ``"deck.net"``.
     params : mapping of str to float, optional
         Values that replace those of top-level ``.param`` cards, of a deck that is read.
-    method, theta, step, reltol, signals, extra, all_points
+    method, theta, step, reltol, signals, extra, all_points, everything
         As for :func:`nsspice.tran`.
     tol : float, optional
         Error of transients that is wanted, a share of the range of each stored quantity: method
@@ -254,6 +258,7 @@ def run(
         tuple(extra),
         all_points=all_points,
         reltol=reltol,
+        everything=everything,
     )
     jobs = jobs_of(circuit.deck)
     execute: Callable[..., Solution] = run_job
@@ -441,6 +446,7 @@ def _executor(
             all_points=request.all_points,
             beginnings=beginnings,
             watched=Watched.of(circuit, analysis, named(request.follow)),
+            everything=request.everything or request.power,
             **common,  # type: ignore[arg-type]
         )
         if request.power or _needs_integrals(circuit.deck):

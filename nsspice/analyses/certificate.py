@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+from ..circuit.needed import Skipped
 from .energy import Energy, worse
 
 #: A run whose relative errors stay below this passes.
@@ -45,6 +46,8 @@ class Certificate:
     late : float
         How far the control of a switch that chatters, and is therefore looked at now and then
         only, had passed its threshold: the part of its scale, relative to the tolerance.
+    skipped : Skipped
+        Elements that have not been simulated, since nothing that was asked for depends on them.
     several : tuple of str
         Elements of islands whose complementarity problems may have several solutions; empty if
         each step is proved to have one, up to what ``undetermined`` counts.
@@ -66,6 +69,11 @@ class Certificate:
     taken: float = 0.0
     granted: float = TAKEN
     late: float = 0.0
+    skipped: Skipped = field(default_factory=Skipped)
+
+    def without(self, skipped: Skipped) -> Certificate:
+        """Return the certificate of a part of a circuit, which says what it does not cover."""
+        return replace(self, skipped=skipped) if skipped else self
 
     @property
     def passed(self) -> bool:
@@ -150,6 +158,7 @@ class Certificate:
             "several": list(self.several),
             "taken": self.taken,
             "late": self.late,
+            "skipped": list(self.skipped.elements),
             "energy": self.energy.to_dict() if self.energy else None,
             "passed": self.passed,
         }

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..circuit import Circuit
+from ..circuit.needed import Skipped, needed
 from ..errors import Diagnostic, NumericalError, UsageError
 from ..netlist.deck import Deck, TranCard
 from .aliasing import OutputPoints
@@ -50,6 +51,7 @@ def tran(
     sink: Sink | None = None,
     keep: bool = True,
     all_points: bool = False,
+    everything: bool = False,
     on_failure: str = "raise",
 ) -> Solution:
     """Simulate a circuit in time.
@@ -94,6 +96,9 @@ def tran(
     all_points : bool
         Rows at the solver's own points (with fixed steps instead of the grid), and on both sides
         of each jump: the time of a jump stands twice, before and after.
+    everything : bool
+        Simulate also what none of the signals depends on; otherwise ``skipped`` of the solution
+        and its certificate name it.
     on_failure : str
         What a failing certificate does: ``raise`` a CertificateError, ``warn`` (a
         CertificateWarning, also among the ``warnings`` of the solution), or ``ignore``.
@@ -151,6 +156,7 @@ def tran(
         keep=keep,
         all_points=all_points,
         watched=Watched.of(circuit, analysis),
+        everything=everything,
     )
     judge([solution], on_failure)
     return solution
@@ -188,6 +194,7 @@ def run_tran(
     watched: Watched | None = None,
     beginnings: Sequence[Beginning | None] | None = None,
     periodic_sources: bool = False,
+    everything: bool = False,
 ) -> Solution:
     """Run one transient analysis; see :func:`tran`.
 
@@ -198,6 +205,13 @@ def run_tran(
     begin = clock.perf_counter()
     columns = select(circuit, signals)
     names = columns + [n for n in select(circuit, extra) if n not in columns] if extra else columns
+    whole, skipped = circuit, Skipped()
+    chosen = signals is not None or bool(circuit.deck.saves)
+    if chosen and not everything and beginnings is None:
+        parts = [] if watched is None else [part for _, part in watched.parts]
+        circuit, skipped = needed(circuit, [*names, *parts])
+        if skipped and watched is not None:
+            watched = watched.within(circuit)
     recorder = Recorder(circuit, names)
     # without points of its own between them a table may hide what happens
     shown = (keep or sink is not None) and not all_points
@@ -268,7 +282,7 @@ def run_tran(
         impulses=[impulse for jump in jumps for impulse in jump.impulses],
         jumps=jumps,
         islands=[runner.report(n) for runner, (_, n) in zip(runners, found, strict=True)],
-        certificate=Certificate.total(runner.certificate() for runner in runners),
+        certificate=Certificate.total(runner.certificate() for runner in runners).without(skipped),
         interrupted=interrupted,
         wall_time=clock.perf_counter() - begin,
         row_count=outlet.rows,
@@ -288,7 +302,7 @@ def run_tran(
                 raise
     if failure is None and not interrupted:
         conditions = (temperature, values or {}, beginnings, periodic_sources, all_points)
-        solution.again = Rerun(circuit.deck, analysis, settings, *conditions)
+        solution.again = Rerun(whole.deck, analysis, settings, *conditions)
         solution.more = solution.again if keep else None
     if keep and any(runner.sides for runner in runners):
         solution.fine = _Fine(runners, recorder, table)

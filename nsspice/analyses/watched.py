@@ -72,6 +72,11 @@ class Watched:
                 parts |= {(home, part) for home, part, _ in circuit.parts(local)}
         return cls(frozenset(parts), start, stop)
 
+    def within(self, circuit: Circuit) -> Watched:
+        """Return the same of a part of the circuit, whose islands have other numbers."""
+        parts = {(home, name) for _, part in self.parts for home, name, _ in circuit.parts(part)}
+        return Watched(frozenset(parts), self.start, self.stop)
+
 
 def _linear(circuit: Circuit, name: str) -> list[str]:
     """Return the signals that a power is made of, or the signal itself."""

@@ -36,7 +36,7 @@ def build(deck: Deck) -> Circuit:
         raise NetlistError(findings.errors)
     defaults = default_conditions(deck)
     check_topology(devices, deck, defaults, findings)
-    circuit = _assemble_circuit(deck, devices, defaults)
+    circuit = circuit_of(deck, devices, defaults)
     circuit.warnings = [*deck.warnings, *findings.warnings]
     return circuit
 
@@ -102,8 +102,9 @@ def nodes_of(devices: Sequence[Device]) -> list[str]:
     return list(nodes)
 
 
-def _assemble_circuit(deck: Deck, devices: list[Device], defaults: Conditions) -> Circuit:
-    """Split the devices into islands and classify each."""
+def circuit_of(deck: Deck, devices: list[Device], defaults: Conditions | None = None) -> Circuit:
+    """Split devices that passed all checks into islands and classify each."""
+    defaults = defaults or default_conditions(deck)
     groups = _islands.split(devices)
     islands = [Island(g, nodes_of(g), *classify(g), defaults) for g in groups]
     node_home = {node: k for k, island in enumerate(islands) for node in island.nodes}

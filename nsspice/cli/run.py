@@ -69,6 +69,12 @@ _FILE = "CSV file, or .raw, .npz, .parquet, .h5 by its ending; - is standard out
     help="Rows at the solver's own points, and on both sides of each jump.",
 )
 @click.option(
+    "--all",
+    "everything",
+    is_flag=True,
+    help="Simulate also what nothing that is saved or measured depends on.",
+)
+@click.option(
     "--reltol", type=NUMBER, metavar="R", help="Error of one step where steps are controlled."
 )
 @click.option(
@@ -105,6 +111,7 @@ def command(
     signals: Sequence[str],
     tstop: float | None,
     all_points: bool,
+    everything: bool,
     method: str | None,
     theta: float | None,
     step: float | None,
@@ -143,6 +150,7 @@ def command(
         reltol=reltol,
         power=power or bool(loads),
         loads=tuple(name.lower() for name in loads),
+        everything=everything,
     )
 
     def once() -> _Run:

@@ -82,6 +82,11 @@ def _certificate(c: Certificate) -> list[str]:
     ]
     if not c.passed and c.worst:
         lines[0] += f", worst at {c.worst}"
+    if c.skipped:
+        lines.append(
+            f"  not simulated: {c.skipped}: nothing that is saved or measured depends on them "
+            "(--all simulates them)"
+        )
     e = c.energy
     if e is not None and (e.steps or e.complete):
         part = "" if e.complete else f" in {e.steps} of {e.of} steps"
