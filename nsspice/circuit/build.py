@@ -57,6 +57,10 @@ def completed(error: NetlistError) -> NetlistError:
 def read_devices(deck: Deck, findings: Findings) -> list[Device]:
     """Return the devices of all good element lines; report the others."""
     context = Context(findings)
+    for key in ("w", "l", "ad", "as"):
+        given = deck.options.get(f"def{key}")
+        if given is not None and isinstance(given.value, int | float):
+            context.sizes[key] = float(given.value)
     devices: list[Device] = []
     seen: dict[str, int] = {}
     for element in deck.elements:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .junction import JunctionLaw
     from .junction_diode import JunctionDiode
     from .latching_thyristor import LatchingThyristor
+    from .level1 import Level1
     from .mosfet import Mosfet
     from .mosfet_switch import MosfetSwitch
     from .parameter import Parameter, Table
@@ -65,6 +66,7 @@ _HOME = {
     "JunctionLaw": ".junction",
     "LatchingThyristor": ".latching_thyristor",
     "Layout": ".stamper",
+    "Level1": ".level1",
     "Mosfet": ".mosfet",
     "MosfetSwitch": ".mosfet_switch",
     "PairLaw": ".characteristic",
@@ -147,6 +149,7 @@ __all__ = [
     "JunctionLaw",
     "LatchingThyristor",
     "Layout",
+    "Level1",
     "Mosfet",
     "MosfetSwitch",
     "PairLaw",

@@ -48,6 +48,8 @@ class Context:
         self.cards: dict[int, dict[str, float]] = {}
         #: branches and effects of equal diodes
         self.diodes: dict[object, CurveBody] = {}
+        #: sizes of MOSFETs whose lines give none, by parameter: DEFW, DEFL, DEFAD, DEFAS
+        self.sizes: dict[str, float] = {}
         #: transistors with a substrate of which nothing is simulated
         self.idle_substrates: list[Element] = []
         #: elements whose model card is of another type than they need, by that and by the card

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .csc import Floats
-from .tape import OPS, Tape
+from .tape import OPS, WITH_CONSTANTS, Tape
 
 INF = math.inf
 Interval = tuple[float, float]
@@ -139,7 +139,7 @@ def _backward(
     return row
 
 
-_CARRYING = frozenset({"junction", "depletion", "table", "staircase"})
+_CARRYING = WITH_CONSTANTS
 
 
 def add(a: Interval, b: Interval) -> Interval:
@@ -278,6 +278,11 @@ def _apply(
     name: str, inner: Sequence[Interval], constants: Floats
 ) -> tuple[Interval, list[Interval]]:
     """Return the value of an instruction, and its partial derivatives."""
+    if name == "body":
+        steepest = -0.5 / math.sqrt(float(constants[0]))
+        return (0.0, INF), [(steepest, 0.0)]
+    if name == "softplus":
+        return (0.0, INF), [(0.0, 1.0)]
     if name in ("junction", "table") and len(inner) == 1:
         return _curve(name, inner[0], constants)
     if len(inner) == 1:

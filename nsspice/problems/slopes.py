@@ -43,6 +43,9 @@ _BOUNDS: dict[str, tuple[float, float]] = {
     "uramp": (0.0, 1.0),
     "square": (-INF, INF),
     "depletion": (0.0, INF),
+    "gate_drain": (0.0, INF),
+    "softplus": (0.0, 1.0),
+    "body": (-INF, 0.0),
 }
 #: their slopes are constant over whole intervals
 _PIECEWISE = frozenset({"abs", "u2", "uramp", "table", "min", "max"})

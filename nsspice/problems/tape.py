@@ -20,7 +20,10 @@ from .csc import Floats
 #: ``Is expm1(v / nVt)`` with the constants ``Is, nVt``; ``depletion`` is the charge of a junction
 #: with the constants ``CJ0, VJ, M, FC``; ``table`` is a piecewise-linear function, constant beyond
 #: its ends, of the constants ``count, x1, y1, x2, y2, ...``; ``staircase`` has constants of the
-#: same form and takes each y on [x, next x), zero outside.  Rounding and comparisons have the
+#: same form and takes each y on [x, next x), zero outside.  ``softplus`` is ``k ln(1 + exp(x/k))``
+#: with the constant k; ``gate_drain`` the charge of a capacitance that falls from Cmax to Cmin as
+#: that of a VDMOS does, constants ``Cmin, Cmax, a``; ``body`` is ``sqrt(phi - v)`` with the
+#: constant phi, along its tangent down to zero for positive v.  Rounding and comparisons have the
 #: derivative 0; at a kink the derivative of the side to the right holds.
 OPS: dict[str, int] = {
     "constant": 0,
@@ -82,10 +85,15 @@ OPS: dict[str, int] = {
     "depletion": 1,
     "table": 1,
     "staircase": 1,
+    "softplus": 1,
+    "gate_drain": 1,
+    "body": 1,
 }
 CODES: dict[str, int] = {name: code for code, name in enumerate(OPS)}
 #: these carry constants: their second argument is the index of the first one
-WITH_CONSTANTS = frozenset({"junction", "depletion", "table", "staircase"})
+WITH_CONSTANTS = frozenset(
+    {"junction", "depletion", "table", "staircase", "softplus", "gate_drain", "body"}
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
-from ...devices import Igbt, MosfetSwitch, SwitchLaw
+from ...devices import Igbt, Level1, MosfetSwitch, SwitchLaw
 from ...devices.leg import Leg
+from ...devices.smooth_mosfet import SmoothMosfet
 from ...netlist.deck import Element
 from .deck_writer import DeckWriter, untranslatable
 from .diodes import switch_model, write_leg
@@ -15,8 +17,33 @@ def write_mosfet(writer: DeckWriter, element: Element, device: object) -> None:
     """Write a MOSFET of any kind."""
     if isinstance(device, MosfetSwitch):
         _switch(writer, device)
+    elif isinstance(device, Level1):
+        assert element.model is not None
+        nodes = writer.ends(device.name, (*device.corners, device.body), "dgsb")
+        model = writer.verbatim(element.model)
+        sizes = {k: v for k, v in device.size.items() if v}
+        _line(writer, device, nodes, model, sizes)
     else:
         raise untranslatable(f"{element.name}: ngspice has nothing that could stand for it")
+
+
+def _line(
+    writer: DeckWriter,
+    device: SmoothMosfet,
+    nodes: list[str],
+    model: str,
+    more: Mapping[str, float],
+) -> None:
+    """Write the line of a smooth MOSFET."""
+    given = dict(more)
+    if device.parallel != 1.0:
+        given["m"] = device.parallel
+    if device.temp is not None:
+        given["temp"] = device.temp
+    elif device.dtemp:
+        given["dtemp"] = device.dtemp
+    words = (f"{key}={value!r}" for key, value in given.items())
+    writer.add(writer.names.element("m", device.name), *nodes, model, *words)
 
 
 def _switch(writer: DeckWriter, device: MosfetSwitch) -> None:

@@ -15,14 +15,17 @@ from .reading import flat
 OWN = {
     "abstol", "cost", "engine", "h", "hmin", "hmax", "itl1", "itl4", "maxsteps", "maxstep",
     "method", "order", "reltol", "seed", "step", "temp", "theta", "tnom", "tol", "vntol", "chgtol",
-    "trtol", "correctors", "events", "certificate", "points", "allpoints",
+    "trtol", "correctors", "events", "certificate", "points", "allpoints", "defad",
+    "defas", "defl", "defw", "mosfet",
 }  # fmt: skip
 #: those whose value must be a number
-NUMBERS = {"abstol", "order", "reltol", "theta", "tnom", "vntol"}
+NUMBERS = {
+    "abstol", "order", "reltol", "theta", "tnom", "vntol", "defad", "defas", "defl", "defw",
+}  # fmt: skip
 #: options of other simulators that steer their numerics or printing: accepted, without effect here
 FOREIGN = {
     "absi", "absv", "accurate", "acct", "autostop", "badmos3", "brief", "bypass", "cptime",
-    "defad", "defas", "defl", "defw", "delmax", "fast", "filetype", "gmindc", "gminsteps",
+    "delmax", "fast", "filetype", "gmindc", "gminsteps",
     "ingold", "interp", "itl2", "itl3", "itl5", "itl6", "keepopinfo", "klu", "limpts", "limtim",
     "list", "lvlcod", "lvltim", "maxord", "measdgt", "minbreak", "mindeltagmin", "nodamp", "node",
     "noinit", "nomarch", "nomod", "noopac", "noopiter", "nopage", "numdgt", "optran", "opts",

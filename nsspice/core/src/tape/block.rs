@@ -1,7 +1,8 @@
 //! Evaluation of four members of a group at a time.
 
+use super::curves;
 use super::evaluate::{Linearisation, SAME};
-use super::group::{Group, Kind, Shape, Step, DEPLETION, JUNCTION, LONE, WIDE};
+use super::group::{Group, Kind, Shape, Step, DEPLETION, JUNCTION, LONE, SHAPED, WIDE};
 use super::lanes::{growth, log_near_one, Lanes};
 use super::limit;
 use super::parts::bent;
@@ -291,6 +292,33 @@ fn run<const W: usize>(
             }
             registers[step.out as usize] = value;
             return;
+        }
+        Kind::Max | Kind::Min => {
+            // at a tie the first of max and the second of min, as in `functions::binary`
+            let largest = step.kind == Kind::Max;
+            let own: Lanes<W> =
+                each(|i| f64::from(u8::from(if largest { a[i] >= b[i] } else { a[i] < b[i] })));
+            for (slot, f) in slots {
+                let (x, y) = (&fed[f[0] as usize], &fed[f[1] as usize]);
+                *slot = each(|i| own[i] * x[i] + (1.0 - own[i]) * y[i]);
+            }
+            // a number that is none stays none
+            registers[step.out as usize] =
+                each(|i| if own[i] != 0.0 { a[i] + 0.0 * b[i] } else { b[i] + 0.0 * a[i] });
+            return;
+        }
+        Kind::Abs => (each(|i| a[i].abs()), each(|i| if a[i] < 0.0 { -1.0 } else { 1.0 })),
+        Kind::Uramp => (
+            each(|i| if a[i] < 0.0 { 0.0 } else { a[i] }),
+            each(|i| f64::from(u8::from(a[i] >= 0.0))),
+        ),
+        Kind::Shaped { op, at } => {
+            let own: &[Lanes<W>; SHAPED] = some(parameters, at);
+            let (mut value, mut slope) = ([0.0; W], [0.0; W]);
+            for i in 0..W {
+                (value[i], slope[i]) = curves::shaped(op, &own.map(|c| c[i]), a[i]);
+            }
+            (value, slope)
         }
         Kind::Square => (each(|i| a[i] * a[i]), each(|i| 2.0 * a[i])),
         Kind::Junction { at, limit } => {

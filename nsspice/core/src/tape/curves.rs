@@ -1,5 +1,7 @@
 //! Instructions with constants: values and slopes.
 
+use super::ops::Op;
+
 /// `Is expm1(v / nVt)` and its slope, with one exponential.
 pub(super) fn junction(saturation: f64, unit: f64, v: f64) -> (f64, f64) {
     let x = v / unit;
@@ -82,6 +84,54 @@ pub(super) fn table(constants: &[f64], x: f64) -> (f64, f64) {
             }
             (value, slope)
         }
+    }
+}
+
+/// Value and slope of a curve that constants shape, see `Op::shaped`.
+pub(super) fn shaped(op: Op, constants: &[f64], x: f64) -> (f64, f64) {
+    match op {
+        Op::Softplus => softplus(constants[0], x),
+        Op::GateDrain => gate_drain(constants[0], constants[1], constants[2], x),
+        _ => body(constants[0], x),
+    }
+}
+
+/// `k ln(1 + exp(x/k))`: zero far below zero, x far above.
+fn softplus(k: f64, x: f64) -> (f64, f64) {
+    let e = (-(x / k).abs()).exp();
+    let slope = if x > 0.0 { 1.0 } else { e } / (1.0 + e);
+    (x.max(0.0) + k * e.ln_1p(), slope)
+}
+
+/// Charge between gate and drain of a VDMOS, whose capacitance falls from `most` to `least`:
+/// `y + s tanh(a v)` for positive v, `y + s atan(a v)` for negative ones.
+fn gate_drain(least: f64, most: f64, a: f64, v: f64) -> (f64, f64) {
+    let s = (most - least) / (1.0 + std::f64::consts::FRAC_PI_2);
+    let (y, x) = (most - s, a * v);
+    if v > 0.0 {
+        // ln cosh x = x - ln 2 + ln(1 + exp(-2x)), which loses digits near zero: sinh^2 there
+        let log = if x < 0.5 {
+            0.5 * (x.sinh() * x.sinh()).ln_1p()
+        } else {
+            x - std::f64::consts::LN_2 + (-2.0 * x).exp().ln_1p()
+        };
+        (y * v + s * log / a, y + s * x.tanh())
+    } else {
+        (y * v + s * (v * x.atan() - (x * x).ln_1p() / (2.0 * a)), y + s * x.atan())
+    }
+}
+
+/// `sqrt(phi - v)`, for positive v along its tangent down to zero: the effect of the body on a
+/// threshold in SPICE's LEVEL=1.
+fn body(phi: f64, v: f64) -> (f64, f64) {
+    let root = phi.sqrt();
+    if v <= 0.0 {
+        let value = (phi - v).sqrt();
+        (value, -0.5 / value)
+    } else if v < 2.0 * phi {
+        (root - 0.5 * v / root, -0.5 / root)
+    } else {
+        (0.0 * v, 0.0)
     }
 }
 

@@ -50,6 +50,7 @@ pub(super) fn unary(program: &Program, i: &Instruction, x: f64) -> (f64, f64) {
         Buf => (truth(x > 0.5), 0.0),
         Square => (x * x, 2.0 * x),
         Table => curves::table(constants(i), x),
+        op if op.shaped() => curves::shaped(op, constants(i), x),
         Staircase => (curves::staircase(constants(i), x), 0.0),
         _ => unreachable!("{:?} has a linearisation point", i.op),
     }

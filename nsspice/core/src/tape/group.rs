@@ -19,6 +19,15 @@ pub(super) enum Kind {
     Mul,
     Div,
     Square,
+    Abs,
+    Uramp,
+    Max,
+    Min,
+    /// a curve whose constants stand from here on
+    Shaped {
+        op: Op,
+        at: u32,
+    },
     /// parameters from here on: `Is, nVt, 1/nVt, Is/nVt, knee`
     Junction {
         at: u32,
@@ -45,6 +54,8 @@ pub(super) struct Step {
 pub(super) const JUNCTION: usize = 5;
 const KNEE: usize = 4;
 pub(super) const DEPLETION: usize = 6;
+/// Constants of a shaped curve.
+pub(super) const SHAPED: usize = 3;
 
 /// What the members of a group have in common.  Registers: inputs, then constants, then the results
 /// of the steps.
@@ -298,7 +309,8 @@ impl Pieces {
     fn of(program: &Program, part: &Part) -> Option<Pieces> {
         let code = &program.code;
         let mut own = Pieces { code: part.code.clone(), ..Pieces::default() };
-        let costly = |i: &Instruction| matches!(i.op, Op::Junction | Op::Depletion);
+        let costly =
+            |i: &Instruction| i.op.shaped() || matches!(i.op, Op::Junction | Op::Depletion);
         let own_code = &code[part.code.clone()];
         if !own_code.iter().any(costly) {
             return None;
@@ -357,6 +369,15 @@ impl Pieces {
                 Op::Mul => Kind::Mul,
                 Op::Div => Kind::Div,
                 Op::Square => Kind::Square,
+                Op::Abs => Kind::Abs,
+                Op::Uramp => Kind::Uramp,
+                Op::Max => Kind::Max,
+                Op::Min => Kind::Min,
+                op if op.shaped() => {
+                    let c = &c[i.args[1] as usize..];
+                    let own_c: [f64; SHAPED] = std::array::from_fn(|k| *c.get(k).unwrap_or(&0.0));
+                    Kind::Shaped { op, at: own.some(&own_c) }
+                }
                 Op::Junction => {
                     let c = &c[i.args[1] as usize..];
                     let at = own.some(&junction_constants(c[0], c[1]));

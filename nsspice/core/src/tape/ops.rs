@@ -75,6 +75,9 @@ instructions! {
     Depletion "depletion" 1
     Table "table" 1
     Staircase "staircase" 1
+    Softplus "softplus" 1
+    GateDrain "gate_drain" 1
+    Body "body" 1
 }
 
 impl Op {
@@ -110,6 +113,11 @@ impl Op {
                 | Or
                 | Staircase
         )
+    }
+
+    /// Whether it is a smooth curve of one argument whose constants, at most three, shape it.
+    pub fn shaped(self) -> bool {
+        matches!(self, Op::Softplus | Op::GateDrain | Op::Body)
     }
 
     /// Whether it has a kink or a jump somewhere.

@@ -191,6 +191,8 @@ fn bends_over(program: &Program, i: &Instruction, blunt: f64) -> f64 {
             let c = &program.constants[i.args[1] as usize..];
             c[1] * (1.0 - c[3])
         }
+        Op::Softplus | Op::Body => program.constants[i.args[1] as usize],
+        Op::GateDrain => 1.0 / program.constants[i.args[1] as usize + 2],
         Op::Neg | Op::Add | Op::Sub => f64::INFINITY,
         Op::Mul if constant(0) || constant(1) => f64::INFINITY,
         Op::Div if constant(1) => f64::INFINITY,

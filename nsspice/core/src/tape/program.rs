@@ -121,7 +121,9 @@ impl Program {
             }
             Op::Unknown if index >= self.unknowns => return Err(wrong("a missing unknown")),
             Op::Source if index >= self.sources => return Err(wrong("a missing source")),
-            Op::Junction | Op::Depletion | Op::Table | Op::Staircase => {
+            op if op.shaped()
+                || matches!(op, Op::Junction | Op::Depletion | Op::Table | Op::Staircase) =>
+            {
                 self.check_constants(op, own[1] as usize)
                     .ok_or_else(|| wrong("wrong constants"))?;
             }
@@ -173,6 +175,8 @@ impl Program {
         let fine = match op {
             Op::Junction => c.len() >= 2 && c[1] > 0.0,
             Op::Depletion => c.len() >= 4 && c[1] > 0.0,
+            Op::Softplus | Op::Body => !c.is_empty() && c[0] > 0.0,
+            Op::GateDrain => c.len() >= 3 && c[2] > 0.0,
             _ => {
                 let count = *c.first()?;
                 let whole = count >= 1.0 && count.fract() == 0.0 && c.len() as f64 > 2.0 * count;

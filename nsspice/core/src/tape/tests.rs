@@ -304,3 +304,52 @@ fn an_element_without_a_finite_value_leaves_the_others_of_its_kind_alone() {
         assert!((t.value(2 * k) / expected - 1.0).abs() < 1e-12);
     }
 }
+
+/// A transistor's functions on a tape: curves that constants shape, and what has kinks.
+fn transistors(count: usize) -> Program {
+    let (mut ops, mut args, mut outputs) = (Vec::new(), Vec::new(), Vec::new());
+    let mut constants = Vec::new();
+    for k in 0..count {
+        let (first, at) = (ops.len() as i32, constants.len() as i32);
+        let s = 1.0 + 0.1 * k as f64;
+        constants.extend([0.1 * s, 2e-11, 2e-9 * s, 1.3, 0.6 * s]);
+        let code = [
+            ("unknown", [0, 0, 0]),
+            ("unknown", [1, 0, 0]),
+            ("sub", [first, first + 1, 0]),
+            ("softplus", [first + 2, at, 0]),
+            ("gate_drain", [first + 2, at + 1, 0]),
+            ("body", [first + 2, at + 4, 0]),
+            ("uramp", [first + 5, 0, 0]),
+            ("max", [first + 3, first + 6, 0]),
+            ("min", [first + 2, first + 7, 0]),
+            ("abs", [first + 8, 0, 0]),
+            ("mul", [first + 9, first + 3, 0]),
+        ];
+        for (name, own) in code {
+            ops.push(self::code(name));
+            args.push(own);
+        }
+        outputs.extend([first + 3, first + 4, first + 5, first + 10]);
+    }
+    Program::new(&ops, &args, &constants, &outputs, 2, 0).unwrap()
+}
+
+#[test]
+fn shaped_curves_have_the_slopes_of_their_values() {
+    let mut t = Tape::new(Arc::new(transistors(5)));
+    let h = 1e-6;
+    for v in [-30.0, -2.0, -0.3, -1e-3, 1e-3, 0.2, 0.4, 1.0, 1.7, 25.0] {
+        let at = |t: &mut Tape, v: f64| {
+            t.evaluate(&[v, 0.0], &[], 0.0, Linearisation::Exact);
+            (0..20).map(|k| t.value(k)).collect::<Vec<_>>()
+        };
+        let (low, high, here) = (at(&mut t, v - h), at(&mut t, v + h), at(&mut t, v));
+        for k in 0..20 {
+            let (_, slot) = t.derivatives(k).next().unwrap();
+            let (slope, size) = (t.slopes()[slot], here[k].abs().max(1e-12));
+            let wanted = (high[k] - low[k]) / (2.0 * h);
+            assert!((slope - wanted).abs() <= 1e-6 * (wanted.abs() + size), "{v} {k}");
+        }
+    }
+}
