@@ -108,9 +108,9 @@ def _copy(found: Sequence[Path], target: Path, force: bool, as_json: bool) -> No
     """Copy netlists with what belongs to them, keeping their folders."""
     pairs = []
     for path in found:
-        for file in (path, path.with_suffix(_COMPANION)):
-            if file.exists():
-                pairs.append((file, target / file.relative_to(COLLECTION)))
+        for file in (path, *_companions(path)):
+            pairs.append((file, target / file.relative_to(COLLECTION)))
+    pairs = list(dict.fromkeys(pairs))  # waveforms that several netlists are compared with
     taken = [t for _, t in pairs if t.exists()]
     if taken and not force:
         raise UsageError(
@@ -129,6 +129,19 @@ def _copy(found: Sequence[Path], target: Path, force: bool, as_json: bool) -> No
     else:
         count = f"{len(found)} netlist" + "s" * (len(found) != 1)
         say(f"{count} copied; try: nsspice test {target / _top(found[0])}")
+
+
+def _companions(netlist: Path) -> list[Path]:
+    """Return the expectations of a netlist and the waveforms that they name."""
+    from ..compare.checks import WaveformCheck
+    from ..compare.expectation import read_expectation
+
+    expected = netlist.with_suffix(_COMPANION)
+    if not expected.exists():
+        return []
+    checks = read_expectation(netlist).checks
+    names = dict.fromkeys(c.reference for c in checks if isinstance(c, WaveformCheck))
+    return [expected, *(netlist.parent / name for name in names)]
 
 
 def _top(path: Path) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -23,6 +24,21 @@ def test_copied_netlists_pass_their_checks(call):
     assert call("examples", "copy", "capacitor_sharing", "--to", "mine").exit_code == 0
     assert Path("mine/basics/capacitor_sharing.net").exists()
     assert call("test", "mine").exit_code == 0
+
+
+def test_waveforms_that_a_netlist_is_compared_with_are_copied_too(call):
+    """They were files of the sources, which an installed program does not have."""
+    assert call("examples", "copy", "ex11_ideal_diode", "ex11_zener_diode").exit_code == 0
+    assert Path("thesis/data/ch1_static_R_diode.csv").exists()
+    assert call("test", "thesis").exit_code == 0
+
+
+def test_the_collection_needs_no_file_from_elsewhere():
+    for expected in (ROOT / "netlists").rglob("*.expect.toml"):
+        for name in re.findall(r'^reference = "(.*)"', expected.read_text("utf-8"), re.MULTILINE):
+            there = (expected.parent / name).resolve()
+            assert there.exists()
+            assert (ROOT / "netlists").resolve() in there.parents
 
 
 def test_nothing_is_replaced_without_being_told(call):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from oracle import closed_forms, thesis_decks
 
-DATA = Path(__file__).parents[1] / "data" / "thesis"
+DATA = Path(__file__).parents[2] / "netlists" / "thesis" / "data"
 
 CASES = [
     ("ex411_coulomb", thesis_decks.FRICTION_FREE, {"v": "v_case1"}),

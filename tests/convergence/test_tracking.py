@@ -16,7 +16,7 @@ from nsspice.solvers.generalized import solve
 from nsspice.solvers.stepper import UnsolvedStep
 from nsspice.solvers.tracker import track
 
-DATA = Path(__file__).parents[1] / "data" / "thesis"
+DATA = Path(__file__).parents[2] / "netlists" / "thesis" / "data"
 
 ARGSINH = """argsinh resistor and practical diode
 V1 a 0 SIN(0 4 0.15915494309189535)

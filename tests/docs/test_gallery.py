@@ -17,7 +17,7 @@ sys.path.insert(0, str(ROOT / "tools" / "site"))
 import equations  # noqa: E402
 
 PAGES = sorted(p for p in (ROOT / "docs" / "gallery" / "dvi").glob("*.md") if p.stem != "index")
-DATA = ROOT / "tests" / "data" / "thesis"
+DATA = ROOT / "netlists" / "thesis" / "data"
 
 #: what must be shown: every example of the thesis, and those beyond it
 EXAMPLES = [

@@ -9,7 +9,7 @@ import csv
 import math
 from pathlib import Path
 
-DATA = Path(__file__).parents[1] / "data" / "thesis"
+DATA = Path(__file__).parents[2] / "netlists" / "thesis" / "data"
 
 #: example 4.3 of appendix B: phi(0) = 2, phi'(0) = 3, phi' >= -6/7, phi(2) = 4, phi'(2) = 6
 LOAD, SLOPE, END, BREAKDOWN = 1.0, 8.0, 2.0, 1.0

@@ -11,7 +11,7 @@ import pytest
 import nsspice
 
 ROOT = Path(__file__).parents[2]
-DATA = ROOT / "tests/data/thesis"
+DATA = ROOT / "netlists/thesis/data"
 NETS = ROOT / "netlists/thesis"
 TOLERANCE = 1e-11  # what is asked for; rounding in the references themselves reaches 1e-13
 
