@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from .switch import CurrentSwitch, SwitchLaw, VoltageSwitch
     from .thyristor import Thyristor
     from .transistor import Transistor
+    from .vdmos import Vdmos
     from .vsource import VoltageSource
 
 _HOME = {
@@ -81,6 +82,7 @@ _HOME = {
     "Transistor": ".transistor",
     "Vccs": ".controlled",
     "Vcvs": ".controlled",
+    "Vdmos": ".vdmos",
     "VoltageSource": ".vsource",
     "VoltageSwitch": ".switch",
     "diode_curve": ".characteristic",
@@ -164,6 +166,7 @@ __all__ = [
     "Transistor",
     "Vccs",
     "Vcvs",
+    "Vdmos",
     "VoltageSource",
     "VoltageSwitch",
     "diode_curve",

@@ -130,6 +130,7 @@ def _law_of(model: Model, context: Context) -> type[Mosfet] | None:
     """Return the kind of transistor that a card asks for, or None after reporting why not."""
     from .level1 import Level1
     from .mosfet_switch import MosfetSwitch
+    from .vdmos import Vdmos
 
     power = model.type in VDMOS_TYPES
     if not power and any(key in model.params for key in SWITCHED):
@@ -138,12 +139,12 @@ def _law_of(model: Model, context: Context) -> type[Mosfet] | None:
     level = 1.0 if given is None else given.value
     if not power and level == 1.0:
         return Level1
-    if not power:
-        context.findings.error(
-            "NS2008",
-            f"model {model.name} ({model.type}, level {level}) is not simulated by this version",
-            model.span,
-            _OTHER,
-        )
-        return None
+    if power:
+        return Vdmos
+    context.findings.error(
+        "NS2008",
+        f"model {model.name} ({model.type}, level {level}) is not simulated by this version",
+        model.span,
+        _OTHER,
+    )
     return None

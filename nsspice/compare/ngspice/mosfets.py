@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ...devices import Igbt, Level1, MosfetSwitch, SwitchLaw
+from ...devices import Igbt, Level1, MosfetSwitch, SwitchLaw, Vdmos
 from ...devices.leg import Leg
 from ...devices.smooth_mosfet import SmoothMosfet
 from ...netlist.deck import Element
 from .deck_writer import DeckWriter, untranslatable
 from .diodes import switch_model, write_leg
+
+#: words of a VDMOS card that are no parameters of ngspice's
+_NOT_WRITTEN = ("nchan", "pchan", "switch", "t_abs")
 
 
 def write_mosfet(writer: DeckWriter, element: Element, device: object) -> None:
@@ -23,6 +26,13 @@ def write_mosfet(writer: DeckWriter, element: Element, device: object) -> None:
         model = writer.verbatim(element.model)
         sizes = {k: v for k, v in device.size.items() if v}
         _line(writer, device, nodes, model, sizes)
+    elif isinstance(device, Vdmos):
+        assert element.model is not None
+        nodes = writer.ends(device.name, device.corners, "dgs")
+        card = {"vto": 0.0, "kp": 1.0, **device.card}  # without them those of an IRF540 are taken
+        words = (f"{k}={v!r}" for k, v in card.items() if k not in _NOT_WRITTEN)
+        body = f"vdmos({'nchan' if device.n else 'pchan'} {' '.join(words)})"
+        _line(writer, device, nodes, writer.model(("card", id(element.model)), "power", body), {})
     else:
         raise untranslatable(f"{element.name}: ngspice has nothing that could stand for it")
 

@@ -74,14 +74,14 @@ def mosfet(reader: Reader, line: Line, items: list[Item]) -> Template:
     """Read ``M drain gate source [body] model [off] [W= L= m= ic=vds,vgs,vbs]``."""
     terminals = Terminals(reader, line, items)
     terminals.take_nodes(3)
+    terminals.extend_pairs("ic", "icvgs")
+    terminals.extend_pairs("icvgs", "icvbs")
     ahead = [item for item in terminals.ahead() if item.text not in ("off", "thermal")]
     # the body stands before the model if two names follow
     if len(ahead) > 1:
         terminals.take_nodes(1)
     result = terminals.template()
     terminals.model(result, terminals.next(), "write Mname drain gate source body model")
-    terminals.extend_pairs("ic", "icvgs")
-    terminals.extend_pairs("icvgs", "icvbs")
     terminals.flags(result, ("off", "thermal"))
     result.params = terminals.params(_MOSFET)
     terminals.finish(result)
