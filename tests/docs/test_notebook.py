@@ -22,6 +22,9 @@ def test_the_notebook_runs() -> None:
     )
     texts = [o.get("text", "") for c in notebook.cells for o in c.get("outputs", [])]
     assert any("certificate holds" in text for text in texts)
+    shown = [o["data"] for c in notebook.cells for o in c.get("outputs", []) if "data" in o]
+    assert any("certificate holds" in data.get("text/html", "") for data in shown)
+    assert any("image/png" in data for data in shown)
     # (1 - D) Vfwd = 0.35 V between the ideal diode and that with a drop of 0.7 V
     ideal, real = (float(line.split()[-1]) for line in texts[-1].splitlines())
     assert ideal - real == pytest.approx(0.35, abs=0.01)

@@ -25,6 +25,10 @@ _FORMULA = re.compile(
 )
 
 
+#: references of docstrings, which other tools make links of
+_ROLE = re.compile(r":(?:func|meth|class|mod):(?=<code)")
+
+
 def on_files(files: Files, config: Any) -> Files:
     """Add the pages that are made from the code and from the netlists."""
     pages: dict[str, str | bytes] = {
@@ -44,7 +48,7 @@ def on_page_markdown(markdown: str, config: Any, **_: Any) -> str:
 
 
 def on_page_content(html: str, **_: Any) -> str:
-    """Write formulas as MathML, which browsers show without any script."""
+    """Write formulas as MathML, which browsers show without any script, and roles as plain code."""
     from html import unescape
 
     from latex2mathml.converter import convert
@@ -53,4 +57,4 @@ def on_page_content(html: str, **_: Any) -> str:
         display = "block" if match[1] == "div" else "inline"
         return str(convert(unescape(match[2]), display=display))
 
-    return _FORMULA.sub(mathml, html)
+    return _ROLE.sub("", _FORMULA.sub(mathml, html))
