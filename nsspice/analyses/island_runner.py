@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -19,6 +20,7 @@ from .aliasing import Between
 from .beginning import Beginning, with_waveforms
 from .cards import Tran
 from .certificate import TAKEN_BESIDE_EXACT, Certificate
+from .costs import sentence
 from .curve import Floats
 from .events import Events
 from .examiner import Examiner, sampling
@@ -418,6 +420,15 @@ class IslandRunner:
             self.note,
             self.settings.reltol if self.method == "sdirk" else None,
             self.judge.later() if self.judge is not None else None,
+            partial(
+                sentence,
+                self.circuit,
+                self.island,
+                self.mna,
+                self.method,
+                self.note,
+                self.analysis,
+            ),
         )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from ..devices import Device
 from ..errors import Diagnostic, RegularityError
@@ -15,8 +16,19 @@ from .problem_class import ProblemClass
 from .regularity import DcUniqueness, dc_uniqueness
 from .render import label_list, labelled_matrix
 
+
+class Told(NamedTuple):
+    """How an island is solved, what decides its cost, and what could be written differently."""
+
+    method: str = ""
+    cost: str = ""
+    hints: tuple[str, ...] = ()
+
+
+_NOTHING_TOLD = Told()
+
 #: tells how an island is solved
-Teller = Callable[[Circuit, Island, MnaSystem], str]
+Teller = Callable[[Circuit, Island, MnaSystem], Told]
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +61,9 @@ class IslandExplanation:
     ----------
     number : int
         Counted from 1.
-    elements, nodes : int
+    names : tuple of str
+        Its elements.
+    nodes : int
     unknowns, pairs : tuple of str
     problem_class : ProblemClass
     reason : str
@@ -60,15 +74,15 @@ class IslandExplanation:
         Why there is no DLCP form although it was asked for.
     uniqueness : DcUniqueness or None
         Whether the DC problem has at most one solution; None for linear islands.
-    method : str
-        How it is solved.
+    told : Told
+        How it is solved, and what decides its cost.
     trajectory : tuple of Verdict
         Of an island that stores energy: whether each short step has one solution, whatever the
         sources do, and whether what is stored has one trajectory at most.
     """
 
     number: int
-    elements: int
+    names: tuple[str, ...]
     nodes: int
     unknowns: tuple[str, ...]
     pairs: tuple[str, ...]
@@ -78,8 +92,13 @@ class IslandExplanation:
     form: DlcpForm | None = None
     without_form: str = ""
     uniqueness: DcUniqueness | None = None
-    method: str = ""
+    told: Told = _NOTHING_TOLD
     trajectory: tuple[Verdict, ...] = ()
+
+    @property
+    def elements(self) -> int:
+        """Number of elements."""
+        return len(self.names)
 
     def to_dict(self) -> dict[str, object]:
         """Return a JSON-ready mapping."""
@@ -92,7 +111,9 @@ class IslandExplanation:
             "class": self.problem_class.name,
             "class_name": self.problem_class.value,
             "reason": self.reason,
-            "method": self.method,
+            "method": self.told.method,
+            "cost": self.told.cost,
+            "hints": list(self.told.hints),
             "uniqueness": (
                 {
                     "unique": self.uniqueness.unique,
@@ -113,10 +134,18 @@ class IslandExplanation:
 
     def text(self) -> str:
         """Return the paragraph shown to the user."""
-        lines = [
-            f"island {self.number}: {self.problem_class.name}, {self.problem_class.value}",
+        told = self.told
+        lines = [f"island {self.number}: {label_list(self.names, 12)}"]
+        if told.method:
+            lines.append(f"  solved by {told.method}")
+        if told.cost:
+            lines.append(f"  cost      {told.cost}")
+        lines += [f"  instead   {hint}" for hint in told.hints]
+        lines.append("  effects")
+        lines += [f"    {line}" for line in self.effects]
+        lines += [
+            f"  class     {self.problem_class.name}, {self.problem_class.value}",
             f"  why       {self.reason}",
-            *([f"  solved by {self.method}"] if self.method else []),
             f"  size      {_count(self.elements, 'element')}, {_count(self.nodes, 'node')}, "
             f"{_count(len(self.unknowns), 'unknown')}, {_count(len(self.pairs), 'pair')}",
             f"  unknowns  {label_list(self.unknowns, 12)}",
@@ -127,8 +156,6 @@ class IslandExplanation:
             lines.append(f"  DC point  {self.uniqueness}")
         for label, found in zip(("steps", "path"), self.trajectory, strict=False):
             lines.append(f"  {label:<9} {found}")
-        lines.append("  effects")
-        lines += [f"    {line}" for line in self.effects]
         if self.form is not None:
             lines += _matrices(self.form)
         elif self.without_form:
@@ -145,12 +172,16 @@ class Explanation:
     title, file : str
     islands : tuple of IslandExplanation
     warnings : tuple of Diagnostic
+    skipped : tuple of str
+        Elements that a transient leaves out, since nothing that is saved or measured depends on
+        them.
     """
 
     title: str
     file: str
     islands: tuple[IslandExplanation, ...]
     warnings: tuple[Diagnostic, ...]
+    skipped: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, object]:
         """Return a JSON-ready mapping."""
@@ -158,12 +189,18 @@ class Explanation:
             "title": self.title,
             "file": self.file,
             "islands": [island.to_dict() for island in self.islands],
+            "skipped": list(self.skipped),
             "warnings": [warning.to_dict() for warning in self.warnings],
         }
 
     def text(self) -> str:
         """Return the text shown to the user; islands that look alike are shown once."""
         blocks = [f"{self.title or self.file}: {_count(len(self.islands), 'island')}"]
+        if self.skipped:
+            blocks.append(
+                f"not simulated: {label_list(self.skipped, 12)}: nothing that is saved or measured "
+                "depends on them (--all)"
+            )
         alike: dict[tuple[object, ...], list[IslandExplanation]] = {}
         for island in self.islands:
             key: tuple[object, ...] = (
@@ -190,6 +227,7 @@ def explain(
     circuit: Circuit,
     matrices: bool = False,
     method: Teller | None = None,
+    skipped: tuple[str, ...] = (),
 ) -> Explanation:
     """Return what a circuit is, without simulating it.
 
@@ -200,6 +238,8 @@ def explain(
         Also derive the DLCP matrices of each dynamic or set-valued island.
     method : callable, optional
         Tells how an island is solved; left out of the explanation without it.
+    skipped : tuple of str
+        Elements that have been left out of the circuit before.
     """
     return Explanation(
         circuit.deck.title,
@@ -209,6 +249,7 @@ def explain(
             for k, island in enumerate(circuit.islands, 1)
         ),
         tuple(circuit.warnings),
+        skipped,
     )
 
 
@@ -226,7 +267,7 @@ def _explain(
             without = error.diagnostics[0].message
     return IslandExplanation(
         number,
-        len(island.devices),
+        tuple(device.name for device in island.devices),
         len(island.nodes),
         tuple(mna.unknowns),
         tuple(mna.pairs),
@@ -236,7 +277,7 @@ def _explain(
         form,
         without,
         dc_uniqueness(island.assemble(analysis="dc")) if nonlinear else None,
-        method(circuit, island, mna) if method else "",
+        method(circuit, island, mna) if method else _NOTHING_TOLD,
         _trajectory(mna) if nonlinear and not mna.system.static else (),
     )
 

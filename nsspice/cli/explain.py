@@ -15,13 +15,19 @@ from .source import circuit_of
 @click.argument("netlist")
 @click.option("--matrices", is_flag=True, help="Print the matrices of the complementarity form.")
 @click.option("--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param.")
+@click.option("--all", "everything", is_flag=True, help="Also what no saved signal depends on.")
 @json_option
-def command(netlist: str, matrices: bool, params: Sequence[str], as_json: bool) -> None:
-    """Print islands, unknowns, problem class and active effects of NETLIST, not simulating it."""
-    from ..analyses.method import describe
-    from ..circuit.explain import explain
+def command(
+    netlist: str, matrices: bool, params: Sequence[str], everything: bool, as_json: bool
+) -> None:
+    """Tell how NETLIST is simulated and what decides its cost, without simulating it.
 
-    explanation = explain(circuit_of(netlist, read_params(params)), matrices, describe)
+    First for engineers: the method for each independent part, the elements that force it, what
+    could be written differently, the active effects; then class, size and regularity.
+    """
+    from ..analyses.told import explained
+
+    explanation = explained(circuit_of(netlist, read_params(params)), matrices, everything)
     if as_json:
         print_json(explanation.to_dict())
     else:

@@ -34,6 +34,8 @@ Form = tuple[float, dict[str, float]]
 
 #: most nodes of one expression: a table of a hundred points costs less on a tape
 _MOST = 40
+#: largest tree of which it is looked at what keeps it from being piecewise linear
+_LOOKED = 2000
 
 
 class Limiter(NamedTuple):
@@ -108,6 +110,22 @@ def piecewise(node: Node, name: str) -> tuple[Node, list[Inner]] | None:
     except (_Nonlinear, TooLarge):
         return None
     return (tree, reader.inner) if linear_form(tree, timed=True) is not None else None
+
+
+def obstacle(node: Node) -> Node:
+    """Return the first part of an expression that is not piecewise linear though its parts are.
+
+    Examples
+    --------
+    >>> from nsspice.netlist.expression import Expression
+    >>> from nsspice.netlist.node import show
+    >>> show(obstacle(Expression.parse("limit(v(a), 0, 1) + 2*exp(v(b))").node))
+    'exp(v(b))'
+    """
+    for part in node.args:
+        if part.op != "inv" and part.size <= _LOOKED and piecewise(part, "x") is None:
+            return obstacle(part)
+    return node
 
 
 def slope(form: Form, inner: Sequence[Inner], signal: str) -> tuple[float, float]:

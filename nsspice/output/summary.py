@@ -5,6 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 import sys
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..analyses.names import unit
@@ -44,6 +45,8 @@ def describe(solution: Solution) -> str:
             lines.append(f"    solution {island.regularity}")
     if len(solution.islands) > _LISTED:
         lines.append(f"  ... and {len(solution.islands) - _LISTED} more islands")
+    if cost := _cost(solution.islands):
+        lines.append(f"  cost: {cost}")
     if solution.certificate is not None:
         lines += _certificate(solution.certificate)
     if solution.periodic is not None:
@@ -260,6 +263,18 @@ def _island(island: IslandRun) -> str:
     return text
 
 
+def _cost(islands: Sequence[IslandRun]) -> str:
+    """Return what decides the cost of the island that had most to do."""
+
+    def work(island: IslandRun) -> float:
+        return island.unknowns * sum(float(island.stats.get(k, 0)) for k in ("steps", "segments"))
+
+    most = max(islands, key=work, default=None)
+    if most is None or not most.cost:
+        return ""
+    return most.cost if len(islands) == 1 else f"island {most.number}: {most.cost}"
+
+
 def _operating_point(solution: Solution) -> list[str]:
     names = solution.columns[:40]
     width = max(map(len, names), default=0)
@@ -301,6 +316,7 @@ def to_dict(solution: Solution) -> dict[str, Any]:
                 "stats": i.stats,
                 "regularity": i.regularity.to_dict() if i.regularity else None,
                 "note": i.note,
+                "cost": i.cost,
             }
             for i in solution.islands
         ],

@@ -22,7 +22,7 @@ R3 d 0 1k
 def test_text_names_class_reason_and_effects():
     text = explain(build(parse_text(TEXT))).text()
     assert "3 islands" in text
-    assert "island 1: DLCP" in text
+    assert "class     DLCP, dynamic linear" in text
     assert "c1 stores energy" in text
     assert "diode d1, d2: conduction, forward drop (vfwd=0.7 V), leakage (roff=1e+06 Ohm)" in text
     assert "capacitor c1: capacitance 1e-06 F, initial voltage (ic=2 V)" in text

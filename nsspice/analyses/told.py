@@ -1,0 +1,54 @@
+"""Explanations of circuits with what the analyses know: methods, costs, what is left out."""
+
+from __future__ import annotations
+
+from ..circuit import Circuit, Island, MnaSystem
+from ..circuit.explain import Explanation, Told, explain
+from ..circuit.needed import Skipped, needed
+from ..netlist.deck import TranCard
+from .costs import cost_of
+from .method import describe
+from .recorder import select
+from .watched import measured_signals
+
+
+def explained(circuit: Circuit, matrices: bool = False, everything: bool = False) -> Explanation:
+    """Return what a circuit is, how it would be simulated, and what decides the cost.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    matrices : bool
+        Also derive the matrices of the complementarity form.
+    everything : bool
+        Also of what no saved signal depends on.
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> circuit = nsspice.read('''clamp
+    ... V1 a 0 SIN(0 1 50)
+    ... R1 a b 1
+    ... C1 b 0 1m
+    ... D1 b 0 DM
+    ... .model DM D
+    ... .tran 0.1m 20m
+    ... ''')
+    >>> explained(circuit).islands[0].told.cost
+    'd1 (exponential junction): steps instead of closed forms, typically 5 to 100 times slower'
+    """
+    skipped = Skipped()
+    deck = circuit.deck
+    transient = bool(deck.analyses) and all(isinstance(a, TranCard) for a in deck.analyses)
+    if deck.saves and transient and not everything:
+        names = [*select(circuit), *measured_signals(deck.measures)]
+        warnings = circuit.warnings
+        circuit, skipped = needed(circuit, names)
+        circuit.warnings = warnings
+    return explain(circuit, matrices, tell, skipped.elements)
+
+
+def tell(circuit: Circuit, island: Island, mna: MnaSystem) -> Told:
+    """Return how an island is solved, what decides its cost, and what could be written."""
+    cost = cost_of(circuit, island, mna)
+    return Told(describe(circuit, island, mna), cost.sentence, cost.hints)
