@@ -10,6 +10,7 @@ from ..netlist.deck import Deck, TranCard
 from ..netlist.findings import Findings
 from . import islands as _islands
 from .circuit import Circuit, Island
+from .gate_drives import gate_drives
 from .problem_class import classify
 from .references import resolve
 from .topology import check_topology
@@ -61,6 +62,7 @@ def read_devices(deck: Deck, findings: Findings) -> list[Device]:
         given = deck.options.get(f"def{key}")
         if given is not None and isinstance(given.value, int | float):
             context.sizes[key] = float(given.value)
+    _read_switches(deck, context, findings)
     devices: list[Device] = []
     seen: dict[str, int] = {}
     for element in deck.elements:
@@ -81,6 +83,24 @@ def read_devices(deck: Deck, findings: Findings) -> list[Device]:
     if not deck.elements:
         findings.error("NS2013", f"{deck.file} has no elements", None, "add elements to the deck")
     return devices
+
+
+def _read_switches(deck: Deck, context: Context, findings: Findings) -> None:
+    """Tell the MOSFETs whether ``.options mosfet=switch`` asks for switches, and their drives."""
+    asked = deck.options.get("mosfet")
+    if asked is not None and asked.value not in ("switch", "model"):
+        message = f"option mosfet cannot be {asked.value!r}"
+        findings.error("NS1010", message, asked.span, "mosfet=switch, or leave it out")
+    context.mosfet_switch = asked is not None and asked.value == "switch"
+    mosfets = [e for e in deck.elements if e.letter == "m"]
+    if mosfets and (
+        context.mosfet_switch or any(e.model and "switch" in e.model.params for e in mosfets)
+    ):
+        level = deck.options.get("vgson")
+        if level is not None and isinstance(level.value, int | float):
+            context.drives = {e.name: float(level.value) for e in mosfets}
+        else:
+            context.drives = gate_drives(deck.elements)
 
 
 def default_conditions(deck: Deck) -> Conditions:

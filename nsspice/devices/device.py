@@ -50,6 +50,12 @@ class Context:
         self.diodes: dict[object, CurveBody] = {}
         #: sizes of MOSFETs whose lines give none, by parameter: DEFW, DEFL, DEFAD, DEFAS
         self.sizes: dict[str, float] = {}
+        #: smooth MOSFETs are read as switches
+        self.mosfet_switch = False
+        #: voltage from source to gate of a MOSFET that is on, by element, as far as it is known [V]
+        self.drives: Mapping[str, float] = {}
+        #: what was made of MOSFETs that are read as switches, with the elements
+        self.switched: dict[str, list[Element]] = {}
         #: transistors with a substrate of which nothing is simulated
         self.idle_substrates: list[Element] = []
         #: elements whose model card is of another type than they need, by that and by the card
@@ -69,6 +75,11 @@ class Context:
                 f"{first.model.type}",
                 first.span,
                 f"the card stands at {first.model.span}",
+            )
+        for text, (first, *others) in self.switched.items():
+            more = f" and {len(others)} more" if others else ""
+            self.findings.warning(
+                "NS2059", f"{first.name}{more} read as a switch, {text}", first.span
             )
         if not self.idle_substrates:
             return

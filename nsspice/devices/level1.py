@@ -63,7 +63,7 @@ class Level1(SmoothMosfet):
         self.size = size
         if self.body != self.corners[2]:
             self.terminals = ("d", "g", "s", "b")
-        p = self._at(Conditions())
+        p = self.parameters(Conditions())
         stored = ("cd", "cdsw", "cs", "cssw", "cgs", "cgd", "cgb", "oxide")
         self.stores_energy = any(p[key] for key in stored)
         self.effects = (
@@ -102,13 +102,13 @@ class Level1(SmoothMosfet):
             return None
         return cls(element, model.type == "nmos", card, given, size)
 
-    def _at(self, conditions: Conditions) -> dict[str, float]:
+    def parameters(self, conditions: Conditions) -> dict[str, float]:
         """Return the parameters at the temperature of the transistor."""
         return at_temperature(self.card, self.size, self.n, conditions, self.temp, self.dtemp)
 
     def resistances(self, conditions: Conditions) -> dict[str, float]:
         """Return the resistance [Ohm] in series with each terminal that has one."""
-        p = self._at(conditions)
+        p = self.parameters(conditions)
         return {end: p[f"r{end}"] for end in ("d", "s") if p[f"r{end}"]}
 
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
@@ -117,14 +117,14 @@ class Level1(SmoothMosfet):
         found = [Edge("R", d, s), Edge("R", self.body, d)]
         if self.body != s:
             found.append(Edge("R", self.body, s))
-        p = self._at(Conditions())
+        p = self.parameters(Conditions())
         ends = (("cgs", s), ("cgd", d), ("cgb", self.body))
         found += [Edge("C", g, node) for key, node in ends if p[key] or p["oxide"]]
         return tuple(found)
 
     def stamp(self, stamper: Stamper) -> None:
         """Write the resistances, the currents and the charges."""
-        p = self._at(stamper.layout.conditions)
+        p = self.parameters(stamper.layout.conditions)
         charged = bool(p["oxide"])
         held = {end: charged or bool(p[f"c{end}"] or p[f"cg{end}"]) for end in ("d", "s")}
         self._stamp_resistances(stamper, held)
@@ -149,7 +149,7 @@ class Level1(SmoothMosfet):
 
     def initial_charges(self, layout: Layout, voltage: Voltage) -> list[tuple[int, float]]:
         """Return the charges from which a run with ``uic`` starts; ``ic=`` goes first."""
-        p, v = self._at(layout.conditions), self._initial_voltages(voltage)
+        p, v = self.parameters(layout.conditions), self._initial_voltages(voltage)
         across = {key: v[key[0]] - v[key[1]] for key in ("gs", "gd", "ds", "bs", "bd", "gb")}
         charges = Level1Law(NumberTape(), p, across).charges(apart=True)
         return self._charges_at(layout, charges)

@@ -88,6 +88,10 @@ class Mosfet(Device):
             )
             return None
         check_flags(cls, element, context.findings)
+        if _is_switch(model, context):
+            from .mosfet_reading import as_switch
+
+            return as_switch(element, model, context)
         law = _law_of(model, context)
         return None if law is None else law.of(element, model, context)
 
@@ -124,6 +128,14 @@ class Mosfet(Device):
         if "b" in self.terminals:
             listed.append((f"{self.name}.b", self.body, s))
         return tuple(listed)
+
+
+def _is_switch(model: Model, context: Context) -> bool:
+    """Return whether the card of a smooth transistor is read as that of a switch."""
+    if "switch" in model.params:
+        return True
+    own = model.type not in VDMOS_TYPES and any(key in model.params for key in SWITCHED)
+    return context.mosfet_switch and not own
 
 
 def _law_of(model: Model, context: Context) -> type[Mosfet] | None:

@@ -88,7 +88,7 @@ class MosfetSwitch(Mosfet):
             ),
             *(
                 Effect(f"body diode: {effect.name}", effect.parameter, effect.value, effect.unit)
-                for effect in legs["d"].effects
+                for effect in (legs["d"].effects if legs else ())
             ),
         )
 

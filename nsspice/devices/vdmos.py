@@ -81,13 +81,13 @@ class Vdmos(SmoothMosfet):
             )
         return cls(element, is_n(model), card, given)
 
-    def _at(self, conditions: Conditions) -> dict[str, float]:
+    def parameters(self, conditions: Conditions) -> dict[str, float]:
         """Return the parameters at the temperature of the transistor."""
         return at_temperature(self.card, self.n, conditions, self.temp, self.dtemp)
 
     def resistances(self, conditions: Conditions) -> dict[str, float]:
         """Return the resistance [Ohm] in series with each terminal that has one."""
-        p = self._at(conditions)
+        p = self.parameters(conditions)
         return {end: p[f"r{end}"] for end in ("d", "g", "s") if p[f"r{end}"]}
 
     @property
@@ -104,7 +104,7 @@ class Vdmos(SmoothMosfet):
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
         """Return channel, body diode and charges of the gate."""
         d, g, s = self.corners
-        p = self._at(Conditions())
+        p = self.parameters(Conditions())
         found = [Edge("R", d, s)]
         found += [Edge("C", g, node) for key, node in (("cgs", s), ("cgdmax", d)) if p[key]]
         return tuple(found)
@@ -112,7 +112,7 @@ class Vdmos(SmoothMosfet):
     def stamp(self, stamper: Stamper) -> None:
         """Write the resistances, the currents, the charges and the body diode."""
         conditions = stamper.layout.conditions
-        p = self._at(conditions)
+        p = self.parameters(conditions)
         held = {"d": bool(p["cgdmax"]), "s": bool(p["cgs"]), "g": bool(p["cgdmax"] or p["cgs"])}
         self._stamp_resistances(stamper, held)
         nodes = self._inside(conditions)
@@ -140,7 +140,7 @@ class Vdmos(SmoothMosfet):
         """Return the charges from which a run with ``uic`` starts; ``ic=`` goes first."""
         v = self._initial_voltages(voltage)
         across = {key: v[key[0]] - v[key[1]] for key in ("gs", "gd", "ds")}
-        charges = VdmosLaw(NumberTape(), self._at(layout.conditions), across).charges()
+        charges = VdmosLaw(NumberTape(), self.parameters(layout.conditions), across).charges()
         name, (a, k) = f"{self.name}.diode", self._diode_ends
         return [
             *self._charges_at(layout, charges),

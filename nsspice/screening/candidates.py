@@ -6,13 +6,14 @@ from collections.abc import Iterable, Iterator
 
 from ..circuit import Circuit
 from ..devices import Device
+from ..devices.smooth_mosfet import SmoothMosfet
 from ..netlist.deck import Element
 from .edits import SET_VALUED, Edit
 
 #: what makes a device what it is: it stays, whatever it costs
 _ESSENTIAL = frozenset(
     ["", "value", "ic", "is", "n", "vt", "it", "von", "voff", "ion", "ioff", "bf", "br", "nf", "nr",
-     "alphan", "alphai", "vto", "kp", "ideal"]
+     "alphan", "alphai", "vto", "kp", "mtriode", "ksubthres", "subshift", "theta", "ideal"]
 )  # fmt: skip
 #: elements so much larger (resistors) or smaller (capacitors) than others of their kind are tried
 #: as parasitics; what they do is measured, so that this decides about nothing but the time it takes
@@ -56,6 +57,9 @@ def _of_model(device: Device, element: Element) -> Iterator[Edit]:
     if smooth:
         text = "exponential junction"
         yield Edit(owner, text, "is, n and all others", "ideal", model.name, model.span)
+    if isinstance(device, SmoothMosfet):
+        text = "channel, body diode and charges"
+        yield Edit(owner, text, "all: a switch", "switch", model.name, model.span)
     for effect in device.effects:
         key = effect.parameter
         if key in _ESSENTIAL or key not in model.params:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,6 +11,9 @@ from typing import Any, Literal
 
 from ..netlist.deck import Deck
 from .edits import SET_VALUED, Edit
+
+#: the beginning of a model card up to its parameters
+_TYPE = re.compile(r"\s*\.model\s+\S+\s+[^\s(]+\s*\(?", re.IGNORECASE)
 
 Verdict = Literal["drop", "keep", "no cost", "needed", "not tried"]
 
@@ -232,6 +236,8 @@ def _leave_out(lines: list[str], edit: Edit, note: str, instead: str) -> None:
     text = lines[k]
     if edit.kind == "ideal":
         lines[k] = f".model {edit.target} D(ideal)"
+    elif edit.kind == "switch":
+        lines[k] = _TYPE.sub(r"\g<0> switch ", text, count=1)
     elif edit.kind == "open" and "." not in edit.target:
         lines[k] = f"* {text}"
     else:

@@ -16,11 +16,12 @@ OWN = {
     "abstol", "cost", "engine", "h", "hmin", "hmax", "itl1", "itl4", "maxsteps", "maxstep",
     "method", "order", "reltol", "seed", "step", "temp", "theta", "tnom", "tol", "vntol", "chgtol",
     "trtol", "correctors", "events", "certificate", "points", "allpoints", "defad",
-    "defas", "defl", "defw", "mosfet",
+    "defas", "defl", "defw", "mosfet", "vgson",
 }  # fmt: skip
 #: those whose value must be a number
 NUMBERS = {
     "abstol", "order", "reltol", "theta", "tnom", "vntol", "defad", "defas", "defl", "defw",
+    "vgson",
 }  # fmt: skip
 #: options of other simulators that steer their numerics or printing: accepted, without effect here
 FOREIGN = {
