@@ -35,7 +35,7 @@ from .settings import Settings, foreign_method
 from .sink import Sink
 from .small_signal import Ac, run_ac
 from .solution import Solution
-from .spectrum import add_powers, add_spectra
+from .spectrum import add_powers, add_spectra, is_hot
 from .statics import SolvedAgain, check_sweep, dc, op
 from .steady_state import Neighbour, Pss, find_orbits, run_pss
 from .trace import named
@@ -461,9 +461,10 @@ def _executor(
 
 
 def _needs_integrals(deck: Deck) -> bool:
-    """Return whether a transient is asked for spectra."""
-    spectral = (m.operation for m in deck.measures if m.analysis == "tran")
-    return bool(deck.fours) or any(op == "thd" or op.startswith("harm") for op in spectral)
+    """Return whether a transient is asked for spectra, switching losses or temperatures."""
+    measures = [m for m in deck.measures if m.analysis == "tran"]
+    spectral = any(m.operation == "thd" or m.operation.startswith("harm") for m in measures)
+    return bool(deck.fours) or spectral or any(map(is_hot, measures))
 
 
 def _pss_of(circuit: Circuit, card: TranCard) -> Pss:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from ..problems.descriptor import DescriptorSystem
 from ..solvers.orbit import PeriodMap, State
 from .linearised import Complexes
 from .names import canonical
+
+if TYPE_CHECKING:
+    from .heat import Heating
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,11 +54,20 @@ class Integrals:
         Returns the course of an island by number; called when it is first needed.
     window : (float, float)
         [s]; of a periodic steady state one period.
+    periodic : bool
+        The window's end leads back to its beginning.
+    temperature : float
+        Of the surroundings [C].
+    heat : dict or None
+        What heats the elements, once it has been computed.
     """
 
     circuit: Circuit
     course_of: Callable[[int], Course]
     window: tuple[float, float]
+    periodic: bool = False
+    temperature: float = 27.0
+    heat: dict[str, Heating] | None = None
     _courses: dict[int, Course] = field(default_factory=dict)
     _maps: dict[tuple[int, tuple[str, ...]], PeriodMap] = field(default_factory=dict)
 
@@ -65,15 +78,28 @@ class Integrals:
 
     def over(self, window: tuple[float, float]) -> Integrals:
         """Return the integrals over another window [s] of the same run."""
-        return Integrals(self.circuit, self.course_of, window, self._courses, self._maps)
+        return Integrals(
+            self.circuit,
+            self.course_of,
+            window,
+            False,
+            self.temperature,
+            None,
+            self._courses,
+            self._maps,
+        )
 
-    def _map(self, home: int, names: tuple[str, ...]) -> PeriodMap:
+    def course(self, home: int) -> Course:
+        """Return the course of an island."""
+        if home not in self._courses:
+            self._courses[home] = self.course_of(home)
+        return self._courses[home]
+
+    def map_of(self, home: int, names: tuple[str, ...]) -> PeriodMap:
         """Return an island's run with some outputs."""
         found = self._maps.get((home, names))
         if found is None:
-            if home not in self._courses:
-                self._courses[home] = self.course_of(home)
-            course = self._courses[home]
+            course = self.course(home)
             outputs = [course.mna.functional(name) for name in names]
             found = PeriodMap(course.system, course.stop, outputs)
             found.run(course.state)
@@ -98,7 +124,7 @@ class Integrals:
             local = tuple(dict.fromkeys(n for t in parts.values() for h, n, _ in t if h == home))
             if not local:
                 continue
-            flat = self._map(home, local).core.coefficients(wanted, *self.window)
+            flat = self.map_of(home, local).core.coefficients(wanted, *self.window)
             table = (flat[::2] + 1j * flat[1::2]).reshape(len(local), wanted.size)
             for key, terms in parts.items():
                 for h, part, factor in terms:
@@ -135,7 +161,7 @@ class Integrals:
         names = tuple(dict.fromkeys(n for part in terms for _, n, _ in part))
         pairs = [(names.index(a), names.index(b)) for _, a, _ in terms[0] for _, b, _ in terms[1]]
         factors = [f * g for _, _, f in terms[0] for _, _, g in terms[1]]
-        values = self._map(home, names).core.products(pairs, *self.window)
+        values = self.map_of(home, names).core.products(pairs, *self.window)
         return float(np.dot(factors, values))
 
     def powers(self, elements: Sequence[str]) -> list[float]:
@@ -155,7 +181,7 @@ class Integrals:
             pairs = [(names.index(v), names.index(i)) for _, v, i in products]
             if not pairs:
                 continue
-            values = self._map(home, names).core.products(pairs, *self.window)
+            values = self.map_of(home, names).core.products(pairs, *self.window)
             for (k, _, _), value in zip(products, values, strict=True):
                 total[k] += float(value)
         return total

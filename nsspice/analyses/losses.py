@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from ..circuit import Circuit
 from ..devices import CurrentSource, VoltageSource
 from ..errors import Diagnostic, UsageError
+from .heat import heating
 from .integrals import Integrals
 
 
@@ -25,12 +26,19 @@ class ElementPower:
         Root of the mean square of its current [A].
     kind : str
         ``source``, ``store`` or ``loss``.
+    switching : float
+        What the tables of its model card say about its switchings, on average [W]: beside the power
+        above, and beside the circuit's balance.
+    junction : float
+        Average temperature of its junction [C]; nan without a thermal network.
     """
 
     element: str
     power: float
     current: float
     kind: str
+    switching: float = 0.0
+    junction: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +80,15 @@ class LossTable:
         return math.fsum(row.power for row in others)
 
     @property
+    def switching(self) -> float:
+        """What the tables of model cards say about all switchings [W]."""
+        return math.fsum(row.switching for row in self.rows)
+
+    @property
     def efficiency(self) -> float | None:
-        """Useful by delivered power, None without a load or a delivery."""
-        return self.useful / self.delivered if self.loads and self.delivered > 0.0 else None
+        """Useful power by that delivered and lost in switchings, None without a load."""
+        spent = self.delivered + self.switching
+        return self.useful / spent if self.loads and self.delivered > 0.0 else None
 
     @property
     def imbalance(self) -> float:
@@ -86,11 +100,14 @@ class LossTable:
         """Return a JSON-ready mapping."""
         return {
             "elements": {row.element: row.power for row in self.rows},
+            "switching": {r.element: r.switching for r in self.rows if r.switching},
+            "junctions": {r.element: r.junction for r in self.rows if not math.isnan(r.junction)},
             "rms_currents": {row.element: row.current for row in self.rows},
             "loads": list(self.loads),
             "delivered": self.delivered,
             "useful": self.useful,
             "lost": self.lost,
+            "lost_in_switchings": self.switching,
             "jumps": self.jumps,
             "efficiency": self.efficiency,
             "imbalance": self.imbalance,
@@ -131,6 +148,7 @@ def losses(
                 Diagnostic("NS4005", f"there is no element {load} to be the load", hint="--load R1")
             )
     powers = integrals.powers(names)
+    heat = heating(circuit, integrals)
     rows = []
     for device, power in zip(known, powers, strict=True):
         source = isinstance(device, VoltageSource | CurrentSource)
@@ -138,7 +156,9 @@ def losses(
         current = math.nan if device.stores_energy and device.letter == "c" else 0.0
         if math.isfinite(current):
             current = integrals.rms(f"i({device.name})")
-        rows.append(ElementPower(device.name, power, current, kind))
+        hot = heat.get(device.name)
+        more = () if hot is None else (hot.switching, hot.temperature)
+        rows.append(ElementPower(device.name, power, current, kind, *more))
     rows.sort(key=lambda row: -abs(row.power))
     length = integrals.window[1] - integrals.window[0]
     return LossTable(tuple(rows), tuple(loads), lost_in_jumps / length, delivered_in_jumps / length)

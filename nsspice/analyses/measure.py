@@ -15,7 +15,7 @@ from . import statistics
 from .motion import Floats, Trace
 from .names import canonical
 from .solution import Solution
-from .spectrum import exact_statistic, spectral_measure
+from .spectrum import exact_statistic, hot_measure, is_hot, spectral_measure
 
 T = TypeVar("T")
 #: operations on all that a window holds
@@ -112,6 +112,11 @@ def measure(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> 
     operation = card.operation
     if operation == "param":
         return _param(_need(card.expression, "expression"), earlier)
+    if is_hot(card):
+        try:
+            return hot_measure(solution, card)
+        except ValueError as why:
+            raise NotFound(str(why)) from why
     if (exact := exact_statistic(solution, card)) is not None:
         return exact
     if operation == "thd" or operation.startswith("harm"):

@@ -117,11 +117,24 @@ def add_powers(circuit: Circuit, solution: Solution, loads: Sequence[str]) -> No
         lost = math.fsum(jump.lost for jump in solution.jumps)
         given = math.fsum(jump.delivered for jump in solution.jumps)
         solution.powers = losses(circuit, solution.integrals, loads, lost, given)
+        hot = (solution.integrals.heat or {}).values()
+        if beyond := [h.element for h in hot if h.outside]:
+            solution.warnings.append(_beyond(beyond))
     except UsageError:
         raise
     except INEXACT as problem:
         found = _left_out(None, problem)
         solution.warnings.append(found)
+
+
+def _beyond(elements: Sequence[str]) -> Diagnostic:
+    return Diagnostic(
+        "NS5005",
+        f"switchings of {', '.join(elements)} lie outside of the tables of their model cards: "
+        "energies are continued along the outermost cells",
+        hint="extend the tables",
+        severity="warning",
+    )
 
 
 def _window(solution: Solution, card: FourCard) -> tuple[Integrals, int]:
@@ -178,6 +191,39 @@ def exact_statistic(solution: Solution, card: Measure) -> float | None:
         return integrals.mean(name) if card.operation == "avg" else integrals.rms(name)
     except INEXACT:
         return None
+
+
+def is_hot(card: Measure) -> bool:
+    """Return whether a measure is one of ``psw(x)`` or ``tj(x)``."""
+    return card.expression is not None and card.expression.text.lower().startswith(("psw(", "tj("))
+
+
+def hot_measure(solution: Solution, card: Measure) -> float:
+    """Return a statistic of the power of switchings or of a junction's temperature.
+
+    Raises
+    ------
+    ValueError
+        If it has none; the text says why.
+    """
+    from .heat import hot_statistic
+
+    assert card.expression is not None
+    (name,) = card.expression.variables()
+    if solution.integrals is None:
+        raise ValueError("the run has no closed form")
+    if card.start is not None or card.stop is not None:
+        raise ValueError("psw and tj are told of whole runs: leave FROM and TO out")
+    try:
+        integrals = solution.integrals
+        found = hot_statistic(integrals.circuit, integrals, name, card.operation)
+    except INEXACT as problem:
+        message = problem.diagnostics[0].message if isinstance(problem, NsspiceError) else ""
+        raise ValueError(message or str(problem) or "the run has no closed form") from problem
+    if found is None:
+        reason = "the model card has no table or thermal network, or the statistic is no avg, max"
+        raise ValueError(f"{name}: {reason}, min, pp (of tj) or avg, integ (of psw)")
+    return found
 
 
 def spectral_measure(solution: Solution, card: Measure) -> float:

@@ -284,7 +284,8 @@ def run_pss(
         triggered = len(orbit.system.switches) > len(orbit.mna.system.switches)
         return Course(orbit.mna, orbit.system, orbit.found.state, None if triggered else period)
 
-    solution.integrals = Integrals(circuit, course_of, (0.0, period))
+    ambient = circuit.deck.temperature if temperature is None else temperature
+    solution.integrals = Integrals(circuit, course_of, (0.0, period), True, ambient)
     solution.wall_time = clock.perf_counter() - begin
     if solution.periodic.free:
         solution.warnings.append(_free(analysis, solution.periodic))

@@ -58,4 +58,5 @@ def integrals_of(
                 charges, gates = first.charges, first.gates
         return Course(mna, system, State(core.energy_of(charges), gates), analysis.stop)
 
-    return Integrals(circuit, course_of, (0.0, analysis.stop))
+    ambient = circuit.deck.temperature if temperature is None else temperature
+    return Integrals(circuit, course_of, (0.0, analysis.stop), False, ambient)

@@ -21,6 +21,7 @@ from .effect import Effect
 from .leg import CurveBody, Leg
 from .leg_device import GEOMETRY, SIZE, LegDevice, series_drop, size_of
 from .parameter import Parameter, Table, inert, refused
+from .switching_loss import DIODE_LOSSES
 
 if TYPE_CHECKING:
     from ..errors import Span
@@ -97,6 +98,7 @@ class Diode(LegDevice):
     MODEL = Table(
         Parameter("ideal", "an ideal diode"),
         *_EFFECTS,
+        *DIODE_LOSSES,
         refused("epsilon", "width of a rounded corner", "the corner is sharp: write epsilon=0"),
         refused("revepsilon", "width of a rounded corner", "the corner is sharp: revepsilon=0"),
         refused("ilimit", "current limit", "leave it out, or limit the current by a source"),

@@ -25,6 +25,7 @@ from .named_leg import named_leg
 from .outputs import plus, scaled
 from .parameter import Parameter, Table, inert
 from .stamper import Layout, Stamper
+from .switching_loss import SWITCH_LOSSES
 
 if TYPE_CHECKING:
     from ..errors import Span
@@ -52,7 +53,13 @@ class Igbt(Device):
     KIND = "IGBT"
     FLAGS: ClassVar[tuple[str, ...]] = ("off",)
     INSTANCE = Table(MULTIPLE, inert("area", "size"), *_LAW, *TEMPERATURES)
-    MODEL = Table(Parameter("ideal", "an ideal switch"), *_LAW, inert("level", "level"), *RATINGS)
+    MODEL = Table(
+        Parameter("ideal", "an ideal switch"),
+        *_LAW,
+        *SWITCH_LOSSES,
+        inert("level", "level"),
+        *RATINGS,
+    )
     terminals: tuple[str, ...] = ("c", "g", "e")
     shows_current = True
     __slots__ = ("drop", "given", "late", "leg", "n", "parallel", "smooth", "sources",

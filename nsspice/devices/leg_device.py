@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
+from ..netlist.deck import Grid
 from ..netlist.expression import Expression
 from ..netlist.findings import Findings
 from ..netlist.node import num
@@ -105,10 +106,11 @@ def series_drop(
             continue
         if isinstance(param.value, Expression):
             return param.value
-        if isinstance(param.value, str):
+        if isinstance(param.value, str | Grid):
+            shown = param.value if isinstance(param.value, str) else "table(...)"
             findings.error(
                 "NS2005",
-                f"v={param.value} is not a voltage",
+                f"v={shown} is not a voltage",
                 param.span,
                 "write V={expression of i}",
             )

@@ -23,6 +23,7 @@ from .named_leg import named_leg
 from .parameter import Parameter, Table, inert
 from .stamper import Layout, Stamper
 from .switch import SwitchLaw
+from .switching_loss import SWITCH_LOSSES
 
 if TYPE_CHECKING:
     from ..errors import Span
@@ -55,6 +56,7 @@ class MosfetSwitch(Mosfet):
     MODEL = Table(
         Parameter("ideal", "an ideal switch"),
         *_LAW,
+        *SWITCH_LOSSES,
         inert("level", "model level"),
         *RATINGS,
     )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -43,11 +43,14 @@ class Parameter:
         Other spellings.
     status : str
         ``used``; ``inert`` (cannot change a result of this program: a listed warning); ``refused``
-        (would change results and is not simulated: an error unless it has the value ``neutral``).
+        (would change results and is not simulated: an error unless it has the value ``neutral``);
+        ``table`` (read by others).
     neutral : tuple of float
         Values of a refused parameter that mean "no such effect".
     hint : str
         What to do instead of a refused parameter.
+    check : callable, optional
+        Reports what is wrong with a ``table``, which is no number.
     """
 
     name: str
@@ -55,9 +58,10 @@ class Parameter:
     unit: str = ""
     default: float | None = None
     aliases: tuple[str, ...] = ()
-    status: Literal["used", "inert", "refused"] = "used"
+    status: Literal["used", "inert", "refused", "table"] = "used"
     neutral: tuple[float, ...] = (0.0,)
     hint: str = ""
+    check: Callable[[Param, str, Findings], None] | None = None
 
 
 def refused(
@@ -122,6 +126,9 @@ class Table:
             value = param.value
             if entry.status == "inert":
                 ignored.append(key)
+                continue
+            if entry.check is not None:
+                entry.check(param, owner, findings)
                 continue
             if not isinstance(value, int | float) or math.isnan(value):
                 text = getattr(value, "text", value)

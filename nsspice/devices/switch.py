@@ -25,6 +25,7 @@ from .device import NO_VALUES, Context, Device, Edge, check_flags, check_model
 from .effect import Effect
 from .parameter import Parameter, Table, refused
 from .stamper import Layout, Stamper
+from .switching_loss import SWITCH_LOSSES
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element, Model
@@ -165,12 +166,14 @@ class VoltageSwitch(_Switch):
         *_RESISTANCES,
         Parameter("vt", "threshold", "V", 0.0),
         Parameter("vh", "hysteresis: half the width", "V", 0.0),
+        *SWITCH_LOSSES,
         *_REFUSED,
     )
     SMOOTH_MODEL = Table(
         *_RESISTANCES,
         Parameter("von", "closed above", "V", 1.0),
         Parameter("voff", "open below", "V", 0.0),
+        *SWITCH_LOSSES,
         refused("vhon", "a second threshold", _PAIR, "V", neutral=()),
         refused("vhoff", "a second threshold", _PAIR, "V", neutral=()),
     )
@@ -199,12 +202,14 @@ class CurrentSwitch(_Switch):
         *_RESISTANCES,
         Parameter("it", "threshold", "A", 0.0),
         Parameter("ih", "hysteresis: half the width", "A", 0.0),
+        *SWITCH_LOSSES,
         *_REFUSED,
     )
     SMOOTH_MODEL = Table(
         *_RESISTANCES,
         Parameter("ion", "closed above", "A", 1e-3),
         Parameter("ioff", "open below", "A", 0.0),
+        *SWITCH_LOSSES,
         refused("ihon", "a second threshold", _PAIR, "A", neutral=()),
         refused("ihoff", "a second threshold", _PAIR, "A", neutral=()),
     )

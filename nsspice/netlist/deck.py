@@ -16,14 +16,20 @@ from ..errors import Diagnostic, Span
 from .expression import Expression
 
 
+class Grid(NamedTuple):
+    """Named lists of numbers, as ``table(i=0 10 e=0 1m)`` gives them."""
+
+    lists: dict[str, tuple[float, ...]]
+
+
 class Param(NamedTuple):
-    """A named value with its place: a number, a word, or an expression of circuit signals.
+    """A named value with its place: a number, a word, lists, or an expression of circuit signals.
 
     Expressions without signals are evaluated to numbers before the deck is handed on.
     """
 
     name: str
-    value: float | str | Expression
+    value: float | str | Expression | Grid
     span: Span
 
 

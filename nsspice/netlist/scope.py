@@ -12,13 +12,13 @@ from collections.abc import Mapping
 from ..errors import Span, suggest
 from .binding import NOTHING, bind, names
 from .body import Body, Subcircuit
-from .deck import Model, Param
+from .deck import Grid, Model, Param
 from .evaluate import scalar
 from .expression import Expression
 from .expression_parser import voltage
 from .findings import Unreadable
 from .node import Node, var
-from .template import Formula, FunctionTemplate, ModelTemplate, ParamText, Value
+from .template import Formula, FunctionTemplate, GridText, ModelTemplate, ParamText, Value
 
 #: types of cards whose parameters may name other cards
 _NAMING = frozenset({"nigbt", "nmos", "npn", "pigbt", "pmos", "pnp"})
@@ -258,6 +258,9 @@ class Scope:
         value = given.value
         if isinstance(value, Formula):
             return Param(name, self.expression(value, own_current=True), given.span)
+        if isinstance(value, GridText):
+            lists = {k: tuple(map(self.number, v)) for k, v in value.lists.items()}
+            return Param(name, Grid(lists), given.span)
         if isinstance(value, str) and given.word:
             number = self.parameter(value)
             if number is not None:

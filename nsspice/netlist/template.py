@@ -39,10 +39,17 @@ Value = float | Formula
 
 
 @dataclass(frozen=True, slots=True)
+class GridText:
+    """Named lists of values, ``table(i=0 10 e=0 1m)``."""
+
+    lists: dict[str, tuple[Value, ...]]
+
+
+@dataclass(frozen=True, slots=True)
 class ParamText:
     """A ``name=value`` item; ``word`` is set for a value that may be a plain word."""
 
-    value: Value | str
+    value: Value | str | GridText
     span: Span
     word: str = ""
 

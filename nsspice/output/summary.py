@@ -135,17 +135,20 @@ def _periodic(p: Periodic) -> list[str]:
 def _powers(table: LossTable) -> list[str]:
     """Return the powers of all elements and the efficiency."""
     efficiency = "" if table.efficiency is None else f", efficiency {100 * table.efficiency:.6g} %"
+    switching = f", in switchings {number(table.switching, 'W')}" if table.switching else ""
     lines = [
         f"  average powers: delivered {number(table.delivered, 'W')}, useful "
         f"{number(table.useful, 'W')}, lost {number(table.lost, 'W')}, in jumps "
-        f"{number(table.jumps, 'W')}{efficiency} (sum of all {table.imbalance:.1e})"
+        f"{number(table.jumps, 'W')}{switching}{efficiency} (sum of all {table.imbalance:.1e})"
     ]
     largest = max((abs(row.power) for row in table.rows), default=0.0)
-    rows = [row for row in table.rows if abs(row.power) > 1e-12 * largest]
+    rows = [r for r in table.rows if abs(r.power) > 1e-12 * largest or r.switching]
     width = max((len(row.element) for row in rows), default=0)
     for row in rows[:_POWERS]:
         current = "" if math.isnan(row.current) else f"  rms {number(row.current, 'A')}"
-        lines.append(f"    {row.element:<{width}} {number(row.power, 'W'):>14}{current}")
+        more = f"  switching {number(row.switching, 'W')}" if row.switching else ""
+        more += "" if math.isnan(row.junction) else f"  junction {row.junction:.6g} °C"
+        lines.append(f"    {row.element:<{width}} {number(row.power, 'W'):>14}{current}{more}")
     if len(rows) > _POWERS:
         lines.append(f"    ... and {len(rows) - _POWERS} more")
     return lines

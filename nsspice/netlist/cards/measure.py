@@ -21,7 +21,7 @@ _STATISTICS = {
 _OPERATIONS = {*_STATISTICS, "trig", "find", "when", "deriv", "derivative", "param"}
 _ANALYSES = ("tran", "dc", "op", "pss", "ac")
 _NAMED = ("at", "from", "to", "val", "td", "rise", "fall", "cross")
-_POWER = re.compile(r"p\s*\(\s*([^\s(),]+)\s*\)")
+_POWER = re.compile(r"(p|psw|tj)\s*\(\s*([^\s(),]+)\s*\)")
 _PART = re.compile(
     r"(?<![\w.])(?:(harm\d+|thd|trig|targ|find|when|deriv|derivative|max_at|min_at|max|min|pp|avg|rms|integral|"
     r"integ)(?=[\s({']|$)|(at|from|to|val|td|rise|fall|cross|param)"
@@ -228,8 +228,11 @@ class _Maker:
         if power:
             from ..node import var
 
-            name = f"p({self._context.here.prefix}{power.group(1)})"
             where = self._line.span(start, end)
+            element = self._context.here.prefix + power.group(2)
+            if power.group(1) != "p":
+                element = self._context.element(power.group(2), where)
+            name = f"{power.group(1)}({element})"
             return Expression(var(name), where, self._line.raw[start:end])
         return self._context.expression(self._line, start, end)
 

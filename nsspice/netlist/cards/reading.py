@@ -18,7 +18,7 @@ from ..lines import Line
 from ..node import Node
 from ..numbers import Number, read_number
 from ..statement import Item
-from ..template import Formula, ParamText, Value
+from ..template import Formula, GridText, ParamText, Value
 
 _NAME = re.compile(r"[^\W\d][\w.#$:\[\]!~-]*")
 _PLAIN = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -142,9 +142,29 @@ class Reader:
             if number is not None:
                 return ParamText(number, where)
             return ParamText(right.text, where, line.raw[right.start : right.end])
+        if right.kind == "call" and right.text == "table":
+            return ParamText(self._grid(line, right), where)
         if right.kind == "string":
             return ParamText(line.raw[right.start + 1 : right.end - 1], where)
         return ParamText(self.value(line, right), where)
+
+    def _grid(self, line: Line, table: Item) -> GridText:
+        """Return the lists of ``table(name=value value ... name=value ...)``."""
+        lists: dict[str, list[Value]] = {}
+        key = ""
+        for item in table.items:
+            where = line.span(item.start, item.end)
+            if item.kind == "pair":
+                key = key_of(line, item)
+                if key in lists:
+                    raise Unreadable("NS1014", f"table: {key} is given twice", where)
+                lists[key] = [self.value(line, item.items[1])]
+            elif key:
+                lists[key].append(self.value(line, item))
+            else:
+                hint = "write table(i=0 10 20 v=0 600 e=...): a name before each list of numbers"
+                raise Unreadable("NS1080", "a table is made of named lists", where, hint)
+        return GridText({name: tuple(values) for name, values in lists.items()})
 
     def params(
         self, line: Line, pairs: Iterable[Item], known: Iterable[str], owner: str

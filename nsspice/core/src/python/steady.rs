@@ -16,6 +16,9 @@ pub(super) struct PyOrbit {
     unknowns: usize,
 }
 
+/// Time, outputs before and after, pairs that conduct before and after.
+type Event = (f64, Vec<f64>, Vec<f64>, Vec<usize>, Vec<usize>);
+
 type Complexes<'py> = Bound<'py, PyArray1<f64>>;
 
 /// Real and imaginary parts in turn.
@@ -200,6 +203,29 @@ impl PyOrbit {
         stop: f64,
     ) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_vec(py, py.detach(|| self.inner.products(&pairs, [start, stop])))
+    }
+
+    /// Integrals of products of outputs between neighbouring instants, instant by instant.
+    fn products_between<'py>(
+        &self,
+        py: Python<'py>,
+        pairs: Vec<(usize, usize)>,
+        instants: PyReadonlyArray1<f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let instants = instants.to_vec()?;
+        Ok(PyArray1::from_vec(py, py.detach(|| self.inner.products_between(&pairs, &instants))))
+    }
+
+    /// Events of the last run: time, outputs before and after, pairs that conduct before and after.
+    fn commutations(&self, py: Python<'_>, periodic: bool) -> Vec<Event> {
+        let found = py.detach(|| self.inner.commutations(periodic));
+        found
+            .into_iter()
+            .map(|c| {
+                let ([before, after], [on, then]) = (c.outputs, c.active);
+                (c.time, before, after, on, then)
+            })
+            .collect()
     }
 }
 

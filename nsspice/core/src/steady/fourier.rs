@@ -94,14 +94,8 @@ impl Orbit {
     /// Averages of products of outputs, given by their numbers, over a window.
     pub fn products(&self, pairs: &[(usize, usize)], window: [f64; 2]) -> Vec<f64> {
         let mut sums = vec![0.0; pairs.len()];
-        let mut values = vec![0.0; self.outputs.len()];
         for piece in self.pieces(window) {
-            piece.quadrature(f64::INFINITY, |_, weight, point| {
-                piece.values(point, &mut values);
-                for (sum, &(i, j)) in sums.iter_mut().zip(pairs) {
-                    *sum += weight * values[i] * values[j];
-                }
-            });
+            piece.add_products(self.outputs.len(), pairs, &mut sums);
         }
         sums.iter_mut().for_each(|v| *v /= window[1] - window[0]);
         sums
@@ -147,6 +141,17 @@ impl Piece {
         {
             *value = dot(factors, &point.value);
         }
+    }
+
+    /// Adds the integrals of products of outputs, given by their numbers.
+    pub(super) fn add_products(&self, outputs: usize, pairs: &[(usize, usize)], sums: &mut [f64]) {
+        let mut values = vec![0.0; outputs];
+        self.quadrature(f64::INFINITY, |_, weight, point| {
+            self.values(point, &mut values);
+            for (sum, &(i, j)) in sums.iter_mut().zip(pairs) {
+                *sum += weight * values[i] * values[j];
+            }
+        });
     }
 
     /// Calls for time, weight and terms at all nodes of a quadrature that integrates products of two terms, on

@@ -64,7 +64,7 @@ fn rank_one(out: &mut Matrix, column: &[f64], row: &Matrix) {
 }
 
 /// Velocities of modal coordinates, inputs, and rates of these, at the end of a passage.
-fn at_end(p: &Passage) -> [Vec<f64>; 3] {
+pub(super) fn at_end(p: &Passage) -> [Vec<f64>; 3] {
     let (mut d, mut dd) = (Vec::new(), Vec::new());
     p.inputs.rates(&p.v, &mut d);
     p.inputs.curvatures(&d, &mut dd);

@@ -1,0 +1,386 @@
+"""Energies of switchings from the tables of model cards, and the junction temperatures that follow.
+
+Switching stays ideal.  At each event of the exact run the current and the voltage on both sides are
+known: a switch turns on into the current after the event with the voltage before it, it turns off
+the current before it against the voltage after it; a diode recovers from the current before to the
+voltage after.  Where both have the wrong signs, or one is zero, the switching is soft and the table
+at zero counts.  These energies are none that the circuit's equations know: they stand beside the
+balance of energy, which does not change.
+
+In a periodic steady state tables are read at the average temperature of the junction, which solves
+
+.. math::
+
+    T = T_a + R_{th} (p + p_s(T)),
+
+an equation of straight pieces between the temperatures of the tables.  Over a transient each event
+is looked up at the temperature at its instant.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..circuit import Circuit
+from ..devices.energy_table import EnergyTable
+from ..devices.switching_loss import SwitchingLoss, switching_loss
+from ..devices.thermal_network import ThermalNetwork
+from ..devices.valves import Valve, valves
+from ..errors import Diagnostic, NumericalError
+from .curve import Floats
+from .integrals import Integrals
+
+_EPS = float(np.finfo(float).eps)
+_INSTANTS = 400  # of a temperature's waveform
+
+
+@dataclass(frozen=True, slots=True)
+class Commutation:
+    """One event at which an element switches.
+
+    Parameters
+    ----------
+    time : float
+        [s]
+    kind : str
+        ``on``, ``off`` or ``recovery``.
+    current, voltage : float
+        Sizes on the sides that count [A], [V], of one of equal parallel elements.
+    energy : float
+        Of all of them [J].
+    """
+
+    time: float
+    kind: str
+    current: float
+    voltage: float
+    energy: float
+
+
+@dataclass(frozen=True, slots=True)
+class Heating:
+    """What heats an element, on average over the window.
+
+    Parameters
+    ----------
+    element : str
+    conduction, switching : float
+        [W]
+    commutations : tuple of Commutation
+    temperature : float
+        Of the junction, average [C]; nan without a thermal network.
+    highest : float
+        Of the junction over the window [C]; nan without one.
+    outside : bool
+        A table was read beyond its grid.
+    times, temperatures : ndarray, shape (k,)
+        The junction's temperature [C] over the window.
+    """
+
+    element: str
+    conduction: float
+    switching: float
+    commutations: tuple[Commutation, ...]
+    temperature: float
+    highest: float
+    outside: bool
+    times: Floats
+    temperatures: Floats
+
+    def to_dict(self) -> dict[str, object]:
+        """Return a JSON-ready mapping."""
+        return {
+            "conduction": self.conduction,
+            "switching": self.switching,
+            "commutations": len(self.commutations),
+            "temperature": self.temperature,
+            "highest": self.highest,
+            "outside": self.outside,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class _Event:
+    """A commutation before its table is read."""
+
+    time: float
+    kind: str
+    current: float
+    voltage: float
+    parallel: float
+    table: EnergyTable
+
+    def energy(self, temperature: float) -> float:
+        one = self.table.energy(self.current, self.voltage, temperature)
+        return self.parallel * one
+
+
+def heating(circuit: Circuit, integrals: Integrals) -> dict[str, Heating]:
+    """Return what heats the elements whose model cards have tables or thermal networks.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    integrals : Integrals
+        Over a period, or another window.
+
+    Raises
+    ------
+    NumericalError
+        NS3066 if a junction has no steady temperature: losses grow faster than heat flows off.
+    """
+    if integrals.heat is None:
+        found = {e.name: loss for e in circuit.deck.elements if (loss := switching_loss(e))}
+        found = {n: loss for n, loss in found.items() if n in circuit.element_island}
+        powers = dict(zip(found, integrals.powers(list(found)), strict=True)) if found else {}
+        integrals.heat = {
+            name: _heating(circuit, integrals, name, loss, powers[name])
+            for name, loss in found.items()
+        }
+    return integrals.heat
+
+
+def _heating(
+    circuit: Circuit, integrals: Integrals, name: str, loss: SwitchingLoss, conduction: float
+) -> Heating:
+    """Return what heats one element."""
+    events, parallel = _events(circuit, integrals, name, loss)
+    start, stop = integrals.window
+    ambient, network = integrals.temperature, loss.network
+
+    def switching(temperature: float) -> float:
+        return math.fsum(e.energy(temperature) for e in events) / (stop - start)
+
+    nothing: Floats = np.zeros(0)
+    times, temperatures = nothing, nothing
+    if network is None:
+        mean = highest = math.nan
+        at = [ambient] * len(events)
+    elif integrals.periodic:
+        each = network.resistance / parallel
+        mean = _balance(
+            name, ambient, lambda t: ambient + each * (conduction + switching(t)), loss.temperatures
+        )
+        at = [mean] * len(events)
+        times, temperatures = _course(circuit, integrals, name, network, parallel, events, mean)
+        highest = float(temperatures.max())
+    else:
+        at = []
+        times, temperatures = _course(circuit, integrals, name, network, parallel, events, None, at)
+        mean = float(np.trapezoid(temperatures, times) / (times[-1] - times[0]))
+        highest = float(temperatures.max())
+    found = tuple(
+        Commutation(e.time, e.kind, e.current, e.voltage, e.energy(t))
+        for e, t in zip(events, at, strict=True)
+    )
+    outside = any(
+        not e.table.covers(e.current, e.voltage, t) for e, t in zip(events, at, strict=True)
+    )
+    total = math.fsum(c.energy for c in found) / (stop - start)
+    return Heating(name, conduction, total, found, mean, highest, outside, times, temperatures)
+
+
+def _terms(circuit: Circuit, name: str) -> tuple[int, tuple[str, str]]:
+    """Return the island of an element, and its voltage and current as signals."""
+    device = circuit.device(name)
+    a, b = device.ends
+    voltage = f"v({a},{b})" if b != "0" else f"v({a})"
+    return circuit.element_island[name], (voltage, f"i({name})")
+
+
+def _events(
+    circuit: Circuit, integrals: Integrals, name: str, loss: SwitchingLoss
+) -> tuple[list[_Event], float]:
+    """Return the commutations of an element within the window, and how many it stands for."""
+    device = circuit.device(name)
+    home, signals = _terms(circuit, name)
+    period_map = integrals.map_of(home, signals)
+    parts = list(valves(device, integrals.course(home).mna.layout))
+    parallel = parts[0].parallel if parts else 1.0
+    start, stop = integrals.window
+    found: list[_Event] = []
+    for time, before, after, on, then in _together(
+        period_map.core.commutations(integrals.periodic)
+    ):
+        if not start <= time <= stop:
+            continue
+        for valve in parts:
+            event = _event(
+                valve, loss, time, before, after, valve.conducts(on), valve.conducts(then)
+            )
+            if event is not None:
+                found.append(event)
+    return found, parallel
+
+
+def hot_statistic(
+    circuit: Circuit, integrals: Integrals, signal: str, operation: str
+) -> float | None:
+    """Return a statistic of ``psw(x)``, the power of switchings, or ``tj(x)``, a temperature.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    integrals : Integrals
+    signal : str
+    operation : str
+        ``avg`` of both, ``max``, ``min`` and ``pp`` of a temperature, ``integ`` of a power.
+
+    Returns
+    -------
+    float or None
+        None if there is no such statistic.
+    """
+    kind, _, element = signal[:-1].partition("(")
+    found = heating(circuit, integrals).get(element)
+    if found is None:
+        return None
+    if kind == "psw":
+        length = integrals.window[1] - integrals.window[0]
+        return {"avg": found.switching, "integ": found.switching * length}.get(operation)
+    if not found.times.size:
+        return None
+    if operation == "avg":
+        return found.temperature
+    high, low = float(found.temperatures.max()), float(found.temperatures.min())
+    return {"max": high, "min": low, "pp": high - low}.get(operation)
+
+
+_Raw = tuple[float, list[float], list[float], list[int], list[int]]
+
+
+def _together(events: Sequence[_Raw]) -> list[_Raw]:
+    """Return events with those at one instant, up to its rounding, as one."""
+    merged: list[_Raw] = []
+    for event in events:
+        if merged and event[0] - merged[-1][0] <= 8.0 * _EPS * event[0]:
+            time, before, _, on, _ = merged[-1]
+            merged[-1] = (time, before, event[2], on, event[4])
+        else:
+            merged.append(event)
+    return merged
+
+
+def _event(
+    valve: Valve,
+    loss: SwitchingLoss,
+    time: float,
+    before: Sequence[float],
+    after: Sequence[float],
+    was_on: bool,
+    is_on: bool,
+) -> _Event | None:
+    """Return the commutation of one part of an element, None if it costs nothing."""
+    if was_on == is_on:
+        return None
+    if valve.kind == "diode":
+        kind, table, i, v, sign = "recovery", loss.recovery, before[1], after[0], -1.0
+        if is_on:
+            return None
+    elif is_on:
+        kind, table, i, v, sign = "on", loss.on, after[1], before[0], 1.0
+    else:
+        kind, table, i, v, sign = "off", loss.off, before[1], after[0], 1.0
+    if table is None:
+        return None
+    # current and voltage overlap only if their product has the sign of a loss: else it is soft
+    if sign * i * v < 0.0:
+        v = 0.0
+    return _Event(time, kind, abs(i) / valve.parallel, abs(v), valve.parallel, table)
+
+
+def _balance(
+    name: str, ambient: float, heated: Callable[[float], float], knots: Sequence[float]
+) -> float:
+    """Return the temperature that its own losses keep.
+
+    Between neighbouring knots the losses are straight lines, so that one secant step from the ends
+    of the right piece is exact; energies that end at zero bend it once more, hence several.
+    """
+    low = ambient
+    for high in [*(t for t in knots if t > ambient), math.inf]:
+        if math.isinf(high):
+            high = low + max(1.0, heated(low) - low)
+            slope = (heated(high) - heated(low)) / (high - low)
+            if slope >= 1.0:
+                raise _runaway(name)
+            high = low + (heated(low) - low) / (1.0 - slope)
+        if heated(high) - high <= 8.0 * _EPS * abs(high):
+            break
+        low = high
+    for _ in range(100):
+        below, above = heated(low) - low, heated(high) - high
+        if below == above:
+            return high
+        middle = low + (high - low) * below / (below - above)
+        left = heated(middle) - middle
+        if abs(left) <= 8.0 * _EPS * abs(middle):
+            return middle
+        low, high = (middle, high) if left > 0.0 else (low, middle)
+    return middle
+
+
+def _runaway(name: str) -> NumericalError:
+    return NumericalError(
+        Diagnostic(
+            "NS3066",
+            f"the junction of {name} has no steady temperature: its losses grow faster with the "
+            "temperature than its thermal network leads off",
+            hint="lower the thermal resistance, or extend the tables to higher temperatures",
+        )
+    )
+
+
+def _course(
+    circuit: Circuit,
+    integrals: Integrals,
+    name: str,
+    network: ThermalNetwork,
+    parallel: float,
+    events: Sequence[_Event],
+    steady: float | None,
+    at: list[float] | None = None,
+) -> tuple[Floats, Floats]:
+    """Return instants and temperatures [C] over the window.
+
+    The power between neighbouring instants is its exact mean there, switchings are impulses of
+    energy.  With a ``steady`` temperature tables are read there and the course is periodic; else it
+    begins at the ambient temperature, and what tables are read at goes to ``at``.
+    """
+    home, (voltage, current) = _terms(circuit, name)
+    start, stop = integrals.window
+    grid = np.linspace(start, stop, _INSTANTS + 1)
+    times: Floats = np.unique(np.concatenate([grid, [e.time for e in events], [start, stop]]))
+    core = integrals.map_of(home, (voltage, current)).core
+    energy = core.products_between([(0, 1)], times)
+    widths = np.diff(times)
+    resistances = np.array(network.resistances) / parallel
+    rates = 1.0 / np.array(network.times)
+    decays = np.exp(-np.outer(widths, rates))
+    rises = -np.expm1(-np.outer(widths, rates)) * resistances * (energy / widths)[:, None]
+    at_instant: dict[int, list[_Event]] = {}
+    for event, k in zip(events, np.searchsorted(times, [e.time for e in events]), strict=True):
+        at_instant.setdefault(int(k), []).append(event)
+
+    def run(state: Floats) -> tuple[Floats, Floats]:
+        shown = np.empty(times.size)
+        for k in range(times.size):
+            if k:
+                state = decays[k - 1] * state + rises[k - 1]
+            for event in at_instant.get(k, ()):
+                warm = integrals.temperature + float(state.sum()) if steady is None else steady
+                if at is not None:
+                    at.append(warm)
+                state = state + event.energy(warm) * resistances * rates
+            shown[k] = integrals.temperature + float(state.sum())
+        return state, shown
+
+    begin = np.zeros(rates.size)
+    if steady is not None:
+        end, _ = run(begin)
+        begin = end / -np.expm1(-rates * (stop - start))
+    return times, run(begin)[1]
