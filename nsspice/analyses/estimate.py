@@ -123,8 +123,10 @@ def junction_voltages(circuit: Circuit) -> list[str]:
     names: dict[str, None] = {}
     for device in circuit.devices:
         if device.stores_energy and device.letter not in "lc":
-            nodes = device.nodes
-            between = [(nodes[1], nodes[0]), nodes[1:3]] if device.letter == "q" else [device.ends]
+            # base or gate to both others
+            first, control, second = (*device.nodes, "", "")[:3]
+            three = device.letter in "mq" and second
+            between = [(control, first), (control, second)] if three else [device.ends]
             for a, b in between:
                 names.update(dict.fromkeys(_voltage(a, b)))
     return list(names)

@@ -163,7 +163,7 @@ def unbounded(circuit: Circuit, mna: MnaSystem, row: int, time: float) -> Diagno
     shortest steps is at that unknown.
     """
     node, named = _at_row(mna, row)
-    if any(d.smooth and d.letter in ("d", "q") for d in mna.devices):
+    if any(d.smooth and d.letter in ("d", "m", "q") for d in mna.devices):
         place = _list(named or ["a junction"]) if node is None else _node(node, named)
         message = (
             f"the voltage at {place} has no bound at t = {time:.9g} s: junctions that store "
@@ -190,7 +190,7 @@ def _at_row(mna: MnaSystem, row: int) -> tuple[str | None, list[str]]:
     if node is None:
         element = mna.row_elements[row] if row < len(mna.row_elements) else None
         return None, [] if element is None else [element]
-    touching = (d for d in mna.devices if node in (d.nodes if d.letter == "q" else d.ends))
+    touching = (d for d in mna.devices if node in (d.nodes if d.letter in "mq" else d.ends))
     # the culprits are nonlinear: they are named first
     return node, [d.name for d in sorted(touching, key=lambda d: not d.smooth)]
 

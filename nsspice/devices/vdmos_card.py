@@ -88,7 +88,7 @@ EFFECTS = (
     ("rds", "drain-source resistance", "Ohm"),
     ("cgs", "gate-source charge", "F"),
     ("cgdmax", "gate-drain charge", "F"),
-    ("cgdmin", "gate-drain charge", "F"),
+    ("cgdmin", "least gate-drain capacitance", "F"),
     ("is", "body diode", "A"),
     ("n", "body diode emission coefficient", ""),
     ("rb", "body diode resistance", "Ohm"),
