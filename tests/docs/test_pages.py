@@ -92,8 +92,13 @@ def test_the_readme_has_an_example_and_a_picture() -> None:
 def test_versions_agree() -> None:
     import nsspice
 
-    manifest = (ROOT / "nsspice" / "core" / "Cargo.toml").read_text("utf-8")
-    assert f'version = "{nsspice.__version__}"' in manifest
+    version = nsspice.__version__
+    core = ROOT / "nsspice" / "core"
+    assert f'version = "{version}"' in (core / "Cargo.toml").read_text("utf-8")
+    lock = (core / "Cargo.lock").read_text("utf-8")
+    assert f'name = "nsspice-core"\nversion = "{version}"' in lock
+    assert f"version: {version}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
+    assert f"({version})" in (ROOT / "CHANGELOG.md").read_text("utf-8").split("\n## ")[1]
 
 
 def test_nothing_points_out_of_the_repository() -> None:
