@@ -13,6 +13,8 @@ Flags = npt.NDArray[np.bool_]
 
 #: parts of the picture that swing are a band if so many stand side by side
 _TOGETHER = 4
+#: what varies by less than this part of its size is a constant with rounding noise
+_STILL = 1e-9
 #: what a curve covers in a part of the picture, as a multiple of its range there
 _THERE_AND_BACK = 1.5
 
@@ -98,12 +100,14 @@ def band(x: Floats, y: Floats, columns: int = 200) -> Band | None:
     low, high = np.minimum.reduceat(y, first), np.maximum.reduceat(y, first)
     swings = high - low
     total = float(high.max() - low.min())
-    if not float(np.median(swings)) > 0.1 * total > 0.0:
-        return None
+    still = _STILL * max(abs(float(high.max())), abs(float(low.min())))
     way = np.add.reduceat(np.abs(np.diff(y, prepend=y[0])), first)
-    if not float(np.median(way)) > _THERE_AND_BACK * float(np.median(swings)):
+    busy = (swings > 0.1 * total) & (way > _THERE_AND_BACK * swings)
+    if not (float(busy.mean()) > 0.5 and total > still):
         return None
-    fast = _together(swings > 0.1 * total)
+    # what goes there and back is a block, however small
+    small = (swings > 0.01 * total) & (way > _THERE_AND_BACK * swings)
+    fast = _together((swings > 0.1 * total) | small)
     middle = np.add.reduceat(x, first) / size
     middle[0], middle[-1] = x[0], x[-1]
     slow = ~np.repeat(fast, size)

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
 #: rows of a picture; the rest is told in a line
 MOST = 12
-_COLUMNS = 1000  # of a strip, about one a pixel
+_COLUMNS = 700  # of a strip, a little more than a pixel each, so that none is left out
+_FAINTEST = 0.3  # what is on for a moment is seen
 _COARSE = 100  # of one that changes more often than the eye can follow: shares of many periods
 _DENSE = 300  # changes of such a strip
 _NEAR = 0.05  # part of the range within which a value is one of two levels
@@ -103,7 +104,8 @@ def draw_strips(panel: Any, strips: Sequence[Strip], begin: float, end: float) -
     for row, strip in enumerate(strips):
         colours = np.ones((1, strip.shares.size, 4))
         colours[0, :, :3] = strip.colour
-        colours[0, :, 3] = strip.shares * (0.85 if strip.colour == CONDUCTS else 1.0)
+        seen = np.where(strip.shares > 0.0, np.maximum(strip.shares, _FAINTEST), 0.0)
+        colours[0, :, 3] = seen * (0.85 if strip.colour == CONDUCTS else 1.0)
         extent = (begin, end, row + 0.36, row - 0.36)
         panel.imshow(colours, extent=extent, aspect="auto", interpolation="nearest")
         panel.axhline(row + 0.36, color="0.8", linewidth=0.6, zorder=0.5)
