@@ -17,6 +17,7 @@ import numpy.typing as npt
 from ..circuit import MnaSystem
 from ..devices.stamper import Stated
 from ..netlist.expression import Expression
+from ..netlist.node import Node, call, sub, var
 from ..problems.csc import Floats
 from ..problems.descriptor import Functional
 from .energy import worse
@@ -27,6 +28,10 @@ _KNOWN = 64.0 * float(np.finfo(np.float64).eps)
 _ITERATED = 1e-10
 #: The same where an expression jumps: an instant is known to a tolerance.
 _LATE = 1e-6
+#: Intervals below this part of the time are too short for that: instants have rounding.
+_SHORT = 1e-9
+#: The name of that distance in an expression; no signal has it.
+_NEAR = "#near"
 
 
 class StatementCheck:
@@ -74,7 +79,8 @@ class StatementCheck:
             off = self._off(state, time, z, lam, u)
             if state.jumps:
                 least = np.where(inside, off, np.inf).min(axis=1, initial=np.inf)
-                off = np.where(exact & inside.any(axis=1), least, 0.0)
+                told = exact & inside.any(axis=1) & (end - begin > _SHORT * end)
+                off = np.where(told, least, 0.0)
             else:
                 off = np.where(inside, off, 0.0)
             if off.size:
@@ -111,6 +117,8 @@ class _State:
         self.stated, self.names = stated, stated.expression.variables()
         self.jumps = stated.expression.jumps()
         self._known = max(_LATE, known) if self.jumps else known
+        #: what rests on equality does so up to rounding
+        self._equal = Expression(_nearly(stated.expression.node))
         self._sizes = dict.fromkeys(self.names, 0.0)
         self.largest = 0.0
 
@@ -127,6 +135,10 @@ class _State:
                 for part in (-self._known, self._known):
                     near = _value(expression, {**signals, name: values + part * size}, found)
                     low, high = np.minimum(low, near), np.maximum(high, near)
+            if self.jumps:
+                near = np.asarray(self._known * sum(self._sizes.values()))
+                equal = _value(self._equal, {**signals, _NEAR: near}, found)
+                low, high = np.minimum(low, equal), np.maximum(high, equal)
             return np.asarray(np.where(found == value, 0.0, np.maximum(low - found, found - high)))
 
 
@@ -137,6 +149,15 @@ def combination(output: Functional, time: Floats, z: Floats, lam: Floats, u: Flo
         for column, factor in terms:
             total = total + factor * values[..., column]
     return total
+
+
+def _nearly(node: Node) -> Node:
+    """Return a tree in which what differs by less than ``_NEAR`` is equal."""
+    args = tuple(_nearly(arg) for arg in node.args)
+    if node.op in ("eq", "ne"):
+        apart = call("abs", sub(args[0], args[1]))
+        return Node("le" if node.op == "eq" else "gt", (apart, var(_NEAR)))
+    return Node(node.op, args, node.value)
 
 
 def _value(expression: Expression, signals: Mapping[str, Floats], like: Floats) -> Floats:

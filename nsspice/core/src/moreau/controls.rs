@@ -34,8 +34,10 @@ impl Controls {
         for (switch, _) in switches.iter().zip(&decided).filter(|e| *e.1) {
             switch.control.iter().for_each(|&(j, _)| needed[j] = true);
         }
-        for step in known.iter().rev().filter(|k: &&Given| needed[k.unknown]).collect::<Vec<_>>() {
-            step.others.iter().for_each(|&(j, _)| needed[j] = true);
+        for step in known.iter().rev() {
+            if needed[step.unknown] {
+                step.others.iter().for_each(|&(j, _)| needed[j] = true);
+            }
         }
         known.retain(|k| needed[k.unknown]);
         Controls { known, decided }
@@ -86,6 +88,32 @@ mod tests {
     use crate::descriptor::Linear;
     use crate::sparse::Csc;
     use crate::switch::AtThreshold;
+
+    /// Each unknown from the one before: 2 V in front, and a control behind two more laws.
+    #[test]
+    fn all_that_a_control_needs_is_known() {
+        let g = [(0, 0, 1.0), (1, 0, -0.5), (1, 1, 1.0), (2, 1, -2.0), (2, 2, 1.0)];
+        let linear = Linear {
+            e: Csc::zeros(3, 3),
+            g: Csc::from_triplets(3, 3, &g),
+            a: Csc::zeros(3, 0),
+            b: Csc::zeros(0, 3),
+            d: Csc::zeros(0, 0),
+            q: Vec::new(),
+            s: Csc::from_triplets(3, 1, &[(0, 0, 1.0)]),
+            row_kind: vec![0; 3],
+        };
+        let switch = Switch {
+            pair: 0,
+            control: vec![(2, 1.0)],
+            on_above: 1.0,
+            off_below: 1.0,
+            inverted: false,
+            latching: false,
+            at_threshold: AtThreshold::Reached,
+        };
+        assert_eq!(by_sources(&linear, &[switch], &[false], &[2.0]), Some(vec![true]));
+    }
 
     /// Nodes 0 and 1 in series from ground, sources of 2 V and 3 V (currents 2 and 3), 1 Ohm from
     /// node 1 to node 4, which has a capacitor.

@@ -25,10 +25,11 @@ const MOST: u32 = 16;
 const TURNS: u32 = 64;
 const NOWHERE: f64 = 1e-6;
 
-/// Evaluations spent on the instant at which a guard vanished in such a step, which nothing but the list of events
-/// tells, and the part of the step to which it is wanted.
-const LOOKS: usize = 8;
+/// The instant at which a guard vanished in such a step, which nothing but the list of events tells, is wanted to this
+/// part of the step.
 const CLOSE: f64 = 1e-6;
+/// Evaluations spent on it: every other one halves the bracket, from the whole step down to [`CLOSE`].
+const LOOKS: usize = 40;
 
 /// Whether a step may go on over the end of a mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,7 +100,8 @@ impl Sdirk {
         };
         // no stage in another mode: the guard dips below zero between them
         let shows = self.trial.crossed || depth <= SHARE * self.accuracy.relative;
-        let sound = solved && shows && !turns(s, &self.trial.stages);
+        // a control that the new mode holds at its threshold has come there when the old one ended
+        let sound = solved && shows && !turns(s, &self.trial.stages) && !self.comes_to_rest(s);
         let error = if sound { self.error(s) } else { f64::INFINITY };
         // what is a rate in one mode and tied by the laws in the other has no kink but a jump
         let error = if self.tied == tied { error } else { f64::INFINITY };
@@ -166,12 +168,18 @@ impl Sdirk {
         around.map_or([(1.0, 1.0), (1.0, -1.0)], |w| [w[0], w[1]])
     }
 
-    /// Where the guard of a pair vanishes between two points, by the continuous solution (Illinois).
+    /// Where the guard of a pair vanishes between two points, by the continuous solution: secants (Illinois), and
+    /// halves where one has not halved the bracket: on both sides of zero the guard has different units.
     fn root(&mut self, s: &mut Stepper, i: usize, bracket: [(f64, f64); 2]) -> f64 {
         let [mut before, mut behind] = bracket;
+        let mut width = f64::INFINITY;
         for _ in 0..LOOKS {
-            let theta = on_line([before, behind]);
-            if behind.0 - before.0 <= CLOSE || theta <= before.0 || theta >= behind.0 {
+            let slow = behind.0 - before.0 > 0.5 * width;
+            width = behind.0 - before.0;
+            let secant = on_line([before, behind]);
+            let inside = secant > before.0 && secant < behind.0 && !slow;
+            let theta = if inside { secant } else { 0.5 * (before.0 + behind.0) };
+            if width <= CLOSE {
                 break;
             }
             let (ladder, tableau) = (&mut self.ladder, self.tableau);

@@ -90,6 +90,21 @@ impl Sdirk {
         begin.abs() <= VIOLATED && stages.iter().all(near)
     }
 
+    /// Whether the control of a switch has come to its threshold by the end of the trial step.
+    pub(super) fn comes_to_rest(&self, s: &Stepper) -> bool {
+        let n = s.z.len();
+        let last = &self.trial.stages[self.tableau.stages() - 1];
+        let comes = |k: usize| {
+            let margin = |x: &[f64]| self.scales.control_margin(s, k, &x[..n]).abs();
+            let turns = s.resting.turns(k, &s.switches[k], s.gates[k], 1.0);
+            !s.sampled[k]
+                && turns
+                && margin(last) <= VIOLATED
+                && margin(&self.trial.first) > VIOLATED
+        };
+        (0..s.switches.len()).any(comes)
+    }
+
     /// Whether the control of a switch was at its threshold when the step began, and leaves it on the side on which
     /// the gate does not turn.
     pub(super) fn leaves(&self, s: &Stepper, k: usize) -> bool {
