@@ -520,12 +520,12 @@ impl Sdirk {
                 self.trial.mode.clone_from(&self.ladder.met);
             }
         }
+        let event = accepted.end == End::Event;
         let (trial, ladder, tableau) = (&self.trial, &self.ladder, self.tableau);
         self.witness.step(s, trial, ladder, tableau, accepted.theta, accepted.time);
         self.witness.sum_up(s, trial, ladder, tableau, accepted.theta);
         // a mode that ends where it begins has not been: its values may obey no sign, and are not shown
-        let empty = accepted.end == End::Event
-            && no_length(self.trial.start, accepted.time, self.trial.length);
+        let empty = event && no_length(self.trial.start, accepted.time, self.trial.length);
         if empty {
             s.u1.copy_from_slice(&self.trial.u);
             self.points.note_left(s);
@@ -574,7 +574,6 @@ impl Sdirk {
             self.points.note_left(s);
             evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
             let before = s.active.clone();
-            let event = accepted.end == End::Event;
             if event {
                 turned.extend(self.reach(s, accepted.theta));
             }

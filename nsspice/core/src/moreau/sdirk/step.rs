@@ -6,7 +6,7 @@ use super::combine::{add_rates, scaled_difference};
 use super::ladder::{Fit, Ladder, StageProblem};
 use super::predict::{Beside, Past};
 use super::tableau::{Tableau, FIRST, MOST};
-use crate::waveform::{Side, Waveform};
+use crate::waveform::{Side, Waveform, INSTANT};
 
 /// After so many steps without a solution from one point other ways to one are tried: behind a fold of the
 /// laws shorter ones have none either.  Not from this level on: there a single implicit step is at hand,
@@ -112,8 +112,11 @@ pub(in super::super) fn sources(
     corner: f64,
     u: &mut [f64],
 ) {
+    // within rounding of an edge at the begin the step is behind it
+    let known = INSTANT * t.abs();
+    let side = if t - start <= known && corner - t > known { Side::Right } else { Side::Left };
     for (u, w) in u.iter_mut().zip(waveforms) {
-        *u = if t <= corner { w.value(t, Side::Left) } else { w.continued(t, start, corner) };
+        *u = if t <= corner { w.value(t, side) } else { w.continued(t, start, corner) };
     }
 }
 
