@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .igbt import Igbt
     from .inductor import Inductor
     from .isource import CurrentSource
+    from .jfet import Jfet
     from .junction import JunctionLaw
     from .junction_diode import JunctionDiode
     from .latching_thyristor import LatchingThyristor
@@ -63,6 +64,7 @@ _HOME = {
     "Effect": ".effect",
     "Igbt": ".igbt",
     "Inductor": ".inductor",
+    "Jfet": ".jfet",
     "JunctionDiode": ".junction_diode",
     "JunctionLaw": ".junction",
     "LatchingThyristor": ".latching_thyristor",
@@ -103,6 +105,7 @@ _LAWS = {
     "h": "Ccvs",
     "b": "Behavioural",
     "d": "Diode",
+    "j": "Jfet",
     "m": "Mosfet",
     "q": "Transistor",
     "s": "VoltageSwitch",
@@ -147,6 +150,7 @@ __all__ = [
     "Effect",
     "Igbt",
     "Inductor",
+    "Jfet",
     "JunctionDiode",
     "JunctionLaw",
     "LatchingThyristor",

@@ -23,7 +23,7 @@ MAX_ELEMENTS = 1_000_000
 #: subcircuits within subcircuits
 MAX_NESTING = 50
 #: model types whose standard values are a usable device
-_TYPES = frozenset(["d", "nmos", "npn", "pmos", "pnp", "vdmos"])
+_TYPES = frozenset(["d", "njf", "pjf", "nmos", "npn", "pmos", "pnp", "vdmos"])
 
 
 class Expander:

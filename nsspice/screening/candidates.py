@@ -57,7 +57,7 @@ def _of_model(device: Device, element: Element) -> Iterator[Edit]:
     if smooth:
         text = "exponential junction"
         yield Edit(owner, text, "is, n and all others", "ideal", model.name, model.span)
-    if isinstance(device, SmoothMosfet):
+    if isinstance(device, SmoothMosfet) and device.letter == "m":
         text = "channel, body diode and charges"
         yield Edit(owner, text, "all: a switch", "switch", model.name, model.span)
     for effect in device.effects:

@@ -13,6 +13,7 @@ from ...devices import (
     CurrentSwitch,
     Device,
     Igbt,
+    Jfet,
     Reading,
     Thyristor,
     VoltageSource,
@@ -26,7 +27,7 @@ from ...netlist.expression import Expression
 from .deck_writer import DeckWriter, untranslatable
 from .diodes import write_diode, write_leg, write_switch
 from .expression import spice_expression
-from .mosfets import write_igbt, write_mosfet
+from .mosfets import write_igbt, write_jfet, write_mosfet
 from .thyristors import write_thyristor
 from .waveform import source_text
 
@@ -55,6 +56,8 @@ def write(writer: DeckWriter, element: Element, device: Device) -> None:
         _passive(writer, element, device)
     elif element.letter == "m":
         write_mosfet(writer, element, device)
+    elif isinstance(device, Jfet):
+        write_jfet(writer, element, device)
     elif isinstance(device, Igbt):
         write_igbt(writer, device)
     elif element.letter == "q":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ...devices import Igbt, Level1, MosfetSwitch, SwitchLaw, Vdmos
+from ...devices import Igbt, Jfet, Level1, MosfetSwitch, SwitchLaw, Vdmos
 from ...devices.leg import Leg
 from ...devices.smooth_mosfet import SmoothMosfet
 from ...netlist.deck import Element
@@ -37,6 +37,13 @@ def write_mosfet(writer: DeckWriter, element: Element, device: object) -> None:
         raise untranslatable(f"{element.name}: ngspice has nothing that could stand for it")
 
 
+def write_jfet(writer: DeckWriter, element: Element, device: Jfet) -> None:
+    """Write a JFET, which ngspice has."""
+    assert element.model is not None
+    nodes = writer.ends(device.name, device.corners, "dgs")
+    _line(writer, device, nodes, writer.verbatim(element.model), {})
+
+
 def _line(
     writer: DeckWriter,
     device: SmoothMosfet,
@@ -53,7 +60,7 @@ def _line(
     elif device.dtemp:
         given["dtemp"] = device.dtemp
     words = (f"{key}={value!r}" for key, value in given.items())
-    writer.add(writer.names.element("m", device.name), *nodes, model, *words)
+    writer.add(writer.names.element(device.letter, device.name), *nodes, model, *words)
 
 
 def _switch(writer: DeckWriter, device: MosfetSwitch) -> None:

@@ -20,7 +20,7 @@ from .terminals import GROUND
 #: ends of elements whose currents have names of their own: i(q1.b)
 _TERMINALS = {
     "q": ("c", "b", "e", "s"), "d": ("a", "k", "g"), "m": ("d", "g", "s", "b"),
-    "z": ("c", "g", "e"),
+    "j": ("d", "g", "s"), "z": ("c", "g", "e"),
 }  # fmt: skip
 
 

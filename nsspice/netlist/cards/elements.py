@@ -12,7 +12,7 @@ from ..template import InstanceTemplate, Template
 from .controlled import behavioural, controlled, is_law
 from .passive import coupling, passive
 from .reading import Reader, flat
-from .semiconductors import current_switch, diode, igbt, mosfet, switch, transistor
+from .semiconductors import current_switch, diode, igbt, jfet, mosfet, switch, transistor
 from .sources import source
 from .terminals import GROUND
 
@@ -24,6 +24,7 @@ _READERS: dict[str, Callable[[Reader, Line, list[Item]], Template]] = {
     "g": controlled,
     "h": controlled,
     "i": source,
+    "j": jfet,
     "k": coupling,
     "l": passive,
     "m": mosfet,
@@ -41,7 +42,6 @@ _LAW = re.compile(r"[\s,)](q|flux)\s*=")
 #: letters of other simulators: what the element is, and what to do
 _UNSUPPORTED = {
     "a": ("XSPICE code model", "write the function as a B element; an ideal diode is D(ideal)"),
-    "j": ("JFET", "use a MOSFET with a negative VTO, M, or curves in a B element"),
     "n": ("Verilog-A device", "write the function as a B element"),
     "o": ("lossy transmission line", "use a ladder of R L C sections"),
     "p": ("coupled transmission lines", "use a ladder of R L C sections"),

@@ -1,4 +1,4 @@
-"""D, Q, M, Z, S and W lines."""
+"""D, Q, J, M, Z, S and W lines."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ _MOSFET = {
     "m", "w", "l", "ad", "as", "pd", "ps", "nrd", "nrs", "ic", "icvgs", "icvbs", "temp", "dtemp",
     "vto", "vh", "ron", "roff", "body",
 }  # fmt: skip
+_JFET = {"area", "m", "ic", "icvgs", "temp", "dtemp"}
 _IGBT = {"m", "area", "vto", "vh", "vce0", "ron", "roff", "body", "temp", "dtemp"}
 #: an area; 2N2222 and 1N4148 are names of models
 _FACTOR = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?[^\W\d]*")
@@ -85,6 +86,17 @@ def mosfet(reader: Reader, line: Line, items: list[Item]) -> Template:
     terminals.flags(result, ("off", "thermal"))
     result.params = terminals.params(_MOSFET)
     terminals.finish(result)
+    return result
+
+
+def jfet(reader: Reader, line: Line, items: list[Item]) -> Template:
+    """Read ``J drain gate source model [area] [off] [ic=vds,vgs]``."""
+    terminals = Terminals(reader, line, items)
+    terminals.take_nodes(3)
+    terminals.extend_pairs("ic", "icvgs")
+    result = terminals.template()
+    terminals.model(result, terminals.next(), "write Jname drain gate source model")
+    _tail(terminals, result, _JFET)
     return result
 
 

@@ -20,6 +20,7 @@ _FORMS = {
     "i": "Iname n+ n- value, or a waveform such as SIN(0 10 50)",
     "d": "Dname anode cathode, and its model unless it is ideal",
     "q": "Qname collector base emitter model",
+    "j": "Jname drain gate source model",
     "m": "Mname drain gate source body model",
     "z": "Zname collector gate emitter model",
     "s": "Sname n+ n- nc+ nc- model",
