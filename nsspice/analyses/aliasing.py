@@ -204,6 +204,13 @@ class OutputPoints:
             if beyond[top[j], j] > found.most:
                 found.most, found.when = float(beyond[top[j], j]), float(points.time[top[j]])
 
+    @property
+    def sizes(self) -> Floats:
+        """The largest magnitude of each signal at the output points."""
+        if self._last is None:
+            return np.zeros(len(self.names))
+        return np.maximum(np.abs(self._low), np.abs(self._high))[1:]
+
     def warning(self) -> Diagnostic | None:
         """Return what the output points do not show, None if they show enough."""
         hidden = []

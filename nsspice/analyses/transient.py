@@ -20,6 +20,7 @@ from .events import Events
 from .interrupts import Interrupts
 from .island_runner import IslandRunner
 from .load import again, need_circuit
+from .magnitudes import huge_currents
 from .overrides import checked_values
 from .recorder import Recorder, select
 from .refusal import check_on_failure, judge
@@ -294,6 +295,10 @@ def run_tran(
         points.see(table)
     if (hidden := points.warning()) is not None:
         solution.warnings.append(hidden)
+    if not shown and keep:
+        points.see(table)  # all of them
+    if (huge := huge_currents(columns, points.sizes)) is not None:
+        solution.warnings.append(huge)
     if watched is not None:
         try:
             solution.recording = _recording(circuit, runners, recorder.local, watched)
