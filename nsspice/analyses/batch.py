@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from typing import cast
 
 from ..circuit import Circuit
 from ..errors import Diagnostic, NsspiceError, NumericalError, UsageError
@@ -18,15 +19,18 @@ from ..netlist.deck import (
     DcCard,
     Deck,
     LoopCard,
+    NoiseCard,
     OpCard,
     PssCard,
     Sweep,
+    TfCard,
     TranCard,
 )
 from .cards import Dc, Tran
 from .load import need_circuit, read, read_again
 from .loop_gain import Loop, run_loop
 from .measure import evaluate_measures
+from .noise import Noise, run_noise
 from .notebook_progress import shown_in_notebook
 from .refusal import check_on_failure, judge
 from .rows import Progress
@@ -39,6 +43,7 @@ from .spectrum import add_powers, add_spectra, is_hot
 from .statics import SolvedAgain, check_sweep, dc, op
 from .steady_state import Neighbour, Pss, find_orbits, run_pss
 from .trace import named
+from .transfer import Tf, run_tf
 from .transient import Rerun, run_tran
 from .watched import Watched, measured_signals
 
@@ -49,6 +54,8 @@ _KINDS = {
     PssCard: "pss",
     AcCard: "ac",
     LoopCard: "loop",
+    NoiseCard: "noise",
+    TfCard: "tf",
 }
 
 #: runs of one analysis over all .step cards; each has a table of its own
@@ -74,7 +81,7 @@ class Job:
 
     @property
     def kind(self) -> str:
-        """``op``, ``dc``, ``tran``, ``pss``, ``ac`` or ``loop``."""
+        """What :func:`kind_of` says of the card."""
         return kind_of(self.card)
 
     @property
@@ -128,15 +135,8 @@ class Request:
 
 
 def kind_of(card: Analysis) -> str:
-    """Return ``op``, ``dc``, ``tran``, ``pss``, ``ac`` or ``loop``."""
-    return {
-        OpCard: "op",
-        DcCard: "dc",
-        TranCard: "tran",
-        PssCard: "pss",
-        AcCard: "ac",
-        LoopCard: "loop",
-    }[type(card)]
+    """Return ``op``, ``dc``, ``tran``, ``pss``, ``ac``, ``loop``, ``noise`` or ``tf``."""
+    return _KINDS[type(card)]
 
 
 def jobs_of(deck: Deck) -> list[Job]:
@@ -363,10 +363,10 @@ def _run_job(
         evaluate_measures(solution, measures)
         if job.kind in ("tran", "pss"):
             add_spectra(solution, circuit.deck.fours)
-            if job.kind == "pss":
-                add_sensitivities(circuit, solution, temperature, values)
             if request.power:
                 add_powers(circuit, solution, request.loads)
+        if job.kind in ("op", "pss") and solution.axis.size:
+            add_sensitivities(circuit, solution, temperature, values)
     if job.steps and not request.follow:
         solution.recording = None  # of one run it may fill memory, of a thousand it does
     return solution
@@ -395,6 +395,8 @@ def _executor(
             on_failure="ignore",
             **common,  # type: ignore[arg-type]
         )
+    if isinstance(card, NoiseCard | TfCard):
+        return _about_bias(circuit, card, values, common)
     if isinstance(card, AcCard):
         return lambda: run_ac(
             circuit,
@@ -458,6 +460,22 @@ def _executor(
         return solution
 
     return execute
+
+
+def _about_bias(
+    circuit: Circuit,
+    card: NoiseCard | TfCard,
+    values: Mapping[str, float],
+    common: Mapping[str, object],
+) -> Callable[[], Solution]:
+    """Return what runs ``.noise`` or ``.tf``."""
+    temperature, sink = common["temperature"], cast("Sink | None", common["sink"])
+    assert temperature is None or isinstance(temperature, float)
+    if isinstance(card, TfCard):
+        analysis = Tf.from_card(card)
+        return lambda: run_tf(circuit, analysis, temperature=temperature, values=values, sink=sink)
+    asked = Noise.from_card(card)
+    return lambda: run_noise(circuit, asked, temperature=temperature, values=values, sink=sink)
 
 
 def _needs_integrals(deck: Deck) -> bool:

@@ -55,7 +55,7 @@ class Sensitivity:
 
 
 @dataclass(frozen=True, slots=True)
-class _Parameter:
+class ElementValue:
     """An element as a stimulus: where it enters, what drives it (None: a constant), its value."""
 
     name: str
@@ -64,26 +64,28 @@ class _Parameter:
     value: float
 
 
-def _parameter(device: Device, mna: MnaSystem, coupled: frozenset[str]) -> _Parameter | None:
+def parameter_of(device: Device, mna: MnaSystem, coupled: frozenset[str]) -> ElementValue | None:
     """Return the parameter of an element, None if it has none that is known here."""
     layout = mna.layout
     if isinstance(device, VoltageSource):
         value = device.source.dc or 0.0
-        return _Parameter(device.name, ((layout.branches[device.name], -1.0),), None, value)
+        return ElementValue(device.name, ((layout.branches[device.name], -1.0),), None, value)
     if isinstance(device, CurrentSource):
         entries = tuple(layout.voltage(*device.ends, -device.m))
-        return _Parameter(device.name, entries, None, device.source.dc or 0.0)
+        return ElementValue(device.name, entries, None, device.source.dc or 0.0)
     if isinstance(device, Resistor | Capacitor) and device.value:
         current = device.current(layout)
         if device.name in layout.branches:
             return None
         sign = -1.0 if isinstance(device, Resistor) else 1.0
         entries = tuple(layout.voltage(*device.ends, -1.0))
-        return _Parameter(device.name, entries, scaled(current, sign / device.value), device.value)
+        return ElementValue(
+            device.name, entries, scaled(current, sign / device.value), device.value
+        )
     if isinstance(device, Inductor) and device.value and device.name not in coupled:
         branch = layout.branches[device.name]
         rate = Functional(dz=((branch, device.inductance(layout) / device.value),))
-        return _Parameter(device.name, ((branch, -1.0),), rate, device.value)
+        return ElementValue(device.name, ((branch, -1.0),), rate, device.value)
     return None
 
 
@@ -188,7 +190,7 @@ def _of_island(
         p
         for d in mna.devices
         if wanted is None or d.name in wanted
-        for p in (_parameter(d, mna, coupled),)
+        for p in (parameter_of(d, mna, coupled),)
         if p is not None
     ]
     drivers = [p.driver for p in parameters if p.driver is not None]
@@ -234,10 +236,13 @@ def add_sensitivities(
     temperature: float | None,
     values: Mapping[str, float] | None,
 ) -> None:
-    """Compute what the ``.sens`` cards of a deck with ``.pss`` ask for; a failure is a warning."""
+    """Compute what ``.sens`` cards ask for, of an orbit or the operating point; else a warning."""
+    from .transfer import op_sensitivities
+
+    compute = op_sensitivities if solution.analysis == "op" else sens
     for card in circuit.deck.sensitivities:
         try:
-            solution.sensitivities += sens(
+            solution.sensitivities += compute(
                 circuit,
                 card.signals,
                 card.elements or None,

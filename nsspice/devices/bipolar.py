@@ -124,6 +124,18 @@ class Bipolar(Transistor):
         )
         return c, b, e
 
+    @property
+    def inner(self) -> tuple[str, str, str]:
+        """Collector, base and emitter behind their resistances."""
+        return self._inner()
+
+    def ohmic(self, conditions: Conditions) -> Iterator[tuple[str, str, float]]:
+        """Yield ends and conductance [S] of each constant resistance."""
+        p = self._at(conditions)
+        for node, inner, key in zip(self.corners, self._inner(), _OHMIC, strict=True):
+            if inner != node and not (key == "rb" and self._modulated):
+                yield node, inner, self.parallel / p[key]
+
     def _flows(self) -> Iterator[tuple[str, str, str]]:
         """Yield currents and charges with the ends between which they stand, see ``_nodes``."""
         for name, a, k in _FLOWS:

@@ -31,8 +31,7 @@ class Resistor(Passive):
         EXPONENTIAL,
         inert("ac", "resistance for .ac only", "Ohm"),
         inert("ic", "initial value (a resistor stores nothing)"),
-        inert("noisy", "noise on or off"),
-        inert("noise", "noise on or off"),
+        Parameter("noisy", "0 without noise", "", aliases=("noise",)),
     )
     MODEL = Table(
         *CARD,

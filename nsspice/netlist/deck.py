@@ -251,6 +251,23 @@ class AcCard(NamedTuple):
     span: Span
 
 
+class NoiseCard(NamedTuple):
+    """``.noise v(out) source dec|oct|lin n from to``: noise about the operating point."""
+
+    output: str
+    source: str
+    frequencies: tuple[float, ...]
+    span: Span
+
+
+class TfCard(NamedTuple):
+    """``.tf output source``: DC gain and resistances about the operating point."""
+
+    output: str
+    source: str
+    span: Span
+
+
 class LoopCard(NamedTuple):
     """``.loop source dec|oct|lin n from to``: the loop gain at a source of zero volts."""
 
@@ -280,7 +297,7 @@ class SensCard(NamedTuple):
     span: Span
 
 
-Analysis = OpCard | DcCard | TranCard | PssCard | AcCard | LoopCard
+Analysis = OpCard | DcCard | TranCard | PssCard | AcCard | LoopCard | NoiseCard | TfCard
 
 
 @dataclass(slots=True)
@@ -294,7 +311,7 @@ class Deck:
         As the user gave it, ``<netlist>`` for text.
     elements : list of Element
         In deck order, subcircuit contents in place of their X line.
-    analyses : list of OpCard, DcCard, TranCard, PssCard, AcCard, LoopCard
+    analyses : list of OpCard, DcCard, TranCard, PssCard, AcCard, LoopCard, NoiseCard, TfCard
     options : dict of str to Param
         Lower-case names; flags hold the value 1.0.
     initial, nodesets : dict of str to Param

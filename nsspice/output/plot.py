@@ -63,6 +63,10 @@ def draw(
     """Draw the waveforms of a solution, as :meth:`Solution.plot` does."""
     if path is not None:
         check_format(path)
+    if solution.analysis == "noise":
+        from .noise_plot import draw_noise
+
+        return finished(draw_noise(solution), path, dark)
     if solution.axis_name == "frequency":
         from .bode import draw_bode
 

@@ -26,6 +26,7 @@ _READERS: dict[str, Callable[[Context, Line], None]] = {
     "meas": measure.measure,
     "measure": measure.measure,
     "nodeset": outputs.initial,
+    "noise": periodic.noise,
     "op": analyses.op,
     "opt": options.options,
     "option": options.options,
@@ -37,6 +38,7 @@ _READERS: dict[str, Callable[[Context, Line], None]] = {
     "pss": periodic.pss,
     "save": outputs.outputs,
     "step": analyses.step,
+    "tf": periodic.tf,
     "tran": analyses.tran,
 }
 #: read before the elements are built
@@ -46,7 +48,7 @@ _EARLY: dict[str, Callable[[Context, Line], None]] = {
     "title": options.title,
 }
 #: analyses that are computed
-_COMPUTED = (*ANALYSES, "pss", "ac", "loop")
+_COMPUTED = (*ANALYSES, "pss", "ac", "loop", "noise", "tf", "sens")
 #: cannot change a waveform
 _IGNORED = {
     "backanno": "",
@@ -63,8 +65,8 @@ _IGNORED = {
 #: silent: every LTspice deck has them
 _SILENT = {"backanno", "width", "text"}
 #: analyses of their own: they change nothing of what others give
-_OTHER_ANALYSES = ("acmodel", "disto", "hb", "noise", "pz", "sens", "sp", "tf")
-_OTHER_HINT = "only .op, .dc, .tran, .ac, .pss and .loop are computed"
+_OTHER_ANALYSES = ("acmodel", "disto", "hb", "pz", "sp")
+_OTHER_HINT = "only .op, .dc, .tran, .ac, .pss, .loop, .noise, .tf and .sens are computed"
 _UNSUPPORTED = {
     "data": "write .step param name list ...",
     "alter": "write one netlist for each variant, or use .step",
@@ -119,18 +121,17 @@ class CardReader:
         for card, line, scope in self._expander.cards:
             if card in _EARLY and not scope.prefix:
                 continue
-            reader = periodic.sens if self._is_sens(card) else _READERS.get(card)
+            reader = self._sens() if card == "sens" else _READERS.get(card)
             if reader is None or (scope.prefix and card not in ("ic", "nodeset")):
                 self._other(card, line, scope)
             else:
                 self._call(reader, line, scope)
         self._context.check_expressions()
 
-    def _is_sens(self, card: str) -> bool:
-        """Return whether ``.sens`` asks for what is computed: that of a periodic steady state."""
-        return card == "sens" and any(
-            c == "pss" and not s.prefix for c, _, s in self._expander.cards
-        )
+    def _sens(self) -> Callable[[Context, Line], None]:
+        """Return what reads ``.sens``: of a periodic steady state, or of an operating point."""
+        orbit = any(c == "pss" and not s.prefix for c, _, s in self._expander.cards)
+        return periodic.sens if orbit else periodic.sens_op
 
     def _call(self, reader: Callable[[Context, Line], None], line: Line, scope: Scope) -> None:
         self._context.here = scope

@@ -73,7 +73,7 @@ def measure(context: Context, line: Line) -> None:
     if analysis not in _ANALYSES:
         at = line.span(*found.span(1))
         if analysis in ("noise", "sp", "tf"):
-            message = f".measure {analysis} is ignored: there is no .{analysis}"
+            message = f".measure {analysis} is ignored: its results stand in the summary"
             context.findings.warning("NS1003", message, at)
             return
         raise Unreadable("NS1080", f".measure: unknown analysis {analysis[:40]}", at,

@@ -9,7 +9,7 @@ from ..lines import Line
 from ..numbers import read_number
 from ..parasitics import PARASITICS
 from ..statement import Item
-from ..template import Template
+from ..template import ParamText, Template
 from .reading import Reader
 from .terminals import Terminals
 
@@ -46,7 +46,7 @@ def passive(reader: Reader, line: Line, items: list[Item]) -> Template:
     terminals.extend_pairs("tc", "tc2")
     what = _WHAT[letter]
     result = terminals.template()
-    found = terminals.next()
+    found, noiseless = terminals.next(), None
     if found is not None:
         number = None
         if found.kind == "word":
@@ -54,7 +54,8 @@ def passive(reader: Reader, line: Line, items: list[Item]) -> Template:
         if number is not None:
             result.value = number
             model = terminals.next_name()  # R1 a b 1k rmod
-            if model and model.text == "noiseless":  # LTspice; there is no noise here
+            if model and model.text == "noiseless":  # LTspice
+                noiseless = line.span(model.start, model.end)
                 model = terminals.next_name()
             if model and _SCALE.fullmatch(model.text):
                 where = line.span(model.start, model.end)
@@ -72,6 +73,8 @@ def passive(reader: Reader, line: Line, items: list[Item]) -> Template:
         else:
             result.value = reader.value(line, found, f"a {what}")
     params = terminals.params(_KNOWN[letter])
+    if noiseless is not None and letter == "r":
+        params["noisy"] = ParamText(0.0, noiseless)
     for rating in _RATINGS[letter]:
         params.pop(rating, None)
     own = params.pop(letter, None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ...errors import suggest
-from ..deck import AcCard, FourCard, LoopCard, PssCard, SensCard
+from ..deck import AcCard, FourCard, LoopCard, NoiseCard, OpCard, PssCard, SensCard, TfCard
 from ..findings import Unreadable
 from ..lines import Line
 from ..statement import Item
@@ -113,6 +113,50 @@ def loop(context: Context, line: Line) -> None:
     context.deck.analyses.append(LoopCard(name, frequencies, line.whole()))
 
 
+def noise(context: Context, line: Line) -> None:
+    """Read ``.noise v(out[,ref]) source dec|oct|lin n from to [points]``."""
+    hint = "write .noise v(out) V1 dec 10 1 1meg: a voltage, a source, and frequencies"
+    items = list(context.tail(line))
+    if len(items) < 2 or items[0].kind != "call" or items[0].text != "v":
+        raise Unreadable("NS1080", ".noise needs a voltage and a source", line.whole(), hint)
+    output = probe(context, items[0], line.span(items[0].start, items[0].end))
+    words = list(flat(items[1:]))
+    source = _source(context, line, ".noise", words, hint)
+    # SPICE's points per summary change no result
+    count = 5 if len(words) == 6 and words[1].text in ("dec", "oct", "lin") else len(words)
+    frequencies = _range(line, ".noise", words[1:count], context)
+    context.deck.analyses.append(NoiseCard(output, source, frequencies, line.whole()))
+
+
+def tf(context: Context, line: Line) -> None:
+    """Read ``.tf output source``: a voltage, or the current of a voltage source."""
+    hint = "write .tf v(out) V1: an output and a source"
+    items = list(context.tail(line))
+    if len(items) != 2 or items[0].kind != "call" or items[0].text not in ("v", "i"):
+        raise Unreadable("NS1080", ".tf needs an output and a source", line.whole(), hint)
+    where = line.span(items[0].start, items[0].end)
+    output = probe(context, items[0], where)
+    if output.startswith("i("):
+        known = next((e for e in context.deck.elements if e.name == output[2:-1]), None)
+        if known is None or known.letter != "v":
+            message = f".tf: the current {output} is not that of a voltage source"
+            raise Unreadable("NS1080", message, where, "put a source of 0 V into its path")
+    source = _source(context, line, ".tf", list(flat(items[1:])), hint)
+    context.deck.analyses.append(TfCard(output, source, line.whole()))
+
+
+def _source(context: Context, line: Line, card: str, words: list[Item], hint: str) -> str:
+    """Return the name of the V or I that the first word is."""
+    if not words or words[0].kind != "word":
+        raise Unreadable("NS1080", f"{card} needs a source", line.whole(), hint)
+    name, where = words[0].text, line.span(words[0].start, words[0].end)
+    names = [e.name for e in context.deck.elements if e.letter in "vi"]
+    if name not in names:
+        message = f"{card}: there is no source {name[:60]}"
+        raise Unreadable("NS1070", message, where, suggest(name, names) or hint)
+    return name
+
+
 def four(context: Context, line: Line) -> None:
     """Read ``.four [f] signal ... [harms=n] [periods=n]``."""
     hint = "write .four 50 v(out) i(L1): the fundamental, which .pss knows, and signals"
@@ -145,7 +189,7 @@ def four(context: Context, line: Line) -> None:
 
 
 def sens(context: Context, line: Line) -> None:
-    """Read ``.sens signal ... [element ...]``: averages of ``.pss`` by R, L, C, V or I."""
+    """Read ``.sens signal ... [element ...]``: averages of ``.pss``, or the operating point."""
     hint = "write .sens v(out) i(L1), and elements if not all of them are meant"
     signals: list[str] = []
     elements: list[str] = []
@@ -161,6 +205,13 @@ def sens(context: Context, line: Line) -> None:
         raise Unreadable("NS1080", ".sens needs voltages or currents", line.whole(), hint)
     card = SensCard(tuple(signals), tuple(elements), line.whole())
     context.deck.sensitivities.append(card)
+
+
+def sens_op(context: Context, line: Line) -> None:
+    """Read a ``.sens`` of a deck without ``.pss``: it is computed with the operating point."""
+    sens(context, line)
+    if not any(isinstance(card, OpCard) for card in context.deck.analyses):
+        context.deck.analyses.append(OpCard(line.whole()))
 
 
 def _range(line: Line, card: str, words: list[Item], context: Context) -> tuple[float, ...]:

@@ -77,7 +77,6 @@ def test_parameters_of_passive_elements() -> None:
     ("line", "value"),
     [
         ("R1 a b 1k tol=1 pwr=0.125", 1e3),
-        ("R1 a b 1k noiseless", 1e3),
         ("C1 a b 1u V=25 Irms=3", 1e-6),
         ("L1 a b 1m Ipk=3 Irms=2", 1e-3),
     ],
@@ -88,6 +87,13 @@ def test_ratings_of_parts_are_no_law(line: str, value: float) -> None:
     assert found.value == value
     assert found.model is None
     assert params(found) == {}
+
+
+def test_a_resistor_without_noise() -> None:
+    found = element("R1 a b 1k noiseless")
+    assert found.value == 1e3
+    assert found.model is None
+    assert params(found) == {"noisy": 0.0}
 
 
 def test_resistor_by_expression() -> None:

@@ -82,7 +82,7 @@ def test_cards_of_the_deck_come_first() -> None:
     assert found.warnings[0].hint == "write it as a card: .tran 1u 9m"
 
 
-@pytest.mark.parametrize("line", [".noise v(out) v1 dec 1 1 1", ".tf v(out) v1", ".sens v(out)"])
+@pytest.mark.parametrize("line", [".pz a b c d cur pol", ".disto dec 1 1 1", ".sp dec 1 1 1"])
 @pytest.mark.parametrize("computed", [".op", ".tran 1u 1m", ".control\nop\n.endc"])
 def test_analyses_beside_computed_ones_are_skipped(line: str, computed: str) -> None:
     found = deck(line, computed)
