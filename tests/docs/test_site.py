@@ -71,3 +71,14 @@ def test_the_site_is_short_enough_to_be_read() -> None:
 
 #: tables of measurements, written by tools
 GENERATED = {"work-precision.md", "ngspice.md", "hard-cases.md"}
+
+
+def test_pictures_of_steady_states_are_drawn() -> None:
+    import steady
+
+    found = steady.pictures(ROOT)
+    for name, content in found.items():
+        assert len(content) > 5_000, name
+        page = ROOT / "docs" / "how-to"
+        shown = f"]({Path(name).name})"
+        assert any(shown in p.read_text("utf-8") for p in page.glob("*.md")), name

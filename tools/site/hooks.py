@@ -18,6 +18,7 @@ import commands
 import equations
 import gallery
 import parameters
+import steady
 
 #: what the extension for formulas leaves: \( inline \) and \[ in a block \]
 _FORMULA = re.compile(
@@ -36,6 +37,7 @@ def on_files(files: Files, config: Any) -> Files:
         "reference/devices.md": parameters.page(),
         **gallery.pages(Path(config.config_file_path).parent / "netlists"),
         **equations.pictures(Path(config.config_file_path).parent),
+        **steady.pictures(Path(config.config_file_path).parent),
     }
     for name, content in pages.items():
         files.append(File.generated(config, name, content=content))
