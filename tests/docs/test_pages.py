@@ -17,7 +17,7 @@ PAGES = [
     *sorted(p for p in (ROOT / "docs").rglob("*.md") if p.parent.name != "dvi"),
 ]
 #: pages that exist in the built site only; `mkdocs build --strict` checks links to them
-GENERATED = ("reference/devices.md", "reference/command-line.md", "gallery/*.md")
+GENERATED = ("reference/devices.md", "reference/command-line.md", "gallery/*.md", "how-to/*.svg")
 #: a block of code: its language, the name of its file if it has a title, its text
 BLOCK = re.compile(
     r'^```(python|console|spice|toml)(?: title="([^"]+)")?\n(.*?)^```',
