@@ -28,13 +28,6 @@ def runs_return(monkeypatch: pytest.MonkeyPatch) -> None:
 #: known regressions, told in docs/reference/known-limits.md: `make soak` runs them until mended
 KNOWN = (
     "test_bridges_with_bleeders.py::test_the_current_of_a_coil_finds_its_end_in_short_steps",
-    "test_certified_seeds.py::test_a_right_run_is_certified[degenerate-40513]",
-    "test_certified_seeds.py::test_a_right_run_is_certified[large-40343]",
-    "test_certified_seeds.py::test_currents_right_after_a_jump_are_no_impulses[large-40101]",
-    "test_certified_seeds.py::test_currents_right_after_a_jump_are_no_impulses[large-40343]",
-    "test_jumps_are_projections.py::test_steps_jump_as_the_exact_engine_does[25-moreau]",
-    "test_jumps_are_projections.py::test_steps_jump_as_the_exact_engine_does[40-",
-    "test_jumps_are_projections.py::test_steps_jump_as_the_exact_engine_does[56-",
     "test_random_converters.py::test_two_engines_agree[14]",
 )
 

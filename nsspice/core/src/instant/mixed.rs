@@ -11,7 +11,7 @@ use crate::structure::{Flow, Hybrid, Law, Network};
 
 /// Signs of a solution are wrong by no more than this part of the largest value: each is a sum of as many terms
 /// as there are branches, of which networks treated here have some thousand.
-const SIGNS: f64 = 4096.0 * f64::EPSILON;
+pub(super) const SIGNS: f64 = 4096.0 * f64::EPSILON;
 
 /// A one-way branch.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +36,12 @@ pub struct Mixed {
     pub slack: Vec<f64>,
     /// potentials of the nodes
     pub potentials: Vec<f64>,
+    /// of voltages
+    pub rounding: f64,
+    /// of currents
+    pub current_rounding: f64,
+    /// what loose branches may drive through others: no current
+    pub loose: f64,
 }
 
 /// What one mode leads to.
@@ -49,7 +55,26 @@ struct Trial {
     hybrid: Hybrid,
 }
 
-/// Solves a network whose branches join all ends of the one-way ones; nothing if no solution was found that obeys
+impl Trial {
+    /// The closed one-way branches on the way between two nodes, and whether it leads through them forward.
+    fn ways_between(
+        &self,
+        [plus, minus]: [usize; 2],
+        laws: usize,
+        closed: &[bool],
+    ) -> Vec<(usize, f64)> {
+        let shut: Vec<usize> = (0..closed.len()).filter(|&k| closed[k]).collect();
+        let basis = &self.hybrid.basis;
+        let path = basis.path(plus, minus).unwrap_or_default().into_iter();
+        let way = |(place, sign): (usize, f64)| {
+            let at = basis.tree[place].checked_sub(laws)?;
+            Some((shut[at], sign))
+        };
+        path.filter_map(way).collect()
+    }
+}
+
+/// Solves a network whose branches, loose ones included, join all nodes; nothing if no solution was found that obeys
 /// all signs.
 pub fn solve(network: &Network, ways: &[OneWay]) -> Option<Mixed> {
     let m = ways.len();
@@ -60,18 +85,38 @@ pub fn solve(network: &Network, ways: &[OneWay]) -> Option<Mixed> {
     // each round ends nearer to the solution than the one before; rounding may undo that
     for _ in 0..3 * m + 1 {
         let Some(next) = worst(ways, &trial, &closed, &passed) else {
-            let Trial { flow, carried, slack, potentials, .. } = trial;
-            return Some(Mixed { flow, closed, carried, slack, potentials });
+            if trial.hybrid.cut_off {
+                return None;
+            }
+            let Trial { flow, carried, slack, potentials, rounding, .. } = trial;
+            let [current_rounding, rounding] = rounding;
+            let is_loose = |at: &usize| matches!(network.laws[*at], Law::Loose(_));
+            let all = (0..network.laws.len()).filter(is_loose);
+            let loose = all.map(|at| flow.current[at].abs()).sum();
+            return Some(Mixed {
+                flow,
+                closed,
+                carried,
+                slack,
+                potentials,
+                rounding,
+                current_rounding,
+                loose,
+            });
         };
-        if !trial.hybrid.moves(ways[next].ends) && ways[next].series == 0.0 {
-            return None; // fixed branches contradict each other
-        }
-        closed[next] = true;
-        trial = attempt(network, ways, &closed)?;
-        if trial.carried[next] <= 0.0 {
-            (closed[next], passed[next]) = (false, true);
+        if trial.hybrid.moves(ways[next].ends) || ways[next].series > 0.0 {
+            closed[next] = true;
             trial = attempt(network, ways, &closed)?;
-            continue;
+            if trial.carried[next] <= 0.0 {
+                (closed[next], passed[next]) = (false, true);
+                trial = attempt(network, ways, &closed)?;
+                continue;
+            }
+        } else {
+            // fixed branches contradict each other unless a closed one opens for it
+            let path = trial.ways_between(ways[next].ends, network.laws.len(), &closed);
+            exchange(next, &path, &mut present, &mut closed)?;
+            trial = attempt(network, ways, &closed)?;
         }
         while let Some((first, part)) = turning(&present, &trial.carried, &closed) {
             for k in 0..m {
@@ -100,6 +145,25 @@ fn worst(ways: &[OneWay], trial: &Trial, closed: &[bool], passed: &[bool]) -> Op
     violated.min_by(|&a, &b| weighted(a).total_cmp(&weighted(b)))
 }
 
+/// Lets a branch take over the current of the closed ones between its ends, until the first of these carries
+/// nothing more and opens; nothing if none of them would.
+fn exchange(
+    next: usize,
+    path: &[(usize, f64)],
+    present: &mut [f64],
+    closed: &mut [bool],
+) -> Option<()> {
+    let along = path.iter().filter(|e| e.1 > 0.0);
+    let (first, _) = *along.min_by(|a, b| present[a.0].total_cmp(&present[b.0]))?;
+    let taken = present[first];
+    for &(way, sign) in path {
+        present[way] = (present[way] - sign * taken).max(0.0);
+    }
+    (present[first], present[next]) = (0.0, taken);
+    (closed[first], closed[next]) = (false, true);
+    Some(())
+}
+
 /// The first closed branch whose current would turn round on the way from the present currents to others, and
 /// after which part of it.
 fn turning(present: &[f64], next: &[f64], closed: &[bool]) -> Option<(usize, f64)> {
@@ -111,12 +175,7 @@ fn turning(present: &[f64], next: &[f64], closed: &[bool]) -> Option<(usize, f64
 /// The network with some branches closed; nothing if its fixed branches contradict each other.
 fn attempt(network: &Network, ways: &[OneWay], closed: &[bool]) -> Option<Trial> {
     let first = network.laws.len();
-    let mut mode = Network {
-        nodes: network.nodes,
-        ends: network.ends.clone(),
-        laws: network.laws.clone(),
-        injected: network.injected.clone(),
-    };
+    let mut mode = network.clone();
     let shut: Vec<usize> = (0..ways.len()).filter(|&k| closed[k]).collect();
     for way in shut.iter().map(|&k| ways[k]) {
         mode.ends.push(way.ends);
@@ -145,7 +204,7 @@ fn attempt(network: &Network, ways: &[OneWay], closed: &[bool]) -> Option<Trial>
     let rounding = sizes.map(|size| SIGNS * size);
     let contradicts = |(law, voltage): (&Law, &f64)| match law {
         Law::Fixed(fixed) => f64::abs(voltage - fixed) > rounding[1],
-        Law::Weighted { .. } => false,
+        Law::Weighted { .. } | Law::Loose(_) => false,
     };
     if !sizes.iter().all(|s| s.is_finite()) || mode.laws.iter().zip(&flow.voltage).any(contradicts)
     {
@@ -167,10 +226,9 @@ mod tests {
     fn capacitors(values: &[(f64, f64)]) -> Network {
         let ground = values.len();
         Network {
-            nodes: ground + 1,
             ends: (0..ground).map(|k| [k, ground]).collect(),
             laws: values.iter().map(|v| Law::Weighted { weight: v.0, offset: v.1 }).collect(),
-            injected: vec![0.0; ground + 1],
+            ..Network::new(ground + 1)
         }
     }
 
@@ -197,12 +255,12 @@ mod tests {
     #[test]
     fn a_series_resistance_limits_the_current() {
         // 1 S to ground, 2 A injected, a diode of 0.5 V and 1 Ohm beside it
-        let network = Network {
-            nodes: 2,
+        let mut network = Network {
             ends: vec![[0, 1]],
             laws: vec![Law::Weighted { weight: 1.0, offset: 0.0 }],
-            injected: vec![2.0, 0.0],
+            ..Network::new(2)
         };
+        network.inject(0, 2.0);
         let way = OneWay { ends: [0, 1], offset: 0.5, series: 1.0 };
         let found = solve(&network, &[way]).unwrap();
         assert!((found.carried[0] - 0.75).abs() < 1e-15);

@@ -1,19 +1,27 @@
 //! Consistent reinitialisation: what charges, fluxes, currents and voltages are right after an instant at which
 //! something may jump.
 //!
-//! Four problems in a row, each one mixed complementarity problem in the coordinates of its own forest:
+//! Problems in a row, each one mixed complementarity problem in the coordinates of its own forest:
 //!
 //! 1. *charges*: capacitors and closed branches alone, `C (v+ - v-)` against the impulses of one-way branches;
-//! 2. *fluxes*: the dual, inductors and open branches;
+//! 2. *fluxes*, the dual: inductors and open branches, `(1/L) (flux+ - flux-)` against the impulses of potentials;
 //! 3. *values*: capacitors are voltage sources, inductors current sources, resistors and one-way branches the rest;
-//! 4. *rates*: `C v'` against the currents, with the one-way branches that neither carry nor block anything yet.
+//! 4. *rates of fluxes*: potentials of parts that only inductors and blocking branches join, where the rates
+//!    `v / L` balance, with the one-way branches that carry nothing yet;
+//! 5. *rates of charges*, the dual: `C v'` against the currents, with the one-way branches that block nothing.
 //!
 //! The first two are apart: by Minty's theorem (Monotone networks, Proc. R. Soc. A 257, 1960) a network of
 //! monotone branches has a solution if voltages and currents are feasible each by themselves.  They are the
 //! projections of Moreau's law of impacts, in the norm of the energy.  No length of a step enters anywhere.
 
+mod draft;
 mod mixed;
+mod rates;
 mod reinitialise;
+mod stored;
+#[cfg(test)]
+mod tests;
+mod values;
 
 pub use mixed::{solve, Mixed, OneWay};
 pub use reinitialise::{Before, Consistent, Reinitialiser};

@@ -171,6 +171,9 @@ impl Scratch {
         model.terms(f, x, terms);
         let largest = |v: &[f64]| v.iter().fold(0.0f64, |a, b| a.max(b.abs()));
         let (current, voltage) = (largest(&x[n..]), largest(&terms[n..]));
+        // what rounding makes of the largest voltage grows with the number of unknowns
+        let network = SIGN.min(4.0 * f64::EPSILON * (n + m) as f64);
+        let part = if scale == Scale::Own { SIGN } else { network };
         let mut changes = 0;
         for i in (0..m).filter(|&i| self.roles[i] == Role::Diode) {
             let flip = if self.active[i] {
@@ -178,13 +181,13 @@ impl Scratch {
                     Scale::Own => self.model.multiplier_terms(i, &self.terms),
                     Scale::Network => current.max(self.model.multiplier_terms(i, &self.terms)),
                 };
-                self.x[n + i] < -SIGN * size
+                self.x[n + i] < -part * size
             } else {
                 let size = match scale {
                     Scale::Own => self.terms[n + i],
                     Scale::Network => voltage,
                 };
-                -self.defect[n + i] < -SIGN * size
+                -self.defect[n + i] < -part * size
             };
             if flip {
                 self.next[i] = !self.active[i];

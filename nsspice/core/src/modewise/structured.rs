@@ -28,11 +28,10 @@ impl Picker {
         let mut charges = vec![0.0; scene.net.n];
         scene.net.charges.apply(a, &mut charges);
         let roles = roles(scene.net.m, scene.switches, gates);
-        let found = reinitialiser.after(Before::Stored(&charges), [&u, &slopes], &roles)?;
+        let found = reinitialiser.after(Before::Stored(&charges), [&u, &slopes], &roles, 0.0)?;
         let mut now = a.to_vec();
         self.leaps.clear();
-        let mut through = found.active.clone();
-        through.iter_mut().zip(&found.through).for_each(|(on, &passed)| *on |= passed);
+        let through = found.through;
         let id = registry.id(&found.active, gates);
         if through != found.active {
             // charges pass pairs that block afterwards

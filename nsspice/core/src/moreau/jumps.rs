@@ -148,6 +148,7 @@ impl Stepper {
     /// quantities; longer ones from there, extrapolated too, give the finite values of currents and
     /// voltages right after the jump.
     pub(super) fn impulse(&mut self, charges: Option<&[f64]>, start: Start) -> Outcome {
+        self.begun = None;
         if self.reinitialise(charges) {
             return Ok(());
         }

@@ -23,7 +23,8 @@ impl Stepper {
         let Some(reinitialiser) = &self.reinitialiser else { return false };
         let slopes = self.source_slopes(self.time);
         let before = charges.map_or(Before::State(&self.z), Before::Stored);
-        let Some(found) = reinitialiser.after(before, [&self.u0, &slopes], &self.roles) else {
+        let sources = [&self.u0[..], &slopes];
+        let Some(found) = reinitialiser.after(before, sources, &self.roles, self.felt) else {
             return false;
         };
         let before = std::mem::replace(&mut self.z, found.z);
@@ -51,6 +52,7 @@ impl Stepper {
         if self.outputs.needs_rates() {
             self.rates.copy_from_slice(&found.rates);
         }
+        self.begun = Some(found.rates);
         if self.witness.jumped() {
             self.u1.copy_from_slice(&self.u0);
             // a state, not a step

@@ -159,6 +159,10 @@ pub struct Stepper {
     pub(super) fixed: Vec<bool>,
     /// jumps by the structure of the network, where it is known
     pub(super) reinitialiser: Option<Box<Reinitialiser>>,
+    /// the largest current so far, where that is looked after [A]
+    pub(super) felt: f64,
+    /// rates of what is stored at the present state, where a jump in closed form has just told them
+    pub(super) begun: Option<Vec<f64>>,
     /// what charges and fluxes are measured by in jumps, and the largest so far of each kind
     pub(super) weights: Vec<f64>,
     pub(super) heaviest: [f64; 2],
@@ -267,6 +271,8 @@ impl Stepper {
             kinks,
             fixed,
             reinitialiser: None,
+            begun: None,
+            felt: 0.0,
             weights,
             conductances,
             heaviest: [0.0; 2],

@@ -83,6 +83,11 @@ impl Basis {
         root(plus) == root(minus)
     }
 
+    /// One node of each part: ground and those that the forest does not join to it.
+    pub fn roots(&self) -> impl Iterator<Item = usize> + '_ {
+        self.order.iter().copied().filter(|&node| self.parent[node].is_none())
+    }
+
     /// Potentials from the voltages of the forest; each root has that of `roots`.
     pub fn potentials(&self, tree: &[f64], roots: &[f64]) -> Vec<f64> {
         let mut out = roots.to_vec();

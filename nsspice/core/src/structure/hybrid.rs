@@ -29,7 +29,16 @@ pub enum Law {
         /// voltage without current
         offset: f64,
     },
+    /// infinitely light: its voltage is this where nothing else decides, and it carries nothing
+    Loose(f64),
 }
+
+/// Weight of a loose branch beside the least one.  Roots of weights span less than half the range of numbers, and the
+/// condition of the equations does not depend on it.
+const LIGHT: f64 = 1e-60;
+/// Injected currents whose sum is no more than this part of their terms cancel: each comes with the rounding of
+/// sums of some thousand terms.
+const CANCELLED: f64 = 4096.0 * f64::EPSILON;
 
 impl Law {
     /// For the order of the forest: fixed branches first.
@@ -37,11 +46,22 @@ impl Law {
         match self {
             Law::Fixed(_) => f64::INFINITY,
             Law::Weighted { weight, .. } => weight,
+            Law::Loose(_) => 0.0,
+        }
+    }
+
+    /// Weight and offset of a branch that is not fixed.
+    fn weighted(self, light: f64) -> Option<(f64, f64)> {
+        match self {
+            Law::Fixed(_) => None,
+            Law::Weighted { weight, offset } => Some((weight, offset)),
+            Law::Loose(offset) => Some((light, offset)),
         }
     }
 }
 
 /// Branches between nodes, the last of which is ground, and what is injected into each node.
+#[derive(Clone)]
 pub struct Network {
     /// number of nodes
     pub nodes: usize,
@@ -51,6 +71,8 @@ pub struct Network {
     pub laws: Vec<Law>,
     /// what is injected into each node
     pub injected: Vec<f64>,
+    /// the sum of the magnitudes that this has been added up from
+    pub terms: Vec<f64>,
 }
 
 /// Voltage and current of each branch.
@@ -90,9 +112,43 @@ pub struct Hybrid {
     right: Vec<f64>,
     /// injected currents through the cut-sets
     cuts: Vec<f64>,
+    /// currents are injected into a part of the network that have no way out of it
+    pub cut_off: bool,
 }
 
 impl Network {
+    /// Nodes without branches, the last of which is ground.
+    pub fn new(nodes: usize) -> Network {
+        let (ends, laws) = (Vec::new(), Vec::new());
+        Network { nodes, ends, laws, injected: vec![0.0; nodes], terms: vec![0.0; nodes] }
+    }
+
+    /// Injects a current into a node.
+    pub fn inject(&mut self, node: usize, current: f64) {
+        self.injected[node] += current;
+        self.terms[node] += current.abs();
+    }
+
+    /// Joins parts that no branch joins to ground, and those that only `ways` join, loosely to it, at the given
+    /// potentials.
+    pub fn hold(&mut self, potentials: &[f64]) {
+        let ground = self.nodes - 1;
+        let parts = Basis::new(self.nodes, &self.ends, 0..self.ends.len());
+        for root in parts.roots().filter(|&root| root != ground).collect::<Vec<_>>() {
+            self.ends.push([root, ground]);
+            self.laws.push(Law::Loose(potentials[root] - potentials[ground]));
+        }
+    }
+
+    /// The weight of loose branches.
+    fn light(&self) -> f64 {
+        let weights = self.laws.iter().filter_map(|law| match law {
+            Law::Weighted { weight, .. } => Some(*weight),
+            _ => None,
+        });
+        LIGHT * weights.fold(1.0, f64::min)
+    }
+
     /// The forest of the heaviest branches; those beyond `laws` come last, in their order.
     fn basis(&self) -> Basis {
         let mut order: Vec<usize> = (0..self.laws.len()).collect();
@@ -108,26 +164,27 @@ impl Network {
     /// and take part in no equation.
     pub fn hybrid(&self) -> Hybrid {
         let basis = self.basis();
-        let count = basis.tree.len();
+        let (light, count) = (self.light(), basis.tree.len());
         let (mut base, mut twig_of, mut twigs) = (vec![0.0; count], vec![None; count], Vec::new());
         let mut place_of = vec![false; self.ends.len()];
         for (place, &edge) in basis.tree.iter().enumerate() {
             place_of[edge] = true;
-            match self.laws[edge] {
-                Law::Fixed(voltage) => base[place] = voltage,
-                Law::Weighted { weight, offset } => {
-                    let root = weight.sqrt();
-                    base[place] = offset;
-                    twig_of[place] = Some((twigs.len(), root));
-                    twigs.push(Twig { place, root });
-                }
+            base[place] = match self.laws[edge] {
+                Law::Fixed(voltage) | Law::Loose(voltage) => voltage,
+                Law::Weighted { offset, .. } => offset,
+            };
+            if let Some((weight, _)) = self.laws[edge].weighted(light) {
+                let root = weight.sqrt();
+                twig_of[place] = Some((twigs.len(), root));
+                twigs.push(Twig { place, root });
             }
         }
-        let cuts = basis.through_cuts(&self.injected);
+        let mut cuts = basis.through_cuts(&self.injected);
+        let cut_off = self.cancel(&basis, &mut cuts);
         let mut right: Vec<f64> = twigs.iter().map(|t| cuts[t.place] / t.root).collect();
         let (mut links, mut g) = (Vec::new(), Vec::new());
         for (edge, law) in self.laws.iter().enumerate().filter(|e| !place_of[e.0]) {
-            let Law::Weighted { weight, offset } = *law else { continue };
+            let Some((weight, offset)) = law.weighted(light) else { continue };
             let [plus, minus] = self.ends[edge];
             let path = basis.path(plus, minus).unwrap_or_default();
             let root = weight.sqrt();
@@ -141,7 +198,25 @@ impl Network {
             right.push(root * mismatch);
             links.push(Link { edge, root, path });
         }
-        Hybrid { basis, twigs, links, twig_of, base, g, right, cuts }
+        Hybrid { basis, twigs, links, twig_of, base, g, right, cuts, cut_off }
+    }
+
+    /// Takes what is injected into loosely joined parts for nothing where it cancels; true if it does not.
+    fn cancel(&self, basis: &Basis, cuts: &mut [f64]) -> bool {
+        let is_loose = |edge: usize| matches!(self.laws[edge], Law::Loose(_));
+        if !basis.tree.iter().any(|&edge| is_loose(edge)) {
+            return false;
+        }
+        let sizes = basis.through_cuts(&self.terms);
+        let mut cut_off = false;
+        for ((cut, size), &edge) in cuts.iter_mut().zip(sizes).zip(&basis.tree) {
+            if is_loose(edge) {
+                let nothing = cut.abs() <= CANCELLED * size.abs();
+                *cut = if nothing { 0.0 } else { *cut };
+                cut_off |= !nothing;
+            }
+        }
+        cut_off
     }
 
     /// Voltages and currents.  Fixed branches that close loops of fixed ones carry nothing; nothing if the

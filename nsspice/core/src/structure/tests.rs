@@ -32,7 +32,7 @@ fn network(rng: &mut Rng) -> Network {
             add(rng, a, b);
         }
     }
-    Network { nodes: n + 1, ends, laws, injected: vec![0.0; n + 1] }
+    Network { ends, laws, ..Network::new(n + 1) }
 }
 
 fn exact(v: f64) -> BigRational {

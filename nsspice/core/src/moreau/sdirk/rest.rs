@@ -157,7 +157,8 @@ impl Sdirk {
         self.rests = (s.time, rounds + 1);
         turned.iter().for_each(|&k| s.throw(k));
         self.restart(s);
-        self.tableau = self.method.next(false);
+        let known = self.knows_rates(s);
+        self.tableau = self.method.next(known);
         self.begin_step(s, false);
         true
     }

@@ -54,9 +54,26 @@ impl Sdirk {
         near && length < 0.5 * remaining
     }
 
+    /// The next step does not continue another one.
+    pub(super) fn begin_anew(&mut self, s: &mut Stepper) {
+        let known = self.knows_rates(s);
+        self.tableau = self.method.next(known);
+        self.begin_step(s, false);
+        self.begin_at_rest(s);
+    }
+
+    /// Whether the rates of what is stored are known at the begin of a step although it does not continue another
+    /// one: the structure of the network has told them.
+    pub(super) fn knows_rates(&mut self, s: &mut Stepper) -> bool {
+        let rates = s.begun.take().filter(|_| self.method.continues());
+        rates.iter().for_each(|rates| self.trial.begin_rates(rates));
+        rates.is_some()
+    }
+
     /// Finds the mode from here on; charges and fluxes may jump.
     pub(super) fn restart(&mut self, s: &mut Stepper) {
         s.throw_by_sources();
+        (s.begun, s.felt) = (None, self.scales.largest[1]);
         // a failure is left to the next step, which can be certified
         let _ = s.impulse_or_leave();
         let (z, l) = (s.z.clone(), s.l.clone());

@@ -227,8 +227,7 @@ impl Sdirk {
             s.still.fill(false);
             s.log_events(); // what the start has found is no event
             s.events.clear();
-            self.begin_step(s, false);
-            self.begin_at_rest(s);
+            self.begin_anew(s);
         }
         while rows < capacity {
             let row = &mut out[rows * columns..(rows + 1) * columns];
@@ -574,6 +573,7 @@ impl Sdirk {
             self.points.note_left(s);
             evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
             let before = s.active.clone();
+            s.begun = None;
             if event {
                 turned.extend(self.reach(s, accepted.theta));
             }
@@ -588,10 +588,11 @@ impl Sdirk {
         if s.smooth.is_some() {
             self.trial.leave(self.tableau, accepted.theta, plain && !calm);
         }
-        self.tableau = self.method.next(plain);
-        self.begin_step(s, plain);
-        if !plain {
-            self.begin_at_rest(s);
+        if plain {
+            self.tableau = self.method.next(true);
+            self.begin_step(s, true);
+        } else {
+            self.begin_anew(s);
         }
     }
 }

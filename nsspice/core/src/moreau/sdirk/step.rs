@@ -458,6 +458,11 @@ impl Trial {
         self.rates[0].copy_from_slice(&self.slope);
     }
 
+    /// The next step begins with these rates.
+    pub fn begin_rates(&mut self, rates: &[f64]) {
+        self.rates[0][..self.n].copy_from_slice(rates);
+    }
+
     /// The end of the step as a point.
     pub fn take_end(&mut self, tableau: &Tableau) {
         let last = tableau.stages() - 1;

@@ -1,0 +1,51 @@
+//! A network under construction.
+
+use super::mixed::{solve, Mixed, OneWay};
+use crate::structure::{Branch, Law, Network};
+use std::ops::Range;
+
+/// Branches by their laws.
+pub struct Draft {
+    network: Network,
+}
+
+impl Draft {
+    /// No branches between so many nodes, the last of which is ground.
+    pub fn new(nodes: usize) -> Draft {
+        Draft { network: Network::new(nodes) }
+    }
+
+    /// Adds branches and returns the range that they take.
+    pub fn add(
+        &mut self,
+        branches: &[Branch],
+        law: impl Fn(usize, &Branch) -> Law,
+    ) -> Range<usize> {
+        let first = self.network.laws.len();
+        for (k, branch) in branches.iter().enumerate() {
+            self.network.ends.push(branch.ends);
+            self.network.laws.push(law(k, branch));
+        }
+        first..self.network.laws.len()
+    }
+
+    /// Lets a current leave the positive end of a branch and enter the negative one.
+    pub fn carry(&mut self, branch: &Branch, current: f64) {
+        self.network.inject(branch.ends[0], -current);
+        self.network.inject(branch.ends[1], current);
+    }
+
+    /// Injects the values of a list of all unknowns into the nodes.
+    pub fn inject(&mut self, list: &[f64], unknowns: &[usize]) {
+        for (node, &unknown) in unknowns.iter().enumerate() {
+            self.network.inject(node, list[unknown]);
+        }
+    }
+
+    /// Solves it with one-way branches; parts without a connection stay at these potentials where nothing moves
+    /// them.  Nothing if there is no solution.
+    pub fn solve(mut self, ways: &[OneWay], potentials: &[f64]) -> Option<Mixed> {
+        self.network.hold(potentials);
+        solve(&self.network, ways)
+    }
+}

@@ -1,0 +1,189 @@
+//! Instants of small networks beside what they are by hand.
+
+use super::{Before, Consistent, Reinitialiser};
+use crate::descriptor::Linear;
+use crate::mlcp::Role;
+use crate::sparse::Csc;
+
+/// A network in the making: nodes first, then branches; ends of `None` are ground.
+#[derive(Default)]
+struct Build {
+    kinds: Vec<u8>,
+    e: Vec<(usize, usize, f64)>,
+    g: Vec<(usize, usize, f64)>,
+    a: Vec<(usize, usize, f64)>,
+    s: Vec<(usize, usize, f64)>,
+    offsets: Vec<f64>,
+    capacitors: Vec<(isize, isize, f64)>,
+    resistors: Vec<(isize, isize, f64)>,
+    u: Vec<f64>,
+}
+
+type End = Option<usize>;
+
+impl Build {
+    fn new(nodes: usize) -> Build {
+        Build { kinds: vec![0; nodes], ..Build::default() }
+    }
+
+    fn between(
+        entries: &mut Vec<(usize, usize, f64)>,
+        ends: [End; 2],
+        value: f64,
+    ) -> (isize, isize, f64) {
+        for (k, a) in ends.iter().enumerate() {
+            for (l, b) in ends.iter().enumerate() {
+                if let (Some(a), Some(b)) = (a, b) {
+                    entries.push((*a, *b, if k == l { value } else { -value }));
+                }
+            }
+        }
+        let [a, b] = ends.map(|end| end.map_or(-1, |node| node as isize));
+        (a, b, value)
+    }
+
+    fn capacitor(mut self, a: End, b: End, value: f64) -> Build {
+        let one = Build::between(&mut self.e, [a, b], value);
+        self.capacitors.push(one);
+        self
+    }
+
+    fn resistor(mut self, a: End, b: End, ohms: f64) -> Build {
+        let one = Build::between(&mut self.g, [a, b], 1.0 / ohms);
+        self.resistors.push(one);
+        self
+    }
+
+    fn branch(&mut self, ends: [End; 2]) -> usize {
+        let row = self.kinds.len();
+        self.kinds.push(1);
+        for (end, sign) in ends.into_iter().zip([1.0, -1.0]) {
+            if let Some(node) = end {
+                self.g.extend([(node, row, sign), (row, node, -sign)]);
+            }
+        }
+        row
+    }
+
+    fn inductor(mut self, a: End, b: End, value: f64) -> Build {
+        let row = self.branch([a, b]);
+        self.e.push((row, row, value));
+        self
+    }
+
+    fn voltage(mut self, a: End, b: End, volts: f64) -> Build {
+        let row = self.branch([a, b]);
+        self.s.push((row, self.u.len(), -1.0));
+        self.u.push(volts);
+        self
+    }
+
+    /// A current into a node.
+    fn current(mut self, node: usize, amperes: f64) -> Build {
+        self.s.push((node, self.u.len(), 1.0));
+        self.u.push(amperes);
+        self
+    }
+
+    fn diode(mut self, a: End, b: End) -> Build {
+        let pair = self.offsets.len();
+        for (end, sign) in [a, b].into_iter().zip([1.0, -1.0]) {
+            self.a.extend(end.map(|node| (node, pair, sign)));
+        }
+        self.offsets.push(0.0);
+        self
+    }
+
+    /// The state right after an instant with these unknowns before it.
+    fn after(self, before: &[f64]) -> Option<Consistent> {
+        let (n, m) = (self.kinds.len(), self.offsets.len());
+        assert_eq!(before.len(), n);
+        let a = Csc::from_triplets(n, m, &self.a);
+        let linear = Linear {
+            e: Csc::from_triplets(n, n, &self.e),
+            g: Csc::from_triplets(n, n, &self.g),
+            b: a.transpose(),
+            a,
+            d: Csc::from_triplets(m, m, &[]),
+            q: self.offsets,
+            s: Csc::from_triplets(n, self.u.len(), &self.s),
+            row_kind: self.kinds,
+        };
+        let known = Reinitialiser::new(&linear, &self.capacitors, &self.resistors).unwrap();
+        let slopes = vec![0.0; self.u.len()];
+        known.after(Before::State(before), [&self.u, &slopes], &vec![Role::Diode; m], 0.0)
+    }
+}
+
+fn near(found: f64, expected: f64) {
+    assert!((found - expected).abs() <= 1e-13 * expected.abs().max(1e-3), "{found} {expected}");
+}
+
+#[test]
+fn inductors_in_series_share_their_flux() {
+    // 2 H with 3 A and 1 H without current: (6 + 0) / 3 H
+    let build = Build::new(1).inductor(None, Some(0), 2.0).inductor(Some(0), None, 1.0);
+    let found = build.after(&[0.0, 3.0, 0.0]).unwrap();
+    near(found.z[1], 2.0);
+    near(found.z[2], 2.0);
+    // 2 H (2 - 3) A = -(impulse)
+    near(found.impulses[0][0], 2.0);
+}
+
+#[test]
+fn a_diode_ends_the_current_against_it() {
+    let build = || Build::new(2).voltage(Some(0), None, 5.0).inductor(Some(0), Some(1), 1e-3);
+    // node, node, source, inductor
+    let found = build().diode(None, Some(1)).after(&[5.0, 0.0, 0.0, 2.0]).unwrap();
+    near(found.z[3], 0.0);
+    // 5 V would drive a current against it: it blocks, and the inductor has no voltage
+    near(found.z[1], 5.0);
+    assert!(!found.active[0] && !found.through[0]);
+    near(found.impulses[0][1], 2e-3);
+    let found = build().diode(Some(1), None).after(&[5.0, 0.0, 0.0, 2.0]).unwrap();
+    near(found.z[3], 2.0);
+    near(found.l[0], 2.0);
+    near(found.z[2], -2.0);
+    near(found.rates[3], 5e3);
+    assert!(found.active[0]);
+}
+
+#[test]
+fn a_current_from_rest_begins_by_its_rate() {
+    // a diode that carries nothing yet: 5 V across 1 mH opens its way
+    let build = Build::new(2).voltage(Some(0), None, 5.0).inductor(Some(0), Some(1), 1e-3);
+    let found = build.diode(Some(1), None).after(&[5.0, 5.0, 0.0, 0.0]).unwrap();
+    near(found.z[1], 0.0);
+    near(found.rates[3], 5e3);
+    assert!(found.active[0]);
+}
+
+#[test]
+fn charges_pass_nodes_that_store_nothing() {
+    // 3 V on 1 F, two diodes in a row, 2 F
+    let build = Build::new(3).capacitor(Some(0), None, 1.0).capacitor(Some(2), None, 2.0);
+    let found = build.diode(Some(0), Some(1)).diode(Some(1), Some(2)).after(&[3.0, 0.0, 0.0]);
+    let found = found.unwrap();
+    (0..3).for_each(|node| near(found.z[node], 1.0));
+    near(found.impulses[1][0], 2.0);
+    near(found.impulses[1][1], 2.0);
+    assert_eq!(found.through, [true, true]);
+}
+
+#[test]
+fn currents_pass_islands_of_diodes() {
+    // 1 A into a node that only diodes leave: through the one towards the lower potential
+    let build = Build::new(3).capacitor(Some(1), None, 1.0).capacitor(Some(2), None, 1.0);
+    let build = build.current(0, 1.0).diode(Some(0), Some(1)).diode(Some(0), Some(2));
+    let found = build.after(&[0.0, 4.0, -1.0]).unwrap();
+    near(found.z[0], -1.0);
+    assert_eq!(found.active, [false, true]);
+    near(found.rates[2], 1.0);
+    near(found.rates[1], 0.0);
+}
+
+#[test]
+fn a_current_without_a_way_is_refused() {
+    let build = Build::new(2).resistor(Some(1), None, 1.0).current(0, -1.0);
+    assert!(build.diode(Some(0), Some(1)).after(&[0.0, 0.0]).is_none());
+}
