@@ -43,9 +43,9 @@ class Level1(SmoothMosfet):
     INSTANCE = Table(MULTIPLE, *_SIZES, *TEMPERATURES, *INITIAL)
     CURRENTS = (("channel", "D", "S"), ("bd", "b", "D"), ("bs", "b", "S"))
     CHARGES = (
-        ("gate-source charge", "g", "S"),
-        ("gate-drain charge", "g", "D"),
-        ("gate-body charge", "g", "b"),
+        ("gate-source charge", "G", "S"),
+        ("gate-drain charge", "G", "D"),
+        ("gate-body charge", "G", "b"),
         ("drain charge", "b", "D"),
         ("source charge", "b", "S"),
     )
@@ -64,7 +64,7 @@ class Level1(SmoothMosfet):
         if self.body != self.corners[2]:
             self.terminals = ("d", "g", "s", "b")
         p = self.parameters(Conditions())
-        stored = ("cd", "cdsw", "cs", "cssw", "cgs", "cgd", "cgb", "oxide")
+        stored = ("tt", "cd", "cdsw", "cs", "cssw", "cgs", "cgd", "cgb", "oxide")
         self.stores_energy = any(p[key] for key in stored)
         self.effects = (
             Effect(f"square law {'NMOS' if n else 'PMOS'}"),
@@ -109,7 +109,7 @@ class Level1(SmoothMosfet):
     def resistances(self, conditions: Conditions) -> dict[str, float]:
         """Return the resistance [Ohm] in series with each terminal that has one."""
         p = self.parameters(conditions)
-        return {end: p[f"r{end}"] for end in ("d", "s") if p[f"r{end}"]}
+        return {end: p[f"r{end}"] for end in ("d", "g", "s") if p[f"r{end}"]}
 
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
         """Return channel, body junctions and charges of the gate."""
@@ -127,10 +127,11 @@ class Level1(SmoothMosfet):
         p = self.parameters(stamper.layout.conditions)
         charged = bool(p["oxide"])
         held = {end: charged or bool(p[f"c{end}"] or p[f"cg{end}"]) for end in ("d", "s")}
+        held["g"] = charged or bool(p["cgs"] or p["cgd"] or p["cgb"])
         self._stamp_resistances(stamper, held)
         nodes = self._inside(stamper.layout.conditions)
         voltages = {
-            key: self._across(stamper, nodes, key[0], end)
+            key: self._across(stamper, nodes, "G" if key[0] == "g" else "b", end)
             for key, end in (("gs", "S"), ("gd", "D"), ("bs", "S"), ("bd", "D"), ("gb", "b"))
         }
         voltages["ds"] = self._across(stamper, nodes, "D", "S")
@@ -146,6 +147,9 @@ class Level1(SmoothMosfet):
                 **law.charges(apart),
             },
         )
+
+        if self._shunt:
+            stamper.conductance(nodes["d"], nodes["s"], self._shunt)
 
     def initial_charges(self, layout: Layout, voltage: Voltage) -> list[tuple[int, float]]:
         """Return the charges from which a run with ``uic`` starts; ``ic=`` goes first."""

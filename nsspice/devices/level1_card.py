@@ -25,6 +25,10 @@ CARD = Table(
     Parameter("rd", "drain resistance", "Ohm"),
     Parameter("rs", "source resistance", "Ohm"),
     Parameter("rsh", "resistance of a square of drain and source", "Ohm"),
+    Parameter("rg", "gate resistance", "Ohm"),
+    Parameter("rds", "resistance from drain to source", "Ohm"),
+    Parameter("n", "emission coefficient of the body junctions", "", 1.0),
+    Parameter("tt", "transit time of the body junctions", "s"),
     Parameter("is", "saturation current of the body junctions", "A", 1e-14),
     Parameter("js", "saturation current of the body junctions by area", "A/m2"),
     Parameter("cbd", "body-drain capacitance at 0 V", "F"),
@@ -49,12 +53,8 @@ CARD = Table(
     Parameter("tnom", "temperature at which parameters are given", "C", aliases=("tref",)),
     Parameter("t_abs", "temperature of its transistors", "C"),
     Parameter("switch", "read the card as that of a switch"),
-    refused("rg", "gate resistance", _RESISTOR, "Ohm"),
     refused("rb", "body resistance", _RESISTOR, "Ohm"),
-    refused("rds", "shunt resistance", _RESISTOR, "Ohm", neutral=(math.inf,)),
     refused("wd", "lateral diffusion of the width", "give the effective width, W=", "m"),
-    refused("tt", "transit time of the body junctions", "put a diode with TT there", "s"),
-    refused("n", "emission coefficient of the body junctions", "leave it out", neutral=(1.0,)),
     inert("kf", "flicker noise"),
     inert("af", "flicker noise"),
     inert("nlev", "noise equation"),
@@ -77,6 +77,8 @@ EFFECTS = (
     ("rd", "drain resistance", "Ohm"),
     ("rs", "source resistance", "Ohm"),
     ("rsh", "sheet resistance", "Ohm"),
+    ("rg", "gate resistance", "Ohm"),
+    ("rds", "drain-source resistance", "Ohm"),
     ("is", "body junctions", "A"),
     ("js", "body junctions by area", "A/m2"),
     ("cbd", "body-drain charge", "F"),
@@ -86,6 +88,7 @@ EFFECTS = (
     ("cgso", "gate-source overlap", "F/m"),
     ("cgdo", "gate-drain overlap", "F/m"),
     ("cgbo", "gate-body overlap", "F/m"),
+    ("tt", "body transit", "s"),
     ("tox", "channel charge", "m"),
     ("tnom", "nominal temperature", "C"),
     ("t_abs", "own temperature", "C"),
@@ -93,9 +96,9 @@ EFFECTS = (
 #: zero means "no such effect"
 NEUTRAL_ZERO = frozenset(
     {"gamma", "lambda", "rd", "rs", "rsh", "is", "js", "cbd", "cbs", "cj", "cjsw"}
-    | {"cgso", "cgdo", "cgbo", "tox"}
+    | {"cgso", "cgdo", "cgbo", "tox", "rg", "tt"}
 )
-_POSITIVE = frozenset(["kp", "phi", "pb", "u0", "nsub", "l", "w"])
+_POSITIVE = frozenset(["n", "rds", "kp", "phi", "pb", "u0", "nsub", "l", "w"])
 _SIGNED = frozenset(["level", "vto", "tpg", "tnom", "t_abs", "ld", "switch", "nss"])
 
 
@@ -131,6 +134,8 @@ def check_card(model: Model, findings: Findings) -> dict[str, float] | None:
     for key in ("nsub", "u0"):
         if key in given and not given.get("tox"):
             findings.warning("NS2052", f"{owner}: {key} has no effect without tox", model.span)
+    if math.isinf(given.get("rds", 0.0)):
+        del given["rds"]
     for key in ("mj", "mjsw"):
         limited(given, key, STEEPEST, model, findings)
     return given if len(findings.errors) == before else None

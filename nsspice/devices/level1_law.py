@@ -78,16 +78,20 @@ class Level1Law(Generic[R]):
         current = self.p[f"is{end}"]
         if not current:
             return None
-        return self.tape.op("junction", self.v[f"b{end}"], constants=(current, self.p["vt"]))
+        return self.tape.op("junction", self.v[f"b{end}"], constants=(current, self.p["unit"]))
 
     def junction_charge(self, end: str) -> R | None:
         """Return the charge from the body to drain or source, None without one."""
         p = self.p
-        return self._sum(
+        parts = [
             self.tape.op("depletion", self.v[f"b{end}"], constants=(c, p["vj"], m, p["fc"]))
             for c, m in ((p[f"c{end}"], p["mj"]), (p[f"c{end}sw"], p["mjsw"]))
             if c
-        )
+        ]
+        current = self.junction(end) if p["tt"] else None
+        if current is not None:
+            parts.append(self._times(p["tt"], current))
+        return self._sum(parts)
 
     def charges(self, apart: bool) -> dict[str, R | None]:
         """Return the charges by name; the body has none to the source unless it is ``apart``."""

@@ -102,6 +102,7 @@ def at_temperature(
         + 0.5 * sign * (gap(nominal) - gap(actual)) + 0.5 * (p["phi"] - phi)
     )  # fmt: skip
     p["vt"] = thermal_voltage(actual)
+    p["unit"] = p["n"] * p["vt"]
     growth = math.exp(gap(nominal) / thermal_voltage(nominal) - gap(actual) / p["vt"])
     dense = p["js"] and size["ad"] and size["as"]
     for end in ("d", "s"):

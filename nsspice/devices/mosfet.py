@@ -25,7 +25,10 @@ SWITCHED = ("ideal", "ron", "roff", "vh", "body")
 VDMOS_TYPES = ("vdmos", "vdmosn", "vdmosp")
 _TYPES = ("nmos", "pmos", *VDMOS_TYPES)
 #: what users of other models are told
-_OTHER = "LEVEL=1, VDMOS and the switch are simulated: add the word switch to the card"
+_OTHER = (
+    "LEVEL=1, VDMOS and the switch are simulated, and LEVEL=2 and 3 with GAMMA, DELTA, ETA, THETA, "
+    "KAPPA, VMAX, NFS of zero; as a switch: add the word switch to the card"
+)
 
 MULTIPLE = Parameter("m", "number of equal transistors in parallel", "", 1.0)
 TEMPERATURES = (
@@ -138,6 +141,22 @@ def _is_switch(model: Model, context: Context) -> bool:
     return context.mosfet_switch and not own
 
 
+def _is_square_law(model: Model, level: object) -> bool:
+    """Return whether the effects that LEVEL 2 and 3 have beyond LEVEL 1 are written as zero.
+
+    So do the power transistors of PSpice's libraries; KAPPA of LEVEL 3 is not zero unless it is
+    written, and a doping brings other effects.
+    """
+    beyond = ("gamma", "delta", "eta", "theta", "vmax", "nfs", "uexp", "utra", "nsub")
+    kappa = model.params.get("kappa")
+    modulated = level == 3.0 and (kappa is None or kappa.value != 0.0)
+    return (
+        level in (2.0, 3.0)
+        and not modulated
+        and not any(key in model.params and model.params[key].value != 0.0 for key in beyond)
+    )
+
+
 def _law_of(model: Model, context: Context) -> type[Mosfet] | None:
     """Return the kind of transistor that a card asks for, or None after reporting why not."""
     from .level1 import Level1
@@ -149,7 +168,7 @@ def _law_of(model: Model, context: Context) -> type[Mosfet] | None:
         return MosfetSwitch
     given = model.params.get("level")
     level = 1.0 if given is None else given.value
-    if not power and level == 1.0:
+    if not power and (level == 1.0 or _is_square_law(model, level)):
         return Level1
     if power:
         return Vdmos

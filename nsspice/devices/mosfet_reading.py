@@ -102,7 +102,7 @@ def _laws(smooth: Vdmos | Level1, level: float) -> tuple[SwitchLaw | None, Diode
     else:
         current = Level1Law(NumberTape(), p, v).channel()
         threshold = p["vbi"] + p["gamma"] * math.sqrt(p["phi"])
-        emission, saturation = 1.0, p["isd"]
+        emission, saturation = p["n"], p["isd"]
     if not level > threshold:
         return None, None
     ron = p["rd"] + p["rs"] + _SMALL / current

@@ -44,6 +44,11 @@ class SmoothMosfet(Mosfet):
         """Return the resistance [Ohm] in series with each terminal that has one."""
         raise NotImplementedError
 
+    @property
+    def _shunt(self) -> float:
+        """Conductance from drain to source [S]."""
+        return self.parallel / self.card["rds"] if "rds" in self.card else 0.0
+
     def _inside(self, conditions: Conditions) -> dict[str, str]:
         """Return the nodes of all terminals, and those behind their resistances."""
         d, g, s = self.corners
@@ -94,7 +99,9 @@ class SmoothMosfet(Mosfet):
         resistances = self.resistances(layout.conditions)
 
         def label(end: str) -> str:
-            """Return the terminal of an inner node without a resistance before it."""
+            """Return the terminal of an inner node without a resistance, and of a tied body."""
+            if end == "b" and "b" not in self.terminals:
+                return "s"
             return end if end.lower() in resistances or end == end.lower() else end.lower()
 
         for flows, key in ((self.CURRENTS, "f"), (self.CHARGES, "df")):
@@ -104,6 +111,9 @@ class SmoothMosfet(Mosfet):
                     term = ((number, sign * self.parallel),)
                     current = Functional(f=term) if key == "f" else Functional(df=term)
                     yield Flow(current, label(a), label(k))
+        if self._shunt:
+            d, _, s = self.corners
+            yield Flow(Functional(z=layout.voltage(d, s, self._shunt)), "d", "s")
         nodes = self._inside(layout.conditions)
         for terminal, ohms in resistances.items():
             inner = nodes[terminal.upper()]

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from ..problems.descriptor import Functional
 from .device import NO_VALUES, Context, Edge
 from .effect import Effect
 from .leg import JunctionBody, Voltage
@@ -96,11 +95,6 @@ class Vdmos(SmoothMosfet):
         d, _, s = self.corners
         return (s, d) if self.n else (d, s)
 
-    @property
-    def _shunt(self) -> float:
-        """Conductance from drain to source [S]."""
-        return self.parallel / self.card["rds"] if "rds" in self.card else 0.0
-
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
         """Return channel, body diode and charges of the gate."""
         d, g, s = self.corners
@@ -127,14 +121,11 @@ class Vdmos(SmoothMosfet):
             stamper.conductance(nodes["d"], nodes["s"], self._shunt)
 
     def flows(self, layout: Layout) -> Iterator[Flow]:
-        """Yield the currents inside, that of the body diode and that beside it."""
+        """Yield the currents inside, and that of the body diode."""
         yield from super().flows(layout)
         begin, end = ("s", "d") if self.n else ("d", "s")
         current = self.diode.current(layout, f"{self.name}.diode", *self._diode_ends)
         yield Flow(current, begin, end)
-        if self._shunt:
-            d, _, s = self.corners
-            yield Flow(Functional(z=layout.voltage(d, s, self._shunt)), "d", "s")
 
     def initial_charges(self, layout: Layout, voltage: Voltage) -> list[tuple[int, float]]:
         """Return the charges from which a run with ``uic`` starts; ``ic=`` goes first."""

@@ -173,6 +173,51 @@ M1 d g s b N W=10u L=1u
     assert -parts[2] == pytest.approx(parts[4] / 100, rel=1e-9)
 
 
+def test_currents_of_a_tied_body_are_those_of_the_source():
+    text = """I1 0 s 1
+Vd d 0 0
+Vg g 0 0
+M1 d g s s N W=10m L=1u
+.model N NMOS(VTO=1 KP=100u RD=10m RS=20m IS=1p RDS=1k TT=1n)"""
+    d, s, g = point(text, "i(m1)", "i(m1.s)", "i(m1.g)")
+    assert s == pytest.approx(1.0, rel=1e-9)
+    assert d + s + g == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("level", [2, 3])
+def test_cards_whose_other_effects_are_zero_are_square_laws(level: int):
+    """The power MOSFETs of PSpice's libraries."""
+    text = f"""t
+M1 d g 0 0 MX
+Vd d 0 0
+Vg g 0 0
+.model MX NMOS(LEVEL={level} GAMMA=0 DELTA=0 ETA=0 THETA=0 KAPPA=0 VMAX=0 XJ=0 TOX=100n UO=600
++ PHI=.6 RS=1.624m KP=20.53u W=.3 L=2u VTO=2.831 RD=1.031m CBD=3.229n PB=.8 CGSO=9n IS=194E-18)
+.dc Vd -0.5 10 1 Vg 0 10 2
+"""
+    circuit = nsspice.read(text)
+    (solution,) = circuit.run()
+    theirs = np.ravel(ngspice_run(circuit, signals=["i(vd)"])["i(vd)"])
+    assert np.abs(np.ravel(solution["i(vd)"]) - theirs).max() <= 1e-6 * np.abs(theirs).max()
+
+
+def test_gate_resistance_and_transit_time():
+    """At the gate Rg in series with the overlap; beside the junction's conductance TT times it."""
+    text = """t
+Vg g 0 DC 0 AC 1
+Vb b 0 DC 0.6 AC 1
+M1 0 g 0 b N W=1m L=1u
+.model N NMOS(VTO=1 CGSO=1n CGDO=1n RG=1k IS=1f TT=1u)
+.ac lin 1 1meg 1meg
+"""
+    (solution,) = nsspice.read(text).run()
+    w = 2e6 * math.pi
+    assert -solution["i(vg)"][0] == pytest.approx(1 / (1e3 + 1 / (1j * w * 2e-12)), rel=1e-6)
+    vt = 8.617333262e-5 * 300.15
+    g = 2 * 1e-15 / vt * math.exp(0.6 / vt)
+    assert -solution["i(vb)"][0] == pytest.approx(g * (1 + 1j * w * 1e-6), rel=1e-6)
+
+
 def test_initial_voltages_and_default_sizes():
     text = """t
 M1 d g 0 0 N ic=2,3
@@ -201,7 +246,7 @@ Vg g 0 3
         ("M1 d g 0 0 N", "NMOS(TOX=20n NSUB=1)", "NS2005"),
         ("M1 d g 0 0 N", "NMOS(TPG=2)", "NS2005"),
         ("M1 d g 0 0 N", "NMOS(VTOO=1)", "NS2003"),
-        ("M1 d g 0 0 N", "NMOS(RG=1)", "NS2008"),
+        ("M1 d g 0 0 N", "NMOS(RB=1)", "NS2008"),
         ("M1 d g 0 0 N W=0", "NMOS", "NS2005"),
         ("M1 d g 0 0 N L=1u", "NMOS(LD=1u)", "NS2005"),
         ("M1 d g 0 0 N m=-1", "NMOS", "NS2005"),
