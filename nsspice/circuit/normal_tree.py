@@ -77,7 +77,7 @@ def branches_of(mna: MnaSystem) -> list[Branch]:
     result: list[Branch] = []
     for device in mna.devices:
         pairs = iter(layout.pairs.get(device.name, ()))
-        for edge in (*device.edges(layout.conditions.values), *device.inner_edges()):
+        for edge in device.branches(layout.conditions.values):
             index = -1
             if edge.kind == "P":
                 index = next(pairs)

@@ -188,6 +188,10 @@ class Device(Carrier):
         """Return the branches at nodes inside the element, which no other one sees."""
         return ()
 
+    def branches(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
+        """Return all branches, one for each pair, nodes inside the element included."""
+        return (*self.edges(values), *self.inner_edges())
+
     def allocate(self, stamper: Stamper) -> None:
         """Reserve unknowns and pairs; only for laws that stamp late."""
 

@@ -152,10 +152,21 @@ class Igbt(Device):
         """Ends of the transistor in the direction of its current."""
         return self.ends if self.n else (self.ends[1], self.ends[0])
 
+    @property
+    def _inner(self) -> str:
+        """Name of the node between drop and channel."""
+        return f"{self.name}#channel"
+
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
         """Return the branches of the transistor and of its diode."""
         kinds = () if self.leg is None else self.leg.body.kinds
         return (Edge("P", *self.ends), *(Edge(kind, *self.ends) for kind in kinds))
+
+    def branches(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
+        """Return drop and channel in series, and the diode."""
+        (_, *diode) = self.edges(values)
+        a, k = self._forward
+        return (Edge("P", a, self._inner), Edge("P", self._inner, k), *diode)
 
     def allocate(self, stamper: Stamper) -> None:
         """Reserve the current of a diode with a drop."""
@@ -166,7 +177,7 @@ class Igbt(Device):
         """Write drop, switch and diode."""
         layout, name = stamper.layout, self.name
         a, k = self._forward
-        inner = stamper.internal_node(f"{name}#channel", name)
+        inner = stamper.internal_node(self._inner, name)
         self.drop.stamp(stamper, f"{name}.drop", name, a, inner)
         pair = stamper.pair(name, name, inner, k, 0.0, 0.0)
         g, e = self.controls if self.n else self.controls[::-1]

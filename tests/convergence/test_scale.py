@@ -26,7 +26,10 @@ def test_each_of_a_thousand_islands_equals_the_only_one():
     signals = ["v(p0,m0)", "i(v0)"]
     alone = run(separate_bridges(1), 60, signals=signals)
     many = run(
-        separate_bridges(1000), 60, signals=[*signals, "v(p517,m517)", "v(p999,m999)", "i(v999)"]
+        separate_bridges(1000),
+        60,
+        signals=[*signals, "v(p517,m517)", "v(p999,m999)", "i(v999)"],
+        everything=True,
     )
     assert alone["v(p0,m0)"].max() > 1.0
     for name in many.columns:
