@@ -33,26 +33,35 @@ impl Locator<'_> {
         self.control(k, theta).abs() <= VIOLATED
     }
 
+    /// Of some switches, those whose controls are there at `theta`.
+    fn that_are_there(&mut self, switches: &mut Vec<usize>, theta: f64) {
+        if !switches.is_empty() {
+            self.margin(theta);
+            let z = &self.trial.point[..self.s.z.len()];
+            switches.retain(|&k| self.scales.control_margin(self.s, k, z).abs() <= VIOLATED);
+        }
+    }
+
     /// When, within `(0, end)`, the control of a switch first comes to the threshold that turns its gate, to stay
     /// there up to `end`.
     pub fn arrival(&mut self, end: f64) -> Option<f64> {
-        let n = self.s.z.len();
+        let (s, n) = (&*self.s, self.s.z.len());
+        let margin = |x: &[f64], k: usize| self.scales.control_margin(s, k, &x[..n]);
+        let last = &self.trial.stages[self.tableau.stages() - 1];
+        let may_come = |&k: &usize| {
+            let begin = margin(&self.trial.first, k);
+            let turns = s.resting.turns(k, &s.switches[k], s.gates[k], 1.0);
+            let away = begin.abs() > VIOLATED && begin.is_finite() && turns && !s.sampled[k];
+            away && (end < 1.0 || margin(last, k).abs() <= VIOLATED)
+        };
+        let mut coming: Vec<usize> = (0..s.switches.len()).filter(may_come).collect();
+        self.that_are_there(&mut coming, end);
+        // most only cross it there
+        self.that_are_there(&mut coming, end * (1.0 - AT_END));
         let mut first: Option<f64> = None;
-        for k in 0..self.s.switches.len() {
+        for k in coming {
             let begin = self.scales.control_margin(self.s, k, &self.trial.first[..n]);
-            let (switch, gate) = (&self.s.switches[k], self.s.gates[k]);
-            let turns = self.s.resting.turns(k, switch, gate, 1.0);
-            let candidate = begin.abs() > VIOLATED && begin.is_finite() && turns;
-            if !candidate || self.s.sampled[k] {
-                continue;
-            }
-            let last = &self.trial.stages[self.tableau.stages() - 1];
-            let whole = end == 1.0;
-            let margin = self.scales.control_margin(self.s, k, &last[..n]);
-            if whole && margin.abs() > VIOLATED || !self.is_there(k, end) {
-                continue;
-            }
-            let (mut away, mut there) = (0.0, end);
+            let (mut away, mut there) = (0.0, end * (1.0 - AT_END));
             for _ in 0..HALVINGS {
                 let middle = 0.5 * (away + there);
                 if self.is_there(k, middle) {
@@ -66,8 +75,7 @@ impl Locator<'_> {
             let middle = 0.5 * (there + end);
             let change = self.control(k, end) - self.control(k, middle);
             let moves = MOVES * (end - middle) * self.trial.length / self.ladder.longest;
-            let inside = there < end * (1.0 - AT_END) && change.abs() <= moves;
-            if inside && first.is_none_or(|first| there < first) {
+            if change.abs() <= moves && first.is_none_or(|first| there < first) {
                 first = Some(there);
             }
         }
