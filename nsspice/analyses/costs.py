@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 from ..circuit import Circuit, Island, MnaSystem
@@ -185,13 +186,18 @@ def _causes(smooth: Sequence[Device]) -> tuple[str, tuple[str, ...]]:
 def _cause(device: Device) -> tuple[str, str]:
     """Return what makes an element smooth, and what to write instead."""
     if isinstance(device, Reading):
-        node = obstacle(device.expression.node)
+        node = _obstacle(device.expression)
         text = shown(Expression(node), 40)[1:-1]
         return text, _rewritten(node)
     kinds = [e.name for e in device.effects]
     # charges and currents that bend; values and coefficients say nothing
     telling = [k for k in kinds if any(w in k for w in ("exponential", "smooth", "charge", "flux"))]
     return ", ".join(telling[:3] or kinds[:1] or [device.KIND]), _INSTEAD.get(device.letter, "")
+
+
+@lru_cache(maxsize=1024)  # each run asks for the same expressions
+def _obstacle(expression: Expression) -> Node:
+    return obstacle(expression.node)
 
 
 def _rewritten(node: Node) -> str:

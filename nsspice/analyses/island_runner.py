@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -420,15 +419,7 @@ class IslandRunner:
             self.note,
             self.settings.reltol if self.method == "sdirk" else None,
             self.judge.later() if self.judge is not None else None,
-            partial(
-                sentence,
-                self.circuit,
-                self.island,
-                self.mna,
-                self.method,
-                self.note,
-                self.analysis,
-            ),
+            sentence(self.circuit, self.island, self.mna, self.method, self.note, self.analysis),
         )
 
 

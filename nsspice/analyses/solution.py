@@ -191,8 +191,8 @@ class IslandRun:
     judge : SolutionVerdict, callable or None
         The verdict ``regularity`` of static islands with set-valued or smooth elements, or what
         returns it.
-    told : str or callable
-        The sentence ``cost``, or what returns it.
+    cost : str
+        What decides the cost of the run, a sentence.
     """
 
     number: int
@@ -207,14 +207,7 @@ class IslandRun:
     note: str = ""
     reltol: float | None = None
     judge: Callable[[], SolutionVerdict] | SolutionVerdict | None = None
-    told: Callable[[], str] | str = ""
-
-    @property
-    def cost(self) -> str:
-        """What decides the cost of the run, found when it is first read."""
-        if callable(self.told):
-            self.told = self.told()
-        return self.told
+    cost: str = ""
 
     @property
     def regularity(self) -> SolutionVerdict | None:
@@ -228,7 +221,7 @@ class IslandRun:
 
     def __getstate__(self) -> tuple[None, dict[str, Any]]:
         # what computes the verdict holds the solver, which stays in its process
-        return None, _slots_of(self) | {"judge": self.regularity, "told": self.cost}
+        return None, _slots_of(self) | {"judge": self.regularity}
 
 
 @dataclass(slots=True, eq=False, repr=False)

@@ -63,6 +63,8 @@ def antiderivative(node: Node, variable: Node) -> Node | None:
     if op == "neg":
         inner = antiderivative(args[0], variable)
         return None if inner is None else neg(inner)
+    if op == "if":
+        return _choice(node, variable)
     polynomial = _polynomial(node)
     if polynomial is not None:
         return add(
@@ -74,6 +76,34 @@ def antiderivative(node: Node, variable: Node) -> Node | None:
         factors = [arg for arg in args if _constant(arg)]
         return None if inner is None else mul([*factors, inner])
     return _of_linear(node, variable)
+
+
+def _choice(node: Node, variable: Node) -> Node | None:
+    """Return the integral of a choice at a threshold c of the variable.
+
+    It is the integral on the side on which x = 0 lies, and beyond the threshold that of the
+    difference, of the distance from it: nothing cancels near zero.
+    """
+    condition, then, other = node.args
+    if condition.op not in ("gt", "ge", "lt", "le"):
+        return None
+    form = linear_form(sub(*condition.args))
+    if form is None or len(form[1]) != 1:
+        return None
+    (factor,) = form[1].values()
+    if factor == 0.0:
+        return None
+    threshold = -form[0] / factor
+    rising = (condition.op in ("gt", "ge")) == (factor > 0.0)
+    above, below = (then, other) if rising else (other, then)
+    near, far, sign = (below, above, 1.0) if threshold >= 0.0 else (above, below, -1.0)
+    inner, jump = antiderivative(near, variable), linear_form(sub(far, near))
+    if inner is None or jump is None or len(jump[1]) > 1:
+        return None
+    rate = next(iter(jump[1].values()), 0.0)
+    beyond = call("uramp", mul((num(sign), sub(variable, num(threshold)))))
+    first = mul((num(sign * (jump[0] + rate * threshold)), beyond))
+    return add((inner, first, mul((num(0.5 * rate), call("square", beyond)))))
 
 
 def _of_linear(node: Node, variable: Node) -> Node | None:

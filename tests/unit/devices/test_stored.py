@@ -114,7 +114,8 @@ def test_a_multiple_of_x_is_a_plain_element():
         "3/sqrt(1+v(a))", "tanh(v(a)/3)", "1/(1+2*v(a))", "atan(v(a))", "(1+v(a))^-2",
         "sqrt(2+v(a))", "ln(2+v(a))", "abs(v(a)-0.3)", "u(v(a)-0.2)", "uramp(v(a))", "-v(a)*5",
         "sin(v(a))", "cos(2*v(a))", "sinh(v(a))", "cosh(v(a))", "square(1+v(a))",
-        "table(v(a),0,1,1,3,2,0)", "5*(1+tanh(2*v(a)))/2",
+        "table(v(a),0,1,1,3,2,0)", "5*(1+tanh(2*v(a)))/2", "if(v(a)>0.3, 3, 1)",
+        "2*if(v(a)<=-0.2, 1+v(a), 2)", "if(1-v(a)>0.1, 2, 3*v(a))",
     ],
 )  # fmt: skip
 def test_an_antiderivative_has_the_derivative(text: str):
@@ -198,3 +199,11 @@ def test_the_impulse_of_a_step_is_the_charge():
     (impulse,) = solution.impulses
     assert (impulse.element, impulse.time) == ("v1", 1e-6)
     assert impulse.value == pytest.approx(-2.8e-9, rel=1e-9)
+
+
+def test_a_capacitance_of_two_values_has_a_charge_with_a_kink():
+    """One current source: the charge grows evenly, the voltage by 1/C on either side of 1 V."""
+    deck = "steps\nI1 0 a 1m\nC1 a 0 C={v(a)>1 ? 3u : 1u} IC=0\nR1 a 0 1g\n.tran 10u 4m uic\n"
+    run = nsspice.tran(nsspice.read(deck), reltol=1e-8)
+    exact = np.where(run.time < 1e-3, 1e3 * run.time, 1.0 + (run.time - 1e-3) / 3e-3)
+    assert np.abs(run["v(a)"] - exact).max() < 1e-5
