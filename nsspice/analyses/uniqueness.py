@@ -17,14 +17,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..problems.csc import Csc, Floats, weighted_sum
+from ..problems.csc import Csc, weighted_sum
 from ..problems.descriptor import DescriptorSystem
-from ..problems.matrices import is_p_matrix
+from ..problems.one_solution import may_have_several
 from ..problems.passivity import MOST_ROWS
 from ..solvers.moreau import Recorded
 
 _MOST_MODES = 16
-_NOISE = 1e-13  # of the entries of M, from the solution with K
 
 
 @dataclass(slots=True)
@@ -81,23 +80,7 @@ class Watcher:
         """Return what was found."""
         if not self._small:
             return Activity(several=self.system.m > 0)
-        return Activity(self._may_have_several(), self._growth())
-
-    def _may_have_several(self) -> bool:
-        """Return whether the P-test fails, with all switches open."""
-        system = self.system
-        switched = system.switched
-        pairs = [k for k in range(system.m) if k not in switched]
-        if not pairs:
-            return False
-        K, A = self._K.dense(), system.A.dense()[:, pairs]
-        B, D = system.B.dense()[pairs], system.D.dense()[np.ix_(pairs, pairs)]
-        try:
-            M = D + B @ np.linalg.solve(K, A)
-        except np.linalg.LinAlgError:
-            return True
-        M = _one_of_each_couple(M)
-        return not is_p_matrix(M, noise=_NOISE)
+        return Activity(may_have_several(self.system, self._K), self._growth())
 
     def _growth(self) -> float:
         """Return the largest real positive growth rate of the modes met [1/s]."""
@@ -121,21 +104,3 @@ class Watcher:
             if odd.size:
                 worst = max(worst, float(np.max((1.0 - 1.0 / odd) / self.step)))
         return worst
-
-
-def _one_of_each_couple(matrix: Floats) -> Floats:
-    """Return the matrix with one pair left of each two that work against each other.
-
-    The two pairs of a two-way breakdown (or of a clamp) are one monotone curve of one current.
-    """
-    size = np.max(np.abs(matrix), initial=0.0)
-    keep: list[int] = []
-    for j in range(matrix.shape[0]):
-        opposite = any(
-            np.all(np.abs(matrix[:, i] + matrix[:, j]) <= 1e-9 * size)
-            and np.all(np.abs(matrix[i] + matrix[j]) <= 1e-9 * size)
-            for i in keep
-        )
-        if not opposite:
-            keep.append(j)
-    return np.asarray(matrix[np.ix_(keep, keep)])

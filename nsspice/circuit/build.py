@@ -11,6 +11,7 @@ from ..netlist.findings import Findings
 from . import islands as _islands
 from .circuit import Circuit, Island
 from .gate_drives import gate_drives
+from .laws import written
 from .problem_class import classify
 from .references import resolve
 from .topology import check_topology
@@ -129,7 +130,9 @@ def nodes_of(devices: Sequence[Device]) -> list[str]:
 def circuit_of(deck: Deck, devices: list[Device], defaults: Conditions | None = None) -> Circuit:
     """Split devices that passed all checks into islands and classify each."""
     defaults = defaults or default_conditions(deck)
-    groups = _islands.split(devices)
+    groups = [written(g, nodes_of(g), defaults) for g in _islands.split(devices)]
+    chosen = {device.name: device for group in groups for device in group}
+    devices = [chosen[device.name] for device in devices]
     islands = [Island(g, nodes_of(g), *classify(g), defaults) for g in groups]
     node_home = {node: k for k, island in enumerate(islands) for node in island.nodes}
     home = {d.name: k for k, island in enumerate(islands) for d in island.devices}

@@ -9,7 +9,8 @@ it is linear; anything else is a smooth law, whose value is a function on the ta
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from copy import copy
+from typing import TYPE_CHECKING, Self
 
 from ..netlist.expression import Expression
 from ..netlist.node import Node, num
@@ -33,6 +34,8 @@ from .stamper import Layout, Stamper
 if TYPE_CHECKING:
     from ..netlist.deck import Element
 
+_Law = tuple[Node, Sequence[Inner]]
+
 _SHARED = (
     *LINE,
     inert("ic", "initial value (nothing is stored)"),
@@ -46,7 +49,10 @@ class Reading(Device):
     """Base of the laws that are one expression."""
 
     late = True
-    __slots__ = ("coefficients", "expression", "form", "inner", "law", "smooth", "sources")
+    __slots__ = (
+        "coefficients", "expression", "form", "inner", "law", "pieces", "plain", "smooth",
+        "sources",
+    )  # fmt: skip
 
     def __init__(
         self, element: Element, expression: Expression, given: Mapping[str, float]
@@ -55,23 +61,43 @@ class Reading(Device):
         #: the value is a multiple of the expression
         self.coefficients = Coefficients.of(given)
         self.expression = expression
-        node, inner = self.read_inner(expression.node)
-        self.inner = InnerNodes(self.name, inner, expression)
+        plain, pieces = self._laws(expression.node)
+        #: the expression without jumps, and without kinks as well where that makes it linear
+        self.plain, self.pieces = plain, pieces
+        self._use(*(plain if pieces is None else pieces))
+        self.sources: dict[str, Carrier] = {}
+
+    def _laws(self, node: Node) -> tuple[_Law, _Law | None]:
+        """Return a tree without jumps, and one without kinks if only that one is linear."""
+        tree, comparators = split(node, self.name)
+        found = None
+        if linear_form(tree, timed=True) is None or not _linear(comparators):
+            found = piecewise(node, self.name)
+            if found is not None and not self.suits(*found):
+                found = None
+        return (tree, comparators), found
+
+    def _use(self, node: Node, inner: Sequence[Inner]) -> None:
+        self.inner = InnerNodes(self.name, inner, self.expression)
         #: the expression with its comparators in place of comparisons
-        self.law = Expression(node, expression.span) if inner else expression
+        self.law = Expression(node, self.expression.span) if inner else self.expression
         #: constant and factors of a linear expression, None for a smooth law
         self.form = linear_form(node, timed=True)
         self.smooth = self.form is None or not _linear(inner)
-        self.sources: dict[str, Carrier] = {}
 
-    def read_inner(self, node: Node) -> tuple[Node, Sequence[Inner]]:
-        """Return a tree without jumps, and without kinks where it is linear without them."""
-        tree, comparators = split(node, self.name)
-        if linear_form(tree, timed=True) is None or not _linear(comparators):
-            found = piecewise(node, self.name)
-            if found is not None and self.suits(*found):
-                return found
-        return tree, comparators
+    def written(self, pairs: bool) -> Self:
+        """Return the element with its kinks as pairs, or on the tape."""
+        law = self.pieces if pairs and self.pieces is not None else self.plain
+        if law[1] is self.inner.nodes:
+            return self
+        other = copy(self)
+        other._use(*law)
+        other.effects = other.described()
+        return other
+
+    def described(self) -> tuple[Effect, ...]:
+        """Return the effects of the law as it is written."""
+        return self.effects
 
     def suits(self, tree: Node, inner: Sequence[Inner]) -> bool:
         """Return whether a law may be written by these nodes."""
@@ -149,12 +175,13 @@ class Behavioural(Reading):
         #: a current source whose current others read has it as an unknown
         self.keeps = False
         self.shows_current = self.quantity == "v"
+        self.effects = self.described()
+
+    def described(self) -> tuple[Effect, ...]:
+        """Return the effects of the law as it is written."""
         what = "voltage" if self.quantity == "v" else "current"
-        self.effects = (
-            Effect(f"{what} {shown(expression)}"),
-            *self.switching(),
-            *self.coefficients.effects,
-        )
+        law = Effect(f"{what} {shown(self.expression)}")
+        return (law, *self.switching(), *self.coefficients.effects)
 
     @classmethod
     def read(cls, element: Element, context: Context) -> Behavioural | None:
@@ -240,17 +267,16 @@ class BehaviouralResistor(Reading):
     def __init__(
         self, element: Element, expression: Expression, given: Mapping[str, float]
     ) -> None:
-        super().__init__(element, expression, given)
-        self.m = given.get("m", 1.0)
         #: the expression is a resistance, not a voltage
         self.ohmic = element.quantity != "v"
-        what = "resistance" if self.ohmic else "voltage"
-        self.smooth = self.smooth or self.ohmic
-        self.effects = (
-            Effect(f"{what} {shown(expression)}"),
-            *self.switching(),
-            *self.coefficients.effects,
-        )
+        super().__init__(element, expression, given)
+        self.m = given.get("m", 1.0)
+        self.effects = self.described()
+
+    def described(self) -> tuple[Effect, ...]:
+        """Return the effects of the law as it is written."""
+        law = Effect(f"{'resistance' if self.ohmic else 'voltage'} {shown(self.expression)}")
+        return (law, *self.switching(), *self.coefficients.effects)
 
     @classmethod
     def read(cls, element: Element, context: Context) -> BehaviouralResistor | None:
@@ -261,7 +287,11 @@ class BehaviouralResistor(Reading):
     def suits(self, tree: Node, inner: Sequence[Inner]) -> bool:
         """Return whether the voltage grows with the current: else the law may fold back."""
         form = linear_form(tree, timed=True)
-        return form is not None and slope(form, inner, "i")[0] >= 0.0
+        return not self.ohmic and form is not None and slope(form, inner, "i")[0] >= 0.0
+
+    def _use(self, node: Node, inner: Sequence[Inner]) -> None:
+        super()._use(node, inner)
+        self.smooth = self.smooth or self.ohmic
 
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
         """Return one resistive branch."""
