@@ -50,6 +50,19 @@ def test_what_is_stored_lets_it_slide(switch: str) -> None:
     assert run.certificate.late * Settings().reltol * terms <= moved
 
 
+@pytest.mark.parametrize(("method", "looks"), [("modewise", 200_000), ("sdirk", 50_000)])
+@pytest.mark.parametrize("start", [0.0, 0.29, 1.0])
+def test_a_comparison_slides_along_its_equality(method: str, looks: int, start: float) -> None:
+    """It is sampled as a switch is: from either side, and from right before it."""
+    text = RELAY.format(switch=SOURCE, more=f"C1 p 0 1n IC={start}", card=".tran 0.1u 100u uic")
+    run = nsspice.tran(nsspice.read(text), method=method)
+    assert "NS3052" in [w.code for w in run.warnings]
+    # as above: what 5 V over 10 kOhm move 1 nF by between two looks
+    moved = 5.0 / (10e3 * 1e-9) * 100e-6 / looks
+    assert abs(run["v(p)"][run.time > 50e-6] - 0.3).max() <= moved
+    assert late_but_sound(run.certificate)
+
+
 def test_positive_feedback_keeps_a_state() -> None:
     text = "latch\nV1 x 0 0.3\nB1 a 0 V=if(v(p) > v(x), 5, 0)\nR1 a p 10k\nR2 p 0 10k\n.op\n"
     assert nsspice.read(text).run()[0]["v(a)"][0] == 0.0

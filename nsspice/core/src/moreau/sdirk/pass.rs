@@ -27,7 +27,7 @@ const NOWHERE: f64 = 1e-6;
 
 /// The instant at which a guard vanished in such a step, which nothing but the list of events tells, is wanted to this
 /// part of the step.
-const CLOSE: f64 = 1e-6;
+pub(super) const CLOSE: f64 = 1e-6;
 /// Evaluations spent on it: every other one halves the bracket, from the whole step down to [`CLOSE`].
 const LOOKS: usize = 40;
 

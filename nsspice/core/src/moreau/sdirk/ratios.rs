@@ -5,16 +5,15 @@
 //! inductors seem to be open, too, and what lets one diode carry those of two passes for a solution.  A longer step
 //! tells.
 
+use super::super::step::ACCEPT;
 use super::super::stepper::Stepper;
 use super::super::sums::{dot, Row};
 use crate::descriptor::Linear;
 use crate::sparse::Csc;
 use crate::windings::{laws_without_storage, Multiples};
 
-/// Voltages of perfectly coupled inductors that differ from their ratio by this part are not solved for: solved, they
-/// have the rounding of voltages, and that of the fluxes over the length of the step: of each the unit roundoff at both
-/// of its ends.
-const OFF: f64 = 1e-10;
+/// Rounding of the fluxes over the length of the step: of each the unit roundoff at both of its ends.  Beside that a
+/// ratio holds as any law of an accepted step does, to [`ACCEPT`] of the voltages.
 const FLUXES: f64 = f64::EPSILON;
 
 /// A law of perfectly coupled inductors in which nothing is stored.
@@ -32,7 +31,7 @@ impl Ratio {
     fn missed(&self, [z, l, u]: [&[f64]; 3], length: f64, voltage: f64) -> bool {
         let error = dot(&self.s, u) - dot(&self.g, z) - dot(&self.a, l);
         let fluxes: f64 = self.e.iter().map(|&(j, size)| size * z[j].abs()).sum();
-        error.abs() > OFF * voltage + FLUXES * fluxes / length
+        error.abs() > ACCEPT * voltage + FLUXES * fluxes / length
     }
 }
 
@@ -67,6 +66,6 @@ impl Ratios {
         let slacks = s.sys.linear.slacks_of(z, l);
         let mut across = mode.iter().zip(slacks).filter(|e| *e.0).map(|e| e.1.abs());
         self.0.iter().any(|ratio| ratio.missed([z, l, u], length, voltage))
-            || across.any(|w| w > OFF * voltage)
+            || across.any(|w| w > ACCEPT * voltage)
     }
 }

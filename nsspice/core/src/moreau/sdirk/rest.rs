@@ -3,14 +3,13 @@
 use super::super::stepper::Stepper;
 use super::guards::VIOLATED;
 use super::locate::Locator;
+use super::pass::CLOSE;
 use super::run::Sdirk;
 
 /// Halvings of the bracket around the instant at which a control comes to its threshold.
 const HALVINGS: usize = 50;
 /// How far beyond the edge of its threshold it is taken to have come, in widths of that.
 const BEYOND: f64 = 4.0;
-/// One that comes there in so small a last part of a step does so at its end.
-const AT_END: f64 = 1e-6;
 /// A control that would move by more than this part of its scale in the longest step does not rest: in a short
 /// step nothing moves visibly.
 const MOVES: f64 = 1e-6;
@@ -56,12 +55,12 @@ impl Locator<'_> {
         };
         let mut coming: Vec<usize> = (0..s.switches.len()).filter(may_come).collect();
         self.that_are_there(&mut coming, end);
-        // most only cross it there
-        self.that_are_there(&mut coming, end * (1.0 - AT_END));
+        // most only cross it there: instants are told to this part of a step
+        self.that_are_there(&mut coming, end * (1.0 - CLOSE));
         let mut first: Option<f64> = None;
         for k in coming {
             let begin = self.scales.control_margin(self.s, k, &self.trial.first[..n]);
-            let (mut away, mut there) = (0.0, end * (1.0 - AT_END));
+            let (mut away, mut there) = (0.0, end * (1.0 - CLOSE));
             for _ in 0..HALVINGS {
                 let middle = 0.5 * (away + there);
                 if self.is_there(k, middle) {
