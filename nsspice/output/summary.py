@@ -71,7 +71,7 @@ def describe(solution: Solution) -> str:
         for name, value in solution.measures.items():
             text = "not found" if math.isnan(value) else f"{value:.9g}"
             lines.append(f"    {name:<{width}} = {text}")
-    if solution.analysis == "op" and solution.axis.size:
+    if solution.analysis in ("op", "tf") and solution.axis.size:
         lines += _operating_point(solution)
     return "\n".join(lines)
 
@@ -366,7 +366,7 @@ def to_dict(solution: Solution) -> dict[str, Any]:
         "measures": solution.measures,
         "warnings": [w.to_dict() for w in solution.warnings],
     }
-    if solution.analysis == "op" and axis.size:
+    if solution.analysis in ("op", "tf") and axis.size:
         data["values"] = {name: float(solution[name][0]) for name in solution.columns}
     return {key: _finite(value) for key, value in data.items()}
 

@@ -14,6 +14,7 @@ import pytest
 import nsspice
 from nsspice.analyses.noise import noise
 from nsspice.analyses.transfer import op_sensitivities
+from nsspice.output.summary import describe, to_dict
 
 BOLTZMANN, CHARGE, T = 1.380649e-23, 1.602176634e-19, 300.15
 
@@ -133,6 +134,8 @@ def test_resistances_seen_by_sources() -> None:
     assert values == pytest.approx([0.75, 4000.0, 750.0, 750.0, 750.0, 750.0], rel=1e-14)
     assert three["transfer_function"][0] == pytest.approx(-1 / 4000.0, rel=1e-14)
     assert three["output_resistance"][0] == pytest.approx(4000.0, rel=1e-14)
+    assert "input_resistance  = 4000" in describe(one)
+    assert to_dict(one)["values"]["transfer_function"] == one["transfer_function"][0]
 
 
 def test_sensitivities_of_the_operating_point() -> None:
