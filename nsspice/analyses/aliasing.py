@@ -209,8 +209,7 @@ class OutputPoints:
         """The largest magnitude of each signal at the output points."""
         if self._last is None:
             return np.zeros(len(self.names))
-        # behind the signals stand those that only measures read
-        return np.maximum(np.abs(self._low), np.abs(self._high))[1 : 1 + len(self.names)]
+        return np.maximum(np.abs(self._low), np.abs(self._high))[1:]
 
     def warning(self) -> Diagnostic | None:
         """Return what the output points do not show, None if they show enough."""
