@@ -32,7 +32,7 @@ def huge_currents(names: Sequence[str], sizes: npt.NDArray[np.float64]) -> Diagn
     >>> huge_currents(["v(a)", "i(v1)"], np.array([5.0, 2e4])) is None
     True
     """
-    found = [(float(size), name) for name, size in zip(names, sizes, strict=True)]
+    found = [(float(size), name) for name, size in zip(names, sizes, strict=False)]
     of_kind = {kind: [f for f in found if f[1].startswith(kind)] for kind in ("v(", "i(")}
     volts = max(of_kind["v("], default=(0.0, ""))[0]
     amperes, name = max(of_kind["i("], default=(0.0, ""))

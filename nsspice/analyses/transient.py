@@ -297,7 +297,7 @@ def run_tran(
         solution.warnings.append(hidden)
     if not shown and keep:
         points.see(table)  # all of them
-    if (huge := huge_currents(columns, points.sizes)) is not None:
+    if (huge := huge_currents(names, points.sizes)) is not None:
         solution.warnings.append(huge)
     if watched is not None:
         try:
