@@ -9,11 +9,10 @@ import numpy as np
 
 import nsspice
 
-#: part of what is told: it is told from stages of steps, of lower order than their ends
-_NEAR = 0.05
 
-
-def told(run: nsspice.Solution, fine: Callable[[], nsspice.Solution]) -> list[str]:
+def told(
+    run: nsspice.Solution, fine: Callable[[], nsspice.Solution], near: float = 0.05
+) -> list[str]:
     """Return the codes of the warnings of a run, without NS5004 if all that it claims is true.
 
     Parameters
@@ -21,6 +20,8 @@ def told(run: nsspice.Solution, fine: Callable[[], nsspice.Solution]) -> list[st
     run : Solution
     fine : callable
         Returns the same run with all points.
+    near : float
+        Part of what is told: it is told from stages of steps, of lower order than their ends.
     """
     codes = []
     for warning in run.warnings:
@@ -30,12 +31,17 @@ def told(run: nsspice.Solution, fine: Callable[[], nsspice.Solution]) -> list[st
         claims = re.findall(r"([vi]\([^)]*\)) by (\S+) \S+ \(at (\S+) s\)", warning.message)
         assert claims
         shown = fine()
-        codes += [f"NS5004 {claim}" for claim in claims if not _is_true(run, shown, *claim)]
+        codes += [f"NS5004 {claim}" for claim in claims if not _is_true(run, shown, near, *claim)]
     return codes
 
 
 def _is_true(
-    run: nsspice.Solution, fine: nsspice.Solution, name: str, amount: str, instant: str
+    run: nsspice.Solution,
+    fine: nsspice.Solution,
+    part: float,
+    name: str,
+    amount: str,
+    instant: str,
 ) -> bool:
     # the instant is told with six digits: it may fall into the interval beside its own
     near = np.clip(
@@ -48,4 +54,4 @@ def _is_true(
         low, high = sorted(run[name][k - 1 : k + 1])
         inside = fine[name][(fine.time >= run.time[k - 1]) & (fine.time <= run.time[k])]
         beyond = max(beyond, low - inside.min(), inside.max() - high)
-    return bool(beyond >= (1.0 - _NEAR) * float(amount))
+    return bool(beyond >= (1.0 - part) * float(amount))

@@ -183,7 +183,8 @@ V2 g 0 PULSE(0 5 8.1029m 0 0 68u 20m)
             nsspice.tran(nsspice.read(deck), method=method)
 
 
-def test_a_pulse_while_nothing_flows_does_not_fire():
+@pytest.mark.parametrize("method", ["modewise", "sdirk", "moreau"])
+def test_a_pulse_while_nothing_flows_does_not_fire(method: str):
     deck = """fired at rest: the current that would hold it is rounding
 V1 a 0 SIN(0 10 50)
 R0 0 d 6.889
@@ -200,6 +201,5 @@ D3 d b
 .model thyristor SCR(Vgt=2 Vbo=30 Vrev=150 Rrev=1)
 .tran 0.2m 20m
 """
-    circuit = nsspice.read(deck)
-    for method in ("modewise", "sdirk", "moreau"):
-        assert np.all(nsspice.tran(circuit, method=method)["i(d0)"] == 0.0)
+    run = nsspice.tran(nsspice.read(deck), method=method)
+    assert np.all(run["i(d0)"] == 0.0)

@@ -61,6 +61,7 @@ def test_what_nothing_stores_is_not_kept_and_said_so() -> None:
     [
         ".ic v(x)=1\n.tran 0.1 1 uic",
         ".ic v(x)=1\n.tran 0.1 1",
+        ".ic v(u)=0\n.tran 0.1 1 uic",
         ".nodeset v(x)=1\n.tran 0.1 1",
     ],
 )

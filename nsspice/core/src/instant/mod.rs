@@ -8,7 +8,8 @@
 //! 3. *values*: capacitors are voltage sources, inductors current sources, resistors and one-way branches the rest;
 //! 4. *rates of fluxes*: potentials of parts that only inductors and blocking branches join, where the rates
 //!    `v / L` balance, with the one-way branches that carry nothing yet;
-//! 5. *rates of charges*, the dual: `C v'` against the currents, with the one-way branches that block nothing.
+//! 5. *rates of charges*, the dual: `C v'` against the currents, with the one-way branches that block nothing;
+//! 6. *shares*: the smallest currents where ideal pairs lie side by side.
 //!
 //! The first two are apart: by Minty's theorem (Monotone networks, Proc. R. Soc. A 257, 1960) a network of
 //! monotone branches has a solution if voltages and currents are feasible each by themselves.  They are the
@@ -18,6 +19,7 @@ mod draft;
 mod mixed;
 mod rates;
 mod reinitialise;
+mod shared;
 mod stored;
 #[cfg(test)]
 mod tests;

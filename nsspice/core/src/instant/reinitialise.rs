@@ -175,6 +175,7 @@ impl<'a> Instant<'a> {
         let blocked = self.fluxes(before, &mut out)?;
         let values = self.values(&charged, &mut out)?;
         self.rates(&values, &mut out)?;
+        self.share(&values, &mut out);
         for (through, &active) in out.through.iter_mut().zip(&out.active) {
             *through |= active;
         }
