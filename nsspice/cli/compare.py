@@ -11,6 +11,7 @@ import click
 from ..errors import Diagnostic, UsageError
 from .options import (
     NUMBER,
+    confined_option,
     json_option,
     ngspice_options,
     read_params,
@@ -52,6 +53,7 @@ from .source import circuit_of, path_of
 @click.option("--to", "stop", type=NUMBER, help="End of the window.")
 @solver_options
 @ngspice_options
+@confined_option
 @json_option
 def command(
     netlist: str,
@@ -150,17 +152,22 @@ def _against_ngspice(
     plot: str | None,
     deck: str | None,
     slack: float | None,
+    force: bool | None,
     **options: Any,
 ) -> None:
     """Run both programs and print the report."""
     from ..analyses import Request
     from ..compare.ngspice import NgspiceError, Options, cross_check
+    from ..output.files import check_target
 
     if plot is not None:
         from ..output.plot import check_format
 
         plot = str(Path(path_of(netlist).name).with_suffix(".png")) if plot == "auto" else plot
         check_format(plot)
+    for written in (plot, deck):
+        if written is not None:
+            check_target(Path(written), [path_of(netlist)], bool(force))
     chosen = Options(**{key: value for key, value in options.items() if value is not None})
     circuit = circuit_of(netlist, params)
     if not as_json:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from .options import NUMBER, json_option, read_params, read_signals
+from .options import NUMBER, confined_option, json_option, read_params, read_signals
 from .report import print_json, say, show
 from .source import circuit_of, path_of
 
@@ -34,8 +34,10 @@ from .source import circuit_of, path_of
     metavar="[FILE]",
     help="Draw error against time into a .png, .svg or .pdf file.",
 )
+@click.option("--force", is_flag=True, help="Replace files that nsspice has not written.")
 @click.option("--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param.")
 @click.option("-q", "--quiet", is_flag=True, help="Do not tell what is being run.")
+@confined_option
 @json_option
 def command(
     netlist: str,
@@ -44,6 +46,7 @@ def command(
     signals: Sequence[str],
     limit: float,
     plot: str | None,
+    force: bool,
     params: Sequence[str],
     quiet: bool,
     as_json: bool,
@@ -57,12 +60,14 @@ def command(
     diodes (ngspice-junction).
     """
     from ..compare.cost import cost
+    from ..output.files import check_target
     from ..output.plot import check_format
 
     if plot == "auto":
         plot = str(Path(path_of(netlist).name).with_suffix("")) + ".cost.png"
     if plot is not None:
         check_format(plot)
+        check_target(Path(plot), [path_of(netlist)], force)
     circuit = circuit_of(netlist, read_params(params))
     report = cost(
         circuit,

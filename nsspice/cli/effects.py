@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from .options import NUMBER, json_option, read_params
+from .options import NUMBER, confined_option, json_option, read_params
 from .progress import ProgressBar
 from .report import print_json, say
 from .source import STDIN, circuit_of, path_of
@@ -24,6 +24,7 @@ from .source import STDIN, circuit_of, path_of
 )
 @click.option("--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param.")
 @click.option("--force", is_flag=True, help="Replace files that something else has written.")
+@confined_option
 @json_option
 @click.option("-q", "--quiet", is_flag=True, help="No progress bar.")
 def command(

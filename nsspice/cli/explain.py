@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import click
 
-from .options import json_option, read_params
+from .options import confined_option, json_option, read_params
 from .report import print_json, show
 from .source import circuit_of
 
@@ -16,6 +16,7 @@ from .source import circuit_of
 @click.option("--matrices", is_flag=True, help="Print the matrices of the complementarity form.")
 @click.option("--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param.")
 @click.option("--all", "everything", is_flag=True, help="Also what no saved signal depends on.")
+@confined_option
 @json_option
 def command(
     netlist: str, matrices: bool, params: Sequence[str], everything: bool, as_json: bool

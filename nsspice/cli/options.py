@@ -38,6 +38,24 @@ class Number(_FloatType):
 
 NUMBER = Number()
 
+#: where a command notes that its netlist may include nothing from outside
+CONFINED = "nsspice.confined"
+
+
+def _confine(ctx: click.Context, param: click.Parameter, value: bool) -> None:
+    ctx.meta[CONFINED] = value
+
+
+def confined_option(command: F) -> F:
+    """Add ``--confined``, which :func:`nsspice.cli.source.circuit_of` obeys."""
+    return click.option(
+        "--confined",
+        is_flag=True,
+        expose_value=False,
+        callback=_confine,
+        help="Refuse to include files from outside of the netlist's folder, for services.",
+    )(command)
+
 
 def spice_number(text: str) -> tuple[float | None, str]:
     """Return the value of a SPICE number, or None and why it is not one.
@@ -105,6 +123,12 @@ def ngspice_options(command: F) -> F:
     for option in (
         click.option(
             "--deck", metavar="FILE", help="Write the deck that ngspice was given last to a file."
+        ),
+        click.option(
+            "--force",
+            is_flag=True,
+            default=None,
+            help="Replace files that nsspice has not written.",
         ),
         click.option("--timeout", type=NUMBER, help="Longest time for ngspice [s]."),
         click.option(

@@ -14,6 +14,7 @@ import click
 from ..errors import Diagnostic, NsspiceError, NumericalError, OutputError, UsageError
 from .options import (
     NUMBER,
+    confined_option,
     json_option,
     read_params,
     read_signals,
@@ -96,11 +97,7 @@ _FILE = "CSV file, or .raw, .npz, .parquet, .h5 by its ending; - is standard out
 @solver_options
 @json_option
 @click.option("--force", is_flag=True, help="Replace files that nsspice has not written.")
-@click.option(
-    "--confined",
-    is_flag=True,
-    help="Refuse to include files from outside of the netlist's folder, for services.",
-)
+@confined_option
 @click.option("-q", "--quiet", is_flag=True, help="No summary and no progress bar.")
 def command(
     netlist: str | None,
@@ -124,7 +121,6 @@ def command(
     params: Sequence[str],
     as_json: bool,
     force: bool,
-    confined: bool,
     quiet: bool,
 ) -> None:
     """Simulate NETLIST (- is standard input) and write its waveforms.
@@ -154,7 +150,7 @@ def command(
     )
 
     def once() -> _Run:
-        circuit = circuit_of(netlist, read_params(params), confined)
+        circuit = circuit_of(netlist, read_params(params))
         run = _Run(netlist, circuit, request, output, plot, as_json, quiet, force)
         run.report_to(report)
         run.draw_as(dark, [read_signals([item]) or [] for item in signals])

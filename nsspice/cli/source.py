@@ -7,6 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
+
+from .options import CONFINED
+
 if TYPE_CHECKING:
     from ..circuit import Circuit
 
@@ -19,13 +23,13 @@ def path_of(netlist: str) -> Path:
     return Path("stdin.net" if netlist == STDIN else netlist)
 
 
-def circuit_of(
-    netlist: str, params: Mapping[str, float] | None = None, confined: bool = False
-) -> Circuit:
-    """Return the circuit of a command's argument; ``confined``: includes nothing from outside."""
+def circuit_of(netlist: str, params: Mapping[str, float] | None = None) -> Circuit:
+    """Return the circuit of a command's argument; ``--confined``: nothing from outside."""
     from ..analyses.load import read, read_deck
     from ..circuit import build
 
+    context = click.get_current_context(silent=True)
+    confined = context is not None and bool(context.meta.get(CONFINED))
     if netlist == STDIN:
         text = sys.stdin.read() + "\n"
         return build(read_deck(text, params, "<stdin>", confined=confined))

@@ -8,7 +8,7 @@ from dataclasses import asdict
 import click
 
 from ..errors import Diagnostic, UsageError
-from .options import json_option, spice_number
+from .options import confined_option, json_option, spice_number
 from .progress import ProgressBar
 from .report import print_json, show
 from .source import circuit_of
@@ -19,6 +19,7 @@ from .source import circuit_of
 @click.option("--param", "params", multiple=True, metavar="NAME=5%", help="Spreads by so much.")
 @click.option("--runs", type=int, default=200, show_default=True, help="Random runs.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the random values.")
+@confined_option
 @json_option
 def command(netlist: str, params: Sequence[str], runs: int, seed: int, as_json: bool) -> None:
     """Run NETLIST at the corners of its tolerances and at random values between them."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import click
 
 from ..errors import Diagnostic, UsageError
-from .options import json_option, read_params, spice_number
+from .options import confined_option, json_option, read_params, spice_number
 from .report import print_json, show
 from .source import circuit_of
 
@@ -16,6 +16,7 @@ from .source import circuit_of
 @click.argument("netlist")
 @click.option("--param", "params", multiple=True, metavar="NAME=LOW:HIGH", help="May be changed.")
 @click.option("--goal", "goals", multiple=True, metavar="MEASURE=VALUE", help="What is wanted.")
+@confined_option
 @json_option
 def command(netlist: str, params: Sequence[str], goals: Sequence[str], as_json: bool) -> None:
     """Change the .param values of NETLIST within bounds until its measures are those wanted."""

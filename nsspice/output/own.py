@@ -57,6 +57,8 @@ def written_by_nsspice(path: Path) -> bool:
         return b'name="generator" content="nsspice' in head
     if b"\n* recommended by nsspice effects" in head:
         return True
+    if head.startswith(b"cross-check of nsspice\n"):  # a deck for ngspice
+        return True
     if head.startswith(b"Title:"):
         return b"\nCommand: nsspice" in head
     return _is_table(head, len(head) == size)
