@@ -11,8 +11,7 @@ from ..circuit import MnaSystem
 from ..devices.stamper import Compared
 from ..netlist.expression import Expression
 from ..problems.csc import Floats
-from ..problems.descriptor import Functional
-from .statements import combination
+from .named_signals import NamedSignals, combination
 
 #: Both sides are known to this part of the larger: what differs by less is equal.
 _KNOWN = 64.0 * float(np.finfo(np.float64).eps)
@@ -54,7 +53,7 @@ class ComparisonCheck:
     """
 
     def __init__(self, mna: MnaSystem, frozen: float | None = None) -> None:
-        self._layout, self._frozen = mna.layout, frozen
+        self._signals = NamedSignals(mna.layout, frozen)
         self._known = _KNOWN if mna.system.smooth is None else _ITERATED
         smooth = mna.system.smooth is not None
         self._states = [_State(compared, smooth) for compared in mna.layout.compared]
@@ -96,19 +95,8 @@ class ComparisonCheck:
     ) -> tuple[Floats, _Truths, _Truths]:
         """Return by how much the first side is ahead, where both are equal, what the node is."""
         compared = state.compared
-        signals: dict[str, Floats] = {}
-        for name in compared.comparison.variables():
-            if name == "time":
-                signals[name] = time if self._frozen is None else np.full_like(time, self._frozen)
-            elif name == "temper":
-                signals[name] = np.full_like(time, self._layout.conditions.temperature)
-            elif name[0] == "v":
-                a, b = (*name[2:-1].split(","), "0")[:2]
-                signals[name] = combination(
-                    Functional(z=self._layout.voltage(a, b)), time, z, lam, u
-                )
-            else:
-                signals[name] = combination(compared.currents[name], time, z, lam, u)
+        names = compared.comparison.variables()
+        signals = self._signals.at(names, compared.currents, (time, z, lam, u))
         left, right = (_value(side, signals, time) for side in state.sides)
         # what cancels in a voltage keeps the rounding of what it was
         sizes = np.maximum(np.abs(left), np.abs(right))

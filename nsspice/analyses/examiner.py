@@ -113,26 +113,17 @@ class Examiner:
             time = stretches.time.ravel()
             z, u = (v.reshape(time.size, v.shape[-1]) for v in (stretches.z, stretches.u))
             self._written.take(time, z, u)
-        if self._compared is not None:
-            self._compared.take_intervals(
-                stretches.begin,
-                stretches.end,
-                np.isfinite(stretches.doubt),
-                stretches.time,
-                stretches.z,
-                stretches.lam,
-                stretches.u,
-            )
-        if self._stated is not None:
-            self._stated.take_intervals(
-                stretches.begin,
-                stretches.end,
-                np.isfinite(stretches.doubt),
-                stretches.time,
-                stretches.z,
-                stretches.lam,
-                stretches.u,
-            )
+        for check in (self._compared, self._stated):
+            if check is not None:
+                check.take_intervals(
+                    stretches.begin,
+                    stretches.end,
+                    np.isfinite(stretches.doubt),
+                    stretches.time,
+                    stretches.z,
+                    stretches.lam,
+                    stretches.u,
+                )
         self.auditor.check_stretches(stretches)
 
     def certificate(

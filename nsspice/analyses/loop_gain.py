@@ -33,7 +33,7 @@ from .linearised import respond as respond_at_point
 from .load import need_circuit
 from .orbit_response import by_stimulus
 from .overrides import checked_values
-from .sink import Sink
+from .sink import Sink, hand_over
 from .solution import Solution, part_of
 from .steady_state import Neighbour, Periodic, Pss, find_orbits, report
 from .stimuli import injection
@@ -197,11 +197,7 @@ def run_loop(
         loop=margins(analysis.frequencies, t, gain),
         wall_time=clock.perf_counter() - begin,
     )
-    if sink is not None:
-        heading, block = solution.table()
-        sink.open(heading)
-        sink.write(block)
-        sink.close()
+    hand_over(solution, sink)
     return solution
 
 

@@ -17,7 +17,7 @@ from .adjoint import adjoint
 from .curve import Floats
 from .linearised import Complexes, operating_point
 from .names import canonical
-from .sink import Sink
+from .sink import Sink, hand_over
 from .solution import Solution
 from .statics import op
 
@@ -152,11 +152,7 @@ def run_noise(
     )
     solution.measures["onoise_total"] = math.sqrt(integral(analysis.frequencies, total))
     solution.measures["inoise_total"] = math.sqrt(integral(analysis.frequencies, back))
-    if sink is not None:
-        heading, block = solution.table()
-        sink.open(heading)
-        sink.write(block)
-        sink.close()
+    hand_over(solution, sink)
     return solution
 
 

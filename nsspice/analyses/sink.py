@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import Diagnostic, OutputError
+
+if TYPE_CHECKING:
+    from .solution import Solution
 
 Floats = npt.NDArray[np.float64]
 
@@ -27,6 +30,15 @@ class Sink(Protocol):
 
     def close(self) -> None:
         """End; called after the last row, also when a run was stopped early."""
+
+
+def hand_over(solution: Solution, sink: Sink | None) -> None:
+    """Write a table that is complete at once, if there is a sink."""
+    if sink is not None:
+        names, block = solution.table()
+        sink.open(names)
+        sink.write(block)
+        sink.close()
 
 
 class Store:

@@ -16,7 +16,7 @@ from .linearised import Complexes, operating_point, respond
 from .load import need_circuit
 from .overrides import checked_values
 from .recorder import select
-from .sink import Sink
+from .sink import Sink, hand_over
 from .solution import Solution
 from .steady_state import Neighbour
 from .stimuli import ac_values
@@ -164,11 +164,7 @@ def run_ac(
         periodic=notes,
         wall_time=clock.perf_counter() - begin,
     )
-    if sink is not None:
-        heading, block = solution.table()
-        sink.open(heading)
-        sink.write(block)
-        sink.close()
+    hand_over(solution, sink)
     return solution
 
 

@@ -19,8 +19,8 @@ from ..devices.stamper import Stated
 from ..netlist.expression import Expression
 from ..netlist.node import Node, call, sub, var
 from ..problems.csc import Floats
-from ..problems.descriptor import Functional
 from .energy import worse
+from .named_signals import NamedSignals, combination
 
 #: A signal is known to this part of the largest that it has been.
 _KNOWN = 64.0 * float(np.finfo(np.float64).eps)
@@ -35,7 +35,7 @@ _NEAR = "#near"
 
 
 class StatementCheck:
-    """Evaluates expressions of a deck at recorded points, and compares what stands for them.
+    """Evaluates expressions of a deck at recorded points, and compares their pairs and switches.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class StatementCheck:
     """
 
     def __init__(self, mna: MnaSystem, frozen: float | None = None) -> None:
-        self._layout, self._frozen = mna.layout, frozen
+        self._signals = NamedSignals(mna.layout, frozen)
         known = _KNOWN if mna.system.smooth is None else _ITERATED
         self._states = [_State(stated, known) for stated in mna.layout.stated]
         #: worst relative error
@@ -93,19 +93,7 @@ class StatementCheck:
 
     def _off(self, state: _State, time: Floats, z: Floats, lam: Floats, u: Floats) -> Floats:
         """Return how far values are from those of the tree, the rounding of signals left aside."""
-        signals: dict[str, Floats] = {}
-        for name in state.names:
-            if name == "time":
-                signals[name] = time if self._frozen is None else np.full_like(time, self._frozen)
-            elif name == "temper":
-                signals[name] = np.full_like(time, self._layout.conditions.temperature)
-            elif name[0] == "v":
-                a, b = (*name[2:-1].split(","), "0")[:2]
-                signals[name] = combination(
-                    Functional(z=self._layout.voltage(a, b)), time, z, lam, u
-                )
-            else:
-                signals[name] = combination(state.stated.currents[name], time, z, lam, u)
+        signals = self._signals.at(state.names, state.stated.currents, (time, z, lam, u))
         found = combination(state.stated.value, time, z, lam, u)
         return state.outside(signals, found)
 
@@ -140,15 +128,6 @@ class _State:
                 equal = _value(self._equal, {**signals, _NEAR: near}, found)
                 low, high = np.minimum(low, equal), np.maximum(high, equal)
             return np.asarray(np.where(found == value, 0.0, np.maximum(low - found, found - high)))
-
-
-def combination(output: Functional, time: Floats, z: Floats, lam: Floats, u: Floats) -> Floats:
-    """Return a combination of unknowns, multipliers and sources at points (..., n)."""
-    total = np.zeros_like(time)
-    for terms, values in ((output.z, z), (output.lam, lam), (output.u, u)):
-        for column, factor in terms:
-            total = total + factor * values[..., column]
-    return total
 
 
 def _nearly(node: Node) -> Node:

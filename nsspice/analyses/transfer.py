@@ -16,7 +16,7 @@ from .adjoint import adjoint
 from .linearised import Complexes, Point, operating_point, respond
 from .names import canonical
 from .sensitivity import Sensitivity, parameter_of
-from .sink import Sink
+from .sink import Sink, hand_over
 from .solution import Solution
 from .statics import op
 from .stimuli import injection
@@ -91,11 +91,7 @@ def run_tf(
         list(found),
         wall_time=clock.perf_counter() - begin,
     )
-    if sink is not None:
-        heading, block = solution.table()
-        sink.open(heading)
-        sink.write(block)
-        sink.close()
+    hand_over(solution, sink)
     return solution
 
 

@@ -93,11 +93,8 @@ class Bipolar(Transistor):
         findings = context.findings
         given = cls.INSTANCE.read(element.params, element.name, findings)
         parallel = size_of(element, given, findings)
-        card = context.models.get(id(model))
-        if card is None:
-            read = check_card(model, findings)
-            card = context.models[id(model)] = "wrong" if read is None else read
-        if parallel is None or not isinstance(card, dict):
+        card = context.card(model, check_card)
+        if parallel is None or card is None:
             return None
         return cls(element, model.type == "npn", card, given, parallel)
 

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from ..netlist.findings import Findings
-from .parameter import Parameter, Table, inert, limited, refused
+from .parameter import Parameter, Table, check_bounds, inert, limited, refused
 from .transistor import RATINGS
 
 if TYPE_CHECKING:
@@ -160,17 +160,7 @@ def check_card(model: Model, findings: Findings) -> dict[str, float] | None:
         )
     params = {key: param for key, param in model.params.items() if key not in broken}
     given = CARD.read(params, owner, findings)
-    for key, value in given.items():
-        bound = ""
-        if key in _SIGNED or math.isnan(value):
-            continue
-        if value < 0.0 or (key in _POSITIVE and value == 0.0):
-            bound = "positive" if key in _POSITIVE else "at least 0"
-        elif key == "fc" and value >= 1.0:
-            bound = "below 1"
-        if bound:
-            span = model.params[key].span if key in model.params else model.span
-            findings.error("NS2005", f"{owner}: {key}={value:g} must be {bound}", span)
+    check_bounds(given, model, findings, positive=_POSITIVE, free=_SIGNED)
     if given.get("subs", 1.0) not in (1.0, -1.0):
         wrong = f"{owner}: subs={given['subs']:g} must be 1 (collector) or -1 (base)"
         hint = "leave it out: 1 is the rule of NPN, -1 that of PNP transistors"

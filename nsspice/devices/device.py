@@ -17,7 +17,7 @@ from .signals import currents, voltages
 from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
-    from ..netlist.deck import Element
+    from ..netlist.deck import Element, Model
     from ..netlist.expression import Expression
     from .leg import CurveBody
 
@@ -60,6 +60,16 @@ class Context:
         self.idle_substrates: list[Element] = []
         #: elements whose model card is of another type than they need, by that and by the card
         self.wrong_types: dict[tuple[str, int], list[Element]] = {}
+
+    def card(
+        self, model: Model, check: Callable[[Model, Findings], dict[str, float] | None]
+    ) -> dict[str, float] | None:
+        """Return what a model card gives, read and checked once; None if it is wrong."""
+        found = self.models.get(id(model))
+        if found is None:
+            read = check(model, self.findings)
+            found = self.models[id(model)] = "wrong" if read is None else read
+        return found if isinstance(found, dict) else None
 
     def tell(self) -> None:
         """Report what was noted of many elements, once for all of them."""

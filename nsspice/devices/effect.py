@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 
@@ -39,3 +40,31 @@ class Effect:
             return f"{self.name} ({self.parameter})"
         unit = f" {self.unit}" if self.unit else ""
         return f"{self.name} ({self.parameter}={self.value:g}{unit})"
+
+
+def called_for(
+    card: Mapping[str, float],
+    known: Iterable[tuple[str, str, str]],
+    neutral: Collection[str],
+) -> tuple[Effect, ...]:
+    """Return the effects whose parameters a card gives.
+
+    Parameters
+    ----------
+    card : mapping of str to float
+    known : iterable of (str, str, str)
+        Parameter, name and unit.
+    neutral : collection of str
+        Parameters that mean "no such effect" where they are zero.
+
+    Examples
+    --------
+    >>> known = [("kp", "gain", ""), ("rd", "drain resistance", "Ohm")]
+    >>> [str(effect) for effect in called_for({"rd": 0.0, "kp": 2.0}, known, {"rd"})]
+    ['gain (kp=2)']
+    """
+    return tuple(
+        Effect(name, key, card[key], unit)
+        for key, name, unit in known
+        if key in card and (card[key] or key not in neutral)
+    )

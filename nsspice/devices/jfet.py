@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING
 
 from ..netlist.findings import Findings
 from .device import NO_VALUES, Context, Edge, check_flags, check_model
-from .effect import Effect
+from .effect import Effect, called_for
 from .junction import STEEPEST
 from .leg import Voltage
 from .leg_device import size_of
 from .level1_law import Level1Law
 from .mosfet import INITIAL, MULTIPLE, RATINGS, TEMPERATURES
 from .number_tape import LawTape, NumberTape, R
-from .parameter import Parameter, Table, inert, limited, refused
+from .parameter import Parameter, Table, check_bounds, inert, limited, refused
 from .smooth_mosfet import SmoothMosfet
 from .stamper import Conditions, Layout, Stamper
 from .thermal import CELSIUS, depletion, kelvin, thermal_voltage
@@ -73,6 +73,8 @@ _EFFECTS = (
     ("cgs", "gate-source charge", "F"),
     ("cgd", "gate-drain charge", "F"),
 )
+#: zero means "no such effect"
+_NEUTRAL_ZERO = frozenset({"lambda", "rd", "rs", "is", "cgs", "cgd"})
 _POSITIVE = frozenset({"beta", "n", "pb"})
 _FREE = frozenset({"level", "vto", "tcv", "vtotc", "bex", "betatce", "eg", "xti", "tnom"})
 
@@ -96,11 +98,7 @@ class Jfet(SmoothMosfet):
         self.stores_energy = bool(card.get("cgs") or card.get("cgd"))
         self.effects = (
             Effect(f"square law {'N' if n else 'P'} JFET"),
-            *(
-                Effect(name, key, card[key], unit)
-                for key, name, unit in _EFFECTS
-                if card.get(key) or (key in card and key in ("vto", "beta"))
-            ),
+            *called_for(card, _EFFECTS, _NEUTRAL_ZERO),
         )
 
     @classmethod
@@ -119,11 +117,8 @@ class Jfet(SmoothMosfet):
         findings = context.findings
         given = cls.INSTANCE.read(element.params, element.name, findings)
         parallel = size_of(element, given, findings)
-        card = context.models.get(id(model))
-        if card is None:
-            read = _check_card(model, findings)
-            card = context.models[id(model)] = "wrong" if read is None else read
-        if parallel is None or not isinstance(card, dict):
+        card = context.card(model, _check_card)
+        if parallel is None or card is None:
             return None
         return cls(element, model.type == "njf", card, {**given, "m": parallel})
 
@@ -198,16 +193,6 @@ def _check_card(model: Model, findings: Findings) -> dict[str, float] | None:
     if given.get("level", 1.0) != 1.0:
         message = f"{owner}: level {given['level']:g} of a JFET is not simulated by this version"
         findings.error("NS2008", message, model.params["level"].span, "level 1 is")
-    for key, value in given.items():
-        if key in _FREE:
-            continue
-        bound = ""
-        if value < 0.0 or (key in _POSITIVE and value == 0.0):
-            bound = "positive" if key in _POSITIVE else "at least 0"
-        elif key == "fc" and value >= 1.0:
-            bound = "below 1"
-        if bound:
-            span = model.params[key].span if key in model.params else model.span
-            findings.error("NS2005", f"{owner}: {key}={value:g} must be {bound}", span)
+    check_bounds(given, model, findings, positive=_POSITIVE, free=_FREE)
     limited(given, "m", STEEPEST, model, findings)
     return given if len(findings.errors) == before else None

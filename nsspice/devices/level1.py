@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from .device import NO_VALUES, Context, Edge
-from .effect import Effect
+from .effect import Effect, called_for
 from .leg import Voltage
 from .level1_card import EFFECTS, NEUTRAL_ZERO, check_card
 from .level1_law import Level1Law
@@ -68,11 +68,7 @@ class Level1(SmoothMosfet):
         self.stores_energy = any(p[key] for key in stored)
         self.effects = (
             Effect(f"square law {'NMOS' if n else 'PMOS'}"),
-            *(
-                Effect(name, key, card[key], unit)
-                for key, name, unit in EFFECTS
-                if key in card and (card[key] or key not in NEUTRAL_ZERO)
-            ),
+            *called_for(card, EFFECTS, NEUTRAL_ZERO),
         )
 
     @classmethod
@@ -80,11 +76,8 @@ class Level1(SmoothMosfet):
         """Return the transistor of an element line, or None after reporting why not."""
         findings = context.findings
         given = cls.INSTANCE.read(element.params, element.name, findings)
-        card = context.models.get(id(model))
+        card = context.card(model, check_card)
         if card is None:
-            read = check_card(model, findings)
-            card = context.models[id(model)] = "wrong" if read is None else read
-        if not isinstance(card, dict):
             return None
         size = {
             p.name: {**_UNSAID, **context.sizes, **card, **given}.get(p.name, 0.0) for p in _SIZES

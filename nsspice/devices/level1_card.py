@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ..netlist.findings import Findings
 from .junction import STEEPEST
 from .mosfet import RATINGS
-from .parameter import Parameter, Table, inert, limited, refused
+from .parameter import Parameter, Table, check_bounds, inert, limited, refused
 
 if TYPE_CHECKING:
     from ..netlist.deck import Model
@@ -114,17 +114,7 @@ def check_card(model: Model, findings: Findings) -> dict[str, float] | None:
     owner = f"model {model.name}"
     before = len(findings.errors)
     given = CARD.read(model.params, owner, findings)
-    for key, value in given.items():
-        bound = ""
-        if key in _SIGNED:
-            continue
-        if value < 0.0 or (key in _POSITIVE and value == 0.0):
-            bound = "positive" if key in _POSITIVE else "at least 0"
-        elif key == "fc" and value >= 1.0:
-            bound = "below 1"
-        if bound:
-            span = model.params[key].span if key in model.params else model.span
-            findings.error("NS2005", f"{owner}: {key}={value:g} must be {bound}", span)
+    check_bounds(given, model, findings, positive=_POSITIVE, free=_SIGNED)
     if given.get("nsub") and not given["nsub"] * 1e6 > INTRINSIC:
         message = f"{owner}: nsub={given['nsub']:g} is not above the intrinsic density 1.45e10"
         findings.error("NS2005", message, model.params["nsub"].span)

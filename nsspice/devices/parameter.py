@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -181,3 +181,38 @@ def limited(
         span = model.params[key].span if key in model.params else model.span
         findings.warning("NS2058", message, span, "a layer so steep has no charge when it conducts")
         given[key] = bound
+
+
+def check_bounds(
+    given: Mapping[str, float],
+    model: Model,
+    findings: Findings,
+    *,
+    positive: Collection[str],
+    free: Collection[str],
+) -> None:
+    """Report parameters of a model card that are negative, zero, or an ``fc`` of 1 and more.
+
+    Parameters
+    ----------
+    given : mapping of str to float
+        What the card gives, by main names.
+    model : Model
+    findings : Findings
+    positive : collection of str
+        Must not be zero either.
+    free : collection of str
+        May have any value.
+    """
+    for key, value in given.items():
+        bound = ""
+        if key in free:
+            continue
+        if value < 0.0 or (key in positive and value == 0.0):
+            bound = "positive" if key in positive else "at least 0"
+        elif key == "fc" and value >= 1.0:
+            bound = "below 1"
+        if bound:
+            span = model.params[key].span if key in model.params else model.span
+            message = f"model {model.name}: {key}={value:g} must be {bound}"
+            findings.error("NS2005", message, span)

@@ -7,6 +7,7 @@ resistance; without one the two are the same node.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, ClassVar
 
@@ -40,9 +41,9 @@ class SmoothMosfet(Mosfet):
         self.temp = given.get("temp", card.get("t_abs"))
         self.dtemp = given.get("dtemp", 0.0)
 
+    @abstractmethod
     def resistances(self, conditions: Conditions) -> dict[str, float]:
         """Return the resistance [Ohm] in series with each terminal that has one."""
-        raise NotImplementedError
 
     @property
     def _shunt(self) -> float:

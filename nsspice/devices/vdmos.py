@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from .device import NO_VALUES, Context, Edge
-from .effect import Effect
+from .effect import Effect, called_for
 from .leg import JunctionBody, Voltage
 from .mosfet import INITIAL, MULTIPLE, TEMPERATURES, Flow
 from .number_tape import NumberTape
@@ -49,11 +49,7 @@ class Vdmos(SmoothMosfet):
         self.stores_energy = charged or self.diode.stores_energy
         self.effects = (
             Effect(f"power {'NMOS' if n else 'PMOS'}"),
-            *(
-                Effect(name, key, card[key], unit)
-                for key, name, unit in EFFECTS
-                if key in card and (card[key] or key not in NEUTRAL_ZERO)
-            ),
+            *called_for(card, EFFECTS, NEUTRAL_ZERO),
         )
 
     @classmethod
@@ -61,15 +57,12 @@ class Vdmos(SmoothMosfet):
         """Return the transistor of an element line, or None after reporting why not."""
         findings = context.findings
         given = cls.INSTANCE.read(element.params, element.name, findings)
-        card = context.models.get(id(model))
-        if card is None:
-            read = check_card(model, findings)
-            card = context.models[id(model)] = "wrong" if read is None else read
+        card = context.card(model, check_card)
         if not given.get("m", 1.0) > 0.0:
             message = f"m of {element.name} must be positive"
             findings.error("NS2005", message, element.params["m"].span)
             return None
-        if not isinstance(card, dict):
+        if card is None:
             return None
         if len(element.nodes) > 3 and element.nodes[3] != element.nodes[2]:
             findings.warning(

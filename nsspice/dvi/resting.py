@@ -191,6 +191,6 @@ def value_of(expr: Expr, values: Mapping[str, float]) -> float:
 
 
 def size_of(expr: Expr, values: Mapping[str, float]) -> float:
-    """Return the largest of what stands in an expression besides the time."""
+    """Return the largest of the terms of an expression besides the time."""
     named = (abs(values[name]) for name in expr.names if name != "time")
     return float(np.max(list(named), initial=0.0))

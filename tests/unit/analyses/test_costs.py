@@ -11,7 +11,18 @@ from nsspice.analyses.costs import cost_of
 from nsspice.analyses.told import explained, tell
 
 NETLISTS = Path(__file__).parents[3] / "netlists"
-DECKS = sorted(NETLISTS.rglob("*.net"))
+
+
+def readable(deck: Path) -> bool:
+    """Return whether a deck is not there to be refused while it is read."""
+    try:
+        nsspice.read(deck)
+    except nsspice.NsspiceError:
+        return False
+    return True
+
+
+DECKS = [deck for deck in sorted(NETLISTS.rglob("*.net")) if readable(deck)]
 #: what else a sentence may be about
 _OTHER = (
     "output points",
@@ -25,10 +36,7 @@ _OTHER = (
 @pytest.mark.parametrize("deck", DECKS, ids=lambda path: path.stem)
 def test_every_deck_of_the_collection_is_told_what_decides_its_cost(deck: Path) -> None:
     """Smooth elements where steps are needed, else the events of an element, or output points."""
-    try:
-        circuit = nsspice.read(deck)
-    except nsspice.NsspiceError:
-        pytest.skip("the deck shows an error message")
+    circuit = nsspice.read(deck)
     for of in circuit.islands:
         mna = of.assemble()
         told, cost = tell(circuit, of, mna), cost_of(circuit, of, mna)

@@ -9,7 +9,18 @@ import pytest
 from scipy.optimize import brentq
 
 import nsspice
-from nsspice.dvi import DVI, Sgn, complementarity, contact, multiplier, sin, states, t
+from nsspice.dvi import (
+    DVI,
+    Sgn,
+    complementarity,
+    contact,
+    equation,
+    multiplier,
+    sin,
+    states,
+    t,
+    unknowns,
+)
 
 G = 9.81
 X, V = states("x", "v")
@@ -156,7 +167,20 @@ def test_a_bound_on_a_speed_is_hit_together_with_a_contact():
 
 def test_what_has_no_law_is_refused():
     """A contact with restitution that is hit together with a condition on something algebraic."""
-    n = multiplier("n")
+    n, u = multiplier("n"), multiplier("u")
+    x, v, w = states("x", "v", "w")
+    y = unknowns("y")
+    both = DVI(
+        {x: v, v: n - G, w: u - n},
+        [contact(n, x, 0.5), complementarity(u, y), equation(y, w - y)],
+        start={x: 1.0, v: 0.0, w: 0.0},
+    )
+    with pytest.raises(nsspice.UsageError, match="different restitution") as refused:
+        both.run(0.6)
+    assert refused.value.code == "NS6005"
+
+
+def test_a_restitution_that_makes_energy_is_refused():
     with pytest.raises(nsspice.UsageError) as refused:
-        contact(n, X, 1.5)
+        contact(multiplier("n"), X, 1.5)
     assert refused.value.code == "NS6003"

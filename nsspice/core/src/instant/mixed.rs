@@ -7,11 +7,7 @@
 //! A branch that closed ones join already is violated by nothing, so that the closed ones never form a loop.
 //! Each mode has a forest of its own in which its closed branches are fixed ones.
 
-use crate::structure::{Flow, Hybrid, Law, Network};
-
-/// Signs of a solution are wrong by no more than this part of the largest value: each is a sum of as many terms
-/// as there are branches, of which networks treated here have some thousand.
-pub(super) const SIGNS: f64 = 4096.0 * f64::EPSILON;
+use crate::structure::{Flow, Hybrid, Law, Network, SUMS};
 
 /// A one-way branch.
 #[derive(Clone, Copy, Debug)]
@@ -201,7 +197,7 @@ fn attempt(network: &Network, ways: &[OneWay], closed: &[bool]) -> Option<Trial>
     let offsets = ways.iter().fold(0.0f64, |a, w| a.max(w.offset.abs()));
     let injected = largest(&network.injected);
     let sizes = [largest(&flow.current).max(injected), largest(&flow.voltage).max(offsets)];
-    let rounding = sizes.map(|size| SIGNS * size);
+    let rounding = sizes.map(|size| SUMS * size);
     let contradicts = |(law, voltage): (&Law, &f64)| match law {
         Law::Fixed(fixed) => f64::abs(voltage - fixed) > rounding[1],
         Law::Weighted { .. } | Law::Loose(_) => false,

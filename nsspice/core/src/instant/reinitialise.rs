@@ -1,10 +1,10 @@
 //! The problems of an instant one after the other, see the module.
 
-use super::mixed::{OneWay, SIGNS};
+use super::mixed::OneWay;
 use crate::descriptor::Linear;
 use crate::mlcp::Role;
 use crate::sparse::Csc;
-use crate::structure::{Branch, Elements, Law};
+use crate::structure::{Branch, Elements, Law, SUMS};
 
 /// Networks with more branches are left to sparse methods: the loops of one forest grow with their square.
 const MOST: usize = 2000;
@@ -81,7 +81,7 @@ impl Reinitialiser {
         largest: f64,
     ) -> Option<Consistent> {
         let mut instant = Instant::new(self, before, [u, slopes], roles);
-        instant.nothing = SIGNS * largest;
+        instant.nothing = SUMS * largest;
         instant.solve(before)
     }
 }

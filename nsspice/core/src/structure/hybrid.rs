@@ -36,9 +36,9 @@ pub enum Law {
 /// Weight of a loose branch beside the least one.  Roots of weights span less than half the range of numbers, and the
 /// condition of the equations does not depend on it.
 const LIGHT: f64 = 1e-60;
-/// Injected currents whose sum is no more than this part of their terms cancel: each comes with the rounding of
-/// sums of some thousand terms.
-const CANCELLED: f64 = 4096.0 * f64::EPSILON;
+/// Rounding of a sum beside its terms: there are as many as branches, of which networks treated here have some
+/// thousand.
+pub const SUMS: f64 = 4096.0 * f64::EPSILON;
 
 impl Law {
     /// For the order of the forest: fixed branches first.
@@ -211,7 +211,7 @@ impl Network {
         let mut cut_off = false;
         for ((cut, size), &edge) in cuts.iter_mut().zip(sizes).zip(&basis.tree) {
             if is_loose(edge) {
-                let nothing = cut.abs() <= CANCELLED * size.abs();
+                let nothing = cut.abs() <= SUMS * size.abs();
                 *cut = if nothing { 0.0 } else { *cut };
                 cut_off |= !nothing;
             }

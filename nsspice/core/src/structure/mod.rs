@@ -12,5 +12,5 @@ mod tests;
 pub use basis::Basis;
 pub use breakpoints::kinks_that_reach_storage;
 pub use elements::{Branch, Elements};
-pub use hybrid::{Flow, Hybrid, Law, Network};
+pub use hybrid::{Flow, Hybrid, Law, Network, SUMS};
 pub use parts::Parts;
