@@ -37,3 +37,14 @@ def with_waveforms(mna: MnaSystem, waveforms: Sequence[Waveform]) -> MnaSystem:
     other = copy.copy(mna)
     other.system = replace(mna.system, waveforms=tuple(waveforms))
     return other
+
+
+def with_gates(mna: MnaSystem, gates: Sequence[bool]) -> MnaSystem:
+    """Return an island whose switches are in these states before the start."""
+    pairs = zip(mna.system.switches, gates, strict=True)
+    switches = tuple(replace(s, closed=gate != s.inverted) for s, gate in pairs)
+    if switches == mna.system.switches:
+        return mna
+    other = copy.copy(mna)
+    other.system = replace(mna.system, switches=switches)
+    return other

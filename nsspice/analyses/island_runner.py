@@ -16,7 +16,7 @@ from ..solvers.moreau import MoreauStepper
 from ..solvers.sdirk import Accuracy, SdirkStepper
 from ..solvers.stepper import UnsolvedStep
 from .aliasing import Between
-from .beginning import Beginning, with_waveforms
+from .beginning import Beginning, with_gates, with_waveforms
 from .cards import Tran
 from .certificate import TAKEN_BESIDE_EXACT, Certificate
 from .costs import sentence
@@ -79,6 +79,8 @@ class IslandRunner:
             sources = [continued(w) for w in self.mna.system.waveforms]
             self.mna = with_waveforms(self.mna, sources)
         self.beginning = beginning
+        if beginning is not None:
+            self.mna = with_gates(self.mna, beginning.gates)
         system = self.mna.system
         self.step: float | None = None if system.static else analysis.solver_step(settings.step)
         self.width = len(names)
@@ -188,9 +190,13 @@ class IslandRunner:
         if self.all_points:
             self.stepper.show_all_points(analysis.start)
         try:
-            if self.beginning is not None and isinstance(self.stepper, ModewiseStepper):
-                self.stepper.start_given(self.beginning.charges, self.beginning.gates)
-                self.charges = self.beginning.charges, self.beginning.energy
+            if self.beginning is not None and self.step is not None:
+                charges = self.beginning.charges
+                if isinstance(self.stepper, ModewiseStepper):
+                    self.stepper.start_given(charges, self.beginning.gates)
+                else:
+                    self.stepper.start_charges(0.0, charges, self.step)
+                self.charges = charges, self.beginning.energy
                 return
             self.charges = start(self.circuit, self.mna, self.stepper, analysis, self.step)
         except UnsolvedStep as problem:

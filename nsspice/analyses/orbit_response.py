@@ -13,9 +13,10 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from ..circuit import Circuit
-from ..errors import Diagnostic
+from ..errors import Diagnostic, UsageError
 from ..netlist.deck import PssCard
 from ..problems.descriptor import DescriptorSystem, Functional
+from ..solvers.modewise import refusal
 from ..solvers.orbit import NoDerivative, PeriodMap
 from .curve import Floats
 from .linearised import Complexes, unbounded
@@ -63,7 +64,22 @@ def about_orbit(
 def at_orbit(
     orbit: Orbit, outputs: Sequence[Functional], system: DescriptorSystem, stimuli: Sequence[int]
 ) -> PeriodMap:
-    """Return the period map of an orbit, run over its period and differentiated."""
+    """Return the period map of an orbit, run over its period and differentiated.
+
+    Raises
+    ------
+    UsageError
+        NS4015 for an orbit that has no closed form.
+    """
+    if orbit.stepped:
+        raise UsageError(
+            Diagnostic(
+                "NS4015",
+                "small signals about an orbit need its closed form, and this one was found by "
+                f"steps with error control: {refusal(orbit.mna.system)}",
+                hint="set-valued elements (D(ideal), SW) have one; .ac without .pss takes all",
+            )
+        )
     triggered = len(orbit.system.switches) > len(orbit.mna.system.switches)
     period_map = PeriodMap(system, None if triggered else orbit.found.period, outputs, stimuli)
     period_map.run(orbit.found.state)

@@ -28,6 +28,11 @@ def period_of(waveform: Waveform) -> float | None:
         _, amplitude, frequency, _, damping, _ = values
         repeats = amplitude != 0.0 and frequency > 0.0 and damping == 0.0
         return 1.0 / frequency if repeats else None
+    if waveform.kind in ("sffm", "am"):
+        # carrier and signal, modulation and carrier
+        both = (values[2], values[4]) if waveform.kind == "sffm" else (values[2], values[3])
+        own = common([1.0 / f for f in both if f > 0.0])
+        return own if own is not None and math.isfinite(own) else None
     if waveform.kind == "pwl" and math.isfinite(waveform.repeat):
         period = values[-2] - waveform.repeat
         return period if period > 0.0 else None
@@ -61,10 +66,13 @@ def continued(waveform: Waveform) -> Waveform:
         return waveform
     if period is None:
         return Waveform("dc", (initial_value(waveform) / waveform.scale,), scale=waveform.scale)
-    if waveform.kind == "pulse":
-        delay = values[2]
+    if waveform.kind == "sffm":
+        return waveform
+    if waveform.kind in ("pulse", "am"):
+        place = 2 if waveform.kind == "pulse" else 4
+        delay = values[place]
         earlier = delay - period * math.ceil(delay / period) if delay > 0.0 else delay
-        return replace(waveform, values=(*values[:2], earlier, *values[3:]))
+        return replace(waveform, values=(*values[:place], earlier, *values[place + 1 :]))
     if waveform.kind == "sin":
         offset, amplitude, frequency, delay, damping, phase = values
         turned = phase - 360.0 * math.fmod(delay * frequency, 1.0) if delay > 0.0 else phase

@@ -112,6 +112,8 @@ def add_powers(circuit: Circuit, solution: Solution, loads: Sequence[str]) -> No
     from .losses import losses
 
     if solution.integrals is None:
+        if solution.analysis == "pss":
+            solution.warnings.append(_left_out(None, ValueError("the run has no closed form")))
         return
     try:
         lost = math.fsum(jump.lost for jump in solution.jumps)

@@ -38,6 +38,13 @@ def no_period(span: Span | None, several: bool) -> UsageError:
     return UsageError(Diagnostic("NS4015", message, span, hint))
 
 
+def no_closed_form(number: int, reason: str, span: Span | None) -> UsageError:
+    """Return the error of what needs closed forms of an island, which it has not for a reason."""
+    message = f"the periodic steady state of island {number + 1} has no closed form: {reason}"
+    hint = "set-valued diodes (D(ideal)) and sources DC, SIN, PULSE and PWL have one"
+    return UsageError(Diagnostic("NS4015", message, span, hint))
+
+
 def no_derivative(problem: NoDerivative, mna: MnaSystem, span: Span | None) -> NumericalError:
     """Return the error of a run that is no differentiable function of its beginning."""
     names = ", ".join(

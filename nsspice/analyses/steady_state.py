@@ -22,6 +22,8 @@ from ..solvers.orbit import (
     find_orbit,
     with_trigger,
 )
+from ..solvers.sdirk import Accuracy
+from ..solvers.shooting import StepMap, find_stepped_orbit, finer
 from ..solvers.stepper import UnsolvedStep
 from .beginning import Beginning, with_waveforms
 from .cards import Tran
@@ -35,7 +37,7 @@ from .refusal import check_on_failure, judge
 from .settings import Settings
 from .sink import Sink
 from .solution import Solution
-from .steady_failure import no_derivative, no_orbit, no_period, stored_names
+from .steady_failure import no_closed_form, no_derivative, no_orbit, no_period, stored_names
 from .transient import run_tran
 
 _MULTIPLIERS = 64  # kept in a report
@@ -92,6 +94,11 @@ class Orbit:
     found: Found
 
     @property
+    def stepped(self) -> bool:
+        """True if it was found by steps with error control, which have no closed form."""
+        return self.found.tolerance > 0.0
+
+    @property
     def beginning(self) -> Beginning:
         """The state in which a period begins."""
         gates = self.found.state.gates[: len(self.mna.system.switches)]
@@ -115,6 +122,8 @@ class Periodic:
         Change over the period, relative to the largest energy coordinates.
     free : tuple of str
         Elements whose charge or flux no law pulls back: it is that of the start.
+    tolerance : float
+        To which multipliers are known; smaller ones are left out.
     """
 
     period: float
@@ -123,6 +132,7 @@ class Periodic:
     periods: int
     residual: float
     free: tuple[str, ...] = ()
+    tolerance: float = 1e-9
 
     @property
     def verdict(self) -> str:
@@ -137,9 +147,9 @@ class Periodic:
             return "stable"
         # what a free charge or flux has is no instability
         largest = max(self.multipliers, key=abs)
-        if abs(largest) <= 1.0 + 1e-9:
-            return "neutral" if abs(largest) >= 1.0 - 1e-9 else "stable"
-        if abs(largest.imag) > 1e-9 * abs(largest):
+        if abs(largest) <= 1.0 + self.tolerance:
+            return "neutral" if abs(largest) >= 1.0 - self.tolerance else "stable"
+        if abs(largest.imag) > self.tolerance * abs(largest):
             return "unstable: Neimark-Sacker"
         return "unstable: period doubling" if largest.real < 0.0 else "unstable: fold"
 
@@ -153,6 +163,7 @@ class Periodic:
             "periods": self.periods,
             "residual": self.residual,
             "free": list(self.free),
+            "tolerance": self.tolerance,
         }
 
 
@@ -261,6 +272,8 @@ def run_pss(
     begin = clock.perf_counter()
     period, orbits = find_orbits(circuit, analysis, temperature, values, neighbour)
     settings = Settings.of(circuit.deck, "auto")
+    if any(o is not None and o.stepped for o in orbits):
+        settings = replace(settings, reltol=finer(settings.reltol))  # so that the period closes
     solution = run_tran(
         circuit,
         Tran(period, analysis.row_step),
@@ -276,6 +289,11 @@ def run_pss(
     )
     solution.analysis = "pss"
     solution.periodic = report(circuit, period, orbits)
+    solution.wall_time = clock.perf_counter() - begin
+    if solution.periodic.free:
+        solution.warnings.append(_free(analysis, solution.periodic))
+    if any(o is not None and o.stepped for o in orbits):
+        return solution  # measures take the recorded steps
 
     def course_of(home: int) -> Course:
         orbit = orbits[home]
@@ -286,9 +304,6 @@ def run_pss(
 
     ambient = circuit.deck.temperature if temperature is None else temperature
     solution.integrals = Integrals(circuit, course_of, (0.0, period), True, ambient)
-    solution.wall_time = clock.perf_counter() - begin
-    if solution.periodic.free:
-        solution.warnings.append(_free(analysis, solution.periodic))
     return solution
 
 
@@ -361,7 +376,7 @@ def _period(circuit: Circuit, analysis: Pss, islands: Sequence[MnaSystem]) -> fl
         if of_sources is None or math.isnan(of_sources):
             raise no_period(analysis.span, of_sources is not None)
         return of_sources
-    if of_sources is None:
+    if of_sources is None and not any(mna.system.timed for mna in islands):
         raise no_period(analysis.span, False)
     wrong = [p for p in map(period_of, waveforms) if p is not None and not is_multiple(asked, p)]
     if wrong:
@@ -424,15 +439,6 @@ def orbit_of(
         raise named_failure(circuit, mna, problem, starting=problem.time == 0.0, given=True) from (
             problem
         )
-    except NotModewise as problem:
-        raise UsageError(
-            Diagnostic(
-                "NS4015",
-                f"the periodic steady state of island {number + 1} cannot be found: {problem}",
-                analysis.span,
-                "set-valued diodes (D(ideal)) and sources DC, SIN, PULSE and PWL can be treated",
-            )
-        ) from problem
     except NoDerivative as problem:
         raise no_derivative(problem, mna, analysis.span) from problem
     except NoOrbit as problem:
@@ -451,8 +457,13 @@ def _search(
     analysis: Pss,
     neighbour: Neighbour | None,
 ) -> Found:
-    period_map = PeriodMap(system, period)
     known = None if neighbour is None else neighbour.states.get(number)
+    try:
+        period_map = PeriodMap(system, period)
+    except NotModewise as problem:
+        if system.static:
+            raise no_closed_form(number, str(problem), analysis.span) from problem
+        return _stepped(circuit, mna, system, period, analysis, known)
     if known is not None and known.energy.size == period_map.core.states():
         try:
             return find_orbit(period_map, known, 0)
@@ -467,6 +478,33 @@ def _search(
     if period is None and analysis.settle > 0.0:
         start = period_map.settled(start, analysis.settle)
     return find_orbit(period_map, start, settle)
+
+
+def _stepped(
+    circuit: Circuit,
+    mna: MnaSystem,
+    system: DescriptorSystem,
+    period: float | None,
+    analysis: Pss,
+    known: State | None,
+) -> Found:
+    """Return the orbit that steps with error control find."""
+    settings = Settings.of(circuit.deck, "auto")
+    accuracy = Accuracy(settings.reltol, settings.vntol, settings.abstol)
+    step_map = StepMap(system, period, accuracy)
+    if known is not None and known.energy.size == system.n:
+        try:
+            return find_stepped_orbit(step_map, known, 0)
+        except (NoOrbit, UnsolvedStep):
+            step_map = StepMap(system, period, accuracy)
+    charges, _ = mna.initial_state(_initial_voltages(circuit, mna))
+    start = State(charges, [s.closed != s.inverted for s in system.switches])
+    settle = PERIODS
+    if analysis.settle > 0.0 and period is not None:
+        settle = max(settle, math.ceil(analysis.settle / period))
+    elif analysis.settle > 0.0:
+        start = step_map.settled(start, analysis.settle)
+    return find_stepped_orbit(step_map, start, settle)
 
 
 def _initial_voltages(circuit: Circuit, mna: MnaSystem) -> dict[str, float]:
@@ -487,6 +525,7 @@ def report(circuit: Circuit, period: float, orbits: Sequence[Orbit | None]) -> P
         sum(o.found.periods for o in there),
         max((o.found.residual for o in there), default=0.0),
         tuple(dict.fromkeys(free)),
+        max((o.found.tolerance for o in there), default=0.0) or 1e-9,
     )
 
 

@@ -120,6 +120,8 @@ class Found:
     free : ndarray, shape (k, n)
         Charges and fluxes that no law pulls back (multiplier 1): their values are those of the
         start.
+    tolerance : float
+        To which multipliers are known where steps with error control were taken, 0 if to rounding.
     """
 
     state: State
@@ -130,6 +132,7 @@ class Found:
     periods: int
     residual: float
     free: Floats
+    tolerance: float = 0.0
 
 
 def with_trigger(system: DescriptorSystem, control: Functional, level: float) -> DescriptorSystem:

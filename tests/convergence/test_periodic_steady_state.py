@@ -219,8 +219,6 @@ def test_a_free_charge_is_named() -> None:
          "NS4015", "no common period"),
         (["V1 a 0 SIN(0 1 1k)", "R1 a b 1", "C1 b 0 1u", ".pss period=1.5m"], "NS4005", "multiple"),
         (["V1 a 0 5", "R1 a b 1k", "C1 b 0 1u", ".pss trigger=v(b) level=2"], "NS3062", "v(b)"),
-        (["V1 a 0 SIN(0 1 1k)", "R1 a b 1k", "D1 b 0 DS", "C1 b 0 1u", ".model DS D(IS=1e-14)",
-          ".pss"], "NS4015", "smooth"),
     ],
 )  # fmt: skip
 def test_errors_say_why(lines: list[str], code: str, words: str) -> None:
