@@ -28,18 +28,22 @@ from .stimuli import Entries, with_columns
 
 @dataclass(frozen=True, slots=True)
 class Sensitivity:
-    """How the average of a signal depends on one element.
+    """How the average of a signal, or a measure, depends on one element or parameter.
 
     Parameters
     ----------
     signal : str
+        Or the name of a measure.
     element : str
+        Or the name of a parameter.
     value : float
         Of the element [Ohm, H, F, V or A].
     average : float
-        Of the signal [V or A].
+        Of the signal [V or A], or the measure.
     derivative : float
         Of the average by the value.
+    error : float or None
+        Bound of the error of the derivative of a measure; None where it is exact.
     """
 
     signal: str
@@ -47,6 +51,7 @@ class Sensitivity:
     value: float
     average: float
     derivative: float
+    error: float | None = None
 
     @property
     def relative(self) -> float:
@@ -241,6 +246,8 @@ def add_sensitivities(
 
     compute = op_sensitivities if solution.analysis == "op" else sens
     for card in circuit.deck.sensitivities:
+        if not card.signals:
+            continue  # of measures
         try:
             solution.sensitivities += compute(
                 circuit,

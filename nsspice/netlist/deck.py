@@ -290,11 +290,16 @@ class FourCard(NamedTuple):
 
 
 class SensCard(NamedTuple):
-    """``.sens signal ... [element ...]``: derivatives of averages of ``.pss`` by elements."""
+    """``.sens signal ... [element ...]``, ``.sens measure ... [parameter|element ...]``.
+
+    Derivatives of averages of ``.pss`` by elements; of measures by parameters and elements, both of
+    which ``names`` holds but for elements.
+    """
 
     signals: tuple[str, ...]
     elements: tuple[str, ...]
     span: Span
+    names: tuple[str, ...] = ()
 
 
 Analysis = OpCard | DcCard | TranCard | PssCard | AcCard | LoopCard | NoiseCard | TfCard

@@ -27,6 +27,7 @@ _COUNTERS = (
     ("events", "event"),
     ("modes", "mode"),
 )
+_DOUBTFUL = 1e-6  # relative error of a derivative that is told
 _POWERS = 30  # elements listed with their power
 _LISTED = 8  # impulses and islands listed before "... and N more"
 
@@ -173,13 +174,16 @@ def _spectrum(spectrum: Spectrum) -> list[str]:
 
 def _sensitivities(found: list[Sensitivity]) -> list[str]:
     """Return what a change of each element by 1 % does to averages."""
-    lines = ["  averages, and their change for a change of 1 % (of a source of 0: by 1 unit):"]
+    what = "measures" if found[0].error is not None else "averages"
+    lines = [f"  {what}, and their change for a change of 1 % (of a source of 0: by 1 unit):"]
     for s in found[:_POWERS]:
-        symbol = unit(s.signal)
+        symbol = unit(s.signal) if s.error is None else ""
         change = 0.01 * s.relative if s.value else s.derivative
-        lines.append(
-            f"    {s.signal} = {number(s.average, symbol, 9)}: {s.element} {number(change, symbol)}"
-        )
+        line = f"    {s.signal} = {number(s.average, symbol, 9)}: {s.element} "
+        line += number(change, symbol)
+        if s.error is not None and s.error > _DOUBTFUL * abs(s.derivative):
+            line += f" (to {number(0.01 * s.error * abs(s.value), symbol)})"
+        lines.append(line)
     if len(found) > _POWERS:
         lines.append(f"    ... and {len(found) - _POWERS} more")
     return lines
@@ -356,6 +360,7 @@ def to_dict(solution: Solution) -> dict[str, Any]:
                 "value": s.value,
                 "average": s.average,
                 "derivative": s.derivative,
+                "error": s.error,
             }
             for s in solution.sensitivities
         ],

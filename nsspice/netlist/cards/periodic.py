@@ -189,28 +189,40 @@ def four(context: Context, line: Line) -> None:
 
 
 def sens(context: Context, line: Line) -> None:
-    """Read ``.sens signal ... [element ...]``: averages of ``.pss``, or the operating point."""
-    hint = "write .sens v(out) i(L1), and elements if not all of them are meant"
+    """Read ``.sens signal ... [element ...]`` or ``.sens measure ... [parameter|element ...]``."""
+    _sens(context, line)
+
+
+def _sens(context: Context, line: Line) -> SensCard:
+    hint = "write .sens v(out) i(L1), or a measure, and what it is to be differentiated by"
     signals: list[str] = []
     elements: list[str] = []
+    names: list[str] = []
     for item in context.tail(line):
         where = line.span(item.start, item.end)
         if item.kind == "call":
             signals.append(probe(context, item, where))
-        elif item.kind == "word":
+        elif item.kind == "word" and (signals or context.is_element(item.text)):
             elements.append(context.element(item.text, where))
+        elif item.kind == "word":
+            names.append(item.text)
         else:
             raise Unreadable("NS1080", ".sens takes signals and elements", where, hint)
-    if not signals or any(name.startswith("p(") for name in signals):
-        raise Unreadable("NS1080", ".sens needs voltages or currents", line.whole(), hint)
-    card = SensCard(tuple(signals), tuple(elements), line.whole())
+    if any(name.startswith("p(") for name in signals) or not (signals or names):
+        message = ".sens needs voltages or currents, or measures"
+        raise Unreadable("NS1080", message, line.whole(), hint)
+    if signals and names:
+        message = ".sens takes signals or measures, not both"
+        raise Unreadable("NS1080", message, line.whole(), "write two cards")
+    card = SensCard(tuple(signals), tuple(elements), line.whole(), tuple(names))
     context.deck.sensitivities.append(card)
+    return card
 
 
 def sens_op(context: Context, line: Line) -> None:
-    """Read a ``.sens`` of a deck without ``.pss``: it is computed with the operating point."""
-    sens(context, line)
-    if not any(isinstance(card, OpCard) for card in context.deck.analyses):
+    """Read a ``.sens`` of a deck without ``.pss``: that of signals needs the operating point."""
+    card = _sens(context, line)
+    if card.signals and not any(isinstance(c, OpCard) for c in context.deck.analyses):
         context.deck.analyses.append(OpCard(line.whole()))
 
 
