@@ -20,6 +20,7 @@ and Bifurcations of Non-Smooth Mechanical Systems (Springer, 2004), section 7.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -41,6 +42,8 @@ _STEPS = 16  # of Newton's method, then more periods are run
 _MORE = (16, 64, 256, 1024)  # before it is tried again
 _DRIFTS = 8  # periods after which what drifts is taken to drift for ever
 _HALVINGS = 6  # of one step
+_LEAPS = 3  # of one search
+_FAR = 3.0  # a step of so many times what is stored leads nowhere
 _ENOUGH = 1e-13  # relative step after which nothing changes but rounding
 _FIRST_SEARCH, _LAST_SEARCH = 1e-9, 1e4  # time within which a trigger is looked for [s]
 
@@ -328,7 +331,7 @@ def _newton(period_map: PeriodMap, state: State, before: int) -> Found:
     """Return the orbit that Newton's method finds from a state, after so many steps before."""
     core, r = period_map.core, period_map.core.states()
     end = period_map.run(state)
-    drifting = 0
+    drifting = leaps = 0
     for step in range(before + 1, before + _STEPS + 1):
         scale = float(np.linalg.norm(core.sizes()))
         defect = end.energy - state.energy
@@ -342,7 +345,15 @@ def _newton(period_map: PeriodMap, state: State, before: int) -> Found:
         noise = 8.0 * _EPS * max(r, 1) * max(core.segments(), 1)
         delta, left, right, least = _solve(np.eye(r) - derivative, defect, noise)
         drift = left.T @ (left @ defect)
-        if np.linalg.norm(drift) > 1e3 * noise * scale:
+        drifts = bool(np.linalg.norm(drift) > 1e3 * noise * scale)
+        if leaps < _LEAPS and (drifts or np.linalg.norm(delta) > _FAR * scale):
+            way, farthest = (right.T @ (right @ drift), math.inf) if drifts else (delta, 1.0)
+            found = _leap(period_map, State(state.energy, end.gates), way, farthest)
+            if found is not None:
+                leaps += 1
+                state, end = found
+                continue
+        if drifts:
             # a period without the event that pulls back what drifts may be followed by one with it
             drifting += 1
             if drifting == _DRIFTS:
@@ -357,6 +368,30 @@ def _newton(period_map: PeriodMap, state: State, before: int) -> Found:
             period_map.derivative()
             return _found(period_map, state, step, left_over / scale, right)
     raise NoOrbit("search", size / scale)
+
+
+def _leap(
+    period_map: PeriodMap, state: State, way: Floats, farthest: float
+) -> tuple[State, State] | None:
+    """Return a state where a switch is no longer stuck, and that after a period.
+
+    A switch that is open (or closed) all the time winds up the integrator of its controller, and a
+    step of Newton's method in this mode leads nowhere.  Along its direction the state goes to half
+    the way between the part at which the switch first acts somewhere in the period, and that at
+    which it is stuck the other way.  None if that is not within ``farthest`` times the step.
+    """
+    core = period_map.core
+    margins = [m for m in core.margins(way) if m[1] < farthest]
+    if not margins:
+        return None
+    _, first, last = min(margins, key=lambda m: m[1])
+    trial = State(state.energy + 0.5 * (first + min(last, farthest)) * way, state.gates)
+    try:
+        return trial, period_map.run(trial)
+    except (UnsolvedStep, NoDerivative, NoOrbit):
+        period_map.run(state)  # its derivative is needed once more
+        period_map.derivative()
+        return None
 
 
 def _advance(

@@ -210,6 +210,43 @@ def test_a_free_charge_is_named() -> None:
     assert [w.code for w in sol.warnings].count("NS3061") == 1
 
 
+@pytest.mark.parametrize("vref", [5, 12, 19])
+@pytest.mark.parametrize(
+    "control",
+    [
+        "Rf out n 10k\nRz n z 100\nCz z c 1u\nE1 c 0 ref n 1e4",
+        "G1 0 c ref out 0.1m\nRz c z 100\nCz z 0 1u",  # which nothing pulls back
+        "Rf out n 10k\nRff out x 500\nCff x n 3.3n\nRz n z 4.7k\nCz z c 10n\nCp n c 220p\n"
+        "E1 c 0 ref n 1e5",
+    ],
+)
+def test_closed_loops_from_rest_in_few_steps(control: str, vref: float) -> None:
+    """The integrator is wound up by the start, and its mean decides: the output is the reference.
+
+    From rest the switch is stuck for a thousand periods, in which no step of Newton's method leads
+    anywhere; the guards tell how far to go.
+    """
+    sol = nsspice.pss(
+        nsspice.read(f"""Buck with an integrating controller
+Vin in 0 24
+S1 in sw c saw SWITCH
+D1 0 sw
+Vsaw saw 0 PULSE(0 1 0 10u 0 0 10u)
+L1 sw out 100u
+C1 out 0 100u
+R1 out 0 1
+Vref ref 0 {vref}
+{control}
+.model SWITCH SW(VT=0)
+""")
+    )
+    assert sol.periodic.steps <= 8
+    assert sol.periodic.residual < 1e-14
+    assert sol.periodic.verdict == "stable"
+    # a gain of 1e4 leaves the control voltage, below 1 V, over the gain
+    assert abs(sol.average("v(out)") - vref) < 1.0 / 1e4
+
+
 @pytest.mark.parametrize(
     ("lines", "code", "words"),
     [

@@ -144,6 +144,12 @@ impl PyOrbit {
         square(py, &self.inner.derivative(moving))
     }
 
+    /// Parts of a direction of the beginning at which guards vanish: pair, first and last part.
+    fn margins(&self, direction: Floats) -> PyResult<Vec<(usize, f64, f64)>> {
+        let found = self.inner.margins(self.state(&direction)?);
+        Ok(found.into_iter().map(|m| (m.pair, m.first, m.last)).collect())
+    }
+
     /// Floquet multipliers, real and imaginary parts in turn.
     fn multipliers<'py>(&self, py: Python<'py>) -> Option<Complexes<'py>> {
         let monodromy = self.inner.monodromy();

@@ -4,7 +4,7 @@
 //! A run of the mode-wise engine leaves its *passages*: segments in closed form with the events between
 //! them. [`orbit`] derives the variation across each event (saltation matrix) and along each segment
 //! ([`modal`]); [`response`] solves for the perturbation of a periodic orbit at one frequency; [`sensitivity`] for that by a parameter;
-//! [`fourier`] integrates outputs along it, and [`commutation`] tells their values on both sides of each event. All integrals are divided differences of the exponential
+//! [`margins`] tells how far its modes reach; [`fourier`] integrates outputs along it, and [`commutation`] tells their values on both sides of each event. All integrals are divided differences of the exponential
 //! ([`exponentials`]), in which neither a slow mode nor a resonance cancels digits.
 //!
 //! References: R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems
@@ -15,6 +15,7 @@ pub mod commutation;
 pub mod exponentials;
 pub mod fourier;
 pub mod linear;
+pub mod margins;
 pub mod modal;
 pub mod orbit;
 pub mod response;

@@ -80,7 +80,7 @@ pub(super) fn velocity(mode: &Mode, x: &[f64], v: &[f64]) -> Vec<f64> {
 }
 
 /// A mode's map from energy coordinates to modal ones.
-fn entering(mode: &Mode, a: &Matrix) -> Matrix {
+pub(super) fn entering(mode: &Mode, a: &Matrix) -> Matrix {
     match &mode.enter {
         Some(enter) => enter.times(a),
         None => mode.leave_x.transpose_times(a),
@@ -199,7 +199,7 @@ impl Orbit {
         Ok(())
     }
 
-    fn pair_of(&self, watch: Watch) -> usize {
+    pub(super) fn pair_of(&self, watch: Watch) -> usize {
         match watch {
             Watch::Pair(pair) => pair,
             Watch::Switch(switch) => self.prepared.switches[switch].pair,
