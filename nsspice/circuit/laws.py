@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..devices import Conditions, Device, Reading
+from ..devices import Conditions, Device
 from ..problems.csc import weighted_sum
 from ..problems.one_solution import may_have_several
 from .mna import assemble
@@ -32,15 +32,14 @@ def written(
         All but ground.
     conditions : Conditions
     """
-    kinked = {d.name for d in devices if isinstance(d, Reading) and d.pieces is not None}
-    if not kinked:
+    if not any(device.kinked for device in devices):
         return list(devices)
     pairs = _as(devices, True)
     return pairs if _suits(pairs, nodes, conditions) else _as(devices, False)
 
 
 def _as(devices: Sequence[Device], pairs: bool) -> list[Device]:
-    return [d.written(pairs) if isinstance(d, Reading) else d for d in devices]
+    return [device.written(pairs) for device in devices]
 
 
 def _suits(devices: Sequence[Device], nodes: Sequence[str], conditions: Conditions) -> bool:

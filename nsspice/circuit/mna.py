@@ -9,7 +9,7 @@ back to elements, nodes and lines.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -194,11 +194,30 @@ class MnaSystem:
                     energy += mutual * first * second
                     result[layout.branches[one.name]] += mutual * second
                     result[layout.branches[two.name]] += mutual * first
-            elif device.smooth:
-                stored = device.initial_charges(layout, lambda node: _node_voltage(ic, node))
-                for index, share in stored:
+            else:
+                voltage_of = partial(_node_voltage, ic)
+                energy += device.initial_energy(layout, voltage_of)
+                for index, share in device.initial_charges(layout, voltage_of):
                     result[index] += share
-        return np.array(result), energy
+        return self._with_controls(np.array(result)), energy
+
+    def _with_controls(self, charges: Floats) -> Floats:
+        """Return charges and fluxes with those of rows whose sources read the rate of a store.
+
+        What is stored says where the unknowns are, up to a kernel that no element reads.  Both
+        sides of the equations are scaled by the elements: picofarads beside henries keep their
+        digits.
+        """
+        E, storage = self.system.E, self.system.storage
+        if np.array_equal(storage.data, E.data):
+            return charges
+        diagonal = storage.dense().diagonal()
+        scale = np.where(
+            diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), 0.0
+        )
+        unit = scale[:, None] * storage.dense() * scale
+        z = scale * np.linalg.lstsq(unit, scale * charges, rcond=unit.shape[0] * 2.0**-52)[0]
+        return np.asarray(charges + (E.dot(z) - storage.dot(z)))
 
 
 def _current(ic: Mapping[str, float], inductor: Inductor) -> float:

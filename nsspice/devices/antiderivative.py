@@ -128,7 +128,7 @@ def _of_linear(node: Node, variable: Node) -> Node | None:
     if not function:
         return mul((_power(argument, exponent), slope))
     if function == "pwl":
-        table = _table(argument, base.args[1:])
+        table = _table(mul((variable, num(next(iter(form[1].values()))))), form[0], base.args[1:])
         return None if table is None else mul((table, slope))
     return mul((_INTEGRALS[function](argument), slope)) if function in _INTEGRALS else None
 
@@ -140,8 +140,11 @@ def _power(x: Node, exponent: float) -> Node:
     return div(power(x, num(exponent + 1.0)), num(exponent + 1.0))
 
 
-def _table(x: Node, points: tuple[Node, ...]) -> Node | None:
-    """Return the integral of a table: half of each change of slope times a squared ramp."""
+def _table(x: Node, shift: float, points: tuple[Node, ...]) -> Node | None:
+    """Return the integral of a table of ``x + shift``, zero at x = 0 without cancellation there.
+
+    That is half of each change of slope times a squared ramp away from x = 0.
+    """
     if any(p.op != "num" for p in points):
         return None
     at, values = ([float(p.value) for p in points[k::2]] for k in (0, 1))
@@ -150,10 +153,15 @@ def _table(x: Node, points: tuple[Node, ...]) -> Node | None:
         if x1 == x0:
             return None
         slopes.append((y1 - y0) / (x1 - x0))
-    terms = [mul((num(values[0]), x))]
-    for place, (before, after) in zip(at, pairwise([*slopes, 0.0]), strict=True):
-        ramp = call("square", call("uramp", sub(x, num(place))))
-        terms.append(mul((num(0.5 * (after - before)), ramp)))
+    slopes.append(0.0)
+    here = next((k for k, place in enumerate(at) if place > shift), len(at))
+    nearest = max(here - 1, 0)
+    start = values[nearest] + slopes[here] * (shift - at[nearest])
+    terms = [mul((num(start), x)), mul((num(0.5 * slopes[here]), call("square", x)))]
+    for place, (before, after) in zip(at, pairwise(slopes), strict=True):
+        away = 1.0 if place > shift else -1.0
+        ramp = call("uramp", mul((num(away), sub(x, num(place - shift)))))
+        terms.append(mul((num(0.5 * away * (after - before)), call("square", ramp))))
     return add(terms)
 
 

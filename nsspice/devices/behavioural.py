@@ -85,6 +85,11 @@ class Reading(Device):
         self.form = linear_form(node, timed=True)
         self.smooth = self.form is None or not _linear(inner)
 
+    @property
+    def kinked(self) -> bool:
+        """Whether kinks may be pairs."""
+        return self.pieces is not None
+
     def written(self, pairs: bool) -> Self:
         """Return the element with its kinks as pairs, or on the tape."""
         law = self.pieces if pairs and self.pieces is not None else self.plain

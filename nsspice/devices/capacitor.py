@@ -35,9 +35,9 @@ class Capacitor(Passive):
     def read(cls, element: Element, context: Context) -> Device | None:
         """Return the capacitor of an element line, or None after reporting why not."""
         if element.quantity or isinstance(element.value, Expression):
-            from .stored import Charge, charge_of
+            from .stored import Charge, stored_by
 
-            charged = element if element.quantity else charge_of(element)
+            charged = element if element.quantity else stored_by(element)
             if charged is not None:
                 return Charge.read(charged, context)
         found = read_passive(cls, element, context, "c", "capacitance")

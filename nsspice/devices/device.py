@@ -187,6 +187,15 @@ class Device(Carrier):
         where = len(self.nodes) + self.controls.index(name)
         return self.node_spans[where] if where < len(self.node_spans) else self.span
 
+    @property
+    def kinked(self) -> bool:
+        """Whether the element has an expression whose kinks pairs may stand for."""
+        return False
+
+    def written(self, pairs: bool) -> Device:
+        """Return the element with the kinks of its expression as pairs, or on the tape."""
+        return self
+
     def keep_current(self) -> None:
         """Make the current an unknown if the law has no other form that others could read."""
 
@@ -236,13 +245,43 @@ class Device(Carrier):
         """
         return []
 
+    def initial_energy(self, layout: Layout, voltage: Callable[[str], float]) -> float:
+        """Return the energy [J] of what is no smooth law from which ``uic`` starts."""
+        return 0.0
+
 
 #: what is written instead of a value that depends on signals
 _INSTEAD = {
     "capacitance": "it may be a sum of common functions of its own voltage; else write the "
     "charge: Q={expression of x}, where x is the voltage across it",
-    "inductance": "write the flux: Flux={expression of x}, where x is the current through it",
+    "inductance": "it may be a sum of common functions of its own current; else write the flux: "
+    "Flux={expression of x}, where x is the current through it",
 }
+
+
+#: what is written instead of a value that other signals change
+_CHANGED = {
+    "capacitance": "write Q={C*x}, x the voltage across it, if the charge stays where C changes; "
+    "if the voltage stays, a capacitor behind a switch",
+    "inductance": "write Flux={L*x}, x the current through it, if the flux stays where L changes; "
+    "if the current stays, an inductor beside a switch",
+}
+
+
+def own_signals(element: Element) -> dict[str, float]:
+    """Return the names of the voltage across a capacitor, or of the current of an inductor.
+
+    Each with its sign.
+    """
+    if element.letter != "c":
+        return {"i": 1.0, f"i({element.name})": 1.0}
+    a, b = element.nodes
+    own = {f"v({a},{b})": 1.0, f"v({b},{a})": -1.0}
+    if b == "0":
+        own[f"v({a})"] = 1.0
+    if a == "0":
+        own[f"v({b})"] = -1.0
+    return own
 
 
 def number(element: Element, what: str, findings: Findings) -> float | None:
@@ -261,6 +300,11 @@ def number(element: Element, what: str, findings: Findings) -> float | None:
             f"write the {what} after the nodes",
         )
     else:
+        others = sorted(value.variables() - set(own_signals(element)))
+        if what in _CHANGED and others:
+            on = f"depends on {others[0]}"
+            refuse_smooth(element, f"the {what} of {element.name} {on}", findings, _CHANGED[what])
+            return None
         hint = _INSTEAD.get(what, "")
         refuse_smooth(element, f"the {what} of {element.name} depends on signals", findings, hint)
     return None
@@ -268,10 +312,11 @@ def number(element: Element, what: str, findings: Findings) -> float | None:
 
 def refuse_smooth(element: Element, what: str, findings: Findings, hint: str = "") -> None:
     """Report a nonlinear law that is read but not simulated."""
+    value = element.value
     findings.error(
         "NS2009",
         f"{what}: a nonlinear law that is not simulated",
-        element.span,
+        getattr(value, "span", None) or element.span,
         hint or "build it from a B source",
     )
 

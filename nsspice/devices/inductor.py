@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
+from ..netlist.expression import Expression
 from ..problems.descriptor import Functional
 from .coefficients import CARD
 from .device import NO_VALUES, Context, Device, Edge
@@ -35,10 +36,12 @@ class Inductor(Passive):
     @classmethod
     def read(cls, element: Element, context: Context) -> Device | None:
         """Return the inductor of an element line, or None after reporting why not."""
-        if element.quantity:
-            from .stored import Flux
+        if element.quantity or isinstance(element.value, Expression):
+            from .stored import Flux, stored_by
 
-            return Flux.read(element, context)
+            stored = element if element.quantity else stored_by(element)
+            if stored is not None:
+                return Flux.read(stored, context)
         found = read_passive(cls, element, context, "l", "inductance")
         if found is None:
             return None

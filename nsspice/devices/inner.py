@@ -152,6 +152,17 @@ class InnerNodes:
                 if isinstance(node, Comparator):
                     self._switch(writer, pair, node)
 
+    def switch(
+        self,
+        stamper: Stamper,
+        sources: Mapping[str, Carrier],
+        pair: int,
+        comparator: Comparator,
+        parallel: float = 1.0,
+    ) -> None:
+        """Write the control of a comparator whose pair stands elsewhere."""
+        self._switch(_Writer(stamper, sources, self.element, parallel), pair, comparator)
+
     def _switch(self, writer: _Writer, pair: int, comparator: Comparator) -> None:
         """Write the control of a comparator."""
         terms, threshold = writer.control(comparator, self.expression)

@@ -97,6 +97,7 @@ class Layout:
         "columns",
         "compared",
         "conditions",
+        "driven",
         "functions",
         "inner",
         "nodes",
@@ -112,6 +113,8 @@ class Layout:
         self.branches: dict[str, int] = {}
         self.pairs: dict[str, tuple[int, ...]] = {}
         self.columns: dict[str, int] = {}
+        #: voltages at t = 0 of nodes that a source holds [V]
+        self.driven: dict[str, float] = {}
         #: smooth functions by the name of the current or charge that they give
         self.functions: dict[str, int] = {}
         #: expressions on the tape

@@ -12,20 +12,23 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from ..netlist.expression import Expression
-from ..netlist.node import neg, num, sub, var
+from ..netlist.node import Node, neg, num, sub, var
 from ..problems.descriptor import Functional
 from .antiderivative import antiderivative
 from .behaviour import linear_form
+from .broken_line import broken_line
 from .carrier import Carrier
-from .device import NO_VALUES, Context, Device, Edge, check_flags
+from .device import NO_VALUES, Context, Device, Edge, check_flags, own_signals
 from .effect import Effect
+from .layers import ChargeLayers, FluxLayers, Layered
 from .leg import Voltage
 from .parameter import Parameter, Table
 from .signals import own_current, register_of, shown
 from .stamper import Layout, Stamper
+from .stored_curve import curve_of, gated_curve
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element
@@ -42,12 +45,15 @@ class Stored(Device):
         Parameter("ic", "initial voltage or current, used with uic"),
     )
     WHAT = ""
-    __slots__ = ("expression", "ic", "m", "sources")
+    LAYERS: ClassVar[type[Layered]]
+    __slots__ = ("expression", "ic", "layers", "m", "sources")
 
     def __init__(
         self, element: Element, expression: Expression, given: Mapping[str, float]
     ) -> None:
         super().__init__(element)
+        #: the same element without a tape, None if the expression is no broken line
+        self.layers: Layered | None = None
         self.expression = expression
         self.m = given.get("m", 1.0)
         self.ic = given.get("ic")
@@ -73,7 +79,23 @@ class Stored(Device):
             message = f"m of {element.name} must be positive"
             context.findings.error("NS2005", message, element.params["m"].span)
             return None
-        return cls(element, value, given)
+        device = cls(element, value, given)
+        device.layers = device._layers(own_signals(element))
+        return device
+
+    def _layers(self, signals: Mapping[str, float]) -> Layered | None:
+        """Return the element without a tape; the signals are multiples of x."""
+        curve = curve_of(broken_line(self.expression.node, signals), rates=False)
+        return None if curve is None else self.LAYERS(self, curve)
+
+    @property
+    def kinked(self) -> bool:
+        """Whether kinks may be pairs."""
+        return self.layers is not None
+
+    def written(self, pairs: bool) -> Device:
+        """Return the element with its kinks as pairs, or on the tape."""
+        return self.layers if pairs and self.layers is not None else self
 
     @property
     def expressions(self) -> tuple[Expression, ...]:
@@ -100,6 +122,7 @@ class Charge(Stored):
 
     KIND = "capacitor"
     WHAT = "charge"
+    LAYERS = ChargeLayers
     __slots__ = ("keeps",)
 
     def __init__(
@@ -109,9 +132,18 @@ class Charge(Stored):
         #: the current is an unknown because another element reads it
         self.keeps = False
 
+    def _layers(self, signals: Mapping[str, float]) -> Layered | None:
+        found = super()._layers(signals)
+        if found is None:
+            gated = gated_curve(self.expression.node, signals, self.name)
+            found = None if gated is None else ChargeLayers(self, *gated)
+        return found
+
     def keep_current(self) -> None:
         """Make the current an unknown because another element reads it."""
         self.keeps = True
+        if self.layers is not None:
+            self.layers.keep_current()
 
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
         """Return one capacitive branch."""
@@ -135,7 +167,9 @@ class Charge(Stored):
         stamper.inject(*self.ends, stamper.layout.branch(self.name))
 
     def current(self, layout: Layout) -> Functional:
-        """Return the unknown, or the rate of the charge."""
+        """Return the unknown, the rate of the charge, or what flows into the layers."""
+        if self.layers is not None and self.layers.stands_in(layout):
+            return self.layers.current(layout)
         if self.keeps:
             return layout.branch(self.name)
         return Functional(df=((layout.functions[self.name], self.m),))
@@ -153,6 +187,7 @@ class Flux(Stored):
 
     KIND = "nonlinear inductor"
     WHAT = "flux"
+    LAYERS = FluxLayers
     shows_current = True
     __slots__ = ()
 
@@ -182,31 +217,43 @@ class Flux(Stored):
         return [(layout.branches[self.name], self._initial(layout, voltage))]
 
 
-def charge_of(element: Element) -> Element | None:
-    """Return a capacitor whose capacitance depends on its own voltage with its charge as value.
+def stored_by(element: Element) -> Element | None:
+    """Return an element whose value depends on its own signal with what it stores as value.
 
-    None stands for one that reads other signals, or whose integral is not known.
+    That is the charge of a capacitance that depends on the voltage across it, or the flux of an
+    inductance that depends on its current.  None stands for one that reads other signals, or whose
+    integral is not known.
 
     Parameters
     ----------
     element : Element
-        Its value is an expression [F].
+        Its value is an expression [F] or [H].
     """
     value = element.value
     assert isinstance(value, Expression)
-    names = value.variables()
-    name = min(names)
-    ends = (*name[2:-1].split(","), "0")[:2]
-    if len(names) > 1 or name[:2] != "v(" or set(ends) != set(element.nodes) or element.model:
+    own, (name, *others) = own_signals(element), sorted(value.variables())
+    if others or name not in own or element.model:
         return None
-    integral = antiderivative(value.node, var(name))
-    start = math.nan if integral is None else Expression(integral).evaluate({name: 0.0})
-    if integral is None or not math.isfinite(start):
+    curve = curve_of(broken_line(value.node, {name: 1.0}), rates=True)
+    stored = antiderivative(value.node, var(name)) if curve is None else curve.tree(name)
+    start = math.nan if stored is None else Expression(stored).evaluate({name: 0.0})
+    if stored is None or not math.isfinite(start):
         return None
-    charge = sub(integral, num(start))
-    if ends[0] != element.nodes[0]:
-        charge = neg(charge)
-    return replace(element, value=Expression(charge, value.span), quantity="q")
+    stored = sub(stored, num(start))
+    if own[name] < 0.0:
+        stored = neg(stored)
+    if element.letter == "c":
+        return replace(element, value=Expression(stored, value.span), quantity="q")
+    return replace(
+        element, value=Expression(_named(stored, name, "i"), value.span), quantity="flux"
+    )
+
+
+def _named(node: Node, old: str, new: str) -> Node:
+    """Return a tree with another name for a signal."""
+    if node.op == "var" and node.value == old:
+        return var(new)
+    return Node(node.op, tuple(_named(arg, old, new) for arg in node.args), node.value)
 
 
 def _multiple(expression: Expression, nodes: tuple[str, ...]) -> float | None:

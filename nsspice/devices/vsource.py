@@ -10,7 +10,7 @@ from .device import NO_VALUES, Context, Device, Edge, check_flags
 from .effect import Effect
 from .parameter import Table, inert, refused
 from .stamper import Conditions, Layout, Stamper
-from .waveform import check_source, source_waveforms
+from .waveform import check_source, initial_value, source_waveforms
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element, Source
@@ -54,7 +54,12 @@ class VoltageSource(Device):
         """Write ``-(va - vb) = -V``."""
         branch = stamper.branch(self.name)
         stamper.connect(branch, *self.ends)
-        for waveform in self.waveforms(stamper.layout.conditions):
+        a, b = self.ends
+        waveforms = self.waveforms(stamper.layout.conditions)
+        if "0" in self.ends and a != b:
+            begin = sum(initial_value(w) * w.scale for w in waveforms)
+            stamper.layout.driven[a if b == "0" else b] = begin if b == "0" else -begin
+        for waveform in waveforms:
             if waveform.kind != "dc" or waveform.values[0] != 0.0:
                 column = stamper.column(waveform)
                 stamper.layout.columns.setdefault(self.name, column)

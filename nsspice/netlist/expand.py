@@ -119,7 +119,7 @@ class Expander:
             value = given
         else:
             thermal = bool(item.quantity)
-            value = scope.expression(given, item.letter == "r", thermal, _own(item, nodes))
+            value = scope.expression(given, item.letter in "lr", thermal, _own(item, nodes))
         if scope.prefix:
             if item.control_kind == "node":
                 controls = tuple([scope.node(node) for node in controls])

@@ -245,6 +245,8 @@ impl Stepper {
         let values = self.z.iter_mut().chain(&mut self.l);
         values.zip(&rates).for_each(|(value, rate)| *value -= step * rate);
         self.take_stored(z);
+        // storage gives way a little in so short a step: once more, from what that leaves
+        self.obey(shown);
         self.obey(shown);
         if self.obeys_signs() {
             Some((self.increment(slopes, length)?, length))
