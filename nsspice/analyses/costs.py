@@ -209,7 +209,10 @@ def _rewritten(node: Node) -> str:
             f"limit({shown(Expression(node.args[0]), 30)[1:-1]},-1,1) for {text} has closed forms"
         )
     if name in ("asin", "acos") and node.args[0].op == "call":
-        return f"a triangle by PULSE for {text} has closed forms"
+        return (
+            f"{text} has closed forms where its argument is linear in time; so has a triangle, "
+            "PULSE(-1 1 0 {T/2} {T/2} 0 {T})"
+        )
     if name == "mul":
         return (
             f"if a factor of {text} is only 0 or 1, if(factor>0.5, other, 0) has closed forms; a "

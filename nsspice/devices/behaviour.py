@@ -14,7 +14,10 @@ from itertools import pairwise
 from ..netlist.functions import ARITY
 from ..netlist.node import Node
 from ..problems.tape import OPS, TapeBuilder
+from .waves import wave_signal
 
+#: constant and factors of signals
+Form = tuple[float, dict[str, float]]
 #: gives the register of a signal by its canonical name
 Signal = Callable[[str], int]
 
@@ -136,11 +139,11 @@ class Compiler:
         return write("if", write("gt", x, registers[0]), total, registers[1])
 
 
-def linear_form(node: Node, timed: bool = False) -> tuple[float, dict[str, float]] | None:
+def linear_form(node: Node, timed: bool = False) -> Form | None:
     """Return a tree as a constant plus multiples of signals, None if it is not of that form.
 
     ``time`` is not a signal that linear elements have, unless they are ``timed``: then sines of it
-    are signals, too, named by :func:`wave_signal`.
+    and their arcs are signals, too, named by :func:`~nsspice.devices.waves.wave_signal`.
 
     Examples
     --------
@@ -151,6 +154,8 @@ def linear_form(node: Node, timed: bool = False) -> tuple[float, dict[str, float
     True
     >>> linear_form(Expression.parse("3*cos(2*time)").node, timed=True)
     (0.0, {'sin(2.0,90.0)': 3.0})
+    >>> linear_form(Expression.parse("asin(sin(2*time))").node, timed=True)
+    (0.0, {'tri(2.0,0.0)': 1.0})
     """
     op, args = node.op, node.args
     if op == "num":
@@ -175,30 +180,13 @@ def linear_form(node: Node, timed: bool = False) -> tuple[float, dict[str, float
         return _product(args if op == "mul" else (node,), timed)
     if op == "call" and timed and node.value in ("sin", "cos"):
         return _sine(args[0], 90.0 if node.value == "cos" else 0.0)
+    if op == "call" and timed and node.value in ("asin", "acos"):
+        return _arc(str(node.value), args[0])
     return None
 
 
-def wave_signal(rate: float, phase: float) -> str:
-    """Return the name of the signal ``sin(rate t + phase)``: rate in rad/s, phase in degrees."""
-    return f"sin({rate!r},{phase!r})"
-
-
-def wave_of(signal: str) -> tuple[float, float] | None:
-    """Return rate [rad/s] and phase [degrees] of a signal that is a sine of the time.
-
-    Examples
-    --------
-    >>> wave_of(wave_signal(2.0, 90.0)), wave_of("v(a)")
-    ((2.0, 90.0), None)
-    """
-    if not signal.startswith("sin("):
-        return None
-    rate, phase = signal[4:-1].split(",")
-    return float(rate), float(phase)
-
-
-def _sine(argument: Node, ahead: float) -> tuple[float, dict[str, float]] | None:
-    """Return the sine of an argument that grows with the time alone, so many degrees ahead."""
+def _sine(argument: Node, ahead: float, kind: str = "sin") -> Form | None:
+    """Return a sine of what grows with the time, so many degrees ahead, or the arc of one."""
     form = linear_form(argument, timed=True)
     if form is None or set(form[1]) - {"time"}:
         return None
@@ -206,15 +194,26 @@ def _sine(argument: Node, ahead: float) -> tuple[float, dict[str, float]] | None
     if not (math.isfinite(rate) and math.isfinite(phase)):
         return None
     if rate == 0.0:
-        return math.sin(math.radians(phase)), {}
+        value = math.sin(math.radians(phase))
+        return (value if kind == "sin" else math.asin(value)), {}
     if rate < 0.0:  # sin(x) = sin(180 - x)
         rate, phase = -rate, 180.0 - phase
-    return 0.0, {wave_signal(rate, phase): 1.0}
+    return 0.0, {wave_signal(rate, phase, kind): 1.0}
 
 
-def _product(args: tuple[Node, ...], timed: bool) -> tuple[float, dict[str, float]] | None:
+def _arc(function: str, argument: Node) -> Form | None:
+    """Return ``asin`` or ``acos`` of a sine or a cosine of the time, a triangle."""
+    if argument.op != "call" or argument.value not in ("sin", "cos"):
+        return None
+    form = _sine(argument.args[0], 90.0 if argument.value == "cos" else 0.0, "tri")
+    if form is None or function == "asin":
+        return form
+    return 0.5 * math.pi - form[0], dict.fromkeys(form[1], -1.0)
+
+
+def _product(args: tuple[Node, ...], timed: bool) -> Form | None:
     """Return a product in which at most one factor, not a divisor, varies."""
-    total: tuple[float, dict[str, float]] = (1.0, {})
+    total: Form = (1.0, {})
     for arg in args:
         divides = arg.op == "inv"
         factor = linear_form(arg.args[0] if divides else arg, timed)
@@ -231,9 +230,7 @@ def _product(args: tuple[Node, ...], timed: bool) -> tuple[float, dict[str, floa
     return total
 
 
-def _scaled(
-    form: tuple[float, dict[str, float]] | None, factor: float
-) -> tuple[float, dict[str, float]] | None:
+def _scaled(form: Form | None, factor: float) -> Form | None:
     if form is None:
         return None
     return form[0] * factor, {name: value * factor for name, value in form[1].items()}

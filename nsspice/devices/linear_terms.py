@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ..problems.descriptor import Functional, Waveform
-from .behaviour import wave_of
 from .outputs import plus, scaled
+from .waves import is_wave, wave_values, waveform_of
 
 if TYPE_CHECKING:
     from .carrier import Carrier
@@ -31,10 +32,9 @@ def time_columns(stamper: Stamper, form: Form) -> None:
     """Give the time, and sines of it, columns among the sources: at 0 in a DC solution."""
     still = stamper.layout.conditions.analysis == "dc"
     for signal in form[1]:
-        if wave := wave_of(signal):
-            rate, phase = wave
-            begin = math.sin(math.radians(phase))
-            moving = Waveform("sin", (0.0, 1.0, rate / (2.0 * math.pi), 0.0, 0.0, phase))
+        if is_wave(signal):
+            begin = float(wave_values(signal, np.zeros(1))[0])
+            moving = waveform_of(signal)
         elif signal == "time":
             begin = 0.0
             moving = Waveform("pwl", (0.0, 0.0, _LONGEST, _LONGEST))
@@ -70,7 +70,7 @@ def linear_output(
     for signal, value in factors.items():
         if signal == "i":
             term = scaled(layout.branch(name), 1.0 / parallel)
-        elif signal == "time" or wave_of(signal):
+        elif signal == "time" or is_wave(signal):
             term = Functional(u=((layout.columns[signal], 1.0),))
         elif signal[0] == "v":
             a, b = (*signal[2:-1].split(","), "0")[:2]

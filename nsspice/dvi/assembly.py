@@ -14,7 +14,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from ..devices.behaviour import Compiler, wave_of
+from ..devices.behaviour import Compiler
+from ..devices.waves import is_wave, wave_values, waveform_of
 from ..netlist import evaluate as _evaluate
 from ..netlist.node import Node, add, num, var
 from ..problems.csc import Csc
@@ -143,9 +144,7 @@ class Assembly:
             elif signal == "time":
                 out[:, j] = 1.0 if rates else times
             else:
-                rate, phase = wave_of(signal) or (0.0, 0.0)
-                angle = rate * times + np.radians(phase)
-                out[:, j] = rate * np.cos(angle) if rates else np.sin(angle)
+                out[:, j] = wave_values(signal, times, rates)
         return out
 
     def data(self, times: Floats, rates: bool = False) -> Floats:
@@ -294,7 +293,7 @@ class _Writer:
         owners = [f"the equation of {row.name}" for row in self.model.rows]
         owners += [f"the condition of {pair.name}" for pair in self.model.pairs]
         for owner, split in zip(owners, (*rows, *slacks), strict=True):
-            used = {name for name in split.factors if name != "time" and not wave_of(name)}
+            used = {name for name in split.factors if name != "time" and not is_wave(name)}
             for _, node in split.smooth:
                 used |= Expr(node).names - {"time"}
             for name in sorted(used - known):
@@ -371,8 +370,7 @@ def _waveform(signal: str) -> Waveform:
         return Waveform("dc", (1.0,))
     if signal == "time":
         return Waveform("pwl", (0.0, 0.0, _LONGEST, _LONGEST))
-    rate, phase = wave_of(signal) or (0.0, 0.0)
-    return Waveform("sin", (0.0, 1.0, rate / (2.0 * np.pi), 0.0, 0.0, phase))
+    return waveform_of(signal)
 
 
 def _csc(shape: tuple[int, int], entries: Entries) -> Csc:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..devices.behaviour import wave_of
+from ..devices.waves import wave_values
 from ..problems.csc import Csc
 from ..solvers.compiled import core_tape
 from ..solvers.mlcp import solve_mlcp
@@ -89,8 +89,7 @@ class StepProblem:
             elif signal.endswith("#old"):
                 values.append(_given(signal, old, begin))
             else:
-                rate, phase = wave_of(signal) or (0.0, 0.0)
-                values.append(float(np.sin(rate * end + np.radians(phase))))
+                values.append(float(wave_values(signal, np.array([end]))[0]))
         return np.array(values)
 
     def _linear(self, K: Floats, b: Floats, time: float) -> tuple[Floats, Floats]:

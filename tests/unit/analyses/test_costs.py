@@ -62,6 +62,7 @@ BASE = "demo\nV1 a 0 PULSE(0 1 0 1n 1n 5u 10u)\nR1 a b 1\nC1 b 0 1u\n{}.tran 1u 
         ("D1 b 0 DM\n.model DM D(IS=1p CJO=1n)\n", "d1 (exponential junction, junction", "Vfwd"),
         ("B1 c 0 V={v(a)*v(b)}\nR2 c 0 1\n", "b1 (v(a)*v(b)): steps", "0 or 1"),
         ("B1 c 0 V={1+2*tanh(9*v(b))}\nR2 c 0 1\n", "b1 (tanh(9*v(b)))", "limit(9*v(b),-1,1)"),
+        ("B1 c 0 V={asin(sin(v(b)))}\nR2 c 0 1\n", "b1 (asin(sin(v(b))))", "linear in time"),
         (".options method=moreau\n", "asked for by the deck (moreau)", ""),
     ],
 )
