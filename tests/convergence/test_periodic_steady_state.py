@@ -210,6 +210,24 @@ def test_a_free_charge_is_named() -> None:
     assert [w.code for w in sol.warnings].count("NS3061") == 1
 
 
+@pytest.mark.parametrize("star", ["1meg", "1g"])
+def test_a_star_point_on_a_large_resistance(star: str) -> None:
+    """No current flows there: all differences are those with 1 kOhm, and the certificate holds.
+
+    The common potential is a sum of currents times the resistance, of which both sides of a branch
+    have the rounding.
+    """
+    near = nsspice.pss(nsspice.read(THREE_PHASE))
+    far = nsspice.pss(nsspice.read(THREE_PHASE.replace("Rn n 0 1k", f"Rn n 0 {star}")))
+    assert far.certificate.passed
+    for name in ("i(la)", "i(lb)", "i(d1)", "i(d4)"):
+        assert np.abs(far[name] - near[name]).max() < 1e-11 * np.abs(near[name]).max()
+    # sums of currents of 15 A known to some units of rounding, times the resistance
+    resistance = float(star.replace("meg", "e6").replace("1g", "1e9"))
+    apart = np.abs((far["v(p)"] - far["v(m)"]) - (near["v(p)"] - near["v(m)"])).max()
+    assert apart < 1e-11 * 490.0 + 100.0 * 2.2e-16 * 15.0 * resistance
+
+
 @pytest.mark.parametrize("vref", [5, 12, 19])
 @pytest.mark.parametrize(
     "control",

@@ -1,5 +1,6 @@
 //! Checks of the laws and of complementarity at recorded points.
 
+use super::common::Common;
 use super::energy::Ledger;
 use super::gates::Gates;
 use super::matrix::Entries;
@@ -92,6 +93,8 @@ pub struct Auditor {
     pub(super) fed: Vec<bool>,
     /// of each pair, the laws of currents that it feeds
     pub(super) touched: Vec<Vec<usize>>,
+    /// parts with a common potential that currents decide
+    pub(super) common: Common,
     /// sums of the sizes of entries
     pub(super) reach: Reach,
     /// what the last points were measured by
@@ -200,6 +203,7 @@ impl Auditor {
             n,
             m,
             p,
+            common: Common::new(linear),
             reach,
             to_ground: g.to_ground(&linear.row_kind),
             g,

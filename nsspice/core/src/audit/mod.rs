@@ -12,6 +12,7 @@
 //! ([`rounding`]).  No factor, map, scaling or residual
 //! of a solver takes part.
 
+mod common;
 mod energy;
 mod form;
 mod gates;
