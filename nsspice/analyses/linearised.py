@@ -23,7 +23,7 @@ from ..circuit import Circuit, Island, MnaSystem
 from ..errors import Diagnostic, NumericalError, Span, StepError
 from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem, Functional
-from ..solvers.moreau import MoreauStepper, function_slopes, source_slopes_of
+from ..solvers.moreau import MoreauStepper, function_slopes, function_values, source_slopes_of
 from ..solvers.stepper import UnsolvedStep
 from .curve import Floats
 from .dc_start import start_dc, without_storage
@@ -56,6 +56,8 @@ class Point:
         Derivatives of the smooth functions by unknowns and sources.
     corners : tuple of str
         Elements that stand at a corner of their characteristic.
+    functions : ndarray, shape (p,)
+        The smooth functions.
     """
 
     mna: MnaSystem
@@ -65,6 +67,7 @@ class Point:
     slopes: Floats
     source_slopes: Floats
     corners: tuple[str, ...]
+    functions: Floats
 
     @property
     def system(self) -> DescriptorSystem:
@@ -194,9 +197,11 @@ def operating_point(
     found = stimulated(mna, system, stimuli)
     p = 0 if system.smooth is None else system.smooth.F.shape[1]
     slopes, source_slopes = np.zeros((p, system.n)), np.zeros((p, len(found.system.waveforms)))
+    functions = np.zeros(p)
     if system.smooth is not None:
         u = np.array([w.values[0] * w.scale for w in system.waveforms])
         point = z[np.newaxis], u[np.newaxis], np.zeros(1)
+        functions = function_values(system.smooth.tape, *point)[0]
         slopes = function_slopes(system.smooth.tape, *point)[0]
         by_source = source_slopes_of(system.smooth.tape, *point)[0]
         for name, column in found.columns.items():
@@ -204,7 +209,9 @@ def operating_point(
             read = mna.layout.columns.get(name)
             if read is not None:
                 source_slopes[:, column] = by_source[:, read]
-    return Point(mna, found, z, np.flatnonzero(active), slopes, source_slopes, tuple(corners))
+    return Point(
+        mna, found, z, np.flatnonzero(active), slopes, source_slopes, tuple(corners), functions
+    )
 
 
 def respond(

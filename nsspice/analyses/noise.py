@@ -1,4 +1,4 @@
-"""``.noise``: thermal and shot noise about the operating point of circuits that do not switch."""
+"""``.noise``: thermal, shot and flicker noise about the operating point; nothing switches."""
 
 from __future__ import annotations
 
@@ -10,12 +10,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..circuit import Circuit
-from ..devices.noise import noise_sources
+from ..devices.bipolar import Bipolar
+from ..devices.jfet import Jfet
+from ..devices.junction_diode import JunctionDiode
+from ..devices.level1 import Level1
+from ..devices.noise import flicker_of, noise_sources
+from ..devices.vdmos import Vdmos
 from ..errors import Diagnostic, Span, UsageError
-from ..netlist.deck import Element, Model, NoiseCard, PssCard
+from ..netlist.deck import Element, NoiseCard, PssCard
 from .adjoint import adjoint
 from .curve import Floats
-from .linearised import Complexes, operating_point
+from .linearised import Complexes, Point, operating_point
 from .names import canonical
 from .sink import Sink, hand_over
 from .solution import Solution
@@ -112,6 +117,7 @@ def run_noise(
     parts = circuit.parts(analysis.output)
     densities: dict[str, Floats] = {}
     gain = np.zeros(s.size, complex)
+    elements = {e.name: e for e in circuit.deck.elements}
     silent = {e.name for e in circuit.deck.elements if _silent(e)}
     for home in dict.fromkeys(h for h, _, _ in parts):
         island = circuit.islands[home]
@@ -125,11 +131,18 @@ def run_noise(
             value, rate = point.drive({analysis.source: 1.0})
             gain += y @ value + s * (y @ rate)
         noisy = [d for d in island.devices if d.name not in silent]
-        found = [(d.name, n) for d in noisy for n in noise_sources(d, layout)]
+        found = [(d.name, n) for d in noisy for n in noise_sources(d, layout, elements.get(d.name))]
         signals = sorted({n.signal for _, n in found if n.signal})
         bias = op(circuit, signals=signals, temperature=temperature, values=values)
         for name, one in found:
-            size = one.density * (abs(float(bias[one.signal][0])) if one.signal else 1.0)
+            size = one.density * np.ones(s.size)
+            if one.signal:
+                size *= abs(float(bias[one.signal][0])) ** one.exponent
+            elif one.function is not None:
+                size *= abs(_of_function(point, one.function, one.gate)) ** one.exponent
+            if one.flickers:
+                with np.errstate(divide="ignore"):
+                    size /= analysis.frequencies
             response = np.zeros(s.size, complex)
             for row, factor in layout.voltage(one.a, one.b, 1.0):
                 response += factor * y[:, row]
@@ -154,6 +167,14 @@ def run_noise(
     solution.measures["inoise_total"] = math.sqrt(integral(analysis.frequencies, back))
     hand_over(solution, sink)
     return solution
+
+
+def _of_function(point: Point, number: int, gate: str) -> float:
+    """Return a smooth function at the operating point, or its slope by the voltage of a node."""
+    if not gate:
+        return float(point.functions[number])
+    rows = point.mna.layout.voltage(gate, "0", 1.0)
+    return math.fsum(factor * float(point.slopes[number, row]) for row, factor in rows)
 
 
 def integral(x: Floats, y: Floats) -> float:
@@ -196,20 +217,17 @@ def _check(circuit: Circuit, analysis: Noise) -> None:
 
 
 def _left_out(circuit: Circuit, analysis: Noise) -> list[Diagnostic]:
-    """Return a warning about flicker noise, which is not simulated."""
-    names = [e.name for e in circuit.deck.elements if e.model is not None and _flickers(e.model)]
+    """Return a warning about flicker noise that is not simulated."""
+    whole = (JunctionDiode, Bipolar, Level1, Vdmos, Jfet)
+    flickering = {e.name for e in circuit.deck.elements if flicker_of(e)[0]}
+    names = [d.name for d in circuit.devices if d.name in flickering and not isinstance(d, whole)]
     if not names:
         return []
-    message = f"the flicker noise (kf) of {', '.join(names)} is left out: thermal and shot noise"
-    return [Diagnostic("NS4023", message + " are computed", analysis.span, severity="warning")]
+    message = f"the flicker noise (kf) of {', '.join(names)} is left out: they are set-valued"
+    return [Diagnostic("NS4023", message, analysis.span, severity="warning")]
 
 
 def _silent(element: Element) -> bool:
     """Return whether the line of a resistor says that it makes no noise."""
     given = (element.params.get(key) for key in ("noisy", "noise"))
     return any(param is not None and param.value == 0.0 for param in given)
-
-
-def _flickers(model: Model) -> bool:
-    param = model.params.get("kf")
-    return param is not None and param.value != 0.0

@@ -153,7 +153,7 @@ class Jfet(SmoothMosfet):
         """Write the resistances, the currents and the charges."""
         p = self.parameters(stamper.layout.conditions)
         self._stamp_resistances(stamper, {"d": bool(p["cgd"]), "s": bool(p["cgs"])})
-        nodes = self._inside(stamper.layout.conditions)
+        nodes = self.inside(stamper.layout.conditions)
         v = {
             "gs": self._across(stamper, nodes, "g", "S"),
             "gd": self._across(stamper, nodes, "g", "D"),

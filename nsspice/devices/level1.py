@@ -122,7 +122,7 @@ class Level1(SmoothMosfet):
         held = {end: charged or bool(p[f"c{end}"] or p[f"cg{end}"]) for end in ("d", "s")}
         held["g"] = charged or bool(p["cgs"] or p["cgd"] or p["cgb"])
         self._stamp_resistances(stamper, held)
-        nodes = self._inside(stamper.layout.conditions)
+        nodes = self.inside(stamper.layout.conditions)
         voltages = {
             key: self._across(stamper, nodes, "G" if key[0] == "g" else "b", end)
             for key, end in (("gs", "S"), ("gd", "D"), ("bs", "S"), ("bd", "D"), ("gb", "b"))

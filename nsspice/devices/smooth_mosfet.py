@@ -50,7 +50,7 @@ class SmoothMosfet(Mosfet):
         """Conductance from drain to source [S]."""
         return self.parallel / self.card["rds"] if "rds" in self.card else 0.0
 
-    def _inside(self, conditions: Conditions) -> dict[str, str]:
+    def inside(self, conditions: Conditions) -> dict[str, str]:
         """Return the nodes of all terminals, and those behind their resistances."""
         d, g, s = self.corners
         outer = {"d": d, "g": g, "s": s, "b": self.body}
@@ -64,7 +64,7 @@ class SmoothMosfet(Mosfet):
     def _stamp_resistances(self, stamper: Stamper, held: Mapping[str, bool]) -> None:
         """Add the resistances; ``held`` says which inner nodes have a capacitance."""
         conditions = stamper.layout.conditions
-        nodes = self._inside(conditions)
+        nodes = self.inside(conditions)
         for terminal, ohms in self.resistances(conditions).items():
             inner = nodes[terminal.upper()]
             ohms = ohms / self.parallel
@@ -115,7 +115,7 @@ class SmoothMosfet(Mosfet):
         if self._shunt:
             d, _, s = self.corners
             yield Flow(Functional(z=layout.voltage(d, s, self._shunt)), "d", "s")
-        nodes = self._inside(layout.conditions)
+        nodes = self.inside(layout.conditions)
         for terminal, ohms in resistances.items():
             inner = nodes[terminal.upper()]
             through = layout.series_current(nodes[terminal], inner, self.parallel / ohms)
@@ -138,7 +138,7 @@ class SmoothMosfet(Mosfet):
         self, layout: Layout, charges: Mapping[str, float | None]
     ) -> list[tuple[int, float]]:
         """Return initial charges [A s] by name as shares of rows."""
-        nodes = self._inside(layout.conditions)
+        nodes = self.inside(layout.conditions)
         found: list[tuple[int, float]] = []
         for name, a, k in self.CHARGES:
             charge = charges.get(name)

@@ -102,7 +102,7 @@ class Vdmos(SmoothMosfet):
         p = self.parameters(conditions)
         held = {"d": bool(p["cgdmax"]), "s": bool(p["cgs"]), "g": bool(p["cgdmax"] or p["cgs"])}
         self._stamp_resistances(stamper, held)
-        nodes = self._inside(conditions)
+        nodes = self.inside(conditions)
         voltages = {
             key: self._across(stamper, nodes, key[0].upper(), key[1].upper())
             for key in ("gs", "gd", "ds")

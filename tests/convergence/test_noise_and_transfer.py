@@ -61,12 +61,64 @@ def test_what_makes_no_noise() -> None:
     assert sol["onoise"][0] == pytest.approx(math.sqrt(4 * BOLTZMANN * T / 1e3) * 500.0, rel=1e-13)
     (same,) = runs(quiet.replace("noiseless", "noisy=0"))
     assert same["onoise"][0] == sol["onoise"][0]
-    (told,) = runs("k\nI1 0 a 1m\nD1 a 0 DN\n.model DN D(IS=1e-14 KF=1e-15)\n"
+    (told,) = runs("k\nI1 0 a 1m\nD1 a 0 DN\n.model DN D(Vfwd=0.7 Ron=1 KF=1e-15)\n"
                    ".noise v(a) I1 list 1k\n")  # fmt: skip
     assert [w.code for w in told.warnings].count("NS4023") == 1
     with pytest.raises(nsspice.NsspiceError) as caught:
         runs(quiet.replace("AC 1", "SIN(0 1 1k)") + "C1 b 0 1u\n.pss\n")
     assert caught.value.diagnostics[0].code == "NS4022"
+
+
+def test_flicker_of_a_junction_by_its_formula() -> None:
+    """KF |I|^AF / f through the slope of the junction; two in parallel are M=2."""
+    deck = "f\nI1 0 a 1m\n{}\n.model DN D(IS=1e-14 KF=1e-15 AF=1.3)\n.noise v(a) I1 list 1 100\n"
+    (one,) = runs(deck.format("D1 a 0 DN"))
+    T = 300.15
+    slope = BOLTZMANN * T / 1.602176634e-19 / 1e-3  # of a large current the saturation is 1e-11
+    white = 2.0 * 1.602176634e-19 * 1e-3
+    for f, found in zip((1.0, 100.0), one["onoise"], strict=True):
+        expected = math.sqrt(white + 1e-15 * 1e-3**1.3 / f) * slope
+        assert found == pytest.approx(expected, rel=1e-8)  # gmin and the saturation current
+    (two,), (many,) = (runs(deck.format(d)) for d in ("D1 a 0 DN\nD2 a 0 DN", "D1 a 0 DN M=2"))
+    assert two["onoise"] == pytest.approx(many["onoise"], rel=1e-9)
+
+
+TRANSISTORS = (
+    ("M1 d g 0 0 MX W=20u L=2u", 3.0, 10.0,
+     "NMOS(LEVEL=1 VTO=1 KP=50u LAMBDA=0.01 TOX=50n KF=1e-26 AF=1.2 RD=10 RS=5 LD=0.2u GAMMA=0.5)"),
+    ("M1 d g 0 0 MX W=20u L=2u", -3.0, -10.0,
+     "PMOS(LEVEL=1 VTO=-1 KP=50u LAMBDA=0.01 KF=1e-26 AF=1.2)"),
+    ("J1 d g 0 MX", -1.0, 10.0,
+     "NJF(VTO=-3 BETA=1m LAMBDA=0.01 KF=1e-14 AF=1.1 RD=10 RS=10)"),
+    ("M1 d g 0 MX", 3.1, 10.0,
+     "VDMOS(VTO=3 KP=1 LAMBDA=0.01 RD=0.1 RS=0.05 KF=1e-19 AF=1.1)"),
+    ("Rx g x 1k\nQ1 d x 0 MX", 0.7, 10.0,
+     "NPN(IS=1e-14 BF=100 KF=1e-14 AF=1.2 RB=50 RE=1)"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("line", "gate", "supply", "card"), TRANSISTORS)
+def test_transistors_beside_ngspice(line: str, gate: float, supply: float, card: str) -> None:
+    """Thermal, shot and flicker noise of channels, junctions and resistances."""
+    text = f"""noise of a transistor
+V1 g 0 DC {gate} AC 1
+Vd vd 0 {supply}
+R1 vd d 1k
+{line}
+.model MX {card}
+.noise v(d) V1 dec 1 1 1meg
+"""
+    options = ".options reltol=1e-9 abstol=1e-18 vntol=1e-14 gmin=1e-30\n"
+    done = subprocess.run(
+        [sys.executable, "-c", CHILD], input=text + options + ".end\n", capture_output=True,
+        text=True, check=False, timeout=60,
+    )  # fmt: skip
+    found = next(x for x in done.stdout.splitlines() if x.startswith("RESULT"))
+    spectrum = np.array(json.loads(found[6:])["onoise_spectrum"])
+    (ours,) = runs(text)
+    # its constants have the digits of 2014, its operating point 1e-9 of volts that turn 1e-6 of a
+    # current by exponentials
+    assert np.abs(ours["onoise"] / spectrum - 1.0).max() < 1e-5
 
 
 AMPLIFIER = """amplifier
