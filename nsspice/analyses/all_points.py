@@ -43,6 +43,9 @@ def advance_points(
         while running:
             # the island that is behind goes next, so that little waits
             k = min(running, key=merger.reached)
+            # a block waits for those that drive it
+            while (driver := runners[k].waits_for(running)) is not None:
+                k = driver
             try:
                 rows, done = runners[k].advance_points(_ROWS)
             except Stopped as stopped:

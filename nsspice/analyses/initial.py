@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from ..circuit import Circuit, MnaSystem
 from ..devices import Inductor
+from ..devices.block_input import BlockInput
 from ..devices.inner import complete
 from ..devices.waveform import initial_value
 from ..errors import Span
@@ -54,7 +55,8 @@ def start(
         charges, energy = mna.initial_state(held)
     elif step is not None and held:
         near = {**_voltages(circuit.deck.nodesets, mna), **held}
-        charges, energy = _stored(mna.system, _held_point(mna, held, near))
+        stepper.dc_point = _held_point(mna, held, near)
+        charges, energy = _stored(mna.system, stepper.dc_point[0])
     else:
         point = start_dc(
             stepper, partial(without_storage, mna.system), guess_of(circuit, mna, held)
@@ -112,9 +114,12 @@ def given_voltages(
 ) -> dict[str, tuple[float, Span | None]]:
     """Return the voltages [V] given for nodes of this island, and where they stand."""
     found = {}
+    # what another block hands on is given there
+    others = {device.ends[0] for device in mna.devices if isinstance(device, BlockInput)}
     for node, param in cards.items():
         value = getattr(param, "value", param)
-        if mna.layout.nodes.get(node, -1) >= 0 and isinstance(value, int | float):
+        own = node not in others and mna.layout.nodes.get(node, -1) >= 0
+        if own and isinstance(value, int | float):
             found[node] = float(value), getattr(param, "span", None)
     return found
 
@@ -124,8 +129,10 @@ def _voltages(cards: Mapping[str, object], mna: MnaSystem) -> dict[str, float]:
     return {node: value for node, (value, _) in given_voltages(cards, mna).items()}
 
 
-def _held_point(mna: MnaSystem, held: Mapping[str, float], near: Mapping[str, float]) -> Floats:
-    """Return the DC solution near some voltages with some nodes held, shape (n,).
+def _held_point(
+    mna: MnaSystem, held: Mapping[str, float], near: Mapping[str, float]
+) -> tuple[Floats, Floats]:
+    """Return the DC solution near some voltages with some nodes held, shapes (n,) and (m,).
 
     An inductor across held nodes would be a short circuit there: the sources carry what flows.
     """
@@ -134,8 +141,9 @@ def _held_point(mna: MnaSystem, held: Mapping[str, float], near: Mapping[str, fl
     loose = [layout.branches[d.name] for d in inductors if fixed.issuperset(d.nodes)]
     system = hold(mna.system, {layout.nodes[k]: v for k, v in held.items()}, loose)
     guess = _point_near(near, mna, system)
-    point = start_dc(MoreauStepper(system, ()), partial(without_storage, system), guess)
-    return point[: mna.system.n]
+    stepper = MoreauStepper(system, ())
+    point = start_dc(stepper, partial(without_storage, system), guess)
+    return point[: mna.system.n], stepper.state[1]
 
 
 def _stored(system: DescriptorSystem, point: Floats) -> tuple[Floats, float]:

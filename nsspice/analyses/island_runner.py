@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from ..circuit import Circuit, Island, MnaSystem
+from ..circuit.blocks import Link
 from ..errors import Diagnostic, NumericalError, UsageError
 from ..problems.descriptor import Functional, Waveform
 from ..solvers.modewise import ModewiseStepper, NotModewise
@@ -17,6 +18,7 @@ from ..solvers.sdirk import Accuracy, SdirkStepper
 from ..solvers.stepper import UnsolvedStep
 from .aliasing import Between
 from .beginning import Beginning, with_gates, with_waveforms
+from .blocks import begin, driven_by
 from .cards import Tran
 from .certificate import TAKEN_BESIDE_EXACT, Certificate
 from .costs import sentence
@@ -68,6 +70,7 @@ class IslandRunner:
         aliases: bool = False,
         beginning: Beginning | None = None,
         periodic_sources: bool = False,
+        links: Sequence[Link] = (),
     ) -> None:
         self.circuit, self.number, self.island = circuit, number, island
         self._conditions = temperature, values
@@ -107,6 +110,9 @@ class IslandRunner:
         #: points between the output points
         self.between = Between(names, functionals, analysis.row_distance) if aliases else None
         self.stepper: MoreauStepper | ModewiseStepper = self._stepper(functionals)
+        #: what other blocks hand on to this one, and it to others
+        self.inputs = [link for link in links if link.target == number]
+        self.outputs = [link for link in links if link.source == number]
         self._watch()
         if self.followed and self.method != POINTS:
             window = (
@@ -177,8 +183,28 @@ class IslandRunner:
         stepper.watch(every, window, self.sides is not None)
         self.examiner.auditor.accompany(stepper)
 
+    @property
+    def drives(self) -> bool:
+        """True for a block that can hand on what others are driven by, or need not."""
+        return not self.outputs or isinstance(self.stepper, ModewiseStepper)
+
+    def waits_for(self, running: Collection[int]) -> int | None:
+        """Return a block that has to go on before this one can, of those that are still running."""
+        late = [link for link in self.inputs if link.handed.end() <= self.stepper.time]
+        return next((link.source for link in late if link.source in running), None)
+
     def start(self) -> None:
-        """Find the first state and plan the instants."""
+        """Find the first state, plan the instants, and let blocks that are driven begin there."""
+        if self.outputs and isinstance(self.stepper, ModewiseStepper):
+            places = [self._names.index(link.signal) for link in self.outputs]
+            self.stepper.hand_on(places, [link.handed for link in self.outputs])
+            self._start()
+            for link in self.outputs:
+                begin(link, self.mna, self.stepper)
+        else:
+            self._start()
+
+    def _start(self) -> None:
         analysis = self.analysis
         # the plan comes first: it tells the stepper whether switches act on a static circuit
         rows = analysis.row_distance
@@ -412,6 +438,8 @@ class IslandRunner:
             self.note = f"implicit steps where {reason}"
             if stats["storm"]:
                 self.note = "events follow too fast to be followed one by one: implicit steps"
+        if self.inputs:
+            self.note = "; ".join(filter(None, [driven_by(self.inputs), self.note]))
         return IslandRun(
             self.number + 1,
             self.island.problem_class.name,
@@ -448,6 +476,8 @@ def jumps(waveform: Waveform) -> bool:
     True
     """
     values = waveform.values
+    if waveform.handed is not None:
+        return True
     if waveform.kind == "pulse":
         return values[3] == 0.0 or values[4] == 0.0
     times = values[::2]

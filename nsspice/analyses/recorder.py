@@ -28,10 +28,13 @@ class Recorder:
     circuit : Circuit
     names : sequence of str
         Canonical names of the signals.
+    beside : sequence of (int, str)
+        Islands and names of quantities that are recorded besides, as parts of no signal.
     """
 
     circuit: Circuit
     names: list[str]
+    beside: Sequence[tuple[int, str]] = ()
     #: names that each island records
     local: list[list[str]] = field(default_factory=list)
     _sums: list[list[tuple[int, float]]] = field(default_factory=list)
@@ -69,6 +72,9 @@ class Recorder:
             else:
                 self._order.append(len(self._sums))
                 self._sums.append(linear(name))
+        for home, local_name in self.beside:
+            if local_name not in self.local[home]:
+                self.local[home].append(local_name)
         # islands stand side by side in the recorded block: renumber from order of appearance
         if len(self.local) > 1:
             starts = list(accumulate(map(len, self.local), initial=0))
@@ -76,6 +82,7 @@ class Recorder:
             self._sums = [[(position[k], f) for k, f in terms] for terms in self._sums]
         in_order = [[(k, 1.0)] for k in range(len(self.names))]
         self.direct = not self._products and self._sums == in_order
+        self.direct = self.direct and self.recorded == len(self.names)
         if self.direct:
             return
         # most signals are one recorded column: they are picked all at once

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from ..circuit import Circuit, Island, MnaSystem
+from ..circuit.blocks import Blocks
 from ..circuit.explain import Explanation, Told, explain
 from ..circuit.needed import Skipped, needed
 from ..netlist.deck import TranCard
+from .blocks import driven_by, split
 from .costs import cost_of
 from .method import describe
 from .recorder import select
+from .settings import Settings
 from .watched import measured_signals
 
 
@@ -45,7 +48,17 @@ def explained(circuit: Circuit, matrices: bool = False, everything: bool = False
         warnings = circuit.warnings
         circuit, skipped = needed(circuit, names)
         circuit.warnings = warnings
-    return explain(circuit, matrices, tell, skipped.elements)
+    parts = Blocks(circuit)
+    if any(isinstance(a, TranCard) for a in deck.analyses):
+        parts = split(circuit, Settings.of(deck))
+
+    def teller(circuit: Circuit, island: Island, mna: MnaSystem) -> Told:
+        told = tell(circuit, island, mna)
+        number = next(k for k, other in enumerate(circuit.islands) if other is island)
+        inputs = [link for link in parts.links if link.target == number]
+        return told._replace(method=f"{told.method}; {driven_by(inputs)}") if inputs else told
+
+    return explain(parts.circuit, matrices, teller, skipped.elements)
 
 
 def tell(circuit: Circuit, island: Island, mna: MnaSystem) -> Told:

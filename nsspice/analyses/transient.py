@@ -8,11 +8,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..circuit import Circuit
+from ..circuit.blocks import Blocks
 from ..circuit.needed import Skipped, needed
 from ..errors import Diagnostic, NumericalError, UsageError
 from ..netlist.deck import Deck, TranCard
 from .aliasing import OutputPoints
 from .beginning import Beginning
+from .blocks import split
 from .cards import Tran
 from .certificate import Certificate
 from .curve import Floats
@@ -209,32 +211,46 @@ def run_tran(
     whole, skipped = circuit, Skipped()
     chosen = signals is not None or bool(circuit.deck.saves)
     if chosen and not everything and beginnings is None:
-        parts = [] if watched is None else [part for _, part in watched.parts]
-        circuit, skipped = needed(circuit, [*names, *parts])
+        measured = [] if watched is None else [part for _, part in watched.parts]
+        circuit, skipped = needed(circuit, [*names, *measured])
         if skipped and watched is not None:
             watched = watched.within(circuit)
-    recorder = Recorder(circuit, names)
     # without points of its own between them a table may hide what happens
     shown = (keep or sink is not None) and not all_points
-    runners = [
-        IslandRunner(
-            circuit,
-            k,
-            island,
-            recorder.local[k],
-            analysis,
-            settings,
-            temperature,
-            values,
-            sides=(keep or watched is not None) and not all_points,
-            watched=watched,
-            all_points=all_points,
-            beginning=None if beginnings is None else beginnings[k],
-            periodic_sources=periodic_sources,
-            aliases=shown,
-        )
-        for k, island in enumerate(circuit.islands)
-    ]
+
+    def prepare(parts: Blocks) -> tuple[Recorder, list[IslandRunner]]:
+        local = watched if watched is None or not parts else watched.within(parts.circuit)
+        beside = [(link.source, link.signal) for link in parts.links]
+        recorder = Recorder(parts.circuit, names, beside)
+        return recorder, [
+            IslandRunner(
+                parts.circuit,
+                k,
+                island,
+                recorder.local[k],
+                analysis,
+                settings,
+                temperature,
+                values,
+                sides=(keep or watched is not None) and not all_points,
+                watched=local,
+                all_points=all_points,
+                beginning=None if beginnings is None else beginnings[k],
+                periodic_sources=periodic_sources,
+                aliases=shown,
+                links=parts.links,
+            )
+            for k, island in enumerate(parts.circuit.islands)
+        ]
+
+    parts = Blocks(circuit)
+    if beginnings is None and not periodic_sources:
+        parts = split(circuit, settings, analysis, temperature, values)
+    recorder, runners = prepare(parts)
+    if not all(runner.drives for runner in runners):
+        parts = Blocks(circuit)
+        recorder, runners = prepare(parts)
+    circuit = parts.circuit
     rows = analysis.row_count
     width = 1 + len(names)
     store = GrowingStore(width) if keep and all_points else Store(rows if keep else 2, width)

@@ -283,7 +283,13 @@ class Stamper:
 
     def column(self, waveform: Waveform) -> int:
         """Return the column of a waveform; equal waveforms share one."""
-        key = (waveform.kind, waveform.values, repr(waveform.repeat), waveform.scale)
+        key = (
+            waveform.kind,
+            waveform.values,
+            repr(waveform.repeat),
+            waveform.scale,
+            waveform.handed,
+        )
         index = self._column_of.setdefault(key, len(self.waveforms))
         if index == len(self.waveforms):
             self.waveforms.append(waveform)

@@ -246,6 +246,8 @@ def initial_value(waveform: Waveform) -> float:
     3.0
     """
     v = waveform.values
+    if waveform.handed is not None:
+        return waveform.handed.value(0.0, -1)
     if waveform.kind == "dc":
         result = v[0]
     elif waveform.kind == "sin":

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,25 @@ from .passivity import passive
 from .tape import Tape
 
 
+class Handed(Protocol):
+    """What one block of a circuit hands to another: a function that grows during the run."""
+
+    def begin_with(self, value: float) -> None:
+        """Say what the value is before the first instant."""
+
+    def value(self, time: float, side: int = 1) -> float:
+        """Return the value at an instant [s], the left limit for side -1."""
+
+    def count(self) -> int:
+        """Return the number of pieces."""
+
+    def end(self) -> float:
+        """Return up to where it is known [s]."""
+
+    def error(self) -> float:
+        """Return how far it was off where it was looked at, as a part of its largest value."""
+
+
 @dataclass(frozen=True, slots=True)
 class Waveform:
     """A source value as a function of time.
@@ -30,7 +50,7 @@ class Waveform:
     Parameters
     ----------
     kind : str
-        ``dc sin pulse pwl exp sffm am``.
+        ``dc sin pulse pwl exp sffm am``, or ``polynomial`` for what another block hands on.
     values : tuple of float
         Complete parameters, no defaults left open, in this order: dc ``(value)``; sin ``(offset,
         amplitude, frequency, delay, damping, phase_deg)``; pulse ``(v1, v2, delay, rise, fall,
@@ -43,6 +63,8 @@ class Waveform:
         pwl only: time from which the curve repeats, ``nan`` for none.
     scale : float
         Factor applied to the value.
+    handed : Handed or None
+        Of the kind ``polynomial``: a piecewise polynomial that grows during the run.
 
     Times are in s, frequencies in Hz, damping in 1/s, values in V or A.
 
@@ -56,6 +78,7 @@ class Waveform:
     values: tuple[float, ...]
     repeat: float = float("nan")
     scale: float = 1.0
+    handed: Handed | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,7 +44,7 @@ def compiled(system: DescriptorSystem) -> _core.System:
     elements = elements_of(system)
     found = _KNOWN[system] = _core.System(
         (*map(core_matrix, matrices), system.q, core_matrix(system.S), system.row_kind),
-        [(w.kind, w.values, w.repeat, w.scale) for w in system.waveforms],
+        [(w.kind, w.values, w.repeat, w.scale, w.handed) for w in system.waveforms],
         [
             (
                 s.pair,

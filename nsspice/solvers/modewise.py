@@ -28,7 +28,7 @@ import numpy as np
 
 from .. import _core
 from ..problems.csc import Csc, Floats, weighted_sum
-from ..problems.descriptor import DescriptorSystem, Functional
+from ..problems.descriptor import DescriptorSystem, Functional, Handed
 from ..problems.elements import Elements
 from .certificate import infeasibility
 from .compiled import compiled
@@ -59,6 +59,8 @@ def refusal(system: DescriptorSystem) -> str | None:
     if system.smooth is not None:
         return "smooth nonlinear elements have no closed form"
     for waveform in system.waveforms:
+        if waveform.handed is not None:
+            return "it is driven by another block"
         if waveform.kind not in _LINEAR:
             return f"an {waveform.kind} source is not the solution of a linear equation"
     if system.n + system.m > DENSE_LIMIT:
@@ -213,7 +215,7 @@ class ModewiseStepper(Stepper):
         """
         static = MoreauStepper(self.system, ())
         static.start_dc(time, guess)
-        point, multipliers = static.state
+        self.dc_point = point, multipliers = static.state
         # where there may be several solutions, this is the one of its mode
         several = self.system.static or not self.system.passive
         active = (multipliers > 0.0).tolist() if several else None
@@ -305,6 +307,18 @@ class ModewiseStepper(Stepper):
             Between which instants [s].
         """
         self._core.keep_pieces(list(outputs), start, stop)
+
+    def hand_on(self, outputs: Sequence[int], to: Sequence[Handed]) -> None:
+        """Hand some outputs on to other blocks; call it before the start.
+
+        Parameters
+        ----------
+        outputs : sequence of int
+            Which outputs, from 0 on.
+        to : sequence of Handed
+            They get each segment as soon as it is known to its end, accurate to rounding.
+        """
+        self._core.hand_on(list(outputs), list(to))
 
     def take_stretches(self) -> _core.Stretches:
         """Return the stretches of segments recorded since the last call."""

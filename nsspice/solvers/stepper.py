@@ -144,6 +144,8 @@ class Stepper(ABC):
         self._core = core
         self._columns = columns
         self._buffer = np.empty((0, columns))
+        #: unknowns and multipliers of the DC solution with which the run begins, if it does
+        self.dc_point: tuple[Floats, Floats] | None = None
         #: rows computed before the last failure
         self.pending = self._buffer
 

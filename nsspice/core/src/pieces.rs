@@ -33,20 +33,31 @@ pub struct Pieces {
     largest: Vec<f64>,
 }
 
+/// The angle of a point, from the end of the piece to its beginning.
+fn angle(point: usize, points: usize) -> f64 {
+    PI * point as f64 / (points - 1) as f64
+}
+
+/// Factors of the values at the points in the coefficients of the Chebyshev polynomials: one row for each of
+/// these, whose argument runs from 1 at the beginning of a piece to -1 at its end.
+pub fn transform(points: usize) -> Vec<Vec<f64>> {
+    let n = points - 1;
+    // the first and the last point count by half in the discrete cosine transform
+    let half = |j: usize| if j == 0 || j == n { 0.5 } else { 1.0 };
+    let factor = |j: usize, k: usize| {
+        2.0 / n as f64 * half(j) * half(k) * angle(j * k, points).cos()
+    };
+    (0..points).map(|k| (0..points).map(|j| factor(j, k)).collect()).collect()
+}
+
 impl Pieces {
     /// Pieces with so many points, at least four.
     pub fn new(outputs: Vec<usize>, window: [f64; 2], points: usize) -> Pieces {
-        let n = points - 1;
-        let angle = |j: usize, k: usize| PI * (j * k) as f64 / n as f64;
-        // the first and the last point count by half in the discrete cosine transform
-        let half = |j: usize| if j == 0 || j == n { 0.5 } else { 1.0 };
-        let factor = |j: usize, k: usize| 2.0 / n as f64 * half(j) * half(k) * angle(j, k).cos();
+        let last = transform(points).split_off(points - LAST);
         Pieces {
             // sines of half the angle keep their digits at the beginning
-            places: (0..points).map(|j| (0.5 * angle(j, 1)).sin().powi(2)).collect(),
-            last: (points - LAST..points)
-                .map(|k| (0..points).map(|j| factor(j, k)).collect())
-                .collect(),
+            places: (0..points).map(|j| (0.5 * angle(j, points)).sin().powi(2)).collect(),
+            last,
             right: vec![0.0; outputs.len()],
             largest: vec![0.0; outputs.len()],
             end: f64::NAN,
@@ -147,6 +158,17 @@ impl Pieces {
     /// The pieces since the last call, each of `size` numbers.
     pub fn take(&mut self) -> Vec<f64> {
         std::mem::take(&mut self.kept)
+    }
+
+    /// Hands the pieces since the last call to a function, one by one: begin, length, and values.  They do not
+    /// count as kept.
+    pub fn hand_on(&mut self, mut take: impl FnMut(f64, f64, &[f64])) {
+        let size = self.size();
+        for piece in self.kept.chunks_exact(size) {
+            take(piece[0], piece[1], &piece[2..]);
+        }
+        self.kept.clear();
+        self.written = 0;
     }
 }
 

@@ -4,12 +4,14 @@ mod audit;
 mod modewise;
 mod newton;
 mod points;
+mod polynomial;
 mod steady;
 mod system;
 
 use crate::audit::Taken;
 use crate::pieces::Pieces;
 use points::{PyRecords, PyStretches};
+use polynomial::PyPolynomial;
 use system::{misfit, PySystem, Sizes};
 
 use crate::mlcp::{Driver, Problem, Role, Start};
@@ -17,7 +19,6 @@ use crate::moreau::{Accuracy, Clock, Failure, Outputs, Part, Plan, Progress, Sdi
 use crate::moreau::{System, Tableau, Witness};
 use crate::sparse::Csc;
 use crate::tape::{Program, Tape};
-use crate::waveform::Waveform;
 use numpy::{
     PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2,
 };
@@ -141,8 +142,8 @@ fn tape(spec: &TapeSpec, unknowns: usize, sources: usize) -> PyResult<Tape> {
 /// threshold (None: it turns when the control has come there)
 type SwitchSpec = (usize, Vec<(usize, f64)>, f64, f64, bool, bool, bool, Option<bool>);
 
-/// kind, values, repeat, scale
-type WaveformSpec = (String, Vec<f64>, f64, f64);
+/// kind, values, repeat, scale, and what another block hands on
+type WaveformSpec<'py> = (String, Vec<f64>, f64, f64, Option<PyRef<'py, PyPolynomial>>);
 
 #[pyclass(name = "Stepper", module = "nsspice._core")]
 struct PyStepper {
@@ -565,12 +566,11 @@ fn format_rows<'py>(py: Python<'py>, rows: PyReadonlyArray2<f64>) -> PyResult<Bo
 #[pyfunction]
 fn waveform_values<'py>(
     py: Python<'py>,
-    spec: WaveformSpec,
+    spec: WaveformSpec<'py>,
     times: Floats,
     side: i8,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let (kind, values, repeat, scale) = spec;
-    let waveform = Waveform::new(&kind, &values, repeat, scale).map_err(invalid)?;
+    let waveform = system::waveform(&spec)?;
     let side = if side < 0 { crate::waveform::Side::Left } else { crate::waveform::Side::Right };
     let out: Vec<f64> = times.as_slice()?.iter().map(|&t| waveform.value(t, side)).collect();
     Ok(PyArray1::from_slice(py, &out))
@@ -581,6 +581,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PySystem>()?;
     module.add_class::<PyStretches>()?;
     module.add_class::<PyRecords>()?;
+    module.add_class::<PyPolynomial>()?;
     module.add_class::<PyStepper>()?;
     module.add_class::<modewise::PyModewise>()?;
     module.add_class::<steady::PyOrbit>()?;

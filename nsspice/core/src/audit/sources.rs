@@ -4,6 +4,7 @@
 //! waveforms that engines see.
 
 use super::worse;
+use crate::waveform::{Polynomial, Side};
 use std::f64::consts::PI;
 
 /// Instants looked at in one block of records.
@@ -35,6 +36,8 @@ enum Shape {
     Sffm([f64; 5]),
     /// amplitude, offset, modulation, carrier, delay
     Am([f64; 5]),
+    /// what another block has handed on
+    Polynomial(Polynomial),
 }
 
 /// The sine of so many turns.
@@ -70,6 +73,11 @@ impl Described {
             _ => return Err(format!("no waveform is called {kind}")),
         };
         Ok(Described { shape, scale })
+    }
+
+    /// What another block hands on, whose laws are checked there.
+    pub fn polynomial(polynomial: Polynomial) -> Described {
+        Described { shape: Shape::Polynomial(polynomial), scale: 1.0 }
     }
 
     /// The value at an instant, that behind it where the waveform jumps.
@@ -110,13 +118,22 @@ impl Described {
                     let swing = (offset + sine(modulation * s)) * sine(carrier * s);
                     amplitude * if s >= 0.0 { swing } else { 0.0 }
                 }
+                Shape::Polynomial(polynomial) => polynomial.value(t, Side::Right),
             }
+    }
+
+    /// The value before an instant.
+    fn before(&self, t: f64, known: f64) -> f64 {
+        match &self.shape {
+            Shape::Polynomial(polynomial) => self.scale * polynomial.value(t, Side::Left),
+            _ => self.value(t - known),
+        }
     }
 
     /// How far a value is from those around an instant.
     fn outside(&self, t: f64, found: f64) -> f64 {
         let known = INSTANT * t.abs() + f64::MIN_POSITIVE;
-        let around = [t - known, t, t + known].map(|t| self.value(t));
+        let around = [self.before(t, known), self.value(t), self.value(t + known)];
         let low = around.iter().fold(f64::INFINITY, |a, v| a.min(*v));
         let high = around.iter().fold(f64::NEG_INFINITY, |a, v| a.max(*v));
         // a line that is continued over the rounding of its end leaves its range by as much

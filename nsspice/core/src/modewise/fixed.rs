@@ -144,13 +144,16 @@ impl Engine {
         let written = (at_target || self.ends.all_from <= self.time) && !row.is_empty();
         let label = if at_target { target } else { self.time };
         let wanted = self.pieces.wanted(begin, self.time).is_some();
-        if written || wanted {
+        if written || wanted || self.hands_on() {
             let rates: Vec<f64> = self.z.iter().zip(&before).map(|(a, b)| (a - b) / step).collect();
             let u = self.sources(label);
             let mut outputs = vec![0.0; self.outputs.len()];
             self.outputs.write(&self.z, &self.l, &rates, &u, &mut outputs);
             if wanted {
                 self.pieces.line([begin, self.time], None, &outputs);
+            }
+            if self.hands_on() {
+                self.hand_step([begin, self.time], &outputs);
             }
             if written {
                 row[0] = label;

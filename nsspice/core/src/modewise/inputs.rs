@@ -152,6 +152,9 @@ impl Inputs {
                 Waveform::Smooth(Smooth::Am { .. }) => {
                     return Err("an AM source is not split into its lines".into());
                 }
+                Waveform::Polynomial(_) => {
+                    return Err("what another block computes is no solution of a linear equation".into());
+                }
             });
         }
         Ok(Inputs { waveforms, kinds, parts, corners: Vec::new() })

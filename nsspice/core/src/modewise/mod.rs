@@ -20,6 +20,7 @@ mod course;
 mod crowd;
 mod fixed;
 mod guard_rows;
+mod handed;
 mod impact;
 pub mod implicit;
 pub mod inputs;

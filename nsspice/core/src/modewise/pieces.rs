@@ -28,22 +28,29 @@ impl Engine {
 
     /// Keeps the segment that ends here.
     pub(super) fn write_pieces(&mut self) {
-        let (begin, length) = (self.time, self.end - self.time);
+        let mut pieces = std::mem::take(&mut self.pieces);
         // what begins at the end of the run serves its last row
-        let Some([from, to]) = self.pieces.wanted(begin, self.end.min(self.stop)) else { return };
+        self.split(&mut pieces, self.end.min(self.stop));
+        self.pieces = pieces;
+    }
+
+    /// Puts the outputs of the present segment down as polynomials, up to an instant [s].
+    pub(super) fn split(&mut self, pieces: &mut Pieces, until: f64) {
+        let (begin, length) = (self.time, self.end - self.time);
+        let Some([from, to]) = pieces.wanted(begin, until) else { return };
         self.prepare_rows(POINTS as f64);
         let last = if to >= self.end { length } else { to - begin };
         let mut row = vec![0.0; self.columns()];
         let mut at = from - begin;
         let mut width = last - at;
-        while at < last && self.pieces.wanted(begin + at, self.end).is_some() {
+        while at < last && pieces.wanted(begin + at, self.end).is_some() {
             let (rest, sure) = (last - at, self.sure(at, last - at));
             width = (GROWTH * width).min(rest);
-            while !self.piece(at, width, &mut row) && width > sure {
-                self.pieces.drop_last();
+            while !self.piece(pieces, at, width, &mut row) && width > sure {
+                pieces.drop_last();
                 width = (width / GROWTH).max(sure);
             }
-            self.pieces.keep();
+            pieces.keep();
             if rest - width <= f64::EPSILON * length {
                 break;
             }
@@ -60,13 +67,13 @@ impl Engine {
     }
 
     /// Puts down a piece; true if polynomials follow it.
-    fn piece(&mut self, at: f64, width: f64, row: &mut [f64]) -> bool {
-        self.pieces.begin(self.time + at, width);
+    fn piece(&mut self, pieces: &mut Pieces, at: f64, width: f64, row: &mut [f64]) -> bool {
+        pieces.begin(self.time + at, width);
         for point in 0..POINTS {
-            self.write_inside(at + self.pieces.places[point] * width, row);
-            self.pieces.put(point, &row[1..]);
+            self.write_inside(at + pieces.places[point] * width, row);
+            pieces.put(point, &row[1..]);
         }
-        self.pieces.follows(FLAT, ROUNDING)
+        pieces.follows(FLAT, ROUNDING)
     }
 
     /// How long a piece from a time on may be at least, whatever takes part.

@@ -2,6 +2,7 @@
 
 use super::crowd::Storm;
 use super::fixed::Stepped;
+use super::handed::Handed;
 use super::implicit::Implicit;
 use super::inputs::{Inputs, Segment};
 use super::integral::Turn;
@@ -139,6 +140,8 @@ pub struct Engine {
     pub(super) trace: Trace,
     /// outputs that measures follow
     pub pieces: Pieces,
+    /// outputs that drive other blocks
+    pub(super) handed: Handed,
     /// rotations and decays among the inputs
     pub(super) turns: Vec<Turn>,
     pub(super) logged: Vec<bool>,
@@ -203,6 +206,7 @@ impl Engine {
             tally: Tally::default(),
             trace: Trace::default(),
             pieces: Pieces::default(),
+            handed: Handed::default(),
             turns: inputs.turns(),
             logged: vec![false; m],
             log_open: false,
@@ -462,6 +466,7 @@ impl Engine {
             self.check(&mode);
             self.path.at(length, &mut self.point);
         }
+        self.hand_segment();
         Ok(())
     }
 

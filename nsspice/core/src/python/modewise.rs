@@ -2,6 +2,7 @@
 
 use super::audit::{balance_dict, PyAuditor};
 use super::points::{PyRecords, PyStretches};
+use super::polynomial::PyPolynomial;
 use super::system::{misfit, PySystem, Sizes};
 use super::{event_arrays, failure_dict, fill, invalid, EventArrays, Floats};
 use crate::modewise::Engine;
@@ -144,6 +145,16 @@ impl PyModewise {
         let (size, table) = (self.inner.pieces.size(), self.inner.pieces.take());
         let rows = table.len() / size;
         PyArray1::from_vec(py, table).reshape([rows, size])
+    }
+
+    /// Hands some outputs on to other blocks.
+    fn hand_on(&mut self, outputs: Vec<usize>, to: Vec<PyRef<'_, PyPolynomial>>) -> PyResult<()> {
+        let last = self.inner.columns() - 1;
+        if outputs.len() != to.len() || outputs.iter().any(|&output| output >= last) {
+            return Err(invalid("one polynomial for each output"));
+        }
+        self.inner.hand_on(outputs, to.iter().map(|to| to.inner.clone()).collect());
+        Ok(())
     }
 
     /// Makes the end of every segment from a time on a row, and two where something jumps.

@@ -65,8 +65,8 @@ impl PySystem {
         let (switches, gates): (Vec<Switch>, Vec<bool>) = switches.into_iter().map(switch).unzip();
         let system = PySystem {
             linear,
-            waveforms: made(&waveforms, Waveform::new)?,
-            described: made(&waveforms, Described::new)?,
+            described: waveforms.iter().map(described).collect::<PyResult<_>>()?,
+            waveforms: waveforms.iter().map(waveform).collect::<PyResult<_>>()?,
             switches: switches.into(),
             gates,
             smooth,
@@ -160,13 +160,20 @@ fn read((e, g, a, b, d, q, s, row_kind): &LinearSpec) -> PyResult<Linear> {
     }
 }
 
-/// Waveforms made from their kinds, values, repeats and scales.
-fn made<T>(
-    waveforms: &[WaveformSpec],
-    make: impl Fn(&str, &[f64], f64, f64) -> Result<T, String>,
-) -> PyResult<Vec<T>> {
-    let one = |(kind, values, repeat, scale): &WaveformSpec| make(kind, values, *repeat, *scale);
-    waveforms.iter().map(one).collect::<Result<_, _>>().map_err(invalid)
+/// A waveform from its kind, values, repeat and scale, or from what another block hands on.
+pub(super) fn waveform((kind, values, repeat, scale, handed): &WaveformSpec) -> PyResult<Waveform> {
+    match handed {
+        Some(polynomial) => Ok(Waveform::Polynomial(polynomial.inner.clone())),
+        None => Waveform::new(kind, values, *repeat, *scale).map_err(invalid),
+    }
+}
+
+/// The same for the checks.
+fn described((kind, values, repeat, scale, handed): &WaveformSpec) -> PyResult<Described> {
+    match handed {
+        Some(polynomial) => Ok(Described::polynomial(polynomial.inner.clone())),
+        None => Described::new(kind, values, *repeat, *scale).map_err(invalid),
+    }
 }
 
 /// A switch and the state of its gate.

@@ -3,9 +3,11 @@
 //! Values are computed from absolute time (never integrated), so that nothing drifts.
 
 mod piecewise;
+mod polynomial;
 mod smooth;
 
 pub use piecewise::PiecewiseLinear;
+pub use polynomial::Polynomial;
 pub use smooth::Smooth;
 
 /// Two instants closer than this, relative to the time, cannot be told apart.
@@ -38,6 +40,8 @@ pub enum Waveform {
     Piecewise(PiecewiseLinear),
     /// SIN, EXP, SFFM, AM
     Smooth(Smooth),
+    /// what another block of the circuit computes
+    Polynomial(Polynomial),
 }
 
 impl Waveform {
@@ -78,6 +82,7 @@ impl Waveform {
             Waveform::Dc(v) => *v,
             Waveform::Piecewise(p) => p.value(t, side),
             Waveform::Smooth(s) => s.value(t),
+            Waveform::Polynomial(p) => p.value(t, side),
         }
     }
 
@@ -87,6 +92,7 @@ impl Waveform {
             Waveform::Dc(_) => 0.0,
             Waveform::Piecewise(p) => p.line(t).1,
             Waveform::Smooth(s) => s.slope(t),
+            Waveform::Polynomial(p) => p.slope(t),
         }
     }
 
@@ -100,6 +106,7 @@ impl Waveform {
                 end + (end - start) * ((t - corner) / (corner - from))
             }
             Waveform::Smooth(s) => s.continued(t, from),
+            Waveform::Polynomial(p) => p.continued(t, from),
         }
     }
 
@@ -117,6 +124,31 @@ impl Waveform {
             Waveform::Dc(_) => None,
             Waveform::Piecewise(p) => p.next_corner(t),
             Waveform::Smooth(s) => s.next_corner(t),
+            Waveform::Polynomial(p) => p.next_corner(t),
+        }
+    }
+
+    /// Whether derivatives may jump at the first corner later than `t`.
+    pub fn bends(&self, t: f64) -> bool {
+        match self {
+            Waveform::Polynomial(p) => p.bends(t),
+            _ => true,
+        }
+    }
+
+    /// Values are known to the rounding of a number of this size, 0 if to that of their own.
+    pub fn rounded(&self) -> f64 {
+        match self {
+            Waveform::Polynomial(p) => p.size(),
+            _ => 0.0,
+        }
+    }
+
+    /// Up to where it is known [s].
+    pub fn known(&self) -> f64 {
+        match self {
+            Waveform::Polynomial(p) => p.end(),
+            _ => f64::INFINITY,
         }
     }
 
@@ -126,6 +158,7 @@ impl Waveform {
             Waveform::Dc(_) => None,
             Waveform::Piecewise(p) => p.next_vertex(t),
             Waveform::Smooth(s) => s.next_corner(t).map(|c| c.time),
+            Waveform::Polynomial(p) => p.next_corner(t).map(|c| c.time),
         }
     }
 }

@@ -101,6 +101,9 @@ impl Scales {
             self.largest[1] = self.largest[1].max(sum);
             self.note_current(self.parts.of(row), sum);
         }
+        // what another block hands on has the rounding of its largest value from the beginning
+        let handed = s.waveforms.iter().map(|w| w.rounded());
+        self.largest[0] = handed.fold(self.largest[0], f64::max);
         // where nothing flows, rounding of the voltages makes currents: they are none
         let rounded = f64::EPSILON * s.conductances[0] * self.largest[0];
         self.largest[1] = self.largest[1].max(rounded);

@@ -255,6 +255,10 @@ impl Sdirk {
             if s.time >= self.stop {
                 return (rows, Progress::Done);
             }
+            // another block has to go on first
+            if s.waveforms.iter().any(|w| w.known() <= s.time) {
+                return (rows, Progress::More);
+            }
             if let Err(failure) = self.step(s) {
                 s.failure = Some(*failure);
                 return (rows, Progress::Failed);
@@ -307,7 +311,9 @@ impl Sdirk {
         self.ladder.begin(s, &self.scales);
         if self.corner.0 <= s.time {
             let (time, jump) = next_corner(&s.waveforms, s.time);
-            let here = |w: &Waveform| w.next_corner_time(s.time).is_some_and(|t| t <= time);
+            let here = |w: &Waveform| {
+                w.next_corner_time(s.time).is_some_and(|t| t <= time) && w.bends(s.time)
+            };
             let kink = || s.waveforms.iter().zip(&self.kinks).any(|(w, &kink)| kink && here(w));
             self.corner = (time, jump || kink());
         }
