@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from ..circuit import Circuit, MnaSystem
 from ..circuit.blocks import Blocks, Link, blocks
+from ..circuit.impulses import Impulses
 from ..devices.waveform import initial_value
 from ..solvers.modewise import ModewiseStepper
 from ..solvers.polynomial import Polynomial
@@ -45,8 +46,12 @@ def split(
     tstop = None if analysis is None else analysis.stop
     for number in {link.source for link in found.links}:
         island = found.circuit.islands[number]
-        system = island.assemble(temperature, values or {}, tstep=tstep, tstop=tstop).system
-        if choose(island.problem_class, system, settings).name != "modewise":
+        mna = island.assemble(temperature, values or {}, tstep=tstep, tstop=tstop)
+        if choose(island.problem_class, mna.system, settings).name != "modewise":
+            return Blocks(circuit)
+        # an impulse is no function of time that could be handed on
+        impulses = Impulses(mna)
+        if any(impulses.may(link.signal) for link in found.links if link.source == number):
             return Blocks(circuit)
     return found
 
