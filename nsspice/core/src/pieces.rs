@@ -44,9 +44,8 @@ pub fn transform(points: usize) -> Vec<Vec<f64>> {
     let n = points - 1;
     // the first and the last point count by half in the discrete cosine transform
     let half = |j: usize| if j == 0 || j == n { 0.5 } else { 1.0 };
-    let factor = |j: usize, k: usize| {
-        2.0 / n as f64 * half(j) * half(k) * angle(j * k, points).cos()
-    };
+    let factor =
+        |j: usize, k: usize| 2.0 / n as f64 * half(j) * half(k) * angle(j * k, points).cos();
     (0..points).map(|k| (0..points).map(|j| factor(j, k)).collect()).collect()
 }
 

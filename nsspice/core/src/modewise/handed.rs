@@ -31,7 +31,11 @@ impl Handed {
                 coefficients.extend(transform.iter().enumerate().map(|(k, row)| {
                     let c: f64 = row.iter().zip(values).map(|(factor, v)| factor * v).sum();
                     // the points run from the end of [-1, 1] to its beginning
-                    if k % 2 == 0 { c } else { -c }
+                    if k % 2 == 0 {
+                        c
+                    } else {
+                        -c
+                    }
                 }));
                 let largest = coefficients.iter().fold(0.0f64, |m, c| m.max(c.abs()));
                 let kept = coefficients.iter().rposition(|c| c.abs() > NOTHING * largest);

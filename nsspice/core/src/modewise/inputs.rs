@@ -153,7 +153,9 @@ impl Inputs {
                     return Err("an AM source is not split into its lines".into());
                 }
                 Waveform::Polynomial(_) => {
-                    return Err("what another block computes is no solution of a linear equation".into());
+                    return Err(
+                        "what another block computes is no solution of a linear equation".into()
+                    );
                 }
             });
         }

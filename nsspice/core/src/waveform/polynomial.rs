@@ -117,7 +117,11 @@ impl Polynomial {
     /// The largest difference found, as a part of the largest value.
     pub fn error(&self) -> f64 {
         let pieces = self.read();
-        if pieces.error > 0.0 { pieces.error / pieces.largest } else { 0.0 }
+        if pieces.error > 0.0 {
+            pieces.error / pieces.largest
+        } else {
+            0.0
+        }
     }
 
     /// The largest coefficient so far: values are known to its rounding.
@@ -197,7 +201,9 @@ mod tests {
     #[test]
     fn values_and_slopes_are_those_of_the_polynomials() {
         let p = example();
-        for (t, value, slope) in [(0.0, 0.0, 0.0), (0.5, 0.25, 1.0), (1.25, 1.5, 2.0), (2.0, 3.0, 2.0)] {
+        for (t, value, slope) in
+            [(0.0, 0.0, 0.0), (0.5, 0.25, 1.0), (1.25, 1.5, 2.0), (2.0, 3.0, 2.0)]
+        {
             assert!((p.value(t, Side::Right) - value).abs() < 1e-15, "{t}");
             assert!((p.slope(t) - slope).abs() < 1e-14, "{t}");
         }
