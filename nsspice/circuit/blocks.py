@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass
 
-from ..devices import Coupling, CurrentControlled, CurrentSwitch, Device, Reading
+from ..devices import Coupling, CurrentControlled, CurrentSwitch, Device
 from ..devices.block_input import BlockInput, Sensed
 from ..problems.descriptor import Handed
 from .build import nodes_of
@@ -146,11 +146,7 @@ class _Parts:
 def _split(island: Island) -> _Parts | None:
     """Return the blocks of an island, None if it is to stay whole."""
     graph = _Components(island.devices)
-    smooth = {
-        graph.of_device(d)
-        for d in island.devices
-        if d.smooth and not (isinstance(d, Reading) and d.pieces is not None)
-    }
+    smooth = {graph.of_device(d) for d in island.devices if d.smooth and not d.kinked}
     while True:
         downstream = graph.downstream(smooth)
         upstream = [d for d in island.devices if graph.of_device(d) not in downstream]

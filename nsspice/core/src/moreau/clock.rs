@@ -200,6 +200,18 @@ pub(super) fn next_corner(waveforms: &[Waveform], t: f64) -> (f64, bool) {
     (merged().map(|c| c.time).fold(first, f64::max), merged().any(|c| c.jump))
 }
 
+/// The same, and whether something may jump there: a value, or what follows the slopes of sources with `kinks`.
+pub(super) fn next_breakpoint(waveforms: &[Waveform], kinks: &[bool], t: f64) -> (f64, bool) {
+    let (time, jump) = next_corner(waveforms, t);
+    let here = |w: &Waveform| w.next_corner_time(t).is_some_and(|c| c <= time) && w.bends(t);
+    (time, jump || waveforms.iter().zip(kinks).any(|(w, &kink)| kink && here(w)))
+}
+
+/// Up to where all waveforms are known.
+pub(super) fn known(waveforms: &[Waveform]) -> f64 {
+    waveforms.iter().map(Waveform::known).fold(f64::INFINITY, f64::min)
+}
+
 /// Writes the value of every waveform at `t`.
 pub fn evaluate(waveforms: &[Waveform], t: f64, side: Side, out: &mut [f64]) {
     for (value, w) in out.iter_mut().zip(waveforms) {

@@ -1,6 +1,6 @@
 //! The loop: steps, rows, corners and events, resumable.
 
-use super::super::clock::{evaluate, next_corner};
+use super::super::clock::{evaluate, known, next_breakpoint};
 use super::super::failure::Failure;
 use super::super::step::ACCEPT;
 use super::super::stepper::{Progress, Stepper};
@@ -19,7 +19,7 @@ use super::{Accuracy, Tableau};
 use crate::audit::Taken;
 use crate::row_clock::RowClock;
 use crate::sampling::Sampling;
-use crate::waveform::{Side, Waveform};
+use crate::waveform::Side;
 use std::time::{Duration, Instant};
 
 /// Residual at which the iteration of a stage may end, as a part of the tolerance.
@@ -256,7 +256,7 @@ impl Sdirk {
                 return (rows, Progress::Done);
             }
             // another block has to go on first
-            if s.waveforms.iter().any(|w| w.known() <= s.time) {
+            if known(&s.waveforms) <= s.time {
                 return (rows, Progress::More);
             }
             if let Err(failure) = self.step(s) {
@@ -310,12 +310,7 @@ impl Sdirk {
         }
         self.ladder.begin(s, &self.scales);
         if self.corner.0 <= s.time {
-            let (time, jump) = next_corner(&s.waveforms, s.time);
-            let here = |w: &Waveform| {
-                w.next_corner_time(s.time).is_some_and(|t| t <= time) && w.bends(s.time)
-            };
-            let kink = || s.waveforms.iter().zip(&self.kinks).any(|(w, &kink)| kink && here(w));
-            self.corner = (time, jump || kink());
+            self.corner = next_breakpoint(&s.waveforms, &self.kinks, s.time);
         }
         self.trial.corner = self.corner.0;
     }
