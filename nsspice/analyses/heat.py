@@ -218,7 +218,11 @@ def _events(
 
 
 def hot_statistic(
-    circuit: Circuit, integrals: Integrals, signal: str, operation: str
+    circuit: Circuit,
+    integrals: Integrals,
+    signal: str,
+    operation: str,
+    window: tuple[float, float] | None = None,
 ) -> float | None:
     """Return a statistic of ``psw(x)``, the power of switchings, or ``tj(x)``, a temperature.
 
@@ -229,6 +233,8 @@ def hot_statistic(
     signal : str
     operation : str
         ``avg`` of both, ``max``, ``min`` and ``pp`` of a temperature, ``integ`` of a power.
+    window : (float, float), optional
+        Within that of the integrals [s]; the whole by default.
 
     Returns
     -------
@@ -239,15 +245,23 @@ def hot_statistic(
     found = heating(circuit, integrals).get(element)
     if found is None:
         return None
+    start, stop = integrals.window if window is None else window
     if kind == "psw":
-        length = integrals.window[1] - integrals.window[0]
-        return {"avg": found.switching, "integ": found.switching * length}.get(operation)
+        # at the very ends of a period what switches there belongs to one of them
+        inside = [c.energy for c in found.commutations if start <= c.time <= stop]
+        total = math.fsum(inside)
+        return {"avg": total / (stop - start), "integ": total}.get(operation)
     if not found.times.size:
         return None
-    if operation == "avg":
+    if operation == "avg" and window is None:
         return found.temperature
-    high, low = float(found.temperatures.max()), float(found.temperatures.min())
-    return {"max": high, "min": low, "pp": high - low}.get(operation)
+    within = (found.times > start) & (found.times < stop)
+    ends = np.interp([start, stop], found.times, found.temperatures)
+    times = np.concatenate([[start], found.times[within], [stop]])
+    shown = np.concatenate([ends[:1], found.temperatures[within], ends[1:]])
+    high, low = float(shown.max()), float(shown.min())
+    mean = float(np.trapezoid(shown, times) / (stop - start))
+    return {"avg": mean, "max": high, "min": low, "pp": high - low}.get(operation)
 
 
 _Raw = tuple[float, list[float], list[float], list[int], list[int]]

@@ -214,11 +214,15 @@ def hot_measure(solution: Solution, card: Measure) -> float:
     (name,) = card.expression.variables()
     if solution.integrals is None:
         raise ValueError("the run has no closed form")
+    integrals, window = solution.integrals, None
     if card.start is not None or card.stop is not None:
-        raise ValueError("psw and tj are told of whole runs: leave FROM and TO out")
+        low, high = integrals.window
+        start = low if card.start is None else card.start
+        window = (start, high if card.stop is None else card.stop)
+        if not low <= window[0] < window[1] <= high * (1.0 + _SAME):
+            raise ValueError("FROM and TO are not within the run")
     try:
-        integrals = solution.integrals
-        found = hot_statistic(integrals.circuit, integrals, name, card.operation)
+        found = hot_statistic(integrals.circuit, integrals, name, card.operation, window)
     except INEXACT as problem:
         message = problem.diagnostics[0].message if isinstance(problem, NsspiceError) else ""
         raise ValueError(message or str(problem) or "the run has no closed form") from problem

@@ -219,6 +219,46 @@ Vg g 0 PULSE(-1 1 1m 0 0 1m 2m)
     assert [c.energy for c in found["s1"].commutations] == pytest.approx(expected, rel=1e-12)
 
 
+def test_windows_of_measures() -> None:
+    """10 W from the start on into 2 K/W with 10 ms, and one impulse of energy in each period."""
+    text = """heated
+I1 0 a 10
+S1 a 0 g 0 SH
+Vg g 0 1
+C1 a 0 1n
+S2 b 0 h 0 SL
+R2 c b 5
+V2 c 0 50
+C2 h 0 1n
+Vh h 0 PULSE(-1 1 1m 0 0 1m 2m)
+.model SH SW(VT=0 RON=0.1 Foster=table(r=2 tau=10m))
+.model SL SW(VT=0 Eon=table(i=0 10 v=0 50 e=0 0 0 10m))
+.options temp=40
+.tran 1m 20m
+.measure tran mean AVG tj(S1) FROM=5m TO=15m
+.measure tran low MIN tj(S1) FROM=5m TO=15m
+.measure tran high MAX tj(S1) FROM=5m TO=15m
+.measure tran step PP tj(S1) FROM=5m
+.measure tran three INTEG psw(S2) FROM=2m TO=8m
+.measure tran power AVG psw(S2) FROM=2m TO=8m
+"""
+    (solution,) = nsspice.read(text).run()
+    found, tau = solution.measures, 10e-3
+
+    def warm(t: float) -> float:
+        return 40.0 + 20.0 * -np.expm1(-t / tau)
+
+    mean = 60.0 - 20.0 * tau * (np.exp(-0.5) - np.exp(-1.5)) / 10e-3
+    # lines between instants of 20 ms/400: (50 us)^2/12 of the second derivative, 20 K/tau^2
+    assert abs(found["mean"] - mean) < (50e-6) ** 2 / 8.0 * 20.0 / tau**2
+    expected = {"low": warm(5e-3), "high": warm(15e-3), "step": warm(20e-3) - warm(5e-3)}
+    for name, value in expected.items():
+        assert found[name] == pytest.approx(value, rel=1e-12)
+    # on at 3, 5 and 7 ms
+    assert found["three"] == pytest.approx(30e-3, rel=1e-12)
+    assert found["power"] == pytest.approx(5.0, rel=1e-12)
+
+
 def test_a_table_read_beyond_its_grid_is_told() -> None:
     solution = table(BUCK.replace("i=0 10", "i=0 2"))
     (warning,) = [w for w in solution.warnings if w.code == "NS5005"]
