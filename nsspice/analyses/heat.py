@@ -13,8 +13,9 @@ In a periodic steady state tables are read at the average temperature of the jun
 
     T = T_a + R_{th} (p + p_s(T)),
 
-an equation of straight pieces between the temperatures of the tables.  Over a transient each event
-is looked up at the temperature at its instant.
+an equation of straight pieces between the temperatures of the tables.  Elements on a heat sink have
+its temperature in place of the ambient's :math:`T_a`, which the heat of all of them raises.  Over a
+transient each event is looked up at the temperature at its instant.
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ import numpy as np
 from ..circuit import Circuit
 from ..devices.energy_table import EnergyTable
 from ..devices.switching_loss import SwitchingLoss, switching_loss
-from ..devices.thermal_network import ThermalNetwork
+from ..devices.thermal_network import ThermalNetwork, thermal_network
 from ..devices.valves import Valve, valves
-from ..errors import Diagnostic, NumericalError
+from ..errors import Diagnostic, NumericalError, UsageError
 from .curve import Floats
 from .integrals import Integrals
 
@@ -79,6 +80,8 @@ class Heating:
         A table was read beyond its grid.
     times, temperatures : ndarray, shape (k,)
         The junction's temperature [C] over the window.
+    sink : float
+        Of its heat sink, average [C]; nan without one.
     """
 
     element: str
@@ -90,6 +93,7 @@ class Heating:
     outside: bool
     times: Floats
     temperatures: Floats
+    sink: float = math.nan
 
     def to_dict(self) -> dict[str, object]:
         """Return a JSON-ready mapping."""
@@ -100,6 +104,7 @@ class Heating:
             "temperature": self.temperature,
             "highest": self.highest,
             "outside": self.outside,
+            "sink": self.sink,
         }
 
 
@@ -137,51 +142,134 @@ def heating(circuit: Circuit, integrals: Integrals) -> dict[str, Heating]:
         found = {e.name: loss for e in circuit.deck.elements if (loss := switching_loss(e))}
         found = {n: loss for n, loss in found.items() if n in circuit.element_island}
         powers = dict(zip(found, integrals.powers(list(found)), strict=True)) if found else {}
-        integrals.heat = {
-            name: _heating(circuit, integrals, name, loss, powers[name])
+        members = {
+            name: _Member(name, loss, powers[name], *_events(circuit, integrals, name, loss))
             for name, loss in found.items()
         }
+        heat: dict[str, Heating] = {}
+        for names, sink in _groups(circuit, list(members)):
+            heat |= _heating(circuit, integrals, [members[name] for name in names], sink)
+        integrals.heat = heat
     return integrals.heat
 
 
-def _heating(
-    circuit: Circuit, integrals: Integrals, name: str, loss: SwitchingLoss, conduction: float
-) -> Heating:
-    """Return what heats one element."""
-    events, parallel = _events(circuit, integrals, name, loss)
-    start, stop = integrals.window
-    ambient, network = integrals.temperature, loss.network
+@dataclass(frozen=True, slots=True)
+class _Member:
+    """An element that heats itself and its sink, or equal parallel ones."""
 
-    def switching(temperature: float) -> float:
-        return math.fsum(e.energy(temperature) for e in events) / (stop - start)
+    name: str
+    loss: SwitchingLoss
+    conduction: float
+    events: list[_Event]
+    parallel: float
 
-    nothing: Floats = np.zeros(0)
-    times, temperatures = nothing, nothing
-    if network is None:
-        mean = highest = math.nan
-        at = [ambient] * len(events)
-    elif integrals.periodic:
-        each = network.resistance / parallel
-        mean = _balance(
-            name, ambient, lambda t: ambient + each * (conduction + switching(t)), loss.temperatures
+    @property
+    def network(self) -> ThermalNetwork:
+        """From the junction to the sink, none of them: nothing."""
+        found = self.loss.network
+        if found is None:
+            return ThermalNetwork((), ())
+        return ThermalNetwork(tuple(r / self.parallel for r in found.resistances), found.times)
+
+    def switching(self, temperature: float, length: float) -> float:
+        """Return the average power of switchings at a temperature of the junction."""
+        return math.fsum(e.energy(temperature) for e in self.events) / length
+
+    def junction(self, base: float, length: float) -> float:
+        """Return the temperature that the losses keep above a heat sink or the surroundings."""
+        resistance = self.network.resistance
+        return _balance(
+            self.name,
+            base,
+            lambda t: base + resistance * (self.conduction + self.switching(t, length)),
+            self.loss.temperatures,
         )
-        at = [mean] * len(events)
-        times, temperatures = _course(circuit, integrals, name, network, parallel, events, mean)
-        highest = float(temperatures.max())
+
+
+def _groups(
+    circuit: Circuit, names: Sequence[str]
+) -> list[tuple[list[str], ThermalNetwork | None]]:
+    """Return the elements of each heat sink with its network, and all others alone.
+
+    Raises
+    ------
+    UsageError
+        NS4005 for an element on a heat sink of which no energies or network are known.
+    """
+    found: list[tuple[list[str], ThermalNetwork | None]] = []
+    for card in circuit.deck.heat_sinks:
+        on = [name for name in card.elements if name in names]
+        for name in card.elements:
+            if name not in names and name in circuit.element_island:
+                message = f"{name} stands on a heat sink, but its model card has no thermal network"
+                hint = "give it Foster or Cauer, and tables of energies if it switches"
+                raise UsageError(Diagnostic("NS4005", message, card.span, hint))
+        if on:
+            found.append((on, thermal_network(card.network, ".heatsink")))
+    shared = {name for group, _ in found for name in group}
+    return found + [([name], None) for name in names if name not in shared]
+
+
+def _heating(
+    circuit: Circuit, integrals: Integrals, group: Sequence[_Member], sink: ThermalNetwork | None
+) -> dict[str, Heating]:
+    """Return what heats the elements of one heat sink, or one element without any."""
+    start, stop = integrals.window
+    length, ambient = stop - start, integrals.temperature
+    base = ambient
+    if sink is not None and integrals.periodic:
+        resistance = sink.resistance
+
+        def heated(t: float) -> float:
+            junctions = [m.junction(t, length) for m in group]
+            powers = zip(group, junctions, strict=True)
+            total = math.fsum(m.conduction + m.switching(at, length) for m, at in powers)
+            return ambient + resistance * total
+
+        knots = sorted({t for m in group for t in m.loss.temperatures})
+        base = _balance(", ".join(m.name for m in group), ambient, heated, knots)
+    known = sink is not None or group[0].loss.network is not None
+    nothing: Floats = np.zeros(0)
+    times, course = nothing, np.zeros((1 + len(group), 0))
+    # at which temperatures tables are read
+    steady = [m.junction(base, length) for m in group] if integrals.periodic or not known else []
+    at = [[mean] * len(m.events) for m, mean in zip(group, steady, strict=True)] if steady else []
+    if not known:
+        at = [[ambient] * len(m.events) for m in group]
     else:
-        at = []
-        times, temperatures = _course(circuit, integrals, name, network, parallel, events, None, at)
-        mean = float(np.trapezoid(temperatures, times) / (times[-1] - times[0]))
-        highest = float(temperatures.max())
-    found = tuple(
-        Commutation(e.time, e.kind, e.current, e.voltage, e.energy(t))
-        for e, t in zip(events, at, strict=True)
-    )
-    outside = any(
-        not e.table.covers(e.current, e.voltage, t) for e, t in zip(events, at, strict=True)
-    )
-    total = math.fsum(c.energy for c in found) / (stop - start)
-    return Heating(name, conduction, total, found, mean, highest, outside, times, temperatures)
+        if not steady:
+            at = [[] for _ in group]
+        times, course = _course(circuit, integrals, group, sink, steady, at)
+    found = {}
+    for k, member in enumerate(group):
+        events = zip(member.events, at[k], strict=True)
+        told = tuple(
+            Commutation(e.time, e.kind, e.current, e.voltage, e.energy(t)) for e, t in events
+        )
+        outside = any(
+            not e.table.covers(e.current, e.voltage, t)
+            for e, t in zip(member.events, at[k], strict=True)
+        )
+        mean = highest = cool = math.nan
+        if known:
+            shown, own = course[1 + k], course[0]
+            mean = steady[k] if steady else float(np.trapezoid(shown, times) / length)
+            highest = float(shown.max())
+        if sink is not None:
+            cool = base if steady else float(np.trapezoid(own, times) / length)
+        found[member.name] = Heating(
+            member.name,
+            member.conduction,
+            math.fsum(c.energy for c in told) / length,
+            told,
+            mean,
+            highest,
+            outside,
+            times,
+            course[1 + k],
+            cool,
+        )
+    return found
 
 
 def _terms(circuit: Circuit, name: str) -> tuple[int, tuple[str, str]]:
@@ -352,49 +440,64 @@ def _runaway(name: str) -> NumericalError:
 def _course(
     circuit: Circuit,
     integrals: Integrals,
-    name: str,
-    network: ThermalNetwork,
-    parallel: float,
-    events: Sequence[_Event],
-    steady: float | None,
-    at: list[float] | None = None,
+    group: Sequence[_Member],
+    sink: ThermalNetwork | None,
+    steady: Sequence[float],
+    at: Sequence[list[float]],
 ) -> tuple[Floats, Floats]:
-    """Return instants and temperatures [C] over the window.
+    """Return instants, and temperatures [C] of the heat sink and of all junctions there.
 
     The power between neighbouring instants is its exact mean there, switchings are impulses of
-    energy.  With a ``steady`` temperature tables are read there and the course is periodic; else it
+    energy.  With ``steady`` temperatures tables are read there and the course is periodic; else it
     begins at the ambient temperature, and what tables are read at goes to ``at``.
     """
-    home, (voltage, current) = _terms(circuit, name)
     start, stop = integrals.window
+    ambient = integrals.temperature
     grid = np.linspace(start, stop, _INSTANTS + 1)
-    times: Floats = np.unique(np.concatenate([grid, [e.time for e in events], [start, stop]]))
-    core = integrals.map_of(home, (voltage, current)).core
-    energy = core.products_between([(0, 1)], times)
+    instants = [e.time for m in group for e in m.events]
+    times: Floats = np.unique(np.concatenate([grid, instants, [start, stop]]))
     widths = np.diff(times)
-    resistances = np.array(network.resistances) / parallel
-    rates = 1.0 / np.array(network.times)
-    decays = np.exp(-np.outer(widths, rates))
-    rises = -np.expm1(-np.outer(widths, rates)) * resistances * (energy / widths)[:, None]
-    at_instant: dict[int, list[_Event]] = {}
-    for event, k in zip(events, np.searchsorted(times, [e.time for e in events]), strict=True):
-        at_instant.setdefault(int(k), []).append(event)
+    energies = []
+    for member in group:
+        home, signals = _terms(circuit, member.name)
+        core = integrals.map_of(home, signals).core
+        energies.append(core.products_between([(0, 1)], times))
+    # the sink takes the energies of all, each junction its own
+    networks = [sink or ThermalNetwork((), ()), *(m.network for m in group)]
+    taken = [np.sum(energies, axis=0), *energies]
+    resistances = [np.array(n.resistances) for n in networks]
+    rates = [1.0 / np.array(n.times) for n in networks]
+    decays = [np.exp(-np.outer(widths, rate)) for rate in rates]
+    rises = [
+        -np.expm1(-np.outer(widths, rate)) * r * (energy / widths)[:, None]
+        for rate, r, energy in zip(rates, resistances, taken, strict=True)
+    ]
+    at_instant: dict[int, list[tuple[int, _Event]]] = {}
+    for k, member in enumerate(group):
+        for event in member.events:
+            place = int(np.searchsorted(times, event.time))
+            at_instant.setdefault(place, []).append((k, event))
 
-    def run(state: Floats) -> tuple[Floats, Floats]:
-        shown = np.empty(times.size)
+    def run(state: list[Floats]) -> tuple[list[Floats], Floats]:
+        shown = np.empty((1 + len(group), times.size))
         for k in range(times.size):
             if k:
-                state = decays[k - 1] * state + rises[k - 1]
-            for event in at_instant.get(k, ()):
-                warm = integrals.temperature + float(state.sum()) if steady is None else steady
-                if at is not None:
-                    at.append(warm)
-                state = state + event.energy(warm) * resistances * rates
-            shown[k] = integrals.temperature + float(state.sum())
+                parts = zip(decays, state, rises, strict=True)
+                state = [decay[k - 1] * x + rise[k - 1] for decay, x, rise in parts]
+            for j, event in at_instant.get(k, ()):
+                warm = ambient + float(state[0].sum()) + float(state[1 + j].sum())
+                if steady:
+                    warm = steady[j]
+                else:
+                    at[j].append(warm)
+                for n in (0, 1 + j):
+                    state[n] = state[n] + event.energy(warm) * resistances[n] * rates[n]
+            sums = [float(x.sum()) for x in state]
+            shown[:, k] = ambient + sums[0] + np.array([0.0, *sums[1:]])
         return state, shown
 
-    begin = np.zeros(rates.size)
-    if steady is not None:
-        end, _ = run(begin)
-        begin = end / -np.expm1(-rates * (stop - start))
+    begin = [np.zeros(rate.size) for rate in rates]
+    if steady:
+        end, _ = run(list(begin))
+        begin = [x / -np.expm1(-rate * (stop - start)) for x, rate in zip(end, rates, strict=True)]
     return times, run(begin)[1]

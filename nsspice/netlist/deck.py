@@ -302,6 +302,17 @@ class SensCard(NamedTuple):
     names: tuple[str, ...] = ()
 
 
+class HeatSinkCard(NamedTuple):
+    """``.heatsink Foster=table(r=... tau=...) element ...``: a way of heat that elements share.
+
+    ``network`` is the parameter ``foster`` or ``cauer``.
+    """
+
+    network: Param
+    elements: tuple[str, ...]
+    span: Span
+
+
 Analysis = OpCard | DcCard | TranCard | PssCard | AcCard | LoopCard | NoiseCard | TfCard
 
 
@@ -327,6 +338,7 @@ class Deck:
     measures : list of Measure
     fours : list of FourCard
     sensitivities : list of SensCard
+    heat_sinks : list of HeatSinkCard
     steps : list of Sweep
         ``.step`` cards, the first one runs fastest.
     temperature : float
@@ -353,6 +365,7 @@ class Deck:
     measures: list[Measure] = field(default_factory=list)
     fours: list[FourCard] = field(default_factory=list)
     sensitivities: list[SensCard] = field(default_factory=list)
+    heat_sinks: list[HeatSinkCard] = field(default_factory=list)
     steps: list[Sweep] = field(default_factory=list)
     temperature: float = 27.0
     parameters: dict[str, float] = field(default_factory=dict)

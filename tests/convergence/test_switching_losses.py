@@ -288,3 +288,87 @@ def test_wrong_tables_are_refused(wrong: str, words: str) -> None:
     assert words in found.message
     assert found.span is not None
     assert found.span.line == 5
+
+
+SINK = """two devices on one heat sink
+I1 0 a 10
+S1 a 0 g 0 SA
+I2 0 b 5
+S2 b 0 g 0 SB
+Vg g 0 1
+C1 a 0 1n
+C2 b 0 1n
+.model SA SW(VT=0 RON=0.1 Foster=table(r=0.5 tau=1m))
+.model SB SW(VT=0 RON=0.2 Foster=table(r=1 tau=2m))
+.heatsink Foster=table(r=2 tau=10m) S1 S2
+.options temp=40
+"""
+
+
+def test_a_common_heat_sink_over_a_transient() -> None:
+    """10 W and 5 W flow through one network, each besides through its own."""
+    _, found = hot(SINK + ".tran 1m 30m\n")
+    for name, power, r, tau in (("s1", 10.0, 0.5, 1e-3), ("s2", 5.0, 1.0, 2e-3)):
+        one = found[name]
+        own = power * r * -np.expm1(-one.times / tau)
+        both = 15.0 * 2.0 * -np.expm1(-one.times / 10e-3)
+        assert np.abs(one.temperatures - 40.0 - own - both).max() < 1e-12 * 35.0
+        # lines between instants of 75 us
+        mean = 40.0 + 30.0 * (1.0 + (np.exp(-3.0) - 1.0) / 3.0)
+        assert abs(one.sink - mean) < (75e-6) ** 2 / 12.0 * 30.0 / (10e-3) ** 2
+
+
+def test_a_common_heat_sink_in_steady_state() -> None:
+    """Energies that grow with the temperature: two linear equations for both junctions."""
+    more = " t=25 125"
+    text = f"""two switches in turn
+Vin in 0 24
+S1 in sw g 0 SH
+S2 sw 0 0 g SH
+L1 sw out 100u
+C1 out 0 100u
+R1 out 0 5
+Vg g 0 PULSE(-1 1 0 0 0 5u 10u)
+.model SH SW(VT=0 RON=30m Eoff=table(i=0 10 v=0 50{more} e=0 0 0 1m 0 0 0 2m)
++ Foster=table(r=0.4 tau=1m))
+.heatsink Cauer=table(r=1 0.5 c=10m 0.1) S1 S2
+.options temp=40
+.pss
+"""
+    solution, found = hot(text)
+    one, two = found["s1"], found["s2"]
+    # of each junction: what it would take at 25 C, and its growth by 1 % per kelvin
+    rows, right = np.eye(2), np.full(2, 40.0)
+    for k, member in enumerate((one, two)):
+        cold = sum(c.energy for c in member.commutations) / 10e-6
+        cold /= 1.0 + 0.01 * (member.temperature - 25.0)
+        for j in range(2):
+            through = 1.5 + (0.4 if j == k else 0.0)
+            rows[j, k] -= through * 0.01 * cold
+            right[j] += through * (member.conduction + cold * (1.0 - 0.25))
+    expected = np.linalg.solve(rows, right)
+    assert [one.temperature, two.temperature] == pytest.approx(expected, rel=1e-12)
+    total = sum(m.conduction + m.switching for m in (one, two))
+    assert one.sink == pytest.approx(40.0 + 1.5 * total, rel=1e-12)
+    assert one.sink == two.sink
+    # the course is periodic, and its average the temperature that the losses keep
+    assert one.temperatures[0] == pytest.approx(one.temperatures[-1], rel=1e-9)
+    mean = np.trapezoid(one.temperatures, one.times) / 10e-6
+    assert mean == pytest.approx(one.temperature, rel=1e-3)  # impulses between lines
+    assert solution.powers is not None
+
+
+@pytest.mark.parametrize(
+    ("card", "words"),
+    [
+        (".heatsink S1 S2", "one of Foster and Cauer"),
+        (".heatsink Foster=table(r=1 tau=1) Cauer=table(r=1 c=1) S1", "one of Foster and Cauer"),
+        (".heatsink Foster=table(r=1 2 tau=1) S1", "as many positive values r as tau"),
+        (".heatsink Foster=table(r=1 tau=1) S9", "no element s9"),
+        (".heatsink Foster=table(r=1 tau=1) S1", "s1 stands on a heat sink twice"),
+    ],
+)
+def test_wrong_heat_sinks_are_refused(card: str, words: str) -> None:
+    with pytest.raises(nsspice.NetlistError) as caught:
+        nsspice.read(SINK + card + "\n")
+    assert words in str(caught.value)

@@ -12,7 +12,7 @@ from ..lines import Line
 from ..node import TooLarge
 from ..scope import Scope
 from ..script import ANALYSES
-from . import analyses, measure, options, outputs, periodic
+from . import analyses, heat, measure, options, outputs, periodic
 from .context import Context
 from .reading import Reader
 
@@ -21,6 +21,7 @@ _READERS: dict[str, Callable[[Context, Line], None]] = {
     "dc": analyses.dc,
     "four": periodic.four,
     "fourier": periodic.four,
+    "heatsink": heat.heat_sink,
     "ic": outputs.initial,
     "loop": periodic.loop,
     "meas": measure.measure,
