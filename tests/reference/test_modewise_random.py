@@ -13,9 +13,6 @@ from nsspice.solvers.stepper import UnsolvedStep
 
 #: seeds that no one has looked at while the engine was made
 FRESH = range(7000, 7028)
-#: known regression (docs/reference/known-limits.md): 8e-6 A where a diode without current is open
-#: after a jump, so that a mode of 4e10/s stands beside 41 mJ in another capacitor
-LATE = {("stiff", 7004)}
 #: Radau's own estimate has to be below this for an interval to count
 PROVED = 1e-9
 
@@ -37,8 +34,6 @@ def step_through(stepper: MoreauStepper, charges, step: float) -> None:
 def test_agrees_with_the_unreduced_equations(kind):
     proved = solved = refused = 0
     for seed in FRESH:
-        if (kind, seed) in LATE:
-            continue
         circuit = generate(kind, seed)
         for mna in islands(circuit.text):
             stop = 6 * circuit.step

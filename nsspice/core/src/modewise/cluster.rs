@@ -1,7 +1,7 @@
 //! Eigenvalues so close that their eigenvectors are (nearly) parallel: the space that they span
 //! together is well determined, and so is the small matrix in it.
 
-use super::mode::full_qr;
+use super::orthogonal::full_qr;
 use crate::dense::{balance, complex, norm, Complex, Eigen, Lu, Matrix};
 
 /// Relative distance of eigenvalues that are taken together.

@@ -237,7 +237,9 @@ impl Course {
                 };
             }
             let apart = base.rate - rate;
-            if square(apart) <= NEAR * NEAR * (square(base.rate) + square(rate)) {
+            // squares of rates far below one per run are none
+            let still = square(apart.scale(h)) < STILL * STILL;
+            if still || square(apart) <= NEAR * NEAR * (square(base.rate) + square(rate)) {
                 force * (less + complex(1.0, 0.0)) * moment(0, apart, h)
             } else {
                 force * (base.less - less) * inverse(apart)
@@ -372,6 +374,7 @@ mod tests {
         let rates = [
             (-3.0, 0.0),
             (-1e-7, 0.0),
+            (-1e-160, 0.0),
             (0.0, 0.0),
             (-40.0, 0.0),
             (-1.5, 0.0),

@@ -30,6 +30,7 @@ pub mod march;
 pub mod mode;
 pub mod neighbour;
 pub mod network;
+mod orthogonal;
 pub mod outputs;
 pub mod pick;
 mod pieces;

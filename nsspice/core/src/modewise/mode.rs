@@ -12,6 +12,7 @@ use super::answer::Answer;
 use super::block::row_norm;
 use super::guard_rows::{control_rows, guard_rows, impulse_rows};
 use super::network::Network;
+use super::orthogonal::graded_qr;
 use super::share::Share;
 use super::spectrum::{Pole, Spectrum};
 use super::staircase::{Algebra, Staircase};
@@ -124,33 +125,6 @@ pub struct Mode {
     pub generation: Option<usize>,
 }
 
-/// Orthogonal factor of a tall matrix, and its triangle: `A = Q[:, ..k] R`.
-pub(super) fn full_qr(a: &Matrix) -> (Matrix, Matrix) {
-    let (rows, cols) = (a.rows, a.cols);
-    let mut w = a.clone();
-    let mut q = Matrix::identity(rows);
-    for k in 0..cols.min(rows) {
-        let size = (k..rows).fold(0.0f64, |m, r| m.hypot(w[(r, k)]));
-        if size == 0.0 {
-            continue;
-        }
-        let mut v: Vec<f64> = (k..rows).map(|r| w[(r, k)]).collect();
-        v[0] += size.copysign(v[0]);
-        let f = 2.0 / v.iter().map(|x| x * x).sum::<f64>();
-        for c in k..cols {
-            let s: f64 = v.iter().enumerate().map(|(i, x)| x * w[(k + i, c)]).sum::<f64>() * f;
-            v.iter().enumerate().for_each(|(i, x)| w[(k + i, c)] -= s * x);
-        }
-        for r in 0..rows {
-            let row = &mut q.row_mut(r)[k..];
-            let s: f64 = v.iter().zip(&*row).map(|(x, y)| x * y).sum::<f64>() * f;
-            row.iter_mut().zip(&v).for_each(|(y, x)| *y -= s * x);
-        }
-    }
-    let r = Matrix::from_fn(cols, cols, |i, j| if i <= j { w[(i, j)] } else { 0.0 });
-    (q, r)
-}
-
 /// Unit rows, for constraints of very different size.
 fn unit_rows(a: &Matrix) -> (Matrix, Vec<f64>) {
     let mut out = a.clone();
@@ -220,7 +194,7 @@ impl Mode {
             };
             let f0 = stairs.tie_rows.transpose_times(&force);
             let (h0, sizes) = unit_rows(&h0);
-            let (q, tri) = full_qr(&h0.transpose());
+            let (q, tri) = graded_qr(&h0.transpose());
             let others: Vec<usize> = (ties..r).collect();
             let firsts: Vec<usize> = (0..ties).collect();
             let lu = Lu::new(&tri.transpose());
@@ -244,7 +218,7 @@ impl Mode {
                 pi = q2.transpose();
             } else {
                 let (hf0, sizes) = unit_rows(&kan.times(&stairs.tie_cols).transpose());
-                let (ql, tri) = full_qr(&hf0.transpose());
+                let (ql, tri) = graded_qr(&hf0.transpose());
                 let lu = Lu::new(&tri.transpose());
                 if lu.ratio < INDEX_TWO {
                     return Err("its constraints depend on each other".into());

@@ -9,7 +9,6 @@
 use super::inputs::Inputs;
 use crate::dense::{eigen_symmetric, Differences, Echelon, Matrix};
 use crate::descriptor::Linear;
-use crate::floating::Floating;
 use crate::sparse::Csc;
 
 /// A two-terminal element between two unknowns, -1 for ground.
@@ -191,21 +190,55 @@ fn energy_basis(base: &Matrix, m: &Matrix) -> Result<(Matrix, Matrix), String> {
     Ok((scaled.times(&good), scaled.times(&vectors.select_cols(&lost))))
 }
 
-/// The kernel in a basis in which parts of the network that little ties to the rest move as one: on these
-/// columns only the ties act, and keep their digits beside what conducts inside.
-fn islands_first(mut kernel: Matrix, free: &[usize], linear: &Linear) -> Matrix {
-    let floating = Floating::new(&linear.e, &linear.g, &linear.row_kind);
-    for island in floating.groups() {
-        let columns: Vec<usize> = (0..free.len()).filter(|&k| island.contains(&free[k])).collect();
-        let sum = |i: usize| columns.iter().map(|&k| kernel[(i, k)]).sum::<f64>();
-        let whole: Vec<f64> = (0..kernel.rows).map(sum).collect();
-        // capacitors to ground take nodes out of the kernel
-        let moves = |(i, v): (usize, &f64)| *v == f64::from(u8::from(island.contains(&i)));
-        if let (Some(&first), true) = (columns.first(), whole.iter().enumerate().all(moves)) {
-            whole.iter().enumerate().for_each(|(i, v)| kernel[(i, first)] = *v);
+/// Coordinates with `forms * base = 1`, which are integers, at the pivots of some independent forms of integers, and
+/// what no form sees.
+fn coordinates(forms: &Matrix) -> (Matrix, Matrix) {
+    let split = Echelon::new(forms.clone(), 0..forms.cols);
+    let square = forms.select_cols(&split.pivots);
+    let inverse = crate::dense::Lu::new(&square).solve(&Matrix::identity(forms.rows));
+    let mut base = Matrix::zeros(forms.cols, forms.rows);
+    for (k, &p) in split.pivots.iter().enumerate() {
+        for c in 0..forms.rows {
+            base[(p, c)] = inverse[(k, c)].round();
         }
     }
-    kernel
+    (base, split.kernel())
+}
+
+/// The heaviest of some elements, given by their rows, that depend on each other by no loop.
+fn heaviest_tree(rows: &Matrix, weights: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..weights.len()).filter(|&k| weights[k] > 0.0).collect();
+    order.sort_by(|&i, &j| weights[j].total_cmp(&weights[i]).then(i.cmp(&j)));
+    Echelon::new(rows.transpose(), order).pivots
+}
+
+/// The kernel in the voltages of sources and of the heaviest tree of resistors, and what neither sees: in the sum of
+/// the laws of a part that 1 MOhm joins to the rest, no conductance of its inside is left that the small one is
+/// known beside.
+fn by_tree(kernel: &Matrix, sources: &Matrix, resistors: &Matrix, conductances: &[f64]) -> Matrix {
+    let rows = sources.above(resistors);
+    let fixed = std::iter::repeat_n(f64::INFINITY, sources.rows);
+    let weights: Vec<f64> = fixed.chain(conductances.iter().copied()).collect();
+    let (base, unseen) = coordinates(&rows.select_rows(&heaviest_tree(&rows, &weights)));
+    kernel.times(&base.beside(&unseen))
+}
+
+/// Which branches store nothing and give the voltage between two nodes: sources.
+fn sources(linear: &Linear, inductive: &[usize]) -> Vec<usize> {
+    let kinds = &linear.row_kind;
+    let mut ends = vec![(0.0, 0, true); kinds.len()];
+    for (r, c, v) in linear.g.iter().filter(|e| e.2 != 0.0) {
+        let (sum, count, plain) = &mut ends[r];
+        *sum += v;
+        *count += 1;
+        *plain &= kinds[c] == 0 && v.abs() == 1.0;
+    }
+    let between = |&r: &usize| {
+        let (sum, count, plain) = ends[r];
+        plain && (count == 1 || count == 2 && sum == 0.0)
+    };
+    let branches = (0..kinds.len()).filter(|&r| kinds[r] == 1 && !inductive.contains(&r));
+    branches.filter(between).collect()
 }
 
 impl Network {
@@ -235,22 +268,12 @@ impl Network {
             return Err("a capacitance or inductance is negative".into());
         }
         // the tree of the largest elements: M stays well conditioned
-        let mut order: Vec<usize> = (0..weights.len()).filter(|&k| weights[k] > 0.0).collect();
-        order.sort_by(|&i, &j| weights[j].total_cmp(&weights[i]).then(i.cmp(&j)));
-        let tree = Echelon::new(incidence.transpose(), order).pivots;
-        let forms = incidence.select_rows(&tree); // r x n
-        let split = Echelon::new(forms.clone(), 0..n);
-        let kernel = islands_first(split.kernel(), &split.free, &sys.linear);
-        // base: unknowns at the pivots, so that forms * base = 1
-        let r = tree.len();
-        let square = forms.select_cols(&split.pivots);
-        let inverse = crate::dense::Lu::new(&square).solve(&Matrix::identity(r));
-        let mut base = Matrix::zeros(n, r);
-        for (k, &p) in split.pivots.iter().enumerate() {
-            for c in 0..r {
-                base[(p, c)] = inverse[(k, c)].round();
-            }
-        }
+        let (base, kernel) =
+            coordinates(&incidence.select_rows(&heaviest_tree(&incidence, &weights)));
+        let conductances: Vec<f64> = sys.conductors.iter().map(|c| c.2).collect();
+        let given = dense(&sys.linear.g).select_rows(&sources(&sys.linear, &inductive));
+        let seen = across(&sys.conductors, &kernel);
+        let kernel = by_tree(&kernel, &given.times(&kernel), &seen, &conductances);
         let values: Vec<f64> = sys.capacitors.iter().map(|c| c.2).collect();
         let caps_base = across(&sys.capacitors, &base);
         let mut energy = weighted(&caps_base, &values, &caps_base);
@@ -264,7 +287,6 @@ impl Network {
 
         // conductances from the elements, so that nothing cancels; the rest is skew if passive
         let skew = remainder(&sys.linear.g, &sys.conductors);
-        let conductances: Vec<f64> = sys.conductors.iter().map(|c| c.2).collect();
         let (b, at) = (dense(&sys.linear.b), dense(&sys.linear.a).transpose());
         let d = dense(&sys.linear.d);
         let moderate =
