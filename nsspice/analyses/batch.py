@@ -99,7 +99,7 @@ class Request:
 
     Parameters
     ----------
-    method, theta, step, reltol
+    method, theta, step, reltol, accuracy
         As for :func:`nsspice.tran`.
     stop : float or None
         Replaces the end of ``.tran`` cards [s].
@@ -135,6 +135,7 @@ class Request:
     loads: tuple[str, ...] = ()
     follow: Sequence[str] = field(default_factory=tuple)
     everything: bool = False
+    accuracy: str | None = None
 
 
 def kind_of(card: Analysis) -> str:
@@ -187,6 +188,7 @@ def run(
     theta: float | None = None,
     step: float | None = None,
     reltol: float | None = None,
+    accuracy: str | None = None,
     signals: Sequence[str] | None = None,
     extra: Sequence[str] = (),
     all_points: bool = False,
@@ -204,7 +206,7 @@ def run(
         A circuit, or what :func:`nsspice.read` makes one of: ``"deck.net"``.
     params : mapping of str to float, optional
         Values that replace those of top-level ``.param`` cards, of a deck that is read.
-    method, theta, step, reltol, signals, extra, all_points, everything
+    method, theta, step, reltol, accuracy, signals, extra, all_points, everything
         As for :func:`nsspice.tran`.
     tol : float, optional
         Error of transients that is wanted, a share of the range of each stored quantity: method
@@ -262,6 +264,7 @@ def run(
         all_points=all_points,
         reltol=reltol,
         everything=everything,
+        accuracy=accuracy,
     )
     jobs = jobs_of(circuit.deck)
     execute: Callable[..., Solution] = run_job
@@ -331,7 +334,9 @@ def _run_job(
     circuit: Circuit, job: Job, request: Request, progress: Progress | None, sink: Sink | None
 ) -> Solution:
     deck = circuit.deck
-    settings = Settings.of(deck, request.method, request.theta, request.step, request.reltol)
+    settings = Settings.of(
+        deck, request.method, request.theta, request.step, request.reltol, request.accuracy
+    )
     warnings = [w for w in (foreign_method(deck),) if w is not None]
     parameters = {s.name: v for s, v in job.steps if s.kind == "param"}
     values = {s.name: v for s, v in job.steps if s.kind == "element"}

@@ -159,7 +159,18 @@ class IslandRunner:
     @property
     def _accuracy(self) -> Accuracy:
         settings = self.settings
-        return Accuracy(settings.reltol, settings.vntol, settings.abstol, settings.order)
+        energy = settings.accuracy == "energy"
+        return Accuracy(settings.reltol, settings.vntol, settings.abstol, settings.order, energy)
+
+    def _told(self) -> str:
+        """Return what errors of steps were measured by, if that was asked for."""
+        if self.settings.accuracy != "energy":
+            return ""
+        if self.stepper.statistics.get("energies"):
+            return "errors as energies: means and powers are right, faint ringing is damped"
+        static = self.mna.system.static
+        why = "nothing stores energy" if static else f"{self.method} controls no errors of steps"
+        return f"accuracy=energy has no effect: {why}"
 
     def _watch(self) -> None:
         """Choose which steps are recorded for the certificate."""
@@ -450,7 +461,7 @@ class IslandRunner:
             self.settings.theta if moreau else None,
             self.step if moreau or self.method == "sdirk" else None,
             stats,
-            self.note,
+            "; ".join(filter(None, (self.note, self._told()))),
             self.settings.reltol if self.method == "sdirk" else None,
             self.judge.later() if self.judge is not None else None,
             sentence(self.circuit, self.island, self.mna, self.method, self.note, self.analysis),

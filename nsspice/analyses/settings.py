@@ -11,6 +11,10 @@ from .given import finite
 
 #: methods of this version
 METHODS = ("auto", "modewise", "sdirk", "moreau", "euler-newton", "euler-newton-rate")
+#: what errors of steps are measured by: the ranges of all unknowns, or the energy exchanged
+ACCURACIES = ("waveforms", "energy")
+#: error of one step relative to the energy exchanged, where that measures it
+_OF_ENERGY = 1e-4
 #: methods of SPICE programs: they cannot be meant for this one, decks carry them along
 _FOREIGN = ("trap", "trapezoidal", "gear", "euler", "modtrap")
 
@@ -33,6 +37,9 @@ class Settings:
         Errors of one controlled step that are always allowed [V], [A].
     order : int
         Order of the ``sdirk`` method: 2 or 4.
+    accuracy : str
+        ``waveforms``, or ``energy``: errors are measured as energies, ``reltol`` is then 1e-4 by
+        default.
     stepped : bool
         True if a step or theta was asked for: ``auto`` then means a stepping method.
 
@@ -50,6 +57,7 @@ class Settings:
     vntol: float = 0.0
     abstol: float = 0.0
     order: int = 4
+    accuracy: str = "waveforms"
     stepped: bool = False
 
     @classmethod
@@ -60,6 +68,7 @@ class Settings:
         theta: float | None = None,
         step: float | None = None,
         reltol: float | None = None,
+        accuracy: str | None = None,
     ) -> Settings:
         """Return the settings of a deck with the caller's choices put over them.
 
@@ -88,16 +97,20 @@ class Settings:
             raise _bad("theta", weight, "theta is the weight of the new state: 0 to 1", span)
         if step is not None and not (math.isfinite(step) and step > 0.0):
             raise _bad("step", step, "give a positive step in seconds, such as 1e-6")
+        accuracy = _accuracy(deck, accuracy)
         tolerances = {
             name: _tolerance(deck, name, given)
             for name, given in (("reltol", reltol), ("vntol", None), ("abstol", None))
         }
+        if accuracy == "energy" and tolerances["reltol"] is None:
+            tolerances["reltol"] = _OF_ENERGY
         return cls(
             chosen,
             float(weight),
             step,
             **{name: value for name, value in tolerances.items() if value is not None},
             order=_order(deck),
+            accuracy=accuracy,
             stepped=stepped,
         )
 
@@ -137,6 +150,20 @@ def _tolerance(deck: Deck, name: str, given: float | None) -> float | None:
     if not (math.isfinite(value) and value >= least):
         raise _bad(name, value, f"give a number from {least:g} on, such as 1e-6", span)
     return value
+
+
+def _accuracy(deck: Deck, given: str | None) -> str:
+    value: object = given
+    span = None
+    if given is None and (option := deck.options.get("accuracy")) is not None:
+        value, span = option.value, option.span
+    if value is None:
+        return ACCURACIES[0]
+    name = str(value).strip().lower()
+    if name in ACCURACIES:
+        return name
+    hint = suggest(name, ACCURACIES) or f"accuracy is one of {', '.join(ACCURACIES)}"
+    raise _bad("accuracy", value, hint, span)
 
 
 def _order(deck: Deck) -> int:

@@ -46,6 +46,7 @@ def tran(
     method: str | None = None,
     theta: float | None = None,
     reltol: float | None = None,
+    accuracy: str | None = None,
     signals: Sequence[str] | None = None,
     extra: Sequence[str] = (),
     temperature: float | None = None,
@@ -82,6 +83,10 @@ def tran(
     reltol : float, optional
         Error of one step of ``sdirk``, as a part of the range of each unknown so far; 1e-5 by
         default.
+    accuracy : str, optional
+        ``waveforms`` (default), or ``energy``: errors of ``sdirk`` are measured by the energy
+        exchanged in a period of the sources, 1e-4 of it by default.  Means and powers are right,
+        ringing of little energy is damped.
     signals : sequence of str, optional
         What to return; the deck's ``.save`` cards, or the default set.
     extra : sequence of str
@@ -145,7 +150,7 @@ def tran(
             )
     else:
         analysis = _from_deck(circuit, uic)
-    settings = Settings.of(circuit.deck, method, theta, step, reltol)
+    settings = Settings.of(circuit.deck, method, theta, step, reltol, accuracy)
     solution = run_tran(
         circuit,
         analysis,

@@ -79,6 +79,11 @@ _FILE = "CSV file, or .raw, .npz, .parquet, .h5 by its ending; - is standard out
     "--reltol", type=NUMBER, metavar="R", help="Error of one step where steps are controlled."
 )
 @click.option(
+    "--accuracy",
+    type=click.Choice(["waveforms", "energy"]),
+    help="What errors of steps are measured by; energy: means and powers right, ringing damped.",
+)
+@click.option(
     "--tol",
     type=NUMBER,
     metavar="E",
@@ -113,6 +118,7 @@ def command(
     theta: float | None,
     step: float | None,
     reltol: float | None,
+    accuracy: str | None,
     tol: float | None,
     refine: bool,
     power: bool,
@@ -147,6 +153,7 @@ def command(
         power=power or bool(loads),
         loads=tuple(name.lower() for name in loads),
         everything=everything,
+        accuracy=accuracy,
     )
 
     def once() -> _Run:

@@ -38,12 +38,15 @@ class Accuracy:
         The same for currents [A].
     order : int
         2 (two stages) or 4 (five stages).
+    energy : bool
+        Measure errors of what stores energy by the energy that the network exchanges.
     """
 
     reltol: float = 1e-5
     vntol: float = 0.0
     abstol: float = 0.0
     order: int = 4
+    energy: bool = False
 
 
 class SdirkStepper(MoreauStepper):
@@ -121,5 +124,5 @@ class SdirkStepper(MoreauStepper):
         check_plan(start, stop, step, out_start, out_step)
         a = self.accuracy
         return self._core.plan_sdirk(
-            a.order, stop, step, out_start, out_step, a.reltol, a.vntol, a.abstol
+            a.order, stop, step, out_start, out_step, a.reltol, a.vntol, a.abstol, a.energy
         )

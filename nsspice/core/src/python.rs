@@ -349,7 +349,7 @@ impl PyStepper {
     }
 
     /// Steps of order 2 or 4 with error control, from the present time; returns the number of rows.
-    #[pyo3(signature = (order, stop, longest, out_start, out_step, reltol, vntol, abstol))]
+    #[pyo3(signature = (order, stop, longest, out_start, out_step, reltol, vntol, abstol, energy))]
     #[allow(clippy::too_many_arguments)] // numbers all of them, named by the caller
     fn plan_sdirk(
         &mut self,
@@ -361,9 +361,10 @@ impl PyStepper {
         reltol: f64,
         vntol: f64,
         abstol: f64,
+        energy: bool,
     ) -> PyResult<u64> {
         let tableau = Tableau::of_order(order).ok_or_else(|| invalid("the order is 2 or 4"))?;
-        let accuracy = Accuracy { relative: reltol, voltage: vntol, current: abstol };
+        let accuracy = Accuracy { relative: reltol, voltage: vntol, current: abstol, energy };
         let rows = (out_start, out_step);
         let made = Sdirk::new(&mut self.inner, tableau, accuracy, stop, longest, rows);
         let count = made.row_count();
@@ -464,6 +465,9 @@ impl PyStepper {
             out.set_item("passed", c.passed)?;
             out.set_item("forced", c.forced)?;
             out.set_item("matrices", c.matrices)?;
+        }
+        if sdirk.is_some_and(|c| c.measures_energies()) {
+            out.set_item("energies", 1)?;
         }
         out.set_item("quick_steps", s.quick_steps)?;
         out.set_item("problems", s.problems)?;

@@ -13,10 +13,10 @@ from .reading import flat
 
 #: options that nsspice reads
 OWN = {
-    "abstol", "cost", "engine", "h", "hmin", "hmax", "itl1", "itl4", "maxsteps", "maxstep",
-    "method", "order", "reltol", "seed", "step", "temp", "theta", "tnom", "tol", "vntol", "chgtol",
-    "trtol", "correctors", "events", "certificate", "points", "allpoints", "defad",
-    "defas", "defl", "defw", "mosfet", "vgson",
+    "abstol", "accuracy", "cost", "engine", "h", "hmin", "hmax", "itl1", "itl4", "maxsteps",
+    "maxstep", "method", "order", "reltol", "seed", "step", "temp", "theta", "tnom", "tol",
+    "vntol", "chgtol", "trtol", "correctors", "events", "certificate", "points", "allpoints",
+    "defad", "defas", "defl", "defw", "mosfet", "vgson",
 }  # fmt: skip
 #: those whose value must be a number
 NUMBERS = {

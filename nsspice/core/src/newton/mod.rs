@@ -42,4 +42,5 @@ mod turns;
 pub use equations::{Equations, Smooth};
 pub use path::{Path, Points, Problem};
 pub use solve::{Newton, Solved, Unsolved};
+pub use stored::StoredFunction;
 pub use track::{Data, Tracking, ASTRAY};

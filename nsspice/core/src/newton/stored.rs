@@ -88,6 +88,45 @@ impl Newton {
         stored.map(|e| (e.row as usize, e.column as usize, e.q * slopes[e.slot as usize])).collect()
     }
 
+    /// The functions that are stored.
+    pub fn stored_functions(&self) -> Vec<StoredFunction> {
+        let mut found: Vec<StoredFunction> = Vec::new();
+        let terms = self.eq.terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Sum);
+        for t in terms {
+            let (function, row) = (t.function as usize, (t.row as usize, t.q));
+            match found.iter_mut().find(|known| known.function == function) {
+                Some(known) => {
+                    known.rows.push(row);
+                    known.size = known.size.max(t.q.abs());
+                }
+                None => found.push(StoredFunction {
+                    function,
+                    rows: vec![row],
+                    slopes: self.tape.derivatives(function).filter(|e| e.0 < self.eq.n).collect(),
+                    size: t.q.abs(),
+                }),
+            }
+        }
+        found
+    }
+
+    /// Of each function the rows that it enters, and the unknowns that it depends on.
+    pub fn reads(&self) -> Vec<(Vec<usize>, Vec<usize>)> {
+        let unknowns = |k| self.tape.derivatives(k).map(|e| e.0).filter(|&j| j < self.eq.n);
+        let count = self.tape.program().len();
+        let mut found: Vec<(Vec<usize>, Vec<usize>)> =
+            (0..count).map(|k| (Vec::new(), unknowns(k).collect())).collect();
+        for t in self.eq.terms.iter().filter(|t| t.part != Part::Sum) {
+            found[t.function as usize].0.push(t.row as usize);
+        }
+        found
+    }
+
+    /// Slopes of the functions where they have been evaluated last.
+    pub fn slopes(&self) -> &[f64] {
+        self.tape.slopes()
+    }
+
     /// Unknowns that stored functions depend on.
     pub fn stored_unknowns(&self) -> Vec<usize> {
         let mut list: Vec<usize> =
@@ -95,5 +134,25 @@ impl Newton {
         list.sort_unstable();
         list.dedup();
         list
+    }
+}
+
+/// A function that is stored: a charge or a flux.
+#[derive(Clone, Debug)]
+pub struct StoredFunction {
+    /// its number
+    pub function: usize,
+    /// where its rate enters: row and coefficient
+    pub rows: Vec<(usize, f64)>,
+    /// unknowns that it depends on, and the places of its slopes
+    pub slopes: Vec<(usize, usize)>,
+    /// the largest coefficient
+    pub size: f64,
+}
+
+impl StoredFunction {
+    /// The voltage (current) that does work on it: its power is that times its rate.
+    pub fn voltage(&self, z: &[f64]) -> f64 {
+        self.rows.iter().map(|&(row, q)| q * z[row]).sum()
     }
 }

@@ -54,6 +54,12 @@ impl Csc {
         out
     }
 
+    /// An entry; zero where none is kept.
+    pub fn get(&self, row: usize, column: usize) -> f64 {
+        let (rows, values) = self.col(column);
+        rows.iter().zip(values).filter(|e| *e.0 == row).map(|e| e.1).sum()
+    }
+
     /// Row numbers and values of one column.
     pub fn col(&self, c: usize) -> (&[usize], &[f64]) {
         let range = self.colptr[c]..self.colptr[c + 1];

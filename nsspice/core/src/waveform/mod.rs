@@ -118,6 +118,15 @@ impl Waveform {
         }
     }
 
+    /// Time after which it repeats, of modulated ones that of the fastest part [s]; infinite if it does not.
+    pub fn period(&self) -> f64 {
+        match self {
+            Waveform::Dc(_) | Waveform::Polynomial(_) => f64::INFINITY,
+            Waveform::Piecewise(p) => p.period(),
+            Waveform::Smooth(s) => s.period(),
+        }
+    }
+
     /// The first corner later than `t`.
     pub fn next_corner(&self, t: f64) -> Option<Corner> {
         match self {

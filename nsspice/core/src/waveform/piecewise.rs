@@ -62,6 +62,11 @@ impl PiecewiseLinear {
         Ok(PiecewiseLinear { times, values, repeat })
     }
 
+    /// Time after which it repeats [s]; infinite if it does not.
+    pub fn period(&self) -> f64 {
+        self.repeat.map_or(f64::INFINITY, |repeat| repeat.period)
+    }
+
     /// Value at `t`; within rounding of an edge the side decides.
     pub fn value(&self, t: f64, side: Side) -> f64 {
         let eps = slack(t);

@@ -123,6 +123,11 @@ impl Smooth {
 
     /// Longest step that does not overlook a swing [s].
     pub fn pace(&self) -> f64 {
+        self.period() / 16.0
+    }
+
+    /// Period, of modulated ones that of the fastest part [s]; infinite without a swing.
+    pub fn period(&self) -> f64 {
         let fastest = match *self {
             Smooth::Sin { frequency, .. } => frequency.abs(),
             Smooth::Exp { .. } => 0.0,
@@ -131,7 +136,7 @@ impl Smooth {
             }
             Smooth::Am { modulation, carrier, .. } => modulation.abs() + carrier.abs(),
         };
-        1.0 / (16.0 * fastest) // infinite without a swing
+        1.0 / fastest
     }
 
     /// The kinks at delays.

@@ -1,6 +1,7 @@
 //! How large the error of a step is, beside what is allowed.
 
 use super::super::stepper::Stepper;
+use super::energies::Point;
 use super::ladder::SMALL;
 use super::pass::NOTICED;
 use super::run::Sdirk;
@@ -11,18 +12,27 @@ const ROUNDING: f64 = 32.0 * f64::EPSILON;
 /// So many times what Newton's method leaves open, less than a thousandth of the tolerance, is no motion.
 const STILL: f64 = 256.0;
 
+/// Instants that differ by so small a part of a step are one.
+const SAME_PLACE: f64 = 1e-6;
+
 /// Most by which the error of the next step is expected to rise.
 const STEEPEST: f64 = 4.0;
 /// A step is taken again at most so many levels shorter at once.
 const BACK: usize = 3;
 
 impl Sdirk {
+    /// Whether errors are measured as energies: that has been asked for, and something stores.
+    pub fn measures_energies(&self) -> bool {
+        self.energies.is_some()
+    }
+
     /// Estimated error of the trial step relative to what is allowed.
     pub(super) fn error(&mut self, s: &mut Stepper) -> f64 {
         self.trial.estimate(s, &mut self.ladder, self.tableau);
         if self.tableau.looks_back() {
             self.trial.look_back(s, &mut self.ladder, self.tableau);
-        } else if s.smooth.is_some() || self.trial.crossing {
+        } else if s.smooth.is_some() || self.trial.crossing || self.energies.is_some() {
+            // ringing that a step damps moves its inside, not its end;
             // elsewhere the motion in a mode is smooth: the ends of steps tell enough
             self.trial.look_inside(s, &mut self.ladder, self.tableau);
         }
@@ -36,19 +46,32 @@ impl Sdirk {
         // within the first of the longest steps little of the ranges has been seen: they go on as now
         let young = s.time < self.start + self.ladder.longest;
         let ahead = if young { self.ladder.longest / self.trial.length } else { 0.0 };
+        if let Some(energies) = &mut self.energies {
+            let (z, f) = (&end[..s.z.len()], &end[s.z.len() + s.l.len()..]);
+            let slopes = s.smooth.as_ref().map_or(&[][..], |smooth| smooth.newton.slopes());
+            energies.weigh(Point { z, f }, slopes, ahead, self.trial.length);
+        }
         let mut worst = 0.0f64;
         // what sources alone determine is no result of the step
         for &j in self.ladder.stored.iter().filter(|&&j| !s.fixed[j]) {
             let kind = usize::from(s.sys.linear.row_kind[j]);
             let beyond = ahead * (end[j] - self.trial.first[j]).abs();
             let small = if self.trial.constrained[j] { 1.0 } else { SMALL };
-            let size = self.scales.size(j, end[j], beyond).max(small * largest[kind]);
+            let range = self.scales.size(j, end[j], beyond).max(small * largest[kind]);
+            let size = match &self.energies {
+                Some(energies) => energies.size(j, self.trial.slope[j], range),
+                None => range,
+            };
             let rounding = ROUNDING * self.trial.terms[j].max(largest[kind]);
             let ratio = self.trial.slope[j].abs()
                 / (self.accuracy.relative * size + allowed[kind] + rounding + f64::MIN_POSITIVE);
             self.tied[j] = self.trial.constrained[j] && ratio > NOTICED;
             // NaN is the worst
             (worst, self.erring) = if ratio <= worst { (worst, self.erring) } else { (ratio, j) };
+        }
+        if let Some(energies) = &mut self.energies {
+            let taken = energies.taken(self.tableau, self.trial.length, &self.trial.rates);
+            worst = worst.max(taken / self.accuracy.relative);
         }
         // so short a step shows the rounding of fluxes as voltages: longer ones show less
         if worst > NOTICED && self.is_still(s) {
@@ -75,6 +98,22 @@ impl Sdirk {
         } else {
             BACK
         }
+    }
+
+    /// The level of the next step, `up` levels above that of a step that ended at `time`, or as many
+    /// as let the ends of longer steps fall on rows, which then cost nothing.
+    pub(super) fn grown(&self, level: usize, up: usize, time: f64) -> usize {
+        let falls = |level: usize| {
+            let steps = (time - self.rows.start()) / self.ladder.length(level);
+            (steps - steps.round()).abs() <= SAME_PLACE
+        };
+        let steps = self.rows.step() / self.ladder.longest;
+        let meets = steps.round() >= 1.0 && (steps - steps.round()).abs() <= SAME_PLACE;
+        let top = level.saturating_sub(up);
+        if !(meets && falls(level)) {
+            return top;
+        }
+        (top..level).find(|&l| falls(l)).unwrap_or(level)
     }
 
     /// Whether the trial step moves what is stored by no more than its stages leave open.  What a stage leaves of

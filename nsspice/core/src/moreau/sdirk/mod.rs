@@ -21,6 +21,7 @@ mod combine;
 mod curve;
 mod detour;
 mod driven;
+mod energies;
 mod errors;
 mod guards;
 mod ladder;
@@ -51,4 +52,6 @@ pub struct Accuracy {
     pub voltage: f64,
     /// the same for currents [A]
     pub current: f64,
+    /// errors are measured as energies where something is stored
+    pub energy: bool,
 }

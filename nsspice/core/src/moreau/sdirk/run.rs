@@ -6,6 +6,7 @@ use super::super::step::ACCEPT;
 use super::super::stepper::{Progress, Stepper};
 use super::between::Between;
 use super::detour::{Detour, FORCED_LEVEL};
+use super::energies::{Energies, Point};
 use super::guards::Scales;
 use super::ladder::{Ladder, RUNGS};
 use super::locate::Locator;
@@ -36,8 +37,6 @@ const EARLY: f64 = 0.05;
 const AT_ONCE: f64 = 1e-9;
 /// Values below this part of the largest so far are rounding errors.
 const DECAYED: f64 = 1e-13;
-/// Instants that differ by so small a part of a step are one.
-const SAME_PLACE: f64 = 1e-6;
 /// Steps between two looks at the clock, and between two checks of the residual.
 const LOOK: u64 = 16;
 
@@ -92,6 +91,8 @@ pub struct Sdirk {
     pub(super) stop: f64,
     pub(super) ladder: Ladder,
     pub(super) scales: Scales,
+    /// errors as energies, where they are asked for
+    pub(super) energies: Option<Box<Energies>>,
     pub(super) trial: Trial,
     pub(super) accepted: Option<Accepted>,
     pub(super) level: usize,
@@ -160,6 +161,7 @@ impl Sdirk {
             stop,
             ladder: Ladder::new(s, longest, method.gamma, accuracy.relative),
             scales: Scales::new(s),
+            energies: accuracy.energy.then(|| Energies::new(s)).flatten().map(Box::new),
             trial: Trial::new(s, method),
             accepted: None,
             level: if fixed { 0 } else { FIRST_LEVEL },
@@ -304,6 +306,9 @@ impl Sdirk {
             None => {}
         }
         z.copy_from_slice(&s.z);
+        if let Some(energies) = &mut self.energies {
+            energies.note(Point { z, f }, s.time);
+        }
         s.sys.linear.slacks(&s.z, &s.l, &mut s.w);
         for (i, guard) in guards.iter_mut().enumerate() {
             *guard = if s.active[i] { s.l[i] } else { s.w[i] };
@@ -465,22 +470,6 @@ impl Sdirk {
             self.certify(s);
             return Ok(());
         }
-    }
-
-    /// The level of the next step, `up` levels above that of a step that ended at `time`, or as many
-    /// as let the ends of longer steps fall on rows, which then cost nothing.
-    fn grown(&self, level: usize, up: usize, time: f64) -> usize {
-        let falls = |level: usize| {
-            let steps = (time - self.rows.start()) / self.ladder.length(level);
-            (steps - steps.round()).abs() <= SAME_PLACE
-        };
-        let steps = self.rows.step() / self.ladder.longest;
-        let meets = steps.round() >= 1.0 && (steps - steps.round()).abs() <= SAME_PLACE;
-        let top = level.saturating_sub(up);
-        if !(meets && falls(level)) {
-            return top;
-        }
-        (top..level).find(|&l| falls(l)).unwrap_or(level)
     }
 
     /// Checks the residual of the last stage now and then.

@@ -1,5 +1,6 @@
 //! Singly diagonally implicit Runge-Kutta methods: every stage has the same matrix.
 
+use std::cmp::Ordering;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 /// The largest number of stages.
@@ -235,6 +236,23 @@ impl Tableau {
     /// The method of an order.
     pub fn of_order(order: u32) -> Option<&'static Tableau> {
         [&SECOND, &FOURTH].into_iter().find(|t| t.order == order)
+    }
+
+    /// Coefficient of a stage, those on the diagonal included.
+    fn coefficient(&self, i: usize, j: usize) -> f64 {
+        match i.cmp(&j) {
+            _ if i < self.first() => 0.0,
+            Ordering::Equal => self.gamma,
+            Ordering::Greater => self.a[i].get(j).copied().unwrap_or(0.0),
+            Ordering::Less => 0.0,
+        }
+    }
+
+    /// An entry of the matrix of algebraic stability, `b_i a_ij + b_j a_ji - b_i b_j`: none of energy is taken by a
+    /// step where it vanishes.
+    pub fn algebraic(&self, i: usize, j: usize) -> f64 {
+        let b = |j| self.coefficient(self.stages() - 1, j);
+        b(i) * self.coefficient(i, j) + b(j) * self.coefficient(j, i) - b(i) * b(j)
     }
 
     /// Number of stages.

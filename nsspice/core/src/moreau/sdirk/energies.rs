@@ -1,0 +1,288 @@
+//! Errors as energies: what a step errs by is measured by the energy that the network exchanges.
+//!
+//! An error `dx` of an unknown is worth `W |x dx| + W dx^2 / 2` in the elements that store there (`W` capacitance,
+//! inductance, slope of a charge).  It may be the tolerance times the largest energy that one element of the same part
+//! of the network takes up and gives back within a period of the sources: of the shortest, in the last one or the
+//! present one; without any, since the begin.  Nor may it move the mean of the unknown over such a period by more than
+//! the tolerance: ringing of little energy is followed or damped by the method (L-stable), not sampled.
+//!
+//! Signals are no energies: unknowns that switches, controlled sources or functions read where they do not flow are
+//! left to the usual measure.
+
+use super::super::stepper::Stepper;
+use super::tableau::Tableau;
+use crate::newton::StoredFunction;
+use crate::sparse::Csc;
+use crate::union_find::UnionFind;
+
+/// Row sums of the storage matrix below this part of their terms are their rounding, and no capacitance to ground.
+const ROUNDING: f64 = 1e-12;
+
+/// A capacitance between two unknowns, or to ground.
+#[derive(Clone, Copy, Debug)]
+struct Capacitor {
+    ends: (usize, Option<usize>),
+    value: f64,
+}
+
+/// What is stored, what one part of it exchanges, and what errors of the trial step are worth.
+pub struct Energies {
+    capacitors: Vec<Capacitor>,
+    /// rows of fluxes: the current, and its row of the storage matrix
+    windings: Vec<(usize, Vec<(usize, f64)>)>,
+    charges: Vec<StoredFunction>,
+    /// voltage and value of each stored function at the begin of the step
+    last: Vec<[f64; 2]>,
+    /// energy of each element there: capacitors, windings, stored functions
+    before: Vec<f64>,
+    now: Vec<f64>,
+    /// least and largest energy of each since the window began
+    span: Vec<[f64; 2]>,
+    /// part of each element, and of each unknown
+    part: Vec<usize>,
+    part_of: Vec<usize>,
+    /// unknowns that are signals
+    signal: Vec<bool>,
+    /// diagonal of the storage matrix
+    own: Vec<f64>,
+    /// period of the sources [s], and when the next one begins
+    period: f64,
+    next: f64,
+    /// begin of the run and of the step [s]; the period, or what of it has been, by the length of the trial step
+    start: f64,
+    time: f64,
+    share: f64,
+    /// largest energy exchanged in each part in the last period; with what this one has brought, and the trial step [J]
+    exchanged: Vec<f64>,
+    reached: Vec<f64>,
+    /// the storage matrix
+    stored: Csc,
+    /// scratch: charges and fluxes of the rates of a stage, what the step takes out of each part
+    flow: Vec<f64>,
+    taken: Vec<f64>,
+    /// energy of an error: its linear and its quadratic coefficient for each unknown
+    force: Vec<f64>,
+    mass: Vec<f64>,
+}
+
+/// A point as the trial step has it: unknowns, and functions behind the guards.
+#[derive(Clone, Copy)]
+pub struct Point<'a> {
+    pub z: &'a [f64],
+    pub f: &'a [f64],
+}
+
+impl Capacitor {
+    fn voltage(&self, z: &[f64]) -> f64 {
+        z[self.ends.0] - self.ends.1.map_or(0.0, |j| z[j])
+    }
+}
+
+/// The elements of which a symmetric matrix between these unknowns is the sum.
+fn capacitors(stored: &Csc, kinds: &[u8]) -> Vec<Capacitor> {
+    let (mut found, mut sum, mut size) =
+        (Vec::new(), vec![0.0; stored.nrows], vec![0.0f64; stored.nrows]);
+    for (r, c, v) in stored.iter().filter(|e| kinds[e.0] == 0 && kinds[e.1] == 0 && e.2 != 0.0) {
+        (sum[r], size[r]) = (sum[r] + v, size[r] + v.abs());
+        if r < c {
+            found.push(Capacitor { ends: (r, Some(c)), value: v.abs() });
+        }
+    }
+    let grounded = (0..stored.nrows).filter(|&j| f64::abs(sum[j]) > ROUNDING * size[j]);
+    found.extend(grounded.map(|j| Capacitor { ends: (j, None), value: f64::abs(sum[j]) }));
+    found
+}
+
+/// Parts within which power flows, each by one of its unknowns or, behind these, pairs, and which unknowns are read elsewhere.
+fn parts_and_signals(s: &Stepper, controls: &Csc) -> (Vec<usize>, Vec<bool>) {
+    let linear = &s.sys.linear;
+    let (n, m, _) = linear.sizes();
+    let mut together = UnionFind::new(n + m);
+    let mut signal = vec![false; n];
+    let mut join = |a: usize, b: usize| {
+        if [a, b].iter().all(|&k| k >= n || !s.fixed[k]) {
+            together.join(a, b);
+        }
+    };
+    // a law that reads an unknown whose own law it does not enter takes no power from there
+    let back = linear.g.transpose();
+    for (row, column, _) in linear.g.iter().filter(|e| e.2 != 0.0) {
+        if back.get(row, column) != 0.0 {
+            join(row, column);
+        } else {
+            signal[column] = true;
+        }
+    }
+    controls.iter().for_each(|(_, column, _)| signal[column] = true);
+    linear.e.iter().for_each(|(row, column, _)| join(row, column));
+    linear.a.iter().for_each(|(row, pair, _)| join(row, n + pair));
+    for (pair, column, _) in linear.b.iter().filter(|e| e.2 != 0.0) {
+        signal[column] |= linear.a.get(column, pair) == 0.0;
+    }
+    for (rows, unknowns) in s.smooth.iter().flat_map(|smooth| smooth.newton.reads()) {
+        rows.windows(2).for_each(|pair| join(pair[0], pair[1]));
+        unknowns.iter().for_each(|&j| signal[j] |= !rows.contains(&j));
+    }
+    s.switches.iter().flat_map(|w| &w.control).for_each(|&(j, _)| signal[j] = true);
+    ((0..n).map(|j| together.root(j)).collect(), signal)
+}
+
+impl Energies {
+    /// Finds what stores energy; nothing if nothing does.
+    pub fn new(s: &Stepper) -> Option<Energies> {
+        let linear = &s.sys.linear;
+        let n = linear.g.nrows;
+        let [stored, controls] = linear.storage_and_controls();
+        let (part_of, signal) = parts_and_signals(s, &controls);
+        let rows = stored.transpose();
+        let of_row = |j: usize| {
+            let (index, values) = rows.col(j);
+            index.iter().copied().zip(values.iter().copied()).collect::<Vec<_>>()
+        };
+        let fluxes = (0..n).filter(|&j| linear.row_kind[j] == 1 && stored.get(j, j) != 0.0);
+        let windings: Vec<_> = fluxes.map(|j| (j, of_row(j))).collect();
+        let capacitors = capacitors(&stored, &linear.row_kind);
+        let charges: Vec<_> =
+            s.smooth.iter().flat_map(|smooth| smooth.newton.stored_functions()).collect();
+        let places = capacitors.iter().map(|c| c.ends.0).chain(windings.iter().map(|w| w.0));
+        let places = places.chain(charges.iter().map(|q| q.rows[0].0));
+        let part: Vec<usize> = places.map(|j| part_of[j]).collect();
+        let count = part.len();
+        let periods = s.waveforms.iter().map(|w| w.period());
+        (count > 0).then(|| Energies {
+            own: (0..n).map(|j| stored.get(j, j).abs()).collect(),
+            last: vec![[0.0; 2]; charges.len()],
+            capacitors,
+            windings,
+            charges,
+            before: vec![0.0; count],
+            now: vec![0.0; count],
+            span: vec![[f64::INFINITY, f64::NEG_INFINITY]; count],
+            part,
+            part_of,
+            signal,
+            period: periods.fold(f64::INFINITY, f64::min),
+            next: f64::NEG_INFINITY,
+            start: 0.0,
+            time: 0.0,
+            share: 1.0,
+            exchanged: vec![0.0; n + linear.a.ncols],
+            reached: vec![0.0; n + linear.a.ncols],
+            stored,
+            flow: vec![0.0; n],
+            taken: vec![0.0; n + linear.a.ncols],
+            force: vec![0.0; n],
+            mass: vec![0.0; n],
+        })
+    }
+
+    /// Energies of all elements at a point, into `now`; of stored functions that since the begin of the run, by
+    /// the trapezoidal rule over the steps.
+    fn look(&mut self, at: Point) {
+        let plain = self.capacitors.iter().map(|c| 0.5 * c.value * c.voltage(at.z).powi(2));
+        let flux = |row: &[(usize, f64)]| row.iter().map(|&(j, l)| l * at.z[j]).sum::<f64>();
+        let wound = self.windings.iter().map(|(j, row)| 0.5 * at.z[*j] * flux(row));
+        let linear = self.capacitors.len() + self.windings.len();
+        let functions = self.charges.iter().zip(&self.last).zip(&self.before[linear..]);
+        let kept = functions.map(|((q, last), before)| {
+            before + 0.5 * (last[0] + q.voltage(at.z)) * (at.f[q.function] - last[1])
+        });
+        let all = plain.chain(wound).chain(kept);
+        self.now.iter_mut().zip(all).for_each(|(now, energy)| *now = energy);
+    }
+
+    /// Takes notice of the state at the begin of a step.  Over what has jumped since the last one stored functions
+    /// are integrated along a line.
+    pub fn note(&mut self, at: Point, time: f64) {
+        if self.next == f64::NEG_INFINITY {
+            self.begin_with(at);
+            self.start = time;
+        }
+        self.time = time;
+        self.look(at);
+        std::mem::swap(&mut self.before, &mut self.now);
+        self.begin_with(at);
+        if time >= self.next {
+            self.next = time + self.period;
+            self.exchanged.fill(0.0);
+            for ([least, most], &part) in self.span.iter().zip(&self.part) {
+                self.exchanged[part] = self.exchanged[part].max(most - least);
+            }
+            self.span.fill([f64::INFINITY, f64::NEG_INFINITY]);
+        }
+        for ([least, most], energy) in self.span.iter_mut().zip(&self.before) {
+            (*least, *most) = (least.min(*energy), most.max(*energy));
+        }
+    }
+
+    fn begin_with(&mut self, at: Point) {
+        for (last, q) in self.last.iter_mut().zip(&self.charges) {
+            *last = [q.voltage(at.z), at.f[q.function]];
+        }
+    }
+
+    /// Prepares for the errors of a step that ends at a point, with the slopes of functions near there and how many
+    /// times farther the motion may go on.
+    pub fn weigh(&mut self, end: Point, slopes: &[f64], ahead: f64, length: f64) {
+        self.look(end);
+        let seen = (self.time - self.start) + length;
+        self.share = self.period.min(seen) / length;
+        self.reached.copy_from_slice(&self.exchanged);
+        let moved = self.now.iter().zip(&self.before).zip(&self.span);
+        for (((now, before), span), &part) in moved.zip(&self.part) {
+            let swing = now.max(span[1]) - now.min(span[0]) + ahead * (now - before).abs();
+            self.reached[part] = self.reached[part].max(swing);
+        }
+        self.force.fill(0.0);
+        for c in &self.capacitors {
+            let voltage = c.voltage(end.z).abs();
+            for j in [Some(c.ends.0), c.ends.1].into_iter().flatten() {
+                self.force[j] = self.force[j].max(self.own[j] * voltage);
+            }
+        }
+        for &(j, _) in &self.windings {
+            self.force[j] = self.own[j] * end.z[j].abs();
+        }
+        self.mass.copy_from_slice(&self.own);
+        for q in &self.charges {
+            let voltage = q.voltage(end.z).abs();
+            for &(j, slot) in &q.slopes {
+                self.force[j] += (voltage * slopes[slot]).abs();
+                self.mass[j] += (q.size * slopes[slot]).abs();
+            }
+        }
+    }
+
+    /// The largest energy, by what is exchanged, that a step of this method takes out of a part itself: with the rates
+    /// `k_i` of its stages that is `h^2/2 sum m_ij k_i' E k_j`, `m_ij = b_i a_ij + b_j a_ji - b_i b_j` (Hairer and
+    /// Wanner, section IV.12).  A spike that the stages miss shows here: its estimated error is smoothed away.
+    pub fn taken(&mut self, tableau: &Tableau, length: f64, rates: &[Vec<f64>]) -> f64 {
+        let n = self.own.len();
+        self.taken.fill(0.0);
+        for (j, rate) in rates.iter().enumerate() {
+            self.flow.fill(0.0);
+            self.stored.mul_add(1.0, &rate[..n], &mut self.flow);
+            for (i, other) in rates.iter().enumerate() {
+                let weight = 0.5 * length * length * tableau.algebraic(i, j);
+                for ((a, b), &part) in other.iter().zip(&self.flow).zip(&self.part_of) {
+                    self.taken[part] += weight * a * b;
+                }
+            }
+        }
+        let ratios = self.taken.iter().zip(&self.reached).filter(|e| *e.0 != 0.0);
+        ratios.map(|(taken, reached)| taken.abs() / reached).fold(0.0, f64::max)
+    }
+
+    /// What an error of an unknown with this range is measured by in the trial step: that which would be worth the
+    /// energy exchanged if it were as large as the `error` at hand for each unit, and no more than moves the mean over
+    /// a period by the range.
+    pub fn size(&self, j: usize, error: f64, range: f64) -> f64 {
+        if self.signal[j] {
+            return range;
+        }
+        let worth = self.force[j] + 0.5 * self.mass[j] * error.abs();
+        let energy = self.reached[self.part_of[j]];
+        let size = if worth > 0.0 { energy / worth } else { 0.0 };
+        size.min(self.share * range)
+    }
+}
