@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from convergence.test_multipliers import deck as multiplier
+from regression.converters.test_multipliers import deck as multiplier
 
 import nsspice
 from nsspice.analyses.estimate import stored_quantities

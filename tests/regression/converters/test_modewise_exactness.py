@@ -19,7 +19,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-NETS = Path(__file__).parents[2] / "netlists"
+NETS = Path(__file__).parents[3] / "netlists"
 
 #: decks whose expected values were computed exactly, mode by mode or in closed form
 EXACT = [

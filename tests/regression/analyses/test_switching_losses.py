@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 import nsspice
 from nsspice.analyses.heat import Heating, heating
-from tests.convergence.test_losses import table
+from tests.regression.analyses.test_losses import table
 
 #: an energy k i v is bilinear, so that four points of a grid give it everywhere
 K_ON, K_OFF, K_REC = 2e-8, 3e-8, 1e-8

@@ -18,7 +18,7 @@ from tests.steady_decks import (
     THREE_PHASE,
 )
 
-NETLISTS = Path(__file__).parents[2] / "netlists"
+NETLISTS = Path(__file__).parents[3] / "netlists"
 
 
 def flow(A: np.ndarray, b: np.ndarray, x: np.ndarray, t: float) -> np.ndarray:

@@ -100,7 +100,7 @@ def test_powers_of_a_buck_with_resistances() -> None:
 
 def test_jumps_have_their_place_in_the_table() -> None:
     """A charge pump of ideal switches: half of what it takes is lost in jumps, its sum closes."""
-    text = (Path(__file__).parents[2] / "netlists/converters/charge_pump.net").read_text("utf-8")
+    text = (Path(__file__).parents[3] / "netlists/converters/charge_pump.net").read_text("utf-8")
     sol = table(text)
     energy, powers, length = sol.certificate.energy, sol.powers, 2e-3
     assert powers.imbalance < 1e-13
