@@ -28,9 +28,14 @@ pub(super) enum Turn {
 }
 
 impl Stepper {
-    /// Finds the mode behind an instant at which guards vanish, from steps of at most `longest`; sources have
-    /// no breakpoint before the time `corner`.
-    pub(super) fn turn(&mut self, longest: f64, corner: f64) -> Turn {
+    /// Finds the mode behind an instant at which guards vanish, from steps of at most `longest` whose ends are
+    /// `lawful`; sources have no breakpoint before the time `corner`.
+    pub(super) fn turn(
+        &mut self,
+        longest: f64,
+        corner: f64,
+        lawful: impl Fn(&Stepper) -> bool,
+    ) -> Turn {
         if self.impacts.active || self.smooth.is_some() || self.storage.tight() {
             return Turn::Jump;
         }
@@ -42,7 +47,8 @@ impl Stepper {
             sources(&self.waveforms, self.time + length, self.time, corner, &mut self.u0);
             let solved = self.short_step(None, &z, length, Start::Warm).is_ok();
             self.u0.copy_from_slice(&now);
-            let turned = solved && self.active != active;
+            // what charges in so short a step round off decides about no pair
+            let turned = solved && self.active != active && lawful(self);
             let end = self.z.clone();
             if turned && self.begin_mode(&z, shortest) {
                 return Turn::Begun;

@@ -22,7 +22,8 @@ impl Sdirk {
         if self.accuracy.relative >= 1.0 {
             return self.restart(s); // steps of fixed length cannot look closer
         }
-        match s.turn(self.trial.length, self.corner.0) {
+        let scales = &self.scales;
+        match s.turn(self.trial.length, self.corner.0, |s| scales.obeyed(s)) {
             Turn::Begun => s.log_events(),
             Turn::Step(length, end) if self.is_short(s, length, &end) => {
                 self.show_point(s); // nothing jumps here
