@@ -110,6 +110,14 @@ def test_charges_of_many_nodes_jump_in_closed_form(seed: int, method: str):
     check_of_projection(seed, method)
 
 
+@pytest.mark.parametrize("method", ["modewise", "moreau"])
+@pytest.mark.parametrize("seed", [400, 405])
+def test_loops_of_a_hundred_ideal_diodes_obey_kcl(seed: int, method: str):
+    """Between 30 capacitors; the circuit does not determine the currents in the loops."""
+    deck, _ = network(seed, nodes=30, diodes=100)
+    assert nsspice.tran(nsspice.read(deck), method=method).certificate.laws < 1e-11
+
+
 def test_states_at_rest_stay_beside_fast_ones():
     """A slack beside what decays within nanoseconds was -1.9e-8 of the largest."""
     check_of_projection(245, "modewise")
