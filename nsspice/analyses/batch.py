@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import cast
 
 from ..circuit import Circuit
+from ..circuit.blocks import Blocks
 from ..errors import Diagnostic, NsspiceError, NumericalError, UsageError
 from ..netlist.deck import (
     AcCard,
@@ -27,6 +28,7 @@ from ..netlist.deck import (
     TfCard,
     TranCard,
 )
+from .blocks import split
 from .cards import Dc, Tran
 from .load import need_circuit, read, read_again
 from .loop_gain import Loop, run_loop
@@ -544,7 +546,10 @@ def _executor(
 
             temperature = common["temperature"]
             assert temperature is None or isinstance(temperature, float)
-            solution.integrals = integrals_of(circuit, analysis, temperature, values, beginnings)
+            blocks = Blocks(circuit)
+            if beginnings is None:
+                blocks = split(circuit, settings, analysis, temperature, values)
+            solution.integrals = integrals_of(blocks, analysis, temperature, values, beginnings)
         return solution
 
     return execute

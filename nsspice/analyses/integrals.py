@@ -60,6 +60,8 @@ class Integrals:
         Of the surroundings [C].
     heat : dict or None
         What heats the elements, once it has been computed.
+    driven : frozenset of int
+        Numbers of the blocks that others drive, which have no closed forms.
     """
 
     circuit: Circuit
@@ -68,6 +70,7 @@ class Integrals:
     periodic: bool = False
     temperature: float = 27.0
     heat: dict[str, Heating] | None = None
+    driven: frozenset[int] = frozenset()
     _courses: dict[int, Course] = field(default_factory=dict)
     _maps: dict[tuple[int, tuple[str, ...]], PeriodMap] = field(default_factory=dict)
 
@@ -85,6 +88,7 @@ class Integrals:
             False,
             self.temperature,
             None,
+            self.driven,
             self._courses,
             self._maps,
         )

@@ -114,6 +114,12 @@ class LossTable:
         }
 
 
+def without_powers(circuit: Circuit, integrals: Integrals) -> list[str]:
+    """Return the elements of blocks that others drive, whose powers have no closed forms."""
+    homes = integrals.circuit.element_island
+    return [d.name for d in circuit.devices if homes.get(d.name) in integrals.driven]
+
+
 def losses(
     circuit: Circuit,
     integrals: Integrals,
@@ -141,6 +147,11 @@ def losses(
         NS4005 for a load that does not exist.
     """
     known = [d for d in circuit.devices if d.letter != "k" and d.name in circuit.element_island]
+    left_out = without_powers(circuit, integrals)
+    for load in loads:
+        if load in left_out:
+            raise ValueError(f"{load} belongs to a block that another one drives, by steps")
+    known = [d for d in known if d.name not in left_out]
     names = [d.name for d in known]
     for load in loads:
         if load not in names:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 INEXACT = (NotModewise, NoDerivative, NoOrbit, UnsolvedStep, NsspiceError, ValueError)
 #: a frequency is a multiple of another up to this part
 _SAME = 1e-9
+_NAMED = 6  # elements without a power that are told by name
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +110,7 @@ def add_spectra(solution: Solution, cards: Sequence[FourCard]) -> None:
 
 def add_powers(circuit: Circuit, solution: Solution, loads: Sequence[str]) -> None:
     """Compute the average powers of all elements; without closed forms they become a warning."""
-    from .losses import losses
+    from .losses import losses, without_powers
 
     if solution.integrals is None:
         if solution.analysis == "pss":
@@ -119,6 +120,10 @@ def add_powers(circuit: Circuit, solution: Solution, loads: Sequence[str]) -> No
         lost = math.fsum(jump.lost for jump in solution.jumps)
         given = math.fsum(jump.delivered for jump in solution.jumps)
         solution.powers = losses(circuit, solution.integrals, loads, lost, given)
+        if others := without_powers(circuit, solution.integrals):
+            names = ", ".join(others[:_NAMED]) + (" ..." if len(others) > _NAMED else "")
+            problem = ValueError(f"{names}: blocks that another one drives take steps")
+            solution.warnings.append(_left_out(None, problem, "for some elements"))
         hot = (solution.integrals.heat or {}).values()
         if beyond := [h.element for h in hot if h.outside]:
             solution.warnings.append(_beyond(beyond))
@@ -163,16 +168,17 @@ def _window(solution: Solution, card: FourCard) -> tuple[Integrals, int]:
     return integrals.over((max(start, 0.0), stop)), card.periods
 
 
-def _left_out(card: FourCard | None, problem: Exception) -> Diagnostic:
+def _left_out(card: FourCard | None, problem: Exception, part: str = "") -> Diagnostic:
     if isinstance(problem, NsspiceError):
         reason = problem.diagnostics[0].message
     elif isinstance(problem, NoDerivative):
         reason = "the run needed implicit steps, which have no closed form"
     else:
         reason = str(problem)
+    what = " ".join(filter(None, ["--power" if card is None else ".four", "is left out", part]))
     return Diagnostic(
         "NS5003",
-        f"{'--power' if card is None else '.four'} is left out: {reason}",
+        f"{what}: {reason}",
         None if card is None else card.span,
         "averages and Fourier coefficients are computed from the closed forms of the exact engine",
         severity="warning",

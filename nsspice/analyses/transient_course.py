@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..circuit import Circuit
+from ..circuit.blocks import Blocks
 from ..problems.descriptor import Functional
 from ..solvers.modewise import ModewiseStepper
 from ..solvers.orbit import PeriodMap, State
@@ -28,13 +28,14 @@ class _First(ModewiseStepper):
 
 
 def integrals_of(
-    circuit: Circuit,
+    blocks: Blocks,
     analysis: Tran,
     temperature: float | None,
     values: Mapping[str, float] | None,
     beginnings: Sequence[Beginning | None] | None = None,
 ) -> Integrals:
     """Return exact integrals of a transient's signals, which is run once more for the first."""
+    circuit = blocks.circuit
 
     def course_of(home: int) -> Course:
         island = circuit.islands[home]
@@ -59,4 +60,5 @@ def integrals_of(
         return Course(mna, system, State(core.energy_of(charges), gates), analysis.stop)
 
     ambient = circuit.deck.temperature if temperature is None else temperature
-    return Integrals(circuit, course_of, (0.0, analysis.stop), False, ambient)
+    driven = frozenset(link.target for link in blocks.links)
+    return Integrals(circuit, course_of, (0.0, analysis.stop), False, ambient, driven=driven)

@@ -7,6 +7,7 @@ import pytest
 
 import nsspice
 from nsspice.analyses import method
+from nsspice.analyses.batch import Request, jobs_of, run_job
 from nsspice.analyses.told import explained
 from nsspice.problems.descriptor import Waveform
 
@@ -148,3 +149,33 @@ def test_waveforms_of_other_blocks_are_told_apart() -> None:
 
     one, other = Polynomial(), Polynomial()
     assert Waveform("polynomial", (), handed=one) != Waveform("polynomial", (), handed=other)
+
+
+def powered(text: str, *loads: str) -> nsspice.Solution:
+    circuit = nsspice.read(text)
+    (job,) = jobs_of(circuit.deck)
+    return run_job(circuit, job, Request(power=True, loads=loads))
+
+
+def test_powers_and_spectra_of_the_driving_block_are_those_of_it_alone() -> None:
+    text = CHOPPER.format(law="tanh(v(out))", low=0.0, uic="") + ".four 10k v(out) i(L1)\n"
+    alone = "".join(
+        line for line in text.splitlines(True) if not line.startswith(("B3", "RF", "CF"))
+    )
+    blocks, exact = powered(text), powered(alone)
+    assert [s.signal for s in blocks.spectra] == [s.signal for s in exact.spectra]
+    assert exact.spectra
+    for mine, theirs in zip(blocks.spectra, exact.spectra, strict=True):
+        # a sensor changes no digit of the converter but by rounding
+        assert mine.coefficients == pytest.approx(theirs.coefficients, rel=1e-9, abs=1e-12)
+    mine, theirs = ({r.element: r.power for r in s.powers.rows} for s in (blocks, exact))
+    assert mine == pytest.approx(theirs, rel=1e-9, abs=1e-12)
+    (told,) = [w for w in blocks.warnings if w.code == "NS5003"]
+    assert "b3, rf, cf" in told.message
+
+
+def test_a_load_in_a_driven_block_has_no_power() -> None:
+    text = CHOPPER.format(law="tanh(v(out))", low=0.0, uic="")
+    found = powered(text, "rf")
+    assert found.powers is None
+    assert any("rf belongs to a block" in w.message for w in found.warnings)
