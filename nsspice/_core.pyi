@@ -85,7 +85,11 @@ class Stepper:
     ) -> dict[str, Any] | None: ...
     def leave_dc(self) -> dict[str, Any] | None: ...
     def start_charges(
-        self, time: float, charges: _Floats, step: float
+        self,
+        time: float,
+        charges: _Floats,
+        step: float,
+        guess: tuple[_Floats, _Floats] | None = None,
     ) -> dict[str, Any] | None: ...
     def plan_grid(
         self, start: float, stop: float, step: float, out_start: float, out_step: float

@@ -53,19 +53,32 @@ def complete(layout: Layout, z: npt.NDArray[np.float64]) -> None:
         Unknowns; currents count as they stand there, those that are none as zero.
     """
     for node in layout.inner:
-        signals = {"time": 0.0}
-        for part in node[1:]:
-            if not isinstance(part, Node):
-                continue
-            for name in Expression(part).variables() - set(signals):
-                terms: tuple[tuple[int, float], ...] = ()
-                if name[0] == "v":
-                    a, b = (*name[2:-1].split(","), "0")[:2]
-                    terms = layout.voltage(a, b)
-                elif name[2:-1] in layout.branches:
-                    terms = layout.branch(name[2:-1]).z
-                signals[name] = sum(float(z[k]) * factor for k, factor in terms)
-        z[layout.nodes[_name(node)]] = value_of(node, signals)
+        z[layout.nodes[_name(node)]] = asked(layout, node, z)
+
+
+def asked(layout: Layout, node: Inner, z: npt.NDArray[np.float64]) -> float:
+    """Return the voltage that the law of a node inside an element asks for.
+
+    Parameters
+    ----------
+    layout : Layout
+    node : Comparator or Limiter
+    z : ndarray, shape (n,)
+        Unknowns; currents that are none count as zero.
+    """
+    signals = {"time": 0.0}
+    for part in node[1:]:
+        if not isinstance(part, Node):
+            continue
+        for name in Expression(part).variables() - set(signals):
+            terms: tuple[tuple[int, float], ...] = ()
+            if name[0] == "v":
+                a, b = (*name[2:-1].split(","), "0")[:2]
+                terms = layout.voltage(a, b)
+            elif name[2:-1] in layout.branches:
+                terms = layout.branch(name[2:-1]).z
+            signals[name] = sum(float(z[k]) * factor for k, factor in terms)
+    return value_of(node, signals)
 
 
 @dataclass(frozen=True, slots=True)

@@ -222,8 +222,14 @@ class ModewiseStepper(Stepper):
         self._start(self.system.E.dot(point), static.gates, active)
         return point
 
-    def start_charges(self, time: float, charges: Floats, step: float) -> Jump | None:
-        """Start from stored charges and fluxes E z(0-), shape (n,).
+    def start_charges(
+        self,
+        time: float,
+        charges: Floats,
+        step: float,
+        guess: tuple[Floats, Floats] | None = None,
+    ) -> Jump | None:
+        """Start from stored charges and fluxes E z(0-), shape (n,), in the mode of a guess if any.
 
         Returns
         -------
@@ -235,7 +241,9 @@ class ModewiseStepper(Stepper):
         UnsolvedStep
             If no state satisfies all laws.
         """
-        return self.start_given(charges, self.gates_at_start(charges, step))
+        gates = self.gates_at_start(charges, step)
+        self._start(charges, gates, None if guess is None else (guess[1] > 0.0).tolist())
+        return self._first_jump()
 
     def gates_at_start(self, charges: Floats, step: float) -> list[bool]:
         """Return the states of the switches at 0+ of a run from charges and fluxes (n,).

@@ -213,8 +213,25 @@ class MoreauStepper(Stepper):
                 failure["time"], failure["residual"], None, failure["worst_row"]
             )
 
-    def start_charges(self, time: float, charges: Floats, step: float) -> Jump | None:
+    def start_charges(
+        self,
+        time: float,
+        charges: Floats,
+        step: float,
+        guess: tuple[Floats, Floats] | None = None,
+    ) -> Jump | None:
         """Start from stored charges and fluxes E z(0-), shape (n,), by an impulsive step.
+
+        Parameters
+        ----------
+        time : float
+            [s]
+        charges : ndarray, shape (n,)
+            [C] and [V s]
+        step : float
+            Of steps to come [s].
+        guess : (ndarray (n,), ndarray (m,)), optional
+            Unknowns and multipliers to stay close to.
 
         Returns
         -------
@@ -226,13 +243,13 @@ class MoreauStepper(Stepper):
         UnsolvedStep
             If no state satisfies all laws.
         """
-        failure = self._core.start_charges(time, charges, step)
+        failure = self._core.start_charges(time, charges, step, guess)
         if failure is not None:
             problem = self._diagnose(failure)
             if problem is not None:
                 raise problem
             self._core.accept_large()  # proved to be no conflict
-            failure = self._core.start_charges(time, charges, step)
+            failure = self._core.start_charges(time, charges, step, guess)
         if failure is not None:
             raise UnsolvedStep(failure["time"], failure["residual"], None, failure["worst_row"])
         return self._first_jump()

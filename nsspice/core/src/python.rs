@@ -183,6 +183,19 @@ fn jump_dict<'py>(py: Python<'py>, j: &crate::moreau::Jump) -> PyResult<Bound<'p
     Ok(out)
 }
 
+impl PyStepper {
+    /// Unknowns and multipliers that a caller guesses.
+    fn guessed(&self, guess: &Option<(Floats, Floats)>) -> PyResult<Option<(Vec<f64>, Vec<f64>)>> {
+        let Some((z, l)) = guess else { return Ok(None) };
+        let (z, l) = (z.as_slice()?, l.as_slice()?);
+        let state = self.inner.state();
+        if z.len() != state.0.len() || l.len() != state.1.len() {
+            return Err(invalid("the guess does not fit the system"));
+        }
+        Ok(Some((z.to_vec(), l.to_vec())))
+    }
+}
+
 #[pymethods]
 impl PyStepper {
     #[new]
@@ -234,17 +247,7 @@ impl PyStepper {
         time: f64,
         guess: Option<(Floats, Floats)>,
     ) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let guess = match &guess {
-            Some((z, l)) => {
-                let (z, l) = (z.as_slice()?, l.as_slice()?);
-                let state = self.inner.state();
-                if z.len() != state.0.len() || l.len() != state.1.len() {
-                    return Err(invalid("the guess does not fit the system"));
-                }
-                Some((z.to_vec(), l.to_vec()))
-            }
-            None => None,
-        };
+        let guess = self.guessed(&guess)?;
         let inner = &mut self.inner;
         let result = py.detach(move || {
             inner.start_dc(time, guess.as_ref().map(|(z, l)| (z.as_slice(), l.as_slice())))
@@ -259,19 +262,25 @@ impl PyStepper {
         result.err().map(|f| failure_dict(py, &f)).transpose()
     }
 
-    fn start_charges<'py>(
+#[pyo3(signature = (time, charges, step, guess=None))]
+        fn start_charges<'py>(
         &mut self,
         py: Python<'py>,
         time: f64,
         charges: Floats,
         step: f64,
+        guess: Option<(Floats, Floats)>,
     ) -> PyResult<Option<Bound<'py, PyDict>>> {
         let charges = charges.as_slice()?.to_vec();
         if charges.len() != self.inner.state().0.len() {
             return Err(invalid("one charge or flux per unknown is needed"));
         }
+        let guess = self.guessed(&guess)?;
         let inner = &mut self.inner;
-        let result = py.detach(move || inner.start_charges(time, &charges, step));
+        let result = py.detach(move || {
+            let guess = guess.as_ref().map(|(z, l)| (z.as_slice(), l.as_slice()));
+            inner.start_charges(time, &charges, step, guess)
+        });
         result.err().map(|f| failure_dict(py, &f)).transpose()
     }
 

@@ -47,6 +47,26 @@ def test_the_instant_of_a_fold_is_found_to_the_tolerance(reltol: float) -> None:
     assert np.abs(found - period()).max() <= allowed
 
 
+def test_the_exact_engine_follows_a_branch_until_it_ends() -> None:
+    run = nsspice.tran(nsspice.read(RELAXATION), method="modewise", all_points=True)
+    t, out = run.time, run["v(out)"]
+    rising = t[1:][(out[1:] > 0) & (out[:-1] <= 0)]
+    assert rising.size == 9
+    # instants are known to their rounding
+    assert np.diff(rising) == pytest.approx(period(), rel=1e-13)
+
+
+@pytest.mark.parametrize(("start", "level"), [(0.1, -1.0), (-0.1, 1.0), (0.0, 1.0), (8.0, -1.0)])
+@pytest.mark.parametrize("method", ["modewise", "sdirk", "moreau"])
+def test_it_begins_where_a_circuit_would_rest(start: float, level: float, method: str) -> None:
+    """Between both limits there is a third solution, which a lag of the amplifier leaves at once."""
+    deck = RELAXATION.replace("IC=0.1", f"IC={start}").replace("20m", "20u")
+    run = nsspice.tran(nsspice.read(deck), method=method)
+    total = 1 / 100 + 1 / 20e3 + 1 / 10e3  # as in `period`
+    expected = (level * 12 / 100 + start / 10e3) / total
+    assert run["v(out)"][0] == pytest.approx(expected, rel=1e-9)
+
+
 def test_steps_jump_over_a_fold_where_they_are_not_tiny():
     """A magnitude in a loop: near its kink no solution goes on, shorter steps have none either."""
     circuit = nsspice.read("""a current follows the magnitude of a voltage that it makes

@@ -163,12 +163,20 @@ R2 p 0 1k
 """
 
 
-def test_positive_feedback_beside_storage_is_left_to_the_tape() -> None:
-    """Several solutions are possible: Newton's method finds that of the branch of rest."""
+def test_positive_feedback_is_pairs_beside_storage_as_well() -> None:
+    """Several solutions are possible: a mode is followed until it ends."""
     assert nsspice.read(SCHMITT).islands[0].problem_class is ProblemClass.LCP
-    stored = SCHMITT.replace("R2", "C1 out 0 1n\nR2")
-    assert nsspice.read(stored).islands[0].problem_class is ProblemClass.DNCP
-    # so it is where another element is smooth all the same
+    stored = SCHMITT.replace("R2", "R4 out x 100\nC1 x 0 1n\nR2")
+    circuit = nsspice.read(stored)
+    assert circuit.islands[0].problem_class is ProblemClass.DLCP
+    first = np.arcsin((2.5 - 5e-4) / 3.0) / (2e3 * np.pi)
+    for method in ("modewise", "sdirk"):
+        run = nsspice.tran(circuit, method=method, signals=["v(out)"])
+        assert run.certificate.passed
+        # the output is 5 V, or between: all within one output point
+        found = run.time[1:][np.diff(np.sign(run["v(out)"])) != 0]
+        assert found == pytest.approx(first + 5e-4 * np.arange(6), abs=1e-5)
+    # where another element is smooth all the same it is left to the tape
     smooth = SCHMITT.replace("R2", "B1 q 0 V={v(in)^2}\nR9 q p 1\nR2").replace("1e4*(v(p)", "(0")
     circuit = nsspice.read(smooth)
     assert circuit.islands[0].problem_class is ProblemClass.GE

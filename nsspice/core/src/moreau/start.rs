@@ -6,13 +6,12 @@ use super::stepper::{Stepper, MAX_REACTIONS};
 use crate::mlcp::Start;
 use crate::waveform::Side;
 
+/// Unknowns and multipliers near which a solution is wanted.
+pub type Guess<'a> = Option<(&'a [f64], &'a [f64])>;
+
 impl Stepper {
-    /// Starts from the solution of the static equations (capacitors open, inductors shorted) with the
-    /// sources as they are before any ideal edge at this time; see [`Stepper::leave_dc`].
-    pub fn start_dc(&mut self, time: f64, guess: Option<(&[f64], &[f64])>) -> Result<(), Failure> {
-        self.time = time;
-        evaluate(&self.waveforms, time, Side::Left, &mut self.u0);
-        let start = match guess {
+    fn begin_near(&mut self, guess: Guess) -> Start {
+        match guess {
             Some((z, l)) => {
                 self.z.copy_from_slice(z);
                 self.l.copy_from_slice(l);
@@ -23,7 +22,15 @@ impl Stepper {
                 self.l.fill(0.0);
                 Start::Cold
             }
-        };
+        }
+    }
+
+    /// Starts from the solution of the static equations (capacitors open, inductors shorted) with the
+    /// sources as they are before any ideal edge at this time; see [`Stepper::leave_dc`].
+    pub fn start_dc(&mut self, time: f64, guess: Guess) -> Result<(), Failure> {
+        self.time = time;
+        evaluate(&self.waveforms, time, Side::Left, &mut self.u0);
+        let start = self.begin_near(guess);
         self.u1.copy_from_slice(&self.u0);
         self.rates.fill(0.0);
         // an open switch may be the only way for a current
@@ -64,15 +71,21 @@ impl Stepper {
     }
 
     /// Starts from stored charges and fluxes `E z(0-)` by an impulsive step; the first entry of
-    /// `jumps` tells what it moved.
-    pub fn start_charges(&mut self, time: f64, charges: &[f64], step: f64) -> Result<(), Failure> {
+    /// `jumps` tells what it moved.  Of several solutions the one near a guess is approached.
+    pub fn start_charges(
+        &mut self,
+        time: f64,
+        charges: &[f64],
+        step: f64,
+        guess: Guess,
+    ) -> Result<(), Failure> {
         self.time = time;
         self.step_length = step;
         evaluate(&self.waveforms, time, Side::Right, &mut self.u0);
         self.z.fill(0.0);
         self.l.fill(0.0);
         if self.static_system {
-            return self.start_dc(time, None);
+            return self.start_dc(time, guess);
         }
         self.throw_by_sources();
         // the other switches belong to the state that the charges lead to: found by starting again with
@@ -80,9 +93,8 @@ impl Stepper {
         for round in 0..MAX_REACTIONS {
             self.jumps.clear();
             self.stats.jumps = 0;
-            self.z.fill(0.0);
-            self.l.fill(0.0);
-            if let Err(failure) = self.impulse(Some(charges), Start::Cold) {
+            let start = self.begin_near(guess);
+            if let Err(failure) = self.impulse(Some(charges), start) {
                 let again = |s: &mut Stepper| {
                     s.jumps.clear();
                     s.stats.jumps = 0;
