@@ -262,8 +262,8 @@ impl PyStepper {
         result.err().map(|f| failure_dict(py, &f)).transpose()
     }
 
-#[pyo3(signature = (time, charges, step, guess=None))]
-        fn start_charges<'py>(
+    #[pyo3(signature = (time, charges, step, guess=None))]
+    fn start_charges<'py>(
         &mut self,
         py: Python<'py>,
         time: f64,
