@@ -59,7 +59,7 @@ def test_the_exact_engine_follows_a_branch_until_it_ends() -> None:
 @pytest.mark.parametrize(("start", "level"), [(0.1, -1.0), (-0.1, 1.0), (0.0, 1.0), (8.0, -1.0)])
 @pytest.mark.parametrize("method", ["modewise", "sdirk", "moreau"])
 def test_it_begins_where_a_circuit_would_rest(start: float, level: float, method: str) -> None:
-    """Between both limits there is a third solution, which a lag of the amplifier leaves at once."""
+    """A third solution lies between both limits; any lag of the amplifier leaves it."""
     deck = RELAXATION.replace("IC=0.1", f"IC={start}").replace("20m", "20u")
     run = nsspice.tran(nsspice.read(deck), method=method)
     total = 1 / 100 + 1 / 20e3 + 1 / 10e3  # as in `period`
