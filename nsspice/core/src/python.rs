@@ -12,7 +12,7 @@ use crate::audit::Taken;
 use crate::pieces::Pieces;
 use points::{PyRecords, PyStretches};
 use polynomial::PyPolynomial;
-use system::{misfit, PySystem, Sizes};
+use system::{guessed, misfit, PySystem, Sizes};
 
 use crate::mlcp::{Driver, Problem, Role, Start};
 use crate::moreau::{Accuracy, Clock, Failure, Outputs, Part, Plan, Progress, Sdirk, Stepper};
@@ -183,19 +183,6 @@ fn jump_dict<'py>(py: Python<'py>, j: &crate::moreau::Jump) -> PyResult<Bound<'p
     Ok(out)
 }
 
-impl PyStepper {
-    /// Unknowns and multipliers that a caller guesses.
-    fn guessed(&self, guess: &Option<(Floats, Floats)>) -> PyResult<Option<(Vec<f64>, Vec<f64>)>> {
-        let Some((z, l)) = guess else { return Ok(None) };
-        let (z, l) = (z.as_slice()?, l.as_slice()?);
-        let state = self.inner.state();
-        if z.len() != state.0.len() || l.len() != state.1.len() {
-            return Err(invalid("the guess does not fit the system"));
-        }
-        Ok(Some((z.to_vec(), l.to_vec())))
-    }
-}
-
 #[pymethods]
 impl PyStepper {
     #[new]
@@ -247,7 +234,7 @@ impl PyStepper {
         time: f64,
         guess: Option<(Floats, Floats)>,
     ) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let guess = self.guessed(&guess)?;
+        let guess = guessed(&guess, &self.sizes)?;
         let inner = &mut self.inner;
         let result = py.detach(move || {
             inner.start_dc(time, guess.as_ref().map(|(z, l)| (z.as_slice(), l.as_slice())))
@@ -275,7 +262,7 @@ impl PyStepper {
         if charges.len() != self.inner.state().0.len() {
             return Err(invalid("one charge or flux per unknown is needed"));
         }
-        let guess = self.guessed(&guess)?;
+        let guess = guessed(&guess, &self.sizes)?;
         let inner = &mut self.inner;
         let result = py.detach(move || {
             let guess = guess.as_ref().map(|(z, l)| (z.as_slice(), l.as_slice()));

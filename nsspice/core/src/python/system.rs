@@ -186,3 +186,16 @@ fn switch(spec: SwitchSpec) -> (Switch, bool) {
 pub(super) fn misfit() -> PyErr {
     invalid("the matrices of the system do not fit together")
 }
+
+/// Unknowns and multipliers that a caller guesses.
+pub(super) fn guessed(
+    guess: &Option<(Floats, Floats)>,
+    sizes: &Sizes,
+) -> PyResult<Option<(Vec<f64>, Vec<f64>)>> {
+    let Some((z, l)) = guess else { return Ok(None) };
+    let (z, l) = (z.as_slice()?, l.as_slice()?);
+    if z.len() != sizes[0] || l.len() != sizes[1] {
+        return Err(invalid("the guess does not fit the system"));
+    }
+    Ok(Some((z.to_vec(), l.to_vec())))
+}
