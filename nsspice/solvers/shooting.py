@@ -1,8 +1,8 @@
 """Periodic orbits of systems with smooth elements, by Newton-Krylov shooting on controlled steps.
 
 The map :math:`P` of the stored charges and fluxes over one period is computed by steps of order 4
-with error control, much finer than a run's.  In coordinates :math:`y` relative to the size of each
-store, every step of Newton's method solves
+with error control, much finer than a run's.  In coordinates :math:`y` in which all stores count by
+their energy, every step of Newton's method solves
 
 .. math::
 
@@ -38,9 +38,9 @@ from .stepper import UnsolvedStep
 FINER = 1e-3
 _CLOSE = 0.1  # last step of Newton's method in units of a run's tolerance
 _LONGEST = 50  # steps in a period at least
-_SOLVED = 0.05  # part of the residual that may be left by the linear equations
+_SOLVED = 0.01  # part of the residual that may be left by the linear equations
 _SPACE = 24  # directions at most
-_STEPS = 24  # of Newton's method, then more periods are run
+_STEPS = 12  # of Newton's method, then more periods are run
 _MORE = (16, 64, 256, 1024)
 _STEADY = 1e-2  # relative change of the residual over 64 periods below which it is a drift
 _SLOWER = 0.3  # reduction of the residual by a step below which old directions serve again
@@ -149,8 +149,8 @@ class StepMap:
         slopes: Floats = function_slopes(tape, self.point[np.newaxis], u, np.zeros(1))[0]
         return slopes
 
-    def sizes(self) -> Floats:
-        """Return what each row stores at the size of its unknown, zero without a store.
+    def stores(self) -> tuple[Floats, Floats]:
+        """Return what each row stores per unit of its unknown, and the sizes of the unknowns.
 
         What is small all the time has a part of the largest voltage or current as its size.
         """
@@ -165,7 +165,7 @@ class StepMap:
         for kind in (0, 1):
             alike = self.system.row_kind == kind
             size[alike] = np.maximum(size[alike], _LEAST * size[alike].max(initial=0.0))
-        return np.asarray(own * np.where(size > 0.0, size, 1.0))
+        return own, np.where(size > 0.0, size, 1.0)
 
     def run(self, start: State, periods: int = 1, fine: bool = True) -> State:
         """Return the state some periods later.
@@ -260,13 +260,19 @@ class _Space:
 
 
 class _Search:
-    """Newton's method in the scaled charges."""
+    """Newton's method in the scaled charges, which count by their energy or each by its size."""
 
-    def __init__(self, step_map: StepMap, state: State) -> None:
+    def __init__(self, step_map: StepMap, state: State, by_energy: bool) -> None:
         self.map, self.gates = step_map, state.gates
-        sizes = step_map.sizes()
-        self.rows = np.flatnonzero(sizes)
-        self.scale = sizes[self.rows]
+        own, largest = step_map.stores()
+        self.rows = np.flatnonzero(own)
+        charges = own[self.rows] * largest[self.rows]
+        #: coordinates of each store at its largest
+        self.parts = np.ones(self.rows.size)
+        if by_energy and self.rows.size:
+            roots = np.sqrt(charges * largest[self.rows])
+            self.parts = roots / float(np.linalg.norm(roots))
+        self.scale = charges / self.parts
         self.steps = 0
         #: relative residual, and size of the step that would be next
         self.residual, self.error = 0.0, 0.0
@@ -287,9 +293,13 @@ class _Search:
         self.gates = end.gates
         return self.y(end)
 
-    def difference(self, y: Floats, end: Floats, v: Floats, epsilon: float) -> Floats:
-        """Return Phi v by a difference, of both sides if there is no ``end``."""
+    def difference(self, y: Floats, end: Floats, v: Floats, part: float) -> Floats:
+        """Return Phi v by a difference, of both sides if there is no ``end``.
+
+        No store is moved by more than a ``part`` of its size.
+        """
         gates = self.gates
+        epsilon = part / float(np.max(np.abs(v) / self.parts))
         ahead = self.image(y + epsilon * v)
         self.gates = gates
         if end.size:
@@ -321,8 +331,7 @@ class _Search:
                 if v is None or space.V.shape[1] >= min(_SPACE, y.size):
                     break
                 # half the digits of a run: curvature and errors of steps take the same part
-                epsilon = math.sqrt(tolerance) * size
-                space.add(v, self.difference(y, end, v, epsilon))
+                space.add(v, self.difference(y, end, v, math.sqrt(tolerance)))
                 c, rest = space.split(residual)
             # what is left lies where a period forgets
             step = space.V @ c + rest
@@ -355,7 +364,7 @@ class _Search:
         return end, self.image(end), math.inf  # no descent: where the run itself leads
 
     def size(self, *points: Floats) -> float:
-        """Return the size of coordinates, at least that of a store at its largest."""
+        """Return the size of coordinates, at least that of all stores at their largest."""
         return max(1.0, *(float(np.linalg.norm(p)) for p in points))
 
     def multipliers(self, y: Floats) -> tuple[Complexes, Floats, float]:
@@ -363,11 +372,11 @@ class _Search:
 
         By Arnoldi's method from a direction in which all stores take part.
         """
-        epsilon = math.sqrt(self.map.fine.reltol) * self.size(y)
+        part = math.sqrt(self.map.fine.reltol)
         own, none = _Space(y.size), np.zeros(0)
         v = own.outside(self._stored(np.cos(1.0 + np.arange(self.map.system.n))))
         while v is not None and own.V.shape[1] < min(_SPACE, y.size):
-            image = self.difference(y, none, v, epsilon)
+            image = self.difference(y, none, v, part)
             own.add(v, image)
             rest = image - own.V @ (own.V.T @ image)
             v = own.outside(rest) if np.linalg.norm(rest) > UNSEEN else None
@@ -380,7 +389,7 @@ class _Search:
         own_direction = np.real(vectors[:, 0])
         size = float(np.linalg.norm(own_direction))
         v = own.V @ own_direction / size
-        wide = self.difference(y, none, v, _WIDER * epsilon)
+        wide = self.difference(y, none, v, _WIDER * part)
         error = float(np.linalg.norm(wide - own.W @ own_direction / size))
         error = max(UNSEEN, error)
         free = np.real(own.V @ vectors[:, np.abs(values - 1.0) <= error]).T
@@ -417,19 +426,22 @@ def find_stepped_orbit(step_map: StepMap, start: State, settle: int) -> Found:
             state = step_map.run(state, more, fine=False)
         elif step_map.triggered or not step_map.point.any():
             step_map.run(state, 1, fine=False)
-        search = _Search(step_map, state)
-        search.steps = steps
-        y = search.y(state)
-        try:
-            y = search.newton(y)
-        except NoOrbit as problem:
-            failed, steps = problem, search.steps
+        for by_energy in (True, False):
+            search = _Search(step_map, state, by_energy)
+            search.steps = steps
+            try:
+                y = search.newton(search.y(state))
+                break
+            except NoOrbit as problem:
+                failed, steps = problem, search.steps
+        else:
+            y = search.y(state)
             step = search.image(y) - y
             if drift is not None:
                 moved = float(np.linalg.norm(step - search.y(drift)))
                 if moved <= _STEADY * float(np.linalg.norm(step)):
                     direction = search.state(step).energy
-                    raise NoOrbit("drift", problem.residual, direction) from None
+                    raise NoOrbit("drift", failed.residual, direction)
             drift = search.state(step) if more >= _MORE[0] else None
             continue
         length, found = step_map.length, search.state(y)

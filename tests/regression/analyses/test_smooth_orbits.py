@@ -67,6 +67,19 @@ R1 b 0 200
 .model DJ D(IS=1e-9 N=1.5 RS=0.1 CJO=20p)
 """
 
+DISCONTINUOUS = (
+    """Buck converter whose junction rings with the inductor when its current has ended
+Vin in 0 24
+S1 in sw g 0 SH
+D1 0 sw DJ
+L1 sw out 10u
+C1 out 0 2u
+R1 out 0 50
+Vg g 0 PULSE(0 1 0 10n 10n 3u 10u)
+"""
+    + JUNCTION
+)
+
 COLPITTS = """Colpitts oscillator
 Vcc vcc 0 9
 L1 vcc c 10u
@@ -134,6 +147,7 @@ C1 b 0 1u
         (BOOST, 10e-6, 60, ("v(out)", "i(l1)"), 4),
         (SYNCHRONOUS, 10e-6, 30, ("v(out)", "i(l1)"), 3),
         (RECTIFIER, 20e-3, 25, ("v(b)", "i(v1)"), 3),
+        pytest.param(DISCONTINUOUS, 10e-6, 40, ("v(out)",), 8, marks=pytest.mark.soak),
     ],
 )
 def test_converters_against_many_periods(
