@@ -89,3 +89,33 @@ impl Stepper {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn matrix(n: usize, entries: &[(usize, usize, f64)]) -> Csc {
+        Csc::from_triplets(n, n, entries)
+    }
+
+    fn near(found: f64, expected: f64) {
+        assert!((found - expected).abs() <= 4.0 * f64::EPSILON * expected, "{found} {expected}");
+    }
+
+    #[test]
+    fn the_fastest_time_of_simple_circuits() {
+        // R C, sqrt(L C), and L/R through the node of a resistor
+        near(fastest_time(&matrix(1, &[(0, 0, 3e-6)]), &matrix(1, &[(0, 0, 1e-3)])), 3e-3);
+        let swing = [(0, 1, 1.0), (1, 0, -1.0)];
+        let stored = [(0, 0, 4e-6), (1, 1, 1e-6)];
+        near(fastest_time(&matrix(2, &stored), &matrix(2, &swing)), 2e-6);
+        let node = [(0, 0, 0.5), (0, 1, 1.0), (1, 0, -1.0)];
+        near(fastest_time(&matrix(2, &[(1, 1, 6e-3)]), &matrix(2, &node)), 3e-3);
+    }
+
+    #[test]
+    fn what_nothing_couples_has_no_time() {
+        let alone = fastest_time(&matrix(1, &[(0, 0, 1.0)]), &matrix(1, &[]));
+        assert_eq!(alone, f64::INFINITY);
+    }
+}

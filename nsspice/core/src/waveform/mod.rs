@@ -177,6 +177,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn periods_are_those_of_what_repeats_fastest() {
+        let of = |kind: &str, p: &[f64]| Waveform::new(kind, p, f64::NAN, 1.0).unwrap().period();
+        assert_eq!(of("pulse", &[0.0, 5.0, 1.0, 0.5, 0.5, 2.0, 10.0, f64::INFINITY]), 10.0);
+        assert_eq!(of("pwl", &[0.0, 0.0, 1.0, 5.0]), f64::INFINITY);
+        assert_eq!(of("dc", &[5.0]), f64::INFINITY);
+        let again = Waveform::new("pwl", &[0.0, 0.0, 1.0, 5.0, 3.0, 0.0], 1.0, 1.0).unwrap();
+        assert_eq!(again.period(), 2.0);
+        let sine = of("sin", &[0.0, 1.0, 50.0, 0.0, 0.0, 0.0]);
+        assert_eq!(sine, 0.02);
+    }
+
+    #[test]
     fn an_edge_is_continued_by_its_own_slope() {
         let pulse = [0.0, 5.0, 1.0, 0.5, 0.5, 2.0, 10.0, f64::INFINITY];
         let w = Waveform::new("pulse", &pulse, f64::NAN, 1.0).unwrap();

@@ -15,3 +15,24 @@ pub fn scaled_difference(factor: f64, a: &[f64], b: &[f64], out: &mut [f64]) {
         *out = (a - b) * factor;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_are_weighted_by_their_length() {
+        // a weight of zero skips a stage that has not been computed
+        let rates = [vec![1.0, -2.0], vec![f64::NAN; 2], vec![0.5, 4.0]];
+        let mut out = [10.0, 20.0];
+        add_rates(2.0, &[3.0, 0.0, -1.0], &rates, &mut out);
+        assert_eq!(out, [10.0 + 6.0 - 1.0, 20.0 - 12.0 - 8.0]);
+    }
+
+    #[test]
+    fn differences_are_scaled() {
+        let mut out = [0.0; 2];
+        scaled_difference(4.0, &[1.0, 3.0], &[0.5, 5.0], &mut out);
+        assert_eq!(out, [2.0, -8.0]);
+    }
+}

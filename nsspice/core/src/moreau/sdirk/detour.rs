@@ -119,3 +119,65 @@ impl Detour {
         self.events = 0;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LITTLE: f64 = 1e-9;
+
+    /// Notes events at instants that are `apart`.
+    fn after_events(count: u32, apart: f64) -> Detour {
+        let mut detour = Detour::new();
+        (0..count).for_each(|k| detour.note_event(1.0 + apart * f64::from(k), LITTLE));
+        detour
+    }
+
+    #[test]
+    fn events_pile_up_if_they_leave_no_time() {
+        assert!(!after_events(IN_A_ROW, 0.1 * LITTLE).is_crowded(1.0));
+        assert!(after_events(IN_A_ROW + 1, 0.1 * LITTLE).is_crowded(1.0));
+        // those that an implicit step would not pass over are counted anew
+        assert!(!after_events(3 * IN_A_ROW, BURST * LITTLE).is_crowded(1.0));
+        let mut progress = after_events(IN_A_ROW + 1, 0.0);
+        progress.note_progress();
+        assert!(!progress.is_crowded(1.0));
+    }
+
+    #[test]
+    fn steps_that_follow_one_another_are_doubled() {
+        let mut detour = after_events(IN_A_ROW + 1, 0.0);
+        assert_eq!(detour.enter(1.0), FORCED_LEVEL);
+        let mut time = 1.0;
+        for level in (LONGEST..FORCED_LEVEL).rev().chain([LONGEST, LONGEST]) {
+            detour.leave(time, LITTLE);
+            assert_eq!(detour.enter(time), level);
+            time += LITTLE;
+        }
+        // long behind the last one the first is short again
+        assert_eq!(detour.enter(time + 2.0 * SOON * LITTLE), FORCED_LEVEL);
+    }
+
+    #[test]
+    fn failures_count_while_the_time_hardly_moves() {
+        let mut detour = Detour::new();
+        let stuck = |detour: &mut Detour, k: u32, apart: f64| {
+            detour.is_stuck(1.0 + apart * f64::from(k), LITTLE)
+        };
+        let still = (0..=FAILED_IN_A_ROW).map(|k| stuck(&mut detour, k, 0.0)).collect::<Vec<_>>();
+        assert_eq!(still.iter().position(|&s| s), Some(FAILED_IN_A_ROW as usize));
+        assert!((0..1000).all(|k| !stuck(&mut detour, k, 1.5 * LITTLE)));
+    }
+
+    #[test]
+    fn what_was_passed_over_returns_at_once() {
+        let mut detour = Detour::new();
+        detour.leave(1.0, LITTLE);
+        assert!(!detour.has_returned());
+        detour.note_event(1.0 + LITTLE, LITTLE);
+        assert!(detour.has_returned());
+        detour.leave(1.0, LITTLE);
+        detour.note_event(1.0 + 2.0 * BURST * LITTLE, LITTLE);
+        assert!(!detour.has_returned());
+    }
+}

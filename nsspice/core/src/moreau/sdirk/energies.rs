@@ -286,3 +286,19 @@ impl Energies {
         size.min(self.share * range)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_matrix_is_read_as_capacitors() {
+        // 3 F between two nodes, 2 F from the first to ground, an inductance of 7 H
+        let stored = [(0, 0, 5.0), (0, 1, -3.0), (1, 0, -3.0), (1, 1, 3.0), (2, 2, 7.0)];
+        let found = capacitors(&Csc::from_triplets(3, 3, &stored), &[0, 0, 1]);
+        let list: Vec<_> = found.iter().map(|c| (c.ends, c.value)).collect();
+        assert_eq!(list, [((0, Some(1)), 3.0), ((0, None), 2.0)]);
+        assert_eq!(found[0].voltage(&[5.0, 1.0, 9.0]), 4.0);
+        assert_eq!(found[1].voltage(&[5.0, 1.0, 9.0]), 5.0);
+    }
+}

@@ -90,16 +90,6 @@ impl Sdirk {
         error * rise.clamp(1.0, STEEPEST)
     }
 
-    /// How many levels shorter a step has to be taken again whose error was so large.
-    pub(super) fn back(&self, error: f64) -> usize {
-        let wanted = (2.0 * error).log2() / f64::from(self.tableau.error_order);
-        if wanted < BACK as f64 {
-            (wanted.ceil() as usize).max(1)
-        } else {
-            BACK
-        }
-    }
-
     /// The level of the next step, `up` levels above that of a step that ended at `time`, or as many
     /// as let the ends of longer steps fall on rows, which then cost nothing.
     pub(super) fn grown(&self, level: usize, up: usize, time: f64) -> usize {
@@ -139,5 +129,38 @@ impl Sdirk {
         smooth.newton.add_stored(-1.0, &first[n + m..], stored);
         let moved = s.sys.largest(&[stored]);
         (0..2).all(|kind| moved[kind] <= part * most[kind])
+    }
+}
+
+/// How many levels shorter a step has to be taken again whose error, of this order, was so large.
+pub fn back(error: f64, order: i32) -> usize {
+    let wanted = (2.0 * error).log2() / f64::from(order);
+    if wanted < BACK as f64 {
+        (wanted.ceil() as usize).max(1)
+    } else {
+        BACK
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_is_shortened_until_half_the_tolerance_is_left() {
+        for order in [2, 4] {
+            for error in [1.01, 3.0, 7.9, 100.0, 1e6] {
+                let levels = back(error, order);
+                let left = |levels: usize| error / 2.0f64.powi(order * levels as i32);
+                assert!(levels == BACK || left(levels) <= 0.5, "{order} {error}");
+                assert!(levels == 1 || left(levels - 1) > 0.5, "{order} {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_error_without_measure_shortens_most() {
+        assert_eq!(back(f64::NAN, 4), BACK);
+        assert_eq!(back(f64::INFINITY, 4), BACK);
     }
 }

@@ -69,3 +69,41 @@ impl Ratios {
             || across.any(|w| w > ACCEPT * voltage)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nodes 0 and 1 with windings (unknowns 2 and 3) of 1 H and 4 H to ground, perfectly coupled.
+    fn transformer(mutual: f64) -> Linear {
+        let square = |entries: &[(usize, usize, f64)]| Csc::from_triplets(4, 4, entries);
+        let none = |rows, columns| Csc::from_triplets(rows, columns, &[]);
+        let windings = [(2, 2, 1.0), (2, 3, mutual), (3, 2, mutual), (3, 3, 4.0)];
+        Linear {
+            e: square(&windings),
+            g: square(&[(0, 2, 1.0), (2, 0, -1.0), (1, 3, 1.0), (3, 1, -1.0)]),
+            a: none(4, 0),
+            b: none(0, 4),
+            d: none(0, 0),
+            q: Vec::new(),
+            s: none(4, 0),
+            row_kind: vec![0, 0, 1, 1],
+        }
+    }
+
+    #[test]
+    fn voltages_are_as_turns() {
+        let Ratios(found) = Ratios::new(&transformer(2.0));
+        assert_eq!(found.len(), 1);
+        let missed = |z: [f64; 4], h: f64| found[0].missed([&z, &[], &[]], h, 10.0);
+        assert!(!missed([5.0, 10.0, 0.0, 0.0], 1e-6));
+        assert!(missed([5.0, 9.99, 0.0, 0.0], 1e-6));
+        // the terms of the fluxes are 6 Vs: their rounding is 13 mV in a tenth of a picosecond
+        assert!(!missed([5.0, 10.001, 1.0, 1.0], 1e-13));
+    }
+
+    #[test]
+    fn leakage_leaves_voltages_free() {
+        assert!(Ratios::new(&transformer(1.9)).0.is_empty());
+    }
+}

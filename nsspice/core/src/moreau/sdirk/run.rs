@@ -7,6 +7,7 @@ use super::super::stepper::{Progress, Stepper};
 use super::between::Between;
 use super::detour::{Detour, FORCED_LEVEL};
 use super::energies::{Energies, Point};
+use super::errors::back;
 use super::guards::Scales;
 use super::ladder::{Ladder, RUNGS};
 use super::locate::Locator;
@@ -389,7 +390,7 @@ impl Sdirk {
             let error = if fixed { 0.0 } else { self.error(s) };
             if error > 1.0 || error.is_nan() {
                 self.counters.rejected += 1;
-                self.level = level + self.back(error);
+                self.level = level + back(error, self.tableau.error_order);
                 // nor has a junction whose last charge is torn out by a winding: its voltage has no bound
                 if self.is_stuck(s.time) {
                     self.unbounded.get_or_insert((self.erring, s.time));

@@ -313,6 +313,26 @@ mod tests {
         a.iter().zip(b).map(|(x, y)| x * y).sum()
     }
 
+    /// What a step takes of an energy `z^2/2` is what its stages leave of their work.
+    #[test]
+    fn the_energy_that_a_step_takes_is_a_form_of_its_rates() {
+        for t in [2, 4].into_iter().filter_map(Tableau::of_order) {
+            for t in [Some(t), t.starter].into_iter().flatten() {
+                let (a, s) = (full(t), t.stages());
+                let (h, z) = (0.3, 0.7);
+                let rates: Vec<f64> = (0..s).map(|i| (1.0 + 2.0 * i as f64).sin()).collect();
+                let stage = |i: usize| z + h * dot(&a[i], &rates);
+                let work: f64 = (0..s).map(|i| h * a[s - 1][i] * stage(i) * rates[i]).sum();
+                let form = |i: usize| -> f64 {
+                    (0..s).map(|j| t.algebraic(i, j) * rates[i] * rates[j]).sum()
+                };
+                let taken = 0.5 * h * h * (0..s).map(form).sum::<f64>();
+                let change = 0.5 * (stage(s - 1).powi(2) - z * z);
+                assert!((work - change - taken).abs() < 1e-14, "{work} {change} {taken}");
+            }
+        }
+    }
+
     /// Left and right sides of the order conditions with their orders, for weights at `theta`.
     fn conditions(t: &Tableau, b: &[f64], theta: f64) -> Vec<(i32, f64)> {
         let a = full(t);
