@@ -273,9 +273,9 @@ def _runaway(mna: MnaSystem, problem: UnsolvedStep) -> tuple[str, float] | None:
         return None
     most = _AWAY * largest_sources(mna)
     volts = {
-        row: float(problem.point[row])
+        row: volt
         for row, node in enumerate(mna.row_nodes)
-        if node is not None and abs(problem.point[row]) > most
+        if node is not None and abs(volt := mna.voltage(node, problem.point)) > most
     }
     if not volts:
         return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,17 +13,20 @@ from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem, Waveform
 from .curve import Floats
 
+Terms = tuple[tuple[int, float], ...]
+_NONE = (np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
+
 
 def hold(
-    system: DescriptorSystem, voltages: Mapping[int, float], loose: Sequence[int] = ()
+    system: DescriptorSystem, voltages: Sequence[tuple[Terms, float]], loose: Sequence[int] = ()
 ) -> DescriptorSystem:
-    """Return the system with voltage sources from some nodes to ground, one row more for each.
+    """Return the system with voltage sources across some voltages, one row more for each.
 
     Parameters
     ----------
     system : DescriptorSystem
-    voltages : mapping of int to float
-        Voltage [V] by unknown.
+    voltages : sequence of (terms, float)
+        Each as a combination of unknowns, and its value [V].
     loose : sequence of int
         Currents that are zero, whatever their laws say.
 
@@ -32,13 +35,13 @@ def hold(
     >>> one, none = Csc.from_triplets((1, 1), [0], [0], [1.0]), Csc.zeros
     >>> system = DescriptorSystem(one, one, none((1, 0)), none((0, 1)), none((0, 0)),
     ...     np.zeros(0), none((1, 0)), row_kind=np.zeros(1, np.uint8))
-    >>> hold(system, {0: 5.0}).G.dense().tolist()
+    >>> hold(system, [(((0, 1.0),), 5.0)]).G.dense().tolist()
     [[1.0, 1.0], [-1.0, 0.0]]
     """
     n, m, p, k = system.n, system.m, len(system.waveforms), len(voltages)
-    nodes = np.fromiter(voltages, dtype=np.int64, count=k)
+    flat = [(index, n + j, sign) for j, (terms, _) in enumerate(voltages) for index, sign in terms]
+    ends, rows, signs = (np.array(part) for part in zip(*flat, strict=True)) if flat else _NONE
     new = n + np.arange(k)
-    ones = np.ones(k)
 
     def grown(
         matrix: Csc,
@@ -68,13 +71,13 @@ def hold(
         G=grown(
             laws,
             (n + k, n + k),
-            np.concatenate([nodes, new]),
-            np.concatenate([new, nodes]),
-            np.concatenate([ones, -ones]),
+            np.concatenate([ends, rows]),
+            np.concatenate([rows, ends]),
+            np.concatenate([signs, -signs]),
         ),
         A=grown(system.A, (n + k, m), nothing, nothing, nothing),
         B=grown(system.B, (m, n + k), nothing, nothing, nothing),
-        S=grown(system.S, (n + k, p + k), new, p + np.arange(k), -ones),
+        S=grown(system.S, (n + k, p + k), new, p + np.arange(k), -np.ones(k)),
         smooth=None
         if system.smooth is None
         else replace(
@@ -82,6 +85,6 @@ def hold(
             F=grown(system.smooth.F, (n + k, system.smooth.F.shape[1]), nothing, nothing, nothing),
             Q=grown(system.smooth.Q, (n + k, system.smooth.Q.shape[1]), nothing, nothing, nothing),
         ),
-        waveforms=(*system.waveforms, *(Waveform("dc", (v,)) for v in voltages.values())),
+        waveforms=(*system.waveforms, *(Waveform("dc", (v,)) for _, v in voltages)),
         row_kind=np.concatenate([system.row_kind, np.ones(k, np.uint8)]),
     )

@@ -92,8 +92,10 @@ def _point_near(
     if not near:
         return None
     z = np.zeros(system.n)
-    for node, value in near.items():
-        z[mna.layout.nodes[node]] = value
+    layout = mna.layout
+    for node, index in layout.nodes.items():
+        if index >= 0:
+            z[index] = near.get(node, 0.0) - near.get(layout.before(node), 0.0)
     complete(mna.layout, z)
     return z, _conducting(system, z)
 
@@ -140,7 +142,7 @@ def _held_point(
     layout, fixed = mna.layout, {*held, "0"}
     inductors = [d for d in mna.devices if isinstance(d, Inductor)]
     loose = [layout.branches[d.name] for d in inductors if fixed.issuperset(d.nodes)]
-    system = hold(mna.system, {layout.nodes[k]: v for k, v in held.items()}, loose)
+    system = hold(mna.system, [(layout.voltage(k, "0"), v) for k, v in held.items()], loose)
     guess = _point_near(near, mna, system)
     stepper = MoreauStepper(system, ())
     point = start_dc(stepper, partial(without_storage, system), guess)

@@ -85,7 +85,7 @@ def stimulated(mna: MnaSystem, system: DescriptorSystem, stimuli: Iterable[str])
         elif isinstance(device, CurrentSource):
             entries[name] = tuple(mna.layout.voltage(*device.ends, -device.m))
         elif name.startswith("into ") and mna.layout.nodes.get(name[5:], -1) >= 0:
-            entries[name] = ((mna.layout.nodes[name[5:]], 1.0),)
+            entries[name] = tuple(mna.layout.voltage(name[5:], "0"))
     return with_columns(system, entries)
 
 

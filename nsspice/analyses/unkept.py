@@ -41,9 +41,8 @@ def unkept(circuit: Circuit, mna: MnaSystem, point: Floats, uic: bool) -> list[D
         )
     scale = max(float(np.abs(point).max(initial=0.0)), 1e-300)
     for node, (value, span) in given_voltages(circuit.deck.initial, mna).items():
-        index = mna.layout.nodes[node]
-        begins = float(point[index])
-        if _stores(mna, index) or abs(begins - value) <= _ROUNDING * max(scale, abs(value)):
+        begins = mna.voltage(node, point)
+        if _stores(mna, node) or abs(begins - value) <= _ROUNDING * max(scale, abs(value)):
             continue
         found.append(
             Diagnostic(
@@ -59,10 +58,17 @@ def unkept(circuit: Circuit, mna: MnaSystem, point: Floats, uic: bool) -> list[D
     return found
 
 
-def _stores(mna: MnaSystem, index: int) -> bool:
+def _stores(mna: MnaSystem, node: str) -> bool:
     """Return whether charge that is kept depends on the voltage of a node."""
-    system = mna.system
-    smooth = system.smooth
-    return bool((system.E.indices == index).any()) or (
-        smooth is not None and bool((smooth.Q.indices == index).any())
-    )
+    layout, smooth = mna.layout, mna.system.smooth
+    index = layout.nodes[node]
+    if mna.system.elements is not None and any(
+        index in ends[:2] for ends in mna.system.elements.capacitors
+    ):
+        return True
+    if smooth is None:
+        return False
+    # what enters the node: what passes its cut-set but not those of the nodes behind it
+    behind = [k for name, k in layout.nodes.items() if k >= 0 and layout.before(name) == node]
+    charges = smooth.Q.dense()
+    return bool((charges[index] - charges[behind].sum(axis=0)).any())

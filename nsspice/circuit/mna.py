@@ -20,6 +20,7 @@ from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem, Functional, SmoothTerms
 from ..problems.elements import Elements
 from .signals import owner, parse_signal, unknown_signal
+from .spanning import spanning_tree
 
 
 class Store(NamedTuple):
@@ -61,6 +62,10 @@ class MnaSystem:
         n, m, p = stamper.size, len(stamper.q), len(stamper.waveforms)
         kinds = np.zeros(n, dtype=np.uint8)
         kinds[count:] = stamper.branch_kinds
+        before = [-1] * n
+        for name, k in self.layout.nodes.items():
+            if k >= 0:
+                before[k] = self.layout.nodes[self.layout.before(name)]
         self.system = DescriptorSystem(
             E=_csc((n, n), stamper.E),
             G=_csc((n, n), stamper.G),
@@ -73,16 +78,21 @@ class MnaSystem:
             switches=tuple(stamper.switches),
             row_kind=kinds,
             smooth=_smooth(stamper, n) if stamper.smooth else None,
-            elements=Elements(stamper.capacitors, stamper.conductors),
+            elements=Elements(stamper.capacitors, stamper.conductors, before),
         )
         branches = len(stamper.branch_names)
-        self.unknowns: list[str] = [f"v({node})" for node in nodes] + stamper.branch_names
+        self.unknowns: list[str] = [self._voltage_name(node) for node in nodes]
+        self.unknowns += stamper.branch_names
         self.pairs: list[str] = stamper.pair_names
         self.pair_elements: list[str] = stamper.pair_elements
         self.row_elements: list[str | None] = [None] * count + list(stamper.branch_elements)
         self.row_nodes: list[str | None] = nodes + [None] * branches
         self._by_name = {device.name: device for device in devices}
         self._functionals: dict[str, Functional] = {}
+
+    def _voltage_name(self, node: str) -> str:
+        before = self.layout.before(node)
+        return f"v({node})" if before == "0" else f"v({node},{before})"
 
     @cached_property
     def capacitors(self) -> list[Store]:
@@ -147,6 +157,10 @@ class MnaSystem:
         currents = [f"i({d})" for d in self._by_name]
         voltages = [f"v({node})" for node in self.layout.nodes if node != "0"]
         raise unknown_signal(name, voltages + currents)
+
+    def voltage(self, node: str, z: Floats) -> float:
+        """Return the potential of a node [V] at unknowns z (n,)."""
+        return float(sum(sign * z[k] for k, sign in self.layout.voltage(node, "0")))
 
     def initial_charges(self, ic: Mapping[str, float] | None = None) -> Floats:
         """Return ``E z0`` from the initial values of the deck, shape (n,).
@@ -255,7 +269,7 @@ def assemble(devices: Sequence[Device], nodes: Sequence[str], conditions: Condit
     conditions : Conditions
         Temperature, swept values, and which value sources have.
     """
-    stamper = Stamper(Layout(list(nodes), conditions))
+    stamper = Stamper(Layout(list(nodes), conditions, spanning_tree(devices, conditions)))
     late = [device for device in devices if device.late]
     for device in devices:
         if device.late:

@@ -57,7 +57,7 @@ class NormalTree:
         Voltage sources and shorts that close a loop of their own kind: their current is not
         determined and is taken as zero.
     roots : tuple of int
-        One node of each part without a path to ground: its potential is taken as zero.
+        One voltage of each part without a path to ground: its topmost node's, taken as zero.
     """
 
     branches: tuple[Branch, ...]
@@ -139,9 +139,14 @@ def normal_tree(mna: MnaSystem, windings: Sequence[Winding] = ()) -> NormalTree:
         if branch.kind == "G" and parts.find(branch.a + 1) != parts.find(branch.b + 1)
         for node in (branch.a, branch.b)
     }
+    # the voltage of the topmost node of a part, and KCL of the whole part
+    part = {node: parts.find(node + 1) for node in nodes}
+    part[-1] = parts.find(0)
+    above = {k: layout.nodes[layout.before(name)] for name, k in layout.nodes.items() if k >= 0}
+    tops = [node for node in nodes if part[above[node]] != part[node]]
     roots = [
         node
-        for node in nodes
+        for node in tops
         if parts.find(node + 1) not in ({0} | steered) and basis.add({node: 1.0})
     ]
     return NormalTree(tuple(branches), tuple(in_tree), tuple(redundant), tuple(roots))
@@ -155,9 +160,11 @@ def _transformer_forms(windings: Sequence[Winding], layout: Layout) -> list[dict
     """
     forms: list[dict[int, float]] = []
     for follower, factors in followers(windings):
-        form = dict(layout.voltage(*follower.ends))
-        for pivot, factor in factors:
-            for node, value in layout.voltage(*pivot.ends, -factor):
-                form[node] = form.get(node, 0.0) + value
+        form: dict[int, float] = {}
+        for winding, factor in [(follower, 1.0), *((pivot, -f) for pivot, f in factors)]:
+            for end, sign in zip(winding.ends, (factor, -factor), strict=True):
+                node = layout.nodes[end]
+                if node >= 0:
+                    form[node] = form.get(node, 0.0) + sign
         forms.append(form)
     return forms

@@ -93,6 +93,8 @@ class Layout:
     """
 
     __slots__ = (
+        "_depth",
+        "_before",
         "branches",
         "columns",
         "compared",
@@ -106,9 +108,14 @@ class Layout:
         "stated",
     )  # fmt: skip
 
-    def __init__(self, nodes: list[str], conditions: Conditions) -> None:
+    def __init__(
+        self, nodes: list[str], conditions: Conditions, tree: Mapping[str, str] | None = None
+    ) -> None:
         self.nodes: dict[str, int] = {name: k for k, name in enumerate(nodes)}
         self.nodes["0"] = -1
+        #: the node against which the voltage of each node is an unknown, ground by default
+        self._before: Mapping[str, str] = tree or {}
+        self._depth: dict[str, int] = {"0": 0}
         self.conditions = conditions
         self.branches: dict[str, int] = {}
         self.pairs: dict[str, tuple[int, ...]] = {}
@@ -127,16 +134,35 @@ class Layout:
         self.stated: list[Stated] = []
 
     def voltage(self, a: str, b: str, factor: float = 1.0) -> tuple[tuple[int, float], ...]:
-        """Return ``factor (va - vb)`` as terms of z; ground has none."""
-        i, j = self.nodes[a], self.nodes[b]
-        if i == j:
-            return ()
-        terms = []
-        if i >= 0:
-            terms.append((i, factor))
-        if j >= 0:
-            terms.append((j, -factor))
-        return tuple(terms)
+        """Return ``factor (va - vb)`` as terms of z: the voltages along the tree from b to a."""
+        up: list[tuple[int, float]] = []
+        while a != b:
+            if self.depth(a) >= self.depth(b):
+                up.append((self.nodes[a], factor))
+                a = self._before.get(a, "0")
+            else:
+                up.append((self.nodes[b], -factor))
+                b = self._before.get(b, "0")
+        return tuple(up)
+
+    def depth(self, node: str) -> int:
+        """Return how many voltages of the tree add up to that of a node."""
+        found = self._depth.get(node)
+        if found is None:
+            if node not in self.nodes:
+                raise KeyError(node)
+            path = [node]
+            while (before := self._before.get(path[-1], "0")) not in self._depth:
+                path.append(before)
+            found = self._depth[before]
+            for one in reversed(path):
+                found += 1
+                self._depth[one] = found
+        return found
+
+    def before(self, node: str) -> str:
+        """Return the node against which the voltage of a node is an unknown."""
+        return self._before.get(node, "0")
 
     def series_current(self, node: str, inner: str, conductance: float) -> Functional:
         """Return the current through a resistance inside an element as an output."""
@@ -164,21 +190,13 @@ class Triplets:
             self.cols.append(col)
             self.data.append(value)
 
-    def across(self, a: int, b: int, value: float) -> None:
-        """Add a symmetric two-terminal element between two nodes."""
-        rows, cols, data = self.rows, self.cols, self.data
-        if a >= 0:
-            rows.append(a)
-            cols.append(a)
-            data.append(value)
-        if b >= 0:
-            rows.append(b)
-            cols.append(b)
-            data.append(value)
-            if a >= 0:
-                rows += (a, b)
-                cols += (b, a)
-                data += (-value, -value)
+    def across(self, terms: tuple[tuple[int, float], ...], value: float) -> None:
+        """Add a symmetric two-terminal element whose voltage these terms are."""
+        for row, one in terms:
+            for col, two in terms:
+                self.rows.append(row)
+                self.cols.append(col)
+                self.data.append(one * two * value)
 
 
 class Stamper:
@@ -256,24 +274,9 @@ class Stamper:
     def pair(self, name: str, element: str, a: str, b: str, offset: float, series: float) -> int:
         """Add a pair with ``lam`` from a to b and ``w = offset - (va - vb) + series lam``."""
         p = len(self.q)
-        nodes = self.layout.nodes
-        i, j = nodes[a], nodes[b]
-        if i != j:
-            A, B = self.A, self.B
-            if i >= 0:
-                A.rows.append(i)
-                A.cols.append(p)
-                A.data.append(1.0)
-                B.rows.append(p)
-                B.cols.append(i)
-                B.data.append(1.0)
-            if j >= 0:
-                A.rows.append(j)
-                A.cols.append(p)
-                A.data.append(-1.0)
-                B.rows.append(p)
-                B.cols.append(j)
-                B.data.append(-1.0)
+        for index, sign in self.layout.voltage(a, b):
+            self.A.add(index, p, sign)
+            self.B.add(p, index, sign)
         if series:
             self.D.add(p, p, series)
         self.q.append(offset)
@@ -312,14 +315,14 @@ class Stamper:
 
     def voltage_register(self, a: str, b: str = "0") -> int:
         """Return the register of ``va - vb``."""
-        i, j = self.layout.nodes[a], self.layout.nodes[b]
-        if i == j:
-            return self.tape.constant(0.0)
-        if j < 0:
-            return self.tape.unknown(i)
-        if i < 0:
-            return self.tape.op("neg", self.tape.unknown(j))
-        return self.tape.op("sub", self.tape.unknown(i), self.tape.unknown(j))
+        total: int | None = None
+        for index, sign in sorted(self.layout.voltage(a, b), key=lambda term: -term[1]):
+            one = self.tape.unknown(index)
+            if total is None:
+                total = one if sign > 0.0 else self.tape.op("neg", one)
+            else:
+                total = self.tape.op("add" if sign > 0.0 else "sub", total, one)
+        return self.tape.constant(0.0) if total is None else total
 
     def register(self, name: str, functional: Functional) -> int:
         """Return the register of a combination of z, u and f.
@@ -376,14 +379,14 @@ class Stamper:
         """Add a conductance [S] between two nodes."""
         nodes = self.layout.nodes
         if nodes[a] != nodes[b]:
-            self.G.across(nodes[a], nodes[b], value)
+            self.G.across(self.layout.voltage(a, b), value)
             self.conductors.append((nodes[a], nodes[b], value))
 
     def capacitance(self, a: str, b: str, value: float) -> None:
         """Add a capacitance [F] between two nodes."""
         nodes = self.layout.nodes
         if nodes[a] != nodes[b]:
-            self.E.across(nodes[a], nodes[b], value)
+            self.E.across(self.layout.voltage(a, b), value)
             self.capacitors.append((nodes[a], nodes[b], value))
 
     def connect(self, branch: int, a: str, b: str) -> None:

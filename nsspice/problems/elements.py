@@ -30,6 +30,8 @@ class Elements(NamedTuple):
 
     capacitors: list[TwoTerminal]
     conductors: list[TwoTerminal]
+    #: for each unknown that is a voltage, the one whose node it is counted against; -1 for ground
+    before: list[int] | None = None
 
 
 def elements_of(system: DescriptorSystem) -> Elements:

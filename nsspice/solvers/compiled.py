@@ -61,6 +61,7 @@ def compiled(system: DescriptorSystem) -> _core.System:
         None if system.smooth is None else core_smooth(system.smooth),
         elements.capacitors,
         elements.conductors,
+        elements.before,
     )
     return found
 

@@ -222,7 +222,7 @@ impl PyStepper {
         let (waveforms, switches) = (system.waveforms.clone(), system.switches.clone());
         let (gates, outputs) = (system.gates.clone(), Outputs::new(&terms, sizes));
         let mut inner = Stepper::new(sys, waveforms, switches, gates, outputs);
-        inner.know_elements(&system.capacitors, &system.conductors);
+        inner.know_elements(&system.capacitors, &system.conductors, &system.coordinates);
         Ok(PyStepper { inner, sdirk: None, sizes: system.sizes() })
     }
 

@@ -36,9 +36,9 @@ impl Draft {
     }
 
     /// Injects the values of a list of all unknowns into the nodes.
-    pub fn inject(&mut self, list: &[f64], unknowns: &[usize]) {
-        for (node, &unknown) in unknowns.iter().enumerate() {
-            self.network.inject(node, list[unknown]);
+    pub fn inject(&mut self, entering: &[f64]) {
+        for (node, &current) in entering.iter().enumerate() {
+            self.network.inject(node, current);
         }
     }
 

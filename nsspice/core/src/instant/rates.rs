@@ -17,7 +17,7 @@ impl Instant<'_> {
         let switches = self.ideal(Role::Closed);
         let closed = draft.add(&switches, |_, _| Law::Fixed(0.0));
         draft.add(&elements.capacitors, |_, c| Law::Weighted { weight: c.value, offset: 0.0 });
-        draft.inject(&self.driven, &elements.unknowns);
+        draft.inject(&elements.entering(&self.driven));
         for (resistor, &current) in elements.resistors.iter().zip(&values.currents) {
             draft.carry(resistor, current);
         }
@@ -43,9 +43,7 @@ impl Instant<'_> {
         let ways: Vec<OneWay> =
             resting.iter().map(|d| OneWay { ends: d.ends, offset: 0.0, series: 0.0 }).collect();
         let rates = draft.solve(&ways, &vec![0.0; elements.nodes])?;
-        for (node, &unknown) in elements.unknowns.iter().enumerate() {
-            out.rates[unknown] = rates.potentials[node] - rates.potentials[elements.nodes - 1];
-        }
+        elements.put(&rates.potentials, &mut out.rates);
         for (branch, at) in elements.voltages.iter().zip(voltages) {
             branch.index.iter().for_each(|&row| out.z[row] = rates.flow.current[at]);
         }

@@ -4,7 +4,7 @@ use super::mixed::OneWay;
 use crate::descriptor::Linear;
 use crate::mlcp::Role;
 use crate::sparse::Csc;
-use crate::structure::{Branch, Elements, Law, SUMS};
+use crate::structure::{Branch, Coordinates, Elements, Law, SUMS};
 
 /// Networks with more branches are left to sparse methods: the loops of one forest grow with their square.
 const MOST: usize = 2000;
@@ -49,8 +49,9 @@ impl Reinitialiser {
         linear: &Linear,
         capacitors: &[(isize, isize, f64)],
         resistors: &[(isize, isize, f64)],
+        coordinates: &Coordinates,
     ) -> Option<Reinitialiser> {
-        let elements = Elements::read(linear, capacitors, resistors)?;
+        let elements = Elements::read(linear, capacitors, resistors, coordinates)?;
         let branches = [
             &elements.capacitors,
             &elements.resistors,

@@ -20,7 +20,7 @@ impl Instant<'_> {
         let capacitors = draft
             .add(&elements.capacitors, |_, c| Law::Weighted { weight: c.value, offset: held(c) });
         if let Before::Stored(charges) = before {
-            draft.inject(charges, &elements.unknowns);
+            draft.inject(&elements.entering(charges));
         }
         let diodes = self.ideal(Role::Diode);
         let ways: Vec<OneWay> = diodes.iter().map(|d| self.way(d)).collect();
@@ -70,7 +70,7 @@ impl Instant<'_> {
         let flux = |l: &Branch| l.value * l.index.map_or(0.0, |row| out.z[row]);
         let laws =
             draft.add(&inductors, |_, l| Law::Weighted { weight: 1.0 / l.value, offset: -flux(l) });
-        draft.inject(&self.driven, &elements.unknowns);
+        draft.inject(&elements.entering(&self.driven));
         for inductor in elements.inductors.iter().filter(|l| !moves(l)) {
             draft.carry(inductor, inductor.index.map_or(0.0, |row| out.z[row]));
         }
@@ -87,10 +87,7 @@ impl Instant<'_> {
         for (inductor, at) in inductors.iter().zip(laws) {
             inductor.index.iter().for_each(|&row| out.z[row] = found.flow.current[at]);
         }
-        for (node, &unknown) in elements.unknowns.iter().enumerate() {
-            out.impulses[0][unknown] =
-                found.potentials[node] - found.potentials[elements.nodes - 1];
-        }
+        elements.put(&found.potentials, &mut out.impulses[0]);
         let blocked = |(_, slack): &(&Branch, &f64)| **slack > found.rounding;
         Some(diodes.iter().zip(&found.slack).filter(blocked).filter_map(|(d, _)| d.index).collect())
     }

@@ -109,7 +109,13 @@ impl Build {
             s: Csc::from_triplets(n, self.u.len(), &self.s),
             row_kind: self.kinds,
         };
-        let known = Reinitialiser::new(&linear, &self.capacitors, &self.resistors).unwrap();
+        let known = Reinitialiser::new(
+            &linear,
+            &self.capacitors,
+            &self.resistors,
+            &crate::structure::Coordinates::of_nodes(linear.g.nrows),
+        )
+        .unwrap();
         let slopes = vec![0.0; self.u.len()];
         known.after(Before::State(before), [&self.u, &slopes], &vec![Role::Diode; m], 0.0)
     }

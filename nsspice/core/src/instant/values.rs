@@ -39,7 +39,7 @@ impl Instant<'_> {
         let capacitors = draft.add(&elements.capacitors, |k, _| Law::Fixed(charged[k]));
         let resistors =
             draft.add(&elements.resistors, |_, r| Law::Weighted { weight: r.value, offset: 0.0 });
-        draft.inject(&self.driven, &elements.unknowns);
+        draft.inject(&elements.entering(&self.driven));
         for inductor in &elements.inductors {
             draft.carry(inductor, inductor.index.map_or(0.0, |row| out.z[row]));
         }
@@ -59,9 +59,7 @@ impl Instant<'_> {
         ];
         let given = Given { lists, found };
         let (potentials, slack, rounding) = self.potentials_by_rates(given, &diodes, out)?;
-        for (node, &unknown) in elements.unknowns.iter().enumerate() {
-            out.z[unknown] = potentials[node] - potentials[elements.nodes - 1];
-        }
+        elements.put(&potentials, &mut out.z);
         for (inductor, row) in elements.inductors.iter().filter_map(|l| Some((l, l.index?))) {
             let [plus, minus] = inductor.ends;
             out.rates[row] = (potentials[plus] - potentials[minus]) / inductor.value;
@@ -102,7 +100,7 @@ impl Instant<'_> {
         let moves = |b: &&Branch| !rigid.joins(b.ends[0], b.ends[1]);
         let inductors: Vec<Branch> = elements.inductors.iter().filter(moves).copied().collect();
         draft.add(&inductors, |_, l| Law::Weighted { weight: 1.0 / l.value, offset: 0.0 });
-        draft.inject(&self.rising, &elements.unknowns);
+        draft.inject(&elements.entering(&self.rising));
         let free: Vec<Branch> = diodes.iter().filter(moves).copied().collect();
         let way = |d: &Branch| OneWay { ends: d.ends, offset: self.offset(d), series: 0.0 };
         let ways: Vec<OneWay> = free.iter().map(way).collect();

@@ -10,6 +10,7 @@ use super::inputs::Inputs;
 use crate::dense::{eigen_symmetric, Differences, Echelon, Matrix};
 use crate::descriptor::Linear;
 use crate::sparse::Csc;
+use crate::structure::Coordinates;
 
 /// A two-terminal element between two unknowns, -1 for ground.
 pub type Edge = (isize, isize, f64);
@@ -22,6 +23,14 @@ pub struct Assembly {
     pub capacitors: Vec<Edge>,
     /// resistors, as conductances
     pub conductors: Vec<Edge>,
+    /// the voltages that are unknowns
+    pub coordinates: Coordinates,
+}
+
+impl Assembly {
+    fn rows(&self, edges: &[Edge]) -> Vec<Vec<(usize, f64)>> {
+        edges.iter().map(|e| self.coordinates.path(e.0, e.1)).collect()
+    }
 }
 
 /// The mode-independent part of the reduction.
@@ -85,18 +94,18 @@ pub struct Network {
 }
 
 /// Entries of the matrix minus those of the elements; what is left by rounding is dropped.
-fn remainder(matrix: &Csc, edges: &[Edge]) -> Matrix {
+fn remainder(matrix: &Csc, edges: &[Edge], rows: &[Vec<(usize, f64)>]) -> Matrix {
     let n = matrix.nrows;
     let (mut left, mut size) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
     for (r, c, v) in matrix.iter() {
         left[(r, c)] += v;
         size[(r, c)] += v.abs();
     }
-    for &(i, j, v) in edges {
-        for (r, c, s) in [(i, i, v), (j, j, v), (i, j, -v), (j, i, -v)] {
-            if r >= 0 && c >= 0 {
-                left[(r as usize, c as usize)] -= s;
-                size[(r as usize, c as usize)] += s.abs();
+    for (edge, row) in edges.iter().zip(rows) {
+        for &(r, one) in row {
+            for &(c, two) in row {
+                left[(r, c)] -= one * two * edge.2;
+                size[(r, c)] += edge.2.abs();
             }
         }
     }
@@ -108,11 +117,10 @@ fn remainder(matrix: &Csc, edges: &[Edge]) -> Matrix {
     left
 }
 
-/// Rows `v_i - v_j` of two-terminal elements applied to columns of a matrix.
-fn across(edges: &[Edge], columns: &Matrix) -> Matrix {
-    Matrix::from_fn(edges.len(), columns.cols, |k, c| {
-        let at = |i: isize| if i >= 0 { columns[(i as usize, c)] } else { 0.0 };
-        at(edges[k].0) - at(edges[k].1)
+/// Voltages of two-terminal elements as rows, applied to columns of a matrix.
+fn across(rows: &[Vec<(usize, f64)>], columns: &Matrix) -> Matrix {
+    Matrix::from_fn(rows.len(), columns.cols, |k, c| {
+        rows[k].iter().map(|&(i, sign)| sign * columns[(i, c)]).sum()
     })
 }
 
@@ -246,7 +254,8 @@ impl Network {
     pub fn new(sys: &Assembly, inputs: &Inputs) -> Result<Network, String> {
         let (n, m) = (sys.linear.g.nrows, sys.linear.a.ncols);
         // storage: capacitors, and what is left of E on the unknowns of inductors
-        let other = remainder(&sys.linear.e, &sys.capacitors);
+        let (cap_rows, con_rows) = (sys.rows(&sys.capacitors), sys.rows(&sys.conductors));
+        let other = remainder(&sys.linear.e, &sys.capacitors, &cap_rows);
         let size = other.max_abs();
         let asymmetric =
             |x: &Matrix, sign: f64| (0..n).any(|i| (0..i).any(|j| x[(i, j)] != sign * x[(j, i)]));
@@ -256,7 +265,7 @@ impl Network {
         let inductive: Vec<usize> =
             (0..n).filter(|&i| other.row(i).iter().any(|v| *v != 0.0)).collect();
         let unit = Matrix::identity(n);
-        let caps = across(&sys.capacitors, &unit); // one row per capacitor
+        let caps = across(&cap_rows, &unit); // one row per capacitor
         let incidence = caps.above(&unit.select_rows(&inductive));
         let weights: Vec<f64> = sys
             .capacitors
@@ -272,21 +281,21 @@ impl Network {
             coordinates(&incidence.select_rows(&heaviest_tree(&incidence, &weights)));
         let conductances: Vec<f64> = sys.conductors.iter().map(|c| c.2).collect();
         let given = dense(&sys.linear.g).select_rows(&sources(&sys.linear, &inductive));
-        let seen = across(&sys.conductors, &kernel);
+        let seen = across(&con_rows, &kernel);
         let kernel = by_tree(&kernel, &given.times(&kernel), &seen, &conductances);
         let values: Vec<f64> = sys.capacitors.iter().map(|c| c.2).collect();
-        let caps_base = across(&sys.capacitors, &base);
+        let caps_base = across(&cap_rows, &base);
         let mut energy = weighted(&caps_base, &values, &caps_base);
         energy.add_scaled(1.0, &base.transpose_times(&other.times(&base)));
         let (big_r, silent) = energy_basis(&base, &energy)?;
         let kernel = kernel.beside(&silent);
         let states = big_r.cols;
-        let caps_r = across(&sys.capacitors, &big_r);
+        let caps_r = across(&cap_rows, &big_r);
         let mut charges = weighted(&caps, &values, &caps_r);
         charges.add_scaled(1.0, &other.times(&big_r));
 
         // conductances from the elements, so that nothing cancels; the rest is skew if passive
-        let skew = remainder(&sys.linear.g, &sys.conductors);
+        let skew = remainder(&sys.linear.g, &sys.conductors, &con_rows);
         let (b, at) = (dense(&sys.linear.b), dense(&sys.linear.a).transpose());
         let d = dense(&sys.linear.d);
         let moderate =
@@ -297,7 +306,7 @@ impl Network {
             && b == at
             && conductances.iter().all(|g| *g >= 0.0)
             && (0..m).all(|i| d[(i, i)] >= 0.0 && (0..m).all(|j| i == j || d[(i, j)] == 0.0));
-        let (gr, gn) = (across(&sys.conductors, &big_r), across(&sys.conductors, &kernel));
+        let (gr, gn) = (across(&con_rows, &big_r), across(&con_rows, &kernel));
         let (sr, sn) = (skew.times(&big_r), skew.times(&kernel));
         let both = |x: &Matrix, gx: &Matrix, gy: &Matrix, sy: &Matrix| {
             let mut out = weighted(gx, &conductances, gy);

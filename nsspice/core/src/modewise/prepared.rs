@@ -70,7 +70,8 @@ impl Prepared {
     /// Reduces a system; the error says why it cannot be treated mode by mode.
     pub fn new(sys: Assembly, inputs: Inputs, switches: Arc<[Switch]>) -> Result<Prepared, String> {
         let net = Arc::new(Network::new(&sys, &inputs)?);
-        let known = Reinitialiser::new(&sys.linear, &sys.capacitors, &sys.conductors);
+        let known =
+            Reinitialiser::new(&sys.linear, &sys.capacitors, &sys.conductors, &sys.coordinates);
         let reinitialiser = known.map(Arc::new);
         let (sys, modes, models) = (Arc::new(sys), Arc::default(), Arc::default());
         Ok(Prepared { sys, reinitialiser, net, switches, inputs, modes, models })

@@ -20,6 +20,8 @@ use super::products::Two;
 use super::run::Engine;
 use crate::audit::Sums;
 use crate::dense::{add_scaled, complex, dot, norm, Complex};
+#[cfg(test)]
+use crate::structure::Coordinates;
 
 /// An input that acts somewhere: its number, and what it acts on, in energy coordinates and in the
 /// unknowns that store nothing.
@@ -294,7 +296,12 @@ mod tests {
         let (delay, damping, phase) = (0.0, 0.0, 0.0);
         let sine = Smooth::Sin { offset, amplitude, frequency, delay, damping, phase };
         let inputs = Inputs::new(vec![Waveform::Smooth(sine)]).unwrap_or_else(|_| unreachable!());
-        let sys = Assembly { linear, capacitors, conductors };
+        let sys = Assembly {
+            coordinates: Coordinates::of_nodes(linear.g.nrows),
+            linear,
+            capacitors,
+            conductors,
+        };
         let prepared = Prepared::new(sys, inputs, [].into()).unwrap_or_else(|_| unreachable!());
         let mut engine = Engine::new(&prepared, Vec::new());
         engine.accompany(Some(sums.clone()));

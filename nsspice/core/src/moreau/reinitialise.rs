@@ -3,6 +3,7 @@
 use super::jumps::{Jump, JUMP, MAX_JUMPS};
 use super::stepper::Stepper;
 use crate::instant::{Before, Reinitialiser};
+use crate::structure::Coordinates;
 
 impl Stepper {
     /// Tells what the storage and conductance matrices have been summed from, as (unknown, unknown or -1, value).
@@ -10,9 +11,10 @@ impl Stepper {
         &mut self,
         capacitors: &[(isize, isize, f64)],
         resistors: &[(isize, isize, f64)],
+        coordinates: &Coordinates,
     ) {
         if self.smooth.is_none() && !self.static_system {
-            let found = Reinitialiser::new(&self.sys.linear, capacitors, resistors);
+            let found = Reinitialiser::new(&self.sys.linear, capacitors, resistors, coordinates);
             self.reinitialiser = found.map(Box::new);
         }
     }

@@ -6,6 +6,7 @@ use crate::descriptor::Linear;
 use crate::modewise::{Assembly, Edge, Inputs, Prepared};
 use crate::newton::Smooth;
 use crate::sparse::Csc;
+use crate::structure::Coordinates;
 use crate::switch::{AtThreshold, Switch};
 use crate::waveform::Waveform;
 use numpy::PyReadonlyArray1;
@@ -40,6 +41,7 @@ pub(super) struct PySystem {
     /// the elements behind the matrices
     pub capacitors: Vec<Edge>,
     pub conductors: Vec<Edge>,
+    pub coordinates: Coordinates,
     /// what the mode-wise engine makes of it, when it is asked for the first time
     prepared: OnceLock<Result<Prepared, String>>,
 }
@@ -54,12 +56,18 @@ impl PySystem {
         smooth: Option<SmoothSpec>,
         capacitors: Vec<Edge>,
         conductors: Vec<Edge>,
+        before: Option<Vec<isize>>,
     ) -> PyResult<Self> {
         let linear = read(&linear)?;
         let (n, m, p) = linear.sizes();
         let smooth = match &smooth {
             Some((spec, f, q)) => Some(Smooth { tape: tape(spec, n, p)?, f: csc(f)?, q: csc(q)? }),
             None => None,
+        };
+        let coordinates = match before {
+            None => Coordinates::of_nodes(n),
+            Some(list) if list.len() == n => Coordinates::new(list).ok_or_else(misfit)?,
+            Some(_) => return Err(misfit()),
         };
         let inside = |&(i, j, _): &Edge| i < n as isize && j < n as isize;
         let (switches, gates): (Vec<Switch>, Vec<bool>) = switches.into_iter().map(switch).unzip();
@@ -72,6 +80,7 @@ impl PySystem {
             smooth,
             capacitors,
             conductors,
+            coordinates,
             prepared: OnceLock::new(),
         };
         let [.., functions] = system.sizes();
@@ -109,6 +118,7 @@ impl PySystem {
                 linear: self.linear.clone(),
                 capacitors: self.capacitors.clone(),
                 conductors: self.conductors.clone(),
+                coordinates: self.coordinates.clone(),
             };
             let inputs = Inputs::new(self.waveforms.clone())?;
             Prepared::new(sys, inputs, self.switches.clone())

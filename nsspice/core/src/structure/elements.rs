@@ -3,6 +3,7 @@
 //! Capacitors and resistors between nodes come as they are: in the sum `1 F + 1 pF` the matrix keeps four digits
 //! of the second.  Every other element has a row of its own, in which nothing is lost.
 
+use super::coordinates::Coordinates;
 use crate::descriptor::Linear;
 use crate::sparse::Csc;
 
@@ -26,6 +27,8 @@ pub struct Branch {
 pub struct Elements {
     /// number of nodes with ground, which is the last one
     pub nodes: usize,
+    /// the voltages that are unknowns
+    pub coordinates: Coordinates,
     /// the unknown of each other node
     pub unknowns: Vec<usize>,
     /// between nodes
@@ -44,17 +47,19 @@ pub struct Elements {
 type Between = (isize, isize, f64);
 
 /// Rows and columns of the nodes.
-struct Nodes {
+struct Nodes<'a> {
+    coordinates: &'a Coordinates,
     /// node of each unknown
     of: Vec<Option<usize>>,
     ground: usize,
 }
 
-impl Nodes {
+impl Nodes<'_> {
     /// The two ends of a list that has +1 at one of them and -1 at the other; ground takes what is missing.
     fn ends(&self, list: impl Iterator<Item = (usize, f64)>) -> Option<[usize; 2]> {
         let (mut plus, mut minus) = (None, None);
-        for (unknown, value) in list.filter(|e| e.1 != 0.0) {
+        let list: Vec<_> = list.filter(|e| e.1 != 0.0).collect();
+        for (unknown, value) in self.coordinates.list_at_nodes(&list) {
             let end = match value {
                 1.0 => &mut plus,
                 -1.0 => &mut minus,
@@ -91,10 +96,12 @@ fn is_sum_of(matrix: &Csc, elements: &[Branch], nodes: &Nodes, unknowns: &[usize
         add((r, c), v);
     }
     for element in elements {
-        for (k, &a) in element.ends.iter().enumerate().filter(|e| *e.1 != nodes.ground) {
-            for (l, &b) in element.ends.iter().enumerate().filter(|e| *e.1 != nodes.ground) {
-                let sign = if k == l { -1.0 } else { 1.0 };
-                add((unknowns[a], unknowns[b]), sign * element.value);
+        let [a, b] =
+            element.ends.map(|end| if end == nodes.ground { -1 } else { unknowns[end] as isize });
+        let path = nodes.coordinates.path(a, b);
+        for &(k, one) in &path {
+            for &(l, two) in &path {
+                add((k, l), -one * two * element.value);
             }
         }
     }
@@ -108,10 +115,11 @@ impl Elements {
         linear: &Linear,
         capacitors: &[Between],
         resistors: &[Between],
+        coordinates: &Coordinates,
     ) -> Option<Elements> {
         let n = linear.g.nrows;
         let unknowns: Vec<usize> = (0..n).filter(|&j| linear.row_kind[j] == 0).collect();
-        let mut nodes = Nodes { of: vec![None; n], ground: unknowns.len() };
+        let mut nodes = Nodes { coordinates, of: vec![None; n], ground: unknowns.len() };
         unknowns.iter().enumerate().for_each(|(k, &j)| nodes.of[j] = Some(k));
         let mut found = Elements {
             nodes: unknowns.len() + 1,
@@ -126,6 +134,7 @@ impl Elements {
         found.read_branches(linear, &nodes)?;
         found.read_pairs(linear, &nodes)?;
         found.unknowns = unknowns;
+        found.coordinates = coordinates.clone();
         Some(found)
     }
 
@@ -198,6 +207,24 @@ impl Elements {
 
     /// Potentials of all nodes from the unknowns.
     pub fn potentials(&self, z: &[f64]) -> Vec<f64> {
-        self.unknowns.iter().map(|&j| z[j]).chain([0.0]).collect()
+        let v = self.coordinates.potentials(z);
+        self.unknowns.iter().map(|&j| v[j]).chain([0.0]).collect()
+    }
+
+    /// Writes potentials of all nodes into the unknowns.
+    pub fn put(&self, potentials: &[f64], z: &mut [f64]) {
+        let mut of = vec![0; z.len()];
+        self.unknowns.iter().enumerate().for_each(|(node, &j)| of[j] = node);
+        for (node, &j) in self.unknowns.iter().enumerate() {
+            let before = self.coordinates.before(j);
+            let other = if before < 0 { self.nodes - 1 } else { of[before as usize] };
+            z[j] = potentials[node] - potentials[other];
+        }
+    }
+
+    /// What enters each node of a list of all unknowns' laws.
+    pub fn entering(&self, list: &[f64]) -> Vec<f64> {
+        let at = self.coordinates.at_nodes(list);
+        self.unknowns.iter().map(|&j| at[j]).collect()
     }
 }

@@ -3,6 +3,7 @@
 
 mod basis;
 mod breakpoints;
+mod coordinates;
 mod elements;
 mod hybrid;
 mod parts;
@@ -11,6 +12,7 @@ mod tests;
 
 pub use basis::Basis;
 pub use breakpoints::kinks_that_reach_storage;
+pub use coordinates::Coordinates;
 pub use elements::{Branch, Elements};
 pub use hybrid::{Flow, Hybrid, Law, Network, SUMS};
 pub use parts::Parts;
