@@ -35,6 +35,7 @@ class System:
         smooth: tuple[Any, ...] | None,
         capacitors: Sequence[tuple[int, int, float]],
         conductors: Sequence[tuple[int, int, float]],
+        before: Sequence[int] | None = None,
     ) -> None: ...
     def dominant(self) -> bool: ...
 

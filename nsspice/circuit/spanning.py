@@ -1,8 +1,8 @@
 """The spanning tree of the heaviest branches: its voltages are the unknowns of a network.
 
-Node voltages are sums of them.  In these coordinates the equations stay well conditioned whatever the
-values are: every branch outside the tree closes a loop through branches of at least its own weight, and
-what little current or voltage it has is not the difference of large numbers.
+Node voltages are sums of them.  In these coordinates the equations stay well conditioned whatever
+the values are: every branch outside the tree closes a loop through branches of at least its own
+weight, and what little current or voltage it has is not the difference of large numbers.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import NamedTuple
 from ..devices import Conditions, Device
 from .union_find import UnionFind
 
-#: of branches of one kind the heavier comes first: large capacitances and conductances, small inductances
+#: among branches of one kind the heavier: large capacitances and conductances, small inductances
 _KINDS = {"V": 0, "E": 1, "C": 2, "R": 3, "P": 4, "L": 5, "G": 6, "I": 7}
 #: a tree may ask for so many more terms than node voltages do, for each node
 _FILL = 64
@@ -35,8 +35,8 @@ def spanning_tree(devices: Sequence[Device], conditions: Conditions) -> dict[str
     """Return for each node the one before it on the way to ground.
 
     Voltage sources go before capacitors, these before resistors, pairs, inductors and sources of
-    currents (a normal tree); among equal kinds the heavier branch.  Where the loops of such a tree would
-    fill the equations of a large network, the unknowns are the voltages against ground.
+    currents (a normal tree); among equal kinds the heavier branch.  Where the loops of such a tree
+    would fill the equations of a large network, the unknowns are the voltages against ground.
 
     Parameters
     ----------
@@ -46,8 +46,8 @@ def spanning_tree(devices: Sequence[Device], conditions: Conditions) -> dict[str
 
     References
     ----------
-    S. A. Vavasis, Stable numerical algorithms for equilibrium systems, SIAM J. Matrix Anal. Appl. 15
-    (1994).
+    S. A. Vavasis, Stable numerical algorithms for equilibrium systems, SIAM J. Matrix Anal. Appl.
+    15 (1994) 1108-1131.
 
     Examples
     --------

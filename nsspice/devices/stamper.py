@@ -93,8 +93,8 @@ class Layout:
     """
 
     __slots__ = (
-        "_depth",
         "_before",
+        "_depth",
         "branches",
         "columns",
         "compared",

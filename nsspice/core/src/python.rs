@@ -198,7 +198,7 @@ impl PyStepper {
         let zeros = || (Csc::zeros(n, n), Csc::zeros(n, p));
         let (h, hs) = system.averaging(&averaging)?.unwrap_or_else(zeros);
         let linear = system.linear.clone();
-        let sys = System::new(linear, h, hs, system.smooth.clone());
+        let sys = System::new(linear, h, hs, system.smooth.clone(), system.dominant());
         let parts = [
             Part::Unknown,
             Part::Multiplier,

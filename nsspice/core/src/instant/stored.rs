@@ -15,8 +15,10 @@ impl Instant<'_> {
             draft.add(&elements.voltages, |_, b| Law::Fixed(self.source(&self.driven, b)));
         let switches = self.ideal(Role::Closed);
         let closed = draft.add(&switches, |_, b| self.closed_law(b));
-        let v = &self.potentials;
-        let held = |c: &Branch| v[c.ends[0]] - v[c.ends[1]];
+        let held = |c: &Branch| match before {
+            Before::Stored(_) => 0.0,
+            Before::State(z) => elements.voltage(z, c.ends),
+        };
         let capacitors = draft
             .add(&elements.capacitors, |_, c| Law::Weighted { weight: c.value, offset: held(c) });
         if let Before::Stored(charges) = before {

@@ -60,7 +60,7 @@ pub mod verify;
 mod witness;
 
 pub use inputs::Inputs;
-pub use network::{Assembly, Edge};
+pub use network::Assembly;
 pub use prepared::Prepared;
 pub use run::Engine;
 pub use trace::{Passage, Passed};

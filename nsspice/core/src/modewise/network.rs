@@ -10,10 +10,7 @@ use super::inputs::Inputs;
 use crate::dense::{eigen_symmetric, Differences, Echelon, Matrix};
 use crate::descriptor::Linear;
 use crate::sparse::Csc;
-use crate::structure::Coordinates;
-
-/// A two-terminal element between two unknowns, -1 for ground.
-pub type Edge = (isize, isize, f64);
+use crate::structure::{Coordinates, Edge};
 
 /// The system as assembled, with the elements behind its storage and conductance matrices.
 pub struct Assembly {
@@ -25,12 +22,6 @@ pub struct Assembly {
     pub conductors: Vec<Edge>,
     /// the voltages that are unknowns
     pub coordinates: Coordinates,
-}
-
-impl Assembly {
-    fn rows(&self, edges: &[Edge]) -> Vec<Vec<(usize, f64)>> {
-        edges.iter().map(|e| self.coordinates.path(e.0, e.1)).collect()
-    }
 }
 
 /// The mode-independent part of the reduction.
@@ -91,30 +82,6 @@ pub struct Network {
     pub n_skew: Matrix,
     /// see `n_skew`
     pub at: Matrix,
-}
-
-/// Entries of the matrix minus those of the elements; what is left by rounding is dropped.
-fn remainder(matrix: &Csc, edges: &[Edge], rows: &[Vec<(usize, f64)>]) -> Matrix {
-    let n = matrix.nrows;
-    let (mut left, mut size) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
-    for (r, c, v) in matrix.iter() {
-        left[(r, c)] += v;
-        size[(r, c)] += v.abs();
-    }
-    for (edge, row) in edges.iter().zip(rows) {
-        for &(r, one) in row {
-            for &(c, two) in row {
-                left[(r, c)] -= one * two * edge.2;
-                size[(r, c)] += edge.2.abs();
-            }
-        }
-    }
-    for (v, s) in left.data.iter_mut().zip(&size.data) {
-        if v.abs() <= 1e-13 * s {
-            *v = 0.0;
-        }
-    }
-    left
 }
 
 /// Voltages of two-terminal elements as rows, applied to columns of a matrix.
@@ -254,8 +221,9 @@ impl Network {
     pub fn new(sys: &Assembly, inputs: &Inputs) -> Result<Network, String> {
         let (n, m) = (sys.linear.g.nrows, sys.linear.a.ncols);
         // storage: capacitors, and what is left of E on the unknowns of inductors
-        let (cap_rows, con_rows) = (sys.rows(&sys.capacitors), sys.rows(&sys.conductors));
-        let other = remainder(&sys.linear.e, &sys.capacitors, &cap_rows);
+        let [cap_rows, con_rows] =
+            [&sys.capacitors, &sys.conductors].map(|edges| sys.coordinates.rows(edges));
+        let other = dense(&sys.coordinates.remainder(&sys.linear.e, &sys.capacitors));
         let size = other.max_abs();
         let asymmetric =
             |x: &Matrix, sign: f64| (0..n).any(|i| (0..i).any(|j| x[(i, j)] != sign * x[(j, i)]));
@@ -295,7 +263,7 @@ impl Network {
         charges.add_scaled(1.0, &other.times(&big_r));
 
         // conductances from the elements, so that nothing cancels; the rest is skew if passive
-        let skew = remainder(&sys.linear.g, &sys.conductors, &con_rows);
+        let skew = dense(&sys.coordinates.remainder(&sys.linear.g, &sys.conductors));
         let (b, at) = (dense(&sys.linear.b), dense(&sys.linear.a).transpose());
         let d = dense(&sys.linear.d);
         let moderate =

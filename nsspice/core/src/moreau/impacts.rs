@@ -11,7 +11,6 @@ use super::clock::{evaluate, Target};
 use super::jumps::{Leap, IMPACT};
 use super::stage::{Stage, System};
 use super::stepper::Stepper;
-use crate::descriptor::Linear;
 use crate::mlcp::{Role, Start};
 use crate::waveform::Side;
 
@@ -43,7 +42,7 @@ pub struct Impacts {
 impl Impacts {
     /// Looks at a system.
     pub fn new(sys: &System, diodes: bool) -> Impacts {
-        let active = diodes && !passive(&sys.linear);
+        let active = diodes && !passive(sys);
         let possible = active && sys.smooth.is_none();
         let m = if possible { sys.linear.a.ncols } else { 0 };
         Impacts { active, possible, harmless: vec![0; m], before: vec![false; m] }
@@ -59,8 +58,8 @@ impl Impacts {
 
 /// Symmetric storage, and losses that dominate: a network of R, L, C, windings, gyrators and sources.  What else
 /// is passive is not recognised, and costs some looks.
-fn passive(linear: &Linear) -> bool {
-    linear.e.iter().eq(linear.e.transpose().iter()) && linear.dominant()
+fn passive(sys: &System) -> bool {
+    sys.dominant && sys.linear.e.iter().eq(sys.linear.e.transpose().iter())
 }
 
 /// A step that ends at an impact.

@@ -31,13 +31,15 @@ pub struct System {
     pub smooth: Option<Smooth>,
     /// sums of the laws of floating nodes
     pub sums: Option<Arc<Sums>>,
+    /// conductances and diagonals show that the network is passive
+    pub dominant: bool,
 }
 
 impl System {
     /// A system with these corrections.
-    pub fn new(linear: Linear, h: Csc, hs: Csc, smooth: Option<Smooth>) -> System {
+    pub fn new(linear: Linear, h: Csc, hs: Csc, smooth: Option<Smooth>, dominant: bool) -> System {
         let sums = if smooth.is_some() { None } else { Sums::tied(&linear).map(Arc::new) };
-        System { linear, h, hs, smooth, sums }
+        System { linear, h, hs, smooth, sums, dominant }
     }
 
     /// The largest voltage and current in some lists of unknowns.

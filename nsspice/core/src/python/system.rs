@@ -3,10 +3,10 @@
 use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec, SwitchSpec, WaveformSpec};
 use crate::audit::Described;
 use crate::descriptor::Linear;
-use crate::modewise::{Assembly, Edge, Inputs, Prepared};
+use crate::modewise::{Assembly, Inputs, Prepared};
 use crate::newton::Smooth;
 use crate::sparse::Csc;
-use crate::structure::Coordinates;
+use crate::structure::{Coordinates, Edge};
 use crate::switch::{AtThreshold, Switch};
 use crate::waveform::Waveform;
 use numpy::PyReadonlyArray1;
@@ -99,9 +99,10 @@ impl PySystem {
         }
     }
 
-    /// Whether diagonals show that the network is passive.
-    fn dominant(&self) -> bool {
-        self.linear.dominant()
+    /// Whether conductances and diagonals show that the network is passive.
+    pub fn dominant(&self) -> bool {
+        let rest = self.coordinates.remainder(&self.linear.g, &self.conductors);
+        self.conductors.iter().all(|e| e.2 >= 0.0) && self.linear.dominant_beside(&rest)
     }
 }
 

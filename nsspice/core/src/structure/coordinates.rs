@@ -1,5 +1,14 @@
 //! The voltages of a spanning tree as unknowns: which node each one belongs to, and against which it is counted.
 
+use crate::sparse::Csc;
+use std::collections::BTreeMap;
+
+/// A two-terminal element between the nodes of two unknowns, -1 for ground, and its capacitance or conductance.
+pub type Edge = (isize, isize, f64);
+
+/// What is left of an entry beside the sum of its terms by rounding: there are less than a thousand of them.
+const ROUNDING: f64 = 1e-13;
+
 /// For each unknown the unknown of the node before it, on the way to ground.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Coordinates {
@@ -52,6 +61,30 @@ impl Coordinates {
         out
     }
 
+    /// The voltages of elements as sums of unknowns.
+    pub fn rows(&self, edges: &[Edge]) -> Vec<Vec<(usize, f64)>> {
+        edges.iter().map(|e| self.path(e.0, e.1)).collect()
+    }
+
+    /// Entries of a matrix minus those of the elements; what is left by rounding is dropped.
+    pub fn remainder(&self, matrix: &Csc, edges: &[Edge]) -> Csc {
+        let mut left: BTreeMap<(usize, usize), [f64; 2]> = BTreeMap::new();
+        let mut add = |at: (usize, usize), v: f64| {
+            let [sum, size] = left.entry(at).or_insert([0.0; 2]);
+            (*sum, *size) = (*sum + v, *size + v.abs());
+        };
+        matrix.iter().for_each(|(r, c, v)| add((r, c), v));
+        for edge in edges {
+            let row = self.path(edge.0, edge.1);
+            for &(r, one) in &row {
+                row.iter().for_each(|&(c, two)| add((r, c), -one * two * edge.2));
+            }
+        }
+        let kept = left.into_iter().filter(|(_, [sum, size])| sum.abs() > ROUNDING * size);
+        let entries: Vec<_> = kept.map(|((r, c), [sum, _])| (r, c, sum)).collect();
+        Csc::from_triplets(matrix.nrows, matrix.ncols, &entries)
+    }
+
     /// The node before an unknown's, -1 for ground.
     pub fn before(&self, unknown: usize) -> isize {
         self.before[unknown]
@@ -81,7 +114,7 @@ impl Coordinates {
 
     /// `at_nodes` of a sparse list.
     pub fn list_at_nodes(&self, list: &[(usize, f64)]) -> Vec<(usize, f64)> {
-        let mut out = std::collections::BTreeMap::new();
+        let mut out = BTreeMap::new();
         for &(k, v) in list {
             *out.entry(k).or_insert(0.0) += v;
             if self.before[k] >= 0 {
@@ -89,5 +122,53 @@ impl Coordinates {
             }
         }
         out.into_iter().filter(|e| e.1 != 0.0).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nodes 0 - 1 - 2 on the way from ground, node 3 on ground, a current 4.
+    fn chain() -> Coordinates {
+        Coordinates::new(vec![-1, 0, 1, -1, -1]).unwrap()
+    }
+
+    #[test]
+    fn voltages_add_up_along_the_tree() {
+        let tree = chain();
+        assert_eq!(tree.path(2, 0), [(2, 1.0), (1, 1.0)]);
+        assert_eq!(tree.path(3, 1), [(1, -1.0), (3, 1.0), (0, -1.0)]);
+        assert_eq!(tree.potentials(&[1.0, 10.0, 100.0, 7.0, 0.5]), [1.0, 11.0, 111.0, 7.0, 0.5]);
+        assert_eq!(Coordinates::of_nodes(2).path(1, 0), [(1, 1.0), (0, -1.0)]);
+    }
+
+    #[test]
+    fn a_ring_is_no_tree() {
+        assert!(Coordinates::new(vec![1, 0]).is_none());
+        assert!(Coordinates::new(vec![2]).is_none());
+    }
+
+    #[test]
+    fn a_current_into_a_node_passes_all_cut_sets_before_it() {
+        let tree = chain();
+        // 1 A into node 2 passes the cut-sets of 2, 1 and 0
+        assert_eq!(tree.at_nodes(&[1.0, 1.0, 1.0, 0.0, 0.0]), [0.0, 0.0, 1.0, 0.0, 0.0]);
+        assert_eq!(tree.list_at_nodes(&[(0, 1.0), (1, 1.0), (2, 1.0)]), [(2, 1.0)]);
+    }
+
+    #[test]
+    fn nothing_is_left_of_a_sum_of_elements() {
+        let tree = chain();
+        let edges = [(2, -1, 0.1), (1, 3, 0.7), (2, 1, 0.3)];
+        let mut entries = vec![(4, 0, 1.0)];
+        for (edge, row) in edges.iter().zip(tree.rows(&edges)) {
+            for &(r, one) in &row {
+                entries.extend(row.iter().map(|&(c, two)| (r, c, one * two * edge.2)));
+            }
+        }
+        let matrix = Csc::from_triplets(5, 5, &entries);
+        let left: Vec<_> = tree.remainder(&matrix, &edges).iter().collect();
+        assert_eq!(left, [(4, 0, 1.0)]);
     }
 }

@@ -3,7 +3,7 @@
 //! Capacitors and resistors between nodes come as they are: in the sum `1 F + 1 pF` the matrix keeps four digits
 //! of the second.  Every other element has a row of its own, in which nothing is lost.
 
-use super::coordinates::Coordinates;
+use super::coordinates::{Coordinates, Edge};
 use crate::descriptor::Linear;
 use crate::sparse::Csc;
 
@@ -43,9 +43,6 @@ pub struct Elements {
     pub pairs: Vec<Branch>,
 }
 
-/// A two-terminal element between two unknowns, -1 for ground.
-type Between = (isize, isize, f64);
-
 /// Rows and columns of the nodes.
 struct Nodes<'a> {
     coordinates: &'a Coordinates,
@@ -72,9 +69,9 @@ impl Nodes<'_> {
         Some([plus.unwrap_or(self.ground), minus.unwrap_or(self.ground)])
     }
 
-    fn between(&self, list: &[Between]) -> Option<Vec<Branch>> {
+    fn between(&self, list: &[Edge]) -> Option<Vec<Branch>> {
         let node = |j: isize| if j < 0 { Some(self.ground) } else { self.of[j as usize] };
-        let one = |&(a, b, value): &Between| {
+        let one = |&(a, b, value): &Edge| {
             (value > 0.0 && value.is_finite()).then_some(Branch {
                 ends: [node(a)?, node(b)?],
                 value,
@@ -113,8 +110,8 @@ impl Elements {
     /// branches, negative values).
     pub fn read(
         linear: &Linear,
-        capacitors: &[Between],
-        resistors: &[Between],
+        capacitors: &[Edge],
+        resistors: &[Edge],
         coordinates: &Coordinates,
     ) -> Option<Elements> {
         let n = linear.g.nrows;
@@ -209,6 +206,12 @@ impl Elements {
     pub fn potentials(&self, z: &[f64]) -> Vec<f64> {
         let v = self.coordinates.potentials(z);
         self.unknowns.iter().map(|&j| v[j]).chain([0.0]).collect()
+    }
+
+    /// The voltage between two nodes from the unknowns, which add up along the tree.
+    pub fn voltage(&self, z: &[f64], ends: [usize; 2]) -> f64 {
+        let [a, b] = ends.map(|end| self.unknowns.get(end).map_or(-1, |&j| j as isize));
+        self.coordinates.path(a, b).iter().map(|&(k, sign)| sign * z[k]).sum()
     }
 
     /// Writes potentials of all nodes into the unknowns.

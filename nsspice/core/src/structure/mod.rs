@@ -12,7 +12,7 @@ mod tests;
 
 pub use basis::Basis;
 pub use breakpoints::kinks_that_reach_storage;
-pub use coordinates::Coordinates;
+pub use coordinates::{Coordinates, Edge};
 pub use elements::{Branch, Elements};
 pub use hybrid::{Flow, Hybrid, Law, Network, SUMS};
 pub use parts::Parts;
