@@ -257,7 +257,12 @@ def _csc(shape: tuple[int, int], entries: Triplets) -> Csc:
     return Csc.from_triplets(shape, entries.rows, entries.cols, entries.data)
 
 
-def assemble(devices: Sequence[Device], nodes: Sequence[str], conditions: Conditions) -> MnaSystem:
+def assemble(
+    devices: Sequence[Device],
+    nodes: Sequence[str],
+    conditions: Conditions,
+    tree: Mapping[str, str] | None = None,
+) -> MnaSystem:
     """Return the MNA system of an island.
 
     Parameters
@@ -268,8 +273,13 @@ def assemble(devices: Sequence[Device], nodes: Sequence[str], conditions: Condit
         All nodes but ground.
     conditions : Conditions
         Temperature, swept values, and which value sources have.
+    tree : mapping of str to str, optional
+        For each node the one against which its voltage is an unknown: that of
+        :func:`spanning_tree` by default, ground for nodes that are left out.
     """
-    stamper = Stamper(Layout(list(nodes), conditions, spanning_tree(devices, conditions)))
+    if tree is None:
+        tree = spanning_tree(devices, conditions)
+    stamper = Stamper(Layout(list(nodes), conditions, tree))
     late = [device for device in devices if device.late]
     for device in devices:
         if device.late:

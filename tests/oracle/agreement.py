@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsspice.circuit import MnaSystem
+from nsspice.circuit.mna import assemble
 from nsspice.circuit.reference import reference
 from nsspice.circuit.theta import theta_terms
 from nsspice.problems.csc import Csc
@@ -61,19 +62,45 @@ def compare(
     else:
         stepper.start_dc(0.0)
         charges = None
-    states = [_copy(stepper)]
+    # the oracle has unknowns of its own: voltages against ground
+    plain = in_node_voltages(mna)
+    potentials = _potentials(mna)
+
+    def state() -> tuple[Floats, Floats]:
+        z, lam = stepper.state
+        return potentials @ z, np.array(lam)
+
+    states = [state()]
     stepper.advance(1)
     for _ in range(count):
         stepper.advance(1)
-        states.append(_copy(stepper))
-    network = Network(system, 0.0, count * h, H.dense(), Hs.dense())
+        states.append(state())
+    network = Network(plain.system, 0.0, count * h, *(t.dense() for t in theta_terms(plain, theta)))
     if system.static:
-        return _judge(mna, states, _static(network, h, count, states), system.G.dense())
+        return _judge(plain, states, _static(network, h, count, states), plain.system.G.dense())
+    if charges is not None:
+        # what enters a node, from what passes the cut-sets
+        charges = np.linalg.solve(potentials.T, charges)
     records = run(network, h, charges=charges, z=states[0][0])
     rows = [r for r in records if r.row]
     carried = np.abs(network.E).sum(axis=0) > 0
     compared = [(r.time, r.z, r.point.lam, *_masks(r, carried)) for r in rows]
-    return _judge(mna, states, compared, network.E / h + network.G)
+    return _judge(plain, states, compared, network.E / h + network.G)
+
+
+def in_node_voltages(mna: MnaSystem) -> MnaSystem:
+    """Return the same island with voltages against ground as unknowns."""
+    nodes = [node for node in mna.row_nodes if node is not None]
+    return assemble(mna.devices, nodes, mna.layout.conditions, {})
+
+
+def _potentials(mna: MnaSystem) -> Floats:
+    """Return the matrix that takes unknowns to voltages against ground and currents."""
+    out = np.eye(mna.system.n)
+    for node, row in mna.layout.nodes.items():
+        for index, sign in mna.layout.voltage(node, "0"):
+            out[row, index] = sign
+    return out
 
 
 def averaging_distance(mna: MnaSystem, theta: float) -> float:
@@ -113,11 +140,6 @@ def short_enough(mna: MnaSystem, h: float, theta: float) -> float:
 
 
 Row = tuple[float, Floats, Floats, Bools, Bools]
-
-
-def _copy(stepper: MoreauStepper) -> tuple[Floats, Floats]:
-    z, lam = stepper.state
-    return np.array(z), np.array(lam)
 
 
 def _masks(record: Record, carried: Bools) -> tuple[Bools, Bools]:
