@@ -108,7 +108,9 @@ class _Search:
 
     def solve(self, held: dict[int, float]) -> _Guess:
         """Return unknowns and multipliers with some voltages held."""
-        system = hold(self.mna.system, held) if held else self.mna.system
+        # nodes inside elements have ground before them
+        terms = [(((place, 1.0),), value) for place, value in held.items()]
+        system = hold(self.mna.system, terms) if held else self.mna.system
         stepper = MoreauStepper(system, ())
         if self.charges is None or self.step is None:
             stepper.start_dc(0.0)

@@ -87,4 +87,5 @@ def hold(
         ),
         waveforms=(*system.waveforms, *(Waveform("dc", (v,)) for _, v in voltages)),
         row_kind=np.concatenate([system.row_kind, np.ones(k, np.uint8)]),
+        elements=None if system.elements is None else system.elements.beside_currents(k),
     )

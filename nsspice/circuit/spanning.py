@@ -13,8 +13,11 @@ from typing import NamedTuple
 from ..devices import Conditions, Device
 from .union_find import UnionFind
 
+#: whether engines solve in these coordinates; node voltages stay until both agree on every deck
+IN_USE = False
 #: among branches of one kind the heavier: large capacitances and conductances, small inductances
 _KINDS = {"V": 0, "E": 1, "C": 2, "R": 3, "P": 4, "L": 5, "G": 6, "I": 7}
+_CONTROLLED = "efghb"
 #: a tree may ask for so many more terms than node voltages do, for each node
 _FILL = 64
 #: below this number of nodes matrices are dense anyway
@@ -32,11 +35,27 @@ class _Weighted(NamedTuple):
 
 
 def spanning_tree(devices: Sequence[Device], conditions: Conditions) -> dict[str, str]:
+    """Return the tree in whose voltages an island is solved; empty for node voltages.
+
+    Beside controlled sources and smooth laws no bound of the condition is known.
+
+    Parameters
+    ----------
+    devices : sequence of Device
+        Of one island.
+    conditions : Conditions
+    """
+    if not IN_USE or any(d.smooth or d.letter in _CONTROLLED for d in devices):
+        return {}
+    return heaviest_tree(devices, conditions)
+
+
+def heaviest_tree(devices: Sequence[Device], conditions: Conditions) -> dict[str, str]:
     """Return for each node the one before it on the way to ground.
 
     Voltage sources go before capacitors, these before resistors, pairs, inductors and sources of
     currents (a normal tree); among equal kinds the heavier branch.  Where the loops of such a tree
-    would fill the equations of a large network, the unknowns are the voltages against ground.
+    would fill the equations of a large network, nothing: the unknowns are node voltages.
 
     Parameters
     ----------
@@ -54,7 +73,7 @@ def spanning_tree(devices: Sequence[Device], conditions: Conditions) -> dict[str
     >>> from nsspice.circuit import build
     >>> from nsspice.netlist import parse_text
     >>> island = build(parse_text("t\\nV1 a 0 1\\nR1 a b 1\\nC1 b c 1u\\nR2 c 0 1\\n")).islands[0]
-    >>> spanning_tree(island.devices, Conditions())
+    >>> heaviest_tree(island.devices, Conditions())
     {'a': '0', 'b': 'a', 'c': 'b'}
     """
     branches = sorted(_branches(devices, conditions))

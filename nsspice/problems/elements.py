@@ -25,13 +25,20 @@ class Elements(NamedTuple):
     Parameters
     ----------
     capacitors, conductors : list of (int, int, float)
-        Two unknowns, -1 for ground, and the capacitance [F] or conductance [S] between them.
+        Two unknowns, -1 for ground, and the capacitance [F] or conductance [S] between their nodes.
+    before : list of int, optional
+        For each unknown that is a voltage the unknown of the node against which it is counted, -1
+        for ground (and for currents); ground for all by default.
     """
 
     capacitors: list[TwoTerminal]
     conductors: list[TwoTerminal]
-    #: for each unknown that is a voltage, the one whose node it is counted against; -1 for ground
     before: list[int] | None = None
+
+    def beside_currents(self, count: int) -> Elements:
+        """Return them with so many unknowns more that are currents."""
+        before = None if self.before is None else [*self.before, *[-1] * count]
+        return self._replace(before=before)
 
 
 def elements_of(system: DescriptorSystem) -> Elements:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsspice.circuit import MnaSystem
-from nsspice.circuit.mna import assemble
 from nsspice.circuit.reference import reference
 from nsspice.circuit.theta import theta_terms
 from nsspice.problems.csc import Csc
@@ -15,6 +14,7 @@ from nsspice.solvers.moreau import MoreauStepper
 
 from . import theta as oracle_theta
 from .closed_forms import Floats
+from .node_voltages import in_node_voltages, potentials_of
 from .residual import Bools
 from .stepping import Network, Record, run
 from .uniqueness import unique_signals
@@ -64,7 +64,7 @@ def compare(
         charges = None
     # the oracle has unknowns of its own: voltages against ground
     plain = in_node_voltages(mna)
-    potentials = _potentials(mna)
+    potentials = potentials_of(mna)
 
     def state() -> tuple[Floats, Floats]:
         z, lam = stepper.state
@@ -86,21 +86,6 @@ def compare(
     carried = np.abs(network.E).sum(axis=0) > 0
     compared = [(r.time, r.z, r.point.lam, *_masks(r, carried)) for r in rows]
     return _judge(plain, states, compared, network.E / h + network.G)
-
-
-def in_node_voltages(mna: MnaSystem) -> MnaSystem:
-    """Return the same island with voltages against ground as unknowns."""
-    nodes = [node for node in mna.row_nodes if node is not None]
-    return assemble(mna.devices, nodes, mna.layout.conditions, {})
-
-
-def _potentials(mna: MnaSystem) -> Floats:
-    """Return the matrix that takes unknowns to voltages against ground and currents."""
-    out = np.eye(mna.system.n)
-    for node, row in mna.layout.nodes.items():
-        for index, sign in mna.layout.voltage(node, "0"):
-            out[row, index] = sign
-    return out
 
 
 def averaging_distance(mna: MnaSystem, theta: float) -> float:

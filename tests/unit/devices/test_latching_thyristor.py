@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from oracle.node_voltages import in_node_voltages
 
 import nsspice
 from nsspice.circuit import MnaSystem, build
@@ -16,7 +17,7 @@ from nsspice.problems.descriptor import Switch
 
 def assembled(text: str) -> MnaSystem:
     circuit = build(parse_text(f"title\n{text}\n"))
-    return circuit.islands[0].assemble()
+    return in_node_voltages(circuit.islands[0].assemble())
 
 
 def solved(circuit: nsspice.Circuit) -> nsspice.Solution:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from oracle.node_voltages import in_node_voltages
 
 from nsspice.circuit import MnaSystem, build
 from nsspice.errors import NetlistError
@@ -14,7 +15,7 @@ from nsspice.problems.descriptor import Switch
 def assembled(text: str, **conditions: object) -> MnaSystem:
     circuit = build(parse_text(f"title\n{text}\n"))
     assert len(circuit.islands) == 1
-    return circuit.islands[0].assemble(**conditions)
+    return in_node_voltages(circuit.islands[0].assemble(**conditions))
 
 
 def codes(text: str) -> list[str]:

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 import pytest
+from oracle.node_voltages import in_node_voltages
 from oracle.newton import Static
 from oracle.tapes import run
 
@@ -31,7 +32,7 @@ def circuit_of(text: str) -> Circuit:
 def assembled(text: str, **conditions: object) -> MnaSystem:
     circuit = circuit_of(text)
     assert len(circuit.islands) == 1
-    return circuit.islands[0].assemble(**conditions)
+    return in_node_voltages(circuit.islands[0].assemble(**conditions))
 
 
 def codes(text: str) -> list[str]:
@@ -160,7 +161,7 @@ Q1 c b 0 pm
 .model dc D(Vfwd=4 Vrev=4)"""
     circuit = circuit_of(text)
     assert circuit.islands[0].problem_class is ProblemClass.LCP
-    mna = circuit.islands[0].assemble()
+    mna = in_node_voltages(circuit.islands[0].assemble())
     assert mna.pairs == ["q1.de.fwd", "q1.de.rev", "q1.dc.fwd", "q1.dc.rev"]
     static = Static(mna.system)
     u = [w.values[0] for w in mna.system.waveforms]

@@ -4,6 +4,7 @@ use super::points::{PyRecords, PyStretches};
 use super::system::{misfit, PySystem};
 use super::{invalid, Floats, Matrix};
 use crate::audit::{Auditor, Balance, Gates, Sources, Steps, Stretches, Sums};
+use crate::structure::Coordinates;
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -13,6 +14,8 @@ use pyo3::types::PyDict;
 pub(super) struct PyAuditor {
     inner: Auditor,
     functions: usize,
+    /// the voltages that are unknowns of the engine, if they are no potentials
+    tree: Option<Coordinates>,
     /// for the engine that is accompanied
     pub sums: Option<Sums>,
 }
@@ -33,8 +36,19 @@ impl PyAuditor {
     #[new]
     fn new(system: &PySystem, averaging: Option<(Matrix, Matrix)>, timed: bool) -> PyResult<Self> {
         let [.., functions] = system.sizes();
-        let (linear, smooth) = (&system.linear, system.smooth.as_ref());
+        let smooth = system.smooth.as_ref();
         let averaging = system.averaging(&averaging)?;
+        let sums = Sums::new(&system.linear, averaging.as_ref(), smooth);
+        // the laws are checked in other coordinates than those in which they were solved
+        let tree = (!system.coordinates.are_potentials()).then(|| system.coordinates.clone());
+        let (linear, averaging) = match &tree {
+            None => (system.linear.clone(), averaging),
+            Some(tree) => (
+                tree.at_nodes_of(&system.linear, &system.capacitors, &system.conductors),
+                averaging.map(|(h, hs)| tree.averaging_at_nodes([&h, &hs])),
+            ),
+        };
+        let linear = &linear;
         let mut inner = Auditor::new(linear, averaging.as_ref(), smooth);
         if timed {
             if system.described.len() != linear.s.ncols {
@@ -43,9 +57,13 @@ impl PyAuditor {
             inner.sources = Some(Sources::new(&system.described));
         }
         if !system.switches.is_empty() {
-            inner.gates = Some(Gates::new(system.switches.clone()));
+            let mut switches = system.switches.to_vec();
+            if let Some(tree) = &tree {
+                switches.iter_mut().for_each(|s| s.control = tree.list_at_nodes(&s.control));
+            }
+            inner.gates = Some(Gates::new(switches.into()));
         }
-        Ok(PyAuditor { inner, functions, sums: Sums::new(linear, averaging.as_ref(), smooth) })
+        Ok(PyAuditor { inner, functions, tree, sums })
     }
 
     /// Checks recorded steps as an engine left them, or `nsspice.solvers.moreau.Records`.
@@ -156,6 +174,16 @@ impl PyAuditor {
         if !all_n || multipliers.len() != m || sources.len() != p || !fit {
             return Err(invalid("the jump does not fit the system"));
         }
+        let at_nodes = |list: &[f64]| {
+            self.tree.as_ref().map_or_else(|| list.to_vec(), |tree| tree.at_nodes(list))
+        };
+        let potentials = |list: &[f64]| {
+            self.tree.as_ref().map_or_else(|| list.to_vec(), |tree| tree.potentials(list))
+        };
+        let [moved, stored] = [moved, stored].map(at_nodes);
+        let [before, after, unknowns] = [sides[0], sides[1], unknowns].map(potentials);
+        let (moved, stored, sides, unknowns) =
+            (&moved, &stored, [&before[..], &after], &unknowns[..]);
         Ok(self.inner.jump_error(
             moved,
             stored,
@@ -223,7 +251,12 @@ impl PyAuditor {
         if !fits {
             return Err(invalid("the recorded arrays do not fit the system"));
         }
-        self.inner.take_steps(steps);
+        let Some(tree) = &self.tree else {
+            self.inner.take_steps(steps);
+            return Ok(());
+        };
+        let [z, change] = [steps.z, steps.change].map(|list| tree.all_potentials(list));
+        self.inner.take_steps(&Steps { z: &z, change: &change, ..*steps });
         Ok(())
     }
 
@@ -248,7 +281,20 @@ impl PyAuditor {
         if !fits {
             return Err(invalid("the recorded arrays do not fit the system"));
         }
-        self.inner.take_stretches(all);
+        let Some(tree) = &self.tree else {
+            self.inner.take_stretches(all);
+            return Ok(());
+        };
+        let lists = [all.first, all.z, all.rate, all.seam_end, all.seam_begin];
+        let [first, z, rate, seam_end, seam_begin] = lists.map(|list| tree.all_potentials(list));
+        self.inner.take_stretches(&Stretches {
+            first: &first,
+            z: &z,
+            rate: &rate,
+            seam_end: &seam_end,
+            seam_begin: &seam_begin,
+            ..*all
+        });
         Ok(())
     }
 }

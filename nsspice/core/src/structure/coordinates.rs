@@ -1,5 +1,6 @@
 //! The voltages of a spanning tree as unknowns: which node each one belongs to, and against which it is counted.
 
+use crate::descriptor::Linear;
 use crate::sparse::Csc;
 use std::collections::BTreeMap;
 
@@ -83,6 +84,63 @@ impl Coordinates {
         let kept = left.into_iter().filter(|(_, [sum, size])| sum.abs() > ROUNDING * size);
         let entries: Vec<_> = kept.map(|((r, c), [sum, _])| (r, c, sum)).collect();
         Csc::from_triplets(matrix.nrows, matrix.ncols, &entries)
+    }
+
+    /// Whether all voltages are counted against ground.
+    pub fn are_potentials(&self) -> bool {
+        self.before.iter().all(|&k| k < 0)
+    }
+
+    /// A matrix of laws of cut-sets by voltages of the tree as one of laws of nodes by potentials; elements keep all
+    /// their digits.
+    fn matrix_at_nodes(&self, matrix: &Csc, edges: &[Edge]) -> Csc {
+        let n = matrix.nrows;
+        let rest = self.rows_at_nodes(&self.remainder(matrix, edges));
+        let mut entries: Vec<_> =
+            self.rows_at_nodes(&rest.transpose()).transpose().iter().collect();
+        for &(a, b, v) in edges {
+            for (r, c, v) in [(a, a, v), (b, b, v), (a, b, -v), (b, a, -v)] {
+                if r >= 0 && c >= 0 {
+                    entries.push((r as usize, c as usize, v));
+                }
+            }
+        }
+        Csc::from_triplets(n, n, &entries)
+    }
+
+    /// Laws of nodes from those of cut-sets.
+    fn rows_at_nodes(&self, matrix: &Csc) -> Csc {
+        let column = |c: usize| -> Vec<(usize, usize, f64)> {
+            let (rows, values) = matrix.col(c);
+            let list: Vec<_> = rows.iter().copied().zip(values.iter().copied()).collect();
+            self.list_at_nodes(&list).into_iter().map(|(r, v)| (r, c, v)).collect()
+        };
+        let entries: Vec<_> = (0..matrix.ncols).flat_map(column).collect();
+        Csc::from_triplets(matrix.nrows, matrix.ncols, &entries)
+    }
+
+    /// A system in potentials, with Kirchhoff's current law at nodes.
+    pub fn at_nodes_of(&self, linear: &Linear, capacitors: &[Edge], conductors: &[Edge]) -> Linear {
+        // a static form of the system has left its capacitors out
+        let stored = if linear.e.values.is_empty() { &[][..] } else { capacitors };
+        Linear {
+            e: self.matrix_at_nodes(&linear.e, stored),
+            g: self.matrix_at_nodes(&linear.g, conductors),
+            a: self.rows_at_nodes(&linear.a),
+            b: self.rows_at_nodes(&linear.b.transpose()).transpose(),
+            s: self.rows_at_nodes(&linear.s),
+            ..linear.clone()
+        }
+    }
+
+    /// Averaging terms in potentials.
+    pub fn averaging_at_nodes(&self, [h, hs]: [&Csc; 2]) -> (Csc, Csc) {
+        (self.matrix_at_nodes(h, &[]), self.rows_at_nodes(hs))
+    }
+
+    /// `potentials` of several points in one list.
+    pub fn all_potentials(&self, z: &[f64]) -> Vec<f64> {
+        z.chunks(self.before.len().max(1)).flat_map(|z| self.potentials(z)).collect()
     }
 
     /// The node before an unknown's, -1 for ground.
