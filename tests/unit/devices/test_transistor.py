@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 import pytest
-from oracle.node_voltages import in_node_voltages
 from oracle.newton import Static
+from oracle.node_voltages import in_node_voltages
 from oracle.tapes import run
 
 from nsspice.circuit import Circuit, MnaSystem, ProblemClass, build
