@@ -184,6 +184,22 @@ def unbounded(circuit: Circuit, mna: MnaSystem, row: int, time: float) -> Diagno
     return Diagnostic("NS3053", message, _span(circuit, named), hint, severity="warning")
 
 
+def high_index(
+    circuit: Circuit, mna: MnaSystem, time: float, conducting: Sequence[bool]
+) -> StepError:
+    """Return the error of a mode with an index above 2 that steps have entered at a time [s]."""
+    pairs = zip(mna.pair_elements, conducting, strict=True)
+    blocking = _unique(name for name, on in pairs if not on)
+    mode = f"while {_list(blocking)} block{'s' * (len(blocking) == 1)} " if blocking else ""
+    message = (
+        f"from t = {time:.9g} s on {mode}the circuit has an index above 2: some voltage or current "
+        "is a second derivative of a source, and no estimate of sdirk tells its errors"
+    )
+    hint = "a small resistor in series with what stores energy there bounds it; method=modewise "
+    hint += "takes implicit steps, and its certificate tells what they make of the energy"
+    return StepError(Diagnostic("NS3011", message, _span(circuit, blocking), hint), time=time)
+
+
 def _at_row(mna: MnaSystem, row: int) -> tuple[str | None, list[str]]:
     """Return the node of a law, None for that of a branch, and the elements in it."""
     node = mna.row_nodes[row] if row < len(mna.row_nodes) else None

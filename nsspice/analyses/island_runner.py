@@ -25,7 +25,7 @@ from .costs import sentence
 from .curve import Floats
 from .events import Events
 from .examiner import Examiner, sampling
-from .failure import chatter, lost_path, named_failure, resting, unbounded
+from .failure import chatter, high_index, lost_path, named_failure, resting, unbounded
 from .following import PATH_METHODS, Following, of_linearised
 from .impulses import jumps_of
 from .initial import start
@@ -90,6 +90,7 @@ class IslandRunner:
         self._names, self._watched = names, watched
         self.charges: tuple[Floats, float] | None = None
         self._planned = 0
+        self._high: tuple[float, list[bool]] | None = None
         self._wait = _WAIT // len(circuit.islands)
         #: rows on both sides of jumps, if they are wanted, and points between the rows
         self.sides: list[Floats] | None = [] if sides else None
@@ -392,7 +393,7 @@ class IslandRunner:
                 self.hand_over()
             if done and self._by_points and self._planned < self.analysis.row_count:
                 self._plan_more()
-            return block
+            return self._followed_up_to(block)
         except UnsolvedStep as problem:
             raise Stopped(self.stepper.pending, problem) from problem
 
@@ -400,10 +401,18 @@ class IslandRunner:
         """Return the next rows at all points, and whether they are the last."""
         try:
             block, done = self.stepper.advance(rows, BUDGET)
-            return self._with_turns(block, done), done
+            return self._followed_up_to(self._with_turns(block, done)), done
         except UnsolvedStep as problem:
             block = self._with_turns(self.stepper.pending, True)
             raise Stopped(block, problem) from problem
+
+    def _followed_up_to(self, block: Floats) -> Floats:
+        """Return the next rows; stop at a mode that steps with error control cannot judge."""
+        if isinstance(self.stepper, SdirkStepper) and (high := self.stepper.above_two()):
+            self._high = high
+            rows = block[: int(np.searchsorted(block[:, 0], high[0], side="right"))]
+            raise Stopped(rows, HighIndex(high[0], np.nan, None))
+        return block
 
     def _with_turns(self, rows: Floats, done: bool) -> Floats:
         """Return the rows of an engine with those at extremes up to the last of them."""
@@ -421,6 +430,8 @@ class IslandRunner:
         Where a path was followed, solving point by point tells whether its step was too long, or
         the path ends.
         """
+        if self._high is not None and isinstance(problem, HighIndex):
+            return high_index(self.circuit, self.mna, *self._high)
         if self.method not in PATH_METHODS:
             return named_failure(self.circuit, self.mna, problem)
         settings = replace(self.settings, method="auto", step=None)
@@ -493,6 +504,10 @@ def jumps(waveform: Waveform) -> bool:
         return values[3] == 0.0 or values[4] == 0.0
     times = values[::2]
     return waveform.kind == "pwl" and any(a == b for a, b in pairwise(times))
+
+
+class HighIndex(UnsolvedStep):
+    """Steps with error control have met a mode whose index is above 2."""
 
 
 class Stopped(Exception):

@@ -16,6 +16,8 @@ from dataclasses import dataclass
 
 from .. import _core
 from ..problems.descriptor import DescriptorSystem, Functional
+from .compiled import compiled, shows_passive
+from .modewise import refusal
 from .moreau import MoreauStepper
 from .stepper import check_plan
 
@@ -103,6 +105,22 @@ class SdirkStepper(MoreauStepper):
     def take_stretches(self) -> _core.Stretches:
         """Return the steps recorded since the last call, with all their stages."""
         return self._core.take_stretches()
+
+    def above_two(self) -> tuple[float, list[bool]] | None:
+        """Return since when [s] a mode has had an index above 2, and its conducting pairs.
+
+        The voltages of such a mode are second derivatives of sources; steps whose begin is not
+        consistent with them err by more the shorter they are (Hairer and Wanner, chapter VII).
+        The index is that of the exact engine's reduction.  Passive networks have none above 2, and
+        constant sources no derivative: bodies that rest on each other are followed from impacts on.
+        """
+        found, system = self._core.visited(), self.system
+        if not found or all(w.kind == "dc" for w in system.waveforms):
+            return None
+        if refusal(system) is not None or shows_passive(system):
+            return None
+        core, gates = compiled(self.system), self.gates
+        return next((mode for mode in found if core.above_two(mode[1], gates)), None)
 
     def plan(
         self, start: float, stop: float, step: float, out_start: float, out_step: float

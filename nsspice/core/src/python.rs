@@ -446,6 +446,11 @@ impl PyStepper {
         self.sdirk.as_ref().and_then(|c| c.unbounded)
     }
 
+    /// The modes of steps since the last call: since when each [s], and its conducting pairs.
+    fn visited(&mut self) -> Vec<(f64, Vec<bool>)> {
+        self.sdirk.as_mut().map(|c| c.visited.take()).unwrap_or_default()
+    }
+
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let s = &self.inner.stats;
         let out = PyDict::new(py);
@@ -453,8 +458,7 @@ impl PyStepper {
         out.set_item("events", s.events)?;
         out.set_item("mode_changes", s.mode_changes)?;
         let sdirk = self.sdirk.as_ref();
-        let modes = sdirk.map_or(0, |c| c.mode_count()).max(self.inner.mode_count());
-        out.set_item("modes", modes)?;
+        out.set_item("modes", sdirk.map_or(0, |c| c.mode_count()).max(self.inner.mode_count()))?;
         if let Some(c) = sdirk.map(|c| c.counters) {
             out.set_item("rejected", c.rejected)?;
             out.set_item("located", c.located)?;

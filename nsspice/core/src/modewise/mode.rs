@@ -150,6 +150,9 @@ pub(super) fn solved(a: &Matrix, factor: &Lu, b: &Matrix) -> Matrix {
     solution
 }
 
+/// Why a mode is not reduced whose voltages follow second derivatives of sources.
+pub const HIGH_INDEX: &str = "its index is above 2";
+
 /// Largest acceptable condition of the jump matrices.
 const INDEX_TWO: f64 = 1e-12;
 
@@ -230,7 +233,7 @@ impl Mode {
                 let complement = ql.select_cols(&others).transpose();
                 let square = Lu::new(&complement.times(&q2));
                 if g.ratio < INDEX_TWO || square.ratio < INDEX_TWO {
-                    return Err("its index is above 2".into());
+                    return Err(HIGH_INDEX.into());
                 }
                 solve_g = g.solve(&Matrix::identity(ties));
                 pi = square.solve(&complement);

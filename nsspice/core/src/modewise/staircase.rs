@@ -5,6 +5,7 @@
 //! (loops of capacitors and sources, cut-sets of inductors) and the *open* ones (floating islands,
 //! ideal diodes in parallel).  In passive networks all of this is a property of the graph.
 
+use super::mode::HIGH_INDEX;
 use super::network::Network;
 use super::tracked::Tracked;
 use crate::dense::{add_scaled, equilibrate, norm, Echelon, Lu, Matrix};
@@ -296,7 +297,7 @@ fn by_numbers(algebra: &Algebra) -> Result<Staircase, String> {
     let (tie_left, open_left) = pivoted(&normalised_rows(&demands).transpose());
     let (tie_right, open_right) = pivoted(&normalised_rows(&effects).transpose());
     if tie_left.len() != tie_right.len() {
-        return Err("its index is above 2".into());
+        return Err(HIGH_INDEX.into());
     }
     let scale = |x: &Matrix, combos: &Matrix, of: &Matrix| {
         // the kernel was found for unit rows

@@ -16,7 +16,7 @@ const HOLD: [f64; 4] = [0.0, 1e-9, 1e-6, 1e-3];
 const REACH: f64 = 2.0;
 /// A current that goes round drives no voltage but what rounding makes of the held pivots, and nothing
 /// that is stored.
-const DRIVEN: f64 = 1e-6;
+pub(super) const DRIVEN: f64 = 1e-6;
 /// Voltages below this part of what else is given, in the scaled system, say nothing.
 const TRACE: f64 = 1e-12;
 /// Sums of the currents of functions that are off by less than this part of them hold.
@@ -211,19 +211,25 @@ impl State {
                 continue;
             }
             let round = self.goes_with(eq, assembly, c, current);
-            let (mut flows, mut rest) = (0.0f64, 0.0f64);
-            for ((v, scale), &bare) in round.iter().zip(&assembly.scale).zip(&eq.bare) {
-                let largest = if bare { &mut flows } else { &mut rest };
-                *largest = largest.max((v / scale).abs());
-            }
             // leakage that a voltage drives, below the rounding of all, is open, too, but it has a cause
-            if rest <= DRIVEN * flows {
+            if flows_round(eq, assembly, &round).is_some() {
                 let part = -current / round[c];
                 let ends = self.step.iter_mut().zip(&round).zip(&eq.bare);
                 ends.filter(|e| *e.1).for_each(|((step, v), _)| *step += part * v);
             }
         }
     }
+}
+
+/// The largest of the currents by which unknowns differ, in the scaled system, if they go round in a loop of ideal
+/// elements and nothing else differs.
+pub(super) fn flows_round(eq: &Equations, assembly: &Assembly, round: &[f64]) -> Option<f64> {
+    let (mut flows, mut rest) = (0.0f64, 0.0f64);
+    for ((v, scale), &bare) in round.iter().zip(&assembly.scale).zip(&eq.bare) {
+        let largest = if bare { &mut flows } else { &mut rest };
+        *largest = largest.max((v / scale).abs());
+    }
+    (rest <= DRIVEN * flows).then_some(flows)
 }
 
 /// Slack of pair `i` at `x` and the size of its terms.

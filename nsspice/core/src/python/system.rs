@@ -3,6 +3,7 @@
 use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec, SwitchSpec, WaveformSpec};
 use crate::audit::Described;
 use crate::descriptor::Linear;
+use crate::modewise::mode::HIGH_INDEX;
 use crate::modewise::{Assembly, Inputs, Prepared};
 use crate::newton::Smooth;
 use crate::sparse::Csc;
@@ -97,6 +98,14 @@ impl PySystem {
         } else {
             Err(misfit())
         }
+    }
+
+    /// Whether a mode has an index above 2: by pairs that conduct and switches that are on.
+    fn above_two(&self, on: Vec<bool>, gates: Vec<bool>) -> bool {
+        self.prepared().is_ok_and(|p| {
+            let mode = p.modes.mode(&p.net, &p.switches, &on, &gates);
+            mode.is_err_and(|why| why == HIGH_INDEX)
+        })
     }
 
     /// Whether conductances and diagonals show that the network is passive.

@@ -37,6 +37,7 @@ mod run;
 mod step;
 mod stored;
 mod tableau;
+mod visited;
 mod witness;
 
 pub use run::Sdirk;

@@ -16,6 +16,7 @@ use super::points::PointRows;
 use super::rows::Origin;
 use super::step::Trial;
 use super::stored::StoredRows;
+use super::visited::Visited;
 use super::witness::{no_length, Witness};
 use super::{Accuracy, Tableau};
 use crate::audit::Taken;
@@ -89,6 +90,8 @@ pub struct Sdirk {
     pub(super) erring: usize,
     /// the first that no step could follow, and when
     pub unbounded: Option<(usize, f64)>,
+    /// the modes of steps
+    pub visited: Visited,
     pub(super) stop: f64,
     pub(super) ladder: Ladder,
     pub(super) scales: Scales,
@@ -159,6 +162,7 @@ impl Sdirk {
             start: s.time,
             erring: 0,
             unbounded: None,
+            visited: Visited::default(),
             stop,
             ladder: Ladder::new(s, longest, method.gamma, accuracy.relative),
             scales: Scales::new(s),
@@ -469,6 +473,7 @@ impl Sdirk {
             s.stats.undetermined += u64::from(std::mem::take(&mut self.ladder.open));
             self.counters.matrices = self.ladder.made;
             self.certify(s);
+            self.visited.note(&s.active, s.time);
             return Ok(());
         }
     }
