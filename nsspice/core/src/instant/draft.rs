@@ -1,7 +1,7 @@
 //! A network under construction.
 
 use super::mixed::{solve, Mixed, OneWay};
-use crate::structure::{Branch, Law, Network};
+use crate::structure::{Branch, Coupled, Law, Network, Turns};
 use std::ops::Range;
 
 /// Branches by their laws.
@@ -27,6 +27,27 @@ impl Draft {
             self.network.laws.push(law(k, branch));
         }
         first..self.network.laws.len()
+    }
+
+    /// Adds coupled inductors: windings, and cores that store what the law tells, or else take the currents of their
+    /// fluxes; returns the ranges of both.
+    pub fn wind(&mut self, group: &Coupled, fluxes: &[f64], stores: bool) -> [Range<usize>; 2] {
+        let windings = self.add(&group.windings, |_, _| Law::Led);
+        let ground = self.network.nodes - 1;
+        let first = self.network.laws.len();
+        for (k, flux) in fluxes.iter().enumerate() {
+            let core = group.first + k;
+            if stores {
+                self.network.ends.push([core, ground]);
+                self.network.laws.push(Law::Weighted { weight: 1.0, offset: -flux });
+            } else {
+                self.network.inject(core, -flux);
+            }
+            let turns = |winding: usize| group.turns(winding - windings.start, k);
+            let all = windings.clone().map(|winding| Turns { winding, core, turns: turns(winding) });
+            self.network.turns.extend(all.filter(|t| t.turns != 0.0));
+        }
+        [windings, first..self.network.laws.len()]
     }
 
     /// Lets a current leave the positive end of a branch and enter the negative one.

@@ -49,6 +49,8 @@ struct Trial {
     /// rounding of currents and voltages
     rounding: [f64; 2],
     hybrid: Hybrid,
+    /// currents have no way
+    cut_off: bool,
 }
 
 impl Trial {
@@ -81,7 +83,7 @@ pub fn solve(network: &Network, ways: &[OneWay]) -> Option<Mixed> {
     // each round ends nearer to the solution than the one before; rounding may undo that
     for _ in 0..3 * m + 1 {
         let Some(next) = worst(ways, &trial, &closed, &passed) else {
-            if trial.hybrid.cut_off {
+            if trial.cut_off {
                 return None;
             }
             let Trial { flow, carried, slack, potentials, rounding, .. } = trial;
@@ -200,8 +202,23 @@ fn attempt(network: &Network, ways: &[OneWay], closed: &[bool]) -> Option<Trial>
     let rounding = sizes.map(|size| SUMS * size);
     let contradicts = |(law, voltage): (&Law, &f64)| match law {
         Law::Fixed(fixed) => f64::abs(voltage - fixed) > rounding[1],
-        Law::Weighted { .. } | Law::Loose(_) => false,
+        Law::Weighted { .. } | Law::Loose(_) | Law::Led => false,
     };
+    // what windings bring to a core that stores nothing cancels
+    let is_loose = |&at: &usize| matches!(mode.laws[at], Law::Loose(_));
+    let cores = if mode.turns.is_empty() { 0 } else { first };
+    let idle = |at: usize| flow.current[at].abs() <= rounding[0];
+    let cut_off = hybrid.cut_off || !(0..cores).filter(is_loose).all(idle);
+    let mut unwound = vec![0.0; if network.turns.is_empty() { 0 } else { first }];
+    for t in &network.turns {
+        unwound[t.winding] += t.turns * (potentials[t.core] - potentials[network.nodes - 1]);
+    }
+    let slips = |(at, v): (usize, &f64)| {
+        mode.laws[at] == Law::Led && f64::abs(flow.voltage[at] - v) > rounding[1]
+    };
+    if unwound.iter().enumerate().any(slips) {
+        return None;
+    }
     if !sizes.iter().all(|s| s.is_finite()) || mode.laws.iter().zip(&flow.voltage).any(contradicts)
     {
         return None;
@@ -212,7 +229,7 @@ fn attempt(network: &Network, ways: &[OneWay], closed: &[bool]) -> Option<Trial>
     }
     flow.voltage.truncate(first);
     flow.current.truncate(first);
-    Some(Trial { flow, carried, slack, potentials, rounding, hybrid })
+    Some(Trial { flow, carried, slack, potentials, rounding, hybrid, cut_off })
 }
 
 #[cfg(test)]

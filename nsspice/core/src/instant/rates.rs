@@ -21,9 +21,7 @@ impl Instant<'_> {
         for (resistor, &current) in elements.resistors.iter().zip(&values.currents) {
             draft.carry(resistor, current);
         }
-        for inductor in &elements.inductors {
-            draft.carry(inductor, inductor.index.map_or(0.0, |row| out.z[row]));
-        }
+        let windings = self.carry_inductors(&mut draft, out);
         let v = &values.potentials;
         for switch in self.pairs(Role::Closed).iter().filter(|b| b.value > 0.0) {
             let [plus, minus] = switch.ends;
@@ -45,6 +43,9 @@ impl Instant<'_> {
         let rates = draft.solve(&ways, &vec![0.0; elements.nodes])?;
         elements.put(&rates.potentials, &mut out.rates);
         for (branch, at) in elements.voltages.iter().zip(voltages) {
+            branch.index.iter().for_each(|&row| out.z[row] = rates.flow.current[at]);
+        }
+        for (branch, at) in windings {
             branch.index.iter().for_each(|&row| out.z[row] = rates.flow.current[at]);
         }
         for (branch, at) in switches.iter().zip(closed) {

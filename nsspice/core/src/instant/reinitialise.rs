@@ -4,7 +4,7 @@ use super::mixed::OneWay;
 use crate::descriptor::Linear;
 use crate::mlcp::Role;
 use crate::sparse::Csc;
-use crate::structure::{Branch, Coordinates, Elements, Law, SUMS};
+use crate::structure::{Branch, Coordinates, Coupled, Elements, Law, SUMS};
 
 /// Networks with more branches are left to sparse methods: the loops of one forest grow with their square.
 const MOST: usize = 2000;
@@ -59,7 +59,8 @@ impl Reinitialiser {
             &elements.pairs,
             &elements.inductors,
         ];
-        let all: usize = branches.iter().map(|list| list.len()).sum();
+        let coupled: usize = elements.groups.iter().map(|g| g.windings.len()).sum();
+        let all: usize = branches.iter().map(|list| list.len()).sum::<usize>() + coupled;
         if all > MOST {
             return None;
         }
@@ -98,6 +99,8 @@ pub(super) struct Instant<'a> {
     pub potentials: Vec<f64>,
     /// currents below this are rounding
     pub nothing: f64,
+    /// fluxes of the cores of each group
+    pub fluxes: Vec<Vec<f64>>,
 }
 
 impl<'a> Instant<'a> {
@@ -116,7 +119,16 @@ impl<'a> Instant<'a> {
             Before::Stored(_) => vec![0.0; r.elements.nodes],
             Before::State(z) => r.elements.potentials(z),
         };
-        Instant { r, roles, driven: right(u), rising: right(slopes), potentials, nothing: 0.0 }
+        let fluxes = r.elements.groups.iter().map(|group| {
+            let row = |k: usize| group.windings[k].index.unwrap_or(0);
+            match before {
+                Before::Stored(linked) => group.fluxes_of(|k| linked[row(k)]),
+                Before::State(z) => group.fluxes(|k| z[row(k)]),
+            }
+        });
+        let fluxes = fluxes.collect();
+        let (driven, rising) = (right(u), right(slopes));
+        Instant { r, roles, driven, rising, potentials, nothing: 0.0, fluxes }
     }
 
     pub fn elements(&self) -> &'a Elements {
@@ -163,7 +175,13 @@ impl<'a> Instant<'a> {
         OneWay { ends: pair.ends, offset: self.offset(pair), series: pair.value }
     }
 
-    fn solve(&self, before: Before) -> Option<Consistent> {
+    /// The groups of coupled inductors whose currents their fluxes do not tell.
+    pub fn tight(&self) -> impl Iterator<Item = (&'a Coupled, &[f64])> + '_ {
+        let all = self.elements().groups.iter().zip(&self.fluxes);
+        all.filter(|(group, _)| !group.leaks()).map(|(group, fluxes)| (group, &fluxes[..]))
+    }
+
+    fn solve(&mut self, before: Before) -> Option<Consistent> {
         let mut out = Consistent {
             z: vec![0.0; self.r.size],
             rates: vec![0.0; self.r.size],
@@ -173,7 +191,7 @@ impl<'a> Instant<'a> {
             impulses: [vec![0.0; self.r.size], vec![0.0; self.r.pairs]],
         };
         let charged = self.charges(before, &mut out)?;
-        let blocked = self.fluxes(before, &mut out)?;
+        let blocked = self.jump_of_fluxes(before, &mut out)?;
         let values = self.values(&charged, &mut out)?;
         self.rates(&values, &mut out)?;
         self.share(&values, &mut out);

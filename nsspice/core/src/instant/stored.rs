@@ -4,7 +4,7 @@ use super::draft::Draft;
 use super::mixed::OneWay;
 use super::reinitialise::{Before, Consistent, Instant};
 use crate::mlcp::Role;
-use crate::structure::{Basis, Branch, Law};
+use crate::structure::{Basis, Branch, Coupled, Law};
 
 impl Instant<'_> {
     /// The voltages of the capacitors after the jump, and the charges that it moves.
@@ -21,6 +21,9 @@ impl Instant<'_> {
         };
         let capacitors = draft
             .add(&elements.capacitors, |_, c| Law::Weighted { weight: c.value, offset: held(c) });
+        for (group, fluxes) in self.tight() {
+            draft.wind(group, &vec![0.0; fluxes.len()], false);
+        }
         if let Before::Stored(charges) = before {
             draft.inject(&elements.entering(charges));
         }
@@ -47,7 +50,7 @@ impl Instant<'_> {
     ///
     /// Across everything through which a current may change in no time there is no impulse: sources, capacitors,
     /// resistors, closed switches.
-    pub fn fluxes(&self, before: Before, out: &mut Consistent) -> Option<Vec<usize>> {
+    pub fn jump_of_fluxes(&mut self, before: Before, out: &mut Consistent) -> Option<Vec<usize>> {
         let elements = self.elements();
         for inductor in &elements.inductors {
             let Some(row) = inductor.index else { continue };
@@ -56,6 +59,7 @@ impl Instant<'_> {
                 Before::State(z) => z[row],
             };
         }
+        self.carry_fluxes(out);
         let mut draft = Draft::new(elements.nodes);
         let mut ends = Vec::new();
         let closed = self.pairs(Role::Closed);
@@ -66,12 +70,19 @@ impl Instant<'_> {
         let still = Basis::new(elements.nodes, &ends, 0..ends.len());
         let moves = |b: &&Branch| !still.joins(b.ends[0], b.ends[1]);
         let inductors: Vec<Branch> = elements.inductors.iter().filter(moves).copied().collect();
-        if inductors.is_empty() {
+        let moving = |group: &Coupled| group.windings.iter().any(|w| moves(&w));
+        let groups: Vec<usize> =
+            (0..elements.groups.len()).filter(|&k| moving(&elements.groups[k])).collect();
+        if inductors.is_empty() && groups.is_empty() {
             return Some(Vec::new());
         }
         let flux = |l: &Branch| l.value * l.index.map_or(0.0, |row| out.z[row]);
         let laws =
             draft.add(&inductors, |_, l| Law::Weighted { weight: 1.0 / l.value, offset: -flux(l) });
+        let cores: Vec<_> = groups
+            .iter()
+            .map(|&k| draft.wind(&elements.groups[k], &self.fluxes[k], true)[1].clone())
+            .collect();
         draft.inject(&elements.entering(&self.driven));
         for inductor in elements.inductors.iter().filter(|l| !moves(l)) {
             draft.carry(inductor, inductor.index.map_or(0.0, |row| out.z[row]));
@@ -82,15 +93,29 @@ impl Instant<'_> {
         let ways: Vec<OneWay> = diodes.iter().map(way).collect();
         let nothing = vec![0.0; elements.nodes];
         let found = draft.solve(&ways, &nothing)?;
-        let jumps = laws.clone().any(|at| found.flow.voltage[at] != 0.0);
+        let all = laws.clone().chain(cores.iter().flat_map(Clone::clone));
+        let jumps = all.into_iter().any(|at| found.flow.voltage[at] != 0.0);
         if !jumps {
             return Some(Vec::new());
         }
         for (inductor, at) in inductors.iter().zip(laws) {
             inductor.index.iter().for_each(|&row| out.z[row] = found.flow.current[at]);
         }
+        for (&k, cores) in groups.iter().zip(&cores) {
+            self.fluxes[k].copy_from_slice(&found.flow.current[cores.clone()]);
+        }
+        self.carry_fluxes(out);
         elements.put(&found.potentials, &mut out.impulses[0]);
         let blocked = |(_, slack): &(&Branch, &f64)| **slack > found.rounding;
         Some(diodes.iter().zip(&found.slack).filter(blocked).filter_map(|(d, _)| d.index).collect())
+    }
+
+    /// The currents that the fluxes of cores tell.
+    fn carry_fluxes(&self, out: &mut Consistent) {
+        for (group, fluxes) in self.elements().groups.iter().zip(&self.fluxes) {
+            for (winding, current) in group.windings.iter().zip(group.currents(fluxes)) {
+                winding.index.iter().for_each(|&row| out.z[row] = current);
+            }
+        }
     }
 }

@@ -193,3 +193,50 @@ fn a_current_without_a_way_is_refused() {
     let build = Build::new(2).resistor(Some(1), None, 1.0).current(0, -1.0);
     assert!(build.diode(Some(0), Some(1)).after(&[0.0, 0.0]).is_none());
 }
+
+/// A transformer between nodes 0 and 1, each with a capacitor of 1 F to ground, of `turns` and coupling `k`.
+fn transformer(turns: f64, k: f64) -> Build {
+    let mut build = Build::new(2).capacitor(Some(0), None, 1.0).capacitor(Some(1), None, 1.0);
+    let [a, b] = [0, 1].map(|node| build.branch([Some(node), None]));
+    let mutual = k * turns;
+    build.e.extend([(a, a, 1.0), (b, b, turns * turns), (a, b, mutual), (b, a, mutual)]);
+    build
+}
+
+#[test]
+fn windings_without_leakage_let_charges_pass() {
+    // 3 V and 0 V become 0.6 V and 1.2 V: (3 + 2 * 0) / (1 + 2^2)
+    let found = transformer(2.0, 1.0).after(&[3.0, 0.0, 0.5, 0.25]).unwrap();
+    near(found.z[0], 0.6);
+    near(found.z[1], 1.2);
+    // 0.5 A and 0.25 A magnetise as 1 A: both charges discharge through the one core
+    near(found.z[2] + 2.0 * found.z[3], 1.0);
+    near(found.rates[1], 2.0 * found.rates[0]);
+    near(found.rates[0] + 2.0 * found.rates[1], -1.0);
+}
+
+#[test]
+fn windings_with_leakage_keep_their_currents() {
+    let found = transformer(2.0, 0.5).after(&[3.0, 0.0, 0.5, 0.25]).unwrap();
+    [3.0, 0.0, 0.5, 0.25].iter().zip(&found.z).for_each(|(e, f)| near(*f, *e));
+    // L = [[1, 1], [1, 4]]: its inverse times (3 V, 0 V)
+    near(found.rates[2], 4.0);
+    near(found.rates[3], -1.0);
+}
+
+#[test]
+fn fluxes_of_windings_jump_as_those_of_coils() {
+    // the primary (1 H, 2 A) ends at a node of nothing: its current must end, and drives the secondary (4 H, k = 1)
+    let mut build = Build::new(1).resistor(Some(0), None, 1.0);
+    let [a, b] = [None, Some(0)].map(|node| build.branch([node, None]));
+    build.e.extend([(a, a, 1.0), (b, b, 4.0), (a, b, 2.0), (b, a, 2.0)]);
+    build.kinds.push(0);
+    let open = build.kinds.len() - 1;
+    build.g.extend([(open, a, 1.0), (a, open, -1.0)]);
+    let found = build.after(&[0.0, 2.0, 0.0, 0.0]).unwrap();
+    near(found.z[1], 0.0);
+    // 2 A turns / 2
+    near(found.z[2], 1.0);
+    near(found.z[0], -1.0);
+    near(found.z[open], -0.5);
+}

@@ -4,7 +4,7 @@ use super::draft::Draft;
 use super::mixed::{Mixed, OneWay};
 use super::reinitialise::{Consistent, Instant};
 use crate::mlcp::Role;
-use crate::structure::{Basis, Branch, Law};
+use crate::structure::{Basis, Branch, Coupled, Law};
 use std::ops::Range;
 
 /// Values right after an instant.
@@ -40,9 +40,7 @@ impl Instant<'_> {
         let resistors =
             draft.add(&elements.resistors, |_, r| Law::Weighted { weight: r.value, offset: 0.0 });
         draft.inject(&elements.entering(&self.driven));
-        for inductor in &elements.inductors {
-            draft.carry(inductor, inductor.index.map_or(0.0, |row| out.z[row]));
-        }
+        let windings = self.carry_inductors(&mut draft, out);
         let diodes = self.pairs(Role::Diode);
         let ways: Vec<OneWay> = diodes.iter().map(|d| self.way(d)).collect();
         let found = draft.solve(&ways, &self.potentials)?;
@@ -50,6 +48,9 @@ impl Instant<'_> {
         for ((diode, &current), &closed) in diodes.iter().zip(&found.carried).zip(&found.closed) {
             let Some(pair) = diode.index else { continue };
             (out.l[pair], out.active[pair]) = (current, closed);
+        }
+        for (branch, at) in windings {
+            branch.index.iter().for_each(|&row| out.z[row] = found.flow.current[at]);
         }
         let lists = [
             (&elements.voltages[..], voltages),
@@ -64,10 +65,36 @@ impl Instant<'_> {
             let [plus, minus] = inductor.ends;
             out.rates[row] = (potentials[plus] - potentials[minus]) / inductor.value;
         }
+        for group in &elements.groups {
+            // of which the rates of the fluxes are the voltages of the cores
+            let across = |k: usize| {
+                let [plus, minus] = group.windings[k].ends;
+                potentials[plus] - potentials[minus]
+            };
+            let rates = group.currents(&group.fluxes_of(across));
+            for (winding, rate) in group.windings.iter().zip(rates) {
+                winding.index.iter().for_each(|&row| out.rates[row] = rate);
+            }
+        }
         for (resistor, &current) in elements.resistors.iter().zip(&currents) {
             resistor.index.iter().for_each(|&row| out.z[row] = current);
         }
         Some(Values { potentials, currents, diodes, slack, rounding })
+    }
+
+    /// Lets inductors carry their currents; the branches whose currents their fluxes do not tell, and where they are.
+    pub fn carry_inductors(&self, draft: &mut Draft, out: &Consistent) -> Vec<(Branch, usize)> {
+        let elements = self.elements();
+        let leaking = elements.groups.iter().filter(|group| group.leaks());
+        for inductor in elements.inductors.iter().chain(leaking.flat_map(|g| &g.windings)) {
+            draft.carry(inductor, inductor.index.map_or(0.0, |row| out.z[row]));
+        }
+        let mut found = Vec::new();
+        for (group, fluxes) in self.tight() {
+            let [windings, _] = draft.wind(group, fluxes, false);
+            found.extend(group.windings.iter().copied().zip(windings));
+        }
+        found
     }
 
     /// Potentials of all nodes, with those of parts that only inductors and blocking pairs join to others: the
@@ -87,8 +114,16 @@ impl Instant<'_> {
         let all = lists.iter().flat_map(|(list, _)| list.iter()).chain(&conducting);
         let ends: Vec<[usize; 2]> = all.map(|b| b.ends).collect();
         let rigid = Basis::new(elements.nodes, &ends, 0..ends.len());
-        if rigid.roots().count() == 1 {
+        let cores: usize = elements.groups.iter().map(Coupled::cores).sum();
+        if rigid.roots().count() == 1 + cores {
             return Some((found.potentials, found.slack, found.rounding));
+        }
+        // the common potential of windings that float is left to the motion that closes a pair
+        let windings = elements.groups.iter().flat_map(|g| &g.windings).chain(&elements.inductors);
+        let joined = ends.iter().copied().chain(windings.map(|w| w.ends)).collect::<Vec<_>>();
+        let parts = Basis::new(elements.nodes, &joined, 0..joined.len()).roots().count();
+        if cores > 0 && parts > 1 + cores {
+            return None;
         }
         let mut draft = Draft::new(elements.nodes);
         for (list, at) in lists {
@@ -100,6 +135,9 @@ impl Instant<'_> {
         let moves = |b: &&Branch| !rigid.joins(b.ends[0], b.ends[1]);
         let inductors: Vec<Branch> = elements.inductors.iter().filter(moves).copied().collect();
         draft.add(&inductors, |_, l| Law::Weighted { weight: 1.0 / l.value, offset: 0.0 });
+        for group in elements.groups.iter().filter(|g| g.windings.iter().any(|w| moves(&w))) {
+            draft.wind(group, &vec![0.0; group.cores()], true);
+        }
         draft.inject(&elements.entering(&self.rising));
         let free: Vec<Branch> = diodes.iter().filter(moves).copied().collect();
         let way = |d: &Branch| OneWay { ends: d.ends, offset: self.offset(d), series: 0.0 };

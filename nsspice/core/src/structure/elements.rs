@@ -4,6 +4,7 @@
 //! of the second.  Every other element has a row of its own, in which nothing is lost.
 
 use super::coordinates::{Coordinates, Edge};
+use super::coupled::Coupled;
 use crate::descriptor::Linear;
 use crate::sparse::Csc;
 
@@ -22,14 +23,14 @@ pub struct Branch {
     pub index: Option<usize>,
 }
 
-/// Capacitors, resistors, uncoupled inductors, sources and pairs between nodes.
+/// Capacitors, resistors, inductors, sources and pairs between nodes.
 #[derive(Clone, Debug, Default)]
 pub struct Elements {
-    /// number of nodes with ground, which is the last one
+    /// number of nodes with those of the cores and ground, which is the last one
     pub nodes: usize,
     /// the voltages that are unknowns
     pub coordinates: Coordinates,
-    /// the unknown of each other node
+    /// the unknown of each of the first nodes, which are those of the network
     pub unknowns: Vec<usize>,
     /// between nodes
     pub capacitors: Vec<Branch>,
@@ -39,6 +40,8 @@ pub struct Elements {
     pub inductors: Vec<Branch>,
     /// branches whose voltage is `-S u` of their row
     pub voltages: Vec<Branch>,
+    /// coupled inductors
+    pub groups: Vec<Coupled>,
     /// one-way branches and switches
     pub pairs: Vec<Branch>,
 }
@@ -106,8 +109,8 @@ fn is_sum_of(matrix: &Csc, elements: &[Branch], nodes: &Nodes, unknowns: &[usize
 }
 
 impl Elements {
-    /// Reads them; nothing if the network holds anything else (controlled sources, couplings, laws of several
-    /// branches, negative values).
+    /// Reads them; nothing if the network holds anything else (controlled sources, laws of several branches,
+    /// negative values).
     pub fn read(
         linear: &Linear,
         capacitors: &[Edge],
@@ -132,12 +135,35 @@ impl Elements {
         found.read_pairs(linear, &nodes)?;
         found.unknowns = unknowns;
         found.coordinates = coordinates.clone();
+        found.place_cores();
         Some(found)
+    }
+
+    /// Gives each core a node between those of the network and ground.
+    fn place_cores(&mut self) {
+        let (first, cores) = (self.nodes - 1, self.groups.iter().map(Coupled::cores).sum::<usize>());
+        if cores == 0 {
+            return;
+        }
+        self.nodes += cores;
+        let (ground, mut next) = (self.nodes - 1, first);
+        let lists = [&mut self.capacitors, &mut self.resistors, &mut self.inductors]
+            .into_iter()
+            .chain([&mut self.voltages, &mut self.pairs])
+            .chain(self.groups.iter_mut().map(|group| &mut group.windings));
+        for end in lists.flatten().flat_map(|branch| &mut branch.ends) {
+            *end = if *end == first { ground } else { *end };
+        }
+        for group in &mut self.groups {
+            group.first = next;
+            next += group.cores();
+        }
     }
 
     /// The rows `L i' + R i - (va - vb) = S u`.
     fn read_branches(&mut self, linear: &Linear, nodes: &Nodes) -> Option<()> {
         let (e_rows, g_rows) = (linear.e.transpose(), linear.g.transpose());
+        let mut coupled = Vec::new();
         for row in (0..linear.g.nrows).filter(|&j| nodes.of[j].is_none()) {
             let entries = |matrix: &Csc, k: usize| -> Vec<(usize, f64)> {
                 let (index, values) = matrix.col(k);
@@ -155,21 +181,30 @@ impl Elements {
             let flow = entries(&linear.g, row);
             let stored = entries(&e_rows, row);
             let resistance = own(&law)?;
-            let inductance = own(&stored)?;
+            let inductance = stored.iter().find(|e| e.0 == row).map_or(0.0, |e| e.1);
             let at_nodes = |list: Vec<(usize, f64)>, factor: f64| {
                 list.into_iter()
                     .filter(|e| nodes.of[e.0].is_some())
                     .map(move |(k, v)| (k, factor * v))
             };
-            // a source may read a rate, and inductors may be coupled
-            let count = usize::from(inductance != 0.0);
-            let single = stored.len() == count && entries(&linear.e, row).len() == count;
+            // a source may read a rate
+            let stores = inductance != 0.0;
+            let inside = stored.iter().all(|e| nodes.of[e.0].is_none() && stores);
+            let alike = stored == entries(&linear.e, row);
             let ends = nodes.ends(at_nodes(law, -1.0))?;
-            if !single || own(&flow).is_none() || nodes.ends(at_nodes(flow, 1.0))? != ends {
+            if !(inside && alike) || own(&flow).is_none() || nodes.ends(at_nodes(flow, 1.0))? != ends
+            {
                 return None;
             }
             let driven = linear.s.iter().any(|e| e.0 == row && e.2 != 0.0);
             let branch = |value: f64| Branch { ends, value, index: Some(row) };
+            if stored.len() > 1 {
+                if resistance != 0.0 || driven {
+                    return None;
+                }
+                coupled.push(branch(inductance));
+                continue;
+            }
             match (inductance, resistance) {
                 (0.0, 0.0) => self.voltages.push(branch(0.0)),
                 (l, 0.0) if l > 0.0 && !driven => self.inductors.push(branch(l)),
@@ -177,6 +212,7 @@ impl Elements {
                 _ => return None,
             }
         }
+        self.groups = Coupled::groups(&linear.e, coupled)?;
         Some(())
     }
 
@@ -205,7 +241,9 @@ impl Elements {
     /// Potentials of all nodes from the unknowns.
     pub fn potentials(&self, z: &[f64]) -> Vec<f64> {
         let v = self.coordinates.potentials(z);
-        self.unknowns.iter().map(|&j| v[j]).chain([0.0]).collect()
+        let mut out: Vec<f64> = self.unknowns.iter().map(|&j| v[j]).collect();
+        out.resize(self.nodes, 0.0);
+        out
     }
 
     /// The voltage between two nodes from the unknowns, which add up along the tree.

@@ -4,6 +4,7 @@
 mod basis;
 mod breakpoints;
 mod coordinates;
+mod coupled;
 mod elements;
 mod hybrid;
 mod parts;
@@ -13,6 +14,7 @@ mod tests;
 pub use basis::Basis;
 pub use breakpoints::kinks_that_reach_storage;
 pub use coordinates::{Coordinates, Edge};
+pub use coupled::Coupled;
 pub use elements::{Branch, Elements};
-pub use hybrid::{Flow, Hybrid, Law, Network, SUMS};
+pub use hybrid::{Flow, Hybrid, Law, Network, Turns, SUMS};
 pub use parts::Parts;
