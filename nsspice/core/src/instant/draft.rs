@@ -44,7 +44,8 @@ impl Draft {
                 self.network.inject(core, -flux);
             }
             let turns = |winding: usize| group.turns(winding - windings.start, k);
-            let all = windings.clone().map(|winding| Turns { winding, core, turns: turns(winding) });
+            let all =
+                windings.clone().map(|winding| Turns { winding, core, turns: turns(winding) });
             self.network.turns.extend(all.filter(|t| t.turns != 0.0));
         }
         [windings, first..self.network.laws.len()]

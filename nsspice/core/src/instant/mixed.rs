@@ -209,14 +209,7 @@ fn attempt(network: &Network, ways: &[OneWay], closed: &[bool]) -> Option<Trial>
     let cores = if mode.turns.is_empty() { 0 } else { first };
     let idle = |at: usize| flow.current[at].abs() <= rounding[0];
     let cut_off = hybrid.cut_off || !(0..cores).filter(is_loose).all(idle);
-    let mut unwound = vec![0.0; if network.turns.is_empty() { 0 } else { first }];
-    for t in &network.turns {
-        unwound[t.winding] += t.turns * (potentials[t.core] - potentials[network.nodes - 1]);
-    }
-    let slips = |(at, v): (usize, &f64)| {
-        mode.laws[at] == Law::Led && f64::abs(flow.voltage[at] - v) > rounding[1]
-    };
-    if unwound.iter().enumerate().any(slips) {
+    if !is_wound(&mode, &flow, &potentials, sizes[1]) {
         return None;
     }
     if !sizes.iter().all(|s| s.is_finite()) || mode.laws.iter().zip(&flow.voltage).any(contradicts)
@@ -230,6 +223,25 @@ fn attempt(network: &Network, ways: &[OneWay], closed: &[bool]) -> Option<Trial>
     flow.voltage.truncate(first);
     flow.current.truncate(first);
     Some(Trial { flow, carried, slack, potentials, rounding, hybrid, cut_off })
+}
+
+/// Whether windings have the voltages of their cores, to the rounding of the fluxes that these are differences of.
+fn is_wound(mode: &Network, flow: &Flow, potentials: &[f64], largest: f64) -> bool {
+    let ground = potentials[mode.nodes - 1];
+    let stored = mode.laws.iter().map(|law| match law {
+        Law::Weighted { offset, .. } => offset.abs(),
+        _ => 0.0,
+    });
+    let stored = stored.fold(0.0, f64::max);
+    let mut sums = vec![[0.0; 2]; if mode.turns.is_empty() { 0 } else { mode.laws.len() }];
+    for t in &mode.turns {
+        sums[t.winding][0] += t.turns * (potentials[t.core] - ground);
+        sums[t.winding][1] += t.turns.abs() * stored;
+    }
+    let holds = |(at, [v, flux]): (usize, &[f64; 2])| {
+        mode.laws[at] != Law::Led || (flow.voltage[at] - v).abs() <= SUMS * (largest + flux)
+    };
+    sums.iter().enumerate().all(holds)
 }
 
 #[cfg(test)]

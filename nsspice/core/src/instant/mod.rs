@@ -14,6 +14,9 @@
 //! The first two are apart: by Minty's theorem (Monotone networks, Proc. R. Soc. A 257, 1960) a network of
 //! monotone branches has a solution if voltages and currents are feasible each by themselves.  They are the
 //! projections of Moreau's law of impacts, in the norm of the energy.  No length of a step enters anywhere.
+//!
+//! Coupled inductors are ideal transformers between windings and cores.  Those without leakage take part in 1, 3 and 5
+//! as well: what flows through them, their fluxes do not tell.
 
 mod draft;
 mod mixed;

@@ -51,7 +51,8 @@ impl Coupled {
             return None;
         }
         // Cholesky with complete pivoting
-        let (mut order, mut turns): (Vec<usize>, Vec<Vec<f64>>) = ((0..n).collect(), vec![vec![]; n]);
+        let (mut order, mut turns): (Vec<usize>, Vec<Vec<f64>>) =
+            ((0..n).collect(), vec![vec![]; n]);
         for step in 0..n {
             let rest = step..n;
             let pivot = rest.max_by(|&a, &b| {
@@ -67,8 +68,7 @@ impl Coupled {
                 }
                 break;
             }
-            let column: Vec<f64> =
-                (0..n).map(|k| left[(k, order[step])] / own.sqrt()).collect();
+            let column: Vec<f64> = (0..n).map(|k| left[(k, order[step])] / own.sqrt()).collect();
             for (k, &a) in order.iter().enumerate() {
                 turns[a].push(if k < step { 0.0 } else { root[a] * column[a] });
                 for &b in &order[step..] {

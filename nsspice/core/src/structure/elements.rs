@@ -141,7 +141,8 @@ impl Elements {
 
     /// Gives each core a node between those of the network and ground.
     fn place_cores(&mut self) {
-        let (first, cores) = (self.nodes - 1, self.groups.iter().map(Coupled::cores).sum::<usize>());
+        let (first, cores) =
+            (self.nodes - 1, self.groups.iter().map(Coupled::cores).sum::<usize>());
         if cores == 0 {
             return;
         }
@@ -192,7 +193,9 @@ impl Elements {
             let inside = stored.iter().all(|e| nodes.of[e.0].is_none() && stores);
             let alike = stored == entries(&linear.e, row);
             let ends = nodes.ends(at_nodes(law, -1.0))?;
-            if !(inside && alike) || own(&flow).is_none() || nodes.ends(at_nodes(flow, 1.0))? != ends
+            if !(inside && alike)
+                || own(&flow).is_none()
+                || nodes.ends(at_nodes(flow, 1.0))? != ends
             {
                 return None;
             }

@@ -234,7 +234,8 @@ impl Network {
             right.push(root * mismatch);
             links.push(Link { edge, root, path });
         }
-        let mut hybrid = Hybrid { basis, twigs, links, twig_of, base, entries, right, cuts, cut_off };
+        let mut hybrid =
+            Hybrid { basis, twigs, links, twig_of, base, entries, right, cuts, cut_off };
         hybrid.wind(self, &place_of);
         hybrid
     }
