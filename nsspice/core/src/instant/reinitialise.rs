@@ -73,6 +73,11 @@ impl Reinitialiser {
         })
     }
 
+    /// Whether inductors are coupled.
+    pub fn is_coupled(&self) -> bool {
+        !self.elements.groups.is_empty()
+    }
+
     /// The state right after an instant, with the sources `u`, their slopes and the roles of all pairs; nothing if
     /// it was not found.  Currents are known to the rounding of the `largest` so far.
     pub fn after(

@@ -21,8 +21,10 @@ impl Instant<'_> {
         };
         let capacitors = draft
             .add(&elements.capacitors, |_, c| Law::Weighted { weight: c.value, offset: held(c) });
+        let mut windings = Vec::new();
         for (group, fluxes) in self.tight() {
-            draft.wind(group, &vec![0.0; fluxes.len()], false);
+            let [at, _] = draft.wind(group, &vec![0.0; fluxes.len()], false);
+            windings.extend(group.windings.iter().zip(at));
         }
         if let Before::Stored(charges) = before {
             draft.inject(&elements.entering(charges));
@@ -33,6 +35,9 @@ impl Instant<'_> {
         let [unknowns, multipliers] = &mut out.impulses;
         for (branch, at) in elements.voltages.iter().zip(voltages) {
             branch.index.iter().for_each(|&row| unknowns[row] = found.flow.current[at]);
+        }
+        for (winding, at) in windings {
+            winding.index.iter().for_each(|&row| unknowns[row] = found.flow.current[at]);
         }
         for (branch, at) in switches.iter().zip(closed) {
             branch.index.iter().for_each(|&pair| multipliers[pair] = found.flow.current[at]);
