@@ -41,7 +41,7 @@ def block_deck(seed: int, alone: bool = False) -> str:
     saved = ["v(out)", "i(L1)"]
     for k in range(0 if alone else draw.randint(1, 4)):
         law = draw.choice(_LAWS).format(one=draw.choice(sensed), other=draw.choice(sensed))
-        kind = draw.choice("vie")
+        kind = draw.choice(["v", "i", "e"])
         if kind == "v":
             lines += [f"B{k} m{k} 0 V={{{law}}}", f"RF{k} m{k} f{k} 1k"]
         elif kind == "i":
