@@ -47,7 +47,7 @@ impl Coupled {
                 left[(other, k)] = value / (root[other] * root[k]);
             }
         }
-        if root.iter().any(|root| !(*root > 0.0)) {
+        if !root.iter().all(|root| *root > 0.0) {
             return None;
         }
         // Cholesky with complete pivoting
