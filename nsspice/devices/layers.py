@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -64,8 +65,9 @@ class Layered(Device):
         """Return nothing: a line is read as a charge or a flux, which has layers."""
         return None
 
+    @abstractmethod
     def _together(self, curve: StoredCurve) -> StoredCurve:
-        raise NotImplementedError
+        """Return the curve of all elements in parallel or in series."""
 
     def written(self, pairs: bool) -> Device:
         """Return the element with its kinks as pairs, or on the tape."""
@@ -139,8 +141,9 @@ class Layered(Device):
             signals[condition.signal] = value_of(condition, signals)
         return signals
 
+    @abstractmethod
     def _start(self, voltage: Voltage) -> float:
-        raise NotImplementedError
+        """Return the voltage or current from which a run with ``uic`` starts."""
 
 
 def _pairs_of(layer: Layer) -> int:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fired_at_rest import FIRED_AT_REST
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle.agreement import compare
@@ -185,21 +186,5 @@ V2 g 0 PULSE(0 5 8.1029m 0 0 68u 20m)
 
 @pytest.mark.parametrize("method", ["modewise", "sdirk", "moreau"])
 def test_a_pulse_while_nothing_flows_does_not_fire(method: str):
-    deck = """fired at rest: the current that would hold it is rounding
-V1 a 0 SIN(0 10 50)
-R0 0 d 6.889
-L0 d 0 58.6m
-R1 0 c 27.19
-R2 b 0 48.55k
-C0 c x0 27.3u
-R3 x0 b 4.038
-D0 c d g thyristor
-R4 g d 1k
-V2 g d PULSE(0 5 5.15621m 0 0 0.513969m 20m)
-D1 b a
-D3 d b
-.model thyristor SCR(Vgt=2 Vbo=30 Vrev=150 Rrev=1)
-.tran 0.2m 20m
-"""
-    run = nsspice.tran(nsspice.read(deck), method=method)
+    run = nsspice.tran(nsspice.read(FIRED_AT_REST), method=method)
     assert np.all(run["i(d0)"] == 0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from fired_at_rest import FIRED_AT_REST
 from oracle.agreement import compare
 from random_converters import converter
 
@@ -54,23 +55,7 @@ def test_both_engines_are_certified_and_agree(text: str) -> None:
 
 def test_no_current_is_taken_for_one_while_nothing_flows() -> None:
     """Rounding of potentials was 1e-21 A, and fired a thyristor."""
-    text = """fired at rest: the current that would hold it is rounding
-V1 a 0 SIN(0 10 50)
-R0 0 d 6.889
-L0 d 0 58.6m
-R1 0 c 27.19
-R2 b 0 48.55k
-C0 c x0 27.3u
-R3 x0 b 4.038
-D0 c d g thyristor
-R4 g d 1k
-V2 g d PULSE(0 5 5.15621m 0 0 0.513969m 20m)
-D1 b a
-D3 d b
-.model thyristor SCR(Vgt=2 Vbo=30 Vrev=150 Rrev=1)
-.tran 0.2m 20m
-"""
-    run = nsspice.tran(nsspice.read(text), method="moreau")
+    run = nsspice.tran(nsspice.read(FIRED_AT_REST), method="moreau")
     assert np.abs(run["i(d0)"]).max() == 0.0
 
 

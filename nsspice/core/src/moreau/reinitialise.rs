@@ -23,7 +23,7 @@ impl Stepper {
     /// the structure of the network is not known, or its equations were not solved: then nothing has changed.
     pub(super) fn reinitialise(&mut self, charges: Option<&[f64]>) -> bool {
         let Some(reinitialiser) = &self.reinitialiser else { return false };
-        // rates of windings without leakage are not known well enough behind events of steps
+        // rates of perfectly coupled windings are not known well enough behind events of steps
         if charges.is_none() && reinitialiser.is_coupled() {
             return false;
         }

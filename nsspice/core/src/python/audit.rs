@@ -39,16 +39,14 @@ impl PyAuditor {
         let smooth = system.smooth.as_ref();
         let averaging = system.averaging(&averaging)?;
         let sums = Sums::new(&system.linear, averaging.as_ref(), smooth);
-        // the laws are checked in other coordinates than those in which they were solved
+        // the laws are checked in node voltages, whatever coordinates they were solved in
         let tree = (!system.coordinates.are_potentials()).then(|| system.coordinates.clone());
-        let (linear, averaging) = match &tree {
-            None => (system.linear.clone(), averaging),
-            Some(tree) => (
-                tree.at_nodes_of(&system.linear, &system.capacitors, &system.conductors),
-                averaging.map(|(h, hs)| tree.averaging_at_nodes([&h, &hs])),
-            ),
-        };
-        let linear = &linear;
+        let turned = tree.as_ref().map(|tree| {
+            let terms = averaging.as_ref().map(|(h, hs)| tree.averaging_at_nodes([h, hs]));
+            (tree.at_nodes_of(&system.linear, &system.capacitors, &system.conductors), terms)
+        });
+        let (linear, averaging) =
+            turned.as_ref().map_or((&system.linear, &averaging), |(linear, terms)| (linear, terms));
         let mut inner = Auditor::new(linear, averaging.as_ref(), smooth);
         if timed {
             if system.described.len() != linear.s.ncols {
@@ -57,11 +55,13 @@ impl PyAuditor {
             inner.sources = Some(Sources::new(&system.described));
         }
         if !system.switches.is_empty() {
-            let mut switches = system.switches.to_vec();
+            let mut switches = system.switches.clone();
             if let Some(tree) = &tree {
-                switches.iter_mut().for_each(|s| s.control = tree.list_at_nodes(&s.control));
+                let mut own = switches.to_vec();
+                own.iter_mut().for_each(|s| s.control = tree.list_at_nodes(&s.control));
+                switches = own.into();
             }
-            inner.gates = Some(Gates::new(switches.into()));
+            inner.gates = Some(Gates::new(switches));
         }
         Ok(PyAuditor { inner, functions, tree, sums })
     }

@@ -43,6 +43,8 @@ pub(super) struct PySystem {
     pub capacitors: Vec<Edge>,
     pub conductors: Vec<Edge>,
     pub coordinates: Coordinates,
+    /// whether conductances and diagonals show that the network is passive, once it is asked for
+    dominant: OnceLock<bool>,
     /// what the mode-wise engine makes of it, when it is asked for the first time
     prepared: OnceLock<Result<Prepared, String>>,
 }
@@ -82,6 +84,7 @@ impl PySystem {
             capacitors,
             conductors,
             coordinates,
+            dominant: OnceLock::new(),
             prepared: OnceLock::new(),
         };
         let [.., functions] = system.sizes();
@@ -110,8 +113,10 @@ impl PySystem {
 
     /// Whether conductances and diagonals show that the network is passive.
     pub fn dominant(&self) -> bool {
-        let rest = self.coordinates.remainder(&self.linear.g, &self.conductors);
-        self.conductors.iter().all(|e| e.2 >= 0.0) && self.linear.dominant_beside(&rest)
+        *self.dominant.get_or_init(|| {
+            let rest = self.coordinates.remainder(&self.linear.g, &self.conductors);
+            self.conductors.iter().all(|e| e.2 >= 0.0) && self.linear.dominant_beside(&rest)
+        })
     }
 }
 

@@ -69,6 +69,11 @@ impl Coordinates {
 
     /// Entries of a matrix minus those of the elements; what is left by rounding is dropped.
     pub fn remainder(&self, matrix: &Csc, edges: &[Edge]) -> Csc {
+        self.remainder_beyond(ROUNDING, matrix, edges)
+    }
+
+    /// The same, with the part of its terms that an entry may have as rounding.
+    pub fn remainder_beyond(&self, rounding: f64, matrix: &Csc, edges: &[Edge]) -> Csc {
         let mut left: BTreeMap<(usize, usize), [f64; 2]> = BTreeMap::new();
         let mut add = |at: (usize, usize), v: f64| {
             let [sum, size] = left.entry(at).or_insert([0.0; 2]);
@@ -81,8 +86,11 @@ impl Coordinates {
                 row.iter().for_each(|&(c, two)| add((r, c), -one * two * edge.2));
             }
         }
-        let kept = left.into_iter().filter(|(_, [sum, size])| sum.abs() > ROUNDING * size);
-        let entries: Vec<_> = kept.map(|((r, c), [sum, _])| (r, c, sum)).collect();
+        left.retain(|_, [sum, size]| {
+            let nothing = sum.abs() <= rounding * *size;
+            !nothing
+        });
+        let entries: Vec<_> = left.into_iter().map(|((r, c), [sum, _])| (r, c, sum)).collect();
         Csc::from_triplets(matrix.nrows, matrix.ncols, &entries)
     }
 

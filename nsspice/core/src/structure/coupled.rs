@@ -2,7 +2,7 @@
 //!
 //! `L = N N'` by the Cholesky factor of the correlations, whose rank is the number of cores.  The voltages of the
 //! windings are `v = N u`, with the voltages `u` of the cores, and the fluxes of these are `m = N' i`.  Neither `L`
-//! nor its inverse has to be regular: windings without leakage have fewer cores than windings.
+//! nor its inverse has to be regular: perfectly coupled windings have fewer cores than windings.
 
 use super::elements::Branch;
 use crate::dense::{Lu, Matrix};

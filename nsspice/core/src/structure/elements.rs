@@ -85,29 +85,6 @@ impl Nodes<'_> {
     }
 }
 
-/// Whether a matrix is, between nodes, the sum of these elements.
-fn is_sum_of(matrix: &Csc, elements: &[Branch], nodes: &Nodes, unknowns: &[usize]) -> bool {
-    let mut left: std::collections::HashMap<(usize, usize), [f64; 2]> = Default::default();
-    let mut add = |at: (usize, usize), value: f64| {
-        let [sum, size] = left.entry(at).or_insert([0.0; 2]);
-        (*sum, *size) = (*sum + value, *size + value.abs());
-    };
-    for (r, c, v) in matrix.iter().filter(|e| nodes.of[e.0].is_some() && nodes.of[e.1].is_some()) {
-        add((r, c), v);
-    }
-    for element in elements {
-        let [a, b] =
-            element.ends.map(|end| if end == nodes.ground { -1 } else { unknowns[end] as isize });
-        let path = nodes.coordinates.path(a, b);
-        for &(k, one) in &path {
-            for &(l, two) in &path {
-                add((k, l), -one * two * element.value);
-            }
-        }
-    }
-    left.values().all(|[sum, size]| sum.abs() <= ROUNDING * size)
-}
-
 impl Elements {
     /// Reads them; nothing if the network holds anything else (controlled sources, laws of several branches,
     /// negative values).
@@ -127,8 +104,14 @@ impl Elements {
             resistors: nodes.between(resistors)?,
             ..Elements::default()
         };
-        let sums = [(&linear.e, &found.capacitors), (&linear.g, &found.resistors)];
-        if !sums.iter().all(|(matrix, list)| is_sum_of(matrix, list, &nodes, &unknowns)) {
+        let is_sum_of = |matrix: &Csc, edges: &[Edge]| {
+            let rest = coordinates.remainder_beyond(ROUNDING, matrix, edges);
+            let between =
+                |e: (usize, usize, f64)| nodes.of[e.0].is_some() && nodes.of[e.1].is_some();
+            let left = rest.iter().any(between);
+            !left
+        };
+        if !is_sum_of(&linear.e, capacitors) || !is_sum_of(&linear.g, resistors) {
             return None;
         }
         found.read_branches(linear, &nodes)?;
