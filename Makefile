@@ -12,9 +12,10 @@ BIN    := $(VENV)/bin
 CRATE  := nsspice/core/Cargo.toml
 # cargo test links a small program against libpython: let it find the one of the environment
 export PYO3_PYTHON := $(abspath $(BIN)/python)
+LIBPYTHON = $$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_config_var("LIBDIR") or "")')
 RUST_SOURCES := $(shell find nsspice/core/src -name '*.rs' 2>/dev/null) nsspice/core/Cargo.lock
 
-.PHONY: run test setup check-rust rust-tools ngspice browser fmt lint type unit rust-test bench bench-compare work-precision cross-check coverage docs soak wheel clean
+.PHONY: run test setup check-rust rust-tools ngspice browser fmt lint type unit rust-test bench core-bench bench-compare work-precision cross-check coverage docs soak wheel clean
 
 run: $(VENV)/.core
 	$(BIN)/nsspice run $(DECK) --plot
@@ -71,8 +72,7 @@ type: $(VENV)/.dev
 	$(BIN)/mypy
 
 rust-test: $(BIN)/python | check-rust
-	LD_LIBRARY_PATH="$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_config_var("LIBDIR") or "")'):$$LD_LIBRARY_PATH" \
-	  cargo test --manifest-path $(CRATE) --locked
+	LD_LIBRARY_PATH="$(LIBPYTHON):$$LD_LIBRARY_PATH" cargo test --manifest-path $(CRATE) --locked
 
 unit: $(VENV)/.dev
 	$(BIN)/python -m pytest -m 'not soak' -n auto --dist worksteal
@@ -84,9 +84,13 @@ fmt: $(VENV)/.dev rust-tools
 
 # ------------------------------------------------------------------ more
 
-bench: $(VENV)/.dev
+bench: $(VENV)/.dev core-bench
 	$(BIN)/python -m pytest tests/benchmarks -o addopts= -o python_files='bench_*.py' -s
 	$(MAKE) work-precision
+
+# steps, the structural equations and instants one by one, by criterion
+core-bench: $(BIN)/python | check-rust
+	LD_LIBRARY_PATH="$(LIBPYTHON):$$LD_LIBRARY_PATH" cargo bench --bench hot_paths --manifest-path $(CRATE) --locked
 
 # both commits built, timed in turn, ratios: BASE=REV
 bench-compare: check-rust

@@ -6,7 +6,7 @@ use _core::mlcp::Role;
 use _core::moreau::{Accuracy, Outputs, Part, Progress, Sdirk, Stepper, System, Tableau};
 use _core::newton::Smooth;
 use _core::sparse::Csc;
-use _core::structure::{Law, Network};
+use _core::structure::{Coordinates, Law, Network};
 use _core::tape::{Program, Tape, NAMES};
 use _core::waveform::Waveform;
 use criterion::{criterion_group, criterion_main, Criterion};
@@ -74,7 +74,7 @@ fn run(smooth: bool) -> (Duration, u64) {
     let sine = Waveform::new("sin", &[0.0, 1.0, 2e4, 0.0, 0.0, 0.0], f64::NAN, 1.0);
     let outputs = vec![vec![(Part::Unknown, SECTIONS, 1.0)]];
     let outputs = Outputs::new(&outputs, [n, m, n, p, functions, functions]);
-    let system = System::new(linear, none(n), none(p), smooth);
+    let system = System::new(linear, none(n), none(p), smooth, false);
     let sine = vec![sine.expect("a right waveform")];
     let mut stepper = Stepper::new(system, sine, Arc::new([]), Vec::new(), outputs);
     stepper.start_dc(0.0, None).unwrap_or_else(|_| panic!("no operating point"));
@@ -117,7 +117,9 @@ fn structure(c: &mut Criterion) {
         b.iter(|| black_box(network.hybrid().solve()))
     });
     let (linear, capacitors, resistors) = ladder(true);
-    let known = Reinitialiser::new(&linear, &capacitors, &resistors).expect("a plain network");
+    let nodes = Coordinates::of_nodes(linear.g.nrows);
+    let known = Reinitialiser::new(&linear, &capacitors, &resistors, &nodes);
+    let known = known.expect("a plain network");
     let before = vec![0.1; linear.g.nrows];
     c.bench_function("mixed LCP of an instant", |b| {
         b.iter(|| {
