@@ -127,6 +127,8 @@ pub struct Sdirk {
     pub(super) patience: Patience,
     /// unknowns whose error is that of their rates, in the step estimated last
     pub(super) tied: Vec<bool>,
+    /// this step does not continue another one
+    pub(super) fresh: bool,
     /// pairs have been made to rest since the step began
     pub(super) rested: bool,
     /// a switch has found no state behind the last event
@@ -186,6 +188,7 @@ impl Sdirk {
             between: Between::new(s),
             patience: Patience::default(),
             tied: vec![false; s.z.len()],
+            fresh: true,
             rested: false,
             restless: None,
             counters: Counters::default(),
@@ -586,6 +589,7 @@ impl Sdirk {
         }
         if plain {
             self.tableau = self.method.next(true);
+            self.fresh = false;
             self.begin_step(s, true);
         } else {
             self.begin_anew(s);
