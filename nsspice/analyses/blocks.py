@@ -74,7 +74,7 @@ def begin(link: Link, mna: MnaSystem, stepper: ModewiseStepper) -> None:
     elif handed.count():
         handed.begin_with(handed.value(0.0))
     else:
-        handed.begin_with(_value(mna, link.signal, *stepper.state, []))
+        handed.begin_with(_value(mna, link.signal, *stepper.beginning, []))
 
 
 def driven_by(links: Sequence[Link]) -> str:

@@ -243,7 +243,7 @@ class IslandRunner:
             ) from problem
         deck = self.circuit.deck
         if self.step is not None and (deck.initial or deck.nodesets):
-            self._unkept = unkept(self.circuit, self.mna, self.stepper.state[0], analysis.uic)
+            self._unkept = unkept(self.circuit, self.mna, self.stepper.beginning[0], analysis.uic)
 
     @property
     def _by_points(self) -> bool:

@@ -274,6 +274,11 @@ class ModewiseStepper(Stepper):
         if failure is not None:
             raise self._diagnose(failure)
 
+    @property
+    def beginning(self) -> tuple[Floats, Floats]:
+        """Unknowns (n,) and multipliers (m,) at the begin of the present interval between events."""
+        return self._core.beginning()  # type: ignore[no-any-return]
+
     def _diagnose(self, failure: Mapping[str, Any]) -> UnsolvedStep:
         """Ask for a proof of infeasibility."""
         if failure["restless"] is not None:

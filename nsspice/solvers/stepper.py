@@ -250,6 +250,11 @@ class Stepper(ABC):
         return self._core.state()  # type: ignore[no-any-return]
 
     @property
+    def beginning(self) -> tuple[Floats, Floats]:
+        """Unknowns (n,) and multipliers (m,) right after a start."""
+        return self.state
+
+    @property
     def time(self) -> float:
         """Present time [s]."""
         return self._core.time()  # type: ignore[no-any-return]

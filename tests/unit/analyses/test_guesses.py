@@ -69,3 +69,13 @@ def test_what_nothing_stores_is_not_kept_and_said_so() -> None:
 )
 def test_nothing_is_said_of_what_is_kept(cards: str) -> None:
     assert not told(f"{STORED}{cards}\n")
+
+
+@pytest.mark.parametrize("method", ["modewise", "sdirk"])
+def test_the_voltage_named_is_that_of_the_first_instant(method: str) -> None:
+    """The exact engine named that of the end of its first interval, 1 V."""
+    text = "no storage at b\nV1 a 0 PWL(0 1 1 3)\nR1 a b 2k\nR2 b 0 1k\nC1 a 0 1u\n.ic v(b)={}\n"
+    run = nsspice.read(text.format(7) + ".tran 0.1 1 uic\n").run(method=method)[0]
+    (said,) = [w.message for w in run.warnings if w.code == "NS3054"]
+    assert "begins with 0.333333 V" in said
+    assert not told(text.format(1 / 3) + ".tran 0.1 1 uic\n")

@@ -97,16 +97,32 @@ impl Engine {
 
     /// Unknowns and multipliers at the present end of the segment.
     pub fn state(&mut self) -> (Vec<f64>, Vec<f64>) {
-        if let (Phase::Moving, Some((_, mode))) = (&self.phase, self.present.clone()) {
-            let mut x = vec![0.0; mode.n];
-            self.path.state(&self.point, &mut x);
-            let mut v = vec![0.0; self.v.len()];
-            self.path.inputs(&self.segment, &self.point, &mut v);
-            let (mut z, mut l) = (vec![0.0; self.net.n], vec![0.0; self.net.m]);
-            self.unknowns(&mode, &x, &v, &self.segment.rate, &mut z, &mut l);
-            return (z, l);
+        self.state_within(1.0)
+    }
+
+    /// Unknowns and multipliers at the present time: a segment that has been begun is known up to its end.
+    pub fn beginning(&mut self) -> (Vec<f64>, Vec<f64>) {
+        self.state_within(0.0)
+    }
+
+    /// The same at a part of the segment; between segments, at the present time.
+    fn state_within(&mut self, part: f64) -> (Vec<f64>, Vec<f64>) {
+        let (Phase::Moving, Some((_, mode))) = (&self.phase, self.present.clone()) else {
+            return (self.z.clone(), self.l.clone());
+        };
+        let mut point = self.point.clone();
+        if part < 1.0 {
+            self.path.at(part * self.point.t, &mut point);
         }
-        (self.z.clone(), self.l.clone())
+        let mut x = vec![0.0; mode.n];
+        self.path.state(&point, &mut x);
+        let mut v = vec![0.0; self.v.len()];
+        self.path.inputs(&self.segment, &point, &mut v);
+        let mut d = Vec::new();
+        self.segment.rates(&v, &mut d);
+        let (mut z, mut l) = (vec![0.0; self.net.n], vec![0.0; self.net.m]);
+        self.unknowns(&mode, &x, &v, &d, &mut z, &mut l);
+        (z, l)
     }
 
     /// Unknowns in the mode so far at energy coordinates `a`, zero before the start.

@@ -91,6 +91,15 @@ impl PyModewise {
         (PyArray1::from_slice(py, &z), PyArray1::from_slice(py, &l))
     }
 
+    /// As `state`, at the begin of the present segment.
+    fn beginning<'py>(
+        &mut self,
+        py: Python<'py>,
+    ) -> (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>) {
+        let (z, l) = self.inner.beginning();
+        (PyArray1::from_slice(py, &z), PyArray1::from_slice(py, &l))
+    }
+
     fn time(&self) -> f64 {
         self.inner.time()
     }
