@@ -31,10 +31,7 @@ impl Sdirk {
         self.trial.estimate(s, &mut self.ladder, self.tableau);
         if self.tableau.looks_back() {
             self.trial.look_back(s, &mut self.ladder, self.tableau);
-        } else if self.fresh
-            || s.smooth.is_some()
-            || self.trial.crossing
-            || self.energies.is_some()
+        } else if self.fresh || s.smooth.is_some() || self.trial.crossing || self.energies.is_some()
         {
             // what a step damps moves its inside, not its end: ringing, and what decays within the first
             // step of a mode; elsewhere the motion in a mode is smooth: the ends of steps tell enough
