@@ -27,7 +27,7 @@ S1 x 0 g 0 sw
 def test_a_capacitor_is_empty_once_its_switch_has_closed(reltol: float) -> None:
     """Its time constant is 1e-13 s: from the next output point on it has the voltage of ``Ron``.
 
-    The decay is followed to ``reltol`` of the range of ``v(x)``, and stiff decay keeps no more of an
+    The decay is followed to ``reltol`` of the range of ``v(x)``, and keeps no more of an
     error; twice that, for the error of the current beside it.
     """
     run = nsspice.read(DECK).run(method="sdirk", reltol=reltol)[0]
