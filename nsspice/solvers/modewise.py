@@ -276,7 +276,7 @@ class ModewiseStepper(Stepper):
 
     @property
     def beginning(self) -> tuple[Floats, Floats]:
-        """Unknowns (n,) and multipliers (m,) at the begin of the present interval between events."""
+        """Unknowns (n,) and multipliers (m,) at the begin of the present interval."""
         return self._core.beginning()  # type: ignore[no-any-return]
 
     def _diagnose(self, failure: Mapping[str, Any]) -> UnsolvedStep:
