@@ -277,7 +277,7 @@ class ModewiseStepper(Stepper):
     @property
     def beginning(self) -> tuple[Floats, Floats]:
         """Unknowns (n,) and multipliers (m,) at the begin of the present interval."""
-        return self._core.beginning()  # type: ignore[no-any-return]
+        return self._core.beginning()
 
     def _diagnose(self, failure: Mapping[str, Any]) -> UnsolvedStep:
         """Ask for a proof of infeasibility."""
