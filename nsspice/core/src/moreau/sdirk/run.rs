@@ -562,7 +562,8 @@ impl Sdirk {
         if self.trial.crossing {
             self.enter_mode(s);
         }
-        if plain && self.method.continues() {
+        let continued = plain && self.resolves_rates();
+        if continued && self.method.continues() {
             self.trial.continue_rates();
         }
         if plain && !calm {
@@ -588,11 +589,20 @@ impl Sdirk {
             self.trial.leave(self.tableau, accepted.theta, plain && !calm);
         }
         if plain {
-            self.tableau = self.method.next(true);
-            self.fresh = false;
+            self.tableau = self.method.next(continued);
+            self.fresh = !continued;
             self.begin_step(s, true);
         } else {
             self.begin_anew(s);
         }
+    }
+
+    /// Whether the rates at the end of the step just taken may begin the next one.  They are differences over
+    /// its last stage, known to what is stored by `u`: over the next step that may count for no more than the
+    /// residual of a stage.  A step that a breakpoint has cut to nearly nothing misses this.
+    fn resolves_rates(&self) -> bool {
+        let next = self.ladder.length(self.level);
+        let stage = self.tableau.gamma * self.trial.length;
+        f64::EPSILON * next <= ACCEPT * stage
     }
 }
