@@ -72,6 +72,9 @@ class EffectsReport:
         Runs that were made.
     interrupted : bool
         True if Ctrl-C ended the search: what was known by then is shown.
+    compared : float
+        Effects were compared up to this time [s], and the recommended deck run to its end; infinite
+        if each run went to the end.
     """
 
     title: str
@@ -84,6 +87,7 @@ class EffectsReport:
     change: float = 0.0
     runs: int = 0
     interrupted: bool = False
+    compared: float = math.inf
 
     @property
     def dropped(self) -> list[Edit]:
@@ -100,7 +104,11 @@ class EffectsReport:
         from ..output.si import number
 
         width = max((len(r.edit.name) for r in self.rows), default=10)
-        lines = [f"{self.title}: {len(self.rows)} effects, {self.runs} runs", ""]
+        lines = [f"{self.title}: {len(self.rows)} effects, {self.runs} runs"]
+        if math.isfinite(self.compared):
+            until = number(self.compared, "s", 3)
+            lines.append(f"  compared up to {until}; recommended after a run to the end")
+        lines.append("")
         lines.append(
             f"  {'effect':<{width}}  {'parameter':<16} {'change':>9}  {'faster':>7}  verdict"
         )
@@ -137,6 +145,7 @@ class EffectsReport:
             "tol": self.tol,
             "runs": self.runs,
             "interrupted": self.interrupted,
+            "compared_up_to": _finite(self.compared),
             "effects": [
                 {
                     "owner": row.edit.owner,

@@ -5,24 +5,23 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from multiprocessing import get_context
+from concurrent.futures import Executor
 
-from ..analyses.periodic_sources import common_period
 from ..circuit import Circuit, build
-from ..errors import Diagnostic, UsageError
-from ..netlist.deck import Deck, TranCard
+from ..netlist.deck import Deck
+from .bench import Bench, pool_of
 from .candidates import candidates
 from .edits import Edit, without
+from .prepared import beginning, prepared
 from .result import EffectRow, EffectsReport, Verdict
-from .trial import Trial, attempt, measured
+from .trial import Trial
 
 Progress = Callable[[str, float], None]
 
 #: leaving an effect out must save this part of the time to be worth a change of the results
 _WORTH = 1.1
-#: signals that are measured where a deck measures nothing
-_SIGNALS = 6
+#: a search that would take longer than this [s] compares the beginning of the run
+_PATIENCE = 60.0
 
 
 def effects(
@@ -79,108 +78,90 @@ def effects(
     >>> [row.edit.name for row in report.rows if row.change > 1e-3]
     ['model dm: forward drop']
     """
-    deck = _prepared(circuit)
+    deck = prepared(circuit)
     edits = candidates(circuit, drop)
     say = progress or (lambda what, share: None)
     count = os.cpu_count() or 1 if workers is None else workers
-    with _pool(count) as pool:
-        return _Search(deck, edits, tol, pool, say).report()
-
-
-def _prepared(circuit: Circuit) -> Deck:
-    """Return the deck with measures; refuse one that has no transient."""
-    deck = circuit.deck
-    cards = [card for card in deck.analyses if isinstance(card, TranCard)]
-    if not cards or deck.steps:
-        raise UsageError(
-            Diagnostic(
-                "NS4040",
-                f"{deck.file} has {'.step cards' if cards else 'no transient'}: effects are "
-                "compared in one transient",
-                hint="add a .tran card" if not cards else "remove the .step cards",
-            )
-        )
-    waveforms = [w for island in circuit.islands for w in island.assemble().system.waveforms]
-    period, stop = common_period(waveforms), cards[0].tstop
-    start = stop / 2.0
-    if period is not None and 0.0 < period < stop / 2.0:
-        start = stop - math.floor(stop / 2.0 / period) * period
-    signals = [s.name for s in deck.saves] or circuit.default_signals()
-    return measured(deck, signals[:_SIGNALS], (start, stop))
-
-
-class _Here(Executor):
-    """Runs in this process: for one worker, and where processes cost more than they gain."""
-
-    def submit(self, fn, /, *args, **kwargs):  # type: ignore[no-untyped-def]
-        future: Future[Trial] = Future()
-        try:
-            future.set_result(fn(*args, **kwargs))
-        except BaseException as error:
-            future.set_exception(error)
-            raise
-        return future
-
-
-def _pool(workers: int) -> Executor:
-    return _Here() if workers <= 1 else ProcessPoolExecutor(workers, get_context("spawn"))
+    with pool_of(count) as pool:
+        return _Search(deck, edits, tol, pool, say, max(count, 1)).report()
 
 
 class _Search:
     """The trials of one deck; what is known is kept if Ctrl-C ends it."""
 
     def __init__(
-        self, deck: Deck, edits: Sequence[Edit], tol: float, pool: Executor, say: Progress
+        self,
+        deck: Deck,
+        edits: Sequence[Edit],
+        tol: float,
+        pool: Executor,
+        say: Progress,
+        workers: int,
     ) -> None:
-        self.deck, self.edits, self.tol, self.pool, self.say = deck, list(edits), tol, pool, say
-        self.trials: dict[frozenset[Edit], Trial] = {}
+        self.edits, self.tol, self.pool, self.say = list(edits), tol, pool, say
+        #: runs of the deck to its end, and those in which effects are compared
+        self.full = self.bench = Bench(deck, pool)
+        self.workers = workers
+        self.compared = math.inf
         self.recommended: frozenset[Edit] = frozenset()
         self.interrupted = False
 
     def report(self) -> EffectsReport:
         """Make all runs and return what they have shown."""
         self.say("the deck as it is", 0.0)
-        (whole,) = self.run([frozenset()])
-        if whole.problem:
-            raise UsageError(
-                Diagnostic(
-                    "NS4040",
-                    f"the deck itself cannot be compared with: {whole.problem}",
-                    hint="nsspice run it first",
-                )
-            )
+        self.full.begin()
+        self.cut()
         every = frozenset(self.edits)
         try:
             self.say("each effect left out", 0.1)
             self.run([frozenset([e]) for e in self.edits])
             self.say("each effect alone", 0.5)
-            self.run([every, *(every - {e} for e in self.edits)])
+            (ideal,) = self.run([every])
+            if not ideal.problem and _WORTH * ideal.seconds < self.bench.whole.seconds:
+                self.run([every - {e} for e in self.edits])
             self.say("combinations", 0.8)
-            self.recommended = self.restored(self.greedy())
+            found = self.restored(self.greedy())
+            self.say("the recommended deck", 0.9)
+            self.recommended = self.confirmed(found)
         except KeyboardInterrupt:
             self.interrupted = True
         return self.summary()
 
+    def cut(self) -> None:
+        """Compare effects in the beginning alone if whole runs would take too long."""
+        runs = 2.0 * len(self.edits) / self.workers
+        expected = runs * self.full.whole.seconds
+        if expected <= _PATIENCE:
+            return
+        found = beginning(build(self.full.deck), _PATIENCE / expected)
+        if found is not None:
+            deck, self.compared = found
+            self.bench = Bench(deck, self.pool)
+            self.bench.begin()
+
+    def confirmed(self, dropped: frozenset[Edit]) -> frozenset[Edit]:
+        """Return those effects without which a run to the end is within the tolerance as well.
+
+        What changes most in the beginning comes back first, half of the effects at a time.
+        """
+        if self.full is self.bench:
+            return dropped
+        change = {e: self.change(self.bench.trials[frozenset([e])])[0] for e in dropped}
+        rest = sorted(dropped, key=lambda e: (change[e], e.name))
+        while rest:
+            (trial,) = self.full.run([frozenset(rest)])
+            if not trial.problem and self.full.change(trial)[0] <= self.tol:
+                break
+            rest = rest[: len(rest) // 2]
+        return frozenset(rest)
+
     def run(self, sets: Sequence[frozenset[Edit]]) -> list[Trial]:
         """Run what has not been run, side by side."""
-        todo = [s for s in dict.fromkeys(sets) if s not in self.trials]
-        for trial in self.pool.map(attempt, [self.deck] * len(todo), todo):
-            self.trials[trial.dropped] = trial
-        return [self.trials[s] for s in sets]
+        return self.bench.run(sets)
 
     def change(self, trial: Trial) -> tuple[float, str]:
         """Return the largest relative change of a measure, and which it is."""
-        reference = self.trials[frozenset()].values
-        worst, name = 0.0, ""
-        for key, value in reference.items():
-            other = trial.values.get(key, math.nan)
-            if math.isnan(value) and math.isnan(other):
-                continue
-            size = max(abs(value), abs(other))
-            part = 0.0 if size == 0.0 else abs(other - value) / size
-            if not part <= worst:
-                worst, name = (math.inf if math.isnan(part) else part), key
-        return worst, name
+        return self.bench.change(trial)
 
     def admissible(self, trial: Trial) -> bool:
         """Return whether a trial is within the tolerance."""
@@ -188,10 +169,10 @@ class _Search:
 
     def greedy(self) -> frozenset[Edit]:
         """Leave effects out one after the other, the largest saving per change first."""
-        whole = self.trials[frozenset()]
+        whole = self.bench.whole
         order = []
         for edit in self.edits:
-            trial = self.trials[frozenset([edit])]
+            trial = self.bench.trials[frozenset([edit])]
             if self.admissible(trial):
                 saved = max(whole.seconds / trial.seconds - 1.0, 0.0)
                 order.append((self.change(trial)[0] / (saved + 1e-3), edit))
@@ -220,7 +201,7 @@ class _Search:
         """
         dropped -= self.void(dropped)
         trials = self.run([dropped, *(dropped - {e} for e in dropped)])[1:]
-        now = self.trials[dropped]
+        now = self.bench.trials[dropped]
         free = [
             e
             for e, trial in zip(dropped, trials, strict=True)
@@ -236,7 +217,7 @@ class _Search:
     def void(self, dropped: frozenset[Edit]) -> frozenset[Edit]:
         """Return edits of what other edits have removed altogether."""
         opened = frozenset(e for e in dropped if e.kind == "open")
-        left = without(self.deck, opened).elements
+        left = without(self.bench.deck, opened).elements
         models = {e.model.name for e in left if e.model is not None}
         return frozenset(
             e for e in dropped if e.kind in ("parameter", "ideal") and e.target not in models
@@ -244,18 +225,19 @@ class _Search:
 
     def summary(self) -> EffectsReport:
         """Return the report of what has been run."""
-        whole, best = self.trials[frozenset()], self.trials[self.recommended]
-        every = frozenset(self.edits)
-        ideal = self.trials.get(every)
+        whole, best = self.full.whole, self.full.trials[self.recommended]
+        every, trials = frozenset(self.edits), self.bench.trials
+        ideal = trials.get(every)
         rows = []
         for edit in self.edits:
-            single, alone = (self.trials.get(s) for s in (frozenset([edit]), every - {edit}))
-            rows.append(self.row(edit, whole, single, ideal, alone))
+            single, alone = (trials.get(s) for s in (frozenset([edit]), every - {edit}))
+            rows.append(self.row(edit, self.bench.whole, single, ideal, alone))
         rows.sort(key=lambda r: (r.verdict != "drop", -r.factor if r.factor == r.factor else 0.0))
+        runs = len(trials) + (0 if self.full is self.bench else len(self.full.trials))
         return EffectsReport(
-            self.deck.title, self.tol, rows, dict(whole.values), dict(best.values),
+            self.full.deck.title, self.tol, rows, dict(whole.values), dict(best.values),
             (whole.seconds, best.seconds), (whole.methods, best.methods),
-            self.change(best)[0], len(self.trials), self.interrupted,
+            self.full.change(best)[0], runs, self.interrupted, self.compared,
         )  # fmt: skip
 
     def row(
@@ -272,6 +254,8 @@ class _Search:
             own = alone.seconds / ideal.seconds
         if single is None:
             return EffectRow(edit, math.nan, "", math.nan, own, "not tried")
+        if single.slow:
+            return EffectRow(edit, math.nan, "", math.nan, own, "keep", "slower without it")
         if single.problem:
             return EffectRow(edit, math.nan, "", math.nan, own, "needed", single.problem)
         change, worst = self.change(single)

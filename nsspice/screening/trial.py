@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from ..analyses.batch import Request, jobs_of, run_job
 from ..circuit import build
 from ..errors import NsspiceError
-from ..netlist.deck import Deck, Measure
-from ..netlist.expression import Expression
+from ..netlist.deck import Deck
 from .edits import Edit, without
 
 #: a run is repeated until it has taken so long [s], and the least time counts
@@ -34,6 +34,8 @@ class Trial:
         Of the islands.
     problem : str
         Why there is no result, ``""`` if there is one.
+    slow : bool
+        It was given up because it took too long.
     """
 
     dropped: frozenset[Edit]
@@ -41,10 +43,29 @@ class Trial:
     seconds: float = float("inf")
     methods: tuple[str, ...] = ()
     problem: str = ""
+    slow: bool = False
 
 
-def attempt(deck: Deck, dropped: frozenset[Edit]) -> Trial:
-    """Run a deck without some effects; an error is a result as well."""
+class _TooLong(Exception):
+    """A run has taken more time than it was given."""
+
+
+def attempt(deck: Deck, dropped: frozenset[Edit], limit: float = math.inf) -> Trial:
+    """Run a deck without some effects; an error is a result as well.
+
+    Parameters
+    ----------
+    deck : Deck
+    dropped : frozenset of Edit
+    limit : float
+        Processor time after which a run is given up [s].
+    """
+    begin = 0.0
+
+    def watch(_: float) -> None:
+        if time.process_time() - begin > limit:
+            raise _TooLong
+
     try:
         circuit = build(without(deck, dropped))
         jobs = [job for job in jobs_of(circuit.deck) if job.kind == "tran"]
@@ -54,7 +75,7 @@ def attempt(deck: Deck, dropped: frozenset[Edit]) -> Trial:
         spent, count = 0.0, 0
         while count == 0 or (spent < _LEAST and count < _REPEATS):
             begin = time.process_time()
-            solutions = [run_job(circuit, job, Request()) for job in jobs]
+            solutions = [run_job(circuit, job, Request(), progress=watch) for job in jobs]
             taken = time.process_time() - begin
             spent, count, best = spent + taken, count + 1, min(best, taken)
         for k, solution in enumerate(solutions):
@@ -64,31 +85,9 @@ def attempt(deck: Deck, dropped: frozenset[Edit]) -> Trial:
             values |= {prefix + name: v for name, v in solution.measures.items()}
             methods += tuple(island.method for island in solution.islands)
         return Trial(dropped, values, best, tuple(dict.fromkeys(methods)))
+    except _TooLong:
+        return Trial(dropped, problem=f"takes more than {limit:.2g} s", slow=True)
     except NsspiceError as error:
         return Trial(
             dropped, problem=f"{error.diagnostics[0].code}: {error.diagnostics[0].message}"
         )
-
-
-def measured(deck: Deck, signals: list[str], window: tuple[float, float]) -> Deck:
-    """Return a deck that measures averages and extremes of signals, if it measures nothing.
-
-    Parameters
-    ----------
-    deck : Deck
-    signals : list of str
-    window : (float, float)
-        From when to when [s]: a whole number of periods where the sources have one.
-    """
-    if any(m.analysis == "tran" for m in deck.measures):
-        return deck
-    span = deck.elements[0].span
-    cards = [
-        Measure(
-            f"{operation} {name}", "tran", operation, span,
-            expression=Expression.parse(name, span), start=window[0], stop=window[1],
-        )
-        for name in signals
-        for operation in ("avg", "max", "min")
-    ]  # fmt: skip
-    return replace(deck, measures=[*deck.measures, *cards])
