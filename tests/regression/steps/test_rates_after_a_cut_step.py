@@ -1,8 +1,8 @@
-"""A step that a breakpoint cuts to nearly nothing leaves no rates: the next one does not begin with them.
+"""A step that a breakpoint cuts to nearly nothing leaves no rates for the next one.
 
-In this power factor corrector the comparator of the duty cycle is reached 8e-16 s before the end of
-an edge of the saw-tooth.  The rates of the step between both were differences of 325 V over 2e-16 s:
-280 V/s, or 0.12 A in 440 uF, of rounding.  The step after it began with them.
+In this power factor corrector the comparator of the duty cycle is reached 8e-16 s before the end
+of an edge of the saw-tooth.  The rates of the step between both were differences of 325 V over
+2e-16 s: 280 V/s, or 0.12 A in 440 uF, of rounding.  The step after it began with them.
 """
 
 from __future__ import annotations

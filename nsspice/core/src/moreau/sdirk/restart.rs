@@ -3,6 +3,7 @@
 use super::super::clock::evaluate;
 use super::super::failure::Failure;
 use super::super::matrices::OPEN;
+use super::super::step::ACCEPT;
 use super::super::stepper::Stepper;
 use super::super::turns::Turn;
 use super::detour::FORCED_LEVEL;
@@ -70,6 +71,15 @@ impl Sdirk {
         let rates = s.begun.take().filter(|_| self.method.continues());
         rates.iter().for_each(|rates| self.trial.begin_rates(rates));
         rates.is_some()
+    }
+
+    /// Whether the rates at the end of the step just taken may begin the next one.  They are differences over
+    /// its last stage, known to what is stored by `u`: over the next step that may count for no more than the
+    /// residual of a stage.  A step that a breakpoint has cut to nearly nothing misses this.
+    pub(super) fn resolves_rates(&self) -> bool {
+        let next = self.ladder.length(self.level);
+        let stage = self.tableau.gamma * self.trial.length;
+        f64::EPSILON * next <= ACCEPT * stage
     }
 
     /// Finds the mode from here on; charges and fluxes may jump.

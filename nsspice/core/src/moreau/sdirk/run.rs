@@ -596,13 +596,4 @@ impl Sdirk {
             self.begin_anew(s);
         }
     }
-
-    /// Whether the rates at the end of the step just taken may begin the next one.  They are differences over
-    /// its last stage, known to what is stored by `u`: over the next step that may count for no more than the
-    /// residual of a stage.  A step that a breakpoint has cut to nearly nothing misses this.
-    fn resolves_rates(&self) -> bool {
-        let next = self.ladder.length(self.level);
-        let stage = self.tableau.gamma * self.trial.length;
-        f64::EPSILON * next <= ACCEPT * stage
-    }
 }
