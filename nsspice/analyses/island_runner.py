@@ -395,7 +395,7 @@ class IslandRunner:
                 self._plan_more()
             return self._followed_up_to(block)
         except UnsolvedStep as problem:
-            raise Stopped(self.stepper.pending, problem) from problem
+            raise self._stopped(self.stepper.pending, problem) from problem
 
     def advance_points(self, rows: int) -> tuple[Floats, bool]:
         """Return the next rows at all points, and whether they are the last."""
@@ -404,7 +404,16 @@ class IslandRunner:
             return self._followed_up_to(self._with_turns(block, done)), done
         except UnsolvedStep as problem:
             block = self._with_turns(self.stepper.pending, True)
-            raise Stopped(block, problem) from problem
+            raise self._stopped(block, problem) from problem
+
+    def _stopped(self, block: Floats, problem: UnsolvedStep) -> Stopped:
+        """Return the end of a run; without a contradiction the mode may tell why."""
+        if problem.certificate is None:
+            try:
+                block = self._followed_up_to(block)
+            except Stopped as high:
+                return high
+        return Stopped(block, problem)
 
     def _followed_up_to(self, block: Floats) -> Floats:
         """Return the next rows; stop at a mode that steps with error control cannot judge."""

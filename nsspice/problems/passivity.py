@@ -18,8 +18,15 @@ if TYPE_CHECKING:
 MOST_ROWS = 120  #: of a matrix whose eigenvalues may be asked for
 
 
-def passive(system: DescriptorSystem) -> bool:
+def passive(system: DescriptorSystem, observers: bool = True) -> bool:
     """Return True if the arrays show that the network is passive.
+
+    Parameters
+    ----------
+    system : DescriptorSystem
+    observers : bool
+        True if what only observes may be of any kind: the steps are monotone problems all the same,
+        but it may take derivatives of what it sees.
 
     Examples
     --------
@@ -36,7 +43,7 @@ def passive(system: DescriptorSystem) -> bool:
         return True  # judged by Newton's method, not here
     if not (system.A.transposes(system.B) and _semidefinite(system.D)):
         return False
-    return _semidefinite(system.G) or _semidefinite(_acting(system))
+    return _semidefinite(system.G) or (observers and _semidefinite(_acting(system)))
 
 
 def _acting(system: DescriptorSystem) -> Csc:

@@ -138,6 +138,8 @@ def infeasibility(
     if not np.isfinite(rhs).all() or not rhs.any():
         return None  # zero solves it, or nothing can be said
     rows, cols, values = entries_of(K, A, B, D)
+    if np.isin(kinds, (CLOSED, OPEN)).all() and _is_solvable(K, A, B, D, rhs, kinds == CLOSED):
+        return None
     for leveled in (False, True):  # HiGHS loses its way in one or the other
         scale = _equilibrate(n + m, rows, cols, values, leveled)
         with np.errstate(over="ignore"):
@@ -166,6 +168,34 @@ def infeasibility(
                 )
             size = float(data[data <= _LEVEL * size].max(initial=0.0))
     return None
+
+
+def _is_solvable(
+    K: Csc, A: Csc, B: Csc, D: Csc, rhs: Floats, closed: npt.NDArray[np.bool_]
+) -> bool:
+    """Return whether relations without inequalities have a solution that is plainly right.
+
+    Numbers that nearly are a proof show that solutions are large, not that there are none.
+    """
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import splu
+
+    n = K.shape[0]
+    rows, cols, values = entries_of(K, A, B, D)
+    kept = np.concatenate([np.ones(n, dtype=bool), closed])
+    used = kept[rows] & kept[cols]
+    place = np.cumsum(kept) - 1
+    size = int(kept.sum())
+    matrix: Any = csc_array((values[used], (place[rows[used]], place[cols[used]])), (size, size))
+    rhs = rhs[kept]
+    try:
+        solve = splu(matrix).solve
+    except RuntimeError:
+        return False  # singular
+    x = solve(rhs)
+    x += solve(rhs - matrix @ x)
+    wrong = np.abs(rhs - matrix @ x)
+    return bool((wrong <= _CONFLICT * (abs(matrix) @ np.abs(x) + np.abs(rhs))).all())
 
 
 def entries_of(K: Csc, A: Csc, B: Csc, D: Csc) -> tuple[Ints, Ints, Floats]:

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 
 from .. import _core
 from ..problems.descriptor import DescriptorSystem, Functional
-from .compiled import compiled, shows_passive
+from ..problems.passivity import passive
+from .compiled import compiled
 from .modewise import refusal
 from .moreau import MoreauStepper
 from .stepper import check_plan
@@ -111,15 +112,16 @@ class SdirkStepper(MoreauStepper):
 
         The voltages of such a mode are second derivatives of sources; steps whose begin is not
         consistent with them err by more the shorter they are (Hairer and Wanner, chapter VII).
-        The index is that of the exact engine's reduction.  Passive networks have none above 2, and
-        constant sources no derivative: bodies that rest on each other are followed from impacts on.
+        The index is that of the exact engine's reduction.  Passive networks have none above 2 where
+        nothing observes them, and constant sources no derivative: bodies that rest on each other
+        are followed from impacts on.
         """
         found, system = self._core.visited(), self.system
         if not found or all(w.kind == "dc" for w in system.waveforms):
             return None
-        if refusal(system) is not None or shows_passive(system):
+        core, gates = compiled(system), self.gates
+        if refusal(system) is not None or core.dominant() or passive(system, observers=False):
             return None
-        core, gates = compiled(self.system), self.gates
         return next((mode for mode in found if core.above_two(mode[1], gates)), None)
 
     def plan(

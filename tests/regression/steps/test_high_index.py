@@ -36,6 +36,20 @@ def test_a_small_error_estimate_is_no_excuse(phase: float, begin: float, diode: 
         nsspice.tran(nsspice.read(deck), method="sdirk", reltol=1e-4)
 
 
+@pytest.mark.parametrize("gain", [0.5, -3.0])
+def test_what_only_observes_may_have_a_high_index(gain: float) -> None:
+    """Nothing acts back on the source: such a network passed for passive, and ended in NS3001."""
+    deck = f"""no diode
+V1 a 0 SIN(0 1 1k)
+C1 a 0 1u
+F1 0 b V1 {gain}
+L1 b 0 1m
+.tran 1u 20u uic
+"""
+    with pytest.raises(nsspice.StepError, match="index above 2"):
+        nsspice.read(deck).run(method="sdirk")
+
+
 def test_the_hint_helps() -> None:
     """A resistor beside the coil takes what its current does not: the index is 2."""
     bounded = INDEX_THREE.replace("D1 b c", "D1 b c\nRp b 0 100")

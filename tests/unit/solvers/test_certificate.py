@@ -156,6 +156,22 @@ def test_rounding_is_no_contradiction():
     assert Net(1).voltage(1, 0, 5.0).voltage(1, 0, fifth).proof() is None
 
 
+def test_a_large_solution_is_no_contradiction():
+    """A second derivative over a step of 5e-13 s: -6.6e6 V at the second node, exactly."""
+    rate = 2097152.0
+    K = np.array(
+        [
+            [rate, 0.0, 1.0, 0.0],
+            [0.0, 0.0, -0.5, 1.0],
+            [-1.0, 0.0, 0.0, 0.0],
+            [0.0, -1.0, 0.0, 1e3 * rate],
+        ]
+    )
+    none = Csc.zeros
+    b = [0.0, 0.0, -3e-9, 0.0]
+    assert infeasibility(Csc.from_dense(K), none((4, 0)), none((0, 4)), none((0, 0)), b, []) is None
+
+
 def test_every_problem_has_either_a_solution_or_a_proof():
     solved = proved = 0
     for seed in range(200):

@@ -270,6 +270,8 @@ impl Sdirk {
                 return (rows, Progress::More);
             }
             if let Err(failure) = self.step(s) {
+                // the mode may tell why no step from here has a solution
+                self.visited.note(&s.active, s.time);
                 s.failure = Some(*failure);
                 return (rows, Progress::Failed);
             }
