@@ -60,7 +60,6 @@ impl Sdirk {
     pub(super) fn begin_anew(&mut self, s: &mut Stepper) {
         let known = self.knows_rates(s);
         self.tableau = self.method.next(known);
-        self.fresh = true;
         self.begin_step(s, false);
         self.begin_at_rest(s);
     }

@@ -270,7 +270,6 @@ impl Sdirk {
                 return (rows, Progress::More);
             }
             if let Err(failure) = self.step(s) {
-                // the mode may tell why no step from here has a solution
                 self.visited.note(&s.active, s.time);
                 s.failure = Some(*failure);
                 return (rows, Progress::Failed);
@@ -297,7 +296,7 @@ impl Sdirk {
 
     /// Remembers the state from which the next step starts; its functions may be `known`.
     pub(super) fn begin_step(&mut self, s: &mut Stepper, known: bool) {
-        self.origin = None;
+        (self.origin, self.fresh) = (None, !known);
         if !known {
             self.ladder.deepest = RUNGS - 1;
         }

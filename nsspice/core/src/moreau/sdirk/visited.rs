@@ -1,4 +1,4 @@
-//! The modes in which steps have been taken, for those who judge them.
+//! The modes in which steps have been taken, or in which none has a solution, for those who judge them.
 
 use std::collections::HashSet;
 
