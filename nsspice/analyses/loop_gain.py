@@ -31,7 +31,7 @@ from .curve import Floats
 from .linearised import Complexes, operating_point
 from .linearised import respond as respond_at_point
 from .load import need_circuit
-from .orbit_response import by_stimulus
+from .orbit_response import responder
 from .overrides import checked_values
 from .sink import Sink, hand_over
 from .solution import Solution, part_of
@@ -242,8 +242,10 @@ def _gain(
             )
         )
 
+    respond = responder(orbit, names, stimuli, pss)
+
     def about_orbit(frequencies: Floats) -> Complexes:
-        table = by_stimulus(orbit, names, frequencies, np.zeros(1), stimuli, pss)[:, 0]
+        table = respond(frequencies, np.zeros(1))[:, 0]
         return tian(table[:, 0, 0], table[:, 1, 0], table[:, 0, 1], table[:, 1, 1])
 
     return about_orbit, report(circuit, period, orbits)

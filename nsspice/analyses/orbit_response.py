@@ -8,22 +8,26 @@ too.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
 from ..circuit import Circuit
-from ..errors import Diagnostic, UsageError
+from ..errors import Diagnostic, Span
 from ..netlist.deck import PssCard
 from ..problems.descriptor import DescriptorSystem, Functional
-from ..solvers.modewise import refusal
 from ..solvers.orbit import NoDerivative, PeriodMap
+from ..solvers.step_maps import Stimuli
 from .curve import Floats
 from .linearised import Complexes, unbounded
 from .small_signal import Ac
 from .steady_failure import no_derivative
 from .steady_state import Neighbour, Orbit, Periodic, Pss, find_orbits, report, static_orbit
+from .stepped_response import SteppedResponse
 from .stimuli import Stimulated, stimulated
+
+#: relative error of a response above which it is told
+KNOWN = 1e-4
 
 
 def about_orbit(
@@ -44,6 +48,7 @@ def about_orbit(
     multiples = multiples[np.argsort(np.abs(multiples), kind="stable")]
     parts = {name: circuit.parts(name) for name in names}
     labels = [(n, k, f"{n}@{int(m)}" if m else n) for n in names for k, m in enumerate(multiples)]
+    warnings: list[Diagnostic] = []
     found = {label: np.zeros(analysis.frequencies.size, complex) for _, _, label in labels}
     for home, (island, orbit) in enumerate(zip(circuit.islands, orbits, strict=True)):
         if not any(device.name in weights for device in island.devices):
@@ -53,33 +58,22 @@ def about_orbit(
             continue
         if orbit is None:
             orbit = static_orbit(circuit, home, pss, period, temperature, values)
-        responses = respond(orbit, local, analysis.frequencies, multiples, weights, pss)
+        respond = responder(orbit, local, weights, pss)
+        factors = np.array([weights[name] for name in respond.stimuli])
+        responses = respond(analysis.frequencies, multiples) @ factors
+        if respond.error > KNOWN:
+            warnings.append(_inaccurate(respond.error, analysis))
         for name, k, label in labels:
             for h, part, factor in parts[name]:
                 if h == home:
                     found[label] += factor * responses[:, k, local.index(part)]
-    return found, [], report(circuit, period, [o for o in orbits if o is not None])
+    return found, warnings, report(circuit, period, [o for o in orbits if o is not None])
 
 
 def at_orbit(
     orbit: Orbit, outputs: Sequence[Functional], system: DescriptorSystem, stimuli: Sequence[int]
 ) -> PeriodMap:
-    """Return the period map of an orbit, run over its period and differentiated.
-
-    Raises
-    ------
-    UsageError
-        NS4015 for an orbit that has no closed form.
-    """
-    if orbit.stepped:
-        raise UsageError(
-            Diagnostic(
-                "NS4015",
-                "small signals about an orbit need its closed form, and this one was found by "
-                f"steps with error control: {refusal(orbit.mna.system)}",
-                hint="set-valued elements (D(ideal), SW) have one; .ac without .pss takes all",
-            )
-        )
+    """Return the period map of an orbit, run over its period and differentiated."""
     triggered = len(orbit.system.switches) > len(orbit.mna.system.switches)
     period_map = PeriodMap(system, None if triggered else orbit.found.period, outputs, stimuli)
     period_map.run(orbit.found.state)
@@ -87,52 +81,89 @@ def at_orbit(
     return period_map
 
 
-def respond(
-    orbit: Orbit,
-    names: Sequence[str],
-    frequencies: Floats,
-    multiples: Floats,
-    weights: Mapping[str, complex],
-    pss: Pss,
-) -> Complexes:
-    """Return responses, shape (frequencies, multiples, signals).
+class Responder:
+    """The responses of an orbit to each stimulus alone.
+
+    Parameters
+    ----------
+    stimuli : sequence of str
+        Their names, in the order of the last axis.
+    table : callable
+        Returns responses at frequencies and multiples.
+    span : Span or None
+        Of the card.
+    """
+
+    def __init__(
+        self,
+        stimuli: Sequence[str],
+        table: SteppedResponse | Callable[[Floats, Floats], Complexes],
+        span: Span | None,
+    ) -> None:
+        self.stimuli, self._table, self._span = stimuli, table, span
+
+    @property
+    def error(self) -> float:
+        """How far responses are off at most, relative; 0 where they are exact."""
+        return self._table.error if isinstance(self._table, SteppedResponse) else 0.0
+
+    def __call__(self, frequencies: Floats, multiples: Floats) -> Complexes:
+        """Return responses, shape (frequencies, multiples, signals, stimuli).
+
+        Raises
+        ------
+        NumericalError
+            NS3060 without a derivative, NS3063 where the orbit responds without bound.
+        """
+        table = self._table(frequencies, multiples)
+        bad = ~np.isfinite(table).all(axis=(1, 2, 3))
+        if bad.any():
+            raise unbounded(float(frequencies[int(np.argmax(bad))]), self._span)
+        return table
+
+
+def responder(orbit: Orbit, names: Sequence[str], weights: Iterable[str], pss: Pss) -> Responder:
+    """Return the responses of signals to stimuli by name.
 
     Raises
     ------
     NumericalError
-        NS3060 without a derivative, NS3063 where the orbit responds without bound.
+        NS3060 without a derivative.
     """
-    table = by_stimulus(orbit, names, frequencies, multiples, weights, pss)
-    found = stimulated(orbit.mna, orbit.system, weights)
-    factors = np.array([weights[name] for name in found.columns])
-    result: Complexes = table @ factors
-    return result
-
-
-def by_stimulus(
-    orbit: Orbit,
-    names: Sequence[str],
-    frequencies: Floats,
-    multiples: Floats,
-    weights: Iterable[str],
-    pss: Pss,
-) -> Complexes:
-    """Return responses to each stimulus alone, shape (frequencies, multiples, signals, stimuli)."""
-    found: Stimulated = stimulated(orbit.mna, orbit.system, weights)
+    found: Stimulated = stimulated(
+        orbit.mna, orbit.mna.system if orbit.stepped else orbit.system, weights
+    )
     functionals = [found.functional(orbit.mna, name) for name in names]
+    stimuli = list(found.columns)
+    if orbit.stepped:
+        rows = found.system.S.dense()[:, list(found.columns.values())]
+        read = orbit.mna.layout.columns
+        reads = {k: read[name] for k, name in enumerate(stimuli) if name in read}
+        response = SteppedResponse(orbit, functionals, Stimuli(rows, reads), pss)
+        return Responder(stimuli, response, pss.span)
     try:
         period_map = at_orbit(orbit, functionals, found.system, list(found.columns.values()))
     except NoDerivative as problem:
         raise no_derivative(problem, orbit.mna, pss.span) from problem
-    pairs = np.zeros(2 * frequencies.size)
-    pairs[1::2] = 2.0 * math.pi * frequencies
-    flat = period_map.core.responses(pairs, np.ascontiguousarray(multiples))
-    if flat is None:
-        raise unbounded(float(frequencies[0]), pss.span)
-    values = flat[::2] + 1j * flat[1::2]
-    shape = frequencies.size, multiples.size, len(names), len(found.columns)
-    table: Complexes = values.reshape(shape)
-    bad = ~np.isfinite(table).all(axis=(1, 2, 3))
-    if bad.any():
-        raise unbounded(float(frequencies[int(np.argmax(bad))]), pss.span)
-    return table
+
+    def exact(frequencies: Floats, multiples: Floats) -> Complexes:
+        pairs = np.zeros(2 * frequencies.size)
+        pairs[1::2] = 2.0 * math.pi * frequencies
+        flat = period_map.core.responses(pairs, np.ascontiguousarray(multiples))
+        shape = frequencies.size, multiples.size, len(names), len(stimuli)
+        if flat is None:
+            return np.full(shape, np.inf, complex)
+        values: Complexes = (flat[::2] + 1j * flat[1::2]).reshape(shape)
+        return values
+
+    return Responder(stimuli, exact, pss.span)
+
+
+def _inaccurate(error: float, analysis: Ac) -> Diagnostic:
+    return Diagnostic(
+        "NS3067",
+        f"responses are known to a part of {error:.1g} alone: shorter steps still changed them",
+        analysis.span,
+        "leave the highest frequencies out",
+        severity="warning",
+    )

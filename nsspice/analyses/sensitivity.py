@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..circuit import Circuit, MnaSystem
 from ..devices import Capacitor, CurrentSource, Device, Inductor, Resistor, VoltageSource
 from ..devices.outputs import scaled
@@ -16,6 +18,8 @@ from ..errors import Diagnostic, NsspiceError, StepError, UsageError
 from ..netlist.deck import PssCard
 from ..problems.descriptor import Functional
 from ..solvers.orbit import NoDerivative
+from ..solvers.step_maps import Stimuli
+from .curve import Floats
 from .load import need_circuit
 from .names import canonical
 from .orbit_response import at_orbit
@@ -23,6 +27,7 @@ from .overrides import checked_values
 from .solution import Solution
 from .steady_failure import no_derivative
 from .steady_state import Orbit, Pss, find_orbits
+from .stepped_response import SteppedResponse
 from .stimuli import Entries, with_columns
 
 
@@ -200,15 +205,13 @@ def _of_island(
     ]
     drivers = [p.driver for p in parameters if p.driver is not None]
     outputs = [*map(mna.functional, names), *drivers]
-    stimulated = with_columns(orbit.system, {p.name: p.entries for p in parameters})
     places = iter(range(len(names), len(outputs)))
     numbers = [None if p.driver is None else next(places) for p in parameters]
-    try:
-        period_map = at_orbit(orbit, outputs, stimulated.system, list(stimulated.columns.values()))
-    except NoDerivative as problem:
-        raise no_derivative(problem, mna, analysis.span) from problem
-    flat = period_map.core.sensitivities(numbers)
-    if flat is None:
+    if orbit.stepped:
+        found = _by_steps(orbit, parameters, outputs, analysis)
+    else:
+        found = _exact(orbit, parameters, outputs, numbers, analysis)
+    if found is None:
         raise StepError(
             Diagnostic(
                 "NS3065",
@@ -219,10 +222,7 @@ def _of_island(
             time=0.0,
             residual=float("nan"),
         )
-    import numpy as np
-
-    table = flat.reshape(len(outputs), len(parameters))
-    means = period_map.core.coefficients(np.zeros(1), 0.0, orbit.found.period)[::2]
+    table, means = found
     result = {}
     for k, parameter in enumerate(parameters):
         for j, name in enumerate(names):
@@ -233,6 +233,49 @@ def _of_island(
                 slope += 0.0 if name[2] == "l" or number is None else float(means[number])
             result[parameter.name, name] = parameter.name, parameter.value, (float(means[j]), slope)
     return result
+
+
+def _exact(
+    orbit: Orbit,
+    parameters: Sequence[ElementValue],
+    outputs: Sequence[Functional],
+    numbers: list[int | None],
+    analysis: Pss,
+) -> tuple[Floats, Floats] | None:
+    """Return derivatives of the averages of outputs, (outputs, parameters), and the averages."""
+    stimulated = with_columns(orbit.system, {p.name: p.entries for p in parameters})
+    try:
+        period_map = at_orbit(orbit, outputs, stimulated.system, list(stimulated.columns.values()))
+    except NoDerivative as problem:
+        raise no_derivative(problem, orbit.mna, analysis.span) from problem
+    flat = period_map.core.sensitivities(numbers)
+    if flat is None:
+        return None
+    means = period_map.core.coefficients(np.zeros(1), 0.0, orbit.found.period)[::2]
+    return flat.reshape(len(outputs), len(parameters)), means
+
+
+def _by_steps(
+    orbit: Orbit,
+    parameters: Sequence[ElementValue],
+    outputs: Sequence[Functional],
+    analysis: Pss,
+) -> tuple[Floats, Floats] | None:
+    """Return the same of an orbit that was found by steps with error control."""
+    rows = np.zeros((orbit.mna.system.n, len(parameters)))
+    drivers: list[tuple[Functional | None, bool]] = []
+    for k, parameter in enumerate(parameters):
+        for row, value in parameter.entries:
+            rows[row, k] += value
+        driver = parameter.driver
+        stored = driver is not None and bool(driver.dz)
+        # charges and fluxes instead of their rates: they may jump
+        drivers.append((Functional(z=driver.dz) if driver and stored else driver, stored))
+    response = SteppedResponse(orbit, outputs, Stimuli(rows, {}, drivers), analysis)
+    table = response(np.zeros(1), np.zeros(1))[0, 0].real
+    if not np.isfinite(table).all():
+        return None
+    return table, response.finest.means()
 
 
 def add_sensitivities(

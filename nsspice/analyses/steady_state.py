@@ -87,11 +87,14 @@ class Orbit:
     system : DescriptorSystem
         What was solved: that of the island, with the trigger's switch if it has one.
     found : Found
+    accuracy : Accuracy
+        Of a run of the deck by steps.
     """
 
     mna: MnaSystem
     system: DescriptorSystem
     found: Found
+    accuracy: Accuracy
 
     @property
     def stepped(self) -> bool:
@@ -445,7 +448,7 @@ def orbit_of(
         raise no_orbit(problem, mna, analysis.span, analysis.trigger) from problem
     if neighbour is not None:
         neighbour.states[number] = State(found.state.energy, found.state.gates)
-    return Orbit(mna, system, found)
+    return Orbit(mna, system, found, _accuracy(circuit))
 
 
 def _search(
@@ -489,8 +492,7 @@ def _stepped(
     known: State | None,
 ) -> Found:
     """Return the orbit that steps with error control find."""
-    settings = Settings.of(circuit.deck, "auto")
-    accuracy = Accuracy(settings.reltol, settings.vntol, settings.abstol)
+    accuracy = _accuracy(circuit)
     step_map = StepMap(system, period, accuracy)
     if known is not None and known.energy.size == system.n:
         try:
@@ -505,6 +507,11 @@ def _stepped(
     elif analysis.settle > 0.0:
         start = step_map.settled(start, analysis.settle)
     return find_stepped_orbit(step_map, start, settle)
+
+
+def _accuracy(circuit: Circuit) -> Accuracy:
+    settings = Settings.of(circuit.deck, "auto")
+    return Accuracy(settings.reltol, settings.vntol, settings.abstol)
 
 
 def _initial_voltages(circuit: Circuit, mna: MnaSystem) -> dict[str, float]:

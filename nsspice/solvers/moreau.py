@@ -97,6 +97,18 @@ def source_slopes_of(tape: Tape, z: Floats, u: Floats, t: Floats) -> Floats:
     return _slopes(tape, z, u, t)[:, :, n : n + u.shape[1]]
 
 
+def all_slopes_of(tape: Tape, z: Floats, u: Floats, t: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return the derivatives by unknowns (k, p, n), sources (k, p, s) and the time alone (k, p).
+
+    Parameters
+    ----------
+    tape, z, u, t
+        As for :func:`function_slopes`.
+    """
+    found, n = _slopes(tape, z, u, t), z.shape[1]
+    return found[:, :, :n], found[:, :, n : n + u.shape[1]], found[:, :, -1]
+
+
 def _slopes(tape: Tape, z: Floats, u: Floats, t: Floats) -> Floats:
     """Return the derivatives by unknowns, sources and the time, shape (k, p, n + s + 1)."""
     _, places, slopes = _core.tape_values(

@@ -103,6 +103,10 @@ class SdirkStepper(MoreauStepper):
         """
         self._core.keep_pieces(list(outputs), start, stop, _POINTS)
 
+    def record_all(self) -> None:
+        """Record each step, for :meth:`take_stretches`."""
+        self._core.record_all()
+
     def take_stretches(self) -> _core.Stretches:
         """Return the steps recorded since the last call, with all their stages."""
         return self._core.take_stretches()

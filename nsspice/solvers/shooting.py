@@ -32,6 +32,7 @@ from .moreau import function_slopes
 from .orbit import Complexes, Found, NoOrbit, State
 from .sdirk import Accuracy, SdirkStepper
 from .stepper import UnsolvedStep
+from .stretches import Stretches, joined
 
 #: how much finer steps are than those of a run: (I - Phi)^-1 enlarges their errors by the time
 #: constants in periods
@@ -45,6 +46,7 @@ _MORE = (16, 64, 256, 1024)
 _STEADY = 1e-2  # relative change of the residual over 64 periods below which it is a drift
 _SLOWER = 0.3  # reduction of the residual by a step below which old directions serve again
 _HALVINGS = 5
+_LEAPS = 3  # of one search
 _LEAST = 0.1  # part of the largest voltage or current that is taken for the size of another one
 _FARTHEST = 100.0  # times what the settling periods have reached, where an orbit is looked for
 _NOISE = 4.0  # residual in units of the error of a step, below which it is noise
@@ -105,7 +107,9 @@ class StepMap:
         ]
         self._with: dict[tuple[bool, ...], DescriptorSystem] = {}
 
-    def _stepper(self, start: State, accuracy: Accuracy, stop: float) -> SdirkStepper:
+    def _stepper(
+        self, start: State, accuracy: Accuracy, stop: float, record: float = 0.0
+    ) -> SdirkStepper:
         """Return a stepper at the begin of a run to ``stop``."""
         key = tuple(start.gates)
         system = self._with.get(key)
@@ -115,6 +119,9 @@ class StepMap:
             system = self._with[key] = replace(self.system, switches=tuple(closed))
         stepper = SdirkStepper(system, self._outputs, accuracy)
         longest = min(stop, self.length or stop) / _LONGEST
+        if record:
+            longest = min(longest, record)
+            stepper.record_all()
         # a settling run shows how large unknowns become
         rows = stop if accuracy is self.fine else longest
         stepper.plan(0.0, stop, longest, 0.0, rows)
@@ -183,6 +190,45 @@ class StepMap:
             return self._to_trigger(start, periods, accuracy)
         assert self.period is not None
         return self._finish(self._stepper(start, accuracy, periods * self.period))
+
+    def recorded(self, start: State, period: float, longest: float) -> Stretches:
+        """Return all steps of one period [s], none of them longer than ``longest`` [s].
+
+        Raises
+        ------
+        UnsolvedStep
+            If the equations have no solution.
+        """
+        stepper = self._stepper(start, self.fine, period, longest)
+        parts, done = [], False
+        while not done:
+            _, done = stepper.advance(64)
+            parts.append(Stretches.of(stepper.take_stretches()))
+        return joined(parts)
+
+    def margins(self, start: State) -> tuple[State, Floats, Floats]:
+        """Return the state a period later, and how far each switch is from acting meanwhile.
+
+        Distances of the controls from the threshold at the nearest, ``nan`` for switches that act,
+        and how far the controls swing, shape (switches,) each.
+        """
+        self.periods += 1
+        assert self.period is not None
+        stepper = self._stepper(start, self.accuracy, self.period)
+        tables, done = [], False
+        while not done:
+            rows, done = stepper.advance(64)
+            tables.append(rows[:, 1 : 1 + self.system.n].copy())
+        z = np.vstack(tables)
+        pairs = set(stepper.events[1].tolist())
+        found = []
+        for switch, above in zip(self.system.switches, stepper.gates, strict=True):
+            control = sum(factor * z[:, j] for j, factor in switch.control) + np.zeros(len(z))
+            low, high = float(control.min()), float(control.max())
+            distance = low - switch.off_below if above else switch.on_above - high
+            found.append((math.nan if switch.pair in pairs else distance, high - low))
+        distances, swings = np.array(found).reshape(-1, 2).T
+        return self._state(rows[-1], stepper), distances, swings
 
     def settled(self, start: State, time: float) -> State:
         """Return the state after running for a time [s], whatever the trigger does."""
@@ -318,7 +364,7 @@ class _Search:
         tolerance = self.map.fine.reltol
         close = _CLOSE * min(self.map.accuracy.reltol, 1e-4)
         end, space, before = self.image(y), _Space(y.size), math.inf
-        farthest = _FARTHEST * self.size(y, end)
+        farthest, leaps = _FARTHEST * self.size(y, end), 0
         for _ in range(_STEPS):
             residual = end - y
             now, size = float(np.linalg.norm(residual)), self.size(y, end)
@@ -341,9 +387,36 @@ class _Search:
             self.steps += 1
             before = now
             y, end, after = self._damped(y, end, step, now, quiet)
+            if math.isinf(after) and leaps < _LEAPS:
+                # a period changes this state by the same amount again and again
+                leaps += 1
+                y = self._leap(y)
+                end = self.image(y)
             if after > _SLOWER * now:
                 space = _Space(y.size)
         raise NoOrbit("search", self.residual)
+
+    def _leap(self, y: Floats) -> Floats:
+        """Return a point at which a switch acts that was open, or closed, all the period.
+
+        A controller's integrator winds up meanwhile by the same amount in each period: two of them
+        tell when the switch acts, and half the swing of its control later it does so in the middle.
+        """
+        if self.map.triggered:
+            return y
+        gates = self.gates
+        first, distance, _ = self.map.margins(self.state(y))
+        self.gates = first.gates
+        second, then, swing = self.map.margins(first)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            periods = (then + 0.5 * swing) / (distance - then)
+        periods = periods[np.isfinite(periods) & (periods > 1.0)]
+        if not periods.size:
+            self.gates = gates
+            return y
+        self.gates = second.gates
+        start, drift = self.y(second), self.y(second) - self.y(first)
+        return np.asarray(start + float(periods.min()) * drift)
 
     def _damped(
         self, y: Floats, end: Floats, step: Floats, now: float, quiet: bool

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -84,6 +85,18 @@ class Stretches:
     def of(cls, stretches: _core.Stretches) -> Stretches:
         """Return what an engine has left in the form that can be altered."""
         return cls(*(getattr(stretches, field.name) for field in fields(cls)))
+
+
+def joined(parts: Sequence[Stretches]) -> Stretches:
+    """Return recordings that follow each other as one, without their interval boundaries."""
+    filled = [part for part in parts if part.begin.size] or list(parts[:1])
+    tables = {
+        field.name: np.concatenate([getattr(part, field.name) for part in filled])
+        for field in fields(Stretches)
+        if field.name not in ("seams", "known")
+    }
+    total = sum(part.seams for part in parts)
+    return Stretches(**tables, seams=total, known=max(part.known for part in parts))
 
 
 #: as an engine left them, or made by hand

@@ -278,6 +278,11 @@ impl PyStepper {
         self.inner.witness = Witness::new(every, window, sides, size);
     }
 
+    /// Records all steps with error control, for who goes along them once more.
+    fn record_all(&mut self) {
+        self.inner.witness.all = true;
+    }
+
     /// Keeps some outputs between two instants as polynomials through so many points of steps with error
     /// control.
     fn keep_pieces(&mut self, outputs: Vec<usize>, from_time: f64, to_time: f64, points: usize) {

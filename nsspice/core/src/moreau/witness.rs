@@ -82,6 +82,8 @@ pub struct Witness {
     pub sides: Vec<f64>,
     /// rows of both sides are wanted
     pub keep_sides: bool,
+    /// steps with error control are recorded one and all
+    pub all: bool,
     /// so are those at the ends of all steps of fixed length, within these instants
     between: Option<[f64; 2]>,
     /// outputs that measures follow, by steps with error control

@@ -181,7 +181,8 @@ impl Witness {
             return;
         }
         self.seen += 1;
-        if !s.witness.watches() || self.spent + PRICE > STOCK + self.seen {
+        let affordable = self.spent + PRICE <= STOCK + self.seen;
+        if !(s.witness.all || s.witness.watches() && affordable) {
             return;
         }
         self.spent += PRICE;
