@@ -248,6 +248,10 @@ def _exact(
         period_map = at_orbit(orbit, outputs, stimulated.system, list(stimulated.columns.values()))
     except NoDerivative as problem:
         raise no_derivative(problem, orbit.mna, analysis.span) from problem
+    rated = any(p.driver is not None and p.driver.dz for p in parameters)
+    if rated and period_map.core.jumps():
+        # where its voltage jumps the current of a capacitor has an impulse, no closed form
+        return _by_steps(orbit, parameters, outputs, analysis)
     flat = period_map.core.sensitivities(numbers)
     if flat is None:
         return None

@@ -6,7 +6,6 @@ order of the steps is four, so that halved steps tell how far responses are off.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -30,8 +29,10 @@ _COARSE = 1.0 / 32.0
 _HALVINGS = 4
 #: of the tolerance of the orbit: of the first steps; an error of order four falls so by halving
 _LOOSE = 16.0
-#: of the largest response of a signal, and of all: below, no digits are asked for
-_LEAST, _NOTHING = 1e-9, 1e-11
+#: of the largest response of a signal: below, no digits are asked for
+_LEAST = 1e-9
+#: change by halved steps, as a part, of what is nothing but their error
+_ERROR = 0.5
 
 
 class SteppedResponse:
@@ -115,9 +116,13 @@ class SteppedResponse:
 def _change(before: Complexes, after: Complexes) -> float:
     """Return by which part responses differ at most."""
     size = np.abs(after)
-    largest = size.max(axis=(0, 1), initial=0.0)
-    least = np.maximum(_LEAST * largest, _NOTHING * largest.max(initial=0.0))
     with np.errstate(invalid="ignore"):
-        parts = np.abs(after - before) / np.maximum(size, np.where(least > 0.0, least, 1.0))
-    worst = float(np.nan_to_num(parts, nan=0.0).max(initial=0.0))
-    return worst if math.isfinite(worst) else math.inf
+        change = np.abs(after - before)
+    largest = size.max(axis=(0, 1), initial=0.0)
+    # what shows nothing but errors of the steps is zero
+    zero = (change >= _ERROR * size).all(axis=(0, 1)) & (
+        largest <= CLOSE * largest.max(initial=0.0)
+    )
+    least = np.maximum(_LEAST * largest, np.where(zero, np.inf, 0.0))
+    parts = change / np.maximum(size, np.where(least > 0.0, least, 1.0))
+    return float(np.nan_to_num(parts, nan=0.0).max(initial=0.0))

@@ -199,19 +199,11 @@ impl PyStepper {
         let (h, hs) = system.averaging(&averaging)?.unwrap_or_else(zeros);
         let linear = system.linear.clone();
         let sys = System::new(linear, h, hs, system.smooth.clone(), system.dominant());
-        let parts = [
-            Part::Unknown,
-            Part::Multiplier,
-            Part::Rate,
-            Part::Source,
-            Part::Function,
-            Part::FunctionRate,
-        ];
         let sizes = [n, m, n, p, functions, functions];
         let mut terms = Vec::with_capacity(outputs.len());
         for output in &outputs {
             let mut list = Vec::new();
-            for ((entries, part), size) in output.iter().zip(parts).zip(sizes) {
+            for ((entries, part), size) in output.iter().zip(Part::ALL).zip(sizes) {
                 if entries.iter().any(|e| e.0 >= size) {
                     return Err(invalid("an output refers to a quantity that does not exist"));
                 }

@@ -215,16 +215,6 @@ B1 a 0 I={1m*V(a)**3}
     assert sol.periodic.verdict == "neutral"
 
 
-@pytest.mark.parametrize("card", [".ac dec 5 10 1k", ".loop V2", ".four 100k v(out)"])
-def test_what_needs_closed_forms_says_so(card: str) -> None:
-    text = BUCK.replace("R1 out 0", "V2 out x 0 AC 1\nR1 x 0") + ".pss\n"
-    if card.startswith(".four"):
-        (sol,) = nsspice.read(text + card).run()
-        assert any("closed form" in w.message for w in sol.warnings)
-        return
-    if card.startswith(".loop"):
-        card = ".loop V2 dec 5 10 1k"
-    with pytest.raises(nsspice.UsageError) as caught:
-        nsspice.read(text + card).run()
-    assert caught.value.diagnostics[0].code == "NS4015"
-    assert "closed form" in caught.value.diagnostics[0].message
+def test_what_needs_closed_forms_says_so() -> None:
+    (sol,) = nsspice.read(BUCK + ".pss\n.four 100k v(out)").run()
+    assert any("closed form" in w.message for w in sol.warnings)

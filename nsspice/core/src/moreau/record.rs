@@ -17,6 +17,18 @@ pub enum Part {
     FunctionRate,
 }
 
+impl Part {
+    /// All of them, in order.
+    pub const ALL: [Part; 6] = [
+        Part::Unknown,
+        Part::Multiplier,
+        Part::Rate,
+        Part::Source,
+        Part::Function,
+        Part::FunctionRate,
+    ];
+}
+
 /// A sum of quantities: their numbers and factors.
 pub type Sum = Vec<(usize, f64)>;
 

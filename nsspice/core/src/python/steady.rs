@@ -129,6 +129,11 @@ impl PyOrbit {
         self.inner.period()
     }
 
+    /// Whether charges or fluxes jump in the last run, which has been differentiated.
+    fn jumps(&self) -> bool {
+        self.inner.jumps()
+    }
+
     /// Segments of the last run.
     fn segments(&self) -> usize {
         self.inner.passages().len()

@@ -110,6 +110,11 @@ impl Orbit {
         self.prepared.net.states
     }
 
+    /// Whether the energy coordinates jump at an event.
+    pub fn jumps(&self) -> bool {
+        self.events.iter().any(|event| event.jumps)
+    }
+
     /// Whether there is one driver for each stimulus, an output or a constant.
     pub fn takes(&self, drivers: &[Option<usize>]) -> bool {
         let known = |driver: &Option<usize>| driver.is_none_or(|o| o < self.rated.len());
