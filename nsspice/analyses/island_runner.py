@@ -90,6 +90,7 @@ class IslandRunner:
         self._names, self._watched = names, watched
         self.charges: tuple[Floats, float] | None = None
         self._planned = 0
+        self._held: Floats | None = None
         self._high: tuple[float, list[bool]] | None = None
         self._wait = _WAIT // len(circuit.islands)
         #: rows on both sides of jumps, if they are wanted, and points between the rows
@@ -385,8 +386,22 @@ class IslandRunner:
         """Return the changes of set-valued elements so far."""
         return Events(*self.stepper.events, self.mna.pairs)
 
+    def hold(self, row: Floats) -> None:
+        """Return this row, (1, columns), once more at the next advance."""
+        self._held = row.copy()
+
+    def take_over(self, other: IslandRunner) -> None:
+        """Go on in place of another runner of the same island, whose rows have been shown."""
+        self.between = other.between
+
     def advance(self, rows: int, into: Floats | None = None) -> Floats:
         """Return the next rows, fewer than asked for if that takes too long."""
+        if self._held is not None:
+            block, self._held = self._held, None
+            if into is None:
+                return block
+            into[:1] = block
+            return into[:1]
         try:
             block, done = self.stepper.advance(rows, BUDGET, into)
             if self.stepper.waiting > self._wait:

@@ -11,6 +11,7 @@ from .cards import Tran
 from .curve import Floats
 from .interrupts import Interrupts
 from .island_runner import IslandRunner, Stopped
+from .race import Race
 from .recorder import Recorder
 from .sink import Sink, Store
 
@@ -70,7 +71,8 @@ class Outlet:
 
 
 def advance_all(
-    runners: Sequence[IslandRunner],
+    runners: list[IslandRunner],
+    races: Sequence[Race | None],
     outlet: Outlet,
     rows: int,
     analysis: Tran,
@@ -78,6 +80,8 @@ def advance_all(
     interrupts: Interrupts,
 ) -> bool:
     """Advance all islands by blocks of rows; return True if Ctrl-C stopped it.
+
+    A runner that has lost its race is replaced.
 
     A failed step or Ctrl-C ends it with the rows that all islands have.
 
@@ -96,10 +100,12 @@ def advance_all(
             room = outlet.room(want)
             block, failed = _pass_on(runners[0], want, analysis, progress, room)
             outlet.write(block, room is not None)
+            if failed is None:
+                _race(runners, races, 0, block, interrupts)
         else:
             block, got = buffer[:want], [0] * len(runners)
             try:
-                failed = _fill(runners, block, got, analysis, progress, interrupts)
+                failed = _fill(runners, races, block, got, analysis, progress, interrupts)
             except KeyboardInterrupt:
                 outlet.write(block[: min(got)])
                 return True
@@ -130,8 +136,22 @@ def _pass_on(
     return block, failed
 
 
+def _race(
+    runners: list[IslandRunner],
+    races: Sequence[Race | None],
+    k: int,
+    block: Floats,
+    interrupts: Interrupts,
+) -> None:
+    """Replace a runner whose race is lost, behind a block of its rows."""
+    race = races[k]
+    if race is not None:
+        runners[k] = race.after(runners[k], block.shape[0], interrupts.check) or runners[k]
+
+
 def _fill(
-    runners: Sequence[IslandRunner],
+    runners: list[IslandRunner],
+    races: Sequence[Race | None],
     block: Floats,
     got: list[int],
     analysis: Tran,
@@ -144,9 +164,10 @@ def _fill(
     """
     want, left = block.shape[0], 1
     failed = None
-    for k, runner in enumerate(runners):
-        columns = slice(left, left + runner.width)
+    for k in range(len(runners)):
+        columns = slice(left, left + runners[k].width)
         while got[k] < want:
+            runner = runners[k]
             try:
                 part = runner.advance(want - got[k])
             except Stopped as stopped:
@@ -156,6 +177,8 @@ def _fill(
             block[rows, 0] = part[:, 0]
             block[rows, columns] = part[:, 1:]
             got[k] += part.shape[0]
+            if failed is None:
+                _race(runners, races, k, part, interrupts)
             interrupts.check()
             if progress is not None and part.shape[0] == 0:
                 progress(runner.stepper.time / analysis.stop)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 from ..circuit import Circuit
@@ -24,6 +25,7 @@ from .island_runner import IslandRunner
 from .load import again, need_circuit
 from .magnitudes import huge_currents
 from .overrides import checked_values
+from .race import Race
 from .recorder import Recorder, select
 from .refusal import check_on_failure, judge
 from .rows import Outlet, Progress, advance_all
@@ -223,15 +225,16 @@ def run_tran(
     # without points of its own between them a table may hide what happens
     shown = (keep or sink is not None) and not all_points
 
-    def prepare(parts: Blocks) -> tuple[Recorder, list[IslandRunner]]:
+    def prepare(parts: Blocks) -> tuple[Recorder, list[IslandRunner], list[Race | None]]:
         local = watched if watched is None or not parts else watched.within(parts.circuit)
         beside = [(link.source, link.signal) for link in parts.links]
         recorder = Recorder(parts.circuit, names, beside)
-        return recorder, [
-            IslandRunner(
+
+        def runner(k: int, settings: Settings) -> IslandRunner:
+            return IslandRunner(
                 parts.circuit,
                 k,
-                island,
+                parts.circuit.islands[k],
                 recorder.local[k],
                 analysis,
                 settings,
@@ -245,16 +248,24 @@ def run_tran(
                 aliases=shown,
                 links=parts.links,
             )
-            for k, island in enumerate(parts.circuit.islands)
+
+        count = len(parts.circuit.islands)
+        # what blocks hand on is in closed forms; orbits are continued as they were found
+        free = settings.method == "auto" and not settings.stepped and not parts.links
+        steps = replace(settings, method="sdirk")
+        races = [
+            Race(partial(runner, k, steps)) if free and beginnings is None else None
+            for k in range(count)
         ]
+        return recorder, [runner(k, settings) for k in range(count)], races
 
     parts = Blocks(circuit)
     if beginnings is None and not periodic_sources:
         parts = split(circuit, settings, analysis, temperature, values)
-    recorder, runners = prepare(parts)
+    recorder, runners, races = prepare(parts)
     if not all(runner.drives for runner in runners):
         parts = Blocks(circuit)
-        recorder, runners = prepare(parts)
+        recorder, runners, races = prepare(parts)
     circuit = parts.circuit
     rows = analysis.row_count
     width = 1 + len(names)
@@ -283,7 +294,9 @@ def run_tran(
 
                 interrupted = advance_points(runners, outlet, analysis, progress, interrupts)
             else:
-                interrupted = advance_all(runners, outlet, rows, analysis, progress, interrupts)
+                interrupted = advance_all(
+                    runners, races, outlet, rows, analysis, progress, interrupts
+                )
         except KeyboardInterrupt:
             interrupted = True
         except NumericalError as error:

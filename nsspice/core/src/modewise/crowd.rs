@@ -27,6 +27,8 @@ pub(super) struct Storm {
     /// how long the last one was taken to last, and its end [s]
     spell: f64,
     end: f64,
+    /// how often the work has doubled since the first look was due
+    doubled: u32,
 }
 
 impl Engine {
@@ -74,7 +76,7 @@ impl Engine {
     }
 
     /// Work of the exact engine so far.
-    fn work(&self) -> u64 {
+    pub fn work(&self) -> u64 {
         self.stats.segments + self.march.intervals / 10
     }
 
@@ -116,6 +118,18 @@ impl Engine {
     /// Whether events have followed one another too fast somewhere.
     pub fn storm(&self) -> bool {
         self.storm.spell > 0.0
+    }
+
+    /// Whether the run has just become long, or twice as long: whoever watches it may think again.
+    pub(super) fn doubles(&mut self) -> bool {
+        let doubles = self.work() >> self.storm.doubled >= STORM.0;
+        self.storm.doubled += u32::from(doubles);
+        doubles
+    }
+
+    /// How often that was so.
+    pub fn doublings(&self) -> u32 {
+        self.storm.doubled
     }
 
     /// See [`Sampling::chattering`].

@@ -516,7 +516,7 @@ impl Engine {
         result
     }
 
-    /// Computes rows into `out` until it is full, the plan ends, a step fails or `budget` is spent.
+    /// Computes rows into `out` until it is full, the plan ends, a step fails, the work has doubled or `budget` is spent.
     pub fn advance(&mut self, out: &mut [f64], budget: Duration) -> (usize, Progress) {
         let columns = self.columns();
         let capacity = out.len() / columns;
@@ -561,7 +561,8 @@ impl Engine {
                 return (rows, Progress::Failed);
             }
             count += 1;
-            if self.brimful() || count.is_multiple_of(LOOK) && begin.elapsed() > budget {
+            let pause = self.doubles() || self.brimful();
+            if pause || count.is_multiple_of(LOOK) && begin.elapsed() > budget {
                 break;
             }
         }

@@ -206,6 +206,8 @@ impl PyModewise {
         out.set_item(intern!(py, "fixed_steps"), s.fixed_steps)?;
         out.set_item(intern!(py, "taken"), s.taken)?;
         out.set_item(intern!(py, "storm"), u8::from(self.inner.storm()))?;
+        out.set_item(intern!(py, "doublings"), self.inner.doublings())?;
+        out.set_item(intern!(py, "work"), self.inner.work())?;
         out.set_item(intern!(py, "segments"), s.segments)?;
         out.set_item(intern!(py, "events"), s.events)?;
         out.set_item(intern!(py, "corners"), s.corners)?;
