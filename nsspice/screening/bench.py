@@ -48,26 +48,26 @@ class Bench:
         """The deck as it is, which is run first."""
         return self.trials[frozenset()]
 
-    def run(self, sets: Sequence[frozenset[Edit]]) -> list[Trial]:
-        """Run what has not been run, side by side."""
+    def run(self, sets: Sequence[frozenset[Edit]], diodes: Sequence[str] = ()) -> list[Trial]:
+        """Run what has not been run, side by side; note the largest currents of some diodes."""
         todo = [s for s in dict.fromkeys(sets) if s not in self.trials]
         limit = math.inf
         if self.trials:
             limit = max(_SLOWER * self.whole.seconds, _SOON)
-        limits = [limit] * len(todo)
-        for trial in self.pool.map(attempt, [self.deck] * len(todo), todo, limits):
+        same = ([x] * len(todo) for x in (limit, tuple(diodes)))
+        for trial in self.pool.map(attempt, [self.deck] * len(todo), todo, *same):
             self.trials[trial.dropped] = trial
         return [self.trials[s] for s in sets]
 
-    def begin(self) -> None:
-        """Run the deck as it is.
+    def begin(self, diodes: Sequence[str] = ()) -> None:
+        """Run the deck as it is; note the largest currents of some diodes.
 
         Raises
         ------
         UsageError
             NS4040 if that is not possible.
         """
-        (whole,) = self.run([frozenset()])
+        (whole,) = self.run([frozenset()], diodes)
         if whole.problem:
             raise UsageError(
                 Diagnostic(

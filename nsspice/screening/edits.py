@@ -24,9 +24,10 @@ class Edit:
         ``forward drop``, ``junction charge`` ...
     parameter : str
         ``vfwd=0.7``, as a table shows it.
-    kind : {"parameter", "ideal", "switch", "open", "short"}
-        A parameter of a model is removed; a junction becomes an ideal diode, a MOSFET a switch; an
-        element becomes an open circuit, or a short circuit between its nodes.
+    kind : {"parameter", "ideal", "straight", "switch", "open", "short"}
+        A parameter of a model is removed; a junction becomes an ideal diode, or one with the drop
+        and resistance of ``key``, a MOSFET a switch; an element becomes an open circuit, or a short
+        circuit between its nodes.
     target : str
         Name of the model or element.
     key : str
@@ -38,7 +39,7 @@ class Edit:
     owner: str
     effect: str
     parameter: str
-    kind: Literal["parameter", "ideal", "switch", "open", "short"]
+    kind: Literal["parameter", "ideal", "straight", "switch", "open", "short"]
     target: str
     span: Span
     key: str = ""
@@ -50,7 +51,7 @@ class Edit:
 
     def apply(self, deck: Deck) -> Deck:
         """Return the deck without the effect; the one given is left as it is."""
-        if self.kind in ("parameter", "ideal", "switch"):
+        if self.kind in ("parameter", "ideal", "straight", "switch"):
             elements = [self._without(e) for e in deck.elements]
         else:
             gone = next((e for e in deck.elements if e.name == self.target), None)
@@ -74,6 +75,9 @@ def _changed(model: Model, edit: Edit) -> Model:
     ideal = {"ideal": Param("ideal", 1.0, model.span)}
     if edit.kind == "ideal":
         return replace(model, params=ideal)
+    if edit.kind == "straight":
+        named = (part.split("=") for part in edit.key.split())
+        return replace(model, params={k: Param(k, float(v), model.span) for k, v in named})
     if edit.kind == "switch":
         return replace(model, params={**model.params, "switch": Param("switch", 1.0, model.span)})
     params = {k: p for k, p in model.params.items() if k != edit.key}

@@ -243,8 +243,12 @@ def _leave_out(lines: list[str], edit: Edit, note: str, instead: str) -> None:
     """Change the line of an edit, with a comment above it."""
     k = edit.span.line - 1
     text = lines[k]
-    if edit.kind == "ideal":
-        lines[k] = f".model {edit.target} D(ideal)"
+    if edit.kind in ("ideal", "straight"):
+        lines[k] = f".model {edit.target} D({edit.key or 'ideal'})"
+        for j in range(k + 1, len(lines)):
+            if not lines[j].lstrip().startswith("+"):
+                break
+            lines[j] = f"* {lines[j]}"
     elif edit.kind == "switch":
         lines[k] = _TYPE.sub(r"\g<0> switch ", text, count=1)
     elif edit.kind == "open" and "." not in edit.target:

@@ -14,6 +14,7 @@ from .candidates import candidates
 from .edits import Edit, without
 from .prepared import beginning, prepared
 from .result import EffectRow, EffectsReport, Verdict
+from .straight import junction_diodes, straight
 from .trial import Trial
 
 Progress = Callable[[str, float], None]
@@ -109,7 +110,9 @@ class _Search:
     def report(self) -> EffectsReport:
         """Make all runs and return what they have shown."""
         self.say("the deck as it is", 0.0)
-        self.full.begin()
+        circuit = build(self.full.deck)
+        self.full.begin([d.name for d in junction_diodes(circuit)])
+        self.edits += straight(circuit, self.full.whole.largest)
         self.cut()
         every = frozenset(self.edits)
         try:
@@ -219,8 +222,13 @@ class _Search:
         opened = frozenset(e for e in dropped if e.kind == "open")
         left = without(self.bench.deck, opened).elements
         models = {e.model.name for e in left if e.model is not None}
+        lines = {e.target for e in dropped if e.kind == "straight"}
+        bare = lines | {e.target for e in dropped if e.kind == "ideal"}
+        gone = {"parameter": bare, "ideal": lines, "straight": set()}
         return frozenset(
-            e for e in dropped if e.kind in ("parameter", "ideal") and e.target not in models
+            e
+            for e in dropped
+            if e.kind in gone and (e.target not in models or e.target in gone[e.kind])
         )
 
     def summary(self) -> EffectsReport:

@@ -36,6 +36,8 @@ class Trial:
         Why there is no result, ``""`` if there is one.
     slow : bool
         It was given up because it took too long.
+    largest : mapping of str to float
+        Largest current of some diodes at the output points [A].
     """
 
     dropped: frozenset[Edit]
@@ -44,13 +46,19 @@ class Trial:
     methods: tuple[str, ...] = ()
     problem: str = ""
     slow: bool = False
+    largest: Mapping[str, float] = field(default_factory=dict)
 
 
 class _TooLong(Exception):
     """A run has taken more time than it was given."""
 
 
-def attempt(deck: Deck, dropped: frozenset[Edit], limit: float = math.inf) -> Trial:
+def attempt(
+    deck: Deck,
+    dropped: frozenset[Edit],
+    limit: float = math.inf,
+    diodes: tuple[str, ...] = (),
+) -> Trial:
     """Run a deck without some effects; an error is a result as well.
 
     Parameters
@@ -59,6 +67,8 @@ def attempt(deck: Deck, dropped: frozenset[Edit], limit: float = math.inf) -> Tr
     dropped : frozenset of Edit
     limit : float
         Processor time after which a run is given up [s].
+    diodes : tuple of str
+        Whose largest currents are wanted.
     """
     begin = 0.0
 
@@ -68,6 +78,7 @@ def attempt(deck: Deck, dropped: frozenset[Edit], limit: float = math.inf) -> Tr
 
     try:
         circuit = build(without(deck, dropped))
+        request = Request(extra=[f"i({name})" for name in diodes])
         jobs = [job for job in jobs_of(circuit.deck) if job.kind == "tran"]
         best = float("inf")
         values: dict[str, float] = {}
@@ -75,7 +86,7 @@ def attempt(deck: Deck, dropped: frozenset[Edit], limit: float = math.inf) -> Tr
         spent, count = 0.0, 0
         while count == 0 or (spent < _LEAST and count < _REPEATS):
             begin = time.process_time()
-            solutions = [run_job(circuit, job, Request(), progress=watch) for job in jobs]
+            solutions = [run_job(circuit, job, request, progress=watch) for job in jobs]
             taken = time.process_time() - begin
             spent, count, best = spent + taken, count + 1, min(best, taken)
         for k, solution in enumerate(solutions):
@@ -84,7 +95,8 @@ def attempt(deck: Deck, dropped: frozenset[Edit], limit: float = math.inf) -> Tr
             prefix = f"{jobs[k].label}: " if len(jobs) > 1 else ""
             values |= {prefix + name: v for name, v in solution.measures.items()}
             methods += tuple(island.method for island in solution.islands)
-        return Trial(dropped, values, best, tuple(dict.fromkeys(methods)))
+        largest = {d: max(float(s[f"i({d})"].max()) for s in solutions) for d in diodes}
+        return Trial(dropped, values, best, tuple(dict.fromkeys(methods)), largest=largest)
     except _TooLong:
         return Trial(dropped, problem=f"takes more than {limit:.2g} s", slow=True)
     except NsspiceError as error:
