@@ -195,7 +195,7 @@ class MnaSystem:
                     voltage = _node_voltage(ic, a) - _node_voltage(ic, b)
                 charge = voltage * device.capacitance(layout)
                 energy += 0.5 * voltage * charge
-                for index, share in layout.voltage(a, b, charge):
+                for index, share in device.charged(layout, charge):
                     result[index] += share
             elif isinstance(device, Inductor):
                 current = _current(ic, device)

@@ -29,7 +29,12 @@ class Capacitor(Passive):
     MODEL = Table(*CARD, Parameter("c", "capacitance", "F", aliases=("cap", "capacitance")))
     MODEL_TYPES: ClassVar[tuple[str, ...]] = ("c", "cap")
     stores_energy = True
-    __slots__ = ()
+    __slots__ = ("late",)
+
+    def __init__(self, element: Element, value: float, given: dict[str, float]) -> None:
+        super().__init__(element, value, given)
+        #: another element reads the current, which is an unknown then
+        self.late = False
 
     @classmethod
     def read(cls, element: Element, context: Context) -> Device | None:
@@ -66,16 +71,48 @@ class Capacitor(Passive):
         """Return the whole capacitance [F] under the conditions of a layout."""
         return self.at(layout.conditions) * self.m
 
+    def keep_current(self) -> None:
+        """Make the current an unknown: as a rate in the laws of others it has no symmetric form."""
+        self.late = True
+
+    @property
+    def _inner(self) -> str:
+        return f"{self.name}#c"
+
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
         """Return one capacitive branch, none for a zero capacitance."""
         if values.get(self.name, self.value) == 0.0:
             return ()
         return (Edge("C", *self.ends),)
 
+    def inner_edges(self) -> tuple[Edge, ...]:
+        """Return what stands for a capacitor whose current is an unknown."""
+        if not self.late:
+            return ()
+        return (Edge("C", self._inner, "0"), Edge("E", self._inner, "0"))
+
+    def allocate(self, stamper: Stamper) -> None:
+        """Reserve the voltage and the current, which other elements read."""
+        stamper.internal_node(self._inner, self.name)
+        stamper.branch(self.name)
+
     def stamp(self, stamper: Stamper) -> None:
-        """Write the capacitance."""
-        stamper.capacitance(*self.ends, self.capacitance(stamper.layout))
+        """Write the capacitance, or ``C y' - j = 0``, ``y - (va - vb) = 0`` with the current j."""
+        if not self.late:
+            stamper.capacitance(*self.ends, self.capacitance(stamper.layout))
+            return
+        row = stamper.layout.branches[self.name]
+        stamper.capacitance(self._inner, "0", self.capacitance(stamper.layout))
+        stamper.connect(row, *self.ends)
+        stamper.connect(row, "0", self._inner)
 
     def current(self, layout: Layout) -> Functional:
-        """Return ``C (va' - vb')``."""
+        """Return ``C (va' - vb')``, or the unknown current."""
+        if self.late:
+            return layout.branch(self.name)
         return Functional(dz=layout.voltage(*self.ends, self.capacitance(layout)))
+
+    def charged(self, layout: Layout, charge: float) -> tuple[tuple[int, float], ...]:
+        """Return where a charge [C] stands among those of the unknowns."""
+        ends = (self._inner, "0") if self.late else self.ends
+        return layout.voltage(*ends, charge)

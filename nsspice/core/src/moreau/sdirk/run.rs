@@ -591,7 +591,6 @@ impl Sdirk {
         }
         if plain {
             self.tableau = self.method.next(continued);
-            self.fresh = !continued;
             self.begin_step(s, true);
         } else {
             self.begin_anew(s);
