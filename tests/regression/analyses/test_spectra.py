@@ -74,6 +74,53 @@ R1 a 0 1k
     assert spectrum.frequency == pytest.approx(1e3, rel=1e-15)
 
 
+def test_the_distortion_of_a_class_d_amplifier() -> None:
+    """Bennett's series through the output filter; the first harmonic passes, sidebands remain."""
+    M, ratio, V, L, C, R, f0 = 0.9, 33, 30.0, 47e-6, 2.2e-6, 8.0, 3e3
+    text = f"""class-D amplifier
+.param f0={f0} fc={{f0*{ratio}}} t={{1/fc}}
+Vp p 0 {V}
+Vn n 0 {-V}
+Vm m 0 SIN(0 {M} {{f0}} 0 0 90)
+Vc c 0 PULSE(-1 1 {{-t/2}} {{t/2}} {{t/2}} 0 {{t}})
+S1 p a m c SH
+S2 n a c m SH
+L1 a out {L}
+C1 out 0 {C}
+R1 out 0 {R}
+.model SH SW(VT=0)
+.pss
+.four {f0} v(out)
+.measure pss distortion thd v(out)
+"""
+    (sol,) = nsspice.read(text).run()
+    assert sol.periodic.steps <= 8
+
+    def transfer(k: int) -> complex:
+        s = 2j * np.pi * k * f0
+        return 1.0 / (1.0 + s * L / R + s * s * L * C)
+
+    last = 12 * ratio  # beyond, the filter leaves less than 1e-4 of the sidebands' 1e-2
+    lines = np.zeros(last + 1)
+    lines[1] = M
+    for m in range(1, 80):
+        for n in range(-last - m * ratio, last + 1 - m * ratio):
+            size = 4.0 / (np.pi * m) * jv(n, m * np.pi * M / 2) * np.sin((m + n) * np.pi / 2)
+            lines[abs(m * ratio + n)] += (-1) ** m * size
+    passed = np.array([abs(transfer(k)) for k in range(last + 1)])
+    output = V * lines * passed
+    found = sol.integrals.coefficients(["v(out)"], list(range(last + 1)))["v(out)"]
+    assert np.abs(2.0 * np.abs(found[1:]) - np.abs(output[1:])).max() < 1e-12 * V
+    # what the square wave has beyond the last line, in sum the rest of 1, passes by less than there
+    rest = 1.0 - 0.5 * (lines[1:] ** 2).sum()
+    assert 0.0 < rest < 0.1
+    thd = np.sqrt((output[2:] ** 2).sum()) / abs(output[1])
+    beyond = np.sqrt(2.0 * rest) * passed[-1] * V / abs(output[1])
+    assert 0.01 < thd < 0.1
+    assert -1e-12 < sol.measures["distortion"] - thd < beyond**2 / thd
+    assert abs(sol.spectra[0].distortion - sol.measures["distortion"]) < 1e-12
+
+
 RECTIFIER = """full-wave rectifier
 V1 a b SIN(0 10 50)
 D1 a p
