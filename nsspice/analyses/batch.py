@@ -23,7 +23,6 @@ from ..netlist.deck import (
     NoiseCard,
     OpCard,
     PssCard,
-    SensCard,
     Sweep,
     TfCard,
     TranCard,
@@ -35,13 +34,11 @@ from .loop_gain import Loop, run_loop
 from .measure import evaluate_measures
 from .noise import Noise, run_noise
 from .notebook_progress import shown_in_notebook
-from .overrides import valued
 from .refusal import check_on_failure, judge
 from .rows import Progress
-from .sensitivity import Sensitivity, add_sensitivities
+from .sensitivity import add_sensitivities
 from .settings import Settings, foreign_method
 from .sink import Sink
-from .slopes import ordered, slopes
 from .small_signal import Ac, run_ac
 from .solution import Solution
 from .spectrum import add_powers, add_spectra, is_hot
@@ -377,89 +374,13 @@ def _run_job(
                 add_powers(circuit, solution, request.loads)
         if job.kind in ("op", "pss") and solution.axis.size:
             add_sensitivities(circuit, solution, temperature, values)
-        for sens in circuit.deck.sensitivities:
-            if not sens.signals:
-                _add_slopes(circuit, solution, sens, job, request)
+        if any(not sens.signals for sens in circuit.deck.sensitivities):
+            from .measured_slopes import add_slopes
+
+            add_slopes(circuit, solution, job, request, settings)
     if job.steps and not request.follow:
         solution.recording = None  # of one run it may fill memory, of a thousand it does
     return solution
-
-
-def _add_slopes(
-    circuit: Circuit, solution: Solution, card: SensCard, job: Job, request: Request
-) -> None:
-    """Compute how measures of a run depend on what a ``.sens`` card names; else a warning."""
-    deck = circuit.deck
-    place = deck.analyses.index(job.card)
-    own = {s.name: v for s, v in job.steps if s.kind == "param"}
-    kept = tuple((s, v) for s, v in job.steps if s.kind != "param")
-    plain = replace(request, signals=None, extra=(), keep=True, power=False, follow=())
-
-    def without_cards(parameters: Mapping[str, float]) -> Circuit:
-        other = read_again(deck, parameters)
-        other.deck.sensitivities.clear()
-        return other
-
-    unchanged: list[Circuit] = []
-
-    def measured(name: str, value: float) -> Mapping[str, float]:
-        if name in deck.parameters:
-            other, steps = without_cards({**own, name: value}), kept
-        else:
-            if not unchanged:
-                unchanged.append(without_cards(own))
-            (other,) = unchanged
-            sweep = Sweep(name, "element", (value,), card.span)
-            steps = (*(s for s in kept if s[0].name != name), (sweep, value))
-        return run_job(other, Job(other.deck.analyses[place], "", steps), plain).measures
-
-    wanted = [name for name in card.names if name in solution.measures]
-    others = [n for n in card.names if n not in {m.name for m in deck.measures}]
-    if not wanted:
-        return  # measures of another analysis
-    found: list[Sensitivity] = []
-    try:
-        for name in [*others, *card.elements] or list(deck.parameters):
-            value = _value_of(circuit, name, job)
-            if value == 0.0:
-                if not (others or card.elements):
-                    continue
-                hint = "differences are parts of a value: write it as {x - 1} with x=1"
-                raise UsageError(Diagnostic("NS4005", f"{name} is 0", hint=hint))
-            found += slopes(measured, {m: solution.measures[m] for m in wanted}, name, value)
-    except NsspiceError as problem:
-        said = problem.diagnostics[0]
-        message = f".sens is left out: {said.message}"
-        solution.warnings.append(replace(said, message=message, span=card.span, severity="warning"))
-        return
-    solution.sensitivities += ordered(found, wanted)
-
-
-def _value_of(circuit: Circuit, name: str, job: Job) -> float:
-    """Return the value of a parameter or element by which measures are differentiated.
-
-    Raises
-    ------
-    UsageError
-        NS4005 if there is none, or it is zero.
-    """
-    deck = circuit.deck
-    if name in job.values:
-        return job.values[name]
-    if name in deck.parameters:
-        return deck.parameters[name]
-    if name not in circuit.element_island:
-        message = f"there is no measure and no parameter {name}"
-        raise UsageError(Diagnostic("NS4005", message, hint="write it as .param or .measure"))
-    device = valued(circuit, name)
-    source = getattr(device, "source", None)
-    if source is not None:
-        if source.kind:
-            message = f"{name} is no constant"
-            hint = "write its values as parameters, and name these"
-            raise UsageError(Diagnostic("NS4005", message, hint=hint))
-        return float(source.dc or 0.0)
-    return float(device.value)  # type: ignore[attr-defined]
 
 
 def _executor(

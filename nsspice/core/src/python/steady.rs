@@ -192,6 +192,19 @@ impl PyOrbit {
         Ok(found.map(|m| PyArray1::from_vec(py, m.data)))
     }
 
+    /// Derivatives of the outputs at the end of the last run, then of their integrals over it, output by output.
+    fn of_run<'py>(
+        &self,
+        py: Python<'py>,
+        drivers: Vec<Option<usize>>,
+    ) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        if !self.inner.takes(&drivers) {
+            return Err(invalid("one driver per stimulus, an output each"));
+        }
+        let found = py.detach(|| self.inner.of_run(&drivers));
+        Ok(found.map(|[ends, sums]| PyArray1::from_vec(py, [ends.data, sums.data].concat())))
+    }
+
     /// Fourier coefficients over a window, by output and order.
     fn coefficients<'py>(
         &self,

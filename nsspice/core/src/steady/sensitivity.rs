@@ -11,7 +11,8 @@
 use super::exponentials::{divided, NODES};
 use super::fourier::Piece;
 use super::modal::carry;
-use super::orbit::Orbit;
+use super::orbit::{entering, Orbit};
+use super::response::Rows;
 use crate::dense::{complex, Complex, Lu, Matrix};
 use crate::modewise::terms::{Point, Term};
 use crate::modewise::Passage;
@@ -23,6 +24,14 @@ pub type Driver = Option<usize>;
 struct Ends {
     value: [Vec<f64>; 2],
     rate: [Vec<f64>; 2],
+}
+
+/// A run with what drives its stimuli.
+struct Driven<'a> {
+    pieces: Vec<Piece>,
+    ends: Vec<Ends>,
+    rows: Vec<Rows>,
+    drivers: &'a [Driver],
 }
 
 /// Nodes of a term and how many there are.
@@ -39,7 +48,7 @@ fn nodes(term: &Term) -> Option<([Complex; 3], usize)> {
 }
 
 /// `d^k E[extra d, nodes d]` of a term and of its conjugate.
-fn driven(term: &Term, extra: &[Complex], d: f64) -> Option<[Complex; 2]> {
+fn divided_of(term: &Term, extra: &[Complex], d: f64) -> Option<[Complex; 2]> {
     let (own, count) = nodes(term)?;
     let of = |mirrored: bool| {
         let mut all = [Complex::default(); NODES];
@@ -60,7 +69,7 @@ impl Orbit {
     /// What a driver contributes with a weight `d^k E[extra d, ...]` to each of its terms.
     fn weighted(&self, piece: &Piece, driver: Driver, extra: &[Complex]) -> Option<Complex> {
         let Some(output) = driver else {
-            return driven(&Term::One, extra, piece.to).map(|found| found[0]);
+            return divided_of(&Term::One, extra, piece.to).map(|found| found[0]);
         };
         let slots = piece.path.slots;
         let factors = &piece.bundle.factor[output * slots..(output + 1) * slots];
@@ -71,7 +80,7 @@ impl Orbit {
             if re == 0.0 && im == 0.0 {
                 continue;
             }
-            let [own, mirrored] = driven(&placed.term, extra, piece.to)?;
+            let [own, mirrored] = divided_of(&placed.term, extra, piece.to)?;
             if placed.width == 1 {
                 sum = sum + own.scale(re);
             } else {
@@ -146,46 +155,37 @@ impl Orbit {
         out
     }
 
-    /// Derivatives of the averages of all outputs, one row each, by the parameters behind the stimuli. `None`
-    /// where a mode has no eigenvectors, or nothing pulls the orbit back.
-    pub fn sensitivities(&self, drivers: &[Driver]) -> Option<Matrix> {
+    /// The run with its drivers; `None` where a mode has no eigenvectors.
+    fn driven<'a>(&self, drivers: &'a [Driver]) -> Option<Driven<'a>> {
         if self.passages.iter().any(|p| !p.mode.blocks.is_empty()) {
             return None;
         }
         let window = [0.0, self.period];
         let pieces = self.passages.iter().map(|p| self.piece(p, window)).collect::<Vec<Piece>>();
-        let ends: Vec<Ends> = pieces.iter().map(|piece| self.ends(piece, drivers)).collect();
-        let rows: Vec<_> = self.passages.iter().map(|p| self.output_rows(p)).collect();
-        let (count, stimuli) = (self.passages.len(), drivers.len());
-        let n = self.passages.first()?.mode.n;
-        let across = |k: usize, parts: &[Matrix; 3], x: &Matrix| {
-            let before = &ends[(k + count - 1) % count];
-            self.passed(parts, x, &before.value[1], &before.rate[1])
-        };
-        let mut x = Matrix::zeros(n, stimuli);
+        let ends = pieces.iter().map(|piece| self.ends(piece, drivers)).collect();
+        let rows = self.passages.iter().map(|p| self.output_rows(p)).collect();
+        Some(Driven { pieces, ends, rows, drivers })
+    }
+
+    /// What an event before passage `k` makes of perturbations at the end of the one before it.
+    fn beyond(&self, run: &Driven, k: usize, parts: &[Matrix; 3], x: &Matrix) -> Matrix {
+        let before = &run.ends[(k + run.ends.len() - 1) % run.ends.len()];
+        self.passed(parts, x, &before.value[1], &before.rate[1])
+    }
+
+    /// Perturbations at the end of the run from those at its beginning, and what the integrals of the outputs
+    /// change by; the end of a `closed` run moves as the event before its beginning does.
+    fn along(&self, run: &Driven, mut x: Matrix, closed: bool) -> Option<[Matrix; 2]> {
+        let count = self.passages.len();
+        let mut sums = Matrix::zeros(self.outputs.len(), run.drivers.len());
         for (k, p) in self.passages.iter().enumerate() {
-            if k > 0 {
-                x = across(k, &self.events[k].after, &x);
-            }
-            [x, _] = self.forced(p, &pieces[k], drivers, &x)?;
-        }
-        let mut matrix = Matrix::identity(n);
-        matrix.add_scaled(-1.0, &self.monodromy());
-        let factor = Lu::new(&matrix);
-        if n > 0 && factor.ratio <= 1e3 * f64::EPSILON {
-            return None; // the rounding of the matrix is as large as what is left of it
-        }
-        let first = across(0, &self.events[0].after, &x);
-        let mut x = factor.solve_refined(&matrix, &first);
-        let mut sums = Matrix::zeros(self.outputs.len(), stimuli);
-        for (k, p) in self.passages.iter().enumerate() {
-            let [end, integral] = self.forced(p, &pieces[k], drivers, &x)?;
-            sums.add_scaled(1.0, &rows[k].x.times(&integral));
-            for (c, &driver) in drivers.iter().enumerate() {
-                let whole = self.weighted(&pieces[k], driver, &[Complex::default()])?.re;
-                let ([v0, v1], [d0, d1]) = (&ends[k].value, &ends[k].rate);
+            let [end, integral] = self.forced(p, &run.pieces[k], run.drivers, &x)?;
+            sums.add_scaled(1.0, &run.rows[k].x.times(&integral));
+            for (c, &driver) in run.drivers.iter().enumerate() {
+                let whole = self.weighted(&run.pieces[k], driver, &[Complex::default()])?.re;
+                let ([v0, v1], [d0, d1]) = (&run.ends[k].value, &run.ends[k].rate);
                 let parts = [whole, v1[c] - v0[c], d1[c] - d0[c]];
-                for (factors, part) in rows[k].stimuli.iter().zip(parts) {
+                for (factors, part) in run.rows[k].stimuli.iter().zip(parts) {
                     for r in 0..sums.rows {
                         sums[(r, c)] += factors[(r, c)] * part;
                     }
@@ -193,22 +193,70 @@ impl Orbit {
             }
             let next = (k + 1) % count;
             let event = &self.events[next];
-            if let Some(shift) = &event.shift {
-                let moved = across(next, shift, &end);
+            if let (Some(shift), true) = (&event.shift, closed || next > 0) {
+                let moved = self.beyond(run, next, shift, &end);
                 for r in 0..sums.rows {
-                    let jump = rows[k].ends[1][r] - rows[next].ends[0][r];
+                    let jump = run.rows[k].ends[1][r] - run.rows[next].ends[0][r];
                     let lost = self.rated[r] && event.jumps;
                     let jump = if lost { f64::NAN } else { jump };
-                    for c in 0..stimuli {
+                    for c in 0..sums.cols {
                         sums[(r, c)] += jump * moved[(0, c)];
                     }
                 }
             }
-            if next > 0 {
-                x = across(next, &event.after, &end);
-            }
+            x = if next > 0 { self.beyond(run, next, &event.after, &end) } else { end };
         }
+        Some([x, sums])
+    }
+
+    /// Derivatives of the averages of all outputs, one row each, by the parameters behind the stimuli. `None`
+    /// where a mode has no eigenvectors, or nothing pulls the orbit back.
+    pub fn sensitivities(&self, drivers: &[Driver]) -> Option<Matrix> {
+        let run = self.driven(drivers)?;
+        let n = self.passages.first()?.mode.n;
+        let [x, _] = self.along(&run, Matrix::zeros(n, drivers.len()), true)?;
+        let mut matrix = Matrix::identity(n);
+        matrix.add_scaled(-1.0, &self.monodromy());
+        let factor = Lu::new(&matrix);
+        if n > 0 && factor.ratio <= 1e3 * f64::EPSILON {
+            return None; // the rounding of the matrix is as large as what is left of it
+        }
+        let first = self.beyond(&run, 0, &self.events[0].after, &x);
+        let [_, mut sums] = self.along(&run, factor.solve_refined(&matrix, &first), true)?;
         sums.data.iter_mut().for_each(|v| *v /= self.period);
         Some(sums)
+    }
+
+    /// Derivatives of the outputs (without rates) at the end of a run, left limits, and of their integrals over
+    /// it, by the parameters behind the stimuli, where the beginning keeps its energy coordinates. `None` as well
+    /// where a jump makes the rate that drives a stimulus an impulse.
+    pub fn of_run(&self, drivers: &[Driver]) -> Option<[Matrix; 2]> {
+        let run = self.driven(drivers)?;
+        let first = self.passages.first()?;
+        let jumps = !first.leaps.is_empty() || self.events[1..].iter().any(|event| event.jumps);
+        if jumps && drivers.iter().flatten().any(|&output| self.rated[output]) {
+            return None;
+        }
+        let mut a = Matrix::zeros(self.states(), drivers.len());
+        for mode in &first.leaps {
+            a = mode.leave_x.times(&entering(mode, &a));
+            let mut by = mode.leave_v.times(&self.stimuli);
+            for r in 0..by.rows {
+                let values = run.ends[0].value[0].iter();
+                by.row_mut(r).iter_mut().zip(values).for_each(|(to, value)| *to *= value);
+            }
+            a.add_scaled(1.0, &by);
+        }
+        let [x, sums] = self.along(&run, entering(&first.mode, &a), false)?;
+        let (rows, ends) = (run.rows.last()?, run.ends.last()?);
+        let mut out = rows.x.times(&x);
+        for (factors, values) in rows.stimuli.iter().zip([&ends.value[1], &ends.rate[1]]) {
+            for r in 0..out.rows {
+                for c in 0..out.cols {
+                    out[(r, c)] += factors[(r, c)] * values[c];
+                }
+            }
+        }
+        Some([out, sums])
     }
 }
