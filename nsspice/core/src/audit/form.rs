@@ -1,14 +1,8 @@
-//! A quadratic form as a sum of squares.
+//! A quadratic form, element by element: energies and powers without the cancellation of assembled entries.
 
-use crate::dense::Matrix;
 use crate::sparse::Csc;
-use crate::union_find::UnionFind;
-
-/// Sums of a row that are smaller than this part of its entries are their rounding.
-const ROUNDED: f64 = 4.0 * f64::EPSILON;
-
-/// What is left of the square of a winding without leakage, in parts of it, is rounding.
-const LEFT: f64 = 16.0 * f64::EPSILON;
+use crate::structure::{Branch, Coordinates, Coupled, Edge};
+use std::collections::BTreeMap;
 
 /// Most points of a step.
 const MOST: usize = 8;
@@ -16,91 +10,70 @@ const MOST: usize = 8;
 /// `l`, by unknowns, and `c` of `c (l' x)^2`.
 type Square = (Vec<(u32, f64)>, f64);
 
-/// The symmetric part `M` of a matrix as `x' M x = sum c (x_i + s x_j)^2 + sum d x_i^2 + sum r x_i x_j`
-/// with `s = 1` or `-1`: one square for each element between two nodes, without the cancellation of the
-/// entries that they share.
+/// The symmetric part `M` of a matrix as a sum of squares: `c v^2` for each element between two nodes, whose voltage
+/// `v` is one unknown, the sum or difference of two, or a sum along a path of the tree; one for each branch with a row
+/// of its own; and `(N' i)^2` for the cores of coupled inductors: without leakage the rates of their currents may be
+/// beyond all that is stored, and only the ampere turns of all are not.
 ///
-/// What only one of two laws has of the other's unknown is a controlled source.  Its power is a product, of a
+/// What only one of two rows has of the other's unknown is a controlled source.  Its power is a product, of a
 /// current and a voltage at another place: as squares it would have the rounding of the larger one's.
-///
-/// Coupled windings are `sum c (l' x)^2` by elimination: without leakage, the rates of their currents may
-/// be beyond all that is stored, and only the ampere turns of all are not.
 #[derive(Clone, Debug, Default)]
 pub struct Form {
-    /// `i`, `j`, `s`, `c`
+    /// `i`, `j`, `s`, `c` of `c (x_i + s x_j)^2`, `s = 1` or `-1`
     pub pairs: Vec<(u32, u32, f64, f64)>,
-    /// `i`, `d`
+    /// `i`, `d` of `d x_i^2`
     pub single: Vec<(u32, f64)>,
     /// `l` and `c`
     pub combined: Vec<Square>,
-    /// `i`, `j`, `r`
+    /// `i`, `j`, `r` of `r x_i x_j`
     pub products: Vec<(u32, u32, f64)>,
 }
 
 impl Form {
-    pub fn new(matrix: &Csc) -> Form {
+    /// Takes a matrix and the elements between nodes that it is the sum of, beside others.
+    pub fn new(matrix: &Csc, edges: &[Edge], coordinates: &Coordinates) -> Form {
+        // a static form of the system has left its capacitors out
+        let edges = if matrix.values.is_empty() { &[][..] } else { edges };
+        let mut out = Form::default();
+        for (path, edge) in coordinates.rows(edges).iter().zip(edges) {
+            match path[..] {
+                [] => {}
+                [(i, _)] => out.single.push((i as u32, edge.2)),
+                [(i, a), (j, b)] => out.pairs.push((i as u32, j as u32, a * b, edge.2)),
+                _ => {
+                    out.combined.push((path.iter().map(|&(k, s)| (k as u32, s)).collect(), edge.2))
+                }
+            }
+        }
         // by the place in the upper triangle: entries of the upper and of the lower one
-        let mut upper: Vec<(u32, u32, [f64; 2])> = matrix
-            .iter()
-            .map(|(r, c, v)| {
-                (r.min(c) as u32, r.max(c) as u32, if r <= c { [v, 0.0] } else { [0.0, v] })
-            })
-            .collect();
-        upper.sort_by_key(|e| (e.0, e.1));
-        let mut pairs: Vec<(u32, u32, f64, f64)> = Vec::new();
-        let mut products = Vec::new();
-        let mut rest = vec![[0.0f64; 2]; matrix.nrows];
-        for group in upper.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-            let (i, j, _) = group[0];
-            let [a, b] = [0, 1].map(|side| group.iter().map(|e| e.2[side]).sum::<f64>());
-            let size: f64 = group.iter().map(|e| e.2[0].abs() + e.2[1].abs()).sum();
+        let mut rest: BTreeMap<(usize, usize), [f64; 2]> = BTreeMap::new();
+        for (r, c, v) in coordinates.remainder(matrix, edges).iter() {
+            rest.entry((r.min(c), r.max(c))).or_default()[usize::from(r > c)] += v;
+        }
+        let mut own: BTreeMap<usize, f64> = BTreeMap::new();
+        let mut mutual = Vec::new();
+        for ((i, j), [a, b]) in rest {
             if i == j {
-                let [sum, sizes] = &mut rest[i as usize];
-                *sum += a;
-                *sizes += size;
+                own.insert(i, a);
                 continue;
             }
             let shared = if a * b > 0.0 { a.signum() * a.abs().min(b.abs()) } else { 0.0 };
-            if shared != 0.0 {
-                pairs.push((i, j, shared.signum(), shared.abs()));
+            mutual.extend((shared != 0.0).then_some((i, j, shared)));
+            let alone = (a - shared) + (b - shared);
+            out.products.extend((alone != 0.0).then_some((i as u32, j as u32, alone)));
+        }
+        match cores(matrix.nrows, &own, &mutual) {
+            Some(squares) => {
+                mutual.iter().flat_map(|e| [e.0, e.1]).for_each(|row| _ = own.remove(&row));
+                out.combined.extend(squares);
             }
-            let own = (a - shared) + (b - shared);
-            if own.abs() > ROUNDED * size {
-                products.push((i, j, own));
+            None => {
+                let products = mutual.iter().map(|&(i, j, v)| (i as u32, j as u32, 2.0 * v));
+                out.products.extend(products);
             }
         }
-        for &(i, j, _, size) in &pairs {
-            for k in [i, j] {
-                let [sum, sizes] = &mut rest[k as usize];
-                *sum -= size;
-                *sizes += size;
-            }
-        }
-        let left = rest.iter().enumerate().filter(|(_, [sum, sizes])| sum.abs() > ROUNDED * sizes);
-        let single = left.map(|(k, [sum, _])| (k as u32, *sum)).collect();
-        let mut out = Form { pairs, single, combined: Vec::new(), products };
-        out.combine(matrix);
+        out.single.extend(own.into_iter().map(|(k, v)| (k as u32, v)));
         out
-    }
-
-    /// Puts combinations in the place of squares of which some are negative, where that leaves none.
-    fn combine(&mut self, matrix: &Csc) {
-        let mut together = UnionFind::new(matrix.nrows);
-        self.pairs.iter().for_each(|p| _ = together.join(p.0 as usize, p.1 as usize));
-        let mut negative = vec![false; matrix.nrows];
-        let below = self.single.iter().filter(|s| s.1 < 0.0);
-        below.for_each(|s| negative[s.0 as usize] = true);
-        for rows in together.groups(0..matrix.nrows) {
-            if !rows.iter().any(|&row| negative[row]) {
-                continue;
-            }
-            let Some(squares) = eliminated(matrix, &rows) else { continue };
-            self.pairs.retain(|p| !rows.contains(&(p.0 as usize)));
-            self.single.retain(|s| !rows.contains(&(s.0 as usize)));
-            let inside = |k: u32| rows.contains(&(k as usize));
-            self.products.retain(|p| !(inside(p.0) && inside(p.1)));
-            self.combined.extend(squares);
-        }
     }
 
     /// `x' M x`
@@ -175,42 +148,32 @@ fn combination(l: &[(u32, f64)], x: impl Fn(usize) -> f64) -> f64 {
     l.iter().map(|&(k, factor)| factor * x(k as usize)).sum()
 }
 
-/// The squares of some rows of a symmetric matrix by elimination; `None` if it has negative ones.
-fn eliminated(matrix: &Csc, rows: &[usize]) -> Option<Vec<Square>> {
-    let mut block = Matrix::zeros(rows.len(), rows.len());
-    let place = |row: usize| rows.iter().position(|&own| own == row);
-    for (r, c, v) in matrix.iter() {
-        if let (Some(i), Some(j)) = (place(r), place(c)) {
-            block[(i, j)] += 0.5 * v;
-            block[(j, i)] += 0.5 * v;
-        }
+/// The squares of coupled inductors, of which the inductances are known and half of what couples two of them; `None`
+/// if they store negative energy.
+fn cores(
+    size: usize,
+    own: &BTreeMap<usize, f64>,
+    mutual: &[(usize, usize, f64)],
+) -> Option<Vec<Square>> {
+    let mut rows: Vec<usize> = mutual.iter().flat_map(|e| [e.0, e.1]).collect();
+    rows.sort_unstable();
+    rows.dedup();
+    let value = |row: usize| own.get(&row).copied().unwrap_or(0.0);
+    if rows.iter().any(|&row| value(row) <= 0.0) {
+        return None;
     }
-    let size: Vec<f64> = (0..rows.len()).map(|k| block[(k, k)]).collect();
-    let mut open: Vec<usize> = (0..rows.len()).collect();
-    let mut out = Vec::new();
-    while !open.is_empty() {
-        let share = |k: usize| block[(k, k)] / size[k];
-        let place = (0..open.len()).max_by(|&a, &b| share(open[a]).total_cmp(&share(open[b])))?;
-        let pivot = open[place];
-        let c = block[(pivot, pivot)];
-        let rounding = |i: usize, j: usize| {
-            block[(i, j)].abs() <= LEFT * (size[i].abs() * size[j].abs()).sqrt()
-        };
-        if rounding(pivot, pivot) || c.is_nan() || c < 0.0 {
-            let nothing = |&i: &usize| open.iter().all(|&j| rounding(i, j));
-            return open.iter().all(nothing).then_some(out);
-        }
-        let l: Vec<f64> = open.iter().map(|&k| block[(pivot, k)] / c).collect();
-        for (&i, a) in open.iter().zip(&l) {
-            for (&j, b) in open.iter().zip(&l) {
-                block[(i, j)] -= c * a * b;
-            }
-        }
-        let place_of = |k: &usize| rows[*k] as u32;
-        out.push((open.iter().map(place_of).zip(l).collect(), c));
-        open.swap_remove(place);
-    }
-    Some(out)
+    let both = mutual.iter().flat_map(|&(i, j, v)| [(i, j, v), (j, i, v)]);
+    let entries: Vec<_> = rows.iter().map(|&row| (row, row, value(row))).chain(both).collect();
+    let winding = |&row: &usize| Branch { ends: [0; 2], value: value(row), index: Some(row) };
+    let windings = rows.iter().map(winding).collect();
+    let groups = Coupled::groups(&Csc::from_triplets(size, size, &entries), windings)?;
+    let square = |group: &Coupled, core: usize| {
+        let rows = group.windings.iter().enumerate();
+        let turns = rows.filter_map(|(k, w)| Some((w.index? as u32, group.turns(k, core))));
+        (turns.filter(|e| e.1 != 0.0).collect(), 1.0)
+    };
+    let squares = groups.iter().flat_map(|g| (0..g.cores()).map(move |core| square(g, core)));
+    Some(squares.collect())
 }
 
 /// `sum w_ij v_i v_j` over values `v` at points.
@@ -227,6 +190,11 @@ fn products(points: &[&[f64]], w: &[f64], value: impl Fn(&[f64]) -> f64) -> f64 
 mod tests {
     use super::*;
 
+    /// The form of a matrix in node voltages.
+    fn form(n: usize, entries: &[(usize, usize, f64)], edges: &[Edge]) -> Form {
+        Form::new(&Csc::from_triplets(n, n, entries), edges, &Coordinates::of_nodes(n))
+    }
+
     #[test]
     fn windings_without_leakage_are_one_square() {
         // 1, 4 and 9 H, beside a leakage of 0.1 H in the second case
@@ -235,7 +203,7 @@ mod tests {
             let mut entries: Vec<_> =
                 (0..9).map(|k| (k / 3, k % 3, turns[k / 3] * turns[k % 3])).collect();
             entries.push((1, 1, leakage));
-            let form = Form::new(&Csc::from_triplets(3, 3, &entries));
+            let form = form(3, &entries, &[]);
             assert!(form.pairs.is_empty() && form.single.is_empty());
             assert_eq!(form.combined.len(), if leakage > 0.0 { 2 } else { 1 });
             // of currents whose ampere turns cancel nothing is stored
@@ -251,7 +219,7 @@ mod tests {
     fn the_power_of_a_controlled_source_is_a_product() {
         // 2 S between two nodes, and a source in the law of a branch that a voltage of 1 kV controls
         let entries = [(0, 0, 2.0), (0, 1, -2.0), (1, 0, -2.0), (1, 1, 2.0), (2, 1, -1e6)];
-        let form = Form::new(&Csc::from_triplets(3, 3, &entries));
+        let form = form(3, &entries, &[(0, 1, 2.0)]);
         assert_eq!((&form.pairs[..], &form.single[..]), (&[(0, 1, -1.0, 2.0)][..], &[][..]));
         assert_eq!(form.products, [(1, 2, -1e6)]);
         // as squares: 1e12 W, of which a pico would be lost in rounding
@@ -265,7 +233,7 @@ mod tests {
     fn what_is_no_sum_of_squares_stays_as_it_is() {
         for diagonal in [0.0, 1.0] {
             let entries = [(0, 0, diagonal), (0, 1, 2.0), (1, 0, 2.0), (1, 1, diagonal)];
-            let form = Form::new(&Csc::from_triplets(2, 2, &entries));
+            let form = form(2, &entries, &[]);
             assert!(form.combined.is_empty());
             let x = [1.0, -3.0];
             assert!((form.at(|k| x[k]) - (10.0 * diagonal - 12.0)).abs() < 1e-14);
@@ -287,9 +255,9 @@ mod tests {
             (0, 3, 7.0),
             (3, 0, -7.0),
         ];
-        let matrix = Csc::from_triplets(4, 4, &entries);
-        let form = Form::new(&matrix);
-        assert_eq!((form.pairs.len(), form.single.len()), (2, 3));
+        let form = form(4, &entries, &[(0, 1, 1.0), (0, -1, 2.0)]);
+        assert_eq!((form.pairs.len(), form.single.len(), form.combined.len()), (1, 1, 2));
+        assert!(form.products.is_empty());
         let x = [1.0, -2.0, 3.0, 0.5];
         let direct: f64 = entries.iter().map(|&(r, c, v)| x[r] * v * x[c]).sum();
         assert!((form.at(|k| x[k]) - direct).abs() < 1e-14 * direct.abs());

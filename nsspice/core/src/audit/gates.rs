@@ -2,7 +2,7 @@
 //! in which it should no longer be.
 
 use super::sources::INSTANT;
-use super::stretches::Stretches;
+use super::taken::Taken;
 use super::{ratio, worse, ITERATED, TOLERANCE};
 use crate::mlcp::Role;
 use crate::switch::Switch;
@@ -38,7 +38,7 @@ impl Gates {
 
     /// Takes both ends of recorded stretches of `n` unknowns and `m` pairs; where switches are sampled their
     /// controls may be anywhere.
-    pub(super) fn take(&mut self, all: &Stretches, kinds: &[u8], m: usize) {
+    pub(super) fn take(&mut self, all: &Taken, kinds: &[u8], m: usize) {
         if all.roles.is_empty() {
             return;
         }
@@ -114,35 +114,17 @@ mod tests {
 
     fn error_of(switch: Switch, role: u8, ends: [f64; 2], doubt: f64) -> f64 {
         let mut gates = Gates::new(vec![switch].into());
-        let none = &[][..];
-        gates.take(
-            &Stretches {
-                nodes: 2,
-                known: 0.0,
-                begin: &[1.0],
-                end: &[2.0],
-                grain: &[1.0],
-                swing: &[0.0],
-                steps: &[1],
-                signed: &[1],
-                doubt: &[doubt],
-                first: &ends[..1],
-                first_u: none,
-                time: &[1.0, 2.0],
-                weight: &[0.5, 0.5],
-                inner: none,
-                z: &ends,
-                rate: &[0.0; 2],
-                l: &[0.0; 2],
-                u: none,
-                function_rate: none,
-                roles: &[role],
-                seam_end: none,
-                seam_begin: none,
-            },
-            &[0],
-            1,
-        );
+        let all = Taken {
+            nodes: 2,
+            begin: vec![1.0],
+            end: vec![2.0],
+            doubt: vec![doubt],
+            first: ends[..1].to_vec(),
+            z: ends.to_vec(),
+            roles: vec![role],
+            ..Taken::default()
+        };
+        gates.take(&all, &[0], 1);
         gates.error
     }
 

@@ -1,11 +1,10 @@
 //! Checks of the laws and of complementarity at recorded points.
 
-use super::common::Common;
 use super::energy::Ledger;
 use super::gates::Gates;
 use super::matrix::Entries;
 use super::points::Block;
-use super::rounding::{share, Reach, Usual};
+use super::rounding::{share, Reach};
 use super::sources::Sources;
 use super::stretches::Seams;
 use super::ties::Ties;
@@ -93,12 +92,8 @@ pub struct Auditor {
     pub(super) fed: Vec<bool>,
     /// of each pair, the laws of currents that it feeds
     pub(super) touched: Vec<Vec<usize>>,
-    /// parts with a common potential that currents decide
-    pub(super) common: Common,
     /// sums of the sizes of entries
     pub(super) reach: Reach,
-    /// what the last points were measured by
-    pub(super) usual: Usual,
     /// rounding of elimination in units of the tolerance
     pub(super) share: f64,
     /// largest voltage and current so far, of stretches and with smooth functions
@@ -180,19 +175,13 @@ impl Auditor {
         for (row, pair) in a.places().filter(|e| linear.row_kind[e.0] == 0) {
             touched[pair].push(row);
         }
-        // beside a node that is free one of fixed potential, where any current may meet, tells nothing
-        for rows in &mut touched {
-            if rows.iter().any(|&row| parts.of(row).is_some()) {
-                rows.retain(|&row| parts.of(row).is_some());
-            }
-        }
         let stores = !algebraic.iter().all(|v| *v);
         let full = |(h, hs): &(Csc, Csc)| (Entries::new(h), Entries::new(hs));
         let g = Entries::new(&linear.g);
         let averaging = averaging.map(full);
         let d = Entries::new(&linear.d);
         let h = averaging.as_ref().map(|h| &h.0);
-        let reach = Reach::new(&linear.row_kind, m, &e, &g, &a, h, (&d, &linear.q));
+        let reach = Reach::new(&linear.row_kind, m, &e, &g, &a, h);
         let volts = |pair: &usize| reach.kind(*pair) == 1;
         let thresholds = (0..m).filter(volts).map(|pair| linear.q[pair].abs());
         Auditor {
@@ -203,7 +192,6 @@ impl Auditor {
             n,
             m,
             p,
-            common: Common::new(linear),
             reach,
             to_ground: g.to_ground(&linear.row_kind),
             g,
@@ -219,7 +207,6 @@ impl Auditor {
             fed: groups.iter().map(|group| is_fed(linear, &columns, group)).collect(),
             groups,
             touched,
-            usual: Usual::default(),
             largest: [0.0; 2],
             share: share(n + m),
             block: Block::default(),
@@ -289,40 +276,20 @@ impl Auditor {
         let mut largest = if self.smooth.is_some() { self.largest } else { [0.0; 2] };
         let mut least = [0.0f64; 2];
         sides.iter().for_each(|z| self.reach.see(&self.kinds, z, &[], &mut largest));
-        let (mut stored, mut carried) = (vec![0.0; self.n], vec![0.0; self.n]);
+        let mut stored = vec![0.0; self.n];
         if let Some(smooth) = &mut self.smooth {
-            // in short steps functions carry what they are worth there, at a corner one thing or another;
             // the potential of a group that floats may be any, and functions at it beyond all numbers
             let mut values = Vec::new();
             let rate = 1.0 / length.max(f64::MIN_POSITIVE);
-            let mut sized = false;
             for side in sides.into_iter().rev() {
                 smooth.values(side, sources, time, &mut values);
-                if !values.iter().all(|f| f.is_finite()) {
-                    continue;
-                }
-                values.iter_mut().for_each(|f| *f = f.abs());
-                smooth.f.add_sizes(2.0 * length, &values, &mut carried);
-                if !std::mem::replace(&mut sized, true) {
-                    // what they conduct counts for a short time only
-                    // at the potential of a group that floats nothing is resolved
+                if values.iter().all(|f| f.is_finite()) {
+                    // what they conduct counts for a short time only, and nothing is resolved at such a potential
                     smooth.add_sizes(&self.kinds, &largest, sources, rate, 0.0, &mut stored);
+                    break;
                 }
             }
             stored.iter_mut().for_each(|s| *s *= length);
-            // and charges of junctions are exponentials of what is extrapolated: half of their motion stays;
-            // of that of others what flows in the shortest of the steps, two on each side
-            let mut moving = vec![false; self.n];
-            smooth.q.entries().for_each(|(row, ..)| moving[row] = true);
-            for ((row, carried), &kind) in carried.iter_mut().enumerate().zip(&self.kinds) {
-                let mut flowing = largest;
-                flowing[usize::from(kind)] = 0.0;
-                *carried += if moving[row] {
-                    length * flowing[usize::from(1 - kind)]
-                } else {
-                    4.0 * shortest.min(length) * self.reach.acting(row, &flowing)
-                };
-            }
         }
         for (row, (&size, &kind)) in sizes.iter().zip(&self.kinds).enumerate() {
             let usual = length * self.reach.acting(row, &largest);
@@ -335,19 +302,11 @@ impl Auditor {
         for (row, (&charge, &kind)) in sizes.iter().zip(&self.kinds).enumerate() {
             energy = energy.max(self.reach.energy(row, kind, charge));
         }
-        // short steps: an impulse that flows in windings without leakage is a difference of large fluxes,
-        // and the charge of a capacitor one of the potentials to which an impulse lifts both its nodes
-        let mut flowing = vec![0.0; self.n];
-        if length > 0.0 {
-            let sizes: Vec<f64> = unknowns.iter().map(|v| v.abs() / shortest).collect();
-            self.e.add_sizes(3.0 * self.share, &sizes, &mut flowing);
-        }
         for (row, (size, &kind)) in sizes.iter_mut().zip(&self.kinds).enumerate() {
             let turned = self.share * self.reach.holding(row, kind, energy);
-            *size = size.max(least[usize::from(kind)]).max(turned).max(flowing[row]);
+            *size = size.max(least[usize::from(kind)]).max(turned);
         }
-        let missing = error.iter().zip(&carried).zip(&hidden);
-        let missing = missing.map(|((e, carried), hidden)| (e.abs() - carried).max(0.0) + hidden);
+        let missing = error.iter().zip(&hidden).map(|(e, hidden)| e.abs() + hidden);
         let through_gaps = gave.map(|gave| {
             let finite = self.without_densities(sides[1], unknowns, [span, shortest]);
             let sides = [sides[0], &finite];

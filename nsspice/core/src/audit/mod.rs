@@ -12,7 +12,6 @@
 //! ([`rounding`]).  No factor, map, scaling or residual
 //! of a solver takes part.
 
-mod common;
 mod energy;
 mod form;
 mod gates;
@@ -33,9 +32,21 @@ pub use gates::Gates;
 pub use laws::Auditor;
 pub use sources::{Described, Sources};
 pub use steps::Steps;
-pub use stretches::Stretches;
 pub use sums::{Balance, Points, Sums};
 pub use taken::Taken;
+
+use crate::structure::{Coordinates, Edge};
+
+/// The elements between nodes that matrices are sums of, and what the unknowns are.
+#[derive(Clone, Copy)]
+pub struct Between<'a> {
+    /// terms of `E`
+    pub capacitors: &'a [Edge],
+    /// terms of `G`
+    pub conductors: &'a [Edge],
+    /// the voltages that are unknowns
+    pub coordinates: &'a Coordinates,
+}
 
 /// A run whose relative errors stay below this passes.
 pub const TOLERANCE: f64 = 1e-8;

@@ -318,18 +318,9 @@ impl Auditor {
 
     /// What a law makes of that by which its unknowns could move without being seen in their own laws.
     fn unseen(&self, row: usize, [scales, floors]: [&[f64]; 2], grain: [f64; 2]) -> f64 {
-        let terms = || self.g.entries().filter(|e| e.0 == row && e.1 != row);
+        let terms = self.g.entries().filter(|e| e.0 == row && e.1 != row);
         let move_of = |j: usize| self.hidden(j, self.kinds[j], [scales[j], floors[j]], grain);
-        let alone = terms().map(|(_, j, v)| v.abs() * move_of(j)).sum::<f64>();
-        if self.kinds[row] == 0 {
-            return alone;
-        }
-        // both ends of a branch may be a common potential of megavolts that cancel: beside the largest voltage
-        // of a branch that is rounding
-        let nodes = terms().map(|e| e.1).filter(|&j| self.kinds[j] == 0);
-        let together = self.common.moves(nodes, |j| (grain[0] * scales[j]).max(floors[j]));
-        let branches = scales.iter().zip(&self.kinds).filter(|e| *e.1 == 1);
-        alone.max(together.min(branches.fold(0.0, |most, (scale, _)| scale.max(most))))
+        terms.map(|(_, j, v)| v.abs() * move_of(j)).sum()
     }
 
     /// By how much voltages (kind 0) or currents may move without being seen in a law of this scale and floor.

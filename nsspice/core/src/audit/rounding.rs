@@ -20,17 +20,9 @@
 //! `C v / h`, and that of a capacitor between two nodes to the rounding of both.  The largest sum of each kind is therefore the least for all laws that add up currents
 //! (voltages) themselves.
 //!
-//! The slack of a pair is such a sum as well: where ideal diodes short-circuit whatever a current
-//! goes round in, voltages are known to the rounding of what it drops in resistances of pairs, and to
-//! that of their thresholds.
-//!
 //! Voltages of zero, across diodes that carry currents, have the rounding of `R i` although no law says
-//! so: a voltage that changes the currents of its nodes by no more than their rounding is none.
-//! The same holds for what such a voltage is in the laws of others: where a mass rests, its speed is known to the
-//! rounding of the forces on it, and so is the rate of its place.
-//! Neither is one whose current is below the rounding that other laws bring to that of its node, so
-//! that the law itself would not tell it from zero: a part that hangs on 1 kOhm beside nodes of 4 A is
-//! known to `24 N u 4 kV`.
+//! so: a voltage that changes the currents of its nodes by no more than their rounding is none
+//! (`Auditor::hidden`), nor is it one in the laws of others.
 
 use super::laws::Auditor;
 use super::matrix::Entries;
@@ -59,9 +51,6 @@ pub struct Reach {
     shared: Vec<bool>,
     /// of each pair: its multiplier is a voltage (0) or a current (1)
     pairs: Vec<u8>,
-    /// what slacks that are currents and those that are voltages take from multipliers, and from no
-    /// unknown, at most
-    slacks: [([f64; 2], f64); 2],
 }
 
 /// What sums of sizes make of the largest voltage and current.
@@ -77,7 +66,6 @@ impl Reach {
         g: &Entries,
         a: &Entries,
         averaging: Option<&Entries>,
-        (d, q): (&Entries, &[f64]),
     ) -> Reach {
         let n = kinds.len();
         let (mut stored, mut acting) = (vec![[0.0; 2]; n], vec![[0.0; 2]; n]);
@@ -98,20 +86,7 @@ impl Reach {
         for (row, pair, value) in a.entries() {
             acting[row][usize::from(carried[pair])] += value.abs();
         }
-        let mut slacks = [([0.0f64; 2], 0.0f64); 2];
-        for (&kind, given) in carried.iter().zip(q) {
-            let most = &mut slacks[usize::from(kind)].1;
-            *most = most.max(given.abs());
-        }
-        let mut sums = vec![[0.0; 2]; pairs];
-        for (pair, from, value) in d.entries() {
-            sums[pair][usize::from(carried[from])] += value.abs();
-        }
-        for (&kind, sums) in carried.iter().zip(sums) {
-            let most = &mut slacks[usize::from(kind)].0;
-            *most = [0, 1].map(|from| most[from].max(sums[from]));
-        }
-        Reach { stored, acting, shared, pairs: carried, slacks }
+        Reach { stored, acting, shared, pairs: carried }
     }
 
     /// Whether the multiplier of a pair is a voltage (0) or a current (1).
@@ -151,30 +126,6 @@ impl Reach {
         meet(&self.acting[row], largest)
     }
 
-    /// The largest voltage and current, but no less than what the rounding of the other, this part of
-    /// it, makes of them: where a current goes round in a loop of ideal elements it drives no voltage
-    /// at all, and those of the nodes are what its rounding leaves there.
-    fn stirred(
-        &self,
-        kinds: &[u8],
-        most: &[f64; 2],
-        beside: impl Fn(usize) -> Option<[f64; 2]>,
-        rate: f64,
-        part: f64,
-    ) -> [f64; 2] {
-        let mut out = *most;
-        for (row, &kind) in kinds.iter().enumerate() {
-            // what sources fix has no rounding of currents
-            let Some(largest) = beside(row) else { continue };
-            let (own, slope) = (usize::from(kind), self.slope(row, kind, rate));
-            if slope > 0.0 {
-                out[own] =
-                    out[own].max(part * self.acting[row][1 - own] * largest[1 - own] / slope);
-            }
-        }
-        out
-    }
-
     /// Takes unknowns and multipliers into the largest current of each part.
     pub fn see_parts(&self, kinds: &[u8], parts: &Parts, [z, l]: [&[f64]; 2], most: &mut [f64]) {
         let unknowns = z.iter().enumerate().filter(|e| kinds[e.0] == 1);
@@ -206,84 +157,33 @@ pub struct Grain {
     pub settled: f64,
 }
 
-/// What the largest voltage and current make of all laws: the same for the points of a stretch.
-#[derive(Clone, Debug, Default)]
-pub struct Usual {
-    /// to which it belongs
-    grain: Option<Grain>,
-    /// of each row: what acts, and what is stored
-    rows: Vec<[f64; 2]>,
-    /// of pairs of each part: currents and voltages
-    least: Vec<[f64; 2]>,
-    /// largest current of each part
-    currents: Vec<f64>,
-}
-
-impl Usual {
-    fn see(
-        &mut self,
-        reach: &Reach,
-        kinds: &[u8],
-        (parts, currents): (&Parts, &[f64]),
-        grain: &Grain,
-    ) {
-        if self.grain == Some(*grain) && self.currents == currents {
-            return;
-        }
-        self.currents.clear();
-        self.currents.extend_from_slice(currents);
+impl Auditor {
+    /// Turns `floor`, which holds the sizes of sources and functions in each law, into what the law
+    /// is measured by at least; returns the same for the currents and voltages of pairs of each part.
+    pub(super) fn floor(&self, grain: &Grain, floor: &mut [f64]) -> Vec<[f64; 2]> {
+        let Auditor { reach, kinds, parts, currents, .. } = self;
         let Grain { largest, rate, share, settled } = *grain;
-        self.grain = Some(*grain);
         // what underflows, a value or a product with it, is off by the rounding of the smallest
         // number (section 2.1 there)
         let largest = largest.map(|v| v.max(f64::MIN_POSITIVE));
-        let in_part = |largest: [f64; 2], part: usize| {
-            [largest[0], largest[1].min(currents[part]).max(f64::MIN_POSITIVE)]
-        };
-        let beside = |row: usize| Some(in_part(largest, parts.of(row)?));
-        let stirred = reach.stirred(kinds, &largest, beside, rate, share * TOLERANCE);
-        // rounding of voltages may make more than the largest current
-        let made = if stirred[1] > largest[1] { stirred[1] } else { 0.0 };
-        let own = |part: usize| {
-            let [volts, amperes] = in_part(stirred, part);
-            [volts, amperes.max(made)]
-        };
-        // of laws of currents and of voltages
-        self.least.clear();
-        self.least.extend((0..parts.count()).map(|part| {
-            let largest = own(part);
-            [0, 1].map(|kind: usize| {
-                let (sums, given) = &reach.slacks[kind];
-                (share.max(settled) * largest[1 - kind]).max(share * (given + meet(sums, &largest)))
-            })
-        }));
-        self.rows.clear();
-        let rows = reach.stored.iter().zip(&reach.acting).enumerate();
-        self.rows.extend(rows.map(|(row, (stored, acting))| {
-            let largest = parts.of(row).map_or(stirred, own);
-            [meet(acting, &largest), 2.0 * rate * meet(stored, &largest)]
-        }));
-    }
-}
-
-impl Auditor {
-    /// Turns `floor`, which holds the sizes of sources and functions in each law, into what the law
-    /// is measured by at least; returns the same for the currents and voltages of pairs.
-    pub(super) fn floor(&mut self, grain: &Grain, floor: &mut [f64]) -> Vec<[f64; 2]> {
-        let Auditor { reach, usual, kinds, parts, currents, .. } = self;
-        usual.see(reach, kinds, (parts, currents), grain);
-        let mut least = usual.least.clone();
-        let rows = floor.iter_mut().zip(&usual.rows).zip(&*kinds);
-        for (row, ((own, [acting, stored]), &kind)) in rows.enumerate() {
-            let acting = *own + acting + f64::MIN_POSITIVE;
+        let of_part = |part: usize| [largest[0], largest[1].min(currents[part])];
+        // a pair's current is the rest of others, its voltage a difference of some
+        let part = share.max(settled);
+        let own = (0..parts.count()).map(of_part);
+        let mut least: Vec<_> =
+            own.map(|[volts, amperes]| [part * amperes, part * volts]).collect();
+        for (row, (own, &kind)) in floor.iter_mut().zip(kinds).enumerate() {
+            let largest = parts.of(row).map_or(largest, of_part);
+            let acting = *own + reach.acting(row, &largest) + f64::MIN_POSITIVE;
+            let stored = 2.0 * rate * reach.content(row, &largest);
             let none = NONE * grain.largest[usize::from(1 - kind)];
-            *own = (grain.share * (acting + stored)).max(grain.settled * acting).max(none);
+            *own = (share * (acting + stored)).max(settled * acting).max(none);
             if let Some(part) = parts.of(row) {
                 let least = &mut least[part][usize::from(kind)];
                 *least = least.max(*own);
             }
         }
-        let rows = reach.acting.iter().zip(&reach.shared).zip(&*kinds);
+        let rows = reach.acting.iter().zip(&reach.shared).zip(kinds);
         for (row, (own, ((acting, &shared), &kind))) in floor.iter_mut().zip(rows).enumerate() {
             let Some(part) = parts.of(row) else { continue };
             let added = if shared { 1.0 } else { acting[usize::from(1 - kind)].min(1.0) };

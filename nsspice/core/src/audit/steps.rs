@@ -13,12 +13,6 @@ use super::points::Point;
 use super::rounding::Grain;
 use super::{ITERATED, TOLERANCE};
 
-/// A state right after a jump is the limit `3 a - 3 b + c` of three short steps, with seven times the
-/// rounding of one.  The limit itself is known to the tolerance: the steps lie on a line but for
-/// 1e-6, and what bends that little errs by less than its hundredth.
-const LIMIT: f64 = 7.0;
-const KNOWN: f64 = 1.0;
-
 /// Recorded steps, one array per quantity.
 pub struct Steps<'a> {
     /// end of each [s]
@@ -105,7 +99,9 @@ impl Auditor {
             let after_jump = h < 0.0;
             let iterated = self.smooth.is_some() && h.is_finite();
             let share = if iterated { self.share.max(ITERATED / TOLERANCE) } else { self.share };
-            let (share, settled) = if after_jump { (LIMIT * share, KNOWN) } else { (share, 0.0) };
+            // a state right after a jump is as a rule the limit of short steps, known to the tolerance: they lie on
+            // a line but for 1e-6, and what bends that little errs by less than its hundredth
+            let settled = if after_jump { 1.0 } else { 0.0 };
             let grain = Grain { largest, rate: 1.0 / size, share, settled };
             let point = Point { z, l, u, f: &f, roles, after_jump, unsigned: false };
             self.point(&point, &rates, &grain, &mut floor);

@@ -15,6 +15,7 @@ use super::laws::Auditor;
 use super::matrix::Entries;
 use super::points::Point;
 use super::rounding::Grain;
+use super::taken::Taken;
 use super::{ratio, worse, TOLERANCE};
 
 /// A closed form has the rounding of three computations of the size of an elimination: the reduction
@@ -22,55 +23,6 @@ use super::{ratio, worse, TOLERANCE};
 const CLOSED: f64 = 3.0;
 /// An event is known to this part of its instant.
 const INSTANT: f64 = 16.0 * f64::EPSILON;
-
-/// Recorded stretches of `nodes` points each, one array per quantity.
-pub struct Stretches<'a> {
-    /// points in each
-    pub nodes: usize,
-    /// relative residual to which an iteration has solved the points; 0 for a closed form
-    pub known: f64,
-    /// beginning and end [s]
-    pub begin: &'a [f64],
-    /// see `begin`
-    pub end: &'a [f64],
-    /// shortest time that rates stand for [s]
-    pub grain: &'a [f64],
-    /// energy of the terms of a closed form if none of them cancelled [J]; 0 where there are none
-    pub swing: &'a [f64],
-    /// steps of the engine that end with it
-    pub steps: &'a [u8],
-    /// signs of the pairs hold at all nodes (1), or at the last one alone (0)
-    pub signed: &'a [u8],
-    /// how far controls of switches may lie beyond their thresholds; infinite where some are sampled
-    pub doubt: &'a [f64],
-    /// unknowns at the beginning, (k, n)
-    pub first: &'a [f64],
-    /// sources at the beginning, (k, p)
-    pub first_u: &'a [f64],
-    /// instants, (k, nodes)
-    pub time: &'a [f64],
-    /// weights of the nodes [s], (k, nodes)
-    pub weight: &'a [f64],
-    /// weights of the rates at the nodes [s], (k, nodes, nodes); empty for a closed form
-    pub inner: &'a [f64],
-    /// unknowns, (k, nodes, n); the last node is the end
-    pub z: &'a [f64],
-    /// rates of those that are stored, (k, nodes, n)
-    pub rate: &'a [f64],
-    /// multipliers, (k, nodes, m)
-    pub l: &'a [f64],
-    /// sources, (k, nodes, p)
-    pub u: &'a [f64],
-    /// rates of the smooth functions, (k, nodes, functions); empty without any
-    pub function_rate: &'a [f64],
-    /// roles of the pairs, (k, m); empty without switches
-    pub roles: &'a [u8],
-    /// unknowns that store something where one motion ends, or a reported jump, and where the next
-    /// begins, (some, n): where these differ most, and where most is stored
-    pub seam_end: &'a [f64],
-    /// see `seam_end`
-    pub seam_begin: &'a [f64],
-}
 
 /// States at which one motion ends and the next begins: nothing changes between them but in jumps
 /// that are reported.
@@ -96,14 +48,14 @@ impl Seams {
 
 impl Auditor {
     /// Checks recorded stretches.
-    pub fn take_stretches(&mut self, all: &Stretches) {
+    pub fn take_stretches(&mut self, all: &Taken) {
         let (n, m, p, s) = (self.n, self.m, self.p, all.nodes);
         let count = all.begin.len();
         let functions = self.smooth.as_ref().map_or(0, |f| f.tape.program().len());
         if let Some(sources) = &mut self.sources {
             // stages behind the end of a step see a law of a source that has ended
             let rows = all.time.iter().enumerate().filter(|(i, t)| **t <= all.end[i / s]);
-            sources.take(&rows.map(|(i, &t)| (t, i)).collect::<Vec<_>>(), all.u);
+            sources.take(&rows.map(|(i, &t)| (t, i)).collect::<Vec<_>>(), &all.u);
         }
         if let Some(gates) = &mut self.gates {
             gates.take(all, &self.kinds, m);
@@ -238,7 +190,7 @@ impl Auditor {
 
     fn enter_stretch(
         &mut self,
-        all: &Stretches,
+        all: &Taken,
         k: usize,
         first: &[f64],
         last: &[f64],

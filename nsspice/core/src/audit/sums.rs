@@ -19,7 +19,7 @@ use super::lanes::{
 };
 use super::matrix::Entries;
 use super::rounding::{share, Reach};
-use super::{ratio, ITERATED, TOLERANCE};
+use super::{ratio, Between, ITERATED, TOLERANCE};
 use crate::dense::{dot, Matrix};
 use crate::descriptor::Linear;
 use crate::newton::Smooth;
@@ -160,21 +160,22 @@ impl Sums {
     /// Nothing so far; none where nothing is stored.
     pub fn new(
         linear: &Linear,
+        between: Between,
         averaging: Option<&(Csc, Csc)>,
         smooth: Option<&Smooth>,
     ) -> Option<Sums> {
+        let Between { capacitors, conductors, coordinates } = between;
         if linear.e.values.iter().all(|&v| v == 0.0) {
             return None;
         }
         let (e, g, a) = (&linear.e, &linear.g, &linear.a);
         let [storage, controls] = linear.storage_and_controls();
-        let [entries_e, entries_g, entries_a, entries_d] = [e, g, a, &linear.d].map(Entries::new);
-        let pairs = (&entries_d, &linear.q[..]);
+        let [entries_e, entries_g, entries_a] = [e, g, a].map(Entries::new);
         let h = averaging.map(|(h, _)| Entries::new(h));
         let kinds = linear.row_kind.clone();
         let size = g.nrows + a.ncols;
         let average = h.as_ref();
-        let reach = Reach::new(&kinds, a.ncols, &entries_e, &entries_g, &entries_a, average, pairs);
+        let reach = Reach::new(&kinds, a.ncols, &entries_e, &entries_g, &entries_a, average);
         let (sources, functions) = (linear.s.ncols, smooth.map_or(0, |laws| laws.f.ncols));
         let turned = if averaging.is_some() { sources } else { 0 };
         let mut joule = vec![0.0; g.nrows];
@@ -190,9 +191,9 @@ impl Sums {
             }
         }
         Some(Sums {
-            stored: Form::new(&storage),
+            stored: Form::new(&storage, capacitors, coordinates),
             controls: Bilinear::new(&controls),
-            resisted: Form::new(g),
+            resisted: Form::new(g, conductors, coordinates),
             laws: [e.clone(), g.clone()],
             joule,
             lanes: Lanes::new([g.nrows, a.ncols, sources, turned, functions, functions, g.nrows]),

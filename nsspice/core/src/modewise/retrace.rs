@@ -259,7 +259,7 @@ mod tests {
     use super::super::prepared::Prepared;
     use super::super::run::Engine;
     use super::*;
-    use crate::audit::TOLERANCE;
+    use crate::audit::{Between, TOLERANCE};
     use crate::descriptor::Linear;
     use crate::sparse::Csc;
     use crate::waveform::{Smooth, Waveform};
@@ -290,18 +290,16 @@ mod tests {
             let beside = if k == 0 || k + 1 == STATES { 1.0 } else { 2.0 };
             conductors.push((k as isize, -1, 2.5 - beside));
         }
-        let sums = Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!());
-        let capacitors = diagonal.iter().map(edge).collect();
+        let capacitors: Vec<_> = diagonal.iter().map(edge).collect();
+        let coordinates = Coordinates::of_nodes(linear.g.nrows);
+        let coordinates = &coordinates;
+        let between = Between { capacitors: &capacitors, conductors: &conductors, coordinates };
+        let sums = Sums::new(&linear, between, None, None).unwrap_or_else(|| unreachable!());
         let (offset, amplitude, frequency) = (1.0, 3.0, 0.7);
         let (delay, damping, phase) = (0.0, 0.0, 0.0);
         let sine = Smooth::Sin { offset, amplitude, frequency, delay, damping, phase };
         let inputs = Inputs::new(vec![Waveform::Smooth(sine)]).unwrap_or_else(|_| unreachable!());
-        let sys = Assembly {
-            coordinates: Coordinates::of_nodes(linear.g.nrows),
-            linear,
-            capacitors,
-            conductors,
-        };
+        let sys = Assembly { coordinates: coordinates.clone(), linear, capacitors, conductors };
         let prepared = Prepared::new(sys, inputs, [].into()).unwrap_or_else(|_| unreachable!());
         let mut engine = Engine::new(&prepared, Vec::new());
         engine.accompany(Some(sums.clone()));

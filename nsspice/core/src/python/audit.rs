@@ -3,7 +3,7 @@
 use super::points::{PyRecords, PyStretches};
 use super::system::{misfit, PySystem};
 use super::{invalid, Floats, Matrix};
-use crate::audit::{Auditor, Balance, Gates, Sources, Steps, Stretches, Sums};
+use crate::audit::{Auditor, Balance, Between, Gates, Sources, Steps, Sums, Taken};
 use crate::structure::Coordinates;
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::intern;
@@ -38,7 +38,12 @@ impl PyAuditor {
         let [.., functions] = system.sizes();
         let smooth = system.smooth.as_ref();
         let averaging = system.averaging(&averaging)?;
-        let sums = Sums::new(&system.linear, averaging.as_ref(), smooth);
+        let between = Between {
+            capacitors: &system.capacitors,
+            conductors: &system.conductors,
+            coordinates: &system.coordinates,
+        };
+        let sums = Sums::new(&system.linear, between, averaging.as_ref(), smooth);
         // the laws are checked in node voltages, whatever coordinates they were solved in
         let tree = (!system.coordinates.are_potentials()).then(|| system.coordinates.clone());
         let turned = tree.as_ref().map(|tree| {
@@ -107,43 +112,39 @@ impl PyAuditor {
     /// Checks recorded stretches as an engine left them, or `nsspice.solvers.stretches.Stretches`.
     fn take_stretches(&mut self, records: &Bound<'_, PyAny>) -> PyResult<()> {
         if let Ok(own) = records.cast::<PyStretches>() {
-            return self.stretches(&own.get().taken.view());
+            return self.stretches(&own.get().taken);
         }
-        let floats = |name: &str| part::<f64>(records, name);
-        let known: f64 = records.getattr("known")?.extract()?;
-        let (begin, end) = (floats("begin")?, floats("end")?);
-        let (grain, swing) = (floats("grain")?, floats("swing")?);
-        let (seam_end, seam_begin) = (floats("seam_end")?, floats("seam_begin")?);
-        let (done, signed) = (part::<u8>(records, "steps")?, part::<u8>(records, "signed")?);
-        let doubt = floats("doubt")?;
-        let (first, first_u) = (floats("first")?, floats("first_u")?);
-        let (time, weight, inner) = (floats("time")?, floats("weight")?, floats("inner")?);
-        let (z, rate, l, u) = (floats("z")?, floats("rate")?, floats("lam")?, floats("u")?);
-        let function_rate = floats("function_rate")?;
-        let roles = part::<u8>(records, "roles")?;
-        self.stretches(&Stretches {
+        let floats = |name: &str| -> PyResult<Vec<f64>> {
+            Ok(part::<f64>(records, name)?.as_slice()?.to_vec())
+        };
+        let bytes = |name: &str| -> PyResult<Vec<u8>> {
+            Ok(part::<u8>(records, name)?.as_slice()?.to_vec())
+        };
+        let time = part::<f64>(records, "time")?;
+        self.stretches(&Taken {
             nodes: time.shape().get(1).copied().unwrap_or(0),
-            known,
-            begin: begin.as_slice()?,
-            end: end.as_slice()?,
-            grain: grain.as_slice()?,
-            swing: swing.as_slice()?,
-            steps: done.as_slice()?,
-            signed: signed.as_slice()?,
-            doubt: doubt.as_slice()?,
-            first: first.as_slice()?,
-            first_u: first_u.as_slice()?,
-            time: time.as_slice()?,
-            weight: weight.as_slice()?,
-            inner: inner.as_slice()?,
-            z: z.as_slice()?,
-            rate: rate.as_slice()?,
-            l: l.as_slice()?,
-            u: u.as_slice()?,
-            function_rate: function_rate.as_slice()?,
-            roles: roles.as_slice()?,
-            seam_end: seam_end.as_slice()?,
-            seam_begin: seam_begin.as_slice()?,
+            known: records.getattr("known")?.extract()?,
+            time: time.as_slice()?.to_vec(),
+            l: floats("lam")?,
+            steps: bytes("steps")?,
+            signed: bytes("signed")?,
+            roles: bytes("roles")?,
+            begin: floats("begin")?,
+            end: floats("end")?,
+            grain: floats("grain")?,
+            swing: floats("swing")?,
+            doubt: floats("doubt")?,
+            first: floats("first")?,
+            first_u: floats("first_u")?,
+            weight: floats("weight")?,
+            inner: floats("inner")?,
+            z: floats("z")?,
+            rate: floats("rate")?,
+            u: floats("u")?,
+            function_rate: floats("function_rate")?,
+            seam_end: floats("seam_end")?,
+            seam_begin: floats("seam_begin")?,
+            seams: 0,
         })
     }
 
@@ -260,7 +261,7 @@ impl PyAuditor {
         Ok(())
     }
 
-    fn stretches(&mut self, all: &Stretches) -> PyResult<()> {
+    fn stretches(&mut self, all: &Taken) -> PyResult<()> {
         let (n, m, p) = self.inner.sizes();
         let (k, nodes) = (all.begin.len(), all.nodes);
         let points = k * nodes;
@@ -285,16 +286,9 @@ impl PyAuditor {
             self.inner.take_stretches(all);
             return Ok(());
         };
-        let lists = [all.first, all.z, all.rate, all.seam_end, all.seam_begin];
+        let lists = [&all.first, &all.z, &all.rate, &all.seam_end, &all.seam_begin];
         let [first, z, rate, seam_end, seam_begin] = lists.map(|list| tree.all_potentials(list));
-        self.inner.take_stretches(&Stretches {
-            first: &first,
-            z: &z,
-            rate: &rate,
-            seam_end: &seam_end,
-            seam_begin: &seam_begin,
-            ..*all
-        });
+        self.inner.take_stretches(&Taken { first, z, rate, seam_end, seam_begin, ..all.clone() });
         Ok(())
     }
 }

@@ -1,4 +1,12 @@
 use super::*;
+use crate::structure::Coordinates;
+
+/// The sums of a system in node voltages, whose elements are not known.
+fn sums_of(linear: &Linear) -> Sums {
+    let coordinates = &Coordinates::of_nodes(linear.g.nrows);
+    let between = Between { capacitors: &[], conductors: &[], coordinates };
+    Sums::new(linear, between, None, None).unwrap_or_else(|| unreachable!())
+}
 
 /// So many capacitors of 1 F with 1 Ohm each, beside sources of currents at the first of them.
 fn capacitors(count: usize, sources: usize) -> Sums {
@@ -16,7 +24,7 @@ fn capacitors(count: usize, sources: usize) -> Sums {
         s: diagonal(sources),
         row_kind: vec![0; count],
     };
-    Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!())
+    sums_of(&linear)
 }
 
 /// Implicit steps of 10 ms; the first capacitor gains energy of nowhere before the step `wrong`.
@@ -99,7 +107,7 @@ fn powers_as_forms_are_those_of_points() {
         s: Csc::from_triplets(2, 1, &[(1, 0, 3.0)]),
         row_kind: vec![0; 2],
     };
-    let sums = Sums::new(&linear, None, None).unwrap_or_else(|| unreachable!());
+    let sums = sums_of(&linear);
     let rows = |cols: usize, data: &[f64]| Matrix { rows: 2, cols, data: data.to_vec() };
     let (z, l, u) = (rows(2, &[1.0, 2.0, -1.0, 0.5]), rows(1, &[0.3, -2.0]), rows(1, &[4.0, 1.0]));
     let [lost, given] = sums.powers(&z, &l, &u);
