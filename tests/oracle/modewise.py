@@ -30,6 +30,10 @@ _V = np.vander(NODES, 3, increasing=True)
 STAGES = np.array([NODES ** (k + 1) / (k + 1) for k in range(3)]).T @ np.linalg.inv(_V)
 
 
+#: of sums of some ten terms
+_ROUNDING = 64.0 * np.finfo(float).eps
+
+
 @dataclass
 class Interval:
     """A stretch without events: its ends, the worst negative guard, the error and its estimate."""
@@ -99,10 +103,27 @@ class Check:
         t0, t1 = first[0], last[0]
         coarse = self.radau(first[1 : n + 1], t0, t1, active, 4)
         fine = self.radau(first[1 : n + 1], t0, t1, active, 8)
-        scale = np.where(self.kind == 0, self.scale[0], self.scale[1]) + 1e-300
-        off = lambda x, y: float(np.max(np.abs(self.E @ (x - y)) / scale))  # noqa: E731
         negative = max(self.negative(first), self.negative(last))
+
+        def off(x: np.ndarray, y: np.ndarray) -> float:
+            return self.off(x - y, t1 - t0)
+
         return Interval(t0, t1, negative, off(fine, last[1 : n + 1]), off(fine, coarse))
+
+    def off(self, change: np.ndarray, length: float) -> float:
+        """Return the size of a change of the unknowns, in charges and fluxes by the largest.
+
+        Where nothing is stored rounding has no measure: what the largest voltages and currents
+        would store and move within the time is known to their rounding.
+        """
+        current, voltage = self.sizes
+        largest = np.where(self.kind == 0, voltage, current)
+        moved = np.where(self.kind == 0, current, voltage) * length
+        rounding = _ROUNDING * (np.abs(self.E) @ largest + moved)
+        beyond = np.maximum(np.abs(self.E @ change) - rounding, 0.0)
+        scale = np.where(self.kind == 0, self.scale[0], self.scale[1])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return float(np.max(np.where(beyond > 0.0, beyond / scale, 0.0), initial=0.0))
 
     def negative(self, row: np.ndarray) -> float:
         """Return how far multipliers and slacks fall below zero, relative to their kind."""
