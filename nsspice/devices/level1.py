@@ -15,7 +15,7 @@ from .level1_card import EFFECTS, NEUTRAL_ZERO, check_card
 from .level1_law import Level1Law
 from .level1_thermal import at_temperature
 from .mosfet import INITIAL, MULTIPLE, TEMPERATURES
-from .number_tape import NumberTape
+from .number_tape import LawTape, NumberTape, R
 from .parameter import Parameter, Table
 from .smooth_mosfet import SmoothMosfet
 from .stamper import Conditions, Layout, Stamper
@@ -49,6 +49,8 @@ class Level1(SmoothMosfet):
         ("drain charge", "b", "D"),
         ("source charge", "b", "S"),
     )
+    #: what reads the model card
+    check = staticmethod(check_card)
     __slots__ = ("size",)
 
     def __init__(
@@ -66,9 +68,13 @@ class Level1(SmoothMosfet):
         p = self.parameters(Conditions())
         stored = ("tt", "cd", "cdsw", "cs", "cssw", "cgs", "cgd", "cgb", "oxide")
         self.stores_energy = any(p[key] for key in stored)
-        self.effects = (
-            Effect(f"square law {'NMOS' if n else 'PMOS'}"),
-            *called_for(card, EFFECTS, NEUTRAL_ZERO),
+        self.effects = self.listed()
+
+    def listed(self) -> tuple[Effect, ...]:
+        """Return the effects that the card calls for."""
+        return (
+            Effect(f"square law {'NMOS' if self.n else 'PMOS'}"),
+            *called_for(self.card, EFFECTS, NEUTRAL_ZERO),
         )
 
     @classmethod
@@ -76,7 +82,7 @@ class Level1(SmoothMosfet):
         """Return the transistor of an element line, or None after reporting why not."""
         findings = context.findings
         given = cls.INSTANCE.read(element.params, element.name, findings)
-        card = context.card(model, check_card)
+        card = context.card(model, cls.check)
         if card is None:
             return None
         size = {
@@ -97,7 +103,14 @@ class Level1(SmoothMosfet):
 
     def parameters(self, conditions: Conditions) -> dict[str, float]:
         """Return the parameters at the temperature of the transistor."""
-        return at_temperature(self.card, self.size, self.n, conditions, self.temp, self.dtemp)
+        return self._at(self.card, conditions)
+
+    def _at(self, card: Mapping[str, float], conditions: Conditions) -> dict[str, float]:
+        return at_temperature(card, self.size, self.n, conditions, self.temp, self.dtemp)
+
+    def law(self, tape: LawTape[R], p: Mapping[str, float], v: Mapping[str, R]) -> Level1Law[R]:
+        """Return the functions of the transistor on a tape."""
+        return Level1Law(tape, p, v)
 
     def resistances(self, conditions: Conditions) -> dict[str, float]:
         """Return the resistance [Ohm] in series with each terminal that has one."""
@@ -128,7 +141,7 @@ class Level1(SmoothMosfet):
             for key, end in (("gs", "S"), ("gd", "D"), ("bs", "S"), ("bd", "D"), ("gb", "b"))
         }
         voltages["ds"] = self._across(stamper, nodes, "D", "S")
-        law = Level1Law(stamper.tape, p, voltages)
+        law = self.law(stamper.tape, p, voltages)
         apart = nodes["b"] != nodes["S"]
         self._stamp_functions(
             stamper,
@@ -148,5 +161,5 @@ class Level1(SmoothMosfet):
         """Return the charges from which a run with ``uic`` starts; ``ic=`` goes first."""
         p, v = self.parameters(layout.conditions), self._initial_voltages(voltage)
         across = {key: v[key[0]] - v[key[1]] for key in ("gs", "gd", "ds", "bs", "bd", "gb")}
-        charges = Level1Law(NumberTape(), p, across).charges(apart=True)
+        charges = self.law(NumberTape(), p, across).charges(apart=True)
         return self._charges_at(layout, charges)

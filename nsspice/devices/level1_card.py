@@ -111,9 +111,14 @@ def check_card(model: Model, findings: Findings) -> dict[str, float] | None:
         Of type ``nmos`` or ``pmos``.
     findings : Findings
     """
+    return checked(CARD, model, findings)
+
+
+def checked(table: Table, model: Model, findings: Findings) -> dict[str, float] | None:
+    """Return what a card gives of the parameters in a table, None after reporting what is wrong."""
     owner = f"model {model.name}"
     before = len(findings.errors)
-    given = CARD.read(model.params, owner, findings)
+    given = table.read(model.params, owner, findings)
     check_bounds(given, model, findings, positive=_POSITIVE, free=_SIGNED)
     if given.get("nsub") and not given["nsub"] * 1e6 > INTRINSIC:
         message = f"{owner}: nsub={given['nsub']:g} is not above the intrinsic density 1.45e10"

@@ -17,7 +17,7 @@ from .level1_card import CARD, INTRINSIC
 from .stamper import Conditions
 from .thermal import CELSIUS, CHARGE, depletion, kelvin, thermal_voltage
 
-_EPS0 = 8.854214871e-12  # [F/m], SPICE3's digits
+EPS0 = 8.854214871e-12  # [F/m], SPICE3's digits
 _DEFAULTS = {p.name: p.default or 0.0 for p in CARD.parameters if p.status == "used"}
 #: KP of a card without oxide [A/V2]
 _KP = 2e-5
@@ -48,7 +48,7 @@ def completed(card: Mapping[str, float], n: bool, nominal: float) -> dict[str, f
     p = {**_DEFAULTS, **card}
     sign = 1.0 if n else -1.0
     p["vto"] = sign * card.get("vto", 0.0)
-    p["cox"] = cox = 3.9 * _EPS0 / p["tox"] if p["tox"] else 0.0
+    p["cox"] = cox = 3.9 * EPS0 / p["tox"] if p["tox"] else 0.0
     p["kp"] = card.get("kp", p["u0"] * cox * 1e-4 if cox else _KP)
     if cox and p["nsub"]:
         doping = p["nsub"] * 1e6
@@ -58,7 +58,7 @@ def completed(card: Mapping[str, float], n: bool, nominal: float) -> dict[str, f
         gate = 3.2 if p["tpg"] == 0.0 else 3.25 + 0.5 * gap(nominal) * (1.0 - sign * p["tpg"])
         step = gate - (3.25 + 0.5 * gap(nominal) + 0.5 * sign * p["phi"])
         if "gamma" not in card:
-            p["gamma"] = math.sqrt(2.0 * 11.7 * _EPS0 * CHARGE * doping) / cox
+            p["gamma"] = math.sqrt(2.0 * 11.7 * EPS0 * CHARGE * doping) / cox
         if "vto" not in card:
             flat = step - p["nss"] * 1e4 * CHARGE / cox
             p["vto"] = sign * flat + p["gamma"] * math.sqrt(p["phi"]) + p["phi"]
@@ -94,7 +94,8 @@ def at_temperature(
     p = completed(card, n, nominal)
     sign = 1.0 if n else -1.0
     length = size["l"] - 2.0 * p["ld"]
-    p["beta"] = p["kp"] * (actual / nominal) ** -1.5 * size["w"] / length
+    p["rise"] = (actual / nominal) ** -1.5
+    p["beta"] = p["kp"] * p["rise"] * size["w"] / length
     phi = p["phi"]
     p["phi"] = depletion(0.0, phi, 0.5, nominal, actual)[1]
     p["vbi"] = (

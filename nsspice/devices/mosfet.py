@@ -26,8 +26,8 @@ VDMOS_TYPES = ("vdmos", "vdmosn", "vdmosp")
 _TYPES = ("nmos", "pmos", *VDMOS_TYPES)
 #: what users of other models are told
 _OTHER = (
-    "LEVEL=1, VDMOS and the switch are simulated, and LEVEL=2 and 3 with GAMMA, DELTA, ETA, THETA, "
-    "KAPPA, VMAX, NFS of zero; as a switch: add the word switch to the card"
+    "LEVEL=1 and 3, VDMOS and the switch are simulated, and LEVEL=2 with GAMMA, DELTA, VMAX, NFS "
+    "of zero; as a switch: add the word switch to the card"
 )
 
 MULTIPLE = Parameter("m", "number of equal transistors in parallel", "", 1.0)
@@ -160,6 +160,7 @@ def _is_square_law(model: Model, level: object) -> bool:
 def _law_of(model: Model, context: Context) -> type[Mosfet] | None:
     """Return the kind of transistor that a card asks for, or None after reporting why not."""
     from .level1 import Level1
+    from .level3 import Level3
     from .mosfet_switch import MosfetSwitch
     from .vdmos import Vdmos
 
@@ -170,6 +171,8 @@ def _law_of(model: Model, context: Context) -> type[Mosfet] | None:
     level = 1.0 if given is None else given.value
     if not power and (level == 1.0 or _is_square_law(model, level)):
         return Level1
+    if not power and level == 3.0:
+        return Level3
     if power:
         return Vdmos
     context.findings.error(

@@ -17,7 +17,7 @@ from .device import Context
 from .diode import DiodeLaw, curve_body
 from .leg import Leg
 from .level1 import Level1
-from .level1_law import Level1Law
+from .level3 import Level3
 from .mosfet import VDMOS_TYPES
 from .mosfet_switch import MosfetSwitch
 from .number_tape import NumberTape
@@ -58,7 +58,8 @@ def as_switch(element: Element, model: Model, context: Context) -> MosfetSwitch 
             f"write .model {model.name} {model.type}(ideal Vto= Ron= body=)",
         )
         return None
-    smooth = (Vdmos if power else Level1).of(element, model, context)
+    square = Level1 if given is None or given.value != 3.0 else Level3
+    smooth = (Vdmos if power else square).of(element, model, context)
     if smooth is None:
         return None
     drive = context.drives.get(element.name)
@@ -100,7 +101,7 @@ def _laws(smooth: Vdmos | Level1, level: float) -> tuple[SwitchLaw | None, Diode
         current, threshold = VdmosLaw(NumberTape(), p, v).channel(), p["vto"]
         emission, saturation = p["n"], p["is"]
     else:
-        current = Level1Law(NumberTape(), p, v).channel()
+        current = smooth.law(NumberTape(), p, v).channel()
         threshold = p["vbi"] + p["gamma"] * math.sqrt(p["phi"])
         emission, saturation = p["n"], p["isd"]
     if not level > threshold:

@@ -76,6 +76,8 @@ _OPS: dict[str, Callable[..., float]] = {
     "sub": lambda x, y: x - y,
     "mul": lambda x, y: x * y,
     "div": lambda x, y: x / y,
+    "sqrt": math.sqrt,
+    "exp": math.exp,
     "max": max,
     "min": min,
     "junction": lambda v, current, unit: current * math.expm1(min(v / unit, 300.0)),

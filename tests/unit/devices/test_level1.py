@@ -279,7 +279,7 @@ Vg g 0 3
         ("M1 d g 0 0 N W=0", "NMOS", "NS2005"),
         ("M1 d g 0 0 N L=1u", "NMOS(LD=1u)", "NS2005"),
         ("M1 d g 0 0 N m=-1", "NMOS", "NS2005"),
-        ("M1 d g 0 0 N", "NMOS(LEVEL=3)", "NS2008"),
+        ("M1 d g 0 0 N", "NMOS(LEVEL=2 VMAX=1e5)", "NS2008"),
     ],
 )
 def test_wrong_cards(line: str, card: str, code: str):
