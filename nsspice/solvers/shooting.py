@@ -47,6 +47,8 @@ _STEADY = 1e-2  # relative change of the residual over 64 periods below which it
 _SLOWER = 0.3  # reduction of the residual by a step below which old directions serve again
 _HALVINGS = 5
 _LEAPS = 3  # of one search
+_LAST = 8  # periods whose ends are extrapolated
+_CYCLES = 3  # of extrapolation
 _LEAST = 0.1  # part of the largest voltage or current that is taken for the size of another one
 _FARTHEST = 100.0  # times what the settling periods have reached, where an orbit is looked for
 _NOISE = 4.0  # residual in units of the error of a step, below which it is noise
@@ -396,6 +398,19 @@ class _Search:
                 space = _Space(y.size)
         raise NoOrbit("search", self.residual)
 
+    def even(self, y: Floats) -> bool:
+        """Return whether each store is as near to the orbit, for its own size, as a run would be.
+
+        The changes over two periods tell how fast each one still moves there.
+        """
+        first = self.image(y)
+        change, then = first - y, self.image(first) - first
+        noise = _NOISE * self.map.fine.reltol * self.parts
+        slow = np.abs(change) > noise
+        rest = np.maximum(1.0 - np.abs(then[slow] / change[slow]), UNSEEN)
+        distance = np.abs(change[slow]) / rest / self.parts[slow]
+        return bool(distance.max(initial=0.0) <= _NOISE * self.map.accuracy.reltol)
+
     def _leap(self, y: Floats) -> Floats:
         """Return a point at which a switch acts that was open, or closed, all the period.
 
@@ -474,6 +489,44 @@ class _Search:
         return np.asarray(self.map.stored(change)[self.rows] / self.scale)
 
 
+def _extrapolated(step_map: StepMap, state: State, periods: int) -> State:
+    """Return a state after some periods, or what these tend to.
+
+    Reduced rank extrapolation: of the combinations of the last states whose factors sum up to 1
+    that which changes least over a period; it is kept where a period changes it by less than half.
+
+    References: A. Sidi, Vector Extrapolation Methods with Applications (SIAM, 2017), chapter 1.
+    """
+    if periods > _LAST:
+        state = step_map.run(state, periods - _LAST, fine=False)
+    for _ in range(_CYCLES):
+        states = [state]
+        for _ in range(min(periods, _LAST)):
+            states.append(step_map.run(states[-1], 1, fine=False))
+        state = states[-1]
+        charges = np.array([s.energy for s in states]).T
+        size = np.abs(charges).max(axis=1)
+        size = np.where(size > 0.0, size, 1.0)
+        points = charges / size[:, np.newaxis]
+        changes = np.diff(points, axis=1)
+        parts = np.linalg.lstsq(np.diff(changes, axis=1), -changes[:, 0], rcond=UNSEEN)[0]
+        ahead = points[:, 0] + changes[:, :-1] @ parts
+        if not np.abs(ahead).max(initial=0.0) < _FARTHEST:
+            break
+        trial = State(ahead * size, state.gates)
+        try:
+            after = step_map.run(trial, 1, fine=False)
+        except (UnsolvedStep, NoOrbit):
+            break
+        change = float(np.linalg.norm((after.energy - trial.energy) / size))
+        if not change < 0.5 * np.linalg.norm(changes[:, -1]):
+            break
+        state = after
+        if change < step_map.accuracy.reltol:
+            break
+    return state
+
+
 def find_stepped_orbit(step_map: StepMap, start: State, settle: int) -> Found:
     """Find a periodic orbit near the run from a state.
 
@@ -495,7 +548,9 @@ def find_stepped_orbit(step_map: StepMap, start: State, settle: int) -> Found:
     state, failed, steps = start, NoOrbit("search", 0.0), 0
     drift: State | None = None
     for more in (settle, *_MORE):
-        if more:
+        if more and not step_map.triggered:
+            state = _extrapolated(step_map, state, more)
+        elif more:
             state = step_map.run(state, more, fine=False)
         elif step_map.triggered or not step_map.point.any():
             step_map.run(state, 1, fine=False)
@@ -504,7 +559,10 @@ def find_stepped_orbit(step_map: StepMap, start: State, settle: int) -> Found:
             search.steps = steps
             try:
                 y = search.newton(search.y(state))
-                break
+                if not by_energy or search.even(y):
+                    break
+                # a controller's capacitor that stores next to nothing may still be on its way
+                state, steps = search.state(y), search.steps
             except NoOrbit as problem:
                 failed, steps = problem, search.steps
         else:
