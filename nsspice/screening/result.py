@@ -110,14 +110,14 @@ class EffectsReport:
             lines.append(f"  compared up to {until}; recommended after a run to the end")
         lines.append("")
         lines.append(
-            f"  {'effect':<{width}}  {'parameter':<16} {'change':>9}  {'faster':>7}  verdict"
+            f"  {'effect':<{width}}  {'parameter':<22} {'change':>9}  {'faster':>7}  verdict"
         )
         for row in self.rows:
             change = "-" if math.isnan(row.change) else f"{row.change:.1e}"
             factor = "-" if math.isnan(row.factor) else f"{row.factor:.2f}x"
             why = f" ({row.reason})" if row.reason else ""
             lines.append(
-                f"  {row.edit.name:<{width}}  {row.edit.parameter[:16]:<16} {change:>9}  "
+                f"  {row.edit.name:<{width}}  {row.edit.parameter[:22]:<22} {change:>9}  "
                 f"{factor:>7}  {row.verdict}{why}"
             )
         lines.append("")

@@ -2,8 +2,8 @@
 
     i = is (exp((v - rs i) / n Vt) - 1)     becomes     v = Vfwd + Ron i
 
-through the points of the curve at the largest current of the run and at a quarter of it.  Between
-both the two differ by 0.24 n Vt at most, 6 mV for silicon: a chord of the logarithm.
+through the points of the curve at the largest current of the run's second half and at a quarter of
+it.  Between both the two differ by 0.24 n Vt at most, 6 mV for silicon: a chord of the logarithm.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ def straight(circuit: Circuit, largest: Mapping[str, float]) -> Iterator[Edit]:
     ----------
     circuit : Circuit
     largest : mapping of str to float
-        Largest current of each diode in a run [A]; those that never conduct have no line.
+        Largest current of each diode in a run's second half [A]; those that do not conduct have no
+        line.
     """
     elements = {e.name: e for e in circuit.deck.elements}
     conditions = default_conditions(circuit.deck)
