@@ -67,10 +67,8 @@ class Race:
             return None
         now, steps = runner.stepper.time, self._steps
         steps.take_over(runner)
-        spent, work = int(steps.stepper.statistics["steps"]), int(statistics["work"])
-        steps.note = (
-            f"{spent} steps have caught up with {work} segments of closed forms at {now:.3g} s"
-        )
+        spent, segments = int(steps.stepper.statistics["steps"]), int(statistics["segments"])
+        steps.note = f"{spent} steps have caught up with {segments} closed forms at {now:.3g} s"
         self._begin = None
         return steps
 
