@@ -1,7 +1,7 @@
 //! What a jump may be judged against, and whether its impulses pass through gaps.
 
 use super::laws::Auditor;
-use super::{ratio, TOLERANCE};
+use super::ratio;
 
 /// Jumps of steps through windings without leakage are known to 1e-7, ten times the tolerance.
 const KNOWN: f64 = 0.1;
@@ -28,29 +28,20 @@ impl Auditor {
         let mut branches = vec![0.0; self.n];
         // called for, in laws of currents and of voltages
         let mut called = [0.0f64; 2];
-        let mut to_ground = vec![[0.0f64; 2]; self.n];
-        for (row, column, value) in self.g.entries() {
-            let (own, kind) = (self.kinds[row], self.kinds[column]);
-            let impulse = unknowns[column];
-            if own != kind {
-                let branch = value.abs() == 1.0;
-                let to = if branch { &mut branches[row] } else { &mut sizes[row] };
-                *to += (value * impulse).abs();
-            } else if own == 1 {
-                sizes[row] += (value * impulse).abs();
-                called[0] += impulse.abs();
-            } else {
-                let [sum, size] = &mut to_ground[row];
-                (*sum, *size) = (*sum + value, *size + value.abs());
-                let across = impulse - unknowns[row];
-                sizes[row] += (value * across).abs() + self.rounded(value * impulse);
-                called[1] += across.abs();
-            }
+        for &(a, b, value) in self.g.elements() {
+            let [from, to] = [a, b].map(|k| if k < 0 { 0.0 } else { unknowns[k as usize] });
+            let across = (from - to).abs();
+            called[1] += across;
+            let carried = value.abs() * across + self.rounded(value * from.abs().max(to.abs()));
+            [a, b].iter().filter(|k| **k >= 0).for_each(|&k| sizes[k as usize] += carried);
         }
-        for (row, [sum, size]) in to_ground.into_iter().enumerate() {
-            if sum.abs() > self.rounded(size) * TOLERANCE {
-                sizes[row] += (sum * unknowns[row]).abs();
-                called[1] += unknowns[row].abs();
+        for (row, column, value) in self.g.rest().entries() {
+            let (own, impulse) = (self.kinds[row], unknowns[column].abs());
+            let branch = value.abs() == 1.0 && own != self.kinds[column];
+            let to = if branch { &mut branches[row] } else { &mut sizes[row] };
+            *to += value.abs() * impulse;
+            if own == self.kinds[column] {
+                called[usize::from(1 - own)] += impulse;
             }
         }
         for (row, pair, value) in self.a.entries() {
@@ -128,6 +119,7 @@ impl Auditor {
 
 #[cfg(test)]
 mod tests {
+    use super::super::TOLERANCE;
     use super::*;
     use crate::descriptor::Linear;
     use crate::sparse::Csc;
@@ -144,7 +136,7 @@ mod tests {
             s: Csc::zeros(2, 0),
             row_kind: vec![0; 2],
         };
-        Auditor::new(&linear, None, None)
+        Auditor::new(&linear, [&[]; 2], None, None)
     }
 
     /// The error of a jump, with the energy that sources gave if it counts.
@@ -209,7 +201,7 @@ mod tests {
             row_kind: vec![0; 2],
         };
         let finite = |linear: &Linear, impulse: f64, times: [f64; 2]| {
-            let auditor = Auditor::new(linear, None, None);
+            let auditor = Auditor::new(linear, [&[]; 2], None, None);
             auditor.without_densities(&[2.0, 1e9], &[2.0, impulse], times)
         };
         // an impulse of 1 uV s in steps of 1 fs, and a potential of a gigavolt that has none

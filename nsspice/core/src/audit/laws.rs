@@ -1,6 +1,8 @@
 //! Checks of the laws and of complementarity at recorded points.
 
 use super::energy::Ledger;
+use super::flows::Flows;
+use super::form::Form;
 use super::gates::Gates;
 use super::matrix::Entries;
 use super::points::Block;
@@ -12,7 +14,7 @@ use super::{ratio, worse};
 use crate::descriptor::{stored_columns, stored_groups, Linear};
 use crate::newton::Smooth;
 use crate::sparse::Csc;
-use crate::structure::Parts;
+use crate::structure::{Coordinates, Edge, Parts};
 use crate::tape::{Linearisation, Tape};
 
 /// Part of its thermal voltage to which that of a junction has to be known.
@@ -67,13 +69,15 @@ pub struct Auditor {
     pub(super) n: usize,
     pub(super) m: usize,
     pub(super) p: usize,
-    pub(super) e: Entries,
-    /// its part that stores, and the rates that control sources, see `Linear::storage_and_controls`
-    pub(super) storage: Entries,
+    pub(super) e: Flows,
+    pub(super) g: Flows,
+    /// the part of `E` that stores, and the rates that control sources, see `Linear::storage_and_controls`
+    pub(super) storage: Form,
     pub(super) controls: Entries,
-    pub(super) g: Entries,
-    /// see [`Entries::to_ground`]
-    pub(super) to_ground: Vec<f64>,
+    /// what `G` dissipates
+    pub(super) resisted: Form,
+    /// its entries
+    pub(super) conductances: Entries,
     pub(super) a: Entries,
     pub(super) b: Entries,
     pub(super) d: Entries,
@@ -137,10 +141,11 @@ fn is_fed(linear: &Linear, stores: &[bool], group: &[usize]) -> bool {
 }
 
 impl Auditor {
-    /// Takes the arrays of a system; averaging terms of a theta scheme, if there are any, by unknowns
+    /// Takes the arrays of a system in node voltages, and the capacitors and resistors in them; averaging terms of a theta scheme, if there are any, by unknowns
     /// and by sources; functions, if there are any.
     pub fn new(
         linear: &Linear,
+        [capacitors, conductors]: [&[Edge]; 2],
         averaging: Option<&(Csc, Csc)>,
         smooth: Option<&Smooth>,
     ) -> Auditor {
@@ -149,7 +154,8 @@ impl Auditor {
         // behind junctions a charge may still rush, and what it will have done there is known less well
         let ties = if smooth.is_none() { Ties::new(linear) } else { None };
         let e = Entries::new(&linear.e);
-        let [storage, controls] = linear.storage_and_controls().each_ref().map(Entries::new);
+        let [storage, controls] = linear.storage_and_controls();
+        let nodes = Coordinates::of_nodes(n);
         let smooth = smooth.map(|laws| Functions {
             tape: laws.tape.clone(),
             f: Entries::new(&laws.f),
@@ -193,8 +199,12 @@ impl Auditor {
             m,
             p,
             reach,
-            to_ground: g.to_ground(&linear.row_kind),
-            g,
+            e: Flows::new(&linear.e, capacitors),
+            g: Flows::new(&linear.g, conductors),
+            storage: Form::new(&storage, capacitors, &nodes),
+            controls: Entries::new(&controls),
+            resisted: Form::new(&linear.g, conductors, &nodes),
+            conductances: g,
             b: Entries::new(&linear.b),
             d,
             s: Entries::new(&linear.s),
@@ -220,9 +230,6 @@ impl Auditor {
             sources: None,
             gates: None,
             ties,
-            e,
-            storage,
-            controls,
             a,
         }
     }
@@ -297,7 +304,7 @@ impl Auditor {
             least[usize::from(kind)] = least[usize::from(kind)].max(3.0 * self.share * size);
         }
         // states of equal energy are turned into one another: charge becomes flux by rounding
-        let mut energy = sides.iter().fold(0.0f64, |a, z| a.max(0.5 * self.storage.form(z, z).0));
+        let mut energy = sides.iter().fold(0.0f64, |a, z| a.max(0.5 * self.storage.at(|k| z[k])));
         // given charges stand in no unknowns
         for (row, (&charge, &kind)) in sizes.iter().zip(&self.kinds).enumerate() {
             energy = energy.max(self.reach.energy(row, kind, charge));

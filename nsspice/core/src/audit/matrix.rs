@@ -1,6 +1,5 @@
 //! Products of a sparse matrix, and of its absolute values.
 
-use super::{ITERATED, TOLERANCE};
 use crate::sparse::Csc;
 
 /// The entries of a matrix.
@@ -41,49 +40,6 @@ impl Entries {
         }
     }
 
-    /// What the unknowns of nodes conduct to ground in each law of currents: sums of the entries of nodes.
-    pub fn to_ground(&self, kinds: &[u8]) -> Vec<f64> {
-        let (mut sums, mut sizes) = (vec![0.0f64; kinds.len()], vec![0.0f64; kinds.len()]);
-        let between = |e: &&(u32, u32, f64)| kinds[e.0 as usize] + kinds[e.1 as usize] == 0;
-        for &(row, _, value) in self.list.iter().filter(between) {
-            sums[row as usize] += value;
-            sizes[row as usize] += value.abs();
-        }
-        let rounding = |size: f64| 4.0 * f64::EPSILON * size;
-        sums.iter()
-            .zip(sizes)
-            .map(|(&s, size)| if s.abs() <= rounding(size) { 0.0 } else { s })
-            .collect()
-    }
-
-    /// Adds the product with `x`, and the sizes of its terms: in laws of currents those of what flows between
-    /// nodes and to ground, and the part of what their potentials alone would make to which steps are solved.
-    pub fn add_flows(
-        &self,
-        kinds: &[u8],
-        to_ground: &[f64],
-        x: &[f64],
-        out: &mut [f64],
-        sizes: &mut [f64],
-    ) {
-        const SOLVED: f64 = ITERATED / TOLERANCE;
-        for &(row, column, value) in &self.list {
-            let (r, c) = (row as usize, column as usize);
-            out[r] += value * x[c];
-            let from = if kinds[r] + kinds[c] > 0 {
-                0.0
-            } else if r == c {
-                continue; // what others and ground take up
-            } else {
-                x[r]
-            };
-            sizes[r] += value.abs() * (x[c] - from).abs().max(SOLVED * from.abs());
-        }
-        for (size, (conductance, x)) in sizes.iter_mut().zip(to_ground.iter().zip(x)) {
-            *size += (conductance * x).abs();
-        }
-    }
-
     /// Adds the sizes of the terms of the product.
     pub fn add_sizes(&self, factor: f64, x: &[f64], sizes: &mut [f64]) {
         for &(row, column, value) in &self.list {
@@ -91,15 +47,12 @@ impl Entries {
         }
     }
 
-    /// `y' M x` and the sum of the sizes of its terms.
-    pub fn form(&self, y: &[f64], x: &[f64]) -> (f64, f64) {
-        let (mut sum, mut size) = (0.0, 0.0);
-        for &(row, column, value) in &self.list {
-            let term = y[row as usize] * value * x[column as usize];
-            sum += term;
-            size += term.abs();
-        }
-        (sum, size)
+    /// `y' M x`
+    pub fn form(&self, y: &[f64], x: &[f64]) -> f64 {
+        self.list
+            .iter()
+            .map(|&(row, column, value)| y[row as usize] * value * x[column as usize])
+            .sum()
     }
 
     /// The entries.

@@ -1,18 +1,18 @@
 //! The laws of a circuit, checked at points of a run by code that shares nothing with its solvers.
 //!
 //! Any engine hands over numbers: unknowns, multipliers, sources and the rates that its scheme gives.
-//! Checked are, with products formed here from the assembled arrays,
+//! Checked are
 //!
 //! ```text
 //! rate of E z (and of stored functions) + G z + A lambda + F f = S u,   w = q - B z + D lambda,
 //! 0 <= lambda  perp  w >= 0,   and the balance of the energy
 //! ```
 //!
-//! each relative to the currents and voltages that meet in it, or to those whose rounding it has
-//! ([`rounding`]).  No factor, map, scaling or residual
-//! of a solver takes part.
+//! element by element ([`flows`], [`form`]), each relative to the currents and voltages that meet in it, or to those
+//! whose rounding it has ([`rounding`]).  No factor, map, scaling or residual of a solver takes part.
 
 mod energy;
+mod flows;
 mod form;
 mod gates;
 mod jumps;

@@ -146,7 +146,7 @@ fn unknown_law(
 
 impl Auditor {
     /// Takes a point; `rates` are those of stored charge and flux, and functions have been
-    /// evaluated last.  Leaves in `floor` what each law is measured by at least.
+    /// evaluated last.  Leaves in `floor` what each law is measured by.
     pub(super) fn point(&mut self, point: &Point, rates: &[f64], grain: &Grain, floor: &mut [f64]) {
         let (n, m) = (self.n, self.m);
         self.given.iter_mut().zip(point.u).for_each(|(given, u)| *given = given.max(u.abs()));
@@ -170,7 +170,7 @@ impl Auditor {
         block.scale.extend(rates.iter().map(|r| r.abs()));
         block.floor.extend_from_slice(floor);
         let (error, scale) = (&mut block.error[rows..], &mut block.scale[rows..]);
-        self.g.add_flows(&self.kinds, &self.to_ground, point.z, error, scale);
+        self.g.add_both(1.0, point.z, error, scale);
         self.a.add_both(1.0, point.l, error, scale);
         self.s.add_both(-1.0, point.u, error, scale);
         if let Some(smooth) = &self.smooth {
@@ -184,7 +184,7 @@ impl Auditor {
             &self.held,
             point,
             sizes,
-            [&self.g, &self.s],
+            [&self.conductances, &self.s],
             (&self.given, self.threshold, grain.largest[1]),
             taken,
         );
@@ -193,14 +193,7 @@ impl Auditor {
             for (group, &fed) in self.groups.iter().zip(&self.fed) {
                 let sum = |list: &[f64]| group.iter().map(|&row| list[row]).sum::<f64>();
                 let size = sum(scale).max(SMALL * grain.largest[1]);
-                let most = if fed {
-                    f64::INFINITY
-                } else {
-                    // that of what conducts excuses itself: from rest nothing flows that could measure it
-                    let volt = group.iter().map(|&row| self.reach.slope(row, 0, 0.0)).sum::<f64>();
-                    let conducted = grain.share * volt * grain.largest[0];
-                    (EXCUSED / TOLERANCE * size).max(conducted)
-                };
+                let most = if fed { f64::INFINITY } else { EXCUSED / TOLERANCE * size };
                 let floor = sum(floor).min(most);
                 let found = ratio(sum(error).abs(), size.max(floor));
                 if worse(found, tied.0) {
@@ -210,6 +203,7 @@ impl Auditor {
             let stored = error.iter_mut().zip(&self.algebraic).filter(|e| !e.1);
             stored.for_each(|(error, _)| *error = 0.0);
         }
+        floor.iter_mut().zip(&*scale).for_each(|(floor, scale)| *floor = floor.max(*scale));
         block.l.extend_from_slice(point.l);
         block.w.extend_from_slice(&self.q);
         block.volts.extend(self.q.iter().map(|q| q.abs()));
@@ -318,7 +312,7 @@ impl Auditor {
 
     /// What a law makes of that by which its unknowns could move without being seen in their own laws.
     fn unseen(&self, row: usize, [scales, floors]: [&[f64]; 2], grain: [f64; 2]) -> f64 {
-        let terms = self.g.entries().filter(|e| e.0 == row && e.1 != row);
+        let terms = self.conductances.entries().filter(|e| e.0 == row && e.1 != row);
         let move_of = |j: usize| self.hidden(j, self.kinds[j], [scales[j], floors[j]], grain);
         terms.map(|(_, j, v)| v.abs() * move_of(j)).sum()
     }

@@ -122,7 +122,9 @@ impl Auditor {
     /// The rates of coils that a law of currents ties to each other, right after a jump.
     fn tie_rates(&mut self, at: &Point) {
         let ties = self.ties.as_ref();
-        if let Some((found, row)) = ties.and_then(|t| t.worst([&self.g, &self.a, &self.s], at)) {
+        if let Some((found, row)) =
+            ties.and_then(|t| t.worst([&self.conductances, &self.a, &self.s], at))
+        {
             self.note_law(found, row);
         }
     }
@@ -135,43 +137,41 @@ impl Auditor {
         du: &[f64],
         h: f64,
         rates: &[f64],
-        floor: &[f64],
+        measure: &[f64],
         time: f64,
     ) {
         let Some(ledger) = &mut self.ledger else { return };
         let z = at.z;
-        let (moved, moved_size) = self.storage.form(z, change);
-        let (half, half_size) = self.storage.form(change, change);
+        let (moved, moved_size) = self.storage.between(z, change);
+        let (half, half_size) = self.storage.between(change, change);
         let (half, half_size) = (0.5 * half, 0.5 * half_size);
-        let (controlled, by_controls) = self.controls.form(z, change);
-        let ((by_g, g), (by_a, a)) = (self.g.form(z, z), self.a.form(z, at.l));
-        let (by_s, s) = self.s.form(z, at.u);
+        let controlled = self.controls.form(z, change);
+        let resisted = self.resisted.between(z, z).0 + self.a.form(z, at.l);
+        // the balance is what the laws are off by, times their unknowns: as much as they are measured by; a mass that
+        // comes to rest leaves nothing but what the change and the scheme have in common
+        let off: f64 = z.iter().zip(measure).map(|(z, r)| h * (z * r).abs()).sum();
         let mut entry = Entry {
             change: moved - half,
             scheme: half,
-            dissipated: h * (by_g + by_a) + controlled,
-            delivered: h * by_s,
-            // also of what the change and the scheme have in common: a mass that comes to rest leaves nothing else
-            size: moved_size + half_size + by_controls + h * (g + a + s),
-            after: 0.5 * self.storage.form(z, z).0,
+            dissipated: h * resisted + controlled,
+            delivered: h * self.s.form(z, at.u),
+            size: moved_size + half_size + off,
+            after: 0.5 * self.storage.at(|k| z[k]),
             ..Entry::default()
         };
         let old: Vec<f64> = z.iter().zip(change).map(|(z, d)| z - d).collect();
-        entry.before = 0.5 * self.storage.form(&old, &old).0;
+        entry.before = 0.5 * self.storage.at(|k| old[k]);
         if let Some((by_unknowns, by_sources)) = &self.averaging {
-            entry.scheme += h * (by_unknowns.form(z, change).0 + by_sources.form(z, du).0);
+            entry.scheme += h * (by_unknowns.form(z, change) + by_sources.form(z, du));
         }
-        // a law that is off by its floor gives or takes this much
-        entry.size += z.iter().zip(floor).map(|(z, r)| h * (z * r).abs()).sum::<f64>();
         if let Some(smooth) = &self.smooth {
             // what smooth elements store cannot be told from what they dissipate
-            let (by_f, f) = smooth.f.form(z, at.f);
+            let by_f = smooth.f.form(z, at.f);
             let all: f64 = z.iter().zip(rates).map(|(z, r)| z * r).sum();
             entry.dissipated += h * (by_f + all) - moved - controlled;
             if let Some((by_unknowns, by_sources)) = &self.averaging {
-                entry.dissipated -= h * (by_unknowns.form(z, change).0 + by_sources.form(z, du).0);
+                entry.dissipated -= h * (by_unknowns.form(z, change) + by_sources.form(z, du));
             }
-            entry.size += h * f;
         }
         ledger.take(entry, time - h, time, 1);
     }

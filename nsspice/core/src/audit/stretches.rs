@@ -11,8 +11,8 @@
 //! quadrature meets up to rounding.
 
 use super::energy::Entry;
+use super::form::Form;
 use super::laws::Auditor;
-use super::matrix::Entries;
 use super::points::Point;
 use super::rounding::Grain;
 use super::taken::Taken;
@@ -35,8 +35,8 @@ pub struct Seams {
 }
 
 /// Energy that is stored in a state [J].
-fn stored(e: &Entries, z: &[f64]) -> f64 {
-    0.5 * e.form(z, z).0.abs()
+fn stored(storage: &Form, z: &[f64]) -> f64 {
+    0.5 * storage.at(|k| z[k]).abs()
 }
 
 impl Seams {
@@ -107,11 +107,9 @@ impl Auditor {
                     if !smooth.q.is_empty() {
                         let df = &all.function_rate[at(i, functions)];
                         smooth.q.add(1.0, df, &mut charge_rate);
-                        by_functions += smooth.q.form(z, df).0;
+                        by_functions += smooth.q.form(z, df);
                     }
-                    let (by_f, size) = smooth.f.form(z, &f);
-                    by_functions += by_f;
-                    entry.size += weight.abs() * size;
+                    by_functions += smooth.f.form(z, &f);
                 }
                 for ((e, size), r) in error.iter_mut().zip(&mut sizes).zip(&charge_rate) {
                     *e -= weight * r;
@@ -121,14 +119,12 @@ impl Auditor {
                 let point = Point { z, l, u, f: &f, roles, after_jump: false, unsigned };
                 self.point(&point, &charge_rate, &grain, &mut floor);
                 if self.ledger.is_some() {
-                    let ((by_g, g), (by_a, a)) = (self.g.form(z, z), self.a.form(z, l));
-                    let (by_s, from_s) = self.s.form(z, u);
-                    let (controlled, c) = self.controls.form(z, rate);
-                    entry.dissipated += weight * (by_g + by_a + by_functions + controlled);
-                    entry.delivered += weight * by_s;
-                    entry.size += weight.abs() * (g + a + from_s + c);
-                    let noise = z.iter().zip(&floor).map(|(z, r)| (z * r).abs()).sum::<f64>();
-                    entry.size += weight.abs() * noise;
+                    let resisted = self.resisted.between(z, z).0 + self.a.form(z, l);
+                    let controlled = self.controls.form(z, rate);
+                    entry.dissipated += weight * (resisted + by_functions + controlled);
+                    entry.delivered += weight * self.s.form(z, u);
+                    let off = z.iter().zip(&floor).map(|(z, r)| (z * r).abs()).sum::<f64>();
+                    entry.size += weight.abs() * off;
                 }
                 if i + 1 == s {
                     self.e.add_both(1.0, z, &mut error, &mut sizes);
@@ -146,7 +142,7 @@ impl Auditor {
             self.motion(&error, &sizes, grain.share, [h, all.swing[k]]);
             if self.ledger.is_some() {
                 let last = &all.z[at(s - 1, n)];
-                self.enter_stretch(all, k, first, last, entry);
+                self.enter_stretch(all, k, [first, last], grain.share, entry);
             }
         }
         self.judge();
@@ -192,21 +188,23 @@ impl Auditor {
         &mut self,
         all: &Taken,
         k: usize,
-        first: &[f64],
-        last: &[f64],
+        [first, last]: [&[f64]; 2],
+        share: f64,
         mut entry: Entry,
     ) {
         let Some(ledger) = &mut self.ledger else { return };
         let (n, s) = (self.n, all.nodes);
         let sum: Vec<f64> = first.iter().zip(last).map(|(a, b)| 0.5 * (a + b)).collect();
         let change: Vec<f64> = first.iter().zip(last).map(|(a, b)| b - a).collect();
-        let (moved, size) = self.storage.form(&sum, &change);
+        let (moved, size) = self.storage.between(&sum, &change);
         entry.change = moved;
         entry.size += size;
         (entry.before, entry.after) =
-            (0.5 * self.storage.form(first, first).0, 0.5 * self.storage.form(last, last).0);
-        // the difference of two nearly equal states is known to their rounding
-        entry.size += self.share * (entry.before + entry.after);
+            (0.5 * self.storage.at(|k| first[k]), 0.5 * self.storage.at(|k| last[k]));
+        // charges and fluxes are known as in `motion`
+        for (row, (a, b)) in first.iter().zip(last).enumerate() {
+            entry.size += share * self.reach.content(row, &self.largest) * (a.abs() + b.abs());
+        }
         if !all.inner.is_empty() {
             let (w, inner) = (&all.weight[k * s..][..s], &all.inner[k * s * s..][..s * s]);
             let rate = |i: usize| &all.rate[(k * s + i) * n..][..n];
@@ -214,7 +212,7 @@ impl Auditor {
                 for j in 0..s {
                     let c = w[i] * inner[i * s + j] + w[j] * inner[j * s + i] - w[i] * w[j];
                     if c != 0.0 {
-                        let (form, size) = self.storage.form(rate(i), rate(j));
+                        let (form, size) = self.storage.between(rate(i), rate(j));
                         entry.scheme += 0.5 * c * form;
                         entry.size += 0.5 * (c * size).abs();
                     }

@@ -52,7 +52,12 @@ impl PyAuditor {
         });
         let (linear, averaging) =
             turned.as_ref().map_or((&system.linear, &averaging), |(linear, terms)| (linear, terms));
-        let mut inner = Auditor::new(linear, averaging.as_ref(), smooth);
+        let mut inner = Auditor::new(
+            linear,
+            [between.capacitors, between.conductors],
+            averaging.as_ref(),
+            smooth,
+        );
         if timed {
             if system.described.len() != linear.s.ncols {
                 return Err(misfit());

@@ -7,9 +7,6 @@ use std::collections::BTreeMap;
 /// A two-terminal element between the nodes of two unknowns, -1 for ground, and its capacitance or conductance.
 pub type Edge = (isize, isize, f64);
 
-/// What is left of an entry beside the sum of its terms by rounding: there are less than a thousand of them.
-const ROUNDING: f64 = 1e-13;
-
 /// For each unknown the unknown of the node before it, on the way to ground.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Coordinates {
@@ -68,16 +65,14 @@ impl Coordinates {
     }
 
     /// Entries of a matrix minus those of the elements; what is left by rounding is dropped.
+    ///
+    /// Of `k` terms the sum in the matrix and this difference are each rounded less than `k` times, by the unit
+    /// roundoff times the sum of their sizes at most.
     pub fn remainder(&self, matrix: &Csc, edges: &[Edge]) -> Csc {
-        self.remainder_beyond(ROUNDING, matrix, edges)
-    }
-
-    /// The same, with the part of its terms that an entry may have as rounding.
-    pub fn remainder_beyond(&self, rounding: f64, matrix: &Csc, edges: &[Edge]) -> Csc {
-        let mut left: BTreeMap<(usize, usize), [f64; 2]> = BTreeMap::new();
+        let mut left: BTreeMap<(usize, usize), [f64; 3]> = BTreeMap::new();
         let mut add = |at: (usize, usize), v: f64| {
-            let [sum, size] = left.entry(at).or_insert([0.0; 2]);
-            (*sum, *size) = (*sum + v, *size + v.abs());
+            let [sum, size, terms] = left.entry(at).or_insert([0.0; 3]);
+            (*sum, *size, *terms) = (*sum + v, *size + v.abs(), *terms + 1.0);
         };
         matrix.iter().for_each(|(r, c, v)| add((r, c), v));
         for edge in edges {
@@ -86,11 +81,11 @@ impl Coordinates {
                 row.iter().for_each(|&(c, two)| add((r, c), -one * two * edge.2));
             }
         }
-        left.retain(|_, [sum, size]| {
-            let nothing = sum.abs() <= rounding * *size;
+        left.retain(|_, [sum, size, terms]| {
+            let nothing = sum.abs() <= *terms * f64::EPSILON * *size;
             !nothing
         });
-        let entries: Vec<_> = left.into_iter().map(|((r, c), [sum, _])| (r, c, sum)).collect();
+        let entries: Vec<_> = left.into_iter().map(|((r, c), [sum, ..])| (r, c, sum)).collect();
         Csc::from_triplets(matrix.nrows, matrix.ncols, &entries)
     }
 

@@ -8,10 +8,6 @@ use super::coupled::Coupled;
 use crate::descriptor::Linear;
 use crate::sparse::Csc;
 
-/// Entries of a matrix differ from the sum of the elements by no more than this part of its terms: their sum has
-/// been rounded once for each, and no node has a million of them.
-const ROUNDING: f64 = 1e6 * f64::EPSILON;
-
 /// A branch between two nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Branch {
@@ -105,7 +101,7 @@ impl Elements {
             ..Elements::default()
         };
         let is_sum_of = |matrix: &Csc, edges: &[Edge]| {
-            let rest = coordinates.remainder_beyond(ROUNDING, matrix, edges);
+            let rest = coordinates.remainder(matrix, edges);
             let between =
                 |e: (usize, usize, f64)| nodes.of[e.0].is_some() && nodes.of[e.1].is_some();
             let left = rest.iter().any(between);
