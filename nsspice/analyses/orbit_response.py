@@ -100,12 +100,12 @@ class Responder:
         table: SteppedResponse | Callable[[Floats, Floats], Complexes],
         span: Span | None,
     ) -> None:
-        self.stimuli, self._table, self._span = stimuli, table, span
+        self.stimuli, self.table, self._span = stimuli, table, span
 
     @property
     def error(self) -> float:
         """How far responses are off at most, relative; 0 where they are exact."""
-        return self._table.error if isinstance(self._table, SteppedResponse) else 0.0
+        return self.table.error if isinstance(self.table, SteppedResponse) else 0.0
 
     def __call__(self, frequencies: Floats, multiples: Floats) -> Complexes:
         """Return responses, shape (frequencies, multiples, signals, stimuli).
@@ -115,7 +115,7 @@ class Responder:
         NumericalError
             NS3060 without a derivative, NS3063 where the orbit responds without bound.
         """
-        table = self._table(frequencies, multiples)
+        table = self.table(frequencies, multiples)
         bad = ~np.isfinite(table).all(axis=(1, 2, 3))
         if bad.any():
             raise unbounded(float(frequencies[int(np.argmax(bad))]), self._span)

@@ -120,9 +120,8 @@ def _change(before: Complexes, after: Complexes) -> float:
         change = np.abs(after - before)
     largest = size.max(axis=(0, 1), initial=0.0)
     # what shows nothing but errors of the steps is zero
-    zero = (change >= _ERROR * size).all(axis=(0, 1)) & (
-        largest <= CLOSE * largest.max(initial=0.0)
-    )
+    zero = change.max(axis=(0, 1), initial=0.0) >= _ERROR * largest
+    zero &= largest <= CLOSE * largest.max(initial=0.0)
     least = np.maximum(_LEAST * largest, np.where(zero, np.inf, 0.0))
     parts = change / np.maximum(size, np.where(least > 0.0, least, 1.0))
     return float(np.nan_to_num(parts, nan=0.0).max(initial=0.0))

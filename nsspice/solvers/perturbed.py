@@ -291,10 +291,10 @@ class _Course:
             self.of_stimuli += np.einsum("jwb,jopw->wbop", each, driven)
         for j in np.flatnonzero(states[:, -1].any(axis=1)):
             k, shift = int(steps[j]), states[j, -1]
-            length = record.end[k] - record.begin[k]
+            length = self.of.tangent.length[k]
             # of the step itself: what the next one has left to its end does not move
             for i in np.flatnonzero(record.weight[k]):
-                part = 1.0 - (t[j, i] - record.begin[k]) / length
+                part = 1.0 - self.of.tangent.parts[k, i]
                 own_weight = -float(record.weight[k, i])
                 self._move(k, int(i), own_weight / length, own_weight * part, shift)
 

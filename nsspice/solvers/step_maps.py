@@ -96,8 +96,7 @@ class _Group:
         self.c = maps.after.shape[2]
         record = self.tangent.record
         self.inner, self.time = record.inner[self.steps], record.time[self.steps]
-        self.begin = record.begin[self.steps]
-        self.length = record.end[self.steps] - self.begin
+        self.length, self.parts = tangent.length[self.steps], tangent.parts[self.steps]
         #: nominal rates and source rates, those for steps behind an event alone
         self.r = self.tangent.r[self.steps][:, :, self.tangent.stored]
         sources = len(self.tangent.system.waveforms)
@@ -149,7 +148,7 @@ class _Group:
         a = self.inner[:, i, i]
         inverse = tangent.inverse(slopes, tangent.modes[self.steps, i], a)
         base = self._base(i, i)
-        rhs, f, kept = self._forces(i, slopes, 1.0 - (self.time[:, i] - self.begin) / self.length)
+        rhs, f, kept = self._forces(i, slopes, 1.0 - self.parts[:, i])
         base += kept[:, stored]
         held = (tangent.Q @ f)[:, stored]
         each = a[:, np.newaxis, np.newaxis]

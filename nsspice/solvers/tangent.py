@@ -87,8 +87,11 @@ class Tangent:
         self.Q = none if smooth is None else smooth.Q.dense()
         #: rows that store, and rates of what is stored there at all places, shape (k, s, n)
         self.stored = np.flatnonzero(np.abs(self.E).sum(axis=1) + np.abs(self.Q).sum(axis=1))
-        self.r = record.rate @ self.E.T + record.function_rate @ self.Q.T
+        self.r = self._rates()
         self.modes = self._modes()
+        #: lengths (k,) and parts of them at the places (k, s); differences of instants are rounded
+        self.length = record.weight.sum(axis=1)
+        self.parts = record.inner.sum(axis=2) / self.length[:, np.newaxis]
         #: what is stored at the begin and at the end of each step, shape (k, n)
         self.begins = self._stored(record.first, record.first_u, record.begin)
         self.ends = self._stored(record.z[:, -1], record.u[:, -1], record.end)
@@ -105,6 +108,23 @@ class Tangent:
         known = np.append(False, (record.rate[1:, 0] == record.rate[:-1, -1]).all(axis=1))
         #: whether each step continues the one before
         self.continues = known & ~self.jumps & ~self.turns & (gaps == 0.0)
+
+    def _rates(self) -> Floats:
+        """Return what flows into the stores, shape (k, s, n).
+
+        Of the equations: differences over the shortest steps are lost in rounding.
+        """
+        record, smooth = self.record, self.system.smooth
+        found = record.u @ self.system.S.dense().T - record.z @ self.flow.T
+        found -= record.lam @ self.A.T
+        if smooth is not None:
+            k, s = record.time.shape
+            z, u = (v.reshape(k * s, -1) for v in (record.z, record.u))
+            values = function_values(smooth.tape, z, u, record.time.ravel())
+            found -= (values @ self.F.T).reshape(k, s, -1)
+        only = np.zeros_like(found)
+        only[..., self.stored] = found[..., self.stored]
+        return only
 
     def _modes(self) -> Bools:
         """Return which pairs conduct, shape (k, s, m)."""
@@ -180,7 +200,7 @@ class Tangent:
         """Return slopes, lengths and inverses of instants at the begin of some steps."""
         r = self.record
         slopes = self.slopes(r.first[steps], r.first_u[steps], r.begin[steps])
-        a = INSTANT * (r.end[steps] - r.begin[steps])
+        a = INSTANT * self.length[steps]
         return slopes, a, self.inverse(slopes, self.modes[steps, 1], a)
 
     def source_rates(self, k: int) -> Floats:
@@ -189,10 +209,8 @@ class Tangent:
         Of the polynomial through them: between two breakpoints sources are smooth.
         """
         r = self.record
-        length = r.end[k] - r.begin[k]
-        nodes, first, back = np.unique(
-            (r.time[k] - r.begin[k]) / length, return_index=True, return_inverse=True
-        )
+        length = self.length[k]
+        nodes, first, back = np.unique(self.parts[k], return_index=True, return_inverse=True)
         # barycentric differentiation
         gaps = nodes[:, np.newaxis] - nodes + np.eye(nodes.size)
         weight = 1.0 / np.prod(gaps, axis=1)
@@ -215,7 +233,7 @@ class Tangent:
         system, r, n = self.system, self.record, self.system.n
         before, after = self.modes[k, -1], self.modes[k + 1, 1]
         slopes = self.slopes(r.z[k, -1:], r.u[k, -1:], r.end[k : k + 1])
-        a = INSTANT * (r.end[k : k + 1] - r.begin[k : k + 1])
+        a = INSTANT * self.length[k : k + 1]
         rates = self.source_rates(k)[-1]
         timed = slopes.by_time[0] + slopes.by_source[0] @ rates
         rhs = system.S.dot(rates) - self.F @ timed + (self.r[k, -1] - self.Q @ timed) / a
