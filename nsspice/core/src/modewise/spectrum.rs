@@ -18,6 +18,9 @@ const PLAIN: usize = 24;
 /// Spread of the eigenvalues above which the slow ones are taken from the inverse.
 const SPREAD: f64 = 1e6;
 
+/// Rounding of an entry, some ten terms.
+const SYMMETRIC: f64 = 1e-14;
+
 /// What the equations of an eigenvector may be off by, in units of the largest entry of J: a
 /// hundredth of what the laws may be.
 pub(super) const OFF: f64 = 1e-2 * crate::audit::TOLERANCE;
@@ -99,6 +102,18 @@ fn slow_half(j: &Matrix, fast: &Eigen) -> Option<(Eigen, Matrix, f64)> {
     let both = Eigen { values, vectors };
     // where J is singular but for rounding, its inverse may not have a single digit
     (backward_error(j, &both) <= OFF).then_some((both, inverse, split))
+}
+
+/// Whether a matrix is symmetric but for the rounding of each entry and of the rates that it couples: what an
+/// inductor and a capacitor lend to each other is skew, however small it is beside the fastest rate.
+fn is_symmetric(j: &Matrix) -> bool {
+    (0..j.rows).all(|r| {
+        (0..r).all(|c| {
+            let (one, other) = (j[(r, c)], j[(c, r)]);
+            let rates = (j[(r, r)].abs() * j[(c, c)].abs()).sqrt();
+            (one - other).abs() <= SYMMETRIC * one.abs().max(other.abs()).max(rates)
+        })
+    })
 }
 
 /// Groups of coordinates that do not act on those of other groups.
@@ -187,14 +202,7 @@ impl Spectrum {
     /// The same for coordinates that act on one another.
     fn of_one(j: &Matrix, symmetric: bool) -> Option<Spectrum> {
         let n = j.rows;
-        let size = j.max_abs();
-        let mut skewness = 0.0f64;
-        for r in 0..n {
-            for c in 0..r {
-                skewness = skewness.max((j[(r, c)] - j[(c, r)]).abs());
-            }
-        }
-        if symmetric || skewness <= 1e-14 * size {
+        if symmetric || is_symmetric(j) {
             let symmetric = Matrix::from_fn(n, n, |r, c| 0.5 * (j[(r, c)] + j[(c, r)]));
             let (values, vectors) = eigen_symmetric(&symmetric)?;
             let poles = values.iter().enumerate();
@@ -339,5 +347,25 @@ mod tests {
         }
         let one = spectrum.to_modal.times(&spectrum.from_modal);
         assert!((0..4).all(|k| (one[(k, k)] - 1.0).abs() < 1e-14));
+    }
+
+    #[test]
+    fn a_skew_pair_beside_a_faster_rate_keeps_its_coupling() {
+        // an inductor behind a capacitor, of which rounding makes one group with the fastest rate
+        let rows = [[0.0, 117.0, 0.0], [-117.0, -7e7, 5e-20], [0.0, 0.0, -2e17]];
+        let j = Matrix::from_fn(3, 3, |r, c| rows[r][c]);
+        let spectrum = Spectrum::new(&j, false).unwrap();
+        let slow = spectrum.poles.iter().map(|p| p.alpha.abs()).fold(f64::INFINITY, f64::min);
+        assert!((slow / (117.0 * 117.0 / 7e7) - 1.0).abs() < 1e-9, "{slow}");
+    }
+
+    #[test]
+    fn a_matrix_is_symmetric_by_its_entries() {
+        let of = |one: f64, other: f64| {
+            let rows = [[-1.0, one, 0.0], [other, -4.0, 0.0], [0.0, 0.0, -1e20]];
+            is_symmetric(&Matrix::from_fn(3, 3, |r, c| rows[r][c]))
+        };
+        assert!(of(1.0, 1.0) && of(1.0, 1.0 + 4e-15) && of(1e-15, 0.0));
+        assert!(!of(1.0, -1.0) && !of(1e-3, 0.0));
     }
 }
