@@ -386,13 +386,12 @@ class IslandRunner:
         """Return the changes of set-valued elements so far."""
         return Events(*self.stepper.events, self.mna.pairs)
 
-    def hold(self, row: Floats) -> None:
-        """Return this row, (1, columns), once more at the next advance."""
-        self._held = row.copy()
+    def take_over(self, other: IslandRunner, row: Floats) -> None:
+        """Go on in place of another runner of the same island, whose rows have been shown.
 
-    def take_over(self, other: IslandRunner) -> None:
-        """Go on in place of another runner of the same island, whose rows have been shown."""
-        self.between = other.between
+        The row behind them, (1, columns), is the next one.
+        """
+        self.between, self._held = other.between, row
 
     def advance(self, rows: int, into: Floats | None = None) -> Floats:
         """Return the next rows, fewer than asked for if that takes too long."""
