@@ -11,7 +11,7 @@ const ZERO: f64 = 1e-9;
 /// The reduced row echelon form, columns taken in a given order.
 pub struct Echelon {
     /// the reduced rows, one for each pivot
-    reduced: Matrix,
+    pub reduced: Matrix,
     /// pivot columns, in order of their rows
     pub pivots: Vec<usize>,
     /// the other columns

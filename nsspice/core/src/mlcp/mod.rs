@@ -8,6 +8,7 @@
 
 mod active_set;
 mod cache;
+mod contraction;
 mod driver;
 mod equilibrate;
 mod exhaustive;

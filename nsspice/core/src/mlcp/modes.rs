@@ -1,5 +1,6 @@
 //! One mode (which pairs are active) as a linear system, factored.
 
+use super::contraction::{Contraction, MOST};
 use super::model::Model;
 use crate::dense::LeastNorm;
 use crate::linear::{Factor, DENSE_LIMIT};
@@ -9,9 +10,7 @@ use std::sync::{Arc, OnceLock};
 
 /// A mode is singular if less than this part of a pivot survives cancellation.
 const SINGULAR: f64 = 1e-13;
-/// Up to this many unknowns a singular mode is solved by its pseudo-inverse, whose making costs their cube: beyond,
-/// the proximal steps on sparse factors are cheaper.  Measured on legs of 2 x 4 and 2 x 8 ideal half-bridge cells, 77 and 141
-/// unknowns, fixed steps: 14 and more s with 160, 0.4 and 1.9 s with 40, results equal to 2e-10.
+/// Up to this many unknowns other singular modes are solved by their pseudo-inverse, whose making costs their cube.
 const DENSE: usize = 40;
 const SWEEPS: usize = 8;
 /// The first solves are checked, then every so many.
@@ -61,6 +60,7 @@ pub struct ModeFactor {
 
 /// What finds the nearest solution of a singular mode.
 enum Nearest {
+    Contracted(Box<Contraction>),
     Dense(LeastNorm),
     /// factor of the Jacobian plus a multiple of the identity: for monotone problems the
     /// Jacobian and its transpose have the same kernel, so that the iteration
@@ -134,13 +134,17 @@ impl ModeFactor {
     /// Whether `correct` needs the factors of level `NEAREST` (and makes them unless it is given
     /// them).
     pub(crate) fn needs_nearest(&self) -> bool {
-        !self.regular && self.model.size() > DENSE
+        if self.regular {
+            return false;
+        }
+        let made = || self.nearest.get_or_init(|| self.make_nearest());
+        self.model.size() > MOST || matches!(made(), Nearest::Proximal(_))
     }
 
     /// Memory held [bytes], roughly.
     pub(crate) fn bytes(&self) -> usize {
         let extra = match self.nearest.get() {
-            Some(Nearest::Dense(_)) => 8 * self.model.size().pow(2),
+            Some(Nearest::Dense(_) | Nearest::Contracted(_)) => 8 * self.model.size().pow(2),
             Some(Nearest::Proximal(_)) => self.model.factor_bytes,
             None => 0,
         };
@@ -333,6 +337,7 @@ impl ModeFactor {
             return self.solve_with(&nearest.factor, defect, work);
         }
         match self.nearest.get_or_init(|| self.make_nearest()) {
+            Nearest::Contracted(mode) => mode.step(&self.model, defect),
             Nearest::Dense(pseudo) => {
                 let (step, work) = work.split_at_mut(defect.len());
                 self.scale_rows(defect);
@@ -378,7 +383,12 @@ impl ModeFactor {
     }
 
     fn make_nearest(&self) -> Nearest {
-        if !self.needs_nearest() {
+        if self.model.size() <= MOST && self.mu == 0.0 {
+            if let Some(found) = Contraction::new(&self.model, &self.active) {
+                return Nearest::Contracted(Box::new(found));
+            }
+        }
+        if self.model.size() <= DENSE {
             let jacobian = self.model.mode_jacobian(&self.active, self.mu);
             if let Some(pseudo) = LeastNorm::new(&jacobian) {
                 return Nearest::Dense(pseudo);
