@@ -297,7 +297,34 @@ impl Ladder {
             return Fit::Solved;
         }
         self.open = true;
-        self.solve_open(s, problem, x)
+        let fit = self.solve_open(s, problem, x);
+        if fit == Fit::Open && self.met != s.active && self.keeps_mode(s, problem, x) {
+            return Fit::Solved;
+        }
+        fit
+    }
+
+    /// Where a solution in another mode stores something else, what is stored goes on in the present one: its guards
+    /// tell that it has ended, and the curve to the instant at which it did so must not know of what comes behind.
+    fn keeps_mode(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> bool {
+        let StageProblem { level, from, u, .. } = problem;
+        let n = s.z.len();
+        let mut own = x.to_vec();
+        decode(&mut own[n..], &s.active, &s.roles, &self.resistances);
+        let stage = &mut self.rung(s, level).stage;
+        let factor = stage.factor(&s.active, s.epoch);
+        let ends = Ends { z0: &from[..n], u0: u, u1: u };
+        if !stage.matrices.sharpen(&factor, &s.active, ends, &mut own, &mut s.work) {
+            return false;
+        }
+        let (z, l) = own.split_at(n);
+        let rows = stage.driver.residual(&s.rhs, &s.sys.linear.q, &s.roles, z, l).rows;
+        let keeps = rows <= ACCEPT && s.sys.stored_apart(z, x, from) > ROUNDED;
+        if keeps {
+            x.copy_from_slice(&own);
+            stage.matrices.guards(x, &s.active, true, &mut s.w);
+        }
+        keeps
     }
 
     /// A mode that leaves something open: the complementarity problem is solved, which moves what is open
