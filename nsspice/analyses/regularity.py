@@ -310,10 +310,7 @@ class Judge:
         others = [point for point in others if not self._upright(point)]
         if not others:
             return None
-        names = self.mna.unknowns
-        solutions = tuple(
-            dict(zip(names, map(float, point), strict=False)) for point in (z, *others)
-        )
+        solutions = tuple(self.mna.values(point) for point in (z, *others))
         self._verdict = replace(
             verdict,
             kind="several",

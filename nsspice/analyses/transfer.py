@@ -175,7 +175,8 @@ def op_sensitivities(
             hint = "R, C, L without coupling, V and I of the same part of the circuit have one"
             raise UsageError(Diagnostic("NS4005", message, hint=hint))
     order = {key: k for k, key in enumerate(keys)}
-    return sorted(found, key=lambda s: (order[s.signal], -abs(s.relative)))
+    # what is equal up to rounding stays in the order of the deck
+    return sorted(found, key=lambda s: (order[s.signal], -float(f"{abs(s.relative):.12g}")))
 
 
 def _slopes(

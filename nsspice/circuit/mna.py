@@ -162,6 +162,13 @@ class MnaSystem:
         """Return the potential of a node [V] at unknowns z (n,)."""
         return float(sum(sign * z[k] for k, sign in self.layout.voltage(node, "0")))
 
+    def values(self, z: Floats) -> dict[str, float]:
+        """Return the potentials of all nodes [V] and the branch currents [A] at unknowns z (n,)."""
+        nodes = [node for node, row in self.layout.nodes.items() if row >= 0]
+        found = {f"v({node})": self.voltage(node, z) for node in nodes}
+        currents = enumerate(self.unknowns)
+        return found | {name: float(z[j]) for j, name in currents if self.row_nodes[j] is None}
+
     def initial_charges(self, ic: Mapping[str, float] | None = None) -> Floats:
         """Return ``E z0`` from the initial values of the deck, shape (n,).
 

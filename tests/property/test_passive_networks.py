@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 from oracle import residual
 from oracle.harness import Step, march
+from oracle.node_voltages import potentials_of
 
 import nsspice
 from nsspice.circuit import MnaSystem
@@ -37,11 +38,15 @@ class Simulation:
         """Return waveform and uniqueness by name: ``v(a)``, ``i(l1)``, ``l(d1)``."""
         found = {}
         for mna, steps in self.islands:
-            names = [*mna.unknowns, *(f"l({pair})" for pair in mna.pairs)]
-            rows = [np.concatenate([s.point.z, s.point.lam]) for s in steps[1:] if s.point]
-            unique = [np.concatenate(s.unique()) for s in steps[1:]]
-            for j, name in enumerate(names):
-                found[name] = np.array([r[j] for r in rows]), np.array([u[j] for u in unique])
+            points = [step.point for step in steps[1:] if step.point]
+            pairs = [f"l({pair})" for pair in mna.pairs]
+            rows = [mna.values(p.z) | dict(zip(pairs, p.lam.tolist(), strict=True)) for p in points]
+            # the sum of voltages of the tree is unique if each of them is
+            reads = potentials_of(mna) != 0.0
+            unique = (s.unique() for s in steps[1:])
+            known = [np.concatenate([~(reads @ ~z), lam]) for z, lam in unique]
+            for j, name in enumerate(rows[0] if rows else []):
+                found[name] = np.array([r[name] for r in rows]), np.array([k[j] for k in known])
         return found
 
 
