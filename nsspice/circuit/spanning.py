@@ -14,7 +14,7 @@ from ..devices import Conditions, Device
 from .union_find import UnionFind
 
 #: whether engines solve in these coordinates; node voltages stay until both agree on every deck
-IN_USE = False
+IN_USE = True
 #: among branches of one kind the heavier: large capacitances and conductances, small inductances
 _KINDS = {"V": 0, "E": 1, "C": 2, "R": 3, "P": 4, "L": 5, "G": 6, "I": 7}
 _CONTROLLED = "efghb"
@@ -45,7 +45,7 @@ def spanning_tree(devices: Sequence[Device], conditions: Conditions) -> dict[str
         Of one island.
     conditions : Conditions
     """
-    if not IN_USE or any(d.smooth or d.letter in _CONTROLLED for d in devices):
+    if not IN_USE or any(d.smooth for d in devices):
         return {}
     return heaviest_tree(devices, conditions)
 

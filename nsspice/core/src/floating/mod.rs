@@ -235,11 +235,6 @@ impl Floating {
         self.cuts.groups.iter().any(|cut| cut.iter().all(|&row| !self.stores[row]))
     }
 
-    /// The rows of each group, of which the sum takes the place of the first.
-    pub fn groups(&self) -> &[Vec<usize>] {
-        &self.tied.groups
-    }
-
     /// Whether a sum stands in the place of this row.
     pub fn is_sum(&self, row: usize) -> bool {
         self.sums_with(row).any(|first| first == row)

@@ -74,10 +74,10 @@ fn a_rectifier_behind_coils_is_a_cut_set() {
         g.extend([(2, 2, 1.0), (2, 5, -1.0), (5, 2, -1.0), (5, 5, 1.0 + tie)]);
         let g = Csc::from_triplets(6, 6, &g);
         let mut floating = Floating::new(&e, &g, &kinds);
-        assert_eq!(floating.groups(), [[2, 5]]);
+        assert_eq!(floating.tied.groups, [[2, 5]]);
         floating.take_cut_sets(&e, &g, &kinds, [&junctions, &none, &none]);
         // its sum takes the place of that of the capacitor, not of the law of a coil's end
-        assert_eq!(floating.groups().is_empty(), cut);
+        assert_eq!(floating.tied.groups.is_empty(), cut);
         assert_eq!(floating.cuts.groups.len(), usize::from(cut));
         if !cut {
             continue;
@@ -155,7 +155,7 @@ fn a_resistor_beside_a_capacitor_belongs_to_its_sum() {
         // where another one ties it to ground, too, the sum would keep a voltage: without it, it has the
         // current of the first
         let sum = if whole { vec![0, 1, 2] } else { vec![1, 2] };
-        assert_eq!(floating.groups(), std::slice::from_ref(&sum));
+        assert_eq!(floating.tied.groups, std::slice::from_ref(&sum));
         let left = floating.conductances(&g).into_iter().filter(|e| e.0 == sum[0] && e.2 != 0.0);
         let left: Vec<_> = left.collect();
         let resistor: &[_] = if whole { &[] } else { &[(1, 0, -2.0), (1, 1, 2.0)] };

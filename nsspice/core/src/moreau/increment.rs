@@ -104,7 +104,7 @@ impl Stepper {
         })
     }
 
-    /// The rates of unknowns and multipliers in the present mode, with sums of laws where short steps are rounded;
+    /// The rates of unknowns and multipliers in the present mode;
     /// none if it does not determine them.
     pub(super) fn increment(&mut self, slopes: &[f64], length: f64) -> Option<Vec<f64>> {
         let (n, m) = (self.z.len(), self.l.len());
@@ -124,14 +124,7 @@ impl Stepper {
         let rows = x.iter_mut().zip(&acting).zip(&self.at_once.stores).filter(|row| *row.1);
         rows.for_each(|((x, acting), _)| *x -= acting / length);
         x.resize(n + m, 0.0);
-        if self.is_rounded() {
-            let k = self.stage_index(length, true);
-            if let Some(x) = self.stages[k].increment_with_sums(&self.active, slopes, &x) {
-                return Some(x);
-            }
-        }
         self.solve_increment(length, &mut x)?;
-        let k = self.stage_index(length, true);
-        self.stages[k].slot(&self.active, self.epoch).summed.is_none().then_some(x)
+        Some(x)
     }
 }

@@ -13,6 +13,12 @@ impl Stepper {
         resistors: &[(isize, isize, f64)],
         coordinates: &Coordinates,
     ) {
+        self.coordinates = (!coordinates.are_potentials()).then(|| coordinates.clone());
+        for &(a, b, c) in capacitors {
+            for end in [a, b].into_iter().filter(|&end| end >= 0) {
+                self.node_storage[end as usize] += c;
+            }
+        }
         if self.smooth.is_none() && !self.static_system {
             let found = Reinitialiser::new(&self.sys.linear, capacitors, resistors, coordinates);
             self.reinitialiser = found.map(Box::new);

@@ -3,7 +3,6 @@
 use super::map::{MapInputs, ModeMap, MAX_ENTRIES};
 use super::matrices::{Ends, StepMatrices};
 use super::refine::defect;
-use super::sums::{SummedMode, Sums};
 use crate::descriptor::Linear;
 use crate::mlcp::{Driver, ModeFactor, Problem};
 use crate::newton::Smooth;
@@ -14,8 +13,6 @@ use std::sync::Arc;
 /// Where the step equations and those for increments differ by more than this part, the former have
 /// lost digits.
 pub(super) const ROUNDED: f64 = 1e-12;
-/// Rates of so short increments that steps would lose them are known to this part.
-const KNOWN: f64 = 1e-8;
 /// Increments that are wrong by more than this part: the mode is singular up to rounding.
 const UNSOUND: f64 = 1e-2;
 
@@ -29,8 +26,6 @@ pub struct System {
     pub hs: Csc,
     /// smooth nonlinear terms
     pub smooth: Option<Smooth>,
-    /// sums of the laws of floating nodes
-    pub sums: Option<Arc<Sums>>,
     /// conductances and diagonals show that the network is passive
     pub dominant: bool,
 }
@@ -38,8 +33,7 @@ pub struct System {
 impl System {
     /// A system with these corrections.
     pub fn new(linear: Linear, h: Csc, hs: Csc, smooth: Option<Smooth>, dominant: bool) -> System {
-        let sums = if smooth.is_some() { None } else { Sums::tied(&linear).map(Arc::new) };
-        System { linear, h, hs, smooth, sums, dominant }
+        System { linear, h, hs, smooth, dominant }
     }
 
     /// The largest voltage and current in some lists of unknowns.
@@ -104,8 +98,6 @@ pub struct Slot {
     pub unsound: bool,
     /// the probe has told how it has to be solved
     pub probed: bool,
-    /// its equations with sums of laws, where only these are sound
-    pub summed: Option<Arc<SummedMode>>,
 }
 
 /// A state in which all that is stored is large, so that rounding shows in all modes.
@@ -149,8 +141,6 @@ pub struct Stage {
     pub stamp: u64,
     /// what rounding is measured with, if that of what is stored matters
     pub probe: Option<Probe>,
-    /// sums of the laws of floating nodes
-    pub sums: Option<Arc<Sums>>,
 }
 
 /// Memory for maps and factors of one stage [number of f64].
@@ -225,7 +215,6 @@ impl Stage {
             present: None,
             stamp: 0,
             probe: None,
-            sums: sys.sums.clone().filter(|sums| impulsive && sums.needed(length)),
         }
     }
 
@@ -254,7 +243,6 @@ impl Stage {
                     increments: None,
                     unsound: false,
                     probed: false,
-                    summed: None,
                 });
                 self.modes.insert(key, self.slots.len() - 1);
                 self.slots.len() - 1
@@ -289,9 +277,6 @@ impl Stage {
     ) {
         let slot = self.slot(active, epoch);
         let known = slot.increments;
-        if let Some(summed) = slot.summed.clone() {
-            return self.solve_summed(&summed, active, ends, x);
-        }
         let factor = self.factor(active, epoch);
         let matrices = &self.matrices;
         if known != Some(true) {
@@ -310,96 +295,6 @@ impl Stage {
             // the short steps of each jump have other charges, and rounding, than those of the last one
             self.slot(active, epoch).increments = (better || !self.impulsive).then_some(better);
         }
-    }
-
-    /// Solves a mode for the increment with sums of laws.
-    fn solve_summed(&self, summed: &SummedMode, active: &[bool], ends: Ends, x: &mut [f64]) {
-        self.matrices.increment(ends, active, x);
-        if let Some(sums) = &self.sums {
-            sums.increment(ends, x);
-        }
-        summed.solve(x);
-        x.iter_mut().zip(ends.z0).for_each(|(x, z)| *x += z);
-    }
-
-    /// Whether a point misses sums of laws, by more than `least`, that may be hidden in steps of this length.
-    /// Where only currents of coils are, they are wanted from then on.
-    pub fn misses_sums(&mut self, sys: &System, [z, l, u]: [&[f64]; 3], least: f64) -> bool {
-        let hidden = |sums: &&Arc<Sums>| self.impulsive && sums.hide_coils(self.length);
-        let sums = self.sums.as_ref().or_else(|| sys.sums.as_ref().filter(hidden));
-        let Some(sums) = sums.filter(|sums| sums.missed(z, l, u) > least).cloned() else {
-            return false;
-        };
-        if self.sums.replace(sums).is_none() {
-            self.slots.iter_mut().for_each(|slot| slot.probed = false);
-        }
-        true
-    }
-
-    /// Solves the present mode for the increment with sums of laws, `x = [z; l]`; false if there are none,
-    /// or they do not give it.
-    pub fn solve_with_sums(
-        &mut self,
-        active: &[bool],
-        epoch: u64,
-        ends: Ends,
-        x: &mut [f64],
-    ) -> bool {
-        if self.sums.is_some() && !self.slot(active, epoch).probed {
-            let summed = self.with_sums(active, ends);
-            let slot = self.slot(active, epoch);
-            (slot.summed, slot.probed) = (summed, true);
-        }
-        let summed = self.slot(active, epoch).summed.clone();
-        if let Some(summed) = &summed {
-            self.solve_summed(summed, active, ends, x);
-        }
-        summed.is_some()
-    }
-
-    /// What sources with these `slopes` and the right-hand side of the other laws make of a mode with sums of laws;
-    /// none if there are none, or they do not give it.
-    pub fn increment_with_sums(
-        &self,
-        active: &[bool],
-        slopes: &[f64],
-        right: &[f64],
-    ) -> Option<Vec<f64>> {
-        let sums = self.sums.as_ref()?;
-        let mode = sums.factor(&self.matrices, active, self.driver.scale())?;
-        let (mut rhs, still) = (right.to_vec(), vec![0.0; self.matrices.n]);
-        sums.increment(Ends { z0: &still, u0: slopes, u1: slopes }, &mut rhs);
-        let (x, missed) = self.solved_with_sums(sums, &mode, active, &rhs);
-        (missed <= KNOWN).then_some(x)
-    }
-
-    /// The solution of a mode with sums for a right-hand side of sums, and the part by which it is wrong.
-    fn solved_with_sums(
-        &self,
-        sums: &Sums,
-        mode: &SummedMode,
-        active: &[bool],
-        rhs: &[f64],
-    ) -> (Vec<f64>, f64) {
-        let mut x = rhs.to_vec();
-        mode.solve(&mut x);
-        let solve = |residual: &mut [f64]| {
-            sums.residual(mode, rhs, x.split_at(self.matrices.n), residual);
-            mode.solve(residual);
-        };
-        let missed = defect(&self.matrices, active, rhs, &x, solve);
-        (x, missed)
-    }
-
-    /// The factored equations of a mode with sums, if they give the increment of a step.
-    fn with_sums(&self, active: &[bool], ends: Ends) -> Option<Arc<SummedMode>> {
-        let sums = self.sums.as_ref()?;
-        let mode = sums.factor(&self.matrices, active, self.driver.scale())?;
-        let mut rhs = vec![0.0; self.matrices.n + self.matrices.m];
-        self.matrices.increment(ends, active, &mut rhs);
-        sums.increment(ends, &mut rhs);
-        let (_, missed) = self.solved_with_sums(sums, &mode, active, &rhs);
-        (missed <= UNSOUND).then(|| Arc::new(mode))
     }
 
     /// Learns from the probe how the present mode has to be solved.
@@ -434,11 +329,8 @@ impl Stage {
             let lost = sys.stored_apart(&plain, &sharp, &probe.z) > probe.finest;
             increments = Some(apart > ROUNDED || lost);
         }
-        let wanted = unsound || !factor.regular();
-        let summed = if wanted { self.with_sums(active, ends) } else { None };
-        unsound &= summed.is_none();
         let slot = self.slot(active, epoch);
-        (slot.increments, slot.unsound, slot.summed) = (increments, unsound, summed);
+        (slot.increments, slot.unsound) = (increments, unsound);
     }
 
     /// Whether the map of the present mode has too much rounding for the probe.

@@ -202,16 +202,8 @@ impl Stepper {
             self.sharpen(k, &base, &u0, &u1);
             (self.z_before, self.u0, self.u1) = (base, u0, u1);
         }
-        self.move_islands();
         self.finish_rates(length);
         Ok(())
-    }
-
-    /// Moves parts of the network that little ties to the rest to the potential that their ties ask for.
-    fn move_islands(&mut self) {
-        if let Some(islands) = &self.islands {
-            islands.move_by_ties(&mut self.z, &self.u1);
-        }
     }
 
     /// Hands the step to the witness: from `z_recorded` and u0 to z and u1.
@@ -261,9 +253,6 @@ impl Stepper {
     /// other does not satisfy all laws.
     pub(super) fn sharpen(&mut self, k: usize, base: &[f64], u0: &[f64], u1: &[f64]) {
         if self.smooth.is_some() || self.stages[k].length.is_infinite() {
-            return;
-        }
-        if self.solve_with_sums(k, Ends { z0: base, u0, u1 }) {
             return;
         }
         let n = self.z.len();
@@ -445,7 +434,6 @@ impl Stepper {
         let matrices = &self.stages[k].matrices;
         matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
         self.solve(k, f64::INFINITY, start)?;
-        self.move_islands();
         Ok(())
     }
 

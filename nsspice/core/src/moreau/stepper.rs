@@ -5,7 +5,6 @@ use super::clock::{Clock, Target};
 use super::controls::Controls;
 use super::failure::Failure;
 use super::impacts::Impacts;
-use super::islands::Islands;
 use super::jumps::{jump_weights, Jump};
 use super::record::{Outputs, Quantities};
 use super::smooth::SmoothPart;
@@ -19,7 +18,7 @@ use crate::instant::Reinitialiser;
 use crate::mlcp::{work_len, Role};
 use crate::newton::Tracking;
 use crate::resting::Resting;
-use crate::structure::kinks_that_reach_storage;
+use crate::structure::{kinks_that_reach_storage, Coordinates};
 use crate::switch::Switch;
 use crate::waveform::Waveform;
 use std::sync::Arc;
@@ -157,6 +156,10 @@ pub struct Stepper {
     pub(super) kinks: Vec<bool>,
     /// unknowns that constant and piecewise linear sources alone determine: no step errs in them
     pub(super) fixed: Vec<bool>,
+    /// which voltages the unknowns are, if not all are counted against ground
+    pub(super) coordinates: Option<Coordinates>,
+    /// then: the capacitances that meet in each node [F]
+    pub(super) node_storage: Vec<f64>,
     /// jumps by the structure of the network, where it is known
     pub(super) reinitialiser: Option<Box<Reinitialiser>>,
     /// the largest current so far, where that is looked after [A]
@@ -191,8 +194,6 @@ pub struct Stepper {
     pub(super) roles: Vec<Role>,
     pub(super) active: Vec<bool>,
     pub(super) epoch: u64,
-    /// parts of a linear network that little ties to the rest
-    pub(super) islands: Option<Islands>,
     // work space
     pub(super) x: Vec<f64>,
     pub(super) input: Vec<f64>,
@@ -260,16 +261,14 @@ impl Stepper {
         let controls = Controls::new(&sys.linear, functions.into_iter(), &switches);
         let weights = jump_weights(&sys);
         let conductances = sys.conductances();
-        // with averaging no law of currents is that of an instant
-        let plain = smooth.is_none() && sys.h.values.is_empty();
-        let islands = plain.then(|| Islands::new(&sys.linear)).filter(|found| found.any());
         Stepper {
             at_once,
-            islands,
             impacts,
             controls,
             kinks,
             fixed,
+            coordinates: None,
+            node_storage: vec![0.0; n],
             reinitialiser: None,
             begun: None,
             felt: 0.0,

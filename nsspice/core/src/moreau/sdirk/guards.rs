@@ -27,6 +27,8 @@ pub struct Scales {
     /// the least and the largest value of each unknown so far; infinitely apart where the charge of a
     /// junction goes with the voltage itself
     range: Vec<[f64; 2]>,
+    /// the same of voltages against ground, where voltages along a tree are the unknowns
+    potentials: Vec<[f64; 2]>,
     /// scratch: sums of the laws
     sums: Vec<f64>,
 }
@@ -69,6 +71,7 @@ impl Scales {
             control: s.switches.iter().map(|w| control(&w.control)).collect(),
             unknown: vec![0.0; n],
             range,
+            potentials: vec![[f64::INFINITY, f64::NEG_INFINITY]; n],
             sums: vec![0.0; n],
         }
     }
@@ -77,6 +80,11 @@ impl Scales {
     pub fn note(&mut self, s: &Stepper, z: &[f64], l: &[f64]) {
         for (&z, [least, most]) in z.iter().zip(&mut self.range) {
             (*least, *most) = (least.min(z), most.max(z));
+        }
+        if let Some(coordinates) = &s.coordinates {
+            for (v, [least, most]) in coordinates.potentials(z).iter().zip(&mut self.potentials) {
+                (*least, *most) = (least.min(*v), most.max(*v));
+            }
         }
         for ((z, size), &kind) in z.iter().zip(&mut self.unknown).zip(&s.sys.linear.row_kind) {
             *size = size.max(z.abs());
@@ -126,6 +134,13 @@ impl Scales {
     pub fn size(&self, j: usize, value: f64, beyond: f64) -> f64 {
         let [least, most] = self.range[j];
         self.unknown[j].max(value.abs()).min(most.max(value) - least.min(value) + beyond)
+    }
+
+    /// The same of the voltage against ground of its node.
+    pub fn size_of_potential(&self, j: usize, value: f64, beyond: f64) -> f64 {
+        let [least, most] = self.potentials[j];
+        let largest = if most >= least { most.abs().max(least.abs()) } else { 0.0 };
+        largest.max(value.abs()).min(most.max(value) - least.min(value) + beyond)
     }
 
     /// The largest voltage or current so far.

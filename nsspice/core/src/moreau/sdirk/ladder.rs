@@ -4,11 +4,9 @@ use super::super::matrices::{Ends, OPEN};
 use super::super::stage::{Probe, Stage, ROUNDED};
 use super::super::step::ACCEPT;
 use super::super::stepper::Stepper;
-use super::super::sums::Sums;
 use super::guards::{Scales, VIOLATED};
 use super::ratios::Ratios;
 use crate::mlcp::{Role, Start};
-use std::sync::Arc;
 
 /// Rungs of the ladder: the shortest step is 2^-44 of the longest.
 pub const RUNGS: usize = 45;
@@ -26,9 +24,6 @@ const FINEST: f64 = 0.1;
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Steps from this level on are so short that what is stored may hide what the rest conducts.
 const SHORT: usize = 16;
-/// Sums of laws that are missed by more than this part of the largest current, or of what the largest
-/// voltage drives through the largest resistor, do not hold.
-const MISSED: f64 = 1e-6;
 /// Memory for matrices and factors of all rungs [numbers], roughly.
 const BUDGET: usize = 40_000_000;
 
@@ -58,8 +53,6 @@ pub struct Ladder {
     pub deepest: usize,
     /// what the fluxes of perfectly coupled inductors have hidden in the last stage: a longer step shows it
     pub hidden: bool,
-    /// sums of the laws of floating nodes
-    sums: Option<Arc<Sums>>,
     /// ratios of the voltages of perfectly coupled inductors
     ratios: Ratios,
     /// stages assembled
@@ -127,11 +120,6 @@ impl Ladder {
             deepest: RUNGS - 1,
             hidden: false,
             ratios: if s.smooth.is_some() { Ratios::default() } else { Ratios::new(&s.sys.linear) },
-            sums: if s.smooth.is_some() {
-                None
-            } else {
-                Sums::floating(&s.sys.linear).map(Arc::new)
-            },
             made: 0,
             stored,
             met: Vec::new(),
@@ -180,14 +168,14 @@ impl Ladder {
         self.rungs.iter().flatten().map(|r| r.stage.mode_count()).max().unwrap_or(0)
     }
 
-    /// Largest voltages and currents everywhere; whether rounding of what is stored `matters`.
-    fn probe(&self, s: &Stepper, matters: bool) -> Probe {
+    /// Largest voltages and currents everywhere.
+    fn probe(&self, s: &Stepper) -> Probe {
         let size = |j: usize| 0.5 + 0.5 * (0.618 * (j + 1) as f64).fract();
         let scale = |kind: u8| if kind == 0 { self.resistance } else { 1.0 };
         let kinds = s.sys.linear.row_kind.iter().enumerate();
         Probe {
             z: kinds.map(|(j, &kind)| scale(kind) * size(j)).collect(),
-            finest: if matters { (self.finest * SMALL).max(ROUNDING) } else { f64::INFINITY },
+            finest: (self.finest * SMALL).max(ROUNDING),
         }
     }
 
@@ -201,10 +189,9 @@ impl Ladder {
                 }
             }
             let mut stage = Stage::new(&s.sys, self.stage_length(level), true, &s.constants);
-            stage.sums = self.sums.clone().filter(|sums| sums.needed(stage.length));
             let matters = self.finest < DIGITS / SMALL || level >= SHORT;
-            if matters || stage.sums.is_some() {
-                stage.probe = Some(self.probe(s, matters));
+            if matters {
+                stage.probe = Some(self.probe(s));
             }
             self.rungs[level] = Some(Box::new(Rung { stage, epoch: s.epoch, stamp: 0 }));
             self.made += 1;
@@ -236,8 +223,8 @@ impl Ladder {
             stage.probe(&s.sys, &s.active, s.epoch, s.u0.len(), &mut s.work);
         }
         let slot = stage.slot(&s.active, s.epoch);
-        let (summed, unsound) = (slot.summed.is_some(), slot.unsound);
-        (summed || stage.factor(&s.active, s.epoch).regular()).then_some(!unsound)
+        let unsound = slot.unsound;
+        stage.factor(&s.active, s.epoch).regular().then_some(!unsound)
     }
 
     /// One implicit step in the present mode, whatever the signs of its guards; `x` takes unknowns, guards
@@ -246,11 +233,7 @@ impl Ladder {
         if s.smooth.is_some() {
             return self.solve_smooth(s, problem, x, false);
         }
-        let fit = self.solve_linear(s, problem, x);
-        if let (Some(islands), Fit::Solved) = (&s.islands, fit) {
-            islands.move_by_ties(&mut x[..s.z.len()], problem.u);
-        }
-        fit
+        self.solve_linear(s, problem, x)
     }
 
     /// The same without smooth functions.
@@ -267,7 +250,7 @@ impl Ladder {
             let stage = &mut self.rung(s, level).stage;
             let slot = stage.slot(&s.active, s.epoch);
             slot.uses += 1;
-            let fresh = slot.map.is_none() && slot.summed.is_none() && slot.uses == USES_FOR_MAP;
+            let fresh = slot.map.is_none() && slot.uses == USES_FOR_MAP;
             if fresh {
                 stage.make_map(&s.active, s.epoch, &mut s.work);
             }
@@ -344,22 +327,12 @@ impl Ladder {
         }
         self.sharpen(s, problem, x);
         self.hidden = self.ratios.lost(s, self.stage_length(level), &self.met, u, x);
-        if self.hidden || self.drowned(s, level, u, x) {
+        if self.hidden {
             self.deepest = self.deepest.min(level);
             return Fit::Contradiction;
         }
         encode(s, x, &self.resistances);
         Fit::Open
-    }
-
-    /// Whether a solution misses the sums of the laws of what capacitors tie together: beside what is stored
-    /// there, a coil may have found no end, and its current flows on in so short steps.  A longer one tells.
-    fn drowned(&self, s: &Stepper, level: usize, u: &[f64], x: &[f64]) -> bool {
-        let needed = |sums: &&Arc<Sums>| sums.needed(self.stage_length(level));
-        let Some(sums) = s.sys.sums.as_ref().filter(needed) else { return false };
-        let (z, l) = x.split_at(s.z.len());
-        let [voltage, current] = s.sys.largest(&[z, &s.z]);
-        sums.missed(z, l, u) > MISSED * current.max(s.conductances[0] * voltage)
     }
 
     /// Solves a complementarity problem from `x`.  In a large system this is one system of equations as

@@ -7,7 +7,6 @@
 
 use super::super::step::ACCEPT;
 use super::super::stepper::Stepper;
-use super::super::sums::{dot, Row};
 use crate::descriptor::Linear;
 use crate::sparse::Csc;
 use crate::windings::{laws_without_storage, Multiples};
@@ -15,6 +14,12 @@ use crate::windings::{laws_without_storage, Multiples};
 /// Rounding of the fluxes over the length of the step: of each the unit roundoff at both of its ends.  Beside that a
 /// ratio holds as any law of an accepted step does, to [`ACCEPT`] of the voltages.
 const FLUXES: f64 = f64::EPSILON;
+
+type Row = Vec<(usize, f64)>;
+
+fn dot(row: &Row, x: &[f64]) -> f64 {
+    row.iter().map(|&(j, v)| v * x[j]).sum()
+}
 
 /// A law of perfectly coupled inductors in which nothing is stored.
 struct Ratio {
