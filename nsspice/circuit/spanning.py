@@ -13,11 +13,10 @@ from typing import NamedTuple
 from ..devices import Conditions, Device
 from .union_find import UnionFind
 
-#: whether engines solve in these coordinates; node voltages stay until both agree on every deck
+#: whether engines solve in these coordinates, or in node voltages everywhere
 IN_USE = True
 #: among branches of one kind the heavier: large capacitances and conductances, small inductances
 _KINDS = {"V": 0, "E": 1, "C": 2, "R": 3, "P": 4, "L": 5, "G": 6, "I": 7}
-_CONTROLLED = "efghb"
 #: a tree may ask for so many more terms than node voltages do, for each node
 _FILL = 64
 #: below this number of nodes matrices are dense anyway
@@ -37,7 +36,7 @@ class _Weighted(NamedTuple):
 def spanning_tree(devices: Sequence[Device], conditions: Conditions) -> dict[str, str]:
     """Return the tree in whose voltages an island is solved; empty for node voltages.
 
-    Beside controlled sources and smooth laws no bound of the condition is known.
+    Newton's method beside smooth laws has node voltages.
 
     Parameters
     ----------
