@@ -82,6 +82,8 @@ pub struct StageProblem<'a> {
     pub u: &'a [f64],
     /// the point to begin with, or to stay close to where the mode leaves something open
     pub near: &'a [f64],
+    /// of a step, whose curve must not know of what comes behind the end of the mode
+    pub keeps: bool,
 }
 
 /// How the equations of a mode came out.
@@ -281,7 +283,8 @@ impl Ladder {
         }
         self.open = true;
         let fit = self.solve_open(s, problem, x);
-        if fit == Fit::Open && self.met != s.active && self.keeps_mode(s, problem, x) {
+        let keeps = problem.keeps && fit == Fit::Open && self.met != s.active;
+        if keeps && self.keeps_mode(s, problem, x) {
             return Fit::Solved;
         }
         fit
@@ -417,7 +420,7 @@ impl Ladder {
         x: &mut [f64],
         free: bool,
     ) -> Fit {
-        let StageProblem { level, t, from, u, near } = problem;
+        let StageProblem { level, t, from, u, near, .. } = problem;
         let (n, m) = (s.z.len(), s.l.len());
         let rate = 1.0 / self.stage_length(level);
         self.roles.clear();

@@ -225,7 +225,8 @@ impl Trial {
                 }
                 smooth.newton.be_brief(level >= DEEP || self.unsolved < TRIED);
             }
-            let fit = solve(ladder, s, StageProblem { level, t, from: base, u, near }, x);
+            let fit =
+                solve(ladder, s, StageProblem { level, t, from: base, u, near, keeps: true }, x);
             if fit == Fit::Contradiction {
                 return Err(Broken { at: tableau.c[i] });
             }
@@ -266,7 +267,7 @@ impl Trial {
             turn(s);
             let (x, t) = (&mut self.point, self.start + self.length);
             let (level, near, u) = (self.level, &self.stages[last][..], &self.inputs[last][..]);
-            ladder.solve(s, StageProblem { level, t, from: &self.from, u, near }, x);
+            ladder.solve(s, StageProblem { level, t, from: &self.from, u, near, keeps: true }, x);
             turn(s);
             for ((d, x), end) in self.slope.iter_mut().zip(&x[..n]).zip(&self.stages[last]) {
                 *d = x - end;
@@ -420,7 +421,12 @@ impl Trial {
         let near = &self.stages[tableau.stages() - 1];
         let solve = self.way();
         let (level, from, u) = (self.level, &self.from[..], &self.u[..]);
-        let fit = solve(ladder, s, StageProblem { level, t, from, u, near }, &mut self.point);
+        let fit = solve(
+            ladder,
+            s,
+            StageProblem { level, t, from, u, near, keeps: false },
+            &mut self.point,
+        );
         if s.smooth.is_some() && fit != Fit::Contradiction {
             self.beside.keep(theta, &self.plain, &self.point);
         }
