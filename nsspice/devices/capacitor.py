@@ -86,7 +86,7 @@ class Capacitor(Passive):
         return (Edge("C", *self.ends),)
 
     def inner_edges(self) -> tuple[Edge, ...]:
-        """Return what stands for a capacitor whose current is an unknown."""
+        """Return the equations of a capacitor whose current is an unknown."""
         if not self.late:
             return ()
         return (Edge("C", self._inner, "0"), Edge("E", self._inner, "0"))

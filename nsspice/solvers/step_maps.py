@@ -97,7 +97,7 @@ class _Group:
         record = self.tangent.record
         self.inner, self.time = record.inner[self.steps], record.time[self.steps]
         self.length, self.parts = tangent.length[self.steps], tangent.parts[self.steps]
-        #: nominal rates and source rates, those for steps behind an event alone
+        #: nominal rates and source rates, those for steps after an event alone
         self.r = self.tangent.r[self.steps][:, :, self.tangent.stored]
         sources = len(self.tangent.system.waveforms)
         self.motion = np.zeros((self.steps.size, self.time.shape[1], sources))

@@ -11,13 +11,12 @@
 //! zero.
 
 use super::model::Model;
+use super::modes::SINGULAR;
 use crate::dense::{equilibrate, Echelon, LeastNorm, Lu, Matrix};
 use crate::sparse::Csc;
 
 /// Unknowns and pairs beyond which dense matrices take too long.
 pub(crate) const MOST: usize = 400;
-/// Pivots below this part of the largest are none.
-const SINGULAR: f64 = 1e-13;
 
 /// The laws of joined pairs, solved for some unknowns.
 struct Joined {

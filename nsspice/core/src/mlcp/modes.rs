@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use std::sync::{Arc, OnceLock};
 
 /// A mode is singular if less than this part of a pivot survives cancellation.
-const SINGULAR: f64 = 1e-13;
+pub(super) const SINGULAR: f64 = 1e-13;
 /// Up to this many unknowns other singular modes are solved by their pseudo-inverse, whose making costs their cube.
 const DENSE: usize = 40;
 const SWEEPS: usize = 8;

@@ -185,9 +185,7 @@ impl PyOrbit {
         py: Python<'py>,
         drivers: Vec<Option<usize>>,
     ) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
-        if !self.inner.takes(&drivers) {
-            return Err(invalid("one driver per stimulus, an output each"));
-        }
+        self.check(&drivers)?;
         let found = py.detach(|| self.inner.sensitivities(&drivers));
         Ok(found.map(|m| PyArray1::from_vec(py, m.data)))
     }
@@ -198,9 +196,7 @@ impl PyOrbit {
         py: Python<'py>,
         drivers: Vec<Option<usize>>,
     ) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
-        if !self.inner.takes(&drivers) {
-            return Err(invalid("one driver per stimulus, an output each"));
-        }
+        self.check(&drivers)?;
         let found = py.detach(|| self.inner.of_run(&drivers));
         Ok(found.map(|[ends, sums]| PyArray1::from_vec(py, [ends.data, sums.data].concat())))
     }
@@ -254,6 +250,15 @@ impl PyOrbit {
 }
 
 impl PyOrbit {
+    /// Refuses drivers that are not one for each stimulus.
+    fn check(&self, drivers: &[Option<usize>]) -> PyResult<()> {
+        if self.inner.takes(drivers) {
+            Ok(())
+        } else {
+            Err(invalid("one driver per stimulus, an output each"))
+        }
+    }
+
     fn state<'a>(&self, a: &'a Floats) -> PyResult<&'a [f64]> {
         let a = a.as_slice()?;
         if a.len() == self.inner.states() {
