@@ -6,6 +6,12 @@ import numpy as np
 import pytest
 
 import nsspice
+from nsspice.analyses.cards import Tran
+from nsspice.analyses.examiner import Examiner
+from nsspice.analyses.island_runner import IslandRunner
+from nsspice.analyses.settings import Settings
+from nsspice.solvers.moreau import Records
+from nsspice.solvers.stretches import Stretches
 
 #: micro-ohms and picofarads beside 0.1 H
 DECK = """rates from 2e-4 to 2e17 per second
@@ -42,3 +48,32 @@ def test_a_flux_is_the_integral_of_its_voltage() -> None:
     flux = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(run.time) * (volts[1:] + volts[:-1]))])
     expected = run["i(l2)"][0] + flux / 0.09862
     assert run["i(l2)"] == pytest.approx(expected, abs=2e-5)
+
+
+def recorded(text: str, method: str) -> tuple[IslandRunner, Stretches, Records | None]:
+    """Return the runner of a whole run, its intervals and its implicit steps."""
+    circuit = nsspice.read(text)
+    analysis = Tran(stop=50e-6, row_step=5e-7, uic=True)
+    settings = Settings(method, 1.0)
+    runner = IslandRunner(circuit, 0, circuit.islands[0], [], analysis, settings, None, None)
+    runner.start()
+    while runner.advance(1000).shape[0]:
+        pass
+    stretches = Stretches.of(runner.stepper.take_stretches())
+    steps = None if method == "modewise" else Records.of(runner.stepper.take_records())
+    return runner, stretches, steps
+
+
+@pytest.mark.parametrize("method", ["modewise", "sdirk"])
+def test_an_inductor_is_judged_beside_its_own_voltage(method: str) -> None:
+    """A run with 0.4 times the inductance does not pass: the fastest rates excuse no slow one."""
+    right = recorded(DECK, method)[0].mna
+    for inductance, passes in ("0.09862", True), ("0.0394", False):
+        _, stretches, steps = recorded(DECK.replace("0.09862", inductance), method)
+        examiner = Examiner(right)
+        examiner.take_stretches(stretches)
+        if steps is not None:
+            examiner.take(steps)
+        certificate = examiner.certificate(1, 0)
+        assert (certificate.laws < 1e-8) is passes
+        assert passes or certificate.worst == "l2"

@@ -1,5 +1,6 @@
 //! Checks of the laws and of complementarity at recorded points.
 
+use super::branches::Branches;
 use super::energy::Ledger;
 use super::flows::Flows;
 use super::form::Form;
@@ -98,6 +99,10 @@ pub struct Auditor {
     pub(super) touched: Vec<Vec<usize>>,
     /// sums of the sizes of entries
     pub(super) reach: Reach,
+    /// what branches are measured by
+    pub(super) branches: Branches,
+    /// largest voltage and current of all points so far
+    pub(super) seen: [f64; 2],
     /// rounding of elimination in units of the tolerance
     pub(super) share: f64,
     /// largest voltage and current so far, of stretches and with smooth functions
@@ -199,6 +204,8 @@ impl Auditor {
             m,
             p,
             reach,
+            branches: Branches::new(&linear.row_kind, &e, &g),
+            seen: [0.0; 2],
             e: Flows::new(&linear.e, capacitors),
             g: Flows::new(&linear.g, conductors),
             storage: Form::new(&storage, capacitors, &nodes),

@@ -9,9 +9,9 @@ use super::{ratio, worse, TOLERANCE};
 /// Numbers in a block at which it is judged: what is kept of them fits into a fast cache.
 const FULL: usize = 1 << 12;
 
-/// Rounding of what is stored excuses no more than this part of the terms of the laws of a group, which
-/// would leave nothing to be judged,
-const EXCUSED: f64 = 1e-3;
+/// Rounding of what is stored excuses no more than this part of the terms of the laws of a group, or of the largest
+/// voltage of a branch, which would leave nothing to be judged,
+pub(super) const EXCUSED: f64 = 1e-3;
 /// or of what is at least this part of the largest current.
 const SMALL: f64 = 1e-6;
 
@@ -54,6 +54,8 @@ pub struct Block {
     least: Vec<Vec<[f64; 2]>>,
     /// share of rounding, and rate of what is stored
     grain: Vec<[f64; 2]>,
+    /// rate of increments whose quotients the rates are
+    quotients: Vec<f64>,
     /// how far multipliers and slacks may be off because instants are rounded
     slack: Vec<[f64; 2]>,
 }
@@ -73,6 +75,7 @@ impl Block {
         self.unsigned.reserve(points);
         self.least.reserve(points);
         self.grain.reserve(points);
+        self.quotients.reserve(points);
     }
 }
 
@@ -166,6 +169,7 @@ impl Auditor {
         // what is stored is put back right after a jump, and says nothing of voltages there
         let rate = if point.after_jump { 0.0 } else { 2.0 * grain.rate };
         block.grain.push([grain.share.max(grain.settled), rate]);
+        block.quotients.push(2.0 * grain.quotients);
         block.error.extend_from_slice(rates);
         block.scale.extend(rates.iter().map(|r| r.abs()));
         block.floor.extend_from_slice(floor);
@@ -203,6 +207,8 @@ impl Auditor {
             let stored = error.iter_mut().zip(&self.algebraic).filter(|e| !e.1);
             stored.for_each(|(error, _)| *error = 0.0);
         }
+        self.branches.see(point.z, scale);
+        self.seen = [0, 1].map(|kind| self.seen[kind].max(grain.largest[kind]));
         floor.iter_mut().zip(&*scale).for_each(|(floor, scale)| *floor = floor.max(*scale));
         block.l.extend_from_slice(point.l);
         block.w.extend_from_slice(&self.q);
@@ -282,6 +288,7 @@ impl Auditor {
         block.roles.clear();
         block.least.clear();
         block.grain.clear();
+        block.quotients.clear();
         block.unsigned.clear();
         block.slack.clear();
         self.block = block;
@@ -295,10 +302,17 @@ impl Auditor {
             for (row, (error, (scale, floor))) in
                 errors.iter().zip(scales.iter().zip(floors)).enumerate()
             {
-                let mut found = ratio(error.abs(), scale.max(*floor));
+                let grain = block.grain[k];
+                let most = if self.kinds[row] == 1 {
+                    let grain = [grain[0], block.quotients[k]];
+                    self.branches.floor(row, grain, &self.reach, &self.seen, scales)
+                } else {
+                    f64::INFINITY
+                };
+                let mut found = ratio(error.abs(), scale.max(floor.min(most)));
                 if found > TOLERANCE && worse(found, worst) {
-                    let unseen = self.unseen(row, [scales, floors], block.grain[k]);
-                    found = ratio(error.abs(), scale.max(*floor).max(unseen));
+                    let unseen = self.unseen(row, [scales, floors], grain);
+                    found = ratio(error.abs(), scale.max(floor.max(unseen).min(most)));
                 }
                 if worse(found, worst) {
                     (worst, place) = (found, Some(row));

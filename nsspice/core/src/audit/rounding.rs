@@ -151,6 +151,8 @@ pub struct Grain {
     pub largest: [f64; 2],
     /// `1 / h` of the step, or of the shortest time that rates stand for
     pub rate: f64,
+    /// the same if rates are quotients of increments, 0 for those of a closed form
+    pub quotients: f64,
     /// the part of the sums that is rounding, in units of the tolerance
     pub share: f64,
     /// the part of the sums without what is stored that is not known, in the same units
@@ -162,7 +164,7 @@ impl Auditor {
     /// is measured by at least; returns the same for the currents and voltages of pairs of each part.
     pub(super) fn floor(&self, grain: &Grain, floor: &mut [f64]) -> Vec<[f64; 2]> {
         let Auditor { reach, kinds, parts, currents, .. } = self;
-        let Grain { largest, rate, share, settled } = *grain;
+        let Grain { largest, rate, share, settled, .. } = *grain;
         // what underflows, a value or a product with it, is off by the rounding of the smallest
         // number (section 2.1 there)
         let largest = largest.map(|v| v.max(f64::MIN_POSITIVE));

@@ -102,7 +102,8 @@ impl Auditor {
             // a state right after a jump is as a rule the limit of short steps, known to the tolerance: they lie on
             // a line but for 1e-6, and what bends that little errs by less than its hundredth
             let settled = if after_jump { 1.0 } else { 0.0 };
-            let grain = Grain { largest, rate: 1.0 / size, share, settled };
+            let rate = 1.0 / size;
+            let grain = Grain { largest, rate, quotients: rate, share, settled };
             let point = Point { z, l, u, f: &f, roles, after_jump, unsigned: false };
             self.point(&point, &rates, &grain, &mut floor);
             if after_jump {

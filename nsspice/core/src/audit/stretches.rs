@@ -79,6 +79,7 @@ impl Auditor {
             let grain = Grain {
                 largest: self.largest,
                 rate: 1.0 / all.grain[k],
+                quotients: if all.inner.is_empty() { 0.0 } else { 1.0 / all.grain[k] },
                 share: if all.inner.is_empty() {
                     CLOSED * self.share
                 } else {
