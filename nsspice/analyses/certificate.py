@@ -78,9 +78,7 @@ class Certificate:
     @property
     def passed(self) -> bool:
         """True if all errors are below their tolerance (nan is not)."""
-        balance = self.energy is None or (
-            self.energy.imbalance <= TOLERANCE and self.energy.drift <= TOLERANCE
-        )
+        balance = self.energy is None or self.energy.drift <= TOLERANCE
         laws = self.laws <= TOLERANCE and self.complementarity <= TOLERANCE
         tolerance = self.taken <= self.granted and self.late <= 1.0
         return laws and balance and self.jumps <= TOLERANCE and tolerance

@@ -10,9 +10,8 @@ z0 + sum w_i k_i, changes the stored energy by exactly
 
 and what the points' laws say of the first sum is delivered minus dissipated power.  The second
 sum is what the scheme takes: half of dz' E dz for the implicit step, zero for a closed form whose
-points are the nodes of a quadrature.  The balance is asserted for every recorded step.  Steppers
-add up the terms of all their steps, recorded or not; these sums, or those of the records where
-nothing was left out, must lead from the first stored energy of the run to the last.
+points are the nodes of a quadrature.  Steppers add up the terms of all their steps, recorded or
+not; these sums must lead from the first stored energy of the run to the last.
 """
 
 from __future__ import annotations
@@ -22,6 +21,19 @@ from dataclasses import dataclass
 from typing import Any
 
 _SUMS = ("stored", "delivered", "dissipated", "lost", "scheme", "turned", "steps", "of")
+
+
+@dataclass(slots=True)
+class Jumped:
+    """Energies of all jumps of a run: change of what is stored, and what sources gave [J]."""
+
+    stored: float = 0.0
+    delivered: float = 0.0
+
+    def add(self, before: float, after: float, delivered: float) -> None:
+        """Take the energy that is stored before and after a jump, and what the sources gave."""
+        self.stored += after - before
+        self.delivered += delivered
 
 
 @dataclass(slots=True)
@@ -43,10 +55,8 @@ class Energy:
     turned : float
         All that was delivered and dissipated over the run, and the largest that was stored [J];
         0 if it is not known.
-    imbalance : float
-        Worst relative error of the balance of a step.
     drift : float
-        Relative error of the sums over the run, 0 unless they contain all steps.
+        Relative error of the sums over the run.
     steps, of : int
         Recorded steps, and steps in all.
     whole : bool
@@ -59,43 +69,39 @@ class Energy:
     lost: float = 0.0
     scheme: float = 0.0
     turned: float = 0.0
-    imbalance: float = 0.0
     drift: float = 0.0
     steps: int = 0
     of: int = 0
     whole: bool = False
 
     @classmethod
-    def from_checks(
-        cls,
-        result: Mapping[str, Any],
-        steps: int,
-        balance: Mapping[str, float] | None = None,
-        kept: bool = True,
+    def of_run(
+        cls, sums: Mapping[str, float], jumped: Jumped, steps: tuple[int, int], kept: bool = True
     ) -> Energy:
-        """Return the balance of a run of so many steps.
+        """Return the balance of a run.
 
         Parameters
         ----------
-        result : mapping
-            What the checks have found in the records.
-        steps : int
-            Steps of the run.
-        balance : mapping, optional
-            Sums over all of them.
+        sums : mapping
+            Energies of all its steps.
+        jumped : Jumped
+        steps : (int, int)
+            Recorded steps, and steps in all.
         kept : bool
-            False if some jumps are not among the records.
+            False if some jumps are not told.
         """
-        out = cls(**result["energy"], of=steps)
-        if balance is not None:
-            out.stored = balance["stored"] + result["jumps_stored"]
-            out.delivered = balance["delivered"] + result["jumps_delivered"]
-            out.dissipated, out.scheme = balance["dissipated"], balance["scheme"]
-            out.turned = balance["turned"]
-            out.drift, out.whole = balance["drift"], kept
-        elif out.steps == steps and kept:
-            out.drift, out.whole = result["drift"], True
-        return out
+        return cls(
+            stored=sums["stored"] + jumped.stored,
+            delivered=sums["delivered"] + jumped.delivered,
+            dissipated=sums["dissipated"],
+            lost=jumped.delivered - jumped.stored,
+            scheme=sums["scheme"],
+            turned=sums["turned"],
+            drift=sums["drift"],
+            steps=steps[0],
+            of=steps[1],
+            whole=kept,
+        )
 
     @property
     def complete(self) -> bool:
@@ -113,15 +119,14 @@ class Energy:
 
     @classmethod
     def total(cls, parts: Iterable[Energy]) -> Energy:
-        """Return the sum over islands; the imbalance is the worst."""
+        """Return the sum over islands; the error is the worst."""
         out = cls(whole=True)
         for part in parts:
             out.whole &= part.whole
             for name in _SUMS:
                 setattr(out, name, getattr(out, name) + getattr(part, name))
-            for name in ("imbalance", "drift"):
-                if worse(getattr(part, name), getattr(out, name)):
-                    setattr(out, name, getattr(part, name))
+            if worse(part.drift, out.drift):
+                out.drift = part.drift
         return out
 
     def to_dict(self) -> dict[str, Any]:
@@ -132,7 +137,6 @@ class Energy:
             "dissipated": self.dissipated,
             "lost_in_jumps": self.lost,
             "scheme": self.scheme,
-            "imbalance": self.imbalance,
             "drift": self.drift,
             "steps": self.steps,
             "of": self.of,

@@ -18,7 +18,7 @@ from ..solvers.moreau import Recorded
 from ..solvers.stepper import Jump
 from ..solvers.stretches import Recording
 from .certificate import Certificate
-from .energy import Energy, worse
+from .energy import Energy, Jumped, worse
 from .impulses import delivered, start_of, stored_functions
 from .uniqueness import Watcher
 
@@ -150,7 +150,7 @@ class Examiner:
             Energies of all steps, from the stepper that was accompanied.
         """
         audit = self.auditor
-        balance = 0.0
+        balance, jumped = 0.0, Jumped()
         for number, jump in enumerate(jumps):
             charges, before = start_of(self.mna, jump, start if number == 0 else None)
             after = self.mna.system.E.dot(jump.after)
@@ -161,13 +161,13 @@ class Examiner:
             given = delivered(self.mna, jump)
             error = audit.jump_error(moved, jump, sizes, given if self._passive else None)
             balance = error if worse(error, balance) else balance
-            audit.jump_energy(jump.time, before, reached, given)
+            jumped.add(before, reached, given)
         found = audit.result()
         # what changes without a report is a jump that nobody accounts for
         balance = found["seams"] if worse(found["seams"], balance) else balance
         energy = None
-        if "energy" in found:
-            energy = Energy.from_checks(found, steps, sums, kept)
+        if sums is not None:
+            energy = Energy.of_run(sums, jumped, (found["steps"], steps), kept)
         laws, worst = found["laws"], self._name(found["worst_row"])
         source = found.get("worst_source")
         if source is not None and worse(found["sources"], laws):

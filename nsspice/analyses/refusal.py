@@ -114,7 +114,7 @@ def _reason(solution: Solution) -> tuple[str, None, str]:
     where = f", worst at {c.worst}" if c.worst else ""
     text = f"relative errors {c.laws:.1e} (laws{where}), {c.complementarity:.1e} (set-valued)"
     if c.energy is not None:
-        text += f", {max(c.energy.imbalance, c.energy.drift):.1e} (energy)"
+        text += f", {c.energy.drift:.1e} (energy)"
     if c.jumps:
         text += f", {c.jumps:.1e} (charge and flux over jumps)"
     return f"the computed points miss the laws of the circuit: {text}", None, hint

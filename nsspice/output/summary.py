@@ -100,7 +100,7 @@ def _certificate(c: Certificate) -> list[str]:
         lines.append(
             f"  energy{part}: delivered {shown[0]}, dissipated {shown[1]}, stored {shown[2]}, "
             f"lost in jumps {shown[3]}, taken by the scheme {shown[4]} "
-            f"(error {max(e.imbalance, e.drift):.1e})"
+            f"(error {e.drift:.1e})"
         )
     if c.late > 1.0:
         lines.append(

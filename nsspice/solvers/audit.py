@@ -72,7 +72,7 @@ class Auditor:
         self._core = _core.Auditor(compiled(system), averaging, timed)
 
     def check(self, records: Recorded, frozen: float | None = None) -> None:
-        """Take recorded steps into the worst errors and the energies.
+        """Take recorded steps into the worst errors.
 
         Parameters
         ----------
@@ -91,7 +91,7 @@ class Auditor:
         stepper.take_along(self._core)
 
     def check_stretches(self, stretches: Recording) -> None:
-        """Take recorded stretches of continuous solutions into the worst errors and energies."""
+        """Take recorded stretches of continuous solutions into the worst errors."""
         self._core.take_stretches(stretches)
 
     def jump_error(
@@ -121,10 +121,6 @@ class Auditor:
             gave,
         )
 
-    def jump_energy(self, time: float, before: float, after: float, delivered: float) -> None:
-        """Take the stored energies [J] before and after a jump, and what the sources gave."""
-        self._core.jump(time, before, after, delivered)
-
     def result(self) -> dict[str, Any]:
-        """Return worst errors, where they are, and the energies."""
+        """Return worst errors, where they are, and how much was checked."""
         return self._core.result()

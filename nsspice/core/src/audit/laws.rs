@@ -1,7 +1,6 @@
 //! Checks of the laws and of complementarity at recorded points.
 
 use super::branches::Branches;
-use super::energy::Ledger;
 use super::flows::Flows;
 use super::form::Form;
 use super::gates::Gates;
@@ -72,12 +71,9 @@ pub struct Auditor {
     pub(super) p: usize,
     pub(super) e: Flows,
     pub(super) g: Flows,
-    /// the part of `E` that stores, and the rates that control sources, see `Linear::storage_and_controls`
+    /// the part of `E` that stores, see `Linear::storage_and_controls`
     pub(super) storage: Form,
-    pub(super) controls: Entries,
-    /// what `G` dissipates
-    pub(super) resisted: Form,
-    /// its entries
+    /// entries of `G`
     pub(super) conductances: Entries,
     pub(super) a: Entries,
     pub(super) b: Entries,
@@ -126,8 +122,8 @@ pub struct Auditor {
     pub worst_pair: Option<usize>,
     /// points checked
     pub checks: u64,
-    /// energies; none where nothing is stored
-    pub ledger: Option<Ledger>,
+    /// steps of the engine that were recorded
+    pub steps: u64,
     /// source values; none where records do not tell instants
     pub sources: Option<Sources>,
     /// laws that tie coils alone
@@ -159,7 +155,7 @@ impl Auditor {
         // behind junctions a charge may still rush, and what it will have done there is known less well
         let ties = if smooth.is_none() { Ties::new(linear) } else { None };
         let e = Entries::new(&linear.e);
-        let [storage, controls] = linear.storage_and_controls();
+        let [storage, _] = linear.storage_and_controls();
         let nodes = Coordinates::of_nodes(n);
         let smooth = smooth.map(|laws| Functions {
             tape: laws.tape.clone(),
@@ -186,7 +182,6 @@ impl Auditor {
         for (row, pair) in a.places().filter(|e| linear.row_kind[e.0] == 0) {
             touched[pair].push(row);
         }
-        let stores = !algebraic.iter().all(|v| *v);
         let full = |(h, hs): &(Csc, Csc)| (Entries::new(h), Entries::new(hs));
         let g = Entries::new(&linear.g);
         let averaging = averaging.map(full);
@@ -209,8 +204,6 @@ impl Auditor {
             e: Flows::new(&linear.e, capacitors),
             g: Flows::new(&linear.g, conductors),
             storage: Form::new(&storage, capacitors, &nodes),
-            controls: Entries::new(&controls),
-            resisted: Form::new(&linear.g, conductors, &nodes),
             conductances: g,
             b: Entries::new(&linear.b),
             d,
@@ -233,7 +226,7 @@ impl Auditor {
             worst_row: None,
             worst_pair: None,
             checks: 0,
-            ledger: stores.then(Ledger::default),
+            steps: 0,
             sources: None,
             gates: None,
             ties,

@@ -47,14 +47,6 @@ impl Entries {
         }
     }
 
-    /// `y' M x`
-    pub fn form(&self, y: &[f64], x: &[f64]) -> f64 {
-        self.list
-            .iter()
-            .map(|&(row, column, value)| y[row as usize] * value * x[column as usize])
-            .sum()
-    }
-
     /// The entries.
     pub fn list(&self) -> &[(u32, u32, f64)] {
         &self.list

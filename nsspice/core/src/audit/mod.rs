@@ -12,7 +12,6 @@
 //! whose rounding it has ([`rounding`]).  No factor, map, scaling or residual of a solver takes part.
 
 mod branches;
-mod energy;
 mod flows;
 mod form;
 mod gates;

@@ -1,13 +1,5 @@
-//! Steps of the implicit scheme, whose balance of energy is known exactly:
-//!
-//! ```text
-//! dW = z1' E dz - dz' E dz / 2,
-//! z1' (E dz + h H dz + h Hs du) + h z1' G z1 + h z1' A lambda = h z1' S u
-//! ```
-//!
-//! so that stored + dissipated + `dz' E dz / 2` (+ what averaging adds) = delivered.
+//! Steps of the implicit scheme `E dz / h + H dz + Hs du + G z + A lambda = S u`, at their ends.
 
-use super::energy::Entry;
 use super::laws::Auditor;
 use super::points::Point;
 use super::rounding::Grain;
@@ -110,14 +102,9 @@ impl Auditor {
                 self.tie_rates(&point);
             }
             self.judge_full();
-            if moving {
-                self.enter_step(&point, change, du, h, &rates, &floor, steps.time[k]);
-            }
+            self.steps += u64::from(moving);
         }
         self.judge();
-        if let Some(ledger) = &mut self.ledger {
-            ledger.judge();
-        }
     }
 
     /// The rates of coils that a law of currents ties to each other, right after a jump.
@@ -128,52 +115,5 @@ impl Auditor {
         {
             self.note_law(found, row);
         }
-    }
-
-    #[allow(clippy::too_many_arguments)] // a step and what has been computed of it
-    fn enter_step(
-        &mut self,
-        at: &Point,
-        change: &[f64],
-        du: &[f64],
-        h: f64,
-        rates: &[f64],
-        measure: &[f64],
-        time: f64,
-    ) {
-        let Some(ledger) = &mut self.ledger else { return };
-        let z = at.z;
-        let (moved, moved_size) = self.storage.between(z, change);
-        let (half, half_size) = self.storage.between(change, change);
-        let (half, half_size) = (0.5 * half, 0.5 * half_size);
-        let controlled = self.controls.form(z, change);
-        let resisted = self.resisted.between(z, z).0 + self.a.form(z, at.l);
-        // the balance is what the laws are off by, times their unknowns: as much as they are measured by; a mass that
-        // comes to rest leaves nothing but what the change and the scheme have in common
-        let off: f64 = z.iter().zip(measure).map(|(z, r)| h * (z * r).abs()).sum();
-        let mut entry = Entry {
-            change: moved - half,
-            scheme: half,
-            dissipated: h * resisted + controlled,
-            delivered: h * self.s.form(z, at.u),
-            size: moved_size + half_size + off,
-            after: 0.5 * self.storage.at(|k| z[k]),
-            ..Entry::default()
-        };
-        let old: Vec<f64> = z.iter().zip(change).map(|(z, d)| z - d).collect();
-        entry.before = 0.5 * self.storage.at(|k| old[k]);
-        if let Some((by_unknowns, by_sources)) = &self.averaging {
-            entry.scheme += h * (by_unknowns.form(z, change) + by_sources.form(z, du));
-        }
-        if let Some(smooth) = &self.smooth {
-            // what smooth elements store cannot be told from what they dissipate
-            let by_f = smooth.f.form(z, at.f);
-            let all: f64 = z.iter().zip(rates).map(|(z, r)| z * r).sum();
-            entry.dissipated += h * (by_f + all) - moved - controlled;
-            if let Some((by_unknowns, by_sources)) = &self.averaging {
-                entry.dissipated -= h * (by_unknowns.form(z, change) + by_sources.form(z, du));
-            }
-        }
-        ledger.take(entry, time - h, time, 1);
     }
 }

@@ -1,16 +1,6 @@
 //! Stretches of a continuous solution: its points at the nodes of a quadrature, or the stages of a
 //! Runge-Kutta step.
-//!
-//! With `z1 = z0 + sum w_i k_i`, `z_i = z0 + sum a_ij k_j` the stored energy changes by exactly
-//!
-//! ```text
-//! sum w_i z_i' E k_i - (1/2) sum (w_i a_ij + w_j a_ji - w_i w_j) k_i' E k_j ;
-//! ```
-//!
-//! the last sum is what the scheme takes.  It vanishes for a closed form, whose integrals the
-//! quadrature meets up to rounding.
 
-use super::energy::Entry;
 use super::form::Form;
 use super::laws::Auditor;
 use super::points::Point;
@@ -93,7 +83,6 @@ impl Auditor {
             // charge and flux: what is there in the end, minus what was there, minus what came
             let (mut error, mut sizes) = (vec![0.0; n], vec![0.0; n]);
             self.e.add_both(-1.0, first, &mut error, &mut sizes);
-            let mut entry = Entry::default();
             let at = |i: usize, size: usize| (k * s + i) * size..(k * s + i + 1) * size;
             for (i, &weight) in weight.iter().enumerate() {
                 let (z, l, u) = (&all.z[at(i, n)], &all.l[at(i, m)], &all.u[at(i, p)]);
@@ -102,15 +91,12 @@ impl Auditor {
                 self.seams.stored = self.seams.stored.max(stored(&self.storage, z));
                 charge_rate.fill(0.0);
                 self.e.add(1.0, rate, &mut charge_rate);
-                let mut by_functions = 0.0;
                 if let Some(smooth) = &mut self.smooth {
                     smooth.values(z, u, all.time[k * s + i], &mut f);
                     if !smooth.q.is_empty() {
                         let df = &all.function_rate[at(i, functions)];
                         smooth.q.add(1.0, df, &mut charge_rate);
-                        by_functions += smooth.q.form(z, df);
                     }
-                    by_functions += smooth.f.form(z, &f);
                 }
                 for ((e, size), r) in error.iter_mut().zip(&mut sizes).zip(&charge_rate) {
                     *e -= weight * r;
@@ -119,14 +105,6 @@ impl Auditor {
                 let unsigned = all.signed[k] == 0 && i + 1 < s;
                 let point = Point { z, l, u, f: &f, roles, after_jump: false, unsigned };
                 self.point(&point, &charge_rate, &grain, &mut floor);
-                if self.ledger.is_some() {
-                    let resisted = self.resisted.between(z, z).0 + self.a.form(z, l);
-                    let controlled = self.controls.form(z, rate);
-                    entry.dissipated += weight * (resisted + by_functions + controlled);
-                    entry.delivered += weight * self.s.form(z, u);
-                    let off = z.iter().zip(&floor).map(|(z, r)| (z * r).abs()).sum::<f64>();
-                    entry.size += weight.abs() * off;
-                }
                 if i + 1 == s {
                     self.e.add_both(1.0, z, &mut error, &mut sizes);
                     if let Some(smooth) = self.smooth.as_mut().filter(|f| !f.q.is_empty()) {
@@ -141,15 +119,9 @@ impl Auditor {
             self.blur(s, (rounding / h).min(1.0));
             self.judge_full();
             self.motion(&error, &sizes, grain.share, [h, all.swing[k]]);
-            if self.ledger.is_some() {
-                let last = &all.z[at(s - 1, n)];
-                self.enter_stretch(all, k, [first, last], grain.share, entry);
-            }
+            self.steps += u64::from(all.steps[k]);
         }
         self.judge();
-        if let Some(ledger) = &mut self.ledger {
-            ledger.judge();
-        }
     }
 
     /// The balance of charge and flux over a stretch of length `h`; a content is known to this share
@@ -183,43 +155,5 @@ impl Auditor {
         }
         seams.stored =
             seams.stored.max(stored(&self.storage, end)).max(stored(&self.storage, begin));
-    }
-
-    fn enter_stretch(
-        &mut self,
-        all: &Taken,
-        k: usize,
-        [first, last]: [&[f64]; 2],
-        share: f64,
-        mut entry: Entry,
-    ) {
-        let Some(ledger) = &mut self.ledger else { return };
-        let (n, s) = (self.n, all.nodes);
-        let sum: Vec<f64> = first.iter().zip(last).map(|(a, b)| 0.5 * (a + b)).collect();
-        let change: Vec<f64> = first.iter().zip(last).map(|(a, b)| b - a).collect();
-        let (moved, size) = self.storage.between(&sum, &change);
-        entry.change = moved;
-        entry.size += size;
-        (entry.before, entry.after) =
-            (0.5 * self.storage.at(|k| first[k]), 0.5 * self.storage.at(|k| last[k]));
-        // charges and fluxes are known as in `motion`
-        for (row, (a, b)) in first.iter().zip(last).enumerate() {
-            entry.size += share * self.reach.content(row, &self.largest) * (a.abs() + b.abs());
-        }
-        if !all.inner.is_empty() {
-            let (w, inner) = (&all.weight[k * s..][..s], &all.inner[k * s * s..][..s * s]);
-            let rate = |i: usize| &all.rate[(k * s + i) * n..][..n];
-            for i in 0..s {
-                for j in 0..s {
-                    let c = w[i] * inner[i * s + j] + w[j] * inner[j * s + i] - w[i] * w[j];
-                    if c != 0.0 {
-                        let (form, size) = self.storage.between(rate(i), rate(j));
-                        entry.scheme += 0.5 * c * form;
-                        entry.size += 0.5 * (c * size).abs();
-                    }
-                }
-            }
-        }
-        ledger.take(entry, all.begin[k], all.end[k], u64::from(all.steps[k]));
     }
 }

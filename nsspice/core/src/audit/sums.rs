@@ -482,7 +482,7 @@ impl Sums {
         for i in 0..z.rows {
             for j in 0..=i {
                 let both = |x: &Matrix| 0.5 * (dot(z.row(i), x.row(j)) + dot(z.row(j), x.row(i)));
-                let power = self.resisted.between(z.row(i), z.row(j)).0 + both(&by_pairs);
+                let power = self.resisted.between(z.row(i), z.row(j)) + both(&by_pairs);
                 (lost[(i, j)], lost[(j, i)]) = (power, power);
                 let power = both(&by_sources);
                 (given[(i, j)], given[(j, i)]) = (power, power);

@@ -201,14 +201,7 @@ impl PyAuditor {
         ))
     }
 
-    /// Takes the energies of a jump [J].
-    fn jump(&mut self, time: f64, before: f64, after: f64, delivered: f64) {
-        if let Some(ledger) = &mut self.inner.ledger {
-            ledger.jump(time, before, after, delivered);
-        }
-    }
-
-    /// The worst errors, where, and the energies.
+    /// The worst errors, and where.
     fn result<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let out = PyDict::new(py);
         out.set_item(intern!(py, "laws"), self.inner.laws)?;
@@ -225,22 +218,7 @@ impl PyAuditor {
             out.set_item(intern!(py, "gates"), gates.error)?;
             out.set_item(intern!(py, "worst_gate"), gates.worst)?;
         }
-        if let Some(ledger) = &self.inner.ledger {
-            let e = &ledger.energy;
-            let energy = PyDict::new(py);
-            energy.set_item(intern!(py, "stored"), e.stored)?;
-            energy.set_item(intern!(py, "delivered"), e.delivered)?;
-            energy.set_item(intern!(py, "dissipated"), e.dissipated)?;
-            energy.set_item(intern!(py, "lost"), e.lost)?;
-            energy.set_item(intern!(py, "scheme"), e.scheme)?;
-            energy.set_item(intern!(py, "imbalance"), e.imbalance)?;
-            energy.set_item(intern!(py, "steps"), e.steps)?;
-            out.set_item(intern!(py, "energy"), energy)?;
-            out.set_item(intern!(py, "drift"), ledger.drift())?;
-            let [stored, delivered] = ledger.in_jumps();
-            out.set_item(intern!(py, "jumps_stored"), stored)?;
-            out.set_item(intern!(py, "jumps_delivered"), delivered)?;
-        }
+        out.set_item(intern!(py, "steps"), self.inner.steps)?;
         Ok(out)
     }
 }
