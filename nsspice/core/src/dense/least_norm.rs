@@ -66,23 +66,26 @@ impl LeastNorm {
         self.rank
     }
 
+    fn add(&self, rhs: &[f64], x: &mut [f64]) {
+        for (&r, column) in rhs.iter().zip(self.inverse.chunks_exact(self.matrix.ncols.max(1))) {
+            if r != 0.0 {
+                for (x, v) in x.iter_mut().zip(column) {
+                    *x += v * r;
+                }
+            }
+        }
+    }
+
     /// Corrects `x` in two sweeps (the second removes the rounding errors of the first) and returns
     /// the consistency residual: the largest remaining `|rhs - J x|` as a part of the largest
     /// `|rhs| + |J| |x|`.  It is of the size of rounding errors exactly if `rhs` lies in the range of
     /// `J`.  Does not allocate; `work` holds at least a number for each row.
     pub fn correct(&self, rhs: &[f64], x: &mut [f64], work: &mut [f64]) -> f64 {
         let residual = &mut work[..self.matrix.nrows];
-        let columns = self.matrix.ncols;
         for _ in 0..2 {
             residual.copy_from_slice(rhs);
             self.matrix.mul_add(-1.0, x, residual);
-            for (&r, column) in residual.iter().zip(self.inverse.chunks_exact(columns.max(1))) {
-                if r != 0.0 {
-                    for (x, v) in x.iter_mut().zip(column) {
-                        *x += v * r;
-                    }
-                }
-            }
+            self.add(residual, x);
         }
         let largest = |v: &[f64]| v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         residual.copy_from_slice(rhs);

@@ -368,6 +368,21 @@ impl Lu {
         x
     }
 
+    /// `A^-1 b` in place of `b`; `work` is as long at least.
+    pub fn solve_one(&self, b: &mut [f64], work: &mut [f64]) {
+        let n = self.lu.rows;
+        let x = &mut work[..n];
+        x.iter_mut().zip(&self.perm).for_each(|(x, &p)| *x = b[p] * self.row[p]);
+        for k in 1..n {
+            x[k] -= dot(&self.lu.row(k)[..k], &x[..k]);
+        }
+        for k in (0..n).rev() {
+            let row = self.lu.row(k);
+            x[k] = (x[k] - dot(&row[k + 1..], &x[k + 1..])) * (1.0 / row[k]);
+        }
+        b.iter_mut().zip(&*x).zip(&self.col).for_each(|((b, x), f)| *b = x * f);
+    }
+
     /// `A^-1 B`, refined against the matrix itself: with residuals of twice the precision the
     /// solution has its digits as long as the matrix is regular at all (J. H. Wilkinson, *Rounding
     /// Errors in Algebraic Processes*, 1963, ch. 3), however far conductances lie apart.

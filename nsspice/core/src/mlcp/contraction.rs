@@ -17,6 +17,8 @@ use crate::sparse::Csc;
 
 /// Unknowns and pairs beyond which dense matrices take too long.
 pub(crate) const MOST: usize = 400;
+/// Numbers of work space for each unknown and pair that a step needs.
+pub(crate) const STEP_WORK: usize = 5;
 
 /// The laws of joined pairs, solved for some unknowns.
 struct Joined {
@@ -49,6 +51,17 @@ impl Joined {
             loops: found.reduced.select_rows(&rest).columns(n, count),
             free,
         }
+    }
+}
+
+impl Joined {
+    /// The same of laws with the opposite sign: each is to be taken that way round in what solves them.
+    fn negated(&self) -> Joined {
+        let mut of_laws = self.of_laws.clone();
+        of_laws.data.iter_mut().for_each(|v| *v = -*v);
+        let (pivots, free) = (self.pivots.clone(), self.free.clone());
+        let (of_free, loops) = (self.of_free.clone(), self.loops.clone());
+        Joined { pivots, free, of_free, of_laws, loops }
     }
 }
 
@@ -124,7 +137,9 @@ impl Contraction {
         if b.data.iter().chain(&a.data).any(|v| *v != 0.0 && v.abs() != 1.0) {
             return None;
         }
-        let (unknowns, laws) = (Joined::new(&b, &order), Joined::new(&a, &order));
+        let unknowns = Joined::new(&b, &order);
+        let reciprocal = a.data.iter().zip(&b.data).all(|(a, b)| *a == -b);
+        let laws = if reciprocal { unknowns.negated() } else { Joined::new(&a, &order) };
         if unknowns.free.len() != laws.free.len() {
             return None;
         }
@@ -154,47 +169,53 @@ impl Contraction {
     }
 
     /// The least change that makes up for a defect of the laws, in its place; defects of pairs that block are zero.
-    pub fn step(&self, model: &Model, defect: &mut [f64]) {
-        let (n, unknowns, laws) = (self.n, &self.unknowns, &self.laws);
-        let own: Vec<f64> = self.joined.iter().map(|&i| defect[n + i]).collect();
-        let mut x = vec![0.0; self.size];
-        let mut solved = vec![0.0; unknowns.pivots.len()];
-        unknowns.of_laws.apply(&own, &mut solved);
-        unknowns.pivots.iter().zip(&solved).for_each(|(&p, v)| x[p] = *v);
-        let mut left = defect.to_vec();
-        model.h.mul_add(-1.0, &x, &mut left);
-        let mut right = contracted(laws, &left[..n]);
-        right.extend(self.others.iter().map(|&i| left[n + i]));
-        let y = self.solver.solve(&right);
-        let (y, l) = y.split_at(unknowns.free.len());
-        let mut more = vec![0.0; unknowns.pivots.len()];
-        unknowns.of_free.apply(y, &mut more);
+    /// `work` holds [`STEP_WORK`] numbers for each unknown and pair.
+    pub fn step(&self, model: &Model, defect: &mut [f64], work: &mut [f64]) {
+        let (n, size, unknowns, laws) = (self.n, self.size, &self.unknowns, &self.laws);
+        let (x, work) = work.split_at_mut(size);
+        let (left, work) = work.split_at_mut(size);
+        let (right, work) = work.split_at_mut(size);
+        let (some, work) = work.split_at_mut(size);
+        x.fill(0.0);
+        gather(&self.joined, |i| defect[n + i], right);
+        let solved = &mut some[..unknowns.pivots.len()];
+        unknowns.of_laws.apply(&right[..self.joined.len()], solved);
+        unknowns.pivots.iter().zip(&*solved).for_each(|(&p, v)| x[p] = *v);
+        left.copy_from_slice(defect);
+        model.h.mul_add(-1.0, x, left);
+        // W' of what is left, then the pairs with resistance
+        let count = laws.free.len();
+        gather(&laws.pivots, |p| left[p], some);
+        laws.of_free.apply_transposed(&some[..laws.pivots.len()], &mut right[..count]);
+        right.iter_mut().zip(&laws.free).for_each(|(away, &f)| *away = left[f] - *away);
+        gather(&self.others, |i| left[n + i], &mut right[count..]);
+        let y = &mut right[..count + self.others.len()];
+        self.solver.solve(y, some, work);
+        let (y, l) = y.split_at(count);
+        let more = &mut some[..unknowns.pivots.len()];
+        unknowns.of_free.apply(y, more);
         unknowns.free.iter().zip(y).for_each(|(&f, v)| x[f] = *v);
-        unknowns.pivots.iter().zip(&more).for_each(|(&p, v)| x[p] -= v);
+        unknowns.pivots.iter().zip(&*more).for_each(|(&p, v)| x[p] -= v);
         self.others.iter().zip(l).for_each(|(&i, v)| x[n + i] = *v);
         left.copy_from_slice(defect);
-        model.h.mul_add(-1.0, &x, &mut left);
-        let carried: Vec<f64> = laws.pivots.iter().map(|&p| left[p]).collect();
-        let mut l = vec![0.0; self.joined.len()];
-        laws.of_laws.apply_transposed(&carried, &mut l);
+        model.h.mul_add(-1.0, x, left);
+        gather(&laws.pivots, |p| left[p], some);
+        let l = &mut right[..self.joined.len()];
+        laws.of_laws.apply_transposed(&some[..laws.pivots.len()], l);
         if let Some(share) = &self.share {
-            let mut around = vec![0.0; share.rows];
-            share.apply(&l, &mut around);
-            let mut turned = vec![0.0; l.len()];
-            laws.loops.apply_transposed(&around, &mut turned);
-            l.iter_mut().zip(&turned).for_each(|(l, turned)| *l -= turned);
+            let (around, turned) = (&mut some[..share.rows], &mut left[..l.len()]);
+            share.apply(l, around);
+            laws.loops.apply_transposed(around, turned);
+            l.iter_mut().zip(&*turned).for_each(|(l, turned)| *l -= turned);
         }
-        self.joined.iter().zip(&l).for_each(|(&i, v)| x[n + i] = *v);
-        defect.copy_from_slice(&x);
+        self.joined.iter().zip(&*l).for_each(|(&i, v)| x[n + i] = *v);
+        defect.copy_from_slice(x);
     }
 }
 
-/// `W' v`
-fn contracted(laws: &Joined, v: &[f64]) -> Vec<f64> {
-    let carried: Vec<f64> = laws.pivots.iter().map(|&p| v[p]).collect();
-    let mut away = vec![0.0; laws.free.len()];
-    laws.of_free.apply_transposed(&carried, &mut away);
-    laws.free.iter().zip(&away).map(|(&f, away)| v[f] - away).collect()
+/// The values of some places, into the front of `out`.
+fn gather(places: &[usize], value: impl Fn(usize) -> f64, out: &mut [f64]) {
+    out.iter_mut().zip(places).for_each(|(out, &place)| *out = value(place));
 }
 
 /// The equations of the unknowns that are left and of the multipliers of pairs with resistance.
@@ -230,17 +251,16 @@ fn contract(model: &Model, unknowns: &Joined, laws: &Joined, others: &[usize]) -
 }
 
 impl Solver {
-    fn solve(&self, right: &[f64]) -> Vec<f64> {
+    /// Solves in place; both work spaces are at least as long as the right-hand side.
+    fn solve(&self, right: &mut [f64], some: &mut [f64], work: &mut [f64]) {
         match self {
-            Solver::Regular(lu) => {
-                lu.solve(&Matrix { rows: right.len(), cols: 1, data: right.to_vec() }).data
-            }
+            Solver::Regular(lu) => lu.solve_one(right, some),
             Solver::Singular(pseudo, row, column) => {
-                let scaled: Vec<f64> = right.iter().zip(row).map(|(r, s)| r * s).collect();
-                let (mut x, mut work) = (vec![0.0; right.len()], vec![0.0; right.len()]);
-                pseudo.correct(&scaled, &mut x, &mut work);
-                x.iter_mut().zip(column).for_each(|(x, s)| *x *= s);
-                x
+                right.iter_mut().zip(row).for_each(|(r, s)| *r *= s);
+                let x = &mut some[..right.len()];
+                x.fill(0.0);
+                pseudo.correct(right, x, work);
+                right.iter_mut().zip(&*x).zip(column).for_each(|((r, x), s)| *r = x * s);
             }
         }
     }
@@ -285,7 +305,7 @@ mod tests {
             let mode = Contraction::new(&model, &active).unwrap();
             let right = [3.0, 5.0, 7.0, -2.0, 0.0, 0.0, 0.25];
             let mut x = right.to_vec();
-            mode.step(&model, &mut x);
+            mode.step(&model, &mut x, &mut vec![0.0; STEP_WORK * right.len()]);
             let found = laws(&model, &active, &x);
             let sizes = right.map(f64::abs).into_iter().fold(0.0, f64::max);
             for (found, right) in found.iter().zip(right) {
@@ -304,7 +324,7 @@ mod tests {
         let active = [true, false, false];
         let mode = Contraction::new(&model, &active).unwrap();
         let mut x = [4.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        mode.step(&model, &mut x);
+        mode.step(&model, &mut x, &mut [0.0; 7 * STEP_WORK]);
         assert_eq!(x, [0.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0]);
     }
 }

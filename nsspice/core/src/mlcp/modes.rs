@@ -1,6 +1,6 @@
 //! One mode (which pairs are active) as a linear system, factored.
 
-use super::contraction::{Contraction, MOST};
+use super::contraction::{Contraction, MOST, STEP_WORK};
 use super::model::Model;
 use crate::dense::LeastNorm;
 use crate::linear::{Factor, DENSE_LIMIT};
@@ -32,10 +32,11 @@ pub(crate) const LEVELS: [f64; 8] = [0.0, 1e-6, 1e-9, 1e-12, 1e-3, 1e-4, 1e-7, 1
 /// The level that finds the nearest solution of a singular mode.
 pub(crate) const NEAREST: usize = 6;
 
-/// Length of the work space for the mode equations of `size` unknowns.
+/// Length of the work space for the mode equations of `size` unknowns: a right-hand side that is kept, what
+/// corrections need (a defect, then two copies or a step of a contraction), and one solve.
 pub fn work_len(size: usize) -> usize {
     let packed = if size <= DENSE_LIMIT { 0 } else { Packed::work_len(size) };
-    2 * size + packed.max(2 * size)
+    3 * size + packed.max(STEP_WORK * size)
 }
 
 /// The factored equations of one mode, in physical units.
@@ -337,7 +338,7 @@ impl ModeFactor {
             return self.solve_with(&nearest.factor, defect, work);
         }
         match self.nearest.get_or_init(|| self.make_nearest()) {
-            Nearest::Contracted(mode) => mode.step(&self.model, defect),
+            Nearest::Contracted(mode) => mode.step(&self.model, defect, work),
             Nearest::Dense(pseudo) => {
                 let (step, work) = work.split_at_mut(defect.len());
                 self.scale_rows(defect);

@@ -78,11 +78,13 @@ impl StepMatrices {
         for ((x, &q), &active) in pairs.iter_mut().zip(&self.q).zip(active) {
             *x = if active { -q } else { 0.0 };
         }
-        let rhs = refined.then(|| x.to_vec());
-        factor.solve(x, work);
-        if let Some(rhs) = rhs {
-            factor.correct(x, &rhs, work);
+        if !refined {
+            return factor.solve(x, work);
         }
+        let (rhs, work) = work.split_at_mut(x.len());
+        rhs.copy_from_slice(x);
+        factor.solve(x, work);
+        factor.correct(x, rhs, work);
     }
 
     /// Solves a mode for the increment, given a solution `x = [z; l]` that has the rounding errors of
@@ -99,12 +101,12 @@ impl StepMatrices {
             self.increment(ends, active, x);
             factor.solve(x, work);
         } else if x.len() <= OPEN {
-            let mut rhs = vec![0.0; x.len()];
-            self.increment(ends, active, &mut rhs);
+            let (rhs, work) = work.split_at_mut(x.len());
+            self.increment(ends, active, rhs);
             for (x, z) in x.iter_mut().zip(ends.z0) {
                 *x -= z;
             }
-            factor.correct(x, &rhs, work);
+            factor.correct(x, rhs, work);
         } else {
             return false;
         }

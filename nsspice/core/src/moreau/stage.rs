@@ -28,12 +28,15 @@ pub struct System {
     pub smooth: Option<Smooth>,
     /// conductances and diagonals show that the network is passive
     pub dominant: bool,
+    /// the storage matrix by rows
+    storage_rows: Csc,
 }
 
 impl System {
     /// A system with these corrections.
     pub fn new(linear: Linear, h: Csc, hs: Csc, smooth: Option<Smooth>, dominant: bool) -> System {
-        System { linear, h, hs, smooth, dominant }
+        let storage_rows = linear.e.transpose();
+        System { linear, h, hs, smooth, dominant, storage_rows }
     }
 
     /// The largest voltage and current in some lists of unknowns.
@@ -70,15 +73,16 @@ impl System {
     /// The largest difference of what two states store, as voltages (currents) relative to those of
     /// `from`.
     pub fn stored_apart(&self, a: &[f64], b: &[f64], from: &[f64]) -> f64 {
-        let n = from.len();
-        let gaps: Vec<f64> = a.iter().zip(b).take(n).map(|(a, b)| a - b).collect();
-        let (mut moved, mut sizes) = (vec![0.0; n], vec![0.0; n]);
-        self.linear.e.mul_add(1.0, &gaps, &mut moved);
-        for (r, _, v) in self.linear.e.iter().filter(|e| e.0 == e.1) {
-            sizes[r] = v.abs() * from[r].abs();
-        }
-        let stored = moved.iter().zip(&sizes).filter(|e| *e.1 > 0.0);
-        stored.map(|(moved, size)| moved.abs() / size).fold(0.0, f64::max)
+        let of = |(row, from): (usize, &f64)| {
+            let (columns, values) = self.storage_rows.col(row);
+            let (mut moved, mut size) = (0.0, 0.0);
+            for (&j, &v) in columns.iter().zip(values) {
+                moved += v * (a[j] - b[j]);
+                size = if j == row { v.abs() * from.abs() } else { size };
+            }
+            (size > 0.0).then(|| moved.abs() / size)
+        };
+        from.iter().enumerate().filter_map(of).fold(0.0, f64::max)
     }
 }
 

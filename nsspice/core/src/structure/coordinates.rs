@@ -154,23 +154,34 @@ impl Coordinates {
     /// Potentials in place of voltages along the tree; currents stay.
     pub fn potentials(&self, z: &[f64]) -> Vec<f64> {
         let mut out = z.to_vec();
+        self.add_up(&mut out);
+        out
+    }
+
+    /// The same in place: each node adds what the one before it has, those closer to ground first.
+    pub fn add_up(&self, z: &mut [f64]) {
         for &k in &self.order {
             if self.before[k] >= 0 {
-                out[k] += out[self.before[k] as usize];
+                z[k] += z[self.before[k] as usize];
             }
         }
-        out
     }
 
     /// What enters each node, from what passes each cut-set.
     pub fn at_nodes(&self, cuts: &[f64]) -> Vec<f64> {
         let mut out = cuts.to_vec();
-        for (k, &before) in self.before.iter().enumerate() {
-            if before >= 0 {
-                out[before as usize] -= cuts[k];
+        self.take_apart(&mut out);
+        out
+    }
+
+    /// The same in place: each node passes on to the one before it only what enters there, those closer to ground
+    /// first, while the cut-sets beyond them are whole.
+    pub fn take_apart(&self, cuts: &mut [f64]) {
+        for &k in &self.order {
+            if self.before[k] >= 0 {
+                cuts[self.before[k] as usize] -= cuts[k];
             }
         }
-        out
     }
 
     /// `at_nodes` of a sparse list.

@@ -2,12 +2,10 @@
 
 use super::super::stepper::Stepper;
 use super::energies::Point;
-use super::guards::Scales;
 use super::ladder::SMALL;
 use super::pass::NOTICED;
 use super::run::Sdirk;
 use super::step::Trial;
-use crate::structure::Coordinates;
 
 /// Rounding of an estimated error: that of the largest voltage (current), in the rates of all stages.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
@@ -21,33 +19,6 @@ const SAME_PLACE: f64 = 1e-6;
 const STEEPEST: f64 = 4.0;
 /// A step is taken again at most so many levels shorter at once.
 const BACK: usize = 3;
-
-/// Errors at nodes where voltages along a tree are the unknowns: of the charge that each one holds, as a voltage of
-/// all its capacitors, and the potentials at both ends of a step.
-struct Nodes<'a> {
-    tree: &'a Coordinates,
-    errors: Vec<f64>,
-    first: Vec<f64>,
-    last: Vec<f64>,
-}
-
-impl Nodes<'_> {
-    /// Of both nodes of an unknown the error and what it is measured by, of that which errs more beside it.
-    fn worse(&self, own: usize, scales: &Scales, ahead: f64, least: f64) -> (f64, f64) {
-        let of = |j: usize| {
-            let beyond = ahead * (self.last[j] - self.first[j]).abs();
-            (self.errors[j].abs(), scales.size_of_potential(j, self.last[j], beyond).max(least))
-        };
-        let one = of(own);
-        let other = usize::try_from(self.tree.before(own)).map_or((0.0, 1.0), of);
-        let more = other.0 * one.1 > one.0 * other.1 || other.0.is_nan();
-        if more {
-            other
-        } else {
-            one
-        }
-    }
-}
 
 impl Sdirk {
     /// Whether errors are measured as energies: that has been asked for, and something stores.
@@ -82,35 +53,18 @@ impl Sdirk {
             energies.weigh(Point { z, f }, slopes, ahead, self.trial.length);
         }
         let mut worst = 0.0f64;
-        // voltages along a tree are measured by the potentials between which they lie: that of a diode that conducts is
-        // not followed to its own digits
         let n = s.z.len();
-        let by_potentials = s.coordinates.as_ref().filter(|_| self.energies.is_none());
-        let nodes = by_potentials.map(|tree| {
-            let mut charges = vec![0.0; n];
-            let mut errors = vec![0.0; n];
-            for &j in &self.ladder.stored {
-                errors[j] = self.trial.slope[j];
-            }
-            s.sys.linear.e.mul_add(1.0, &errors, &mut charges);
-            let mut errors = tree.at_nodes(&charges);
-            for (error, storage) in errors.iter_mut().zip(&s.node_storage) {
-                *error = if *storage > 0.0 { *error / storage } else { 0.0 };
-            }
-            Nodes {
-                tree,
-                errors,
-                first: tree.potentials(&self.trial.first[..n]),
-                last: tree.potentials(&end[..n]),
-            }
-        });
+        if let Some(nodes) = &mut self.nodes {
+            let (e, ends) = (&s.sys.linear.e, [&self.trial.first[..n], &end[..n]]);
+            nodes.take(e, &self.ladder.stored, &self.trial.slope, ends);
+        }
         // what sources alone determine is no result of the step
         for &j in self.ladder.stored.iter().filter(|&&j| !s.fixed[j]) {
             let kind = usize::from(s.sys.linear.row_kind[j]);
             let beyond = ahead * (end[j] - self.trial.first[j]).abs();
             let small = if self.trial.constrained[j] { 1.0 } else { SMALL };
             let range = self.scales.size(j, end[j], beyond).max(small * largest[kind]);
-            let (slope, range) = match &nodes {
+            let (slope, range) = match &self.nodes {
                 Some(nodes) if kind == 0 => {
                     nodes.worse(j, &self.scales, ahead, small * largest[kind])
                 }

@@ -29,7 +29,7 @@ pub struct Scales {
     range: Vec<[f64; 2]>,
     /// the same of voltages against ground, where voltages along a tree are the unknowns
     potentials: Vec<[f64; 2]>,
-    /// scratch: sums of the laws
+    /// scratch: potentials, sums of currents
     sums: Vec<f64>,
 }
 
@@ -82,8 +82,10 @@ impl Scales {
             (*least, *most) = (least.min(z), most.max(z));
         }
         if let Some(coordinates) = &s.coordinates {
-            for (v, [least, most]) in coordinates.potentials(z).iter().zip(&mut self.potentials) {
-                (*least, *most) = (least.min(*v), most.max(*v));
+            self.sums.copy_from_slice(z);
+            coordinates.add_up(&mut self.sums);
+            for (&v, [least, most]) in self.sums.iter().zip(&mut self.potentials) {
+                (*least, *most) = (least.min(v), most.max(v));
             }
         }
         for ((z, size), &kind) in z.iter().zip(&mut self.unknown).zip(&s.sys.linear.row_kind) {

@@ -67,6 +67,10 @@ pub struct Ladder {
     pub resting: Vec<(usize, bool)>,
     /// sizes of the guards of each pair: inactive, active
     sizes: Vec<[f64; 2]>,
+    /// scratch: a point and a mode, and what signs are known to
+    own: Vec<f64>,
+    last: Vec<bool>,
+    noise: Vec<f64>,
 }
 
 /// The implicit step that a stage is.
@@ -128,6 +132,9 @@ impl Ladder {
             open: false,
             resting: Vec::new(),
             sizes: Vec::new(),
+            own: vec![0.0; size],
+            last: vec![false; s.l.len()],
+            noise: vec![0.0; s.l.len()],
         }
     }
 
@@ -295,22 +302,57 @@ impl Ladder {
     fn keeps_mode(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> bool {
         let StageProblem { level, from, u, .. } = problem;
         let n = s.z.len();
-        let mut own = x.to_vec();
+        let mut own = std::mem::take(&mut self.own);
+        own.copy_from_slice(x);
         decode(&mut own[n..], &s.active, &s.roles, &self.resistances);
         let stage = &mut self.rung(s, level).stage;
         let factor = stage.factor(&s.active, s.epoch);
         let ends = Ends { z0: &from[..n], u0: u, u1: u };
-        if !stage.matrices.sharpen(&factor, &s.active, ends, &mut own, &mut s.work) {
-            return false;
+        let mut keeps = stage.matrices.sharpen(&factor, &s.active, ends, &mut own, &mut s.work);
+        if keeps {
+            let (z, l) = own.split_at(n);
+            let rows = stage.driver.residual(&s.rhs, &s.sys.linear.q, &s.roles, z, l).rows;
+            keeps = rows <= ACCEPT && s.sys.stored_apart(z, x, &from[..n]) > ROUNDED;
         }
-        let (z, l) = own.split_at(n);
-        let rows = stage.driver.residual(&s.rhs, &s.sys.linear.q, &s.roles, z, l).rows;
-        let keeps = rows <= ACCEPT && s.sys.stored_apart(z, x, from) > ROUNDED;
         if keeps {
             x.copy_from_slice(&own);
             stage.matrices.guards(x, &s.active, true, &mut s.w);
         }
+        self.own = own;
         keeps
+    }
+
+    /// Whether the present mode, in which the last stage has been solved too, has a point next to `near` that obeys
+    /// all signs up to rounding: then no other one is sought.  In a large system [`Ladder::solve_signs`] tells.
+    fn stays(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> bool {
+        let StageProblem { level, from, u, .. } = problem;
+        if x.len() > OPEN || self.met != s.active {
+            return false;
+        }
+        let n = s.z.len();
+        let most = ORDINARY * size(x);
+        let mut own = std::mem::take(&mut self.own);
+        let mut noise = std::mem::take(&mut self.noise);
+        own.copy_from_slice(x);
+        let stage = &mut self.rung(s, level).stage;
+        let factor = stage.factor(&s.active, s.epoch);
+        let ends = Ends { z0: &from[..n], u0: u, u1: u };
+        let mut stays = stage.matrices.sharpen(&factor, &s.active, ends, &mut own, &mut s.work);
+        if stays {
+            let (z, l) = own.split_at(n);
+            let found = stage.driver.residual(&s.rhs, &s.sys.linear.q, &s.roles, z, l);
+            stage.driver.sign_tolerances(&s.active, &mut noise);
+            s.sys.linear.slacks(z, l, &mut s.w);
+            let guard = |i: usize| if s.active[i] { l[i] } else { s.w[i] };
+            stays = found.worst() <= ACCEPT
+                && size(&own) <= most
+                && s.diodes.iter().all(|&i| guard(i) >= -noise[i]);
+        }
+        if stays {
+            x.copy_from_slice(&own);
+        }
+        (self.own, self.noise) = (own, noise);
+        stays
     }
 
     /// A mode that leaves something open: the complementarity problem is solved, which moves what is open
@@ -323,12 +365,15 @@ impl Ladder {
         stage.release();
         x.copy_from_slice(near);
         decode(&mut x[s.z.len()..], &s.active, &s.roles, &self.resistances);
-        let met = std::mem::take(&mut self.met);
-        if !self.solve_signs(s, level, &met, x) {
+        if !self.stays(s, problem, x) {
+            let met = std::mem::take(&mut self.met);
+            let solved = self.solve_signs(s, level, &met, x);
             self.met = met;
-            return Fit::Contradiction;
+            if !solved {
+                return Fit::Contradiction;
+            }
+            self.sharpen(s, problem, x);
         }
-        self.sharpen(s, problem, x);
         self.hidden = self.ratios.lost(s, self.stage_length(level), &self.met, u, x);
         if self.hidden {
             self.deepest = self.deepest.min(level);
@@ -353,13 +398,12 @@ impl Ladder {
         if resting && !stays {
             driver.begin_with(met);
         }
-        let size = |z: &[f64], l: &[f64]| l.iter().chain(z).fold(0.0f64, |a, v| a.max(v.abs()));
-        let most = ORDINARY * size(z, l);
+        let most = ORDINARY * size(z).max(size(l));
         // beside the voltages of inductors in a very short step a conflict hides; a longer one tells.  What was
         // there before hides none, however little is stored by now
         let solved = stays
             || driver.solve(&s.rhs, q, &s.roles, z, l, Start::Warm).is_ok_and(|found| {
-                !found.flawed && (!found.needs_certificate || size(z, l) <= most)
+                !found.flawed && (!found.needs_certificate || size(z).max(size(l)) <= most)
             });
         self.sizes = sizes;
         solved
@@ -369,10 +413,12 @@ impl Ladder {
     fn sharpen(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) {
         let StageProblem { level, from, u, .. } = problem;
         let n = s.z.len();
+        let (mut sharp, mut active) =
+            (std::mem::take(&mut self.own), std::mem::take(&mut self.last));
         let stage = &mut self.rung(s, level).stage;
-        let active = stage.driver.active().to_vec();
+        active.copy_from_slice(stage.driver.active());
         let factor = stage.driver.mode_factor(&active);
-        let mut sharp = x.to_vec();
+        sharp.copy_from_slice(x);
         let ends = Ends { z0: &from[..n], u0: u, u1: u };
         if stage.matrices.sharpen(&factor, &active, ends, &mut sharp, &mut s.work)
             && s.sys.apart(x, &sharp, from) > ROUNDED
@@ -383,7 +429,8 @@ impl Ladder {
                 x.copy_from_slice(&sharp);
             }
         }
-        self.met = active;
+        self.met.clone_from(&active);
+        (self.own, self.last) = (sharp, active);
     }
 
     /// As `solve`, but in whatever mode the laws ask for at this instant; `met` tells which one.  The
@@ -499,6 +546,11 @@ fn multiplier(guard: f64, active: bool, role: Role, open: bool, resistance: f64)
         (true, true) => guard.max(0.0),
         (false, true) => (-guard / resistance).max(0.0),
     }
+}
+
+/// The largest magnitude.
+fn size(x: &[f64]) -> f64 {
+    x.iter().fold(0.0f64, |a, v| a.max(v.abs()))
 }
 
 /// Multipliers from guards.

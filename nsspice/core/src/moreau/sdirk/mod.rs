@@ -26,6 +26,7 @@ mod errors;
 mod guards;
 mod ladder;
 mod locate;
+mod nodes;
 mod pass;
 mod points;
 mod predict;

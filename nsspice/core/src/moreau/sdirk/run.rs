@@ -11,6 +11,7 @@ use super::errors::back;
 use super::guards::Scales;
 use super::ladder::{Ladder, RUNGS};
 use super::locate::Locator;
+use super::nodes::Nodes;
 use super::pass::{Passage, Patience};
 use super::points::PointRows;
 use super::rows::Origin;
@@ -97,6 +98,8 @@ pub struct Sdirk {
     pub(super) scales: Scales,
     /// errors as energies, where they are asked for
     pub(super) energies: Option<Box<Energies>>,
+    /// else errors at nodes, where voltages along a tree are the unknowns
+    pub(super) nodes: Option<Nodes>,
     pub(super) trial: Trial,
     pub(super) accepted: Option<Accepted>,
     pub(super) level: usize,
@@ -156,6 +159,7 @@ impl Sdirk {
         }
         s.step_length = longest;
         s.sweeping = false;
+        let energies = accuracy.energy.then(|| Energies::new(s)).flatten().map(Box::new);
         Sdirk {
             method,
             tableau: method.next(false),
@@ -168,7 +172,8 @@ impl Sdirk {
             stop,
             ladder: Ladder::new(s, longest, method.gamma, accuracy.relative),
             scales: Scales::new(s),
-            energies: accuracy.energy.then(|| Energies::new(s)).flatten().map(Box::new),
+            nodes: if energies.is_some() { None } else { Nodes::new(s) },
+            energies,
             trial: Trial::new(s, method),
             accepted: None,
             level: if fixed { 0 } else { FIRST_LEVEL },
