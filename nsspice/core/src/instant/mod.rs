@@ -18,6 +18,7 @@
 //! Coupled inductors are ideal transformers between windings and cores.  Those without leakage take part in 1, 3 and 5
 //! as well: what flows through them, their fluxes do not tell.
 
+mod continuous;
 mod draft;
 mod mixed;
 mod rates;
@@ -28,5 +29,6 @@ mod stored;
 mod tests;
 mod values;
 
+pub use continuous::{At, Continuous};
 pub use mixed::{solve, Mixed, OneWay};
 pub use reinitialise::{Before, Consistent, Reinitialiser};

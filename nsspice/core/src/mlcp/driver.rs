@@ -141,6 +141,37 @@ impl Driver {
         solved
     }
 
+    /// `solve` by the first two stages alone, from a mode that agrees with the roles: who asks has another way to
+    /// whatever they do not solve.  Without a solution `z` and `l` are left alone.
+    pub fn solve_from(
+        &mut self,
+        begin: &[bool],
+        rhs: &[f64],
+        q: &[f64],
+        roles: &[Role],
+        z: &mut [f64],
+        l: &mut [f64],
+    ) -> bool {
+        let s = &mut self.scratch;
+        let n = s.model.n;
+        load(s, rhs, q, roles);
+        s.start[..n].copy_from_slice(z);
+        s.start[n..].copy_from_slice(l);
+        s.x.copy_from_slice(&s.start);
+        s.active.copy_from_slice(begin);
+        (s.iterations, s.flawed, s.best_residual) = (0, None, Residual::INFINITE);
+        let finite = s.f.iter().chain(&s.start).all(|v| v.is_finite());
+        let near = finite && active_set::solve(s).is_some();
+        let solved = near || finite && proximal::solve(s).is_some();
+        let sound =
+            solved && !s.doubtful && s.growth() <= if near { SUSPECT } else { SUSPECT_PATH };
+        if sound {
+            z.copy_from_slice(&s.x[..n]);
+            l.copy_from_slice(&s.x[n..]);
+        }
+        sound
+    }
+
     /// The factored equations of a mode, from the cache if it has been met before.
     pub fn mode_factor(&mut self, active: &[bool]) -> Arc<ModeFactor> {
         let s = &mut self.scratch;

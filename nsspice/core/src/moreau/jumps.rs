@@ -149,7 +149,7 @@ impl Stepper {
     /// voltages right after the jump.
     pub(super) fn impulse(&mut self, charges: Option<&[f64]>, start: Start) -> Outcome {
         self.begun = None;
-        if self.reinitialise(charges) {
+        if charges.is_none() && self.goes_on() || self.reinitialise(charges) {
             return Ok(());
         }
         let before = self.z.clone();

@@ -1,8 +1,9 @@
 //! Jumps by the structure of the network, where it is known: no short steps, no lengths.
 
+use super::clock::slopes;
 use super::jumps::{Jump, JUMP, MAX_JUMPS};
 use super::stepper::Stepper;
-use crate::instant::{Before, Reinitialiser};
+use crate::instant::{At, Before, Reinitialiser};
 use crate::structure::Coordinates;
 
 impl Stepper {
@@ -65,13 +66,43 @@ impl Stepper {
             self.rates.copy_from_slice(&found.rates);
         }
         self.begun = Some(found.rates);
+        self.record_state();
+        true
+    }
+
+    /// Charges and fluxes stay as they are, the rest follows from them; false if they may jump, or the next mode is
+    /// not found in this way: then nothing has changed.
+    pub(super) fn goes_on(&mut self) -> bool {
+        let Some(mut continuous) = self.continuous.take() else { return false };
+        slopes(&self.waveforms, self.time, &mut self.slopes);
+        let at = At {
+            sources: [&self.u0, &self.slopes],
+            roles: &self.roles,
+            active: &self.active,
+            voltage: self.sys.largest(&[&self.z])[0],
+        };
+        let found = continuous.find(&self.sys.linear, [&self.z, &self.l], at);
+        if found {
+            self.z.copy_from_slice(&continuous.z);
+            self.l.copy_from_slice(&continuous.l);
+            self.turn_to(&continuous.active);
+            if self.outputs.needs_rates() {
+                self.rates.copy_from_slice(&continuous.rates);
+            }
+            self.begun = Some(continuous.rates.clone());
+            self.record_state();
+        }
+        self.continuous = Some(continuous);
+        found
+    }
+
+    /// Hands the present state to the witness: a state, not a step.
+    fn record_state(&mut self) {
         if self.witness.jumped() {
             self.u1.copy_from_slice(&self.u0);
-            // a state, not a step
             self.z_recorded.copy_from_slice(&self.z);
             let length = JUMP * self.shortest_time();
             self.record(-length);
         }
-        true
     }
 }

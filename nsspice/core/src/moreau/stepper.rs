@@ -14,7 +14,7 @@ use super::times::fastest_time;
 use super::witness::Witness;
 use crate::audit::{Balance, Sums, ITERATED};
 use crate::given::fixed_by_lines;
-use crate::instant::Reinitialiser;
+use crate::instant::{Continuous, Reinitialiser};
 use crate::mlcp::{work_len, Role};
 use crate::newton::Tracking;
 use crate::resting::Resting;
@@ -160,12 +160,16 @@ pub struct Stepper {
     pub(super) coordinates: Option<Coordinates>,
     /// then: the capacitances that meet in each node [F]
     pub(super) node_storage: Vec<f64>,
+    /// the state after instants at which nothing jumps
+    pub(super) continuous: Option<Box<Continuous>>,
     /// jumps by the structure of the network, where it is known
     pub(super) reinitialiser: Option<Box<Reinitialiser>>,
     /// the largest current so far, where that is looked after [A]
     pub(super) felt: f64,
     /// rates of what is stored at the present state, where a jump in closed form has just told them
     pub(super) begun: Option<Vec<f64>>,
+    /// scratch: slopes of the sources
+    pub(super) slopes: Vec<f64>,
     /// what charges and fluxes are measured by in jumps, and the largest so far of each kind
     pub(super) weights: Vec<f64>,
     pub(super) heaviest: [f64; 2],
@@ -269,8 +273,10 @@ impl Stepper {
             fixed,
             coordinates: None,
             node_storage: vec![0.0; n],
+            continuous: None,
             reinitialiser: None,
             begun: None,
+            slopes: vec![0.0; p],
             felt: 0.0,
             weights,
             conductances,

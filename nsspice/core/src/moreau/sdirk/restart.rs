@@ -23,6 +23,11 @@ impl Sdirk {
         if self.accuracy.relative >= 1.0 {
             return self.restart(s); // steps of fixed length cannot look closer
         }
+        self.measure_pairs(s);
+        if s.goes_on() {
+            s.log_events();
+            return s.unlatch();
+        }
         let scales = &self.scales;
         match s.turn(self.trial.length, self.corner.0, |s| scales.obeyed(s)) {
             Turn::Begun => s.log_events(),
@@ -84,6 +89,7 @@ impl Sdirk {
     /// Finds the mode from here on; charges and fluxes may jump.
     pub(super) fn restart(&mut self, s: &mut Stepper) {
         s.throw_by_sources();
+        self.measure_pairs(s);
         (s.begun, s.felt) = (None, self.scales.largest[1]);
         // a failure is left to the next step, which can be certified
         let _ = s.impulse_or_leave();
@@ -96,6 +102,14 @@ impl Sdirk {
             }
         }
         s.log_events();
+    }
+
+    /// Tells which guards of pairs are zero up to rounding.
+    fn measure_pairs(&self, s: &mut Stepper) {
+        let Some(continuous) = &mut s.continuous else { return };
+        for (k, zero) in continuous.zero.iter_mut().enumerate() {
+            *zero = [false, true].map(|active| VIOLATED * self.scales.of_pair(k, active));
+        }
     }
 
     /// Samples the switches that come to no rest at an instant if the tolerance does not tell on which side of

@@ -21,6 +21,7 @@ use super::visited::Visited;
 use super::witness::{no_length, Witness};
 use super::{Accuracy, Tableau};
 use crate::audit::Taken;
+use crate::instant::Continuous;
 use crate::row_clock::RowClock;
 use crate::sampling::Sampling;
 use crate::waveform::Side;
@@ -159,6 +160,9 @@ impl Sdirk {
         }
         s.step_length = longest;
         s.sweeping = false;
+        if s.smooth.is_none() && !s.static_system {
+            s.continuous = Continuous::new(&s.sys.linear).map(Box::new);
+        }
         let energies = accuracy.energy.then(|| Energies::new(s)).flatten().map(Box::new);
         Sdirk {
             method,
