@@ -18,6 +18,7 @@
 
 mod between;
 mod combine;
+mod counters;
 mod curve;
 mod detour;
 mod driven;

@@ -5,6 +5,7 @@ use super::super::failure::Failure;
 use super::super::step::ACCEPT;
 use super::super::stepper::{Progress, Stepper};
 use super::between::Between;
+use super::counters::Counters;
 use super::detour::{Detour, FORCED_LEVEL};
 use super::energies::{Energies, Point};
 use super::errors::back;
@@ -43,21 +44,6 @@ const AT_ONCE: f64 = 1e-9;
 const DECAYED: f64 = 1e-13;
 /// Steps between two looks at the clock, and between two checks of the residual.
 const LOOK: u64 = 16;
-
-/// What has been done besides the counters of the stepper.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Counters {
-    /// steps taken again with a shorter length because of their error
-    pub rejected: u64,
-    /// instants at which a mode was found to end
-    pub located: u64,
-    /// steps over ends of modes that need no location
-    pub passed: u64,
-    /// single implicit steps over events that could not be located
-    pub forced: u64,
-    /// matrices assembled
-    pub matrices: u64,
-}
 
 /// Why a step ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
