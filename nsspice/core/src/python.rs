@@ -267,35 +267,37 @@ impl PyStepper {
     /// mode; `sides`: rows on both sides of jumps.
     fn watch(&mut self, every: u64, window: u32, sides: bool) {
         let size = self.inner.state().0.len() + self.inner.state().1.len();
-        self.inner.witness = Witness::new(every, window, sides, size);
+        self.inner.recorder.witness = Witness::new(every, window, sides, size);
     }
 
     /// Records all steps with error control, for who goes along them once more.
     fn record_all(&mut self) {
-        self.inner.witness.all = true;
+        self.inner.recorder.witness.all = true;
     }
 
     /// Keeps some outputs between two instants as polynomials through so many points of steps with error
     /// control.
     fn keep_pieces(&mut self, outputs: Vec<usize>, from_time: f64, to_time: f64, points: usize) {
-        self.inner.witness.pieces = Pieces::new(outputs, [from_time, to_time], points.max(4));
+        self.inner.recorder.witness.pieces =
+            Pieces::new(outputs, [from_time, to_time], points.max(4));
     }
 
     /// The pieces since the last call: beginning, length and values at the points, output by output.
     fn take_pieces<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let (size, table) = (self.inner.witness.pieces.size(), self.inner.witness.pieces.take());
+        let (size, table) =
+            (self.inner.recorder.witness.pieces.size(), self.inner.recorder.witness.pieces.take());
         let rows = table.len() / size;
         PyArray1::from_vec(py, table).reshape([rows, size])
     }
 
     /// Keeps the ends of steps of fixed length between the rows, too, within two instants.
     fn keep_between(&mut self, from_time: f64, to_time: f64) {
-        self.inner.witness.keep_between([from_time, to_time]);
+        self.inner.recorder.witness.keep_between([from_time, to_time]);
     }
 
     /// Lets the balance of energy of an auditor go with the run.
     fn accompany(&mut self, auditor: &mut audit::PyAuditor) {
-        self.inner.sums = auditor.sums.take().map(Box::new);
+        self.inner.recorder.sums = auditor.sums.take().map(Box::new);
     }
 
     /// The balance of energy of the run up to now, None without one.
@@ -309,7 +311,7 @@ impl PyStepper {
 
     /// Numbers that wait to be taken.
     fn waiting(&self) -> usize {
-        self.inner.witness.waiting() + self.sdirk.as_ref().map_or(0, |s| s.waiting())
+        self.inner.recorder.witness.waiting() + self.sdirk.as_ref().map_or(0, |s| s.waiting())
     }
 
     /// The steps with error control recorded since the last call.
@@ -320,12 +322,12 @@ impl PyStepper {
 
     /// The recorded steps since the last call.
     fn take_records(&mut self) -> PyRecords {
-        PyRecords { records: self.inner.witness.take_records(), sizes: self.sizes }
+        PyRecords { records: self.inner.recorder.witness.take_records(), sizes: self.sizes }
     }
 
     /// Rows of both sides of jumps since the last call, flat.
     fn take_sides<'py>(&mut self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_vec(py, self.inner.witness.take_sides())
+        PyArray1::from_vec(py, self.inner.recorder.witness.take_sides())
     }
 
     fn plan_grid(
@@ -386,7 +388,7 @@ impl PyStepper {
     }
 
     fn failure<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        self.inner.failure.as_ref().map(|f| failure_dict(py, f)).transpose()
+        self.inner.refusal.failure.as_ref().map(|f| failure_dict(py, f)).transpose()
     }
 
     fn accept_large(&mut self) {
@@ -420,12 +422,12 @@ impl PyStepper {
     }
 
     fn jumps<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        self.inner.jumps.iter().map(|j| jump_dict(py, j)).collect()
+        self.inner.recorder.jumps.iter().map(|j| jump_dict(py, j)).collect()
     }
 
     /// Changes of pairs as (time, pair, conducts from then on).
     fn events<'py>(&self, py: Python<'py>) -> EventArrays<'py> {
-        event_arrays(py, &self.inner.events)
+        event_arrays(py, &self.inner.recorder.events)
     }
 
     /// Pairs of the switches that chatter and are sampled, and the time between two of their looks [s].

@@ -156,7 +156,7 @@ impl Stepper {
                     // what an ordinary step cannot reach either is a conflict of sources with
                     // diodes, which shorter steps would but hide behind their multipliers
                     if steps.is_empty() && best.is_none() && last.is_none() {
-                        self.short_step(None, after, self.step_length, Start::Warm)?;
+                        self.short_step(None, after, self.schedule.step_length, Start::Warm)?;
                     }
                     break;
                 }
@@ -243,7 +243,7 @@ impl Stepper {
         // what rounding of stored quantities drives in them shall be a line as well: where a blocking junction
         // ties windings, they would show nothing else
         let noise = self.noise(after, 1.0).into_iter().fold(0.0, f64::max);
-        let quiet = (noise / BEND).min(AT_ONCE * self.step_length);
+        let quiet = (noise / BEND).min(AT_ONCE * self.schedule.step_length);
         let parts = AFTER_JUMP[TOO_LONG..].iter().map(|part| part * shortest);
         let quiet = Some(quiet).filter(|quiet| *quiet > AFTER_JUMP[TOO_LONG] * shortest);
         quiet.into_iter().chain(parts).collect()
@@ -286,7 +286,7 @@ impl Stepper {
                 // the voltage of a junction may be the logarithm of the time: no line leads to its begin
                 let known = || {
                     self.smooth.is_some()
-                        && !self.storage.tight()
+                        && !self.facts.storage.tight()
                         && self.noise(&once.z, part * once.length)[0] <= LOOSE
                 };
                 if missed <= HELD && broken[0] <= broken[1].max(SIGNS) && (near || known()) {
@@ -341,7 +341,7 @@ impl Stepper {
         let largest = self.sys.largest(&[z, &once.z]);
         let size = |list: &[f64], floor: f64| list.iter().fold(floor, |a, v| a.max(v.abs()));
         let share = |list: &[f64], size: f64| {
-            let least = self.diodes.iter().fold(0.0f64, |a, &i| a.min(list[i]));
+            let least = self.switching.diodes.iter().fold(0.0f64, |a, &i| a.min(list[i]));
             if least < 0.0 {
                 -least / size
             } else {

@@ -68,7 +68,7 @@ impl Stepper {
         // beside all laws of its kind, whose rounding a law of zeros may have
         let most = self.sys.largest(&[&sizes]).map(|size| ROUNDING * size);
         let kind = |rows: &[usize]| usize::from(self.sys.linear.row_kind[rows[0]]);
-        let sums = self.at_once.sums.iter();
+        let sums = self.facts.at_once.sums.iter();
         let sums = sums.map(|rows| (sum(&missed, rows), sum(&sizes, rows).max(most[kind(rows)])));
         sums.filter(|(_, size)| *size > 0.0)
             .fold(0.0, |worst, (missed, size)| f64::max(worst, missed.abs() / size))

@@ -17,8 +17,9 @@ const TOGETHER: usize = MAX_REACTIONS / 2;
 impl Stepper {
     /// Takes notice of how far controls are from their thresholds.
     pub(super) fn see_controls(&mut self) {
-        for (k, swing) in self.swings.iter_mut().enumerate() {
-            *swing = swing.max(self.switches[k].distance(self.gates[k], &self.z).abs());
+        for (k, swing) in self.switching.swings.iter_mut().enumerate() {
+            *swing = swing
+                .max(self.switching.switches[k].distance(self.switching.gates[k], &self.z).abs());
         }
     }
 
@@ -26,11 +27,13 @@ impl Stepper {
     pub(super) fn react(&mut self) -> bool {
         self.see_controls();
         let mut changed = false;
-        for k in 0..self.switches.len() {
+        for k in 0..self.switching.switches.len() {
             if self.turns(k, &self.z) {
                 self.throw(k);
                 // a thyristor that opens carries no current: nothing else changes
-                changed |= !self.switches[k].latching || self.gates[k] || self.stale;
+                changed |= !self.switching.switches[k].latching
+                    || self.switching.gates[k]
+                    || self.instants.stale;
             }
         }
         changed
@@ -44,7 +47,7 @@ impl Stepper {
         }
         self.see_controls();
         let turning: Vec<usize> = self.turning().collect();
-        let closed = |&&k: &&usize| self.active[self.switches[k].pair];
+        let closed = |&&k: &&usize| self.active[self.switching.switches[k].pair];
         let chosen = turning.iter().find(closed).or(turning.first()).copied();
         if let Some(k) = chosen {
             self.throw(k);
@@ -64,18 +67,18 @@ impl Stepper {
     }
 
     fn turned_by_sources(&self) -> Vec<usize> {
-        if !self.controls.any() {
+        if !self.switching.controls.any() {
             return Vec::new();
         }
         let mut z = self.z.clone();
-        self.controls.fill(&self.sys.linear.s, &self.u0, &mut z);
-        let turned = |&k: &usize| self.controls.decide(k) && self.turns(k, &z);
-        (0..self.switches.len()).filter(turned).collect()
+        self.switching.controls.fill(&self.sys.linear.s, &self.u0, &mut z);
+        let turned = |&k: &usize| self.switching.controls.decide(k) && self.turns(k, &z);
+        (0..self.switching.switches.len()).filter(turned).collect()
     }
 
     /// Opens the thyristors that conduct no more; that changes nothing else.
     pub(super) fn unlatch(&mut self) {
-        for k in 0..self.switches.len() {
+        for k in 0..self.switching.switches.len() {
             if self.latched(k) && self.turns(k, &self.z) {
                 self.throw(k);
             }
@@ -84,26 +87,27 @@ impl Stepper {
 
     /// Whether a switch is a thyristor that has been fired.
     pub(super) fn latched(&self, k: usize) -> bool {
-        self.switches[k].role(self.gates[k]) == Role::Diode
+        self.switching.switches[k].role(self.switching.gates[k]) == Role::Diode
     }
 
     /// The switches that turn where the unknowns are now.
     pub(super) fn turning(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.switches.len()).filter(|&k| self.turns(k, &self.z))
+        (0..self.switching.switches.len()).filter(|&k| self.turns(k, &self.z))
     }
 
     /// Whether a switch turns where the unknowns are `z`; not one that is sampled.
     fn turns(&self, k: usize, z: &[f64]) -> bool {
         let slack = self.slack(k);
-        if self.sampled[k] {
+        if self.switching.sampled[k] {
             return false;
         }
-        let (switch, gate, conducts) = (&self.switches[k], self.gates[k], self.carries(k));
+        let (switch, gate, conducts) =
+            (&self.switching.switches[k], self.switching.gates[k], self.carries(k));
         let rests = || {
-            self.still[k]
+            self.switching.still[k]
                 && switch.distance(gate, z).abs() <= switch.known(z, slack)
                 && !switch.held(gate, conducts)
-                && self.resting.turns(k, switch, gate, self.fading_swing(k))
+                && self.switching.resting.turns(k, switch, gate, self.fading_swing(k))
         };
         switch.turns(gate, z, slack, conducts) || rests()
     }
@@ -115,7 +119,7 @@ impl Stepper {
 
     /// To what the control of a switch is known where the unknowns are now.
     pub(super) fn known(&self, k: usize) -> f64 {
-        self.switches[k].known(&self.z, self.slack(k))
+        self.switching.switches[k].known(&self.z, self.slack(k))
     }
 
     /// To what a control is known.
@@ -124,14 +128,14 @@ impl Stepper {
         // its threshold up to that, on either side
         let known = if self.smooth.is_some() { ACCEPT } else { ROUNDING };
         // gates that cross their thresholds together do so in one step, whatever rounding of the time tells
-        let blur = SAME * self.time / self.step_length;
-        Slack { part: known.max(blur), swing: self.swings[k] }
+        let blur = SAME * self.time / self.schedule.step_length;
+        Slack { part: known.max(blur), swing: self.switching.swings[k] }
     }
 
     /// Whether the control of a switch is at the threshold that turns its gate.
     fn is_at_threshold(&self, k: usize) -> bool {
-        let switch = &self.switches[k];
-        let distance = switch.distance(self.gates[k], &self.z);
+        let switch = &self.switching.switches[k];
+        let distance = switch.distance(self.switching.gates[k], &self.z);
         distance.abs() <= switch.known(&self.z, self.slack(k)) && !self.latched(k)
     }
 
@@ -139,25 +143,27 @@ impl Stepper {
     /// a network without storage, comparisons have the values that are written, and switches turn if the control
     /// is still there a little later.
     pub(super) fn look_for_rest(&mut self) {
-        let passing = !(self.static_system || self.sweeping);
+        let passing = !(self.facts.static_system || self.schedule.sweeping);
         let mut unsure = false;
-        for k in 0..self.switches.len() {
-            let (gate, switch) = (self.gates[k], &self.switches[k]);
-            self.still[k] = if passing {
-                self.resting.is_near(k)
+        for k in 0..self.switching.switches.len() {
+            let (gate, switch) = (self.switching.gates[k], &self.switching.switches[k]);
+            self.switching.still[k] = if passing {
+                self.switching.resting.is_near(k)
             } else {
-                let turns = || self.resting.turns(k, switch, gate, self.fading_swing(k));
-                unsure |= !(switch.compares() || self.frozen) && self.is_at_threshold(k) && turns();
-                switch.compares() || self.frozen
+                let turns = || self.switching.resting.turns(k, switch, gate, self.fading_swing(k));
+                unsure |= !(switch.compares() || self.switching.frozen)
+                    && self.is_at_threshold(k)
+                    && turns();
+                switch.compares() || self.switching.frozen
             };
         }
         if unsure {
             self.look_ahead();
         }
-        for k in 0..self.switches.len() {
-            if self.still[k] && self.is_at_threshold(k) {
+        for k in 0..self.switching.switches.len() {
+            if self.switching.still[k] && self.is_at_threshold(k) {
                 let swing = self.fading_swing(k);
-                self.resting.note(k, &self.switches[k], swing, self.time);
+                self.switching.resting.note(k, &self.switching.switches[k], swing, self.time);
             }
         }
     }
@@ -165,7 +171,7 @@ impl Stepper {
     /// Solves the static equations a little later, for controls that may only touch their thresholds now.
     fn look_ahead(&mut self) {
         let there: Vec<usize> =
-            (0..self.switches.len()).filter(|&k| self.is_at_threshold(k)).collect();
+            (0..self.switching.switches.len()).filter(|&k| self.is_at_threshold(k)).collect();
         let (z, l, u, active) =
             (self.z.clone(), self.l.clone(), self.u0.clone(), self.active.clone());
         let time = self.time;
@@ -176,7 +182,7 @@ impl Stepper {
         self.u1.copy_from_slice(&self.u0);
         if self.solve_static(Start::Warm).is_ok() {
             for k in there {
-                self.still[k] = self.still[k] || self.is_at_threshold(k);
+                self.switching.still[k] = self.switching.still[k] || self.is_at_threshold(k);
             }
         }
         self.time = time;
@@ -190,17 +196,17 @@ impl Stepper {
 
     /// The swing beside which a control may have decayed: none where nothing is stored.
     pub(super) fn fading_swing(&self, k: usize) -> f64 {
-        if self.static_system || self.sweeping {
+        if self.facts.static_system || self.schedule.sweeping {
             0.0
         } else {
-            self.swings[k]
+            self.switching.swings[k]
         }
     }
 
     /// A time in which sources change visibly [s].
     fn swing_of_time(&self) -> f64 {
         let pace = self.waveforms.iter().map(|w| w.pace()).fold(f64::INFINITY, f64::min);
-        let step = pace.min(self.step_length);
+        let step = pace.min(self.schedule.step_length);
         if step.is_finite() {
             step
         } else {
@@ -210,38 +216,41 @@ impl Stepper {
 
     /// Notes where the controls are at the end of a step.
     pub(super) fn note_controls(&mut self) {
-        for k in 0..self.switches.len() {
-            let switch = &self.switches[k];
+        for k in 0..self.switching.switches.len() {
+            let switch = &self.switching.switches[k];
             let known = switch.known(&self.z, self.slack(k));
-            self.resting.see(k, switch.distance(self.gates[k], &self.z), known);
+            self.switching.resting.see(k, switch.distance(self.switching.gates[k], &self.z), known);
         }
     }
 
     /// Whether a thyristor carries a current: one that has come to zero up to rounding is none.
     fn carries(&self, k: usize) -> bool {
-        let pair = self.switches[k].pair;
+        let pair = self.switching.switches[k].pair;
         if !(self.latched(k) && self.active[pair]) {
             return false;
         }
         let [voltage, current] = self.sys.largest(&[&self.z]);
         let largest = self.l.iter().fold(current, |a, l| a.max(l.abs()));
-        self.l[pair] > NO_CURRENT * largest + f64::EPSILON * self.conductances[1] * voltage
+        self.l[pair] > NO_CURRENT * largest + f64::EPSILON * self.facts.conductances[1] * voltage
     }
 
     /// Turns a switch.
     pub(super) fn throw(&mut self, k: usize) {
-        self.gates[k] = !self.gates[k];
-        self.resting.turned(k);
+        self.switching.gates[k] = !self.switching.gates[k];
+        self.switching.resting.turned(k);
         self.stats.switchings += 1;
-        self.last_thrown = Some(k);
-        let (pair, role) = (self.switches[k].pair, self.switches[k].role(self.gates[k]));
+        self.switching.last_thrown = Some(k);
+        let (pair, role) = (
+            self.switching.switches[k].pair,
+            self.switching.switches[k].role(self.switching.gates[k]),
+        );
         self.roles[pair] = role;
         self.active[pair] = role == Role::Closed;
         self.epoch += 1;
-        if self.switches[k].latching {
-            self.diodes.retain(|&i| i != pair);
+        if self.switching.switches[k].latching {
+            self.switching.diodes.retain(|&i| i != pair);
             if role == Role::Diode {
-                self.diodes.push(pair);
+                self.switching.diodes.push(pair);
             }
         }
     }

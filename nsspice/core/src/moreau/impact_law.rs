@@ -55,7 +55,7 @@ impl Stepper {
     /// junctions store moves in times of its own.
     fn torn(&self, leap: &Leap) -> f64 {
         let Some((_, after, _)) = &leap.settled else { return 0.0 };
-        if self.impacts.active || self.smooth.is_some() {
+        if self.instants.impacts.active || self.smooth.is_some() {
             return 0.0;
         }
         let largest = |list: &[f64], floor: f64| list.iter().fold(floor, |a, v| a.max(v.abs()));
@@ -71,14 +71,14 @@ impl Stepper {
             let (impulse, most) = (largest(impulses, floor), largest(left, least));
             // what ordinary values carry meanwhile is none
             let ordinary = leap.span * largest(carried, 0.0);
-            let pairs = self.diodes.iter().map(|&i| (impulses[i], left[i]));
+            let pairs = self.switching.diodes.iter().map(|&i| (impulses[i], left[i]));
             let parts = pairs
                 .map(|(passed, left)| share(passed - ordinary, impulse).min(share(left, most)));
             parts.fold(0.0, f64::max)
         };
         let charges = broken(multipliers, 0.0, &after.l, &slacks, values[0]);
         // extrapolation leaves rounding of what ordinary voltages are in no time: beside fluxes it is none
-        let fluxes = broken(&across, self.largest[1], &slacks, &after.l, values[1]);
+        let fluxes = broken(&across, self.instants.largest[1], &slacks, &after.l, values[1]);
         charges.max(fluxes)
     }
 }

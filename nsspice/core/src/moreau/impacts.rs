@@ -82,14 +82,16 @@ impl Stepper {
     /// Looks for an impact in the step just taken, which changed the mode.  If there is one, the
     /// state is that of its instant, before anything jumped; else it is as it was.
     pub(super) fn cut_at_impact(&mut self, target: &Target) -> Option<Cut> {
-        if !self.impacts.possible {
+        if !self.instants.impacts.possible {
             return None;
         }
-        let before = std::mem::take(&mut self.impacts.before);
-        let turned = self.diodes.iter().copied().filter(|&i| before[i] != self.active[i]);
+        let before = std::mem::take(&mut self.instants.impacts.before);
+        let turned = self.switching.diodes.iter().copied().filter(|&i| before[i] != self.active[i]);
         let changed: Vec<usize> = turned.collect();
-        let kept = (self.z.clone(), self.l.clone(), self.active.clone(), self.rates.clone());
-        let (begun, u1) = ((self.z_before.clone(), self.l_before.clone()), self.u1.clone());
+        let kept =
+            (self.z.clone(), self.l.clone(), self.active.clone(), self.recorder.rates.clone());
+        let (begun, u1) =
+            ((self.scratch.z_before.clone(), self.scratch.l_before.clone()), self.u1.clone());
         let begin = Begin {
             time: target.time - target.length,
             length: target.length,
@@ -105,13 +107,13 @@ impl Stepper {
         }
         let cut = found.and_then(|part| self.cut_at(part, &before, begin, target));
         if cut.is_none() {
-            (self.z, self.l, self.rates) = (kept.0, kept.1, kept.3);
+            (self.z, self.l, self.recorder.rates) = (kept.0, kept.1, kept.3);
             self.turn_to(&kept.2);
             self.u1 = u1;
             self.time = target.time;
         }
-        (self.z_before, self.l_before) = begun;
-        self.impacts.before = before;
+        (self.scratch.z_before, self.scratch.l_before) = begun;
+        self.instants.impacts.before = before;
         cut
     }
 
@@ -128,12 +130,12 @@ impl Stepper {
         self.turn_to(before);
         self.time = time;
         self.solve_step(length).ok()?;
-        let state = (self.z.clone(), self.l.clone(), self.rates.clone());
+        let state = (self.z.clone(), self.l.clone(), self.recorder.rates.clone());
         let sources = std::mem::replace(&mut self.u0, self.u1.clone());
         let leap = self.find_leap(None, IMPACT, Start::Warm).ok();
         self.u0 = sources;
         let leap = leap.filter(|l| self.noticed(None, [&state.0, &l.first, &l.after], &[]))?;
-        (self.z, self.l, self.rates) = state;
+        (self.z, self.l, self.recorder.rates) = state;
         let label = if whole { target.label } else { time };
         let cut = Target { time, label, length, row: whole && target.row, jump: false };
         Some(Cut { target: cut, leap })
@@ -142,14 +144,14 @@ impl Stepper {
     /// Whether a pair that changes in this mode meets something that moves: its slack follows its
     /// multiplier by two integrations or more, or the reverse where it opens.
     fn strikes(&mut self, i: usize, mode: &[bool]) -> bool {
-        if self.impacts.harmless[i] >= LOOKS {
+        if self.instants.impacts.harmless[i] >= LOOKS {
             return false;
         }
-        let shortest = self.step_length.min(self.fastest);
+        let shortest = self.schedule.step_length.min(self.facts.fastest);
         let [short, long] = LENGTHS.map(|part| self.response(i, mode, part * shortest));
         let power = (long / short).abs().log2();
         let found = if mode[i] { power < -POWER } else { power > POWER };
-        self.impacts.harmless[i] += u8::from(!found);
+        self.instants.impacts.harmless[i] += u8::from(!found);
         found
     }
 
@@ -158,20 +160,20 @@ impl Stepper {
         let n = self.z.len();
         let mut mode = mode.to_vec();
         mode[i] = false;
-        let mut stage = Stage::new(&self.sys, length, true, &self.constants);
+        let mut stage = Stage::new(&self.sys, length, true, &self.facts.constants);
         let factor = stage.factor(&mode, 1);
         if !factor.regular() {
             return f64::NAN;
         }
         let linear = &self.sys.linear;
-        let mut x = vec![0.0; self.x.len()];
+        let mut x = vec![0.0; self.scratch.x.len()];
         let (rows, values) = linear.a.col(i);
         rows.iter().zip(values).for_each(|(&r, v)| x[r] -= v);
         let (pairs, values) = linear.d.col(i);
         for (&k, v) in pairs.iter().zip(values).filter(|e| mode[*e.0]) {
             x[n + k] -= v;
         }
-        factor.solve(&mut x, &mut self.work);
+        factor.solve(&mut x, &mut self.scratch.work);
         x[n + i] = 1.0;
         let (z, l) = x.split_at(n);
         let mut w = vec![0.0; l.len()];
@@ -228,7 +230,7 @@ impl Stepper {
     fn margin(&mut self, i: usize, conducts: bool, begin: &Begin, part: f64) -> Option<f64> {
         let length = part * begin.length;
         evaluate(&self.waveforms, begin.time + length, Side::Left, &mut self.u1);
-        let mut stage = Stage::new(&self.sys, length, false, &self.constants);
+        let mut stage = Stage::new(&self.sys, length, false, &self.facts.constants);
         let mut rhs = vec![0.0; begin.z.len()];
         stage.matrices.right_hand_side(&begin.z, &self.u0, &self.u1, &mut rhs);
         let mut roles = self.roles.clone();

@@ -34,7 +34,7 @@ impl Stepper {
             if self.solve_increment(ratio * shown, &mut x).is_none() {
                 continue;
             }
-            self.storage.unknowns().for_each(|j| x[j] = 0.0);
+            self.facts.storage.unknowns().for_each(|j| x[j] = 0.0);
             self.z.iter_mut().chain(&mut self.l).zip(&x).for_each(|(value, x)| *value += x);
             let after = self.missed_without_storage();
             let after = self.sys.largest(&[&after]);
@@ -48,32 +48,32 @@ impl Stepper {
     /// What linear laws without storage miss at the present state.
     fn missed_without_storage(&mut self) -> Vec<f64> {
         let [acting, _] = self.at_present(Stepper::acting_at);
-        let laws = acting.iter().zip(&self.at_once.stores);
+        let laws = acting.iter().zip(&self.facts.at_once.stores);
         laws.map(|(acting, stores)| if *stores { 0.0 } else { -acting }).collect()
     }
 
     /// Solves the matrix of an increment in the present mode; none if this is singular.
     fn solve_increment(&mut self, length: f64, x: &mut [f64]) -> Option<()> {
         let k = self.stage_index(length, true);
-        let stage = &mut self.stages[k];
+        let stage = &mut self.levels.stages[k];
         let factor = stage.factor(&self.active, self.epoch);
         if !factor.regular() {
             return None;
         }
-        factor.solve(x, &mut self.work);
+        factor.solve(x, &mut self.scratch.work);
         x.iter().all(|value| value.is_finite()).then_some(())
     }
 
     /// Whether little but the rounding of fluxes may be left of some potentials in short steps: junctions and small
     /// capacitors ask for very short ones.
     pub(super) fn is_rounded(&self) -> bool {
-        self.storage.tight() || self.at_once.ties_rates
+        self.facts.storage.tight() || self.facts.at_once.ties_rates
     }
 
     /// Lengths of increments, shortest first; where short steps are rounded, that of those that have shown the values
     /// is short enough.
     fn lengths(&self, shown: f64) -> impl Iterator<Item = f64> {
-        let longest = shown.max(BEFORE * self.step_length);
+        let longest = shown.max(BEFORE * self.schedule.step_length);
         let least = if self.is_rounded() { 1.0 } else { 0.0 };
         let ratios = LENGTHS.into_iter().filter(move |&ratio| ratio >= least);
         ratios.map(move |ratio| ratio * shown).filter(move |&length| length <= longest)
@@ -121,7 +121,7 @@ impl Stepper {
         }
         let mut x = driven;
         let [acting, _] = self.at_present(Stepper::acting_at);
-        let rows = x.iter_mut().zip(&acting).zip(&self.at_once.stores).filter(|row| *row.1);
+        let rows = x.iter_mut().zip(&acting).zip(&self.facts.at_once.stores).filter(|row| *row.1);
         rows.for_each(|((x, acting), _)| *x -= acting / length);
         x.resize(n + m, 0.0);
         self.solve_increment(length, &mut x)?;

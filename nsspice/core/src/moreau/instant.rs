@@ -113,10 +113,10 @@ impl Stepper {
     /// Moves potentials, and what has no storage, so that the laws of groups of capacitors hold; what
     /// these leave open stays where it is.
     pub(super) fn tie_groups(&mut self) {
-        if self.smooth.is_some() || self.storage.floating().is_empty() {
+        if self.smooth.is_some() || self.facts.storage.floating().is_empty() {
             return;
         }
-        let instant = Instant::new(&self.sys.linear, &self.storage);
+        let instant = Instant::new(&self.sys.linear, &self.facts.storage);
         let before = instant.missed(&self.z, &self.l, &self.u0);
         if before.iter().all(|[rest, size]| rest.abs() <= HOLDS * size) {
             return;

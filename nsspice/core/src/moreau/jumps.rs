@@ -131,12 +131,12 @@ impl Stepper {
     /// step has to resolve it.
     pub(super) fn impulse_or_leave(&mut self) -> Outcome {
         let (z, l) = (self.z.clone(), self.l.clone());
-        self.stale = self.impulse(None, Start::Warm).is_err();
-        if self.stale {
+        self.instants.stale = self.impulse(None, Start::Warm).is_err();
+        if self.instants.stale {
             self.z = z;
             self.l = l;
             self.forget_functions();
-        } else if let Some(sums) = &mut self.sums {
+        } else if let Some(sums) = &mut self.recorder.sums {
             sums.jump(&z, &self.z);
         }
         Ok(())
@@ -148,12 +148,12 @@ impl Stepper {
     /// quantities; longer ones from there, extrapolated too, give the finite values of currents and
     /// voltages right after the jump.
     pub(super) fn impulse(&mut self, charges: Option<&[f64]>, start: Start) -> Outcome {
-        self.begun = None;
+        self.instants.begun = None;
         if charges.is_none() && self.goes_on() || self.reinitialise(charges) {
             return Ok(());
         }
         let before = self.z.clone();
-        let part = if charges.is_none() && self.impacts.active { IMPACT } else { JUMP };
+        let part = if charges.is_none() && self.instants.impacts.active { IMPACT } else { JUMP };
         let leap = self.find_leap(charges, part, start)?;
         self.enter(charges, before, leap);
         Ok(())
@@ -176,7 +176,7 @@ impl Stepper {
         let begun = (self.z.clone(), self.l.clone());
         let leap = match self.leap(charges, part, shortest, start) {
             // fluxes that differ by rounding make gigavolts of so short a step
-            Err(failure) if self.storage.tight() => {
+            Err(failure) if self.facts.storage.tight() => {
                 (self.z, self.l) = begun.clone();
                 self.leap(charges, TIGHT, shortest, start).map_err(|_| failure)?
             }
@@ -188,7 +188,7 @@ impl Stepper {
         // the residual of so short a step is relative to multipliers of size 1/length, and may hide
         // a voltage; seen from where it led, it is in plain sight
         let mut rest = self.rest(&leap);
-        if rest != Rest::Calm && self.storage.tight() && leap.part < TIGHT {
+        if rest != Rest::Calm && self.facts.storage.tight() && leap.part < TIGHT {
             (self.z, self.l) = begun.clone();
             if let Ok(next) = self.leap(charges, TIGHT, shortest, start) {
                 let next = self.without_motion(charges, &begun, next, shortest, start);
@@ -253,9 +253,9 @@ impl Stepper {
         let begun = behind(&after, span, settled.as_ref());
         if self.noticed(charges, [&before, &first, &begun], values) {
             self.stats.jumps += 1;
-            if self.jumps.len() < MAX_JUMPS {
+            if self.recorder.jumps.len() < MAX_JUMPS {
                 let [unknowns, multipliers, functions] = impulses;
-                self.jumps.push(Jump {
+                self.recorder.jumps.push(Jump {
                     time: self.time,
                     before,
                     after: after.clone(),
@@ -275,8 +275,9 @@ impl Stepper {
             return;
         };
         (self.z, self.l) = (settled.z, settled.l);
-        if self.outputs.needs_rates() {
-            for (rate, (new, old)) in self.rates.iter_mut().zip(once.z.iter().zip(&after)) {
+        if self.recorder.outputs.needs_rates() {
+            for (rate, (new, old)) in self.recorder.rates.iter_mut().zip(once.z.iter().zip(&after))
+            {
                 *rate = (new - old) / once.length;
             }
         }
@@ -284,7 +285,7 @@ impl Stepper {
         let largest = self.sys.largest(&[&self.z, &once.z]);
         let size = |j: usize| largest[usize::from(self.sys.linear.row_kind[j])];
         let shown = self.z.clone();
-        self.storage.restore(&after, &mut self.z, |j| LOOSE * size(j));
+        self.facts.storage.restore(&after, &mut self.z, |j| LOOSE * size(j));
         let moved = |(j, (z, shown)): (usize, (&f64, &f64))| (z - shown).abs() > FELT * size(j);
         if self.z.iter().zip(&shown).enumerate().any(moved) {
             if self.smooth.is_none() {
@@ -300,10 +301,10 @@ impl Stepper {
         }
         self.move_on(once.length);
         self.tie_groups();
-        if self.witness.jumped() {
+        if self.recorder.witness.jumped() {
             self.u1.copy_from_slice(&self.u0);
             // a state, not a step; the short one tells what its rounding is measured by
-            self.z_recorded.copy_from_slice(&once.z);
+            self.recorder.z_recorded.copy_from_slice(&once.z);
             self.record(-once.length);
         }
     }
@@ -328,7 +329,7 @@ impl Stepper {
         let (mut once, mut twice) = self.two_steps(charges, &before, part * shortest, start)?;
         let mut after = limit(&once.z, twice.as_ref().map(|t| &t.z));
         let linear = !self.functions_store();
-        let scale = if linear { self.largest } else { self.scale_of_charges(&once) };
+        let scale = if linear { self.instants.largest } else { self.scale_of_charges(&once) };
         let mut bend = self.bend_of_charges(&once, twice.as_ref(), &after, scale);
         let mut shorter = part;
         for _ in 0..STRAIGHTER {
@@ -345,16 +346,16 @@ impl Stepper {
             }
         }
         let none = |q: &[f64]| q.iter().all(|q| *q == 0.0);
-        let at_rest = || linear && self.storage.unknowns().all(|j| before[j] == 0.0);
+        let at_rest = || linear && self.facts.storage.unknowns().all(|j| before[j] == 0.0);
         if twice.is_none() && charges.map_or_else(at_rest, none) {
             // a step that is too hard tells nothing
             let _ = self.stay(&before, &mut after, once.length);
         }
-        self.storage.project(&mut after);
+        self.facts.storage.project(&mut after);
         let lifted = after.clone();
         if linear {
             // with junctions charges depend on potentials
-            self.storage.lower(&before, &mut after);
+            self.facts.storage.lower(&before, &mut after);
         }
         let carried = |s: &mut Stepper, step: &Short| {
             let functions = s.functions_at(&step.z);
@@ -370,7 +371,13 @@ impl Stepper {
             self.sys.linear.g.mul_add(-1.0, &impulses[0], &mut brought);
             self.sys.linear.a.mul_add(-1.0, &impulses[1], &mut brought);
             self.sys.linear.s.mul_add(span, &self.u0, &mut brought);
-            self.storage.charge_lifted(&self.sys.linear.e, &before, &lifted, &brought, &mut after);
+            self.facts.storage.charge_lifted(
+                &self.sys.linear.e,
+                &before,
+                &lifted,
+                &brought,
+                &mut after,
+            );
         }
         // what the laws leave open keeps the value it had: densities of impulses are no values
         self.l.copy_from_slice(&multipliers);
@@ -408,7 +415,7 @@ impl Stepper {
     fn scale_of_charges(&mut self, step: &Short) -> [f64; 2] {
         let charges = self.stored_by_functions(&step.z);
         let [charge, flux] = self.sys.largest(&[&charges]);
-        [self.largest[0].max(charge), self.largest[1].max(flux)]
+        [self.instants.largest[0].max(charge), self.instants.largest[1].max(flux)]
     }
 
     /// How far the charges of junctions are from going as straight through two short steps to length 0 as the
@@ -444,8 +451,8 @@ impl Stepper {
         let largest = self.sys.largest(&[after]);
         let motion =
             |j: usize| self.z[j].abs() <= LESS * f64::abs(after[j]) + ROUNDING * largest[kind(j)];
-        if self.storage.unknowns().all(motion) {
-            self.storage.restore(&vec![0.0; before.len()], after, |_| f64::INFINITY);
+        if self.facts.storage.unknowns().all(motion) {
+            self.facts.storage.restore(&vec![0.0; before.len()], after, |_| f64::INFINITY);
         }
         Ok(())
     }
@@ -499,7 +506,7 @@ impl Stepper {
         }
         // where an ordinary step fails there is no way down; its failure can be certified, that of
         // a very short step cannot: multipliers of size 1/length drown the data
-        let mut length = self.step_length.max(target);
+        let mut length = self.schedule.step_length.max(target);
         self.short_step(charges, before, length, start)?;
         while length > target {
             let next = (length * DESCENT).max(target);
@@ -520,18 +527,20 @@ impl Stepper {
         start: Start,
     ) -> Outcome {
         let k = self.stage_index(delta, true);
-        let matrices = &self.stages[k].matrices;
+        let matrices = &self.levels.stages[k].matrices;
         match (charges, &mut self.smooth) {
             (Some(charges), _) => {
-                for (r, c) in self.rhs.iter_mut().zip(charges) {
+                for (r, c) in self.scratch.rhs.iter_mut().zip(charges) {
                     *r = c / delta;
                 }
-                matrices.source_end.mul_add(1.0, &self.u0, &mut self.rhs);
+                matrices.source_end.mul_add(1.0, &self.u0, &mut self.scratch.rhs);
             }
             (None, Some(smooth)) => {
-                smooth.set_out(matrices, before, [&self.u0, &self.u0], &mut self.rhs);
+                smooth.set_out(matrices, before, [&self.u0, &self.u0], &mut self.scratch.rhs);
             }
-            (None, None) => matrices.right_hand_side(before, &self.u0, &self.u0, &mut self.rhs),
+            (None, None) => {
+                matrices.right_hand_side(before, &self.u0, &self.u0, &mut self.scratch.rhs)
+            }
         }
         if self.smooth.is_some() {
             if charges.is_none() {
@@ -558,7 +567,7 @@ impl Stepper {
             if !changed {
                 return Ok(());
             }
-            if self.static_system || self.sweeping {
+            if self.facts.static_system || self.schedule.sweeping {
                 self.u1.copy_from_slice(&self.u0);
                 self.solve_static(Start::Warm)?;
             } else {

@@ -26,6 +26,7 @@ mod motion;
 mod neutral;
 mod onward;
 mod record;
+mod records;
 mod refine;
 mod reinitialise;
 mod sdirk;

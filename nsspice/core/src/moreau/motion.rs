@@ -45,7 +45,7 @@ impl Stepper {
 
     /// Whether an impulsive step has moved anything but as motion does.
     pub(super) fn leapt(&mut self, charges: Option<&[f64]>, before: &[f64], leap: &Leap) -> bool {
-        let mut largest = self.largest;
+        let mut largest = self.instants.largest;
         let begun = behind(&leap.after, leap.span, leap.settled.as_ref());
         let sides = [before, &leap.first, &begun];
         self.moved(sides, charges, NO_JUMP, None, &mut largest, &[])
@@ -60,9 +60,9 @@ impl Stepper {
         after: &[f64],
         share: f64,
     ) -> bool {
-        let mut largest = self.largest;
+        let mut largest = self.instants.largest;
         let found = self.moved([before, first, after], charges, share, None, &mut largest, &[]);
-        self.largest = largest;
+        self.instants.largest = largest;
         found
     }
 
@@ -74,11 +74,11 @@ impl Stepper {
         sides: [&[f64]; 3],
         values: &[f64],
     ) -> bool {
-        let weights = std::mem::take(&mut self.weights);
-        let mut largest = self.heaviest;
+        let weights = std::mem::take(&mut self.instants.weights);
+        let mut largest = self.instants.heaviest;
         let found = self.moved(sides, charges, NO_JUMP, Some(&weights), &mut largest, values);
-        self.heaviest = largest;
-        self.weights = weights;
+        self.instants.heaviest = largest;
+        self.instants.weights = weights;
         found
     }
 
@@ -95,7 +95,7 @@ impl Stepper {
         largest_so_far: &mut [f64; 2],
         values: &[f64],
     ) -> bool {
-        let mut lists = std::mem::take(&mut self.moving);
+        let mut lists = std::mem::take(&mut self.instants.moving);
         let [old, once, new, scale, noise] = &mut lists;
         match charges {
             Some(charges) => {
@@ -131,7 +131,7 @@ impl Stepper {
                 && change.abs() > 0.1 * moved.abs()
                 && change.signum() == moved.signum()
         });
-        self.moving = lists;
+        self.instants.moving = lists;
         found
     }
 
@@ -171,7 +171,7 @@ impl Stepper {
         shortest: f64,
     ) -> Leap {
         let (mut before, multipliers) = begun;
-        self.storage.project(&mut before);
+        self.facts.storage.project(&mut before);
         (self.z, self.l) = (before.clone(), multipliers.clone());
         let Ok((settled, rest)) = self.settle(&before, shortest) else { return leap };
         let impulses = [0, 1, 2].map(|k| vec![0.0; leap.impulses[k].len()]);
@@ -195,7 +195,8 @@ impl Stepper {
         };
         (0..2).all(|kind| {
             let moved = largest(&once, &old, kind);
-            moved <= NO_JUMP * self.largest[kind] || largest(&once, &again, kind) <= ALIKE * moved
+            moved <= NO_JUMP * self.instants.largest[kind]
+                || largest(&once, &again, kind) <= ALIKE * moved
         })
     }
 }

@@ -70,12 +70,12 @@ impl Stepper {
     pub(super) fn move_on(&mut self, shown: f64) {
         let slopes = self.source_slopes(self.time);
         let moving = slopes.iter().any(|slope| *slope != 0.0);
-        if !(moving || self.is_rounded() || self.outputs.needs_rates()) {
+        if !(moving || self.is_rounded() || self.recorder.outputs.needs_rates()) {
             return;
         }
         let found = self.onward_rates(&slopes, moving, shown);
-        if let Some(rates) = found.filter(|_| self.outputs.needs_rates()) {
-            self.rates.copy_from_slice(&rates[..self.z.len()]);
+        if let Some(rates) = found.filter(|_| self.recorder.outputs.needs_rates()) {
+            self.recorder.rates.copy_from_slice(&rates[..self.z.len()]);
             if let Some(smooth) = &mut self.smooth {
                 smooth.newton.function_rates(&rates, &slopes, &mut smooth.rates);
             }
@@ -153,7 +153,7 @@ impl Stepper {
             }
         };
         let mut more: Vec<f64> = longer.iter().zip(shorter).map(stays).collect();
-        self.storage.keep(&mut more);
+        self.facts.storage.keep(&mut more);
         let (z, l, before) = (self.z.clone(), self.l.clone(), self.at_present(Stepper::missed_by));
         self.z.iter_mut().chain(&mut self.l).zip(&more).for_each(|(value, more)| *value += more);
         // junctions through which a charge still rushes bend more than a line tells
@@ -180,7 +180,7 @@ impl Stepper {
         let largest = |list: &[f64]| list.iter().fold(0.0f64, |most, v| most.max(v.abs()));
         now.iter().zip(&then).zip(&slopes).all(|(((now, most), then), slopes)| {
             let (most, steepest) = (most.max(largest(then)), largest(slopes));
-            self.diodes.iter().all(|&i| {
+            self.switching.diodes.iter().all(|&i| {
                 then[i] >= now[i].min(0.0) - SLIGHT * most
                     && !(idle(i) && slopes[i] < -SLIGHT * steepest)
             })
@@ -189,7 +189,7 @@ impl Stepper {
 
     /// Whether the slopes of sources change here; at an event that a guard tells diodes have turned already.
     fn at_corner(&self, slopes: &[f64]) -> bool {
-        let before = self.source_slopes(self.time - BEFORE * self.step_length);
+        let before = self.source_slopes(self.time - BEFORE * self.schedule.step_length);
         let changes =
             |(now, last): (&f64, &f64)| (now - last).abs() > CHANGED * now.abs().max(last.abs());
         self.stats.steps == 0 || slopes.iter().zip(&before).any(changes)
@@ -257,7 +257,7 @@ impl Stepper {
 
     /// Takes what is stored from a state.
     pub(super) fn take_stored(&mut self, z: &[f64]) {
-        for j in self.storage.unknowns() {
+        for j in self.facts.storage.unknowns() {
             self.z[j] = z[j];
         }
     }
@@ -272,8 +272,9 @@ impl Stepper {
 
     /// Whether diodes obey their signs at the present state.
     fn obeys_signs(&self) -> bool {
-        let obeyed =
-            |(list, most): &(Vec<f64>, f64)| self.diodes.iter().all(|&i| list[i] >= -SIGNS * most);
+        let obeyed = |(list, most): &(Vec<f64>, f64)| {
+            self.switching.diodes.iter().all(|&i| list[i] >= -SIGNS * most)
+        };
         self.of_pairs().iter().all(obeyed)
     }
 }

@@ -14,22 +14,22 @@ impl Stepper {
         resistors: &[(isize, isize, f64)],
         coordinates: &Coordinates,
     ) {
-        self.coordinates = (!coordinates.are_potentials()).then(|| coordinates.clone());
+        self.facts.coordinates = (!coordinates.are_potentials()).then(|| coordinates.clone());
         for &(a, b, c) in capacitors {
             for end in [a, b].into_iter().filter(|&end| end >= 0) {
-                self.node_storage[end as usize] += c;
+                self.facts.node_storage[end as usize] += c;
             }
         }
-        if self.smooth.is_none() && !self.static_system {
+        if self.smooth.is_none() && !self.facts.static_system {
             let found = Reinitialiser::new(&self.sys.linear, capacitors, resistors, coordinates);
-            self.reinitialiser = found.map(Box::new);
+            self.instants.reinitialiser = found.map(Box::new);
         }
     }
 
     /// Charges and fluxes jump so that all laws hold again; currents and voltages are those right after. False if
     /// the structure of the network is not known, or its equations were not solved: then nothing has changed.
     pub(super) fn reinitialise(&mut self, charges: Option<&[f64]>) -> bool {
-        let Some(reinitialiser) = &self.reinitialiser else { return false };
+        let Some(reinitialiser) = &self.instants.reinitialiser else { return false };
         // rates of perfectly coupled windings are not known well enough behind events of steps
         if charges.is_none() && reinitialiser.is_coupled() {
             return false;
@@ -37,7 +37,8 @@ impl Stepper {
         let slopes = self.source_slopes(self.time);
         let before = charges.map_or(Before::State(&self.z), Before::Stored);
         let sources = [&self.u0[..], &slopes];
-        let Some(found) = reinitialiser.after(before, sources, &self.roles, self.felt) else {
+        let Some(found) = reinitialiser.after(before, sources, &self.roles, self.instants.felt)
+        else {
             return false;
         };
         let before = std::mem::replace(&mut self.z, found.z);
@@ -46,9 +47,9 @@ impl Stepper {
         let after = self.z.clone();
         if self.noticed(charges, [&before, &after, &after], &[]) {
             self.stats.jumps += 1;
-            if self.jumps.len() < MAX_JUMPS {
+            if self.recorder.jumps.len() < MAX_JUMPS {
                 let [unknowns, multipliers] = found.impulses;
-                self.jumps.push(Jump {
+                self.recorder.jumps.push(Jump {
                     time: self.time,
                     before,
                     after,
@@ -62,10 +63,10 @@ impl Stepper {
                 });
             }
         }
-        if self.outputs.needs_rates() {
-            self.rates.copy_from_slice(&found.rates);
+        if self.recorder.outputs.needs_rates() {
+            self.recorder.rates.copy_from_slice(&found.rates);
         }
-        self.begun = Some(found.rates);
+        self.instants.begun = Some(found.rates);
         self.record_state();
         true
     }
@@ -73,10 +74,10 @@ impl Stepper {
     /// Charges and fluxes stay as they are, the rest follows from them; false if they may jump, or the next mode is
     /// not found in this way: then nothing has changed.
     pub(super) fn goes_on(&mut self) -> bool {
-        let Some(mut continuous) = self.continuous.take() else { return false };
-        slopes(&self.waveforms, self.time, &mut self.slopes);
+        let Some(mut continuous) = self.instants.continuous.take() else { return false };
+        slopes(&self.waveforms, self.time, &mut self.instants.slopes);
         let at = At {
-            sources: [&self.u0, &self.slopes],
+            sources: [&self.u0, &self.instants.slopes],
             roles: &self.roles,
             active: &self.active,
             voltage: self.sys.largest(&[&self.z])[0],
@@ -86,21 +87,21 @@ impl Stepper {
             self.z.copy_from_slice(&continuous.z);
             self.l.copy_from_slice(&continuous.l);
             self.turn_to(&continuous.active);
-            if self.outputs.needs_rates() {
-                self.rates.copy_from_slice(&continuous.rates);
+            if self.recorder.outputs.needs_rates() {
+                self.recorder.rates.copy_from_slice(&continuous.rates);
             }
-            self.begun = Some(continuous.rates.clone());
+            self.instants.begun = Some(continuous.rates.clone());
             self.record_state();
         }
-        self.continuous = Some(continuous);
+        self.instants.continuous = Some(continuous);
         found
     }
 
     /// Hands the present state to the witness: a state, not a step.
     fn record_state(&mut self) {
-        if self.witness.jumped() {
+        if self.recorder.witness.jumped() {
             self.u1.copy_from_slice(&self.u0);
-            self.z_recorded.copy_from_slice(&self.z);
+            self.recorder.z_recorded.copy_from_slice(&self.z);
             let length = JUMP * self.shortest_time();
             self.record(-length);
         }

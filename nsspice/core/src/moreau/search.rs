@@ -20,16 +20,17 @@ impl Stepper {
         mut failure: Box<Failure>,
         solve: impl Fn(&mut Stepper) -> Outcome,
     ) -> Result<(), Box<Failure>> {
-        let open: Vec<usize> = (0..self.switches.len())
-            .filter(|&k| !self.controls.decide(k) && !self.sampled[k])
+        let open: Vec<usize> = (0..self.switching.switches.len())
+            .filter(|&k| !self.switching.controls.decide(k) && !self.switching.sampled[k])
             .collect();
-        let before = (self.gates.clone(), self.z.clone(), self.l.clone(), self.stats.switchings);
+        let before =
+            (self.switching.gates.clone(), self.z.clone(), self.l.clone(), self.stats.switchings);
         let tried = open.len().min(MOST);
         let mut states: Vec<u32> = (1..1u32 << tried).collect();
         states.sort_by_key(|state| state.count_ones());
         for state in states {
             for (bit, &k) in open.iter().take(tried).enumerate() {
-                if self.gates[k] != (before.0[k] != (state >> bit & 1 == 1)) {
+                if self.switching.gates[k] != (before.0[k] != (state >> bit & 1 == 1)) {
                     self.throw(k);
                 }
             }
@@ -40,7 +41,7 @@ impl Stepper {
             }
         }
         for &k in &open {
-            if self.gates[k] != before.0[k] {
+            if self.switching.gates[k] != before.0[k] {
                 self.throw(k);
             }
         }
@@ -48,7 +49,7 @@ impl Stepper {
         // what Newton's method does not find may be there all the same
         if open.len() > MOST || self.smooth.is_some() {
             for &k in &open {
-                failure.roles[self.switches[k].pair] = EITHER;
+                failure.roles[self.switching.switches[k].pair] = EITHER;
             }
         }
         Err(failure)
@@ -58,9 +59,9 @@ impl Stepper {
     /// the threshold that ends it.
     fn agrees(&mut self, before: &[bool]) -> bool {
         self.see_controls();
-        (0..self.switches.len()).all(|k| {
-            let left = || self.switches[k].distance(before[k], &self.z) <= self.known(k);
-            !self.would_turn(k) && (self.gates[k] == before[k] || left())
+        (0..self.switching.switches.len()).all(|k| {
+            let left = || self.switching.switches[k].distance(before[k], &self.z) <= self.known(k);
+            !self.would_turn(k) && (self.switching.gates[k] == before[k] || left())
         })
     }
 }

@@ -263,23 +263,28 @@ impl Stepper {
         mut failure: Box<Failure>,
     ) -> Box<Failure> {
         if self.smooth.is_some() {
-            self.stages[k].matrices.carry.mul_add(1.0, from, &mut failure.rhs);
+            self.levels.stages[k].matrices.carry.mul_add(1.0, from, &mut failure.rhs);
         }
         failure
     }
 
     /// One ordinary step, predicted along the secant of the last one.
     pub(super) fn take_smooth(&mut self, k: usize, length: f64) -> Outcome {
-        let begin = self.smooth_time;
+        let begin = self.scratch.smooth_time;
         let tracking = self.smooth.as_ref().and_then(|s| s.tracking);
         if let (Some(tracking), true) = (tracking, length.is_infinite()) {
             return self.follow(k, begin, tracking);
         }
         self.keep_for_rates();
         let Some(smooth) = &mut self.smooth else { return Ok(()) };
-        smooth.set_out(&self.stages[k].matrices, &self.z, [&self.u0, &self.u1], &mut self.rhs);
+        smooth.set_out(
+            &self.levels.stages[k].matrices,
+            &self.z,
+            [&self.u0, &self.u1],
+            &mut self.scratch.rhs,
+        );
         let wanted = length.is_finite() && smooth.newton.stores();
-        if !smooth.known && (wanted || self.outputs.needs_function_rates()) {
+        if !smooth.known && (wanted || self.recorder.outputs.needs_function_rates()) {
             let clock = smooth.clock(begin);
             smooth.newton.evaluate(&self.z, &self.u0, clock, &mut smooth.f);
             smooth.known = true;
@@ -301,28 +306,28 @@ impl Stepper {
 
     /// One Euler-Newton step from the time `begin`; a static problem.
     fn follow(&mut self, k: usize, begin: f64, tracking: Tracking) -> Outcome {
-        self.z_before.copy_from_slice(&self.z);
-        self.l_before.copy_from_slice(&self.l);
+        self.scratch.z_before.copy_from_slice(&self.z);
+        self.scratch.l_before.copy_from_slice(&self.l);
         let Some(smooth) = &mut self.smooth else { return Ok(()) };
         smooth.newton.set_rate(0.0);
         let (clock, old_clock) = (smooth.clock(self.time), smooth.clock(begin));
         let mut predictor = None;
-        let matrices = &self.stages[k].matrices;
+        let matrices = &self.levels.stages[k].matrices;
         if tracking.by_rate && self.time > begin {
             let h = self.time - begin;
             evaluate(&self.waveforms, begin, Side::Right, &mut smooth.u_old);
             slopes(&self.waveforms, begin, &mut smooth.u_rate);
             let u = &smooth.u_old;
             let ahead: Vec<f64> = u.iter().zip(&smooth.u_rate).map(|(u, r)| u + h * r).collect();
-            matrices.right_hand_side(&self.z, &ahead, &ahead, &mut self.rhs);
+            matrices.right_hand_side(&self.z, &ahead, &ahead, &mut self.scratch.rhs);
             smooth.newton.evaluate(&self.z, &smooth.u_old, old_clock, &mut smooth.scratch);
             let t_rate = if smooth.frozen.is_some() { 0.0 } else { 1.0 };
-            smooth.newton.add_drift(-h, &smooth.u_rate, t_rate, &mut self.rhs);
-            predictor = Some((self.rhs.clone(), old_clock));
+            smooth.newton.add_drift(-h, &smooth.u_rate, t_rate, &mut self.scratch.rhs);
+            predictor = Some((self.scratch.rhs.clone(), old_clock));
         }
-        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
+        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.scratch.rhs);
         let (q, roles) = (&self.sys.linear.q[..], &self.roles[..]);
-        let here = Data { rhs: &self.rhs, u: &self.u1, t: clock, q, roles };
+        let here = Data { rhs: &self.scratch.rhs, u: &self.u1, t: clock, q, roles };
         let (mut rows, mut pairs) = (0.0f64, 0.0f64);
         for step in 0..=tracking.correctors {
             let data = match &predictor {
@@ -341,14 +346,14 @@ impl Stepper {
         let grid = smooth.newton.residual_at(&here, &self.z, &self.l);
         let worst = grid.worst();
         if worst > ASTRAY || worst.is_nan() {
-            self.z.copy_from_slice(&self.z_before);
-            self.l.copy_from_slice(&self.l_before);
+            self.z.copy_from_slice(&self.scratch.z_before);
+            self.l.copy_from_slice(&self.scratch.l_before);
             return Err(self.failed(f64::INFINITY, worst, false, None));
         }
         smooth.newton.values(&mut smooth.f);
         smooth.known = true;
         self.stats.grid_residual = self.stats.grid_residual.max(worst);
-        self.smooth_time = self.time;
+        self.scratch.smooth_time = self.time;
         if smooth.newton.active() != self.active {
             self.active.copy_from_slice(smooth.newton.active());
             self.epoch += 1;
@@ -377,7 +382,7 @@ impl Stepper {
         let clock = smooth.clock(self.time);
         smooth.newton.set_rate(1.0 / length);
         let solved = smooth.newton.solve(
-            &self.rhs,
+            &self.scratch.rhs,
             &self.u1,
             clock,
             &self.sys.linear.q,
@@ -391,7 +396,7 @@ impl Stepper {
                 smooth.newton.values(&mut smooth.f);
                 smooth.known = true;
                 smooth.calm = solved.iterations <= 2;
-                self.smooth_time = self.time;
+                self.scratch.smooth_time = self.time;
                 if smooth.newton.active() != self.active {
                     self.active.copy_from_slice(smooth.newton.active());
                     self.epoch += 1;

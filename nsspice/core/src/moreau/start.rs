@@ -32,10 +32,10 @@ impl Stepper {
         evaluate(&self.waveforms, time, Side::Left, &mut self.u0);
         let start = self.begin_near(guess);
         self.u1.copy_from_slice(&self.u0);
-        self.rates.fill(0.0);
+        self.recorder.rates.fill(0.0);
         // an open switch may be the only way for a current
         self.throw_by_sources();
-        self.still.fill(true);
+        self.switching.still.fill(true);
         for round in 0..MAX_REACTIONS {
             // nothing stored holds the nodes at which next to nothing flows
             if let Err(failure) = self.exactly(|s| s.solve_static(start)) {
@@ -43,19 +43,19 @@ impl Stepper {
                     .map_err(|f| *f)?;
             }
             if !self.react_in(round) {
-                if self.witness.watches() {
-                    self.z_recorded.copy_from_slice(&self.z);
+                if self.recorder.witness.watches() {
+                    self.recorder.z_recorded.copy_from_slice(&self.z);
                     self.record(f64::INFINITY);
                 }
                 return Ok(());
             }
         }
         self.stats.chatter += 1;
-        if self.static_system {
+        if self.facts.static_system {
             return Err(*self.unsettled());
         }
         // what is stored lets go of such a start, or slides; the first row obeys the laws of the switches
-        self.settle_after(self.step_length.is_finite()).or(Ok(()))
+        self.settle_after(self.schedule.step_length.is_finite()).or(Ok(()))
     }
 
     /// Lets the ideal edges of sources at the start act on the static solution.
@@ -65,7 +65,7 @@ impl Stepper {
             return Ok(());
         }
         self.u0.copy_from_slice(&self.u1);
-        self.still.fill(self.static_system);
+        self.switching.still.fill(self.facts.static_system);
         self.throw_by_sources();
         self.settle_after(true).map_err(|f| *f)
     }
@@ -80,23 +80,23 @@ impl Stepper {
         guess: Guess,
     ) -> Result<(), Failure> {
         self.time = time;
-        self.step_length = step;
+        self.schedule.step_length = step;
         evaluate(&self.waveforms, time, Side::Right, &mut self.u0);
         self.z.fill(0.0);
         self.l.fill(0.0);
-        if self.static_system {
+        if self.facts.static_system {
             return self.start_dc(time, guess);
         }
         self.throw_by_sources();
         // the other switches belong to the state that the charges lead to: found by starting again with
         // those that have changed, not by a second jump from where the wrong ones led
         for round in 0..MAX_REACTIONS {
-            self.jumps.clear();
+            self.recorder.jumps.clear();
             self.stats.jumps = 0;
             let start = self.begin_near(guess);
             if let Err(failure) = self.impulse(Some(charges), start) {
                 let again = |s: &mut Stepper| {
-                    s.jumps.clear();
+                    s.recorder.jumps.clear();
                     s.stats.jumps = 0;
                     s.impulse(Some(charges), Start::Cold)
                 };

@@ -56,14 +56,14 @@ impl Stepper {
     pub(super) fn step(&mut self, target: &Target) -> Result<Option<Target>, Box<Failure>> {
         let mut reached = None;
         self.time = target.time;
-        self.two_sided = false;
-        if self.static_system || self.sweeping {
+        self.recorder.two_sided = false;
+        if self.facts.static_system || self.schedule.sweeping {
             if target.jump && self.shows_sides() {
                 evaluate(&self.waveforms, target.time, Side::Left, &mut self.u0);
                 self.u1.copy_from_slice(&self.u0);
                 self.take(f64::INFINITY)?;
                 self.write_left(target.label);
-                self.two_sided = true;
+                self.recorder.two_sided = true;
             }
             evaluate(&self.waveforms, target.time, Side::Right, &mut self.u0);
             self.u1.copy_from_slice(&self.u0);
@@ -73,16 +73,16 @@ impl Stepper {
         } else {
             evaluate(&self.waveforms, target.time, Side::Left, &mut self.u1);
             let cut = self.take_to(target)?;
-            self.stale = false;
+            self.instants.stale = false;
             if (target.jump || cut.is_some()) && self.shows_sides() {
                 self.write_left(cut.as_ref().map_or(target.label, |c| c.target.label));
-                self.two_sided = true;
+                self.recorder.two_sided = true;
             }
             if let Some(cut) = cut {
                 self.u0.copy_from_slice(&self.u1);
                 let before = self.z.clone();
                 self.enter(None, before.clone(), cut.leap);
-                if let Some(sums) = &mut self.sums {
+                if let Some(sums) = &mut self.recorder.sums {
                     sums.jump(&before, &self.z);
                 }
                 reached = Some(cut.target);
@@ -94,20 +94,20 @@ impl Stepper {
                 self.u0.copy_from_slice(&self.u1);
             }
         }
-        if !self.switches.is_empty() {
+        if !self.switching.switches.is_empty() {
             self.look_for_rest();
             let changed = self.react();
-            let dynamic = !self.static_system && !self.sweeping;
+            let dynamic = !self.facts.static_system && !self.schedule.sweeping;
             if dynamic {
-                self.still.fill(false); // what the switches do takes no time
+                self.switching.still.fill(false); // what the switches do takes no time
             }
-            if changed && dynamic && !self.two_sided && self.shows_sides() {
+            if changed && dynamic && !self.recorder.two_sided && self.shows_sides() {
                 self.write_left(reached.map_or(target.label, |r| r.label));
-                self.two_sided = true;
+                self.recorder.two_sided = true;
             }
             self.settle_after(changed)?;
-            if changed && !dynamic && self.witness.watches() {
-                self.z_recorded.copy_from_slice(&self.z);
+            if changed && !dynamic && self.recorder.witness.watches() {
+                self.recorder.z_recorded.copy_from_slice(&self.z);
                 self.record(f64::INFINITY);
             }
             self.note_controls();
@@ -117,15 +117,16 @@ impl Stepper {
 
     /// True if rows on both sides of a jump are wanted.
     fn shows_sides(&self) -> bool {
-        self.witness.keep_sides || self.all_points.is_finite()
+        self.recorder.witness.keep_sides || self.recorder.all_points.is_finite()
     }
 
     /// The row before a possible jump, with the sources before it.
     pub(super) fn write_left(&mut self, label: f64) {
-        self.left[0] = label;
+        self.recorder.left[0] = label;
         let f = self.smooth.as_ref().map_or([&[][..]; 2], |s| [&s.f, &s.rates]);
-        let quantities = Quantities { z: &self.z, l: &self.l, rates: &self.rates, u: &self.u1, f };
-        self.outputs.write(&quantities, &mut self.left[1..]);
+        let quantities =
+            Quantities { z: &self.z, l: &self.l, rates: &self.recorder.rates, u: &self.u1, f };
+        self.recorder.outputs.write(&quantities, &mut self.recorder.left[1..]);
     }
 
     /// One ordinary step of the given length from (z, u0) with sources u1 at its end.
@@ -139,7 +140,7 @@ impl Stepper {
     /// One ordinary step to a target, or to an impact before it.
     fn take_to(&mut self, target: &Target) -> Result<Option<Cut>, Box<Failure>> {
         let begun = self.begin_step();
-        self.impacts.begin(&self.active);
+        self.instants.impacts.begin(&self.active);
         self.solve_step(target.length)?;
         let cut = if self.epoch == begun.epoch { None } else { self.cut_at_impact(target) };
         self.end_step(begun, cut.as_ref().map_or(target.length, |c| c.target.length));
@@ -149,17 +150,17 @@ impl Stepper {
     /// Keeps the state if it is asked for at the end of the step.
     fn begin_step(&mut self) -> Begun {
         self.stats.steps += 1;
-        let wanted = self.witness.wants(self.epoch);
-        if wanted || self.sums.as_ref().is_some_and(|s| s.asks_for_begin()) {
-            self.z_before.copy_from_slice(&self.z);
+        let wanted = self.recorder.witness.wants(self.epoch);
+        if wanted || self.recorder.sums.as_ref().is_some_and(|s| s.asks_for_begin()) {
+            self.scratch.z_before.copy_from_slice(&self.z);
         }
         Begun { wanted, problems: self.stats.problems, epoch: self.epoch }
     }
 
     fn end_step(&mut self, begun: Begun, length: f64) {
         // a mode that changed within the step was found by the driver, which keeps the old state
-        if begun.wanted || self.witness.changed(self.epoch) {
-            self.z_recorded.copy_from_slice(&self.z_before);
+        if begun.wanted || self.recorder.witness.changed(self.epoch) {
+            self.recorder.z_recorded.copy_from_slice(&self.scratch.z_before);
             self.record(length);
         }
         if length.is_finite() {
@@ -170,9 +171,9 @@ impl Stepper {
 
     /// Adds an implicit step from `z_before`, u0 to z, u1 to the balance of energy.
     pub(super) fn sum_up(&mut self, length: f64, new: bool) {
-        let Some(sums) = &mut self.sums else { return };
+        let Some(sums) = &mut self.recorder.sums else { return };
         let f = self.smooth.as_ref().map_or([&[][..]; 2], |s| [&s.f, &s.rates]);
-        let (sides, sources) = ([&self.z_before[..], &self.z], [&self.u0[..], &self.u1]);
+        let (sides, sources) = ([&self.scratch.z_before[..], &self.z], [&self.u0[..], &self.u1]);
         sums.step(length, sides, &self.l, sources, f, new);
     }
 
@@ -190,17 +191,18 @@ impl Stepper {
         if accepted {
             self.stats.quick_steps += 1;
             self.keep_for_rates();
-            let (z, guards) = self.x.split_at(self.z.len());
+            let (z, guards) = self.scratch.x.split_at(self.z.len());
             self.z.copy_from_slice(z);
             multipliers(guards, &self.active, &mut self.l);
         } else {
-            let matrices = &self.stages[k].matrices;
-            matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
+            let matrices = &self.levels.stages[k].matrices;
+            matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.scratch.rhs);
             self.keep_for_rates();
             self.solve(k, length, Start::Warm)?;
-            let (base, u0, u1) = (take(&mut self.z_before), take(&mut self.u0), take(&mut self.u1));
+            let (base, u0, u1) =
+                (take(&mut self.scratch.z_before), take(&mut self.u0), take(&mut self.u1));
             self.sharpen(k, &base, &u0, &u1);
-            (self.z_before, self.u0, self.u1) = (base, u0, u1);
+            (self.scratch.z_before, self.u0, self.u1) = (base, u0, u1);
         }
         self.finish_rates(length);
         Ok(())
@@ -208,11 +210,11 @@ impl Stepper {
 
     /// Hands the step to the witness: from `z_recorded` and u0 to z and u1.
     pub(super) fn record(&mut self, length: f64) {
-        let roles = if self.switches.is_empty() { &[] } else { &self.roles[..] };
-        self.witness.records.push(
+        let roles = if self.switching.switches.is_empty() { &[] } else { &self.roles[..] };
+        self.recorder.witness.records.push(
             self.time,
             length,
-            &self.z_recorded,
+            &self.recorder.z_recorded,
             &self.z,
             &self.l,
             &self.u0,
@@ -225,18 +227,29 @@ impl Stepper {
     /// A mode that misses it once (stiff circuits lose digits in it) is left to the driver, which
     /// refines.
     fn approve(&mut self, k: usize) -> bool {
-        if !self.recent && !self.stats.steps.is_multiple_of(CHECK) {
+        if !self.scratch.recent && !self.stats.steps.is_multiple_of(CHECK) {
             return true;
         }
-        let stage = &mut self.stages[k];
-        stage.matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
-        let (z, guards) = self.x.split_at(self.z.len());
-        multipliers(guards, &self.active, &mut self.w);
-        let found = stage.driver.residual(&self.rhs, &self.sys.linear.q, &self.roles, z, &self.w);
+        let stage = &mut self.levels.stages[k];
+        stage.matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.scratch.rhs);
+        let (z, guards) = self.scratch.x.split_at(self.z.len());
+        multipliers(guards, &self.active, &mut self.scratch.w);
+        let found = stage.driver.residual(
+            &self.scratch.rhs,
+            &self.sys.linear.q,
+            &self.roles,
+            z,
+            &self.scratch.w,
+        );
         if found.worst() <= ACCEPT {
             let ends = Ends { z0: &self.z, u0: &self.u0, u1: &self.u1 };
             if stage.slot(&self.active, self.epoch).map.is_some()
-                && stage.matrices.loses_charge(ends, &self.active, &self.x, &mut self.work)
+                && stage.matrices.loses_charge(
+                    ends,
+                    &self.active,
+                    &self.scratch.x,
+                    &mut self.scratch.work,
+                )
             {
                 stage.slot(&self.active, self.epoch).map = None;
                 return false;
@@ -252,24 +265,29 @@ impl Stepper {
     /// solution has the rounding errors of `K z`.  It stands where these do not show, and where the
     /// other does not satisfy all laws.
     pub(super) fn sharpen(&mut self, k: usize, base: &[f64], u0: &[f64], u1: &[f64]) {
-        if self.smooth.is_some() || self.stages[k].length.is_infinite() {
+        if self.smooth.is_some() || self.levels.stages[k].length.is_infinite() {
             return;
         }
         let n = self.z.len();
-        self.x[..n].copy_from_slice(&self.z);
-        self.x[n..].copy_from_slice(&self.l);
-        let stage = &mut self.stages[k];
+        self.scratch.x[..n].copy_from_slice(&self.z);
+        self.scratch.x[n..].copy_from_slice(&self.l);
+        let stage = &mut self.levels.stages[k];
         let factor = stage.factor(&self.active, self.epoch);
         let matrices = &stage.matrices;
         let ends = Ends { z0: base, u0, u1 };
-        if !matrices.sharpen(&factor, &self.active, ends, &mut self.x, &mut self.work)
-            || self.sys.apart(&self.z, &self.x, base) <= ROUNDED
+        if !matrices.sharpen(
+            &factor,
+            &self.active,
+            ends,
+            &mut self.scratch.x,
+            &mut self.scratch.work,
+        ) || self.sys.apart(&self.z, &self.scratch.x, base) <= ROUNDED
         {
             return;
         }
-        matrices.guards(&mut self.x, &self.active, true, &mut self.w);
+        matrices.guards(&mut self.scratch.x, &self.active, true, &mut self.scratch.w);
         if self.signs_hold(k) {
-            let (z, guards) = self.x.split_at(self.z.len());
+            let (z, guards) = self.scratch.x.split_at(self.z.len());
             self.z.copy_from_slice(z);
             multipliers(guards, &self.active, &mut self.l);
         }
@@ -278,23 +296,29 @@ impl Stepper {
     /// Applies the sign tests of the driver to guards that are negative by rounding at most: in a
     /// network at rest they are zero up to noise of either sign.
     fn approve_signs(&mut self, k: usize) -> bool {
-        let matrices = &self.stages[k].matrices;
-        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
+        let matrices = &self.levels.stages[k].matrices;
+        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.scratch.rhs);
         self.signs_hold(k)
     }
 
     /// Whether `x` satisfies the laws of the present mode with the right-hand side `rhs`.
     pub(super) fn signs_hold(&mut self, k: usize) -> bool {
-        let stage = &mut self.stages[k];
-        let (z, guards) = self.x.split_at(self.z.len());
-        multipliers(guards, &self.active, &mut self.w);
-        let found = stage.driver.residual(&self.rhs, &self.sys.linear.q, &self.roles, z, &self.w);
-        stage.driver.sign_tolerances(&self.active, &mut self.noise);
-        let sure = |&i: &usize| guards[i] >= -self.noise[i];
-        if found.worst() > ACCEPT || !self.diodes.iter().all(sure) {
+        let stage = &mut self.levels.stages[k];
+        let (z, guards) = self.scratch.x.split_at(self.z.len());
+        multipliers(guards, &self.active, &mut self.scratch.w);
+        let found = stage.driver.residual(
+            &self.scratch.rhs,
+            &self.sys.linear.q,
+            &self.roles,
+            z,
+            &self.scratch.w,
+        );
+        stage.driver.sign_tolerances(&self.active, &mut self.scratch.noise);
+        let sure = |&i: &usize| guards[i] >= -self.scratch.noise[i];
+        if found.worst() > ACCEPT || !self.switching.diodes.iter().all(sure) {
             return false;
         }
-        self.noise_known = (self.epoch, stage.length, self.stats.steps + NOISE_LASTS);
+        self.scratch.noise_known = (self.epoch, stage.length, self.stats.steps + NOISE_LASTS);
         self.note(found);
         true
     }
@@ -302,19 +326,19 @@ impl Stepper {
     /// Tries the present mode: leaves unknowns and guards in `x` and tells whether the guards hold.
     fn quick(&mut self, k: usize) -> Quick {
         let n = self.z.len();
-        let stage = &mut self.stages[k];
+        let stage = &mut self.levels.stages[k];
         let (inputs, slot) = stage.inputs_and_slot(&self.active, self.epoch);
         if !slot.trusted {
             return Quick::Fails;
         }
         slot.uses += 1;
-        self.recent = slot.uses <= NEW_MODE;
+        self.scratch.recent = slot.uses <= NEW_MODE;
         if let Some(map) = &slot.map {
-            self.input.clear();
-            self.input.extend(inputs.carried.iter().map(|&j| self.z[j]));
-            self.input.extend(inputs.ends.iter().map(|&j| self.u1[j]));
-            self.input.extend(inputs.starts.iter().map(|&j| self.u0[j]));
-            map.apply(&self.input, &mut self.x);
+            self.scratch.input.clear();
+            self.scratch.input.extend(inputs.carried.iter().map(|&j| self.z[j]));
+            self.scratch.input.extend(inputs.ends.iter().map(|&j| self.u1[j]));
+            self.scratch.input.extend(inputs.starts.iter().map(|&j| self.u0[j]));
+            map.apply(&self.scratch.input, &mut self.scratch.x);
         } else {
             let due = slot.uses == USES_FOR_MAP;
             let factor = stage.factor(&self.active, self.epoch);
@@ -323,26 +347,26 @@ impl Stepper {
                 return Quick::Fails; // consistency has to be checked: the driver's work
             }
             let ends = Ends { z0: &self.z, u0: &self.u0, u1: &self.u1 };
-            let (x, work) = (&mut self.x, &mut self.work);
+            let (x, work) = (&mut self.scratch.x, &mut self.scratch.work);
             stage.solve_mode(&self.sys, &self.active, self.epoch, ends, false, x, work);
             let matrices = &stage.matrices;
-            matrices.guards(&mut self.x, &self.active, true, &mut self.w);
+            matrices.guards(&mut self.scratch.x, &self.active, true, &mut self.scratch.w);
             if due {
-                stage.make_map(&self.active, self.epoch, &mut self.work);
+                stage.make_map(&self.active, self.epoch, &mut self.scratch.work);
             }
         }
         // NaN fails the comparison and goes to the driver, which names the trouble
-        let guards = &self.x[n..];
-        if self.diodes.iter().all(|&i| guards[i] >= 0.0) {
+        let guards = &self.scratch.x[n..];
+        if self.switching.diodes.iter().all(|&i| guards[i] >= 0.0) {
             return Quick::Holds;
         }
-        let (epoch, length, until) = self.noise_known;
+        let (epoch, length, until) = self.scratch.noise_known;
         let known = epoch == self.epoch && length == stage.length && self.stats.steps <= until;
-        if known && self.diodes.iter().all(|&i| guards[i] >= -self.noise[i]) {
+        if known && self.switching.diodes.iter().all(|&i| guards[i] >= -self.scratch.noise[i]) {
             return Quick::Holds;
         }
         let largest = guards.iter().fold(0.0f64, |a, g| a.max(g.abs()));
-        if self.diodes.iter().all(|&i| guards[i] >= -NEARLY * largest) {
+        if self.switching.diodes.iter().all(|&i| guards[i] >= -NEARLY * largest) {
             return Quick::Nearly;
         }
         Quick::Fails
@@ -351,15 +375,15 @@ impl Stepper {
     /// Solves the complementarity problem with right-hand side `rhs` at stage `k`.
     pub(super) fn solve(&mut self, k: usize, length: f64, start: Start) -> Outcome {
         self.stats.problems += 1;
-        self.z_before.copy_from_slice(&self.z);
-        self.l_before.copy_from_slice(&self.l);
+        self.scratch.z_before.copy_from_slice(&self.z);
+        self.scratch.l_before.copy_from_slice(&self.l);
         if self.smooth.is_some() {
             return self.solve_smooth(length, start);
         }
-        let stage = &mut self.stages[k];
+        let stage = &mut self.levels.stages[k];
         stage.release();
         let solved = stage.driver.solve(
-            &self.rhs,
+            &self.scratch.rhs,
             &self.sys.linear.q,
             &self.roles,
             &mut self.z,
@@ -370,14 +394,16 @@ impl Stepper {
             // the way to a very short step is by longer ones, where nothing hides; flaws that
             // remain need a proof that they are no conflict
             Ok(solved)
-                if solved.flawed && stage.impulsive && matches!(self.large, Large::Refused) =>
+                if solved.flawed
+                    && stage.impulsive
+                    && matches!(self.refusal.large, Large::Refused) =>
             {
                 (solved.residual.worst(), true)
             }
             Ok(solved) => {
                 self.stats.worst_stage = self.stats.worst_stage.max(solved.stage);
                 let found = stage.driver.active();
-                let known = match self.large {
+                let known = match self.refusal.large {
                     Large::Refused => false,
                     Large::Awaited => true,
                     Large::Mode(epoch) => epoch == self.epoch && found == self.active,
@@ -389,7 +415,7 @@ impl Stepper {
                         self.stats.mode_changes += 1;
                     }
                     if solved.needs_certificate {
-                        self.large = Large::Mode(self.epoch);
+                        self.refusal.large = Large::Mode(self.epoch);
                     }
                     self.note(solved.residual);
                     return Ok(());
@@ -398,8 +424,8 @@ impl Stepper {
             }
             Err(unsolved) => (unsolved.residual.worst(), false),
         };
-        self.z.copy_from_slice(&self.z_before);
-        self.l.copy_from_slice(&self.l_before);
+        self.z.copy_from_slice(&self.scratch.z_before);
+        self.l.copy_from_slice(&self.scratch.l_before);
         Err(self.failed(length, residual, suspect, None))
     }
 
@@ -414,7 +440,7 @@ impl Stepper {
         Box::new(Failure {
             time: self.time,
             length,
-            rhs: self.rhs.clone(),
+            rhs: self.scratch.rhs.clone(),
             roles: self.roles.iter().map(|&r| r as u8).collect(),
             residual,
             suspect,
@@ -425,27 +451,27 @@ impl Stepper {
 
     /// A switch has found no state.
     pub(super) fn unsettled(&self) -> Box<Failure> {
-        let pair = self.last_thrown.map(|k| self.switches[k].pair);
+        let pair = self.switching.last_thrown.map(|k| self.switching.switches[k].pair);
         Box::new(Failure::restless(self.time, pair))
     }
 
     pub(super) fn solve_static(&mut self, start: Start) -> Outcome {
         let k = self.stage_index(f64::INFINITY, false);
-        let matrices = &self.stages[k].matrices;
-        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.rhs);
+        let matrices = &self.levels.stages[k].matrices;
+        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.scratch.rhs);
         self.solve(k, f64::INFINITY, start)?;
         Ok(())
     }
 
     pub(super) fn keep_for_rates(&mut self) {
-        if self.outputs.needs_rates() {
-            self.rates.copy_from_slice(&self.z);
+        if self.recorder.outputs.needs_rates() {
+            self.recorder.rates.copy_from_slice(&self.z);
         }
     }
 
     pub(super) fn finish_rates(&mut self, length: f64) {
-        if self.outputs.needs_rates() {
-            for (rate, z) in self.rates.iter_mut().zip(&self.z) {
+        if self.recorder.outputs.needs_rates() {
+            for (rate, z) in self.recorder.rates.iter_mut().zip(&self.z) {
                 *rate = (z - *rate) / length;
             }
         }
@@ -460,35 +486,40 @@ impl Stepper {
 
     /// The stage for a step length; lengths equal up to rounding share one.
     pub(super) fn stage_index(&mut self, length: f64, impulsive: bool) -> usize {
-        self.stamp += 1;
-        let stamp = self.stamp;
+        self.levels.stamp += 1;
+        let stamp = self.levels.stamp;
         let same = |s: &Stage| {
             s.impulsive == impulsive
                 && (s.length == length || (s.length - length).abs() <= 1e-9 * length)
         };
         // most steps are like the last one
-        let last = self.last_stage;
-        if self.stages.get(last).is_some_and(|s| s.length == length && s.impulsive == impulsive) {
-            self.stages[last].stamp = stamp;
+        let last = self.levels.last_stage;
+        if self
+            .levels
+            .stages
+            .get(last)
+            .is_some_and(|s| s.length == length && s.impulsive == impulsive)
+        {
+            self.levels.stages[last].stamp = stamp;
             return last;
         }
-        if let Some(k) = self.stages.iter().position(same) {
-            self.stages[k].stamp = stamp;
-            self.last_stage = k;
+        if let Some(k) = self.levels.stages.iter().position(same) {
+            self.levels.stages[k].stamp = stamp;
+            self.levels.last_stage = k;
             return k;
         }
-        let alike = |k: &usize| self.stages[*k].impulsive == impulsive;
-        let kept = (0..self.stages.len()).filter(alike);
+        let alike = |k: &usize| self.levels.stages[*k].impulsive == impulsive;
+        let kept = (0..self.levels.stages.len()).filter(alike);
         let size = self.z.len() + self.l.len();
         let most = (BUDGET / (EACH * size + 1)).clamp(FEWEST[usize::from(impulsive)], MOST);
         if kept.clone().count() >= most {
-            let oldest = kept.min_by_key(|&k| self.stages[k].stamp).unwrap_or(0);
-            self.stages.swap_remove(oldest);
+            let oldest = kept.min_by_key(|&k| self.levels.stages[k].stamp).unwrap_or(0);
+            self.levels.stages.swap_remove(oldest);
         }
-        let mut stage = Stage::new(&self.sys, length, impulsive, &self.constants);
+        let mut stage = Stage::new(&self.sys, length, impulsive, &self.facts.constants);
         stage.stamp = stamp;
-        self.stages.push(stage);
-        self.stages.len() - 1
+        self.levels.stages.push(stage);
+        self.levels.stages.len() - 1
     }
 }
 

@@ -65,16 +65,16 @@ impl Stepper {
     /// What impulsive steps have to be short beside [s]: charges of junctions move in times that the
     /// present state tells.
     pub(super) fn shortest_time(&mut self) -> f64 {
-        let known = self.step_length.min(self.fastest);
-        let instant = f64::EPSILON * self.step_length; // no time at all beside the steps
-                                                       // the charge of a blocking junction may be next to nothing, and as fast
+        let known = self.schedule.step_length.min(self.facts.fastest);
+        let instant = f64::EPSILON * self.schedule.step_length; // no time at all beside the steps
+                                                                // the charge of a blocking junction may be next to nothing, and as fast
         let held = self.smooth.as_ref().is_some_and(|smooth| smooth.newton.has_cut_sets());
         let told = if held { self.time_of_fluxes() } else { 0.0 };
         let (linear, u, time) = (&self.sys.linear, &self.u0, self.time);
         let Some(smooth) = &mut self.smooth else { return known };
         let Some(e) = smooth.stored(linear, &self.z, u, time, instant) else { return known };
         let g = smooth.conducting(linear);
-        let time = fastest_time(&e, g).min(time_of_groups(self.storage.floating(), &e, g));
+        let time = fastest_time(&e, g).min(time_of_groups(self.facts.storage.floating(), &e, g));
         known.min((OF_FUNCTIONS * time).max(told))
     }
 

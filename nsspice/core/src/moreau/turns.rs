@@ -36,12 +36,12 @@ impl Stepper {
         corner: f64,
         lawful: impl Fn(&Stepper) -> bool,
     ) -> Turn {
-        if self.impacts.active || self.smooth.is_some() || self.storage.tight() {
+        if self.instants.impacts.active || self.smooth.is_some() || self.facts.storage.tight() {
             return Turn::Jump;
         }
         let (z, l, active) = (self.z.clone(), self.l.clone(), self.active.clone());
         let now = self.u0.clone();
-        let shortest = self.step_length.min(self.fastest);
+        let shortest = self.schedule.step_length.min(self.facts.fastest);
         let mut length = AFTER_JUMP[0] * shortest;
         while length <= longest {
             sources(&self.waveforms, self.time + length, self.time, corner, &mut self.u0);
@@ -75,7 +75,7 @@ impl Stepper {
             return false;
         }
         self.enter(None, z.to_vec(), leap);
-        if let Some(sums) = &mut self.sums {
+        if let Some(sums) = &mut self.recorder.sums {
             sums.jump(z, &self.z);
         }
         true

@@ -48,7 +48,7 @@ fn places() -> [f64; POINTS] {
 
 impl Between {
     pub fn new(s: &Stepper) -> Between {
-        let zeros = vec![0.0; s.outputs.len()];
+        let zeros = vec![0.0; s.recorder.outputs.len()];
         Between {
             end: 1.0,
             curve: Curve::new(zeros.len()),

@@ -15,7 +15,7 @@ impl Driven {
             return Driven { sums: Vec::new() };
         }
         let unknowns = driven_unknowns(s);
-        let sums = s.outputs.of_sources(&unknowns).into_iter().enumerate();
+        let sums = s.recorder.outputs.of_sources(&unknowns).into_iter().enumerate();
         Driven { sums: sums.filter_map(|(k, sum)| Some((k, sum?))).collect() }
     }
 

@@ -100,7 +100,7 @@ fn parts_and_signals(s: &Stepper, controls: &Csc) -> (Vec<usize>, Vec<bool>) {
     let mut together = UnionFind::new(n + m);
     let mut signal = vec![false; n];
     let mut join = |a: usize, b: usize| {
-        if [a, b].iter().all(|&k| k >= n || !s.fixed[k]) {
+        if [a, b].iter().all(|&k| k >= n || !s.facts.fixed[k]) {
             together.join(a, b);
         }
     };
@@ -123,7 +123,7 @@ fn parts_and_signals(s: &Stepper, controls: &Csc) -> (Vec<usize>, Vec<bool>) {
         rows.windows(2).for_each(|pair| join(pair[0], pair[1]));
         unknowns.iter().for_each(|&j| signal[j] |= !rows.contains(&j));
     }
-    s.switches.iter().flat_map(|w| &w.control).for_each(|&(j, _)| signal[j] = true);
+    s.switching.switches.iter().flat_map(|w| &w.control).for_each(|&(j, _)| signal[j] = true);
     ((0..n).map(|j| together.root(j)).collect(), signal)
 }
 

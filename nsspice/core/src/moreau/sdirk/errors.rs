@@ -59,7 +59,7 @@ impl Sdirk {
             nodes.take(e, &self.ladder.stored, &self.trial.slope, ends);
         }
         // what sources alone determine is no result of the step
-        for &j in self.ladder.stored.iter().filter(|&&j| !s.fixed[j]) {
+        for &j in self.ladder.stored.iter().filter(|&&j| !s.facts.fixed[j]) {
             let kind = usize::from(s.sys.linear.row_kind[j]);
             let beyond = ahead * (end[j] - self.trial.first[j]).abs();
             let small = if self.trial.constrained[j] { 1.0 } else { SMALL };

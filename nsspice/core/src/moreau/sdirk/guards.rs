@@ -68,7 +68,7 @@ impl Scales {
             parts,
             multiplier: multiplier.collect(),
             slack,
-            control: s.switches.iter().map(|w| control(&w.control)).collect(),
+            control: s.switching.switches.iter().map(|w| control(&w.control)).collect(),
             unknown: vec![0.0; n],
             range,
             potentials: vec![[f64::INFINITY, f64::NEG_INFINITY]; n],
@@ -81,7 +81,7 @@ impl Scales {
         for (&z, [least, most]) in z.iter().zip(&mut self.range) {
             (*least, *most) = (least.min(z), most.max(z));
         }
-        if let Some(coordinates) = &s.coordinates {
+        if let Some(coordinates) = &s.facts.coordinates {
             self.sums.copy_from_slice(z);
             coordinates.add_up(&mut self.sums);
             for (&v, [least, most]) in self.sums.iter().zip(&mut self.potentials) {
@@ -115,7 +115,7 @@ impl Scales {
         let handed = s.waveforms.iter().map(|w| w.rounded());
         self.largest[0] = handed.fold(self.largest[0], f64::max);
         // where nothing flows, rounding of the voltages makes currents: they are none
-        let rounded = f64::EPSILON * s.conductances[0] * self.largest[0];
+        let rounded = f64::EPSILON * s.facts.conductances[0] * self.largest[0];
         self.largest[1] = self.largest[1].max(rounded);
         self.currents.iter_mut().for_each(|current| *current = current.max(rounded));
     }
@@ -170,7 +170,7 @@ impl Scales {
     /// Whether pairs obey their signs at the present state.
     pub fn obeyed(&self, s: &Stepper) -> bool {
         let slacks = s.sys.linear.slacks_of(&s.z, &s.l);
-        s.diodes.iter().all(|&i| {
+        s.switching.diodes.iter().all(|&i| {
             let guard = if s.active[i] { s.l[i] } else { slacks[i] };
             guard >= -VIOLATED * self.of_pair(i, s.active[i])
         })
@@ -193,25 +193,25 @@ impl Scales {
     /// All guards relative to their scales: pairs, then switches.
     fn margins<'a>(&'a self, s: &'a Stepper, x: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         let (z, guards) = x.split_at(s.z.len());
-        let pairs = s.diodes.iter().map(|&i| guards[i] / self.of_pair(i, s.active[i]));
-        pairs.chain((0..s.switches.len()).map(|k| self.switch_margin(s, k, z)))
+        let pairs = s.switching.diodes.iter().map(|&i| guards[i] / self.of_pair(i, s.active[i]));
+        pairs.chain((0..s.switching.switches.len()).map(|k| self.switch_margin(s, k, z)))
     }
 
     /// Whether a switch changes at `z`.
     pub fn switches_turn(&self, s: &Stepper, z: &[f64]) -> bool {
         let margin = |k| self.switch_margin(s, k, z);
-        (0..s.switches.len()).any(|k| margin(k) < -VIOLATED || margin(k).is_nan())
+        (0..s.switching.switches.len()).any(|k| margin(k) < -VIOLATED || margin(k).is_nan())
     }
 
     /// How many switches have reached the thresholds that change them at a point.
     pub fn turned(&self, s: &Stepper, x: &[f64]) -> usize {
         let z = &x[..s.z.len()];
-        (0..s.switches.len()).filter(|&k| self.switch_margin(s, k, z) < 0.0).count()
+        (0..s.switching.switches.len()).filter(|&k| self.switch_margin(s, k, z) < 0.0).count()
     }
 
     /// Distance of a switch that is watched to the threshold that would change it, relative to its scale.
     fn switch_margin(&self, s: &Stepper, k: usize, z: &[f64]) -> f64 {
-        if s.sampled[k] {
+        if s.switching.sampled[k] {
             f64::INFINITY
         } else {
             self.control_margin(s, k, z)
@@ -220,7 +220,7 @@ impl Scales {
 
     /// The same of any switch; infinite where it does not matter.
     pub fn control_margin(&self, s: &Stepper, k: usize, z: &[f64]) -> f64 {
-        let (switch, gate) = (&s.switches[k], s.gates[k]);
+        let (switch, gate) = (&s.switching.switches[k], s.switching.gates[k]);
         if switch.held(gate, s.active[switch.pair]) {
             return f64::INFINITY;
         }
@@ -229,7 +229,8 @@ impl Scales {
 
     /// Scale of the control of a switch.
     pub fn of_control(&self, s: &Stepper, k: usize) -> f64 {
-        let (switch, threshold) = (&s.switches[k], s.switches[k].edge(s.gates[k]).0);
+        let (switch, threshold) =
+            (&s.switching.switches[k], s.switching.switches[k].edge(s.switching.gates[k]).0);
         // its own size: the voltage of an instant elsewhere is no measure of a gate
         let rounded = ROUNDED / VIOLATED * self.largest[usize::from(self.control[k])];
         let own = switch.control.iter().map(|&(j, c)| c.abs() * self.unknown[j]).sum::<f64>();
@@ -238,14 +239,17 @@ impl Scales {
 
     /// The switches that are watched whose thresholds have been reached at `z`.
     pub fn reached(&self, s: &Stepper, z: &[f64]) -> Vec<usize> {
-        (0..s.switches.len()).filter(|&k| self.switch_margin(s, k, z) <= VIOLATED).collect()
+        (0..s.switching.switches.len())
+            .filter(|&k| self.switch_margin(s, k, z) <= VIOLATED)
+            .collect()
     }
 
     /// The switches whose controls are within a part of their scales of their thresholds at `z`.
     pub fn near(&self, s: &Stepper, z: &[f64], part: f64) -> Vec<usize> {
-        let near =
-            |&k: &usize| !s.switches[k].latching && self.control_margin(s, k, z).abs() <= part;
-        (0..s.switches.len()).filter(near).collect()
+        let near = |&k: &usize| {
+            !s.switching.switches[k].latching && self.control_margin(s, k, z).abs() <= part
+        };
+        (0..s.switching.switches.len()).filter(near).collect()
     }
 
     /// How far the control of a switch was from its threshold in the part `theta` of a step, about, relative
@@ -262,7 +266,7 @@ impl Scales {
         s: &'a Stepper,
         z: &'a [f64],
     ) -> impl Iterator<Item = (usize, f64)> + 'a {
-        let sampled = (0..s.switches.len()).filter(|&k| s.sampled[k]);
+        let sampled = (0..s.switching.switches.len()).filter(|&k| s.switching.sampled[k]);
         sampled.map(|k| (k, self.control_margin(s, k, z)))
     }
 
@@ -288,11 +292,11 @@ impl Scales {
                 deepest = Some((place, value));
             }
         };
-        for &i in &s.diodes {
+        for &i in &s.switching.diodes {
             let scale = self.of_pair(i, s.active[i]);
             look(x.map(|x| x[n + i] / scale));
         }
-        for k in 0..s.switches.len() {
+        for k in 0..s.switching.switches.len() {
             look(x.map(|x| self.switch_margin(s, k, &x[..n])));
         }
         deepest.map(|d| d.0)

@@ -152,7 +152,7 @@ impl Ladder {
         }
         self.met.clone_from(&s.active);
         let at_rest =
-            |i: usize| scales.at_zero(i, true, s.l[i]) && scales.at_zero(i, false, s.w[i]);
+            |i: usize| scales.at_zero(i, true, s.l[i]) && scales.at_zero(i, false, s.scratch.w[i]);
         self.resting.retain(|&(i, active)| s.active[i] == active && at_rest(i));
         self.sizes.clear();
         if s.z.len() + s.l.len() <= OPEN {
@@ -197,7 +197,7 @@ impl Ladder {
                     self.rungs[oldest] = None;
                 }
             }
-            let mut stage = Stage::new(&s.sys, self.stage_length(level), true, &s.constants);
+            let mut stage = Stage::new(&s.sys, self.stage_length(level), true, &s.facts.constants);
             let matters = self.finest < DIGITS / SMALL || level >= SHORT;
             if matters {
                 stage.probe = Some(self.probe(s));
@@ -229,7 +229,7 @@ impl Ladder {
     fn solvable(&mut self, s: &mut Stepper, level: usize) -> Option<bool> {
         let stage = &mut self.rung(s, level).stage;
         if !stage.slot(&s.active, s.epoch).probed {
-            stage.probe(&s.sys, &s.active, s.epoch, s.u0.len(), &mut s.work);
+            stage.probe(&s.sys, &s.active, s.epoch, s.u0.len(), &mut s.scratch.work);
         }
         let slot = stage.slot(&s.active, s.epoch);
         let unsound = slot.unsound;
@@ -261,29 +261,29 @@ impl Ladder {
             slot.uses += 1;
             let fresh = slot.map.is_none() && slot.uses == USES_FOR_MAP;
             if fresh {
-                stage.make_map(&s.active, s.epoch, &mut s.work);
+                stage.make_map(&s.active, s.epoch, &mut s.scratch.work);
             }
             let (inputs, slot) = stage.inputs_and_slot(&s.active, s.epoch);
             if let (Some(map), true, false) = (&slot.map, slot.trusted, fresh) {
-                s.input.clear();
-                s.input.extend(inputs.carried.iter().map(|&j| from[j]));
-                s.input.extend(inputs.ends.iter().map(|&j| u[j]));
-                map.apply(&s.input, x);
+                s.scratch.input.clear();
+                s.scratch.input.extend(inputs.carried.iter().map(|&j| from[j]));
+                s.scratch.input.extend(inputs.ends.iter().map(|&j| u[j]));
+                map.apply(&s.scratch.input, x);
                 return Fit::Solved;
             }
             let refined = !slot.trusted || fresh;
             let ends = Ends { z0: &from[..n], u0: u, u1: u };
-            stage.solve_mode(&s.sys, &s.active, s.epoch, ends, refined, x, &mut s.work);
-            stage.matrices.guards(x, &s.active, true, &mut s.w);
-            let lost = fresh && stage.map_loses(&s.sys, &s.active, s.epoch, &mut s.work);
+            stage.solve_mode(&s.sys, &s.active, s.epoch, ends, refined, x, &mut s.scratch.work);
+            stage.matrices.guards(x, &s.active, true, &mut s.scratch.w);
+            let lost = fresh && stage.map_loses(&s.sys, &s.active, s.epoch, &mut s.scratch.work);
             let (inputs, slot) = stage.inputs_and_slot(&s.active, s.epoch);
             if let (Some(map), true) = (&slot.map, fresh) {
                 // modes in which a large part and a small one meet lose digits in the map
-                s.input.clear();
-                s.input.extend(inputs.carried.iter().map(|&j| from[j]));
-                s.input.extend(inputs.ends.iter().map(|&j| u[j]));
+                s.scratch.input.clear();
+                s.scratch.input.extend(inputs.carried.iter().map(|&j| from[j]));
+                s.scratch.input.extend(inputs.ends.iter().map(|&j| u[j]));
                 let mut mapped = x.to_vec();
-                map.apply(&s.input, &mut mapped);
+                map.apply(&s.scratch.input, &mut mapped);
                 slot.trusted = !lost && s.sys.apart(x, &mapped, from) <= DIGITS;
             }
             return Fit::Solved;
@@ -308,15 +308,16 @@ impl Ladder {
         let stage = &mut self.rung(s, level).stage;
         let factor = stage.factor(&s.active, s.epoch);
         let ends = Ends { z0: &from[..n], u0: u, u1: u };
-        let mut keeps = stage.matrices.sharpen(&factor, &s.active, ends, &mut own, &mut s.work);
+        let mut keeps =
+            stage.matrices.sharpen(&factor, &s.active, ends, &mut own, &mut s.scratch.work);
         if keeps {
             let (z, l) = own.split_at(n);
-            let rows = stage.driver.residual(&s.rhs, &s.sys.linear.q, &s.roles, z, l).rows;
+            let rows = stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l).rows;
             keeps = rows <= ACCEPT && s.sys.stored_apart(z, x, &from[..n]) > ROUNDED;
         }
         if keeps {
             x.copy_from_slice(&own);
-            stage.matrices.guards(x, &s.active, true, &mut s.w);
+            stage.matrices.guards(x, &s.active, true, &mut s.scratch.w);
         }
         self.own = own;
         keeps
@@ -337,16 +338,17 @@ impl Ladder {
         let stage = &mut self.rung(s, level).stage;
         let factor = stage.factor(&s.active, s.epoch);
         let ends = Ends { z0: &from[..n], u0: u, u1: u };
-        let mut stays = stage.matrices.sharpen(&factor, &s.active, ends, &mut own, &mut s.work);
+        let mut stays =
+            stage.matrices.sharpen(&factor, &s.active, ends, &mut own, &mut s.scratch.work);
         if stays {
             let (z, l) = own.split_at(n);
-            let found = stage.driver.residual(&s.rhs, &s.sys.linear.q, &s.roles, z, l);
+            let found = stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l);
             stage.driver.sign_tolerances(&s.active, &mut noise);
-            s.sys.linear.slacks(z, l, &mut s.w);
-            let guard = |i: usize| if s.active[i] { l[i] } else { s.w[i] };
+            s.sys.linear.slacks(z, l, &mut s.scratch.w);
+            let guard = |i: usize| if s.active[i] { l[i] } else { s.scratch.w[i] };
             stays = found.worst() <= ACCEPT
                 && size(&own) <= most
-                && s.diodes.iter().all(|&i| guard(i) >= -noise[i]);
+                && s.switching.diodes.iter().all(|&i| guard(i) >= -noise[i]);
         }
         if stays {
             x.copy_from_slice(&own);
@@ -361,7 +363,7 @@ impl Ladder {
     fn solve_open(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
         let StageProblem { level, from, u, near, .. } = problem;
         let stage = &mut self.rung(s, level).stage;
-        stage.matrices.right_hand_side(from, u, u, &mut s.rhs);
+        stage.matrices.right_hand_side(from, u, u, &mut s.scratch.rhs);
         stage.release();
         x.copy_from_slice(near);
         decode(&mut x[s.z.len()..], &s.active, &s.roles, &self.resistances);
@@ -394,7 +396,7 @@ impl Ladder {
         let resting = large && met != s.active && driver.mode_factor(met).regular();
         let mode = if resting { met } else { &s.active };
         let holds = |i: usize, guard: f64| guard >= -VIOLATED * sizes[i][usize::from(mode[i])];
-        let stays = large && driver.solve_in(mode, &s.rhs, q, &s.roles, z, l, holds);
+        let stays = large && driver.solve_in(mode, &s.scratch.rhs, q, &s.roles, z, l, holds);
         if resting && !stays {
             driver.begin_with(met);
         }
@@ -402,7 +404,7 @@ impl Ladder {
         // beside the voltages of inductors in a very short step a conflict hides; a longer one tells.  What was
         // there before hides none, however little is stored by now
         let solved = stays
-            || driver.solve(&s.rhs, q, &s.roles, z, l, Start::Warm).is_ok_and(|found| {
+            || driver.solve(&s.scratch.rhs, q, &s.roles, z, l, Start::Warm).is_ok_and(|found| {
                 !found.flawed && (!found.needs_certificate || size(z).max(size(l)) <= most)
             });
         self.sizes = sizes;
@@ -420,11 +422,11 @@ impl Ladder {
         let factor = stage.driver.mode_factor(&active);
         sharp.copy_from_slice(x);
         let ends = Ends { z0: &from[..n], u0: u, u1: u };
-        if stage.matrices.sharpen(&factor, &active, ends, &mut sharp, &mut s.work)
+        if stage.matrices.sharpen(&factor, &active, ends, &mut sharp, &mut s.scratch.work)
             && s.sys.apart(x, &sharp, from) > ROUNDED
         {
             let (z, l) = sharp.split_at(n);
-            let found = stage.driver.residual(&s.rhs, &s.sys.linear.q, &s.roles, z, l);
+            let found = stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l);
             if found.worst() <= ACCEPT {
                 x.copy_from_slice(&sharp);
             }
@@ -447,7 +449,7 @@ impl Ladder {
         if fit == Fit::Open {
             return fit;
         }
-        if fit == Fit::Solved && s.diodes.iter().all(|&i| x[n + i] >= 0.0) {
+        if fit == Fit::Solved && s.switching.diodes.iter().all(|&i| x[n + i] >= 0.0) {
             self.met.clone_from(&s.active);
             return Fit::Open;
         }
@@ -475,8 +477,8 @@ impl Ladder {
         let roles = s.roles.iter().zip(&s.active);
         self.roles.extend(roles.map(|(&role, &a)| if free { role } else { fixed(a) }));
         let roles = std::mem::take(&mut self.roles);
-        s.rhs.fill(0.0);
-        s.sys.linear.s.mul_add(1.0, u, &mut s.rhs);
+        s.scratch.rhs.fill(0.0);
+        s.sys.linear.s.mul_add(1.0, u, &mut s.scratch.rhs);
         x.copy_from_slice(near);
         let (z, rest) = x.split_at_mut(n);
         let (l, f) = rest.split_at_mut(m);
@@ -486,7 +488,7 @@ impl Ladder {
         newton.set_rate(rate);
         newton.carry(&from[..n]);
         newton.carry_functions(&from[n..]);
-        let solved = newton.solve(&s.rhs, u, t, &s.sys.linear.q, &roles, z, l, Start::Warm);
+        let solved = newton.solve(&s.scratch.rhs, u, t, &s.sys.linear.q, &roles, z, l, Start::Warm);
         self.roles = roles;
         match solved {
             Ok(solved) => {
@@ -500,8 +502,8 @@ impl Ladder {
                     return Fit::Open;
                 }
                 s.note(solved.residual);
-                s.sys.linear.slacks(z, l, &mut s.w);
-                let blocked = l.iter_mut().zip(&s.w).zip(&s.active).filter(|l| !*l.1);
+                s.sys.linear.slacks(z, l, &mut s.scratch.w);
+                let blocked = l.iter_mut().zip(&s.scratch.w).zip(&s.active).filter(|l| !*l.1);
                 blocked.for_each(|((guard, &w), _)| *guard = w);
                 Fit::Solved
             }
@@ -533,8 +535,8 @@ impl Ladder {
         l: &[f64],
     ) -> crate::mlcp::Residual {
         let stage = &mut self.rung(s, level).stage;
-        stage.matrices.right_hand_side(from, u, u, &mut s.rhs);
-        stage.driver.residual(&s.rhs, &s.sys.linear.q, &s.roles, z, l)
+        stage.matrices.right_hand_side(from, u, u, &mut s.scratch.rhs);
+        stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l)
     }
 }
 
@@ -564,8 +566,10 @@ fn decode(l: &mut [f64], active: &[bool], roles: &[Role], resistances: &[f64]) {
 /// Guards from multipliers in `x`, see [`Ladder::solve_open`].
 fn encode(s: &mut Stepper, x: &mut [f64], resistances: &[f64]) {
     let (z, l) = x.split_at_mut(s.z.len());
-    s.sys.linear.slacks(z, l, &mut s.w);
-    for (((l, &w), &active), resistance) in l.iter_mut().zip(&s.w).zip(&s.active).zip(resistances) {
+    s.sys.linear.slacks(z, l, &mut s.scratch.w);
+    for (((l, &w), &active), resistance) in
+        l.iter_mut().zip(&s.scratch.w).zip(&s.active).zip(resistances)
+    {
         *l = if active { *l - w.max(0.0) / resistance } else { w - l.max(0.0) * resistance };
     }
 }

@@ -44,7 +44,7 @@ impl Locator<'_> {
     /// A place within `(0, end]` behind the end of the mode, and how negative a guard is there, relative
     /// to its scale; None if the mode lasts.
     pub fn violation(&mut self, end: f64) -> Option<(f64, f64)> {
-        if self.s.diodes.is_empty() && self.s.switches.is_empty() {
+        if self.s.switching.diodes.is_empty() && self.s.switching.switches.is_empty() {
             return None;
         }
         let (tableau, scales) = (self.tableau, self.scales);
@@ -105,7 +105,7 @@ impl Locator<'_> {
     /// The end of the mode within `(0, high]`, where a guard is negative at `high`.
     pub fn end_of_mode(&mut self, high: f64) -> f64 {
         let root = self.root(high);
-        if self.s.switches.len() < 2 {
+        if self.s.switching.switches.len() < 2 {
             return root;
         }
         // gates that take turns do so at one instant, which rounding tells apart

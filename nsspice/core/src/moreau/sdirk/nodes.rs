@@ -24,8 +24,8 @@ impl Nodes {
     pub fn new(s: &Stepper) -> Option<Nodes> {
         let zeros = vec![0.0; s.z.len()];
         Some(Nodes {
-            tree: s.coordinates.clone()?,
-            storage: s.node_storage.clone(),
+            tree: s.facts.coordinates.clone()?,
+            storage: s.facts.node_storage.clone(),
             errors: zeros.clone(),
             first: zeros.clone(),
             last: zeros.clone(),

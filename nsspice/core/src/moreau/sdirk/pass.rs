@@ -82,7 +82,7 @@ impl Sdirk {
     pub(super) fn pass(&mut self, s: &mut Stepper, level: usize, depth: f64) -> Passage {
         let first = self.tableau.looks_back();
         // a thyristor that has stopped conducting does not begin again, whatever its signs say
-        let latched = (0..s.switches.len()).any(|k| s.latched(k));
+        let latched = (0..s.switching.switches.len()).any(|k| s.latched(k));
         if self.accuracy.relative >= 1.0
             || latched
             || !(first || self.patience.tries())
@@ -133,10 +133,10 @@ impl Sdirk {
             s.epoch += 1;
             s.stats.mode_changes += 1;
             s.stats.events += changes.len() as u64;
-            let room = MAX_EVENTS.saturating_sub(s.events.len());
-            s.events.extend(changes.into_iter().take(room));
-            s.logged.copy_from_slice(&s.active);
-            s.logged_epoch = s.epoch;
+            let room = MAX_EVENTS.saturating_sub(s.recorder.events.len());
+            s.recorder.events.extend(changes.into_iter().take(room));
+            s.recorder.logged.copy_from_slice(&s.active);
+            s.recorder.logged_epoch = s.epoch;
         }
         self.trial.crossing = false;
     }

@@ -12,26 +12,26 @@ pub struct PointRows {
 impl PointRows {
     /// Before anything may jump: the row with the sources `s.u1`.
     pub fn note_left(&mut self, s: &mut Stepper) {
-        if !s.witness.keep_sides && s.time < s.all_points {
+        if !s.recorder.witness.keep_sides && s.time < s.recorder.all_points {
             return;
         }
         if !self.rows.open() {
             s.write_left(s.time);
-            self.rows.left(&s.left);
+            self.rows.left(&s.recorder.left);
         }
     }
 
     /// At the end of a step: the row with the state as it is now; `row` is the table's own row
     /// there, if there is one.
     pub fn note_right(&mut self, s: &mut Stepper, row: Option<f64>) {
-        let all = s.time >= s.all_points;
+        let all = s.time >= s.recorder.all_points;
         if !all && !self.rows.open() {
             return;
         }
         let mut right = vec![0.0; s.columns()];
         s.write(s.time, &mut right);
         self.rows.left(&right); // nothing could jump here if there is no row before it
-        let home = match &mut s.witness.sides {
+        let home = match &mut s.recorder.witness.sides {
             _ if all => Home::Table,
             sides => Home::Beside(sides),
         };

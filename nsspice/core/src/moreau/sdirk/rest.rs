@@ -49,11 +49,13 @@ impl Locator<'_> {
         let last = &self.trial.stages[self.tableau.stages() - 1];
         let may_come = |&k: &usize| {
             let begin = margin(&self.trial.first, k);
-            let turns = s.resting.turns(k, &s.switches[k], s.gates[k], 1.0);
-            let away = begin.abs() > VIOLATED && begin.is_finite() && turns && !s.sampled[k];
+            let turns =
+                s.switching.resting.turns(k, &s.switching.switches[k], s.switching.gates[k], 1.0);
+            let away =
+                begin.abs() > VIOLATED && begin.is_finite() && turns && !s.switching.sampled[k];
             away && (end < 1.0 || margin(last, k).abs() <= VIOLATED)
         };
-        let mut coming: Vec<usize> = (0..s.switches.len()).filter(may_come).collect();
+        let mut coming: Vec<usize> = (0..s.switching.switches.len()).filter(may_come).collect();
         self.that_are_there(&mut coming, end);
         // most only cross it there: instants are told to this part of a step
         self.that_are_there(&mut coming, end * (1.0 - CLOSE));
@@ -103,13 +105,14 @@ impl Sdirk {
         let last = &self.trial.stages[self.tableau.stages() - 1];
         let comes = |k: usize| {
             let margin = |x: &[f64]| self.scales.control_margin(s, k, &x[..n]).abs();
-            let turns = s.resting.turns(k, &s.switches[k], s.gates[k], 1.0);
-            !s.sampled[k]
+            let turns =
+                s.switching.resting.turns(k, &s.switching.switches[k], s.switching.gates[k], 1.0);
+            !s.switching.sampled[k]
                 && turns
                 && margin(last) <= VIOLATED
                 && margin(&self.trial.first) > VIOLATED
         };
-        (0..s.switches.len()).any(comes)
+        (0..s.switching.switches.len()).any(comes)
     }
 
     /// Whether the control of a switch was at its threshold when the step began, and leaves it on the side on which
@@ -127,13 +130,13 @@ impl Sdirk {
     /// The switches that turn because their controls stay at their thresholds throughout the trial step.
     fn resting(&self, s: &mut Stepper) -> Vec<usize> {
         let mut found = Vec::new();
-        for k in 0..s.switches.len() {
-            if s.sampled[k] || !self.stays(s, k) {
+        for k in 0..s.switching.switches.len() {
+            if s.switching.sampled[k] || !self.stays(s, k) {
                 continue;
             }
-            let (switches, gate) = (s.switches.clone(), s.gates[k]);
-            s.resting.note(k, &switches[k], 1.0, s.time);
-            if s.resting.turns(k, &switches[k], gate, 1.0) {
+            let (switches, gate) = (s.switching.switches.clone(), s.switching.gates[k]);
+            s.switching.resting.note(k, &switches[k], 1.0, s.time);
+            if s.switching.resting.turns(k, &switches[k], gate, 1.0) {
                 found.push(k);
             }
         }
@@ -142,7 +145,7 @@ impl Sdirk {
 
     /// When a control comes to its threshold in the trial step, to stay there up to its part `end`.
     pub(super) fn arrives(&mut self, s: &mut Stepper, end: f64) -> Option<f64> {
-        if s.switches.is_empty() {
+        if s.switching.switches.is_empty() {
             return None;
         }
         let (ladder, scales) = (&mut self.ladder, &self.scales);
@@ -154,7 +157,7 @@ impl Sdirk {
     /// they lead; whether there are any.
     pub(super) fn turn_at_rest(&mut self, s: &mut Stepper) -> bool {
         let rounds = if self.rests.0 == s.time { self.rests.1 } else { 0 };
-        if s.switches.is_empty() || rounds >= ROUNDS {
+        if s.switching.switches.is_empty() || rounds >= ROUNDS {
             return false; // turned, they take their controls back where they were
         }
         let turned = self.resting(s);
@@ -176,10 +179,15 @@ impl Sdirk {
             let n = s.z.len();
             let waits = |k: usize| {
                 let margin = self.scales.control_margin(s, k, &self.trial.first[..n]);
-                let turns = s.resting.turns(k, &s.switches[k], s.gates[k], 1.0);
-                margin.abs() <= VIOLATED && turns && !s.sampled[k]
+                let turns = s.switching.resting.turns(
+                    k,
+                    &s.switching.switches[k],
+                    s.switching.gates[k],
+                    1.0,
+                );
+                margin.abs() <= VIOLATED && turns && !s.switching.sampled[k]
             };
-            if !(0..s.switches.len()).any(waits) || self.restless.is_some() {
+            if !(0..s.switching.switches.len()).any(waits) || self.restless.is_some() {
                 return;
             }
             let (ladder, tableau) = (&mut self.ladder, self.tableau);
@@ -191,10 +199,10 @@ impl Sdirk {
 
     /// Notes where the controls are at the begin of a step.
     pub(super) fn note_controls(&self, s: &mut Stepper) {
-        for k in 0..s.switches.len() {
+        for k in 0..s.switching.switches.len() {
             let margin = self.scales.control_margin(s, k, &s.z);
             if margin.is_finite() {
-                s.resting.see(k, margin, VIOLATED);
+                s.switching.resting.see(k, margin, VIOLATED);
             }
         }
     }

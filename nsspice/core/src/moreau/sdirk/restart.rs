@@ -72,7 +72,7 @@ impl Sdirk {
     /// Whether the rates of what is stored are known at the begin of a step although it does not continue another
     /// one: the structure of the network has told them.
     pub(super) fn knows_rates(&mut self, s: &mut Stepper) -> bool {
-        let rates = s.begun.take().filter(|_| self.method.continues());
+        let rates = s.instants.begun.take().filter(|_| self.method.continues());
         rates.iter().for_each(|rates| self.trial.begin_rates(rates));
         rates.is_some()
     }
@@ -90,7 +90,7 @@ impl Sdirk {
     pub(super) fn restart(&mut self, s: &mut Stepper) {
         s.throw_by_sources();
         self.measure_pairs(s);
-        (s.begun, s.felt) = (None, self.scales.largest[1]);
+        (s.instants.begun, s.instants.felt) = (None, self.scales.largest[1]);
         // a failure is left to the next step, which can be certified
         let _ = s.impulse_or_leave();
         let (z, l) = (s.z.clone(), s.l.clone());
@@ -106,7 +106,7 @@ impl Sdirk {
 
     /// Tells which guards of pairs are zero up to rounding.
     fn measure_pairs(&self, s: &mut Stepper) {
-        let Some(continuous) = &mut s.continuous else { return };
+        let Some(continuous) = &mut s.instants.continuous else { return };
         for (k, zero) in continuous.zero.iter_mut().enumerate() {
             *zero = [false, true].map(|active| VIOLATED * self.scales.of_pair(k, active));
         }
@@ -121,7 +121,7 @@ impl Sdirk {
         }
         self.sampling.sample(&near, s.time);
         self.sampling.begin(s.time);
-        s.sampled.clone_from(&self.sampling.on);
+        s.switching.sampled.clone_from(&self.sampling.on);
         s.z.copy_from_slice(before.0);
         s.l.copy_from_slice(before.1);
         s.settle_after(true).is_ok()
@@ -133,7 +133,7 @@ impl Sdirk {
         let any = self.detour.has_returned() && self.sampling.begin(s.time);
         if any {
             self.detour.note_progress();
-            s.sampled.clone_from(&self.sampling.on);
+            s.switching.sampled.clone_from(&self.sampling.on);
         }
         any
     }
@@ -169,7 +169,7 @@ impl Sdirk {
             }
         }
         if self.sampling.release() {
-            s.sampled.clone_from(&self.sampling.on);
+            s.switching.sampled.clone_from(&self.sampling.on);
         }
         turned
     }
@@ -246,11 +246,11 @@ impl Sdirk {
         s.write(time, &mut before);
         let k = s.stage_index(length, true);
         let (from, u) = (s.z.clone(), s.u1.clone());
-        let matrices = &s.stages[k].matrices;
+        let matrices = &s.levels.stages[k].matrices;
         if let Some(smooth) = &mut s.smooth {
-            smooth.set_out(matrices, &from, [&u, &u], &mut s.rhs);
+            smooth.set_out(matrices, &from, [&u, &u], &mut s.scratch.rhs);
         } else {
-            matrices.right_hand_side(&from, &u, &u, &mut s.rhs);
+            matrices.right_hand_side(&from, &u, &u, &mut s.scratch.rhs);
         }
         s.carry_stored(&from);
         s.forget_functions();
@@ -261,8 +261,8 @@ impl Sdirk {
             return Err(s.with_charges(k, &from, failure));
         }
         s.sharpen(k, &from, &u, &u);
-        if s.outputs.needs_rates() {
-            for ((rate, z), old) in s.rates.iter_mut().zip(&s.z).zip(&from) {
+        if s.recorder.outputs.needs_rates() {
+            for ((rate, z), old) in s.recorder.rates.iter_mut().zip(&s.z).zip(&from) {
                 *rate = (z - old) / length;
             }
         }
@@ -273,8 +273,8 @@ impl Sdirk {
             }
         }
         s.sum_up(length, true);
-        if s.witness.watches() {
-            s.z_recorded.copy_from_slice(&from);
+        if s.recorder.witness.watches() {
+            s.recorder.z_recorded.copy_from_slice(&from);
             s.record(length);
         }
         s.stats.steps += 1;
@@ -289,18 +289,18 @@ impl Sdirk {
     /// The rows inside a single implicit step from `begin`, with the row `before` there: it is a line.
     fn write_between(&mut self, s: &mut Stepper, begin: f64, before: &[f64]) {
         let length = s.time - begin;
-        if let Some([from, to]) = s.witness.pieces.wanted(begin, s.time) {
+        if let Some([from, to]) = s.recorder.witness.pieces.wanted(begin, s.time) {
             s.write_left(s.time);
-            s.witness.pieces.line([from, to], Some(&before[1..]), &s.left[1..]);
+            s.recorder.witness.pieces.line([from, to], Some(&before[1..]), &s.recorder.left[1..]);
         }
         while self.rows.time() < s.time - 1e-12 * length {
             let label = self.rows.time();
             let part = ((label - begin) / length).max(0.0);
             s.write_left(label);
-            for (end, begin) in s.left.iter_mut().zip(before).skip(1) {
+            for (end, begin) in s.recorder.left.iter_mut().zip(before).skip(1) {
                 *end = begin + part * (*end - begin);
             }
-            self.points.wait(&s.left);
+            self.points.wait(&s.recorder.left);
             self.rows.advance();
         }
     }

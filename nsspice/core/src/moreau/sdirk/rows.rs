@@ -58,7 +58,7 @@ impl Sdirk {
                 break;
             }
             self.write_at(s, label, row);
-            if s.witness.keep_sides {
+            if s.recorder.witness.keep_sides {
                 self.points.see(row);
             }
             self.rows.advance();
@@ -74,7 +74,7 @@ impl Sdirk {
         if no_length(start, end, self.trial.length) {
             return;
         }
-        if let Some([from, to]) = s.witness.pieces.wanted(start, end) {
+        if let Some([from, to]) = s.recorder.witness.pieces.wanted(start, end) {
             let mut row = vec![0.0; s.columns()];
             self.cut(s, [from, to], &mut row, HALVINGS);
         }
@@ -82,7 +82,7 @@ impl Sdirk {
 
     /// Keeps a part of the accepted step, in halves where one polynomial does not follow the outputs.
     fn cut(&mut self, s: &mut Stepper, [from, to]: [f64; 2], row: &mut [f64], halvings: usize) {
-        let mut pieces = std::mem::take(&mut s.witness.pieces);
+        let mut pieces = std::mem::take(&mut s.recorder.witness.pieces);
         pieces.begin(from, to - from);
         for point in 0..pieces.places.len() {
             let label = (from + pieces.places[point] * (to - from)).min(to);
@@ -105,7 +105,7 @@ impl Sdirk {
         } else {
             pieces.drop_last();
         }
-        s.witness.pieces = pieces;
+        s.recorder.witness.pieces = pieces;
         if !follows {
             self.cut(s, [from, middle], row, halvings - 1);
             self.cut(s, [middle, to], row, halvings - 1);

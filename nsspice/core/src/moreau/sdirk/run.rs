@@ -144,10 +144,10 @@ impl Sdirk {
         if let (Some(smooth), false) = (&mut s.smooth, fixed) {
             smooth.newton.set_accuracy(STAGE_ACCURACY * accuracy.relative);
         }
-        s.step_length = longest;
-        s.sweeping = false;
-        if s.smooth.is_none() && !s.static_system {
-            s.continuous = Continuous::new(&s.sys.linear).map(Box::new);
+        s.schedule.step_length = longest;
+        s.schedule.sweeping = false;
+        if s.smooth.is_none() && !s.facts.static_system {
+            s.instants.continuous = Continuous::new(&s.sys.linear).map(Box::new);
         }
         let energies = accuracy.energy.then(|| Energies::new(s)).flatten().map(Box::new);
         Sdirk {
@@ -172,10 +172,13 @@ impl Sdirk {
             troubled: f64::NEG_INFINITY,
             rests: (f64::NEG_INFINITY, 0),
             detour: Detour::new(),
-            sampling: Sampling::new(s.switches.len(), longest.min(INTERVAL * (stop - s.time))),
+            sampling: Sampling::new(
+                s.switching.switches.len(),
+                longest.min(INTERVAL * (stop - s.time)),
+            ),
             begun: false,
             corner: (f64::NEG_INFINITY, false),
-            kinks: s.kinks.clone(),
+            kinks: s.facts.kinks.clone(),
             points: PointRows::default(),
             witness: Witness::default(),
             origin: None,
@@ -202,7 +205,7 @@ impl Sdirk {
 
     /// See [`Sampling::chattering`].
     pub fn chattering(&self, s: &Stepper) -> (Vec<(usize, u64, f64)>, f64) {
-        self.sampling.chattering(&s.switches, |k| self.scales.of_control(s, k))
+        self.sampling.chattering(&s.switching.switches, |k| self.scales.of_control(s, k))
     }
 
     /// The steps recorded since the last call.
@@ -229,9 +232,9 @@ impl Sdirk {
         let mut count = 0u64;
         if !self.begun {
             self.begun = true;
-            s.still.fill(false);
+            s.switching.still.fill(false);
             s.log_events(); // what the start has found is no event
-            s.events.clear();
+            s.recorder.events.clear();
             self.begin_anew(s);
         }
         while rows < capacity {
@@ -266,14 +269,14 @@ impl Sdirk {
             }
             if let Err(failure) = self.step(s) {
                 self.visited.note(&s.active, s.time);
-                s.failure = Some(*failure);
+                s.refusal.failure = Some(*failure);
                 return (rows, Progress::Failed);
             }
             if self.accepted.is_none() {
                 self.show_point(s); // a forced step is taken at once
             }
             count += 1;
-            let full = self.witness.full() || s.witness.full();
+            let full = self.witness.full() || s.recorder.witness.full();
             if full || count.is_multiple_of(LOOK) && begin.elapsed() > budget {
                 break;
             }
@@ -313,9 +316,9 @@ impl Sdirk {
         if let Some(energies) = &mut self.energies {
             energies.note(Point { z, f }, s.time);
         }
-        s.sys.linear.slacks(&s.z, &s.l, &mut s.w);
+        s.sys.linear.slacks(&s.z, &s.l, &mut s.scratch.w);
         for (i, guard) in guards.iter_mut().enumerate() {
-            *guard = if s.active[i] { s.l[i] } else { s.w[i] };
+            *guard = if s.active[i] { s.l[i] } else { s.scratch.w[i] };
         }
         self.ladder.begin(s, &self.scales);
         if self.corner.0 <= s.time {
@@ -530,12 +533,12 @@ impl Sdirk {
         for (i, (l, (&g, (&active, &role)))) in s.l.iter_mut().zip(pairs).enumerate() {
             *l = ladder.multiplier(i, g, active, role, trial.crossing);
         }
-        if s.outputs.needs_rates() {
-            s.rates.copy_from_slice(&self.trial.slope[..n]);
+        if s.recorder.outputs.needs_rates() {
+            s.recorder.rates.copy_from_slice(&self.trial.slope[..n]);
         }
         s.time = accepted.time;
         let mut turned = self.look(s);
-        s.smooth_time = s.time;
+        s.scratch.smooth_time = s.time;
         s.forget_functions();
         if let Some(smooth) = &mut s.smooth {
             smooth.f.copy_from_slice(&self.trial.point[n + m..]);
@@ -569,7 +572,7 @@ impl Sdirk {
             self.points.note_left(s);
             evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
             let before = s.active.clone();
-            s.begun = None;
+            s.instants.begun = None;
             if event {
                 turned.extend(self.reach(s, accepted.theta));
             }

@@ -137,7 +137,7 @@ impl Trial {
         for j in s.smooth.iter().flat_map(|smooth| smooth.newton.stored_unknowns()) {
             own[j] = true;
         }
-        let sums = s.smooth.iter().flat_map(|_| &s.at_once.sums);
+        let sums = s.smooth.iter().flat_map(|_| &s.facts.at_once.sums);
         Trial {
             mixed: own.contains(&true),
             afloat: sums.filter(|sum| sum.len() > 1).cloned().collect(),
@@ -447,7 +447,9 @@ impl Trial {
             *g = ladder.multiplier(i, *g, active, role, self.crossing);
         }
         let (rates, slope) = self.slope.split_at(self.n);
-        s.outputs.write(&Quantities { z, l: guards, rates, u: &self.u, f: [f, slope] }, row);
+        s.recorder
+            .outputs
+            .write(&Quantities { z, l: guards, rates, u: &self.u, f: [f, slope] }, row);
     }
 
     /// The step has been accepted up to `theta`; what follows is its `smooth` continuation, or not.

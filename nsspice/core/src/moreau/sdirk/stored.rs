@@ -30,7 +30,7 @@ pub struct StoredRows {
 
 impl StoredRows {
     pub fn new(s: &Stepper) -> StoredRows {
-        let zeros = vec![0.0; s.outputs.len()];
+        let zeros = vec![0.0; s.recorder.outputs.len()];
         let (sums, parts) = stored_outputs(s).unzip();
         StoredRows {
             sums,
@@ -112,7 +112,7 @@ fn stored_outputs(s: &Stepper) -> Option<(Vec<Sum>, Vec<Sum>)> {
         let ground = groups.root(ground);
         sums.iter().enumerate().all(|(g, s)| g == ground || s.0.abs() <= 1e-12 * s.1)
     };
-    let outputs = s.outputs.of_unknowns()?;
+    let outputs = s.recorder.outputs.of_unknowns()?;
     if !outputs.iter().all(|[unknowns, _]| fit(&mut groups, unknowns)) {
         return None;
     }

@@ -128,7 +128,7 @@ impl Witness {
         tableau: &'static Tableau,
         theta: f64,
     ) {
-        let Some(sums) = &mut s.sums else { return };
+        let Some(sums) = &mut s.recorder.sums else { return };
         let (n, m) = (s.z.len(), s.l.len());
         let Weights { count, own, taken, .. } = &self.weights(tableau, theta);
         let [mut z, mut rate, mut u, mut f, mut f_rate] = [[&[][..]; POINTS]; 5];
@@ -182,7 +182,7 @@ impl Witness {
         }
         self.seen += 1;
         let affordable = self.spent + PRICE <= STOCK + self.seen;
-        if !(s.witness.all || s.witness.watches() && affordable) {
+        if !(s.recorder.witness.all || s.recorder.witness.watches() && affordable) {
             return;
         }
         self.spent += PRICE;
@@ -196,11 +196,11 @@ impl Witness {
         taken.swing.push(0.0);
         taken.steps.push(1u8.saturating_add(std::mem::take(&mut self.empty)));
         taken.signed.push(0); // inner stages are of low order
-        taken.doubt.push(if s.sampled.contains(&true) { f64::INFINITY } else { 0.0 });
+        taken.doubt.push(if s.switching.sampled.contains(&true) { f64::INFINITY } else { 0.0 });
         taken.first.extend_from_slice(&trial.first[..n]);
         taken.first_u.extend_from_slice(&s.u0);
         taken.weight.extend(own[..=stages].iter().map(|w| h * w));
-        if !s.switches.is_empty() {
+        if !s.switching.switches.is_empty() {
             taken.roles.extend(s.roles.iter().map(|&r| r as u8));
         }
         for i in 0..=stages {
