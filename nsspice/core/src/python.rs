@@ -442,7 +442,7 @@ impl PyStepper {
 
     /// The unknown that no step could follow first, and when [s].
     fn unbounded(&self) -> Option<(usize, f64)> {
-        self.sdirk.as_ref().and_then(|c| c.unbounded)
+        self.sdirk.as_ref().and_then(|c| c.control.unbounded)
     }
 
     /// The modes of steps since the last call: since when each [s], and its conducting pairs.

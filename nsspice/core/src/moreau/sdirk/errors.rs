@@ -43,9 +43,9 @@ impl Sdirk {
             let largest = &mut largest[usize::from(kind)];
             *largest = largest.max(v.abs());
         }
-        let allowed = [self.accuracy.voltage, self.accuracy.current];
+        let allowed = [self.settings.accuracy.voltage, self.settings.accuracy.current];
         // within the first of the longest steps little of the ranges has been seen: they go on as now
-        let young = s.time < self.start + self.ladder.longest;
+        let young = s.time < self.settings.start + self.ladder.longest;
         let ahead = if young { self.ladder.longest / self.trial.length } else { 0.0 };
         if let Some(energies) = &mut self.energies {
             let (z, f) = (&end[..s.z.len()], &end[s.z.len() + s.l.len()..]);
@@ -76,14 +76,18 @@ impl Sdirk {
             };
             let rounding = ROUNDING * self.trial.terms[j].max(largest[kind]);
             let ratio = slope.abs()
-                / (self.accuracy.relative * size + allowed[kind] + rounding + f64::MIN_POSITIVE);
-            self.tied[j] = self.trial.constrained[j] && ratio > NOTICED;
+                / (self.settings.accuracy.relative * size
+                    + allowed[kind]
+                    + rounding
+                    + f64::MIN_POSITIVE);
+            self.control.tied[j] = self.trial.constrained[j] && ratio > NOTICED;
             // NaN is the worst
-            (worst, self.erring) = if ratio <= worst { (worst, self.erring) } else { (ratio, j) };
+            (worst, self.control.erring) =
+                if ratio <= worst { (worst, self.control.erring) } else { (ratio, j) };
         }
         if let Some(energies) = &mut self.energies {
             let taken = energies.taken(self.tableau, self.trial.length, &self.trial.rates);
-            worst = worst.max(taken / self.accuracy.relative);
+            worst = worst.max(taken / self.settings.accuracy.relative);
         }
         // so short a step shows the rounding of fluxes as voltages: longer ones show less
         if worst > NOTICED && self.is_still(s) {
@@ -96,7 +100,7 @@ impl Sdirk {
     /// The error of the next step if it were as long as the last one: an error that rises goes on rising.
     pub(super) fn trend(&mut self, error: f64) -> f64 {
         let length = self.trial.length;
-        let (before, last) = std::mem::replace(&mut self.last_error, (length, error));
+        let (before, last) = std::mem::replace(&mut self.control.last_error, (length, error));
         let expected = last * (length / before).powi(self.tableau.error_order);
         let rise = if expected > 0.0 { error / expected } else { 1.0 };
         error * rise.clamp(1.0, STEEPEST)
@@ -106,10 +110,10 @@ impl Sdirk {
     /// as let the ends of longer steps fall on rows, which then cost nothing.
     pub(super) fn grown(&self, level: usize, up: usize, time: f64) -> usize {
         let falls = |level: usize| {
-            let steps = (time - self.rows.start()) / self.ladder.length(level);
+            let steps = (time - self.shown.rows.start()) / self.ladder.length(level);
             (steps - steps.round()).abs() <= SAME_PLACE
         };
-        let steps = self.rows.step() / self.ladder.longest;
+        let steps = self.shown.rows.step() / self.ladder.longest;
         let meets = steps.round() >= 1.0 && (steps - steps.round()).abs() <= SAME_PLACE;
         let top = level.saturating_sub(up);
         if !(meets && falls(level)) {

@@ -32,6 +32,7 @@ mod pass;
 mod points;
 mod predict;
 mod ratios;
+mod records;
 mod rest;
 mod restart;
 mod rows;

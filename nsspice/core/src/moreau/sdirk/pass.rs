@@ -83,15 +83,15 @@ impl Sdirk {
         let first = self.tableau.looks_back();
         // a thyristor that has stopped conducting does not begin again, whatever its signs say
         let latched = (0..s.switching.switches.len()).any(|k| s.latched(k));
-        if self.accuracy.relative >= 1.0
+        if self.settings.accuracy.relative >= 1.0
             || latched
-            || !(first || self.patience.tries())
-            || !self.patience.leads_on(s.time, self.ladder.longest)
+            || !(first || self.control.patience.tries())
+            || !self.control.patience.leads_on(s.time, self.ladder.longest)
         {
             return Passage::Closed;
         }
         let tableau = self.tableau;
-        let tied = self.tied.clone();
+        let tied = self.control.tied.clone();
         self.trial.crossing = true;
         let solved = self.trial.compute(s, &mut self.ladder, tableau, level).is_ok();
         let scales = &self.scales;
@@ -99,15 +99,15 @@ impl Sdirk {
             stages.iter().any(|x| scales.switches_turn(s, &x[..s.z.len()]))
         };
         // no stage in another mode: the guard dips below zero between them
-        let shows = self.trial.crossed || depth <= SHARE * self.accuracy.relative;
+        let shows = self.trial.crossed || depth <= SHARE * self.settings.accuracy.relative;
         // a control that the new mode holds at its threshold has come there when the old one ended
         let sound = solved && shows && !turns(s, &self.trial.stages) && !self.comes_to_rest(s);
         let error = if sound { self.error(s) } else { f64::INFINITY };
         // what is a rate in one mode and tied by the laws in the other has no kink but a jump
-        let error = if self.tied == tied { error } else { f64::INFINITY };
+        let error = if self.control.tied == tied { error } else { f64::INFINITY };
         let near = error <= NARROWED;
         if !first {
-            self.patience.note(near);
+            self.control.patience.note(near);
         }
         if error <= SHARE {
             self.counters.passed += 1;

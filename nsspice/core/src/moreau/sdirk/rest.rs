@@ -156,7 +156,7 @@ impl Sdirk {
     /// Turns the gates whose controls stay at their thresholds throughout the trial step, and begins again where
     /// they lead; whether there are any.
     pub(super) fn turn_at_rest(&mut self, s: &mut Stepper) -> bool {
-        let rounds = if self.rests.0 == s.time { self.rests.1 } else { 0 };
+        let rounds = if self.trouble.rests.0 == s.time { self.trouble.rests.1 } else { 0 };
         if s.switching.switches.is_empty() || rounds >= ROUNDS {
             return false; // turned, they take their controls back where they were
         }
@@ -164,11 +164,11 @@ impl Sdirk {
         if turned.is_empty() {
             return false;
         }
-        self.rests = (s.time, rounds + 1);
+        self.trouble.rests = (s.time, rounds + 1);
         turned.iter().for_each(|&k| s.throw(k));
         self.restart(s);
         let known = self.knows_rates(s);
-        self.tableau = self.method.next(known);
+        self.tableau = self.settings.method.next(known);
         self.begin_step(s, false);
         true
     }
@@ -187,7 +187,7 @@ impl Sdirk {
                 );
                 margin.abs() <= VIOLATED && turns && !s.switching.sampled[k]
             };
-            if !(0..s.switching.switches.len()).any(waits) || self.restless.is_some() {
+            if !(0..s.switching.switches.len()).any(waits) || self.trouble.restless.is_some() {
                 return;
             }
             let (ladder, tableau) = (&mut self.ladder, self.tableau);

@@ -20,7 +20,7 @@ impl Sdirk {
     /// Finds the mode behind the end of one at which pairs change but no switch: in passive networks
     /// nothing jumps there.
     pub(super) fn turn(&mut self, s: &mut Stepper) {
-        if self.accuracy.relative >= 1.0 {
+        if self.settings.accuracy.relative >= 1.0 {
             return self.restart(s); // steps of fixed length cannot look closer
         }
         self.measure_pairs(s);
@@ -51,7 +51,7 @@ impl Sdirk {
         let moved: Vec<f64> = end.iter().zip(&s.z).map(|(a, b)| a - b).collect();
         let (mut charges, mut allowed) = (vec![0.0; n], vec![0.0; n]);
         e.mul_add(1.0, &moved, &mut charges);
-        let share = SHARE * self.accuracy.relative * self.trial.length / length;
+        let share = SHARE * self.settings.accuracy.relative * self.trial.length / length;
         let sizes = (0..n).map(|j| self.scales.size(j, end[j], 0.0)).zip(&s.sys.linear.row_kind);
         let least = |kind: &u8| SMALL * self.scales.largest[usize::from(*kind)];
         let sizes: Vec<f64> = sizes.map(|(size, kind)| share * size.max(least(kind))).collect();
@@ -64,7 +64,7 @@ impl Sdirk {
     /// The next step does not continue another one.
     pub(super) fn begin_anew(&mut self, s: &mut Stepper) {
         let known = self.knows_rates(s);
-        self.tableau = self.method.next(known);
+        self.tableau = self.settings.method.next(known);
         self.begin_step(s, false);
         self.begin_at_rest(s);
     }
@@ -72,7 +72,7 @@ impl Sdirk {
     /// Whether the rates of what is stored are known at the begin of a step although it does not continue another
     /// one: the structure of the network has told them.
     pub(super) fn knows_rates(&mut self, s: &mut Stepper) -> bool {
-        let rates = s.instants.begun.take().filter(|_| self.method.continues());
+        let rates = s.instants.begun.take().filter(|_| self.settings.method.continues());
         rates.iter().for_each(|rates| self.trial.begin_rates(rates));
         rates.is_some()
     }
@@ -81,7 +81,7 @@ impl Sdirk {
     /// its last stage, known to what is stored by `u`: over the next step that may count for no more than the
     /// residual of a stage.  A step that a breakpoint has cut to nearly nothing misses this.
     pub(super) fn resolves_rates(&self) -> bool {
-        let next = self.ladder.length(self.level);
+        let next = self.ladder.length(self.control.level);
         let stage = self.tableau.gamma * self.trial.length;
         f64::EPSILON * next <= ACCEPT * stage
     }
@@ -98,7 +98,7 @@ impl Sdirk {
         if let Err(failure) = s.settle_after(changed) {
             if !(failure.restless.is_some() && self.calm(s, (&z, &l))) {
                 (s.z, s.l) = (z, l);
-                self.restless = failure.restless.map(|_| failure);
+                self.trouble.restless = failure.restless.map(|_| failure);
             }
         }
         s.log_events();
@@ -115,13 +115,13 @@ impl Sdirk {
     /// Samples the switches that come to no rest at an instant if the tolerance does not tell on which side of
     /// its threshold any of them is, and begins once more from `before`; false if there is no such solution.
     fn calm(&mut self, s: &mut Stepper, before: (&[f64], &[f64])) -> bool {
-        let near = self.scales.near(s, &s.z, self.accuracy.relative);
+        let near = self.scales.near(s, &s.z, self.settings.accuracy.relative);
         if !s.turning().all(|k| near.contains(&k)) {
             return false;
         }
-        self.sampling.sample(&near, s.time);
-        self.sampling.begin(s.time);
-        s.switching.sampled.clone_from(&self.sampling.on);
+        self.trouble.sampling.sample(&near, s.time);
+        self.trouble.sampling.begin(s.time);
+        s.switching.sampled.clone_from(&self.trouble.sampling.on);
         s.z.copy_from_slice(before.0);
         s.l.copy_from_slice(before.1);
         s.settle_after(true).is_ok()
@@ -130,10 +130,10 @@ impl Sdirk {
     /// Samples the switches that have made events pile up; false if there are none.
     pub(super) fn sample(&mut self, s: &mut Stepper) -> bool {
         // the rounding of an instant is passed over by one implicit step
-        let any = self.detour.has_returned() && self.sampling.begin(s.time);
+        let any = self.trouble.detour.has_returned() && self.trouble.sampling.begin(s.time);
         if any {
-            self.detour.note_progress();
-            s.switching.sampled.clone_from(&self.sampling.on);
+            self.trouble.detour.note_progress();
+            s.switching.sampled.clone_from(&self.trouble.sampling.on);
         }
         any
     }
@@ -146,8 +146,8 @@ impl Sdirk {
         reached.retain(|&k| !self.stays(s, k) && !self.leaves(s, k));
         for &k in &reached {
             let away = self.scales.excursion(s, k, &self.trial.stages, theta);
-            if away <= self.accuracy.relative {
-                self.sampling.note(k);
+            if away <= self.settings.accuracy.relative {
+                self.trouble.sampling.note(k);
             }
         }
         reached
@@ -156,20 +156,20 @@ impl Sdirk {
     /// The sampled switches that turn at the end of a step: at an instant at which they look at their controls,
     /// or behind one that an implicit step has passed over.
     pub(super) fn look(&mut self, s: &mut Stepper) -> Vec<usize> {
-        if !self.sampling.looks(s.time) {
+        if !self.trouble.sampling.looks(s.time) {
             return Vec::new();
         }
         let mut turned = Vec::new();
         for (k, margin) in self.scales.sampled(s, &s.z) {
             if margin < -VIOLATED {
                 turned.push(k);
-                self.sampling.turn(k, -margin * self.scales.of_control(s, k));
+                self.trouble.sampling.turn(k, -margin * self.scales.of_control(s, k));
             } else {
-                self.sampling.stays(k, margin);
+                self.trouble.sampling.stays(k, margin);
             }
         }
-        if self.sampling.release() {
-            s.switching.sampled.clone_from(&self.sampling.on);
+        if self.trouble.sampling.release() {
+            s.switching.sampled.clone_from(&self.trouble.sampling.on);
         }
         turned
     }
@@ -181,7 +181,7 @@ impl Sdirk {
     pub(super) fn rest(&mut self, s: &mut Stepper) -> bool {
         let (n, last) = (s.z.len(), self.tableau.stages() - 1);
         let large = n + s.l.len() > OPEN && s.smooth.is_none();
-        if self.rested || !large || !self.trial.open[last] {
+        if self.trouble.rested || !large || !self.trial.open[last] {
             return false;
         }
         let met = &self.ladder.met;
@@ -198,32 +198,32 @@ impl Sdirk {
             self.trial.first[n + i] = 0.0;
         }
         if !resting.is_empty() {
-            self.rested = true;
+            self.trouble.rested = true;
             s.epoch += 1;
             self.ladder.resting.extend(resting.iter().map(|&i| (i, s.active[i])));
         }
-        self.rested
+        self.trouble.rested
     }
 
     /// Notes that a step from `time` has failed; whether an implicit one has to pass over what is there.
     pub(super) fn is_stuck(&mut self, time: f64) -> bool {
-        self.detour.is_stuck(time, self.ladder.length(FORCED_LEVEL))
+        self.trouble.detour.is_stuck(time, self.ladder.length(FORCED_LEVEL))
     }
 
     /// A single implicit step with complementarity, over what cannot be located.
     pub(super) fn force(&mut self, s: &mut Stepper) -> Result<(), Box<Failure>> {
-        let target = self.corner.0.min(self.stop);
+        let target = self.corner.0.min(self.settings.stop);
         let remaining = target - s.time;
-        let level = self.detour.enter(s.time);
+        let level = self.trouble.detour.enter(s.time);
         let level = self.ladder.sound(s, level);
         let wanted = self.ladder.stage_length(level);
         let length = if wanted >= remaining * (1.0 - 1e-9) { remaining } else { wanted };
         let at_corner = length == remaining && target == self.corner.0;
         self.implicit(s, length, if length == remaining { target } else { s.time + length })?;
         self.counters.forced += 1;
-        self.detour.leave(s.time, length);
-        self.futile = false;
-        self.level = self.level.min(FORCED_LEVEL);
+        self.trouble.detour.leave(s.time, length);
+        self.trouble.futile = false;
+        self.control.level = self.control.level.min(FORCED_LEVEL);
         let turned = self.look(s);
         turned.iter().for_each(|&k| s.throw(k));
         if at_corner {
@@ -279,9 +279,9 @@ impl Sdirk {
         }
         s.stats.steps += 1;
         self.trial.leave(self.tableau, 1.0, false);
-        self.tableau = self.method.next(false);
+        self.tableau = self.settings.method.next(false);
         self.write_between(s, time, &before);
-        self.points.note_left(s);
+        self.shown.points.note_left(s);
         s.u0.copy_from_slice(&s.u1);
         Ok(())
     }
@@ -293,15 +293,15 @@ impl Sdirk {
             s.write_left(s.time);
             s.recorder.witness.pieces.line([from, to], Some(&before[1..]), &s.recorder.left[1..]);
         }
-        while self.rows.time() < s.time - 1e-12 * length {
-            let label = self.rows.time();
+        while self.shown.rows.time() < s.time - 1e-12 * length {
+            let label = self.shown.rows.time();
             let part = ((label - begin) / length).max(0.0);
             s.write_left(label);
             for (end, begin) in s.recorder.left.iter_mut().zip(before).skip(1) {
                 *end = begin + part * (*end - begin);
             }
-            self.points.wait(&s.recorder.left);
-            self.rows.advance();
+            self.shown.points.wait(&s.recorder.left);
+            self.shown.rows.advance();
         }
     }
 }

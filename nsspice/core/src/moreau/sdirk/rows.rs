@@ -53,15 +53,15 @@ impl Sdirk {
         let end = end - self.at_once(end);
         let mut count = 0;
         for row in out.chunks_exact_mut(s.columns()) {
-            let label = self.rows.time();
+            let label = self.shown.rows.time();
             if label >= end {
                 break;
             }
             self.write_at(s, label, row);
             if s.recorder.witness.keep_sides {
-                self.points.see(row);
+                self.shown.points.see(row);
             }
-            self.rows.advance();
+            self.shown.rows.advance();
             count += 1;
         }
         count
@@ -95,7 +95,7 @@ impl Sdirk {
         }
         let middle = 0.5 * (from + to);
         let last = halvings == 0 || !(from < middle && middle < to);
-        let floor = NEAR * self.accuracy.relative;
+        let floor = NEAR * self.settings.accuracy.relative;
         let follows = last || pieces.follows(0.0, floor);
         if last {
             pieces.straighten(0.0, floor);
@@ -115,15 +115,15 @@ impl Sdirk {
     /// The outputs at a time inside the accepted step.
     fn write_at(&mut self, s: &mut Stepper, label: f64, row: &mut [f64]) {
         let theta = (label - self.trial.start) / self.trial.length;
-        let origin = match self.origin {
+        let origin = match self.shown.origin {
             Some(origin) => origin,
             None => self.find_origin(s, theta),
         };
         row[0] = label;
         let outputs = &mut row[1..];
         match origin {
-            Origin::Between => self.between.write(s, &mut self.trial, theta, outputs),
-            Origin::Continuous => self.stored.write(s, &mut self.trial, theta, outputs),
+            Origin::Between => self.shown.between.write(s, &mut self.trial, theta, outputs),
+            Origin::Continuous => self.shown.stored.write(s, &mut self.trial, theta, outputs),
             Origin::Laws => {
                 self.trial.evaluate(s, &mut self.ladder, self.tableau, theta);
                 self.trial.write(s, &self.ladder, outputs);
@@ -134,18 +134,18 @@ impl Sdirk {
     /// Where the rows of the accepted step come from, which are asked for from the part `theta` on.
     fn find_origin(&mut self, s: &mut Stepper, theta: f64) -> Origin {
         let end = self.accepted.map_or(1.0, |a| a.theta);
-        let rows = (end - theta) * self.trial.length / self.rows.step();
+        let rows = (end - theta) * self.trial.length / self.shown.rows.step();
         let (trial, ladder, tableau) = (&mut self.trial, &mut self.ladder, self.tableau);
-        let tolerance = self.accuracy.relative;
+        let tolerance = self.settings.accuracy.relative;
         let mut step = Inside { s, trial, ladder, tableau, end, rows, tolerance };
-        let origin = if self.stored.plain(&mut step) {
+        let origin = if self.shown.stored.plain(&mut step) {
             Origin::Continuous
-        } else if self.between.serves(&mut step) {
+        } else if self.shown.between.serves(&mut step) {
             Origin::Between
         } else {
             Origin::Laws
         };
-        self.origin = Some(origin);
+        self.shown.origin = Some(origin);
         origin
     }
 }

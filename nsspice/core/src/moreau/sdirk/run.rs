@@ -15,7 +15,7 @@ use super::locate::Locator;
 use super::nodes::Nodes;
 use super::pass::{Passage, Patience};
 use super::points::PointRows;
-use super::rows::Origin;
+use super::records::{Control, Settings, Shown, Trouble};
 use super::step::Trial;
 use super::stored::StoredRows;
 use super::visited::Visited;
@@ -68,19 +68,18 @@ pub(super) struct Accepted {
 
 /// The controller of one run; the state is the stepper's.
 pub struct Sdirk {
-    pub(super) method: &'static Tableau,
+    /// what is asked of a run
+    pub(super) settings: Settings,
+    /// rows and records of the steps
+    pub(super) shown: Shown,
+    /// what decides about lengths of steps
+    pub control: Control,
+    /// what keeps a run from going on as usual: events that crowd, switches that find no state
+    pub(super) trouble: Trouble,
     /// that of the present step
     pub(super) tableau: &'static Tableau,
-    pub(super) accuracy: Accuracy,
-    pub(super) rows: RowClock,
-    pub(super) start: f64,
-    /// the unknown that errs most in the trial step
-    pub(super) erring: usize,
-    /// the first that no step could follow, and when
-    pub unbounded: Option<(usize, f64)>,
     /// the modes of steps
     pub visited: Visited,
-    pub(super) stop: f64,
     pub(super) ladder: Ladder,
     pub(super) scales: Scales,
     /// errors as energies, where they are asked for
@@ -89,40 +88,13 @@ pub struct Sdirk {
     pub(super) nodes: Option<Nodes>,
     pub(super) trial: Trial,
     pub(super) accepted: Option<Accepted>,
-    pub(super) level: usize,
-    /// length and error of the last step that was free to grow
-    pub(super) last_error: (f64, f64),
-    /// the last event did not end the mode
-    pub(super) futile: bool,
-    /// when the last guard was violated [s]
-    pub(super) troubled: f64,
-    /// when gates have last turned because their controls rest [s], and how often at that instant
-    pub(super) rests: (f64, usize),
-    /// what keeps the time from moving
-    pub(super) detour: Detour,
-    /// switches that chatter
-    pub(super) sampling: Sampling,
     pub(super) begun: bool,
     /// the next breakpoint of a source, and whether something may jump there
     pub(super) corner: (f64, bool),
     /// of each source, whether something may jump where its slope does
     kinks: Vec<bool>,
-    pub(super) points: PointRows,
-    pub(super) witness: Witness,
-    /// where the rows of the present step come from, once that has been found out
-    pub(super) origin: Option<Origin>,
-    pub(super) stored: StoredRows,
-    pub(super) between: Between,
-    /// whether steps over ends of modes are worth a trial
-    pub(super) patience: Patience,
-    /// unknowns whose error is that of their rates, in the step estimated last
-    pub(super) tied: Vec<bool>,
     /// this step does not continue another one
     pub(super) fresh: bool,
-    /// pairs have been made to rest since the step began
-    pub(super) rested: bool,
-    /// a switch has found no state behind the last event
-    pub(super) restless: Option<Box<Failure>>,
     /// counters
     pub counters: Counters,
 }
@@ -151,51 +123,54 @@ impl Sdirk {
         }
         let energies = accuracy.energy.then(|| Energies::new(s)).flatten().map(Box::new);
         Sdirk {
-            method,
+            settings: Settings { method, accuracy, start: s.time, stop },
+            shown: Shown {
+                rows: RowClock::new(out_start, out_step, stop),
+                points: PointRows::default(),
+                witness: Witness::default(),
+                origin: None,
+                stored: StoredRows::new(s),
+                between: Between::new(s),
+            },
+            control: Control {
+                level: if fixed { 0 } else { FIRST_LEVEL },
+                last_error: (longest, 0.0),
+                erring: 0,
+                tied: vec![false; s.z.len()],
+                unbounded: None,
+                patience: Patience::default(),
+            },
+            trouble: Trouble {
+                futile: false,
+                troubled: f64::NEG_INFINITY,
+                rests: (f64::NEG_INFINITY, 0),
+                rested: false,
+                restless: None,
+                detour: Detour::new(),
+                sampling: Sampling::new(
+                    s.switching.switches.len(),
+                    longest.min(INTERVAL * (stop - s.time)),
+                ),
+            },
             tableau: method.next(false),
-            accuracy,
-            rows: RowClock::new(out_start, out_step, stop),
-            start: s.time,
-            erring: 0,
-            unbounded: None,
             visited: Visited::default(),
-            stop,
             ladder: Ladder::new(s, longest, method.gamma, accuracy.relative),
             scales: Scales::new(s),
             nodes: if energies.is_some() { None } else { Nodes::new(s) },
             energies,
             trial: Trial::new(s, method),
             accepted: None,
-            level: if fixed { 0 } else { FIRST_LEVEL },
-            last_error: (longest, 0.0),
-            futile: false,
-            troubled: f64::NEG_INFINITY,
-            rests: (f64::NEG_INFINITY, 0),
-            detour: Detour::new(),
-            sampling: Sampling::new(
-                s.switching.switches.len(),
-                longest.min(INTERVAL * (stop - s.time)),
-            ),
             begun: false,
             corner: (f64::NEG_INFINITY, false),
             kinks: s.facts.kinks.clone(),
-            points: PointRows::default(),
-            witness: Witness::default(),
-            origin: None,
-            stored: StoredRows::new(s),
-            between: Between::new(s),
-            patience: Patience::default(),
-            tied: vec![false; s.z.len()],
             fresh: true,
-            rested: false,
-            restless: None,
             counters: Counters::default(),
         }
     }
 
     /// Number of rows in all.
     pub fn row_count(&self) -> u64 {
-        self.rows.count()
+        self.shown.rows.count()
     }
 
     /// Modes met at the busiest step length.
@@ -205,17 +180,17 @@ impl Sdirk {
 
     /// See [`Sampling::chattering`].
     pub fn chattering(&self, s: &Stepper) -> (Vec<(usize, u64, f64)>, f64) {
-        self.sampling.chattering(&s.switching.switches, |k| self.scales.of_control(s, k))
+        self.trouble.sampling.chattering(&s.switching.switches, |k| self.scales.of_control(s, k))
     }
 
     /// The steps recorded since the last call.
     pub fn take_stretches(&mut self) -> Taken {
-        self.witness.take(self.tableau, ACCEPT)
+        self.shown.witness.take(self.tableau, ACCEPT)
     }
 
     /// Numbers that wait to be taken.
     pub fn waiting(&self) -> usize {
-        self.witness.taken.size()
+        self.shown.witness.taken.size()
     }
 
     /// As `Stepper::advance`.
@@ -239,7 +214,7 @@ impl Sdirk {
         }
         while rows < capacity {
             let row = &mut out[rows * columns..(rows + 1) * columns];
-            if self.points.next(row) {
+            if self.shown.points.next(row) {
                 rows += 1;
                 continue;
             }
@@ -254,13 +229,13 @@ impl Sdirk {
                 self.show_point(s);
                 continue;
             }
-            if self.rows.time() <= s.time + self.at_once(s.time) {
-                s.write(self.rows.time(), row);
-                self.rows.advance();
+            if self.shown.rows.time() <= s.time + self.at_once(s.time) {
+                s.write(self.shown.rows.time(), row);
+                self.shown.rows.advance();
                 rows += 1;
                 continue;
             }
-            if s.time >= self.stop {
+            if s.time >= self.settings.stop {
                 return (rows, Progress::Done);
             }
             // another block has to go on first
@@ -276,13 +251,13 @@ impl Sdirk {
                 self.show_point(s); // a forced step is taken at once
             }
             count += 1;
-            let full = self.witness.full() || s.recorder.witness.full();
+            let full = self.shown.witness.full() || s.recorder.witness.full();
             if full || count.is_multiple_of(LOOK) && begin.elapsed() > budget {
                 break;
             }
         }
-        let written = self.accepted.is_none() && self.rows.peek().is_none();
-        let done = rows == capacity && written && self.points.is_empty();
+        let written = self.accepted.is_none() && self.shown.rows.peek().is_none();
+        let done = rows == capacity && written && self.shown.points.is_empty();
         (rows, if done { Progress::Done } else { Progress::More })
     }
 
@@ -294,7 +269,7 @@ impl Sdirk {
 
     /// Remembers the state from which the next step starts; its functions may be `known`.
     pub(super) fn begin_step(&mut self, s: &mut Stepper, known: bool) {
-        (self.origin, self.fresh) = (None, !known);
+        (self.shown.origin, self.fresh) = (None, !known);
         if !known {
             self.ladder.deepest = RUNGS - 1;
         }
@@ -304,7 +279,7 @@ impl Sdirk {
         self.note_controls(s);
         self.trial.start = s.time;
         self.trial.unsolved = 0;
-        self.rested = false;
+        self.trouble.rested = false;
         let (z, guards) = self.trial.first.split_at_mut(n);
         let (guards, f) = guards.split_at_mut(m);
         match &mut s.smooth {
@@ -329,21 +304,21 @@ impl Sdirk {
 
     /// Rows at the end of a step that has been finished, where they are wanted.
     pub(super) fn show_point(&mut self, s: &mut Stepper) {
-        let next = self.rows.time();
+        let next = self.shown.rows.time();
         let row = ((next - s.time).abs() <= 1e-9 * self.trial.length).then_some(next);
-        self.points.note_right(s, row);
+        self.shown.points.note_right(s, row);
     }
 
     /// Where the next step ends at the latest [s], and how.
     pub(super) fn target(&self) -> (f64, End) {
         let (corner, jump) = self.corner;
-        let plain = if corner <= self.stop {
+        let plain = if corner <= self.settings.stop {
             (corner, End::Corner { calm: !jump })
         } else {
-            (self.stop, End::Plain)
+            (self.settings.stop, End::Plain)
         };
-        if self.sampling.next < plain.0 {
-            (self.sampling.next, End::Look)
+        if self.trouble.sampling.next < plain.0 {
+            (self.trouble.sampling.next, End::Look)
         } else {
             plain
         }
@@ -351,21 +326,21 @@ impl Sdirk {
 
     /// Finds the next accepted step, its length and how it ends.
     fn step(&mut self, s: &mut Stepper) -> Result<(), Box<Failure>> {
-        if let Some(failure) = self.restless.take() {
+        if let Some(failure) = self.trouble.restless.take() {
             return Err(failure);
         }
-        let fixed = self.accuracy.relative >= 1.0;
+        let fixed = self.settings.accuracy.relative >= 1.0;
         let (target, at_target) = self.target();
         let remaining = target - s.time;
         loop {
-            let crowded = self.detour.is_crowded(s.time);
+            let crowded = self.trouble.detour.is_crowded(s.time);
             if crowded && self.sample(s) {
                 return self.step(s);
             }
-            if crowded || self.level >= self.ladder.deepest {
+            if crowded || self.control.level >= self.ladder.deepest {
                 return self.force(s);
             }
-            let mut level = self.level;
+            let mut level = self.control.level;
             while level + 1 < self.ladder.deepest
                 && self.ladder.length(level + 1) >= remaining * (1.0 - 1e-9)
             {
@@ -374,10 +349,10 @@ impl Sdirk {
             let (ladder, tableau) = (&mut self.ladder, self.tableau);
             if let Err(broken) = self.trial.compute(s, ladder, tableau, level) {
                 if std::mem::take(&mut self.ladder.hidden) && level > 0 {
-                    self.level = level - 1;
+                    self.control.level = level - 1;
                     continue;
                 }
-                self.level = level + if broken.at < 0.5 { 2 } else { 1 };
+                self.control.level = level + if broken.at < 0.5 { 2 } else { 1 };
                 self.trial.unsolved += 1;
                 // a law that jumps against the motion has no solution near the jump, at any length
                 if self.is_stuck(s.time) {
@@ -396,10 +371,10 @@ impl Sdirk {
             let error = if fixed { 0.0 } else { self.error(s) };
             if error > 1.0 || error.is_nan() {
                 self.counters.rejected += 1;
-                self.level = level + back(error, self.tableau.error_order);
+                self.control.level = level + back(error, self.tableau.error_order);
                 // nor has a junction whose last charge is torn out by a winding: its voltage has no bound
                 if self.is_stuck(s.time) {
-                    self.unbounded.get_or_insert((self.erring, s.time));
+                    self.control.unbounded.get_or_insert((self.control.erring, s.time));
                     return self.force(s);
                 }
                 continue;
@@ -416,7 +391,7 @@ impl Sdirk {
             };
             if let Some(Passage::Narrow(shorter)) = passage {
                 self.counters.rejected += 1;
-                self.level = level + shorter;
+                self.control.level = level + shorter;
                 continue;
             }
             if let (Some((high, _)), false) = (found, passed) {
@@ -428,15 +403,15 @@ impl Sdirk {
                 // the continuous solution of a first step begins where it does to the tolerance only, which
                 // would decide how long what chatters stays in either mode
                 if tableau.looks_back() && (AT_ONCE..EARLY).contains(&theta) && !fixed {
-                    self.level = level + 3;
+                    self.control.level = level + 3;
                     continue;
                 }
                 let little = self.ladder.length(FORCED_LEVEL);
-                self.detour.note_event(s.time + theta * self.trial.length, little);
-                self.troubled = s.time;
-                if self.futile && theta < EARLY {
+                self.trouble.detour.note_event(s.time + theta * self.trial.length, little);
+                self.trouble.troubled = s.time;
+                if self.trouble.futile && theta < EARLY {
                     // the mode did not end here: look closer
-                    self.level = level + 3;
+                    self.control.level = level + 3;
                     continue;
                 }
                 self.counters.located += 1;
@@ -451,25 +426,25 @@ impl Sdirk {
                     (target, at_target)
                 } else {
                     let length = self.trial.length;
-                    (self.rows.meet(s.time + length, length), End::Plain)
+                    (self.shown.rows.meet(s.time + length, length), End::Plain)
                 };
                 self.accepted = Some(Accepted { theta: limit, time, end });
                 let clear = self.ladder.length(FORCED_LEVEL);
-                if whole && (time > self.troubled + clear || passed) {
-                    self.detour.note_progress();
-                    self.sampling.forget();
-                    self.futile = false;
+                if whole && (time > self.trouble.troubled + clear || passed) {
+                    self.trouble.detour.note_progress();
+                    self.trouble.sampling.forget();
+                    self.trouble.futile = false;
                 }
                 // room to grow: the next longer step would do, with a margin
-                if !fixed && level <= self.level {
+                if !fixed && level <= self.control.level {
                     let q = self.tableau.error_order;
                     let grown = self.trend(error) * 2.0f64.powi(q);
                     let up = usize::from(grown < 0.5) + usize::from(grown * 2.0f64.powi(q) < 0.2);
-                    self.level = self.grown(level, up, time);
+                    self.control.level = self.grown(level, up, time);
                 }
             }
             if fixed {
-                self.level = self.level.saturating_sub(1);
+                self.control.level = self.control.level.saturating_sub(1);
             }
             s.stats.steps += 1;
             s.stats.undetermined += u64::from(std::mem::take(&mut self.ladder.open));
@@ -519,13 +494,13 @@ impl Sdirk {
         }
         let event = accepted.end == End::Event;
         let (trial, ladder, tableau) = (&self.trial, &self.ladder, self.tableau);
-        self.witness.step(s, trial, ladder, tableau, accepted.theta, accepted.time);
-        self.witness.sum_up(s, trial, ladder, tableau, accepted.theta);
+        self.shown.witness.step(s, trial, ladder, tableau, accepted.theta, accepted.time);
+        self.shown.witness.sum_up(s, trial, ladder, tableau, accepted.theta);
         // a mode that ends where it begins has not been: its values may obey no sign, and are not shown
         let empty = event && no_length(self.trial.start, accepted.time, self.trial.length);
         if empty {
             s.u1.copy_from_slice(&self.trial.u);
-            self.points.note_left(s);
+            self.shown.points.note_left(s);
         }
         let (z, guards) = self.trial.point.split_at(n);
         s.z.copy_from_slice(z);
@@ -562,14 +537,14 @@ impl Sdirk {
             self.enter_mode(s);
         }
         let continued = plain && self.resolves_rates();
-        if continued && self.method.continues() {
+        if continued && self.settings.method.continues() {
             self.trial.continue_rates();
         }
         if plain && !calm {
             s.u0.copy_from_slice(&self.trial.u);
         } else if !plain {
             s.u1.copy_from_slice(&self.trial.u);
-            self.points.note_left(s);
+            self.shown.points.note_left(s);
             evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
             let before = s.active.clone();
             s.instants.begun = None;
@@ -582,13 +557,13 @@ impl Sdirk {
             } else {
                 self.restart(s);
             }
-            self.futile = event && before == s.active;
+            self.trouble.futile = event && before == s.active;
         }
         if s.smooth.is_some() {
             self.trial.leave(self.tableau, accepted.theta, plain && !calm);
         }
         if plain {
-            self.tableau = self.method.next(continued);
+            self.tableau = self.settings.method.next(continued);
             self.begin_step(s, true);
         } else {
             self.begin_anew(s);
