@@ -1,5 +1,6 @@
 //! The linear part of a complementarity descriptor system, which all engines and the checks share.
 
+use crate::rounding::of_entries;
 use crate::sparse::Csc;
 use crate::union_find::UnionFind;
 use std::collections::BTreeMap;
@@ -43,7 +44,7 @@ impl Linear {
             let both =
                 if own * other > 0.0 { own.abs().min(other.abs()).copysign(own) } else { 0.0 };
             let rest = own - both;
-            let alike = rest.abs() <= ROUNDING * own.abs();
+            let alike = rest.abs() <= of_entries(1) * own.abs();
             stored.push((r, c, if alike { own } else { both }));
             controls.extend((!alike).then_some((r, c, rest)));
         }
@@ -89,9 +90,6 @@ impl Linear {
     }
 }
 
-/// Rows of the storage matrix that sum to this part of their terms sum to zero.
-const ROUNDING: f64 = 1e-12;
-
 /// Groups of laws in whose sum nothing is stored, neither by `e` nor by functions (`q`): laws without
 /// storage one by one, and those of nodes that charges tie to each other alone.
 pub fn sums_that_store_nothing(e: &Csc, q: &Csc) -> Vec<Vec<usize>> {
@@ -105,7 +103,7 @@ pub fn sums_that_store_nothing(e: &Csc, q: &Csc) -> Vec<Vec<usize>> {
     for (rows, values) in columns() {
         let (sum, size) =
             values.iter().fold((0.0, 0.0), |(sum, size), v| (sum + v, size + v.abs()));
-        if f64::abs(sum) > ROUNDING * size {
+        if f64::abs(sum) > of_entries(values.len()) * size {
             stores[together.root(rows[0])] = true;
         }
     }
@@ -148,14 +146,15 @@ pub fn ties_of_coils(
         group.iter().for_each(|&row| of[row] = Some(k));
     }
     let (mut coils, mut alone) = (vec![Vec::new(); groups.len()], vec![true; groups.len()]);
-    for (k, c, sum) in left_in_sums(&linear.g, &of, ROUNDING) {
+    for (k, c, sum) in left_in_sums(&linear.g, &of, of_entries(linear.g.nrows)) {
         if linear.row_kind[c] == 1 && stores[c] {
             coils[k].push((c, sum));
         } else {
             alone[k] = false;
         }
     }
-    let more = others.iter().flat_map(|matrix| left_in_sums(matrix, &of, ROUNDING));
+    let more =
+        others.iter().flat_map(|matrix| left_in_sums(matrix, &of, of_entries(linear.g.nrows)));
     more.for_each(|(k, ..)| alone[k] = false);
     coils.iter_mut().zip(&alone).filter(|e| !e.1).for_each(|(coils, _)| coils.clear());
     coils
@@ -179,7 +178,7 @@ pub fn stored_groups(e: &Csc) -> [Vec<Vec<usize>>; 2] {
         size[r] += v.abs();
     }
     let groups = together.groups((0..n).filter(|&j| size[j] > 0.0));
-    let free = |g: &Vec<usize>| g.iter().all(|&j| f64::abs(sum[j]) <= ROUNDING * size[j]);
+    let free = |g: &Vec<usize>| g.iter().all(|&j| f64::abs(sum[j]) <= of_entries(n) * size[j]);
     let (floating, others) = groups.into_iter().partition(free);
     [floating, others]
 }

@@ -2,10 +2,8 @@
 //! that outweigh their rows.
 
 use crate::descriptor::Linear;
+use crate::rounding::of_entries;
 use crate::sparse::Csc;
-
-/// Part of a sum of absolute values that its rounding may take.
-const ROUNDING: f64 = 1e-12;
 
 impl Linear {
     /// Whether `B = A'`, and `D + D'` and what is left of `G + G'` beside positive conductances are positive
@@ -38,7 +36,7 @@ pub(crate) fn dominates(matrix: &Csc) -> bool {
             size += f64::abs(std::mem::take(&mut sums[r]));
         }
         // `|diagonal|` is in the sum as well
-        diagonal + diagonal.abs() >= size * (1.0 - ROUNDING)
+        diagonal + diagonal.abs() >= size * (1.0 - of_entries(entries().count()))
     })
 }
 

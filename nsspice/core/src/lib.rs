@@ -24,6 +24,7 @@ mod given;
 mod pieces;
 mod python;
 mod resting;
+mod rounding;
 mod row_clock;
 mod sampling;
 mod sides;

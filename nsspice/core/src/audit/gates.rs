@@ -1,28 +1,22 @@
 //! Gates of switches against their controls: a switch that has missed its threshold obeys all laws of the mode
 //! in which it should no longer be.
 
-use super::sources::INSTANT;
 use super::taken::Taken;
-use super::{ratio, worse, ITERATED, TOLERANCE};
+use super::{ratio, worse, TOLERANCE};
 use crate::mlcp::Role;
 use crate::switch::Switch;
+use crate::waveform::INSTANT;
 use std::sync::Arc;
 
 /// Part of its terms to which a control is known where it reaches a threshold: what locates it is the tolerance
 /// of a run, and the rounding of instants on steep edges.
 const KNOWN: f64 = 1e-6;
 
-/// Part of the largest voltage or current to which equations are solved: a control that is a function stays at its
-/// threshold up to that.
-const SOLVED: f64 = 10.0 * ITERATED;
-
 /// The worst control that lies beyond the threshold at which its gate should have turned.
 pub struct Gates {
     switches: Arc<[Switch]>,
     /// how far the control of each has been from its thresholds
     swings: Vec<f64>,
-    /// the largest voltage and current so far
-    largest: [f64; 2],
     /// by how much, as a part of its terms, in units in which [`TOLERANCE`] is allowed
     pub error: f64,
     /// the pair of that switch
@@ -33,7 +27,7 @@ impl Gates {
     /// Nothing is known yet of these switches.
     pub fn new(switches: Arc<[Switch]>) -> Gates {
         let swings = vec![0.0; switches.len()];
-        Gates { switches, swings, largest: [0.0; 2], error: 0.0, worst: None }
+        Gates { switches, swings, error: 0.0, worst: None }
     }
 
     /// Takes both ends of recorded stretches of `n` unknowns and `m` pairs; where switches are sampled their
@@ -43,12 +37,6 @@ impl Gates {
             return;
         }
         let n = kinds.len();
-        for z in all.z.chunks_exact(n) {
-            for (z, &kind) in z.iter().zip(kinds) {
-                let largest = &mut self.largest[usize::from(kind)];
-                *largest = largest.max(z.abs());
-            }
-        }
         let ends =
             |k: usize| [&all.first[k * n..][..n], &all.z[((k + 1) * all.nodes - 1) * n..][..n]];
         // a control that begins to move is measured by where it goes
@@ -69,9 +57,7 @@ impl Gates {
             let (k, switch, swing) = (i / count, &self.switches[i % count], self.swings[i % count]);
             let length = all.end[k] - all.begin[k];
             let blurred = (INSTANT * all.end[k].abs() / length).min(1.0);
-            let kind = switch.control.first().map_or(0, |c| usize::from(kinds[c.0]));
-            let solved = SOLVED * self.largest[kind];
-            let doubt = all.doubt[k] + blurred * (distances[1] - distances[0]).abs() + solved;
+            let doubt = all.doubt[k] + blurred * (distances[1] - distances[0]).abs();
             if switch.latching && all.roles[k * m..][switch.pair] != Role::Open as u8 {
                 continue; // a thyristor that conducts needs no gate
             }

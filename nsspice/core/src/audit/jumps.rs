@@ -3,9 +3,6 @@
 use super::laws::Auditor;
 use super::ratio;
 
-/// Jumps of steps through windings without leakage are known to 1e-7, ten times the tolerance.
-const KNOWN: f64 = 0.1;
-
 impl Auditor {
     /// Adds what impulses bring to each law over a jump to the sizes of the rest of it, but no more of
     /// currents and potentials than something calls for.
@@ -113,7 +110,7 @@ impl Auditor {
         }
         let worth = |z: &[f64]| sizes.iter().zip(z).map(|(s, z)| s * z.abs()).sum::<f64>();
         // charges that are given stand in no unknowns
-        KNOWN * ratio(open, (worth(sides[0]) + worth(sides[1])).max(energy))
+        ratio(open, (worth(sides[0]) + worth(sides[1])).max(energy))
     }
 }
 

@@ -27,18 +27,12 @@
 use super::laws::Auditor;
 use super::matrix::Entries;
 use super::TOLERANCE;
+use crate::rounding::of_elimination;
 use crate::structure::Parts;
-
-/// Growth of elimination, times the constant of its error bound.
-const ELIMINATION: f64 = 3.0 * 8.0;
-
-/// Beside the largest current (voltage) one of this part is none, whatever its law makes of smaller ones: times
-/// the tolerance, far below all ranges of values.
-const NONE: f64 = f64::EPSILON;
 
 /// The rounding of elimination with so many equations, in units of the tolerance.
 pub(super) fn share(size: usize) -> f64 {
-    ELIMINATION * size as f64 * (0.5 * f64::EPSILON) / TOLERANCE
+    of_elimination(size) / TOLERANCE
 }
 
 /// Sums of the sizes of entries: what the largest voltage and the largest current make of a law.
@@ -178,8 +172,7 @@ impl Auditor {
             let largest = parts.of(row).map_or(largest, of_part);
             let acting = *own + reach.acting(row, &largest) + f64::MIN_POSITIVE;
             let stored = 2.0 * rate * reach.content(row, &largest);
-            let none = NONE * grain.largest[usize::from(1 - kind)];
-            *own = (share * (acting + stored)).max(settled * acting).max(none);
+            *own = (share * (acting + stored)).max(settled * acting);
             if let Some(part) = parts.of(row) {
                 let least = &mut least[part][usize::from(kind)];
                 *least = least.max(*own);

@@ -3,16 +3,12 @@
 //! The formulas are those of the definitions, one value at a time; nothing is shared with the
 //! waveforms that engines see.
 
-use super::worse;
-use crate::waveform::{Polynomial, Side};
+use super::{worse, TOLERANCE};
+use crate::waveform::{Polynomial, Side, INSTANT};
 use std::f64::consts::PI;
 
 /// Instants looked at in one block of records.
 const MOST: usize = 256;
-/// An instant is known to this part of itself: beside an edge both of its sides are right.
-pub(super) const INSTANT: f64 = 64.0 * f64::EPSILON;
-/// Part of the largest value that is rounding wherever the instant is.
-const SAME: f64 = 1e-13;
 
 /// A waveform as the deck describes it.
 #[derive(Clone, Debug)]
@@ -193,16 +189,13 @@ impl Sources {
                 off = if worse(error, off) { error } else { off };
             }
             self.largest[k] = largest;
-            if off <= SAME * largest {
+            // only then does it matter whether the instant explains it
+            if off <= TOLERANCE * largest {
                 continue;
             }
             let mut error = 0.0;
             for (t, row) in some() {
-                let (value, found) = compared(t, row);
-                if (found - value).abs() <= SAME * largest {
-                    continue;
-                }
-                let outside = waveform.outside(t, found);
+                let outside = waveform.outside(t, compared(t, row).1);
                 error = if worse(outside, error) { outside } else { error };
             }
             if error != 0.0 {

@@ -1,10 +1,8 @@
 //! Least-norm corrections for singular systems.
 
 use super::orthogonal::Triangularisation;
+use crate::rounding::of_elimination;
 use crate::sparse::Csc;
-
-/// What is left of a column below this part of the largest column counts as zero.
-pub const RANK_TOLERANCE: f64 = 1e-12;
 
 /// The pseudo-inverse of a matrix, applied as a correction: `x += J^+ (rhs - J x)` moves `x` to the
 /// nearest point that solves `J x = rhs` in the least-squares sense.  By a complete orthogonal
@@ -30,7 +28,7 @@ impl LeastNorm {
         }
         // J P = Q [R; 0], and R' (trapezoidal, of full column rank) P2 = Z [T; 0], so that
         // J^+ = P Z [T'^-1 P2'; 0] [I 0] Q'
-        let left = Triangularisation::new(dense, rows, columns, RANK_TOLERANCE);
+        let left = Triangularisation::new(dense, rows, columns, of_elimination(rows.max(columns)));
         let rank = left.rank;
         let mut transposed = vec![0.0; columns * rank];
         for r in 0..rank {

@@ -8,15 +8,10 @@ use super::residual::{residual, Residual};
 use std::sync::Arc;
 
 /// Largest residual of an accepted solution.
-const ACCEPT: f64 = 1e-10;
-/// Largest defect of an accepted solution, as a part of the data.  Far out along a direction that
-/// never arrives, residuals relative to the point itself fade away although no solution exists.
-const ACCEPT_DATA: f64 = 1e-6;
+pub(super) const ACCEPT: f64 = 1e-10;
 /// What is off by such a part of the data is no solution of a problem that is not monotone; of others, relations
 /// tell whether there is one.
 const NO_DATA: f64 = 0.01;
-/// No smaller residual is asked for: rounding.
-const ROUNDING: f64 = 1e-11;
 /// Unknowns below this part of the largest (in the scaled system) may be rounding.
 const NOTHING: f64 = 1e-13;
 /// Sign tests ignore violations below this part of the terms they are the sum of.
@@ -256,12 +251,11 @@ impl Scratch {
             self.best_residual = found;
         }
         let growth = self.growth();
-        let limit = ACCEPT.min((ACCEPT_DATA / growth).max(ROUNDING));
         let hidden = found.worst() * growth > NO_DATA && growth.is_finite();
-        if hidden && found.worst() <= limit && !self.model.monotone() {
+        if hidden && found.worst() <= ACCEPT && !self.model.monotone() {
             return None;
         }
-        (found.worst() <= limit).then_some(found)
+        (found.worst() <= ACCEPT).then_some(found)
     }
 
     /// As `judge`, but a point with flaws is only kept.

@@ -3,13 +3,12 @@
 
 use super::orthogonal::full_qr;
 use crate::dense::{balance, complex, norm, Complex, Eigen, Lu, Matrix};
+use crate::linear::SURVIVES;
 
 /// Relative distance of eigenvalues that are taken together.
 const CLOSE: f64 = 1e-2;
 /// How far beside the cluster the inverse iteration is shifted, in units of the same, and its steps.
 const SHIFT: (f64, usize) = (0.1, 8);
-/// Vectors nearer to one another than this do not say what they span together.
-const PARALLEL: f64 = 1e-11;
 /// Newton steps; three are usual.
 const STEPS: usize = 12;
 /// What may be left of a subspace that is invariant but for rounding.
@@ -54,7 +53,7 @@ fn split(columns: &Matrix) -> (Matrix, Matrix, bool) {
     let (q, r) = full_qr(columns);
     let diagonal = |k: usize| r[(k, k)].abs();
     let most = (0..r.cols).map(diagonal).fold(0.0, f64::max);
-    let poor = (0..r.cols).any(|k| diagonal(k) <= PARALLEL * most);
+    let poor = (0..r.cols).any(|k| diagonal(k) <= SURVIVES * most);
     (q.columns(0, r.cols), q.columns(r.cols, q.cols - r.cols), poor)
 }
 

@@ -17,8 +17,6 @@ use crate::dense::{complex, Complex};
 const STILL: f64 = 1e-5;
 /// Rates that differ by less than this part of themselves are near to each other.
 const NEAR: f64 = 0.05;
-/// Terms of a series of this size no longer count.
-const ROUNDED: f64 = 1e-18;
 const ZERO: Complex = complex(0.0, 0.0);
 
 /// A function of the time since the begin of the segment.
@@ -64,7 +62,7 @@ fn moment(k: i32, s: Complex, h: f64) -> Complex {
     if square(z) < 0.25 {
         let (mut sum, mut term) = (ZERO, complex(1.0, 0.0));
         let mut j = 0;
-        while square(term) > ROUNDED * ROUNDED {
+        while 1.0 + term.abs() > 1.0 {
             sum = sum + term.scale(1.0 / f64::from(k + 1 + j));
             j += 1;
             term = (term * z).scale(1.0 / f64::from(j));

@@ -256,7 +256,7 @@ impl Engine {
                 );
                 let good =
                     found == super::verify::Finding::Good && self.picker.verifier.thrown.is_empty();
-                if good && !self.is_stormy() && !self.rest(horizon) {
+                if good && !self.is_stormy() && !self.rest() {
                     self.begin_to_follow();
                     self.resumed = (self.time, h);
                     self.present = Some((id, mode));

@@ -1,6 +1,5 @@
 //! Guards as rows over the columns of a mode: multipliers, slacks, distances from thresholds.
 
-use super::answer::Answer;
 use super::network::Network;
 use super::tracked::Tracked;
 use crate::dense::Matrix;
@@ -12,7 +11,7 @@ pub(super) fn guard_rows(
     on: &[bool],
     active: &[usize],
     states: &Tracked,
-    algebraic: &Answer,
+    algebraic: &Tracked,
     n: usize,
 ) -> Tracked {
     let mut out = impulse_rows(net, on, active, states, algebraic);
@@ -29,7 +28,7 @@ pub(super) fn impulse_rows(
     on: &[bool],
     active: &[usize],
     states: &Tracked,
-    algebraic: &Answer,
+    algebraic: &Tracked,
 ) -> Tracked {
     let k = net.kernel.cols;
     let off: Vec<usize> = (0..net.m).filter(|&i| !on[i]).collect();
@@ -41,7 +40,7 @@ pub(super) fn impulse_rows(
     let factor = Matrix { rows: off.len(), cols: k + active.len(), data };
     let mut slack = algebraic.under(&factor);
     slack.add(-1.0, &states.under(&net.br.select_rows(&off)));
-    let mut out = Tracked::zeros(net.m, algebraic.rows.value.cols);
+    let mut out = Tracked::zeros(net.m, algebraic.value.cols);
     let mut put = |to: usize, from: &Tracked, row: usize| {
         out.value.row_mut(to).copy_from_slice(from.value.row(row));
         out.bound.row_mut(to).copy_from_slice(from.bound.row(row));
@@ -50,7 +49,7 @@ pub(super) fn impulse_rows(
         put(p, &slack, i);
     }
     for (i, &p) in active.iter().enumerate() {
-        put(p, &algebraic.rows, k + i);
+        put(p, algebraic, k + i);
     }
     out
 }
@@ -61,7 +60,7 @@ pub(super) fn control_rows(
     switches: &[Switch],
     gates: &[bool],
     states: &Tracked,
-    algebraic: &Answer,
+    algebraic: &Tracked,
     n: usize,
     width: usize,
 ) -> Tracked {
@@ -72,7 +71,7 @@ pub(super) fn control_rows(
             Matrix::from_fn(1, width, |_, c| if c < m.cols { of(c) } else { 0.0 })
         };
         let mut row = states.under(&combine(&net.big_r, net.states));
-        row.add(1.0, &algebraic.under(&combine(&net.kernel, algebraic.rows.value.rows)));
+        row.add(1.0, &algebraic.under(&combine(&net.kernel, algebraic.value.rows)));
         row.clean(net.n + net.m);
         let (threshold, sign) = switch.edge(gates[s]);
         for c in 0..width {

@@ -5,9 +5,6 @@ use super::run::Engine;
 use crate::pieces::{transform, Pieces};
 use crate::waveform::Polynomial;
 
-/// Coefficients below this part of the largest one of a polynomial do not change a digit of it.
-const NOTHING: f64 = 0.1 * f64::EPSILON;
-
 /// Outputs with the polynomials that others read.
 #[derive(Default)]
 pub(super) struct Handed {
@@ -38,7 +35,8 @@ impl Handed {
                     }
                 }));
                 let largest = coefficients.iter().fold(0.0f64, |m, c| m.max(c.abs()));
-                let kept = coefficients.iter().rposition(|c| c.abs() > NOTHING * largest);
+                // the rest does not change a digit
+                let kept = coefficients.iter().rposition(|c| largest + c.abs() > largest);
                 coefficients.truncate(kept.map_or(1, |k| k + 1));
                 polynomial.push(begin, length, coefficients, first);
             }

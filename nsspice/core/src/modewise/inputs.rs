@@ -46,10 +46,8 @@ pub struct Decay {
     pub start: f64,
 }
 
-/// Relative resolution of time.
-pub const RESOLUTION: f64 = 4.5e-16;
-/// Instants so near to each other, in units of the resolution, are the same.
-pub const SAME: f64 = 4.5;
+/// Relative resolution of time: a sum of two instants is rounded by half of this.
+pub const RESOLUTION: f64 = 2.0 * f64::EPSILON;
 
 /// All inputs during one segment, time counted from its start.
 #[derive(Clone, Debug, Default)]
@@ -239,7 +237,7 @@ impl Inputs {
         }
         out.tones.clear();
         out.decays.clear();
-        out.grain = SAME * RESOLUTION * t.abs();
+        out.grain = RESOLUTION * t.abs();
         out.level[0] = 1.0;
         out.now[0] = 1.0;
         out.sloped = false;

@@ -17,8 +17,6 @@ use crate::dense::{complex, Complex, Matrix};
 pub const SLOW: f64 = 0.2;
 /// Fast rates times the length at least: closed forms lose digits with its third power.
 const FAST: f64 = SLOW / 16.0;
-/// Fast rates are this much larger than slow ones at least: else they cannot be taken apart.
-const GAP: f64 = 1.1;
 
 /// A rotation or decay among the inputs: `v[re] + i v[im]` turns with a rate; `re` and `im` are the
 /// same if it is real.
@@ -149,7 +147,7 @@ impl Motion {
         if self.fastest() <= limit {
             return Some(count);
         }
-        let mut best = (GAP, None);
+        let mut best = (1.0, None);
         for k in 0..count {
             let below = if k > 0 { self.rates[k - 1].0 } else { 0.0 };
             let above = self.rates[k].0;

@@ -5,7 +5,7 @@
 //! halves the interval. No crossing is missed, up to rounding.
 
 use super::bundle::{Bundle, Looks};
-use super::inputs::{RESOLUTION, SAME};
+use super::inputs::RESOLUTION;
 use super::terms::{Point, Term};
 use super::trajectory::Trajectory;
 
@@ -246,7 +246,7 @@ impl March {
             self.roots.push((root, j));
         }
         let first = self.roots.iter().fold(f64::INFINITY, |m, r| m.min(r.0));
-        let same = first + SAME * resolution;
+        let same = first + resolution;
         self.crossing.extend(self.roots.iter().filter(|r| r.0 <= same).map(|r| r.1));
         self.crossing.sort_unstable();
         first

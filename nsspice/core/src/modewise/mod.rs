@@ -11,7 +11,6 @@
 //! ([`fixed`]).
 
 mod align;
-mod answer;
 mod apart;
 mod block;
 pub mod bundle;

@@ -8,7 +8,6 @@
 //! constraints take away leaves as impulses.
 
 use super::align::fastest_first;
-use super::answer::Answer;
 use super::block::row_norm;
 use super::guard_rows::{control_rows, guard_rows, impulse_rows};
 use super::network::Network;
@@ -18,6 +17,7 @@ use super::spectrum::{Pole, Spectrum};
 use super::staircase::{Algebra, Staircase};
 use super::tracked::Tracked;
 use crate::dense::{add_scaled, dot, larger, norm, Lu, Matrix};
+use crate::linear::SURVIVES;
 use crate::mlcp::Role;
 use crate::switch::Switch;
 
@@ -153,9 +153,6 @@ pub(super) fn solved(a: &Matrix, factor: &Lu, b: &Matrix) -> Matrix {
 /// Why a mode is not reduced whose voltages follow second derivatives of sources.
 pub const HIGH_INDEX: &str = "its index is above 2";
 
-/// Largest acceptable condition of the jump matrices.
-const INDEX_TWO: f64 = 1e-12;
-
 impl Mode {
     /// Reduces the equations of a mode; the error tells what is wrong with it.
     pub fn new(
@@ -201,7 +198,7 @@ impl Mode {
             let others: Vec<usize> = (ties..r).collect();
             let firsts: Vec<usize> = (0..ties).collect();
             let lu = Lu::new(&tri.transpose());
-            if lu.ratio < INDEX_TWO {
+            if lu.ratio < SURVIVES {
                 return Err("its constraints depend on each other".into());
             }
             let scaled = Matrix::from_fn(ties, nv, |i, c| f0[(i, c)] / sizes[i]);
@@ -223,7 +220,7 @@ impl Mode {
                 let (hf0, sizes) = unit_rows(&kan.times(&stairs.tie_cols).transpose());
                 let (ql, tri) = graded_qr(&hf0.transpose());
                 let lu = Lu::new(&tri.transpose());
-                if lu.ratio < INDEX_TWO {
+                if lu.ratio < SURVIVES {
                     return Err("its constraints depend on each other".into());
                 }
                 let columns =
@@ -232,7 +229,7 @@ impl Mode {
                 let g = Lu::new(&ties_h.times(&ql.select_cols(&firsts)));
                 let complement = ql.select_cols(&others).transpose();
                 let square = Lu::new(&complement.times(&q2));
-                if g.ratio < INDEX_TWO || square.ratio < INDEX_TWO {
+                if g.ratio < SURVIVES || square.ratio < SURVIVES {
                     return Err(HIGH_INDEX.into());
                 }
                 solve_g = g.solve(&Matrix::identity(ties));
@@ -276,7 +273,7 @@ impl Mode {
         let zeros_x = Matrix::zeros(stairs.rows.len(), n);
         let mut right = Tracked::exact(place(&zeros_x, &force.select_rows(&stairs.rows), None));
         right.add(-1.0, &states.under(&forcing));
-        let mut algebraic = Answer::new([&block, &inverse], &factor, right, &stairs.cols, size);
+        let mut algebraic = right.under(&inverse).placed(&stairs.cols, size);
         // a' but for the constraints' share
         let mut change = Tracked::exact(place(&Matrix::zeros(r, n), &net.rs, None));
         change.add(-1.0, &states.under(&net.rgr));
@@ -286,7 +283,7 @@ impl Mode {
             let zero = (Matrix::zeros(ties, n), Matrix::zeros(ties, nv));
             let drift = place(&zero.0, &zero.1, Some(&solve_g.times(&ties_f)));
             kappa.add(-1.0, &Tracked::exact(drift));
-            algebraic.add(&kappa.under(&tie_cols));
+            algebraic.add(1.0, &kappa.under(&tie_cols));
         }
         let mut change = change.under(&pi);
         change.clean(1);
@@ -299,9 +296,9 @@ impl Mode {
         if let Some(share) = &share {
             let mut unknowns = states.under(&net.big_r);
             let part: Vec<usize> = (0..k).collect();
-            unknowns.add(1.0, &algebraic.rows.rows(&part).under(&net.kernel));
+            unknowns.add(1.0, &algebraic.rows(&part).under(&net.kernel));
             let amounts = share.amounts(&diodes, &unknowns);
-            algebraic.add(&amounts.under(&stairs.open_cols));
+            algebraic.add(1.0, &amounts.under(&stairs.open_cols));
             diodes = guard_rows(net, on, &active, &states, &algebraic, n);
         }
         diodes.clean(net.n + net.m);
@@ -316,14 +313,14 @@ impl Mode {
                 }
             });
             let content = Tracked::exact(solve_g.times(&joint));
-            let mut algebraic = Answer::plain(content.under(&tie_cols));
+            let mut algebraic = content.under(&tie_cols);
             let still = Tracked::zeros(r, r + nv);
             let mut guards = impulse_rows(net, on, &active, &still, &algebraic);
             if let Some(share) = &share {
                 let part: Vec<usize> = (0..k).collect();
-                let unknowns = algebraic.rows.rows(&part).under(&net.kernel);
+                let unknowns = algebraic.rows(&part).under(&net.kernel);
                 let amounts = share.amounts(&guards, &unknowns);
-                algebraic.add(&amounts.under(&stairs.open_cols));
+                algebraic.add(1.0, &amounts.under(&stairs.open_cols));
                 guards = impulse_rows(net, on, &active, &still, &algebraic);
             }
             guards.clean(net.n + net.m);
@@ -332,7 +329,7 @@ impl Mode {
             };
             let pairs = (0..net.m).filter(diode).collect();
             Impulses {
-                algebraic: algebraic.rows.value,
+                algebraic: algebraic.value,
                 guards: guards.value,
                 bounds: guards.bound,
                 pairs,
@@ -408,7 +405,7 @@ impl Mode {
             drive: to.times(&jv),
             leave_x: q2.times(&from),
             leave_v: yc,
-            algebraic: to_rows(&algebraic.rows.value),
+            algebraic: to_rows(&algebraic.value),
             guards: to_rows(&all.value),
             slack: watch.iter().map(|w| !matches!(w, Watch::Pair(i) if on[*i])).collect(),
             watch,

@@ -15,8 +15,6 @@ const REACH: f64 = 1.4;
 const GONE: f64 = 1e-16;
 /// The last of the coefficients may be so large beside the values; the others fall from there.
 const FLAT: f64 = 1e-13;
-/// So large beside the largest value so far: rounding of sums whose terms cancel.
-const ROUNDING: f64 = 1e-15;
 /// A piece is tried that is so many times as long as the last one.
 const GROWTH: f64 = 4.0;
 
@@ -73,7 +71,7 @@ impl Engine {
             self.write_inside(at + pieces.places[point] * width, row);
             pieces.put(point, &row[1..]);
         }
-        pieces.follows(FLAT, ROUNDING)
+        pieces.follows(FLAT, f64::EPSILON)
     }
 
     /// How long a piece from a time on may be at least, whatever takes part.

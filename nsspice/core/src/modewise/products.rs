@@ -8,7 +8,6 @@ pub const ORDER: usize = 4;
 const WEIGHTS: [f64; ORDER] = [0.5, 3.0 / 28.0, 1.0 / 84.0, 1.0 / 1680.0];
 /// Sums of two fast rates times the length above which their products have a closed form.
 const CLOSED: f64 = 0.2;
-const LEAST: f64 = 1e-3;
 
 /// Two quantities: what is dissipated, and what is delivered.
 pub type Two = [f64; 2];
@@ -103,9 +102,7 @@ impl Integral {
                     let second = if kind == 0 { other.rate } else { other.rate.conj() };
                     let rate = b.rate + second;
                     let closed = rate.abs() * length > CLOSED;
-                    if closed {
-                        self.shortest = self.shortest.max(LEAST / rate.abs());
-                    } else {
+                    if !closed {
                         self.longest = self.longest.min(2.0 * CLOSED / rate.abs());
                     }
                     // the form is the real part of `factor x y` (or `x conj(y)`)

@@ -6,8 +6,6 @@ use super::terms::Point;
 use super::verify::NOISE;
 use crate::resting::FADED;
 
-/// A segment shorter than this part of the time tells nothing: rounding of instants hides what moves in it.
-const SHORT: f64 = 1e-12;
 /// Where a segment is looked at for controls that have decayed by its end.
 const LATE: f64 = 0.9;
 
@@ -21,10 +19,7 @@ impl Engine {
 
     /// Turns the gates whose controls stay at their thresholds throughout the segment that the picker has found;
     /// whether there are any.
-    pub(super) fn rest(&mut self, horizon: f64) -> bool {
-        if horizon <= SHORT * self.time {
-            return false;
-        }
+    pub(super) fn rest(&mut self) -> bool {
         let mut turned = false;
         for k in 0..self.picker.verifier.resting.len() {
             let (s, noise) = self.picker.verifier.resting[k];
@@ -56,7 +51,7 @@ impl Engine {
             let distance = guards.value(j, &self.point);
             self.resting.see(s, distance, noise);
             // at the end of a steep edge rounding of the instant is more than that of the control
-            if distance.abs() <= FADED * noise / NOISE && length > SHORT * self.end {
+            if distance.abs() <= FADED * noise / NOISE {
                 self.path.at(LATE * length, &mut late);
                 self.resting.pass(s, guards.value(j, &late), noise, before);
             }

@@ -361,7 +361,7 @@ impl Engine {
             if from != Some(picked.id) {
                 self.stats.mode_changes += 1;
             }
-            let settled = self.picker.verifier.thrown.is_empty() && !self.rest(horizon);
+            let settled = self.picker.verifier.thrown.is_empty() && !self.rest();
             self.trace_leaps(&picked.mode, !settled);
             self.present = Some((picked.id, picked.mode));
             if settled {

@@ -1,10 +1,10 @@
 //! The choice among values that the laws leave undetermined: those of least norm.
 
-use super::answer::Answer;
 use super::guard_rows::impulse_rows;
 use super::network::Network;
 use super::tracked::Tracked;
 use crate::dense::{Lu, Matrix};
+use crate::linear::SURVIVES;
 
 /// How undetermined directions are chosen: least multipliers and slacks (equal sharing), and among
 /// those the least unknowns.
@@ -17,7 +17,7 @@ pub(super) struct Share {
 impl Share {
     pub fn new(net: &Network, on: &[bool], active: &[usize], open: &Matrix) -> Share {
         let k = net.kernel.cols;
-        let directions = Answer::plain(Tracked::exact(open.clone()));
+        let directions = Tracked::exact(open.clone());
         let still = Tracked::zeros(net.states, open.cols);
         let mut seen = impulse_rows(net, on, active, &still, &directions);
         seen.clean(net.n + net.m);
@@ -45,7 +45,7 @@ impl Share {
         let second = if hidden.cols > 0 && moves {
             let tall = hidden_unknowns.clone();
             let gram = tall.transpose_times(&tall);
-            if Lu::new(&gram).ratio > 1e-12 {
+            if Lu::new(&gram).ratio > SURVIVES {
                 hidden.times(&least(&tall))
             } else {
                 Matrix::zeros(open.cols, net.n)

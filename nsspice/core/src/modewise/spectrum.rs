@@ -9,8 +9,6 @@ use crate::union_find::UnionFind;
 
 /// Condition of the eigenvectors above which the closed form loses too many digits.
 pub(super) const CONDITION: f64 = 1e6;
-/// The same where nothing else is at hand.
-const LAST_CONDITION: f64 = 1e10;
 
 /// Number of states up to which the exponential of the whole matrix stands in for missing eigenvectors.
 const PLAIN: usize = 24;
@@ -250,7 +248,7 @@ impl Spectrum {
         let (found, blocks) = clustered(j, parts, found);
         match Spectrum::from_eigen(&found, blocks) {
             (grouped, better) if better < CONDITION => grouped,
-            _ if condition < LAST_CONDITION && n > PLAIN => plain,
+            _ if n > PLAIN => plain,
             _ => whole(),
         }
     }

@@ -9,12 +9,7 @@ use super::mode::HIGH_INDEX;
 use super::network::Network;
 use super::tracked::Tracked;
 use crate::dense::{add_scaled, equilibrate, norm, Echelon, Lu, Matrix};
-
-/// Relative size below which numerical ranks see zero; only networks with controlled sources.
-const RANK: f64 = 1e-13;
-
-/// Entries of a kernel vector below this part of its largest are what rounding left of nothing.
-const TRACE: f64 = 1e-13;
+use crate::rounding::of_elimination;
 
 /// The directions; columns live on the algebraic unknowns `[kernel part; active multipliers]`.
 pub struct Staircase {
@@ -167,7 +162,8 @@ fn pivoted(a: &Matrix) -> (Vec<usize>, Matrix) {
         let largest = x.iter().fold(1.0f64, |m, v| m.max(v.abs()));
         for (i, v) in x.iter().enumerate() {
             // a trace of the reflections would be a constraint of its own once its row has unit length
-            kernel[(order[i], k)] = if v.abs() > TRACE * largest { *v } else { 0.0 };
+            kernel[(order[i], k)] =
+                if v.abs() > of_elimination(x.len()) * largest { *v } else { 0.0 };
         }
     }
     (order[..rank].to_vec(), kernel)
@@ -191,7 +187,7 @@ fn reflected(a: &Matrix) -> (Vec<usize>, usize, Matrix) {
             }
         }
         first = first.max(size);
-        if size <= RANK * first || size == 0.0 {
+        if size <= of_elimination(rows.max(cols)) * first || size == 0.0 {
             break;
         }
         order.swap(rank, best);
@@ -233,7 +229,7 @@ fn kernel_beside(a: &Matrix, rows: &[usize], cols: &[usize]) -> Tracked {
         for (i, &c) in cols.iter().enumerate() {
             let (v, doubt) = (solved[(i, k)], correction[(i, k)].abs());
             // a trace of rounding would be a constraint of its own once its row has unit length
-            if v.abs() > doubt.max(TRACE * largest) {
+            if v.abs() > doubt.max(of_elimination(a.cols) * largest) {
                 out.value[(c, k)] = -v;
             }
             out.bound[(c, k)] = doubt;

@@ -8,9 +8,6 @@ pub fn negligible(size: usize) -> f64 {
     3e-15 * (size as f64).sqrt()
 }
 
-/// The part of its terms that an entry may be, and keep its digits.
-const CANCELLED: f64 = 1e-4;
-
 /// A matrix and, entry by entry, the sum of absolute values of the terms behind it.
 #[derive(Clone, Debug)]
 pub struct Tracked {
@@ -51,15 +48,19 @@ impl Tracked {
         self.bound.add_scaled(sign.abs(), &other.bound);
     }
 
+    /// Its rows as some of `size`, zero for the other ones.
+    pub fn placed(&self, rows: &[usize], size: usize) -> Tracked {
+        let mut out = Tracked::zeros(size, self.value.cols);
+        for (i, &row) in rows.iter().enumerate() {
+            out.value.row_mut(row).copy_from_slice(self.value.row(i));
+            out.bound.row_mut(row).copy_from_slice(self.bound.row(i));
+        }
+        out
+    }
+
     /// Some rows.
     pub fn rows(&self, rows: &[usize]) -> Tracked {
         Tracked { value: self.value.select_rows(rows), bound: self.bound.select_rows(rows) }
-    }
-
-    /// Whether terms cancel in some entry, so that it has lost digits.
-    pub fn cancels(&self) -> bool {
-        let entries = self.value.data.iter().zip(&self.bound.data);
-        entries.filter(|(v, _)| **v != 0.0).any(|(v, bound)| v.abs() < CANCELLED * bound)
     }
 
     /// Sets to zero what is rounding.

@@ -16,23 +16,16 @@ pub struct Scale {
     pub v: Vec<f64>,
     /// of their rates
     pub rate: Vec<f64>,
-    /// factor on all noise, above 1 where a mode had to be accepted within it
-    pub widened: f64,
 }
 
 /// What rounding leaves of a guard, as a part of its terms.
 pub const NOISE: f64 = 1e-13;
 
-/// Squares of numbers below this lose digits.
-const SMALL: f64 = 1e-140;
-
 impl Scale {
     /// Takes note of a state.
     pub fn see_state(&mut self, a: &[f64]) {
         // squares of what is left of a decay underflow
-        let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let unit = if largest > SMALL || largest == 0.0 { 1.0 } else { largest };
-        let size = unit * a.iter().map(|x| (x / unit).powi(2)).sum::<f64>().sqrt();
+        let size = a.iter().fold(0.0f64, |size, x| size.hypot(*x));
         if size > self.a {
             self.a = size;
         }
@@ -62,10 +55,10 @@ pub enum Finding {
     Good,
     /// some law cannot hold in it at all
     Inconsistent,
-    /// entering it needs an impulse of the wrong sign; how wrong, relative to the tolerance
-    Impulse(f64),
-    /// a guard is negative at once, or soon: which, how much in units of its noise
-    Guard(usize, f64),
+    /// entering it needs an impulse of the wrong sign
+    Impulse,
+    /// a guard is negative at once, or soon: which
+    Guard(usize),
 }
 
 /// Work space.
@@ -143,7 +136,7 @@ impl Verifier {
         }
         let worst = self.impulses(mode, a, segment, scale);
         if worst > 1.0 {
-            return Finding::Impulse(worst);
+            return Finding::Impulse;
         }
         path.begin(mode, a, segment, horizon);
         path.bundle(&mode.guards, segment, &mut self.guards);
@@ -196,7 +189,7 @@ impl Verifier {
             self.zeros.push(j);
         }
         if worst.1 > 0.0 {
-            return Finding::Guard(worst.0, worst.1);
+            return Finding::Guard(worst.0);
         }
         self.rise(mode, path, horizon)
     }
@@ -234,7 +227,7 @@ impl Verifier {
                 let bound = impulses.bounds.row(i);
                 let (head, tail) = bound.split_at(a.len());
                 let size = norm(head) * scale.a + dot(tail, &scale.v);
-                worst = worst.max(-value / (1e-11 * scale.widened.max(1.0) * size));
+                worst = worst.max(-value / (1e-11 * size));
             }
         }
         worst
@@ -243,7 +236,6 @@ impl Verifier {
     fn measure_noise(&mut self, mode: &Mode, scale: &Scale) {
         self.noise.clear();
         let mut floor = [0.0f64; 2]; // of multipliers and of slacks
-        let widened = scale.widened.max(1.0);
         for (j, size) in mode.sizes.iter().enumerate() {
             let inputs: f64 =
                 mode.guards.v.row(j).iter().zip(&scale.v).map(|(g, v)| g.abs() * v).sum();
@@ -253,9 +245,9 @@ impl Verifier {
             let sum = self.looks.bound[j];
             let whole = size.x * scale.a + inputs + rates;
             let kind = usize::from(mode.slack[j]);
-            floor[kind] = floor[kind].max(1e-15 * whole * widened);
+            floor[kind] = floor[kind].max(1e-15 * whole);
             let noise = NOISE * whole + 2e-15 * size.bound * scale.a + 4e-15 * sum;
-            self.noise.push((noise * widened).max(f64::MIN_POSITIVE));
+            self.noise.push(noise.max(f64::MIN_POSITIVE));
         }
         for (noise, &slack) in self.noise.iter_mut().zip(&mode.slack) {
             *noise = noise.max(floor[usize::from(slack)]);
@@ -278,7 +270,7 @@ impl Verifier {
             let change = 0.5 * slope.abs() * until;
             if slope != 0.0 && change > 4.0 * self.noise[j] {
                 if slope < 0.0 && matches!(mode.watch[j], Watch::Pair(_)) {
-                    return Finding::Guard(j, change / self.noise[j]);
+                    return Finding::Guard(j);
                 }
             } else {
                 self.open.push(j);
@@ -302,7 +294,7 @@ impl Verifier {
                     continue;
                 }
                 if g < 0.0 && matches!(mode.watch[j], Watch::Pair(_)) {
-                    return Finding::Guard(j, -g / noise);
+                    return Finding::Guard(j);
                 }
                 self.clear[j] = if g > 0.0 { t } else { 0.0 };
                 self.open.swap_remove(at);

@@ -52,8 +52,6 @@ const FIRST_MODES: usize = 256;
 /// of so many, the balance of energy sees the others.
 const FEW: u64 = 64;
 const SEAMS: u64 = 8;
-/// Controls may go so many times beyond their thresholds as their rounding.
-const CROSSED: f64 = 4.0;
 /// Records are handed over when they hold this many numbers.
 const FULL: usize = 1 << 18;
 
@@ -300,7 +298,7 @@ impl Engine {
         }
         let noise = mode.watch.iter().zip(&self.picker.verifier.noise);
         let switches = noise.filter(|(watch, _)| matches!(watch, Watch::Switch(_)));
-        switches.fold(0.0, |most, (_, noise)| f64::max(most, CROSSED * noise))
+        switches.fold(0.0, |most, (_, noise)| f64::max(most, *noise))
     }
 
     fn record_stretch(&mut self, mode: &Mode, begin: f64, end: f64, length: f64) {

@@ -7,7 +7,7 @@
 
 use super::lu::Entry;
 use super::{Csc, SparseLu};
-use crate::linear::{LOST, TRACE};
+use crate::linear::LOST;
 
 /// The diagonal entry is the pivot if it reaches this part of the largest candidate in a row that
 /// no mode change touches ...
@@ -15,7 +15,7 @@ const PREFER_DIAGONAL: f64 = 1e-2;
 /// ... and this part of the largest candidate in the row of a pair.  The row of a conducting pair
 /// under a node of small capacitance is large only until the pair blocks, so that taking it would
 /// change the pivots with the mode.  What the growth costs in accuracy, one refinement regains.
-const PREFER_FIXED: f64 = 1e-6;
+pub(super) const PREFER_FIXED: f64 = 1e-6;
 
 /// Beside a pivot of more than this part of its column less was lost than counts: more is not looked at.
 const SUSPECT: f64 = 1e-9;
@@ -277,7 +277,7 @@ impl SparseLu {
         row: impl Fn(usize) -> u32,
         p: usize,
     ) -> bool {
-        let rounding = |terms: f64| pivot <= (LOST * terms).max(TRACE * scale);
+        let rounding = |terms: f64| pivot <= LOST * terms;
         self.hold > 0.0
             && pivot <= SUSPECT * scale
             && (rounding(terms) || rounding(self.summed(a, k, row, p)))

@@ -1,10 +1,11 @@
 //! Partial refactorisation after a few rows have changed.
 
+use super::factor::PREFER_FIXED;
 use super::{Csc, SparseLu};
 
 /// An old pivot stays unless an entry below it is larger by more than this factor: somewhat beyond
 /// the threshold at which pivots are chosen, so that they do not flutter between two modes.
-const LARGEST_FACTOR: f64 = 1e7;
+const LARGEST_FACTOR: f64 = 10.0 / PREFER_FIXED;
 
 /// How much of the factors was computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,12 +6,9 @@
 
 use super::elements::Branch;
 use crate::dense::{Lu, Matrix};
+use crate::rounding::of_elimination;
 use crate::sparse::Csc;
 use crate::union_find::UnionFind;
-
-/// A pivot of the correlation matrix below this is none: its entries are known to some roundings, and their sums to
-/// the number of windings times that, for groups of a thousand.
-const RANK: f64 = 1e-12;
 
 /// A group of them.
 #[derive(Clone, Debug)]
@@ -51,6 +48,7 @@ impl Coupled {
             return None;
         }
         // Cholesky with complete pivoting
+        let rounding = of_elimination(n);
         let (mut order, mut turns): (Vec<usize>, Vec<Vec<f64>>) =
             ((0..n).collect(), vec![vec![]; n]);
         for step in 0..n {
@@ -61,9 +59,10 @@ impl Coupled {
             })?;
             order.swap(step, pivot);
             let own = left[(order[step], order[step])];
-            if own <= RANK {
+            // the entries are known to some roundings
+            if own <= rounding {
                 let least = (step..n).map(|k| left[(order[k], order[k])]).fold(0.0, f64::min);
-                if least < -RANK {
+                if least < -rounding {
                     return None;
                 }
                 break;
