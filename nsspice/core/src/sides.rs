@@ -1,8 +1,7 @@
 //! Rows at the instants that an engine chooses: one where all is continuous, two where something
 //! jumps.
 
-/// Two values that differ by less than this part of their column's size are one.
-const DIFFERENT: f64 = 1e-9;
+use crate::audit::TOLERANCE;
 
 /// Where such rows go.
 pub enum Home<'a> {
@@ -59,7 +58,7 @@ impl Sides {
         }
         let right = right.filter(|right| {
             let pairs = self.left.iter().zip(*right).zip(&self.sizes).skip(1);
-            pairs.into_iter().any(|((a, b), size)| (a - b).abs() > DIFFERENT * size.max(a.abs()))
+            pairs.into_iter().any(|((a, b), size)| (a - b).abs() > TOLERANCE * size.max(a.abs()))
         });
         let (out, both) = match home {
             Home::Beside(_) if right.is_none() => return,

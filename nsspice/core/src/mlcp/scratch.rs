@@ -15,14 +15,12 @@ const NO_DATA: f64 = 0.01;
 /// Unknowns below this part of the largest (in the scaled system) may be rounding.
 const NOTHING: f64 = 1e-13;
 /// Sign tests ignore violations below this part of the terms they are the sum of.
-const SIGN: f64 = 1e-13;
+pub(super) const SIGN: f64 = 1e-13;
 
 /// Slacks (multipliers) that should vanish are flaws from this part of the terms of their own on,
 const FLAW: f64 = 1e-9;
-/// unless they are rounding of the largest voltage (multiplier) of the pairs,
+/// unless they are rounding of the largest voltage (multiplier) of the pairs.
 const FINE: f64 = 1e-12;
-/// or of what meets in the rows.
-const FINEST: f64 = 1e-14;
 
 /// Against which size rounding errors are judged in sign tests.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -280,12 +278,8 @@ impl Scratch {
         let Scratch { model, roles, x, terms, defect, .. } = self;
         let n = model.n;
         let largest = |v: &[f64]| v.iter().fold(0.0f64, |a, b| a.max(b.abs()));
-        let mut rows = [0.0f64; 2];
-        for (i, &size) in terms[..n].iter().enumerate() {
-            rows[model.kind(i)] = rows[model.kind(i)].max(size);
-        }
-        let current = (FINE * largest(&x[n..])).max(FINEST * rows[0]);
-        let voltage = (FINE * largest(&terms[n..])).max(FINEST * rows[1]);
+        let current = FINE * largest(&x[n..]);
+        let voltage = FINE * largest(&terms[n..]);
         roles.iter().enumerate().all(|(i, role)| {
             let (l, w) = (x[n + i], -defect[n + i]);
             let current = current.max(FLAW * model.multiplier_terms(i, terms));

@@ -8,13 +8,10 @@
 //! 1998); what resistances make of the others is then computed from rows without what cancels.
 
 use crate::dense::{dot, norm, Matrix};
+use crate::rounding::{of_elimination, UNIT};
 
 /// Ratio of the rates of two groups between which digits would be lost.
 const APART: f64 = 1e5;
-/// A direction that deviates so little from an axis leaves its square, rounding, on the others.
-const ALIGNED: f64 = 1e-8;
-/// Rows below this part of the largest are rounding of it.
-const ROUNDING: f64 = 1e-14;
 
 /// An orthogonal matrix whose first columns are the directions of the motions that algebraic unknowns
 /// damp fastest; None where rates are not far apart, or where the coordinates are already like that.
@@ -32,7 +29,7 @@ pub(super) fn fastest_first(indirect: &Matrix, direct: &Matrix) -> Option<Matrix
         if let Some(last) = rates.last().filter(|last| rate * APART <= **last) {
             cuts.push((k, *last, turn.clone()));
         }
-        if rates.first().is_some_and(|first| rate <= ROUNDING * first) || rate == 0.0 {
+        if rates.first().is_some_and(|first| rate <= of_elimination(n) * first) || rate == 0.0 {
             break;
         }
         rates.push(rate);
@@ -54,7 +51,8 @@ pub(super) fn fastest_first(indirect: &Matrix, direct: &Matrix) -> Option<Matrix
         others.transpose_times(&direct.times(&others)).max_abs() * APART <= *rate
     };
     let (cut, _, turn) = cuts.into_iter().rev().find(apart)?;
-    let axis = |c: usize| (0..n).filter(|&r| turn[(r, c)].abs() > ALIGNED).count() == 1;
+    // a direction that deviates so little from an axis leaves its square, rounding, on the others
+    let axis = |c: usize| (0..n).filter(|&r| turn[(r, c)].abs() > UNIT.sqrt()).count() == 1;
     (!(0..cut).all(axis)).then_some(turn)
 }
 

@@ -3,9 +3,10 @@
 //! The state after the impact is the limit of three short implicit steps, as in time stepping.
 
 use super::implicit::later;
-use super::inspect::{MAX_JUMPS, NO_JUMP};
+use super::inspect::MAX_JUMPS;
 use super::pick::roles;
 use super::run::Engine;
+use super::verify::NOISE;
 use crate::moreau::to_zero;
 
 /// Lengths of the first of the steps, relative to the segment that follows.
@@ -46,7 +47,7 @@ impl Engine {
         let bend = norm(&|i| first[i] - 2.0 * second[i] + third[i]);
         let change = norm(&|i| a[i] - self.a[i]);
         let clear = bend <= BEND * self.scale.a && bend <= CLEAR * change;
-        if !clear || change <= NO_JUMP * self.scale.a {
+        if !clear || change <= NOISE * self.scale.a {
             return false;
         }
         let before = self.unknowns_from(&self.a);

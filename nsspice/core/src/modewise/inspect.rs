@@ -4,6 +4,7 @@ use super::mode::Mode;
 use super::pick::{fix, roles};
 use super::registry::Id;
 use super::run::{Engine, Phase};
+use super::verify::NOISE;
 use crate::moreau::Jump;
 use crate::waveform::Side;
 use std::sync::Arc;
@@ -12,8 +13,6 @@ use std::sync::Arc;
 const MAX_EVENTS: usize = 1 << 16;
 /// Jumps kept in full; later ones are only counted.
 pub(super) const MAX_JUMPS: usize = 4096;
-/// Changes below this part of the largest stored energy norm are no jump.
-pub(super) const NO_JUMP: f64 = 1e-10;
 
 impl Engine {
     /// Whether lists of charges and switch states have the right lengths.
@@ -140,7 +139,7 @@ impl Engine {
     /// energy coordinates before it.
     pub(super) fn note_jump(&mut self, mode: &Arc<Mode>, id: Id, origin: &[f64], entry: &[f64]) {
         let change = self.a.iter().zip(origin).fold(0.0f64, |m, (x, y)| m.hypot(x - y));
-        if change <= NO_JUMP * self.scale.a {
+        if change <= NOISE * self.scale.a {
             return;
         }
         self.count_jump(origin);

@@ -5,14 +5,13 @@
 
 use super::run::{Engine, Phase};
 use crate::pieces::Pieces;
+use crate::rounding::UNIT;
 
 /// Points of a piece.
 pub const POINTS: usize = 12;
 /// Length of a piece in time constants of a term: the polynomial through the points errs by
 /// `2 (1.4 / 4)^12 / 12! = 1.4e-14` of it at most.
 const REACH: f64 = 1.4;
-/// What has decayed to this part has gone.
-const GONE: f64 = 1e-16;
 /// The last of the coefficients may be so large beside the values; the others fall from there.
 const FLAT: f64 = 1e-13;
 /// A piece is tried that is so many times as long as the last one.
@@ -82,7 +81,7 @@ impl Engine {
                 return width;
             }
             let left = (growth * at).exp().min(1.0);
-            if left < GONE {
+            if left < UNIT {
                 return width;
             }
             // the error grows with a power of the length

@@ -1,13 +1,12 @@
 //! Integrals of products of two coordinates over a segment, from their values at both ends.
 
 use super::apart::{inverse, Apart};
+use super::integral::SLOW;
 use crate::dense::{complex, dot, Complex, Matrix};
 
 /// Derivatives of the power at both ends, and their weights: `h / 2`, `3 h^2 / 28` and so on.
 pub const ORDER: usize = 4;
 const WEIGHTS: [f64; ORDER] = [0.5, 3.0 / 28.0, 1.0 / 84.0, 1.0 / 1680.0];
-/// Sums of two fast rates times the length above which their products have a closed form.
-const CLOSED: f64 = 0.2;
 
 /// Two quantities: what is dissipated, and what is delivered.
 pub type Two = [f64; 2];
@@ -101,9 +100,10 @@ impl Integral {
                 for kind in 0..kinds {
                     let second = if kind == 0 { other.rate } else { other.rate.conj() };
                     let rate = b.rate + second;
-                    let closed = rate.abs() * length > CLOSED;
+                    // below, products are as slow as those with a series
+                    let closed = rate.abs() * length > SLOW;
                     if !closed {
-                        self.longest = self.longest.min(2.0 * CLOSED / rate.abs());
+                        self.longest = self.longest.min(2.0 * SLOW / rate.abs());
                     }
                     // the form is the real part of `factor x y` (or `x conj(y)`)
                     let factor = forms.map(|q| {

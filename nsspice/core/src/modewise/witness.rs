@@ -12,6 +12,7 @@ use crate::audit::{worse, Taken};
 use crate::dense::complex;
 use crate::mlcp::Role;
 use crate::moreau::Records;
+use crate::rounding::UNIT;
 use crate::waveform::{Side, INSTANT};
 
 /// Nodes on [-1, 1] and their weights: six, exact for polynomials up to degree nine.
@@ -38,7 +39,6 @@ const REACH: f64 = 0.8;
 /// rounding, also where the rest of the segment is so many of its time constants long: a quadrature
 /// takes its rate for that of a part of them.
 const SMALL: f64 = 1e-6;
-const GONE: f64 = 1e-16;
 /// Price of a stretch in segments, so that records cost some hundredths of a run, and how many can be
 /// had at once; what is left of a segment is left out.
 const PRICE: u64 = 256;
@@ -281,7 +281,7 @@ impl Engine {
             for rate in [rate, forced] {
                 let left = (rate.re * t).exp();
                 let size = rate.abs();
-                if size > 0.0 && left > GONE / (size * (length - t)).max(1.0) {
+                if size > 0.0 && left > UNIT / (size * (length - t)).max(1.0) {
                     // the error grows with the tenth power of the length
                     let room = (SMALL / left).max(1.0).powf(0.1);
                     width = width.min(REACH / size * room);
