@@ -158,10 +158,8 @@ impl Driver {
         s.active.copy_from_slice(begin);
         (s.iterations, s.flawed, s.best_residual) = (0, None, Residual::INFINITE);
         let finite = s.f.iter().chain(&s.start).all(|v| v.is_finite());
-        let near = finite && active_set::solve(s).is_some();
-        let solved = near || finite && proximal::solve(s).is_some();
-        let sound =
-            solved && !s.doubtful && s.growth() <= if near { SUSPECT } else { SUSPECT_PATH };
+        let solved = finite && (active_set::solve(s).is_some() || proximal::solve(s).is_some());
+        let sound = solved && !s.doubtful && s.growth() <= SUSPECT;
         if sound {
             z.copy_from_slice(&s.x[..n]);
             l.copy_from_slice(&s.x[n..]);
