@@ -16,6 +16,10 @@ pub const SURVIVES: f64 = 1e-13;
 /// summed before.
 pub const LOST: f64 = 4.0 * f64::EPSILON;
 
+/// Below this part of its column a pivot is none, even if nothing was lost on the way: rounding of right-hand
+/// sides would move the unknown out of all bounds.
+pub const TRACE: f64 = 1e-30;
+
 /// What candidates for pivots are compared with where rows are not equilibrated: the largest entries of the
 /// columns of a matrix and of its rows, but for unknowns that a row of their own gives.  In a law that contains
 /// the slopes of blocking junctions beside these 1e-25 is no trace of anything larger.

@@ -250,8 +250,8 @@ impl Sums {
         (self.largest, self.present) = (most(self.largest), most(self.present));
         let recent = std::mem::take(&mut self.recent);
         let told = self.rounding(recent, &self.present);
-        // a step that rounds more than the run has moved excuses no more than that
-        self.held += told.min(self.moved + self.peak);
+        // nor does what such a step is rounded by excuse all
+        self.held += told.min(LEAP * (self.moved + self.peak));
         self.present = here;
     }
 

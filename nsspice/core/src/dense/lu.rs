@@ -1,6 +1,6 @@
 //! LU factorisation of a small dense matrix with partial pivoting.
 
-use crate::linear::{Singular, Sizes, LOST, SURVIVES};
+use crate::linear::{Singular, Sizes, LOST, SURVIVES, TRACE};
 use crate::sparse::Csc;
 
 /// `P A = L U`, stored over `A` column by column; refactoring reuses the storage.
@@ -166,7 +166,7 @@ impl DenseLu {
                 };
                 let small = self.hold > 0.0 && k < last && best <= SURVIVES * self.sizes.column(k);
                 // beside large entries that cancel nothing, a small pivot has all of its digits
-                if !small || best > LOST * self.terms(k, p) {
+                if !small || best > (LOST * self.terms(k, p)).max(TRACE * self.sizes.column(k)) {
                     break (p, best);
                 }
                 last -= 1;

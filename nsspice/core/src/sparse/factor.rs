@@ -7,7 +7,7 @@
 
 use super::lu::Entry;
 use super::{Csc, SparseLu};
-use crate::linear::LOST;
+use crate::linear::{LOST, TRACE};
 
 /// The diagonal entry is the pivot if it reaches this part of the largest candidate in a row that
 /// no mode change touches ...
@@ -277,7 +277,7 @@ impl SparseLu {
         row: impl Fn(usize) -> u32,
         p: usize,
     ) -> bool {
-        let rounding = |terms: f64| pivot <= LOST * terms;
+        let rounding = |terms: f64| pivot <= (LOST * terms).max(TRACE * scale);
         self.hold > 0.0
             && pivot <= SUSPECT * scale
             && (rounding(terms) || rounding(self.summed(a, k, row, p)))
