@@ -56,6 +56,8 @@ pub struct Block {
     grain: Vec<[f64; 2]>,
     /// rate of increments whose quotients the rates are
     quotients: Vec<f64>,
+    /// how far multipliers and slacks may be off because instants are rounded
+    slack: Vec<[f64; 2]>,
 }
 
 impl Block {
@@ -69,10 +71,20 @@ impl Block {
             list.reserve(points * m);
         }
         self.roles.reserve(points * m);
+        self.slack.reserve(points * m);
         self.unsigned.reserve(points);
         self.least.reserve(points);
         self.grain.reserve(points);
         self.quotients.reserve(points);
+    }
+}
+
+/// `value` less what may be rounding.
+fn beyond(value: f64, slack: f64) -> f64 {
+    if value.abs() <= slack {
+        0.0
+    } else {
+        value - slack.copysign(value)
     }
 }
 
@@ -210,11 +222,32 @@ impl Auditor {
             block.roles.extend_from_slice(point.roles);
         }
         block.unsigned.push(point.unsigned);
+        block.slack.resize(pairs + m, [0.0; 2]);
         if let (found, Some(row)) = tied {
             self.note_law(found, row);
         }
         if let Some(row) = lost {
             self.note_law(1.0, row);
+        }
+    }
+
+    /// The last points of the block, a stretch, belong to instants that are known up to this part
+    /// of its length: multipliers and slacks may be off by that part of their changes.
+    pub(super) fn blur(&mut self, points: usize, part: f64) {
+        let (m, block) = (self.m, &mut self.block);
+        let first = block.count - points;
+        for i in 0..m {
+            let mut slack = [0.0; 2];
+            for (slack, list) in slack.iter_mut().zip([&block.l, &block.w]) {
+                let values = (first..block.count).map(|k| list[k * m + i]);
+                let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
+                    [low.min(v), high.max(v)]
+                });
+                *slack = part * (ends[1] - ends[0]);
+            }
+            for k in first..block.count {
+                block.slack[k * m + i] = slack;
+            }
         }
     }
 
@@ -257,6 +290,7 @@ impl Auditor {
         block.grain.clear();
         block.quotients.clear();
         block.unsigned.clear();
+        block.slack.clear();
         self.block = block;
     }
 
@@ -336,10 +370,12 @@ impl Auditor {
                 let at = k * m + i;
                 let least = of_parts[self.parts.of_pair(i)];
                 let (l, w) = (block.l[at], block.w[at]);
-                let current = ratio(l, amperes(k, i).max(least[0]));
-                let mut voltage = ratio(w, block.volts[at].max(least[1]));
+                let [slack_l, slack_w] = block.slack[at];
+                let current = ratio(beyond(l, slack_l), amperes(k, i).max(least[0]));
+                let beyond_w = beyond(w, slack_w);
+                let mut voltage = ratio(beyond_w, block.volts[at].max(least[1]));
                 if voltage.abs() > TOLERANCE {
-                    voltage = ratio(w, block.volts[at].max(least[1]).max(unseen(k, i)));
+                    voltage = ratio(beyond_w, block.volts[at].max(least[1]).max(unseen(k, i)));
                 }
                 let found = match block.roles[at] {
                     1 => voltage.abs(),

@@ -8,6 +8,12 @@ use super::rounding::Grain;
 use super::taken::Taken;
 use super::{ratio, worse, TOLERANCE};
 
+/// A closed form has the rounding of three computations of the size of an elimination: the reduction
+/// to states, their decomposition, and the way back to the unknowns.
+const CLOSED: f64 = 3.0;
+/// An event is known to this part of its instant.
+const INSTANT: f64 = 16.0 * f64::EPSILON;
+
 /// States at which one motion ends and the next begins: nothing changes between them but in jumps
 /// that are reported.
 #[derive(Clone, Copy, Debug, Default)]
@@ -64,7 +70,11 @@ impl Auditor {
                 largest: self.largest,
                 rate: 1.0 / all.grain[k],
                 quotients: if all.inner.is_empty() { 0.0 } else { 1.0 / all.grain[k] },
-                share: self.share.max(known),
+                share: if all.inner.is_empty() {
+                    CLOSED * self.share
+                } else {
+                    self.share.max(known)
+                },
                 settled: 0.0,
             };
             let roles = if all.roles.is_empty() { &[][..] } else { &all.roles[k * m..][..m] };
@@ -105,6 +115,8 @@ impl Auditor {
                     }
                 }
             }
+            let rounding = INSTANT * all.begin[k].abs().max(all.end[k].abs());
+            self.blur(s, (rounding / h).min(1.0));
             self.judge_full();
             self.motion(&error, &sizes, grain.share, [h, all.swing[k]]);
             self.steps += u64::from(all.steps[k]);

@@ -47,6 +47,10 @@ pub struct Balance {
 /// How much more a step may move than all before it to count in full: what one stage beyond all bounds
 /// turns over is no measure of the run.
 const LEAP: f64 = 1e3;
+/// Powers of two by which rounding in such steps is beyond the usual one.
+const FAR: i64 = 10;
+/// What it may be, in units of the tolerance: a hundredth of all energies.
+const LEAPS: f64 = 1e6;
 
 /// An energy, or power, that the largest voltage and current bring about: a form of both.
 type Product = [[f64; 2]; 2];
@@ -112,8 +116,11 @@ pub struct Sums {
     /// what the largest voltage and current store, and what they do
     content: Product,
     acting: Product,
-    /// rounding that steps may have left in the laws, as energy
+    /// rounding that steps may have left in the laws, as energy, and that of steps beyond all others
     held: f64,
+    leaps: f64,
+    /// sum of the binary exponents of what was told of it, and how many
+    usual: (i64, i64),
     /// points and time of steps since then, and the largest voltage and current of the last point
     recent: (u64, f64),
     present: [f64; 2],
@@ -208,6 +215,8 @@ impl Sums {
             content,
             acting,
             held: 0.0,
+            leaps: 0.0,
+            usual: (0, 0),
             recent: (0, 0.0),
             present: [0.0; 2],
             points: 0,
@@ -226,7 +235,7 @@ impl Sums {
         if self.first.is_none() {
             let energy = self.energy(z);
             (self.first, self.peak) = (Some(energy), energy.abs());
-            self.look(z, &[]);
+            self.look(z, &[], &[]);
             self.go_on_from(z);
         }
     }
@@ -243,16 +252,32 @@ impl Sums {
     }
 
     /// Takes the largest voltage and current at the end of steps.
-    fn look(&mut self, z: &[f64], l: &[f64]) {
+    fn look(&mut self, z: &[f64], l: &[f64], f: &[f64]) {
         let mut here = [0.0; 2];
         self.reach.see(&self.kinds, z, l, &mut here);
         let most = |a: [f64; 2]| [a[0].max(here[0]), a[1].max(here[1])];
         (self.largest, self.present) = (most(self.largest), most(self.present));
         let recent = std::mem::take(&mut self.recent);
         let told = self.rounding(recent, &self.present);
-        // nor does what such a step is rounded by excuse all
-        self.held += told.min(LEAP * (self.moved + self.peak));
+        let unusual = self.is_unusual(told);
+        if unusual && told > self.moved + self.peak {
+            // where a coil loses its last current one node has kilovolts, and what is stored elsewhere none
+            self.leaps += told.min(self.rounding_at(recent, [z, l, f]));
+        } else {
+            self.held += told;
+        }
         self.present = here;
+    }
+
+    /// Whether a number is far beyond the geometric mean of all so far, which a few of them hardly move.
+    fn is_unusual(&mut self, number: f64) -> bool {
+        let exponent = (number.to_bits() >> 52) as i64;
+        let (sum, count) = &mut self.usual;
+        let unusual = *count > 0 && exponent - *sum / *count > FAR;
+        if number > 0.0 {
+            (*sum, *count) = (*sum + exponent, *count + 1);
+        }
+        unusual
     }
 
     /// Energy that laws may be off by in points and time, to the rounding of elimination (see
@@ -297,6 +322,21 @@ impl Sums {
         self.steps += steps;
     }
 
+    /// The same beside the voltages and currents of a point, each where it is.
+    #[cold]
+    fn rounding_at(&self, (points, time): (u64, f64), [z, l, f]: [&[f64]; 3]) -> f64 {
+        let size: Vec<f64> = z.iter().map(|v| v.abs()).collect();
+        let [mut stored, mut acting] = [0; 2].map(|_| vec![0.0; z.len()]);
+        self.laws[0].abs_mul_add(&size, &mut stored);
+        self.laws[1].abs_mul_add(&size, &mut acting);
+        self.a.columns.abs_mul_add(l, &mut acting);
+        if let Some((flowing, kept)) = &self.smooth {
+            flowing.columns.abs_mul_add(f, &mut acting);
+            kept.columns.abs_mul_add(f, &mut stored);
+        }
+        self.share * (2.0 * points as f64 * dot(&size, &stored) + time * dot(&size, &acting))
+    }
+
     /// Counts points of steps and their time.
     #[inline]
     fn pass(&mut self, points: u64, time: f64) {
@@ -327,12 +367,12 @@ impl Sums {
             if lanes.count == LANES {
                 self.add_lanes();
             } else if new {
-                self.look(z, l);
+                self.look(z, l, f);
             }
             return;
         }
         if new || self.steps.is_multiple_of(LANES as u64) {
-            self.look(z, l);
+            self.look(z, l, f);
         }
         let mut scheme = 0.5 * self.stored.at(|k| z[k] - z0[k]);
         if let Some((by_unknowns, by_sources)) = &self.averaging {
@@ -355,8 +395,8 @@ impl Sums {
             return;
         }
         let Some(mut lanes) = self.lanes.take() else { return };
-        let [z, l, _] = lanes.last();
-        self.look(z, l);
+        let [z, l, f] = lanes.last();
+        self.look(z, l, f);
         lanes.close();
         let [mut stored, mut averaged, mut power, mut given, mut ruled] = [[0.0; LANES]; 5];
         lanes.squares(&self.stored, CHANGE, &mut stored);
@@ -415,7 +455,7 @@ impl Sums {
         if let Some(last) = all.z.last() {
             self.add_one([h * delivered, h * dissipated, h * h * scheme], last);
             let l = all.l.get((count - 1) * m..).unwrap_or(&[]);
-            self.look(last, l);
+            self.look(last, l, all.f.last().copied().unwrap_or(&[]));
             self.go_on_from(last);
         }
     }
@@ -516,7 +556,7 @@ impl Sums {
         let points = self.points as f64;
         let added = points * f64::EPSILON / TOLERANCE * self.moved;
         let known = self.moved + self.peak + first.abs() + last.abs();
-        let scale = known + held + added;
+        let scale = known + held + added + self.leaps.min(LEAPS * known);
         let missing = dot(&self.missed, &self.largest);
         let error = (last - self.expected()).abs() + missing;
         Balance {

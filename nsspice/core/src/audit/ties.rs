@@ -9,11 +9,14 @@ use super::points::Point;
 use super::{ratio, worse, TOLERANCE};
 use crate::dense::{Lu, Matrix};
 use crate::descriptor::{stored_columns, sums_that_store_nothing, ties_of_coils, Linear};
-use crate::rounding::of_elimination;
 use crate::sparse::Csc;
 
-/// Part of its terms to which a rate has to be known: potentials are limits of short steps there.
+/// Part of its terms to which a rate has to be known, and part of the largest that counts: potentials are limits of
+/// short steps there.
 const KNOWN: f64 = 0.1;
+const LEAST: f64 = 1e-3;
+/// A pivot of the inductances below this part of the first is none.
+const SINGULAR: f64 = 1e-9;
 /// Coils that are looked at together.
 const MOST: usize = 64;
 
@@ -58,7 +61,7 @@ impl Ties {
             })
             .collect();
         let factor = Lu::new(&inductances);
-        if ties.is_empty() || factor.ratio <= of_elimination(coils.len()) {
+        if ties.is_empty() || factor.ratio <= SINGULAR {
             return None;
         }
         Some(Ties { inverse: factor.solve(&Matrix::identity(coils.len())), coils, ties })
@@ -70,10 +73,13 @@ impl Ties {
         s.add_both(1.0, at.u, &mut rest, &mut sizes);
         g.add_both(-1.0, at.z, &mut rest, &mut sizes);
         a.add_both(-1.0, at.l, &mut rest, &mut sizes);
+        // what is known of a law beside the largest of its kind
+        let least = self.coils.iter().fold(0.0, |most, &row| f64::max(most, sizes[row]));
+        let least = LEAST * least;
         let rate = |k: usize| {
             let terms = self.inverse.row(k).iter().zip(&self.coils);
             terms.fold((0.0, 0.0), |(sum, size), (m, &row)| {
-                (sum + m * rest[row], size + m.abs() * sizes[row])
+                (sum + m * rest[row], size + m.abs() * sizes[row].max(least))
             })
         };
         let rates: Vec<(f64, f64)> = (0..self.coils.len()).map(rate).collect();
