@@ -7,7 +7,7 @@ weight, and what little current or voltage it has is not the difference of large
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from ..devices import Conditions, Device
@@ -15,8 +15,12 @@ from .union_find import UnionFind
 
 #: whether engines solve in these coordinates, or in node voltages everywhere
 IN_USE = True
+#: the same for islands with smooth laws; off while both are compared
+BESIDE_SMOOTH = False
 #: among branches of one kind the heavier: large capacitances and conductances, small inductances
-_KINDS = {"V": 0, "E": 1, "C": 2, "R": 3, "P": 4, "L": 5, "G": 6, "I": 7}
+_KINDS = {"V": 0, "E": 1, "C": 2, "R": 3, "P": 4, "L": 5, "J": 6, "G": 8, "I": 9}
+#: pairs beside smooth laws: junctions (J) that block leave each cut-set its leakage alone
+_LIGHT_PAIR = 7
 #: a tree may ask for so many more terms than node voltages do, for each node
 _FILL = 64
 #: below this number of nodes matrices are dense anyway
@@ -36,7 +40,7 @@ class _Weighted(NamedTuple):
 def spanning_tree(devices: Sequence[Device], conditions: Conditions) -> dict[str, str]:
     """Return the tree in whose voltages an island is solved; empty for node voltages.
 
-    Newton's method beside smooth laws has node voltages.
+    Newton's method beside smooth laws has node voltages, see :data:`BESIDE_SMOOTH`.
 
     Parameters
     ----------
@@ -44,7 +48,7 @@ def spanning_tree(devices: Sequence[Device], conditions: Conditions) -> dict[str
         Of one island.
     conditions : Conditions
     """
-    if not IN_USE or any(d.smooth for d in devices):
+    if not IN_USE or (not BESIDE_SMOOTH and any(d.smooth for d in devices)):
         return {}
     return heaviest_tree(devices, conditions)
 
@@ -97,28 +101,71 @@ def heaviest_tree(devices: Sequence[Device], conditions: Conditions) -> dict[str
 def _branches(devices: Sequence[Device], conditions: Conditions) -> Iterator[_Weighted]:
     """Yield all branches."""
     number = 0
+    kinds = dict(_KINDS)
+    smooth = any(device.smooth for device in devices)
+    if smooth:
+        kinds["P"] = _LIGHT_PAIR
     for device in devices:
         value = conditions.values.get(device.name, getattr(device, "value", 0.0))
         size = abs(value) if isinstance(value, int | float) else 0.0
         for edge in device.branches(conditions.values):
             lightness = -size if edge.kind == "C" else size if edge.kind in "RL" else 0.0
-            yield _Weighted(_KINDS[edge.kind], lightness, number, edge.a, edge.b)
+            # what conducts now and then, as junctions do and switches with resistances
+            changes = edge.kind == "R" and (device.smooth or (smooth and not size))
+            kind = "J" if changes else edge.kind
+            yield _Weighted(kinds[kind], lightness, number, edge.a, edge.b)
             number += 1
 
 
 def _forest(branches: Sequence[_Weighted]) -> dict[str, list[str]]:
-    """Return the neighbours of each node in the forest of the first branches (Kruskal)."""
+    """Return the neighbours of each node in the forest of the first branches (Kruskal).
+
+    Of junctions, whose conductances differ by powers of ten from one moment to the next, those come
+    first that lead to ground on the shortest way: their cut-sets are small.
+    """
     number: dict[str, int] = {"0": 0}
     for branch in branches:
         number.setdefault(branch.a, len(number))
         number.setdefault(branch.b, len(number))
     sets = UnionFind(len(number))
     near: dict[str, list[str]] = {name: [] for name in number}
-    for branch in branches:
-        if sets.union(number[branch.a], number[branch.b]):
-            near[branch.a].append(branch.b)
-            near[branch.b].append(branch.a)
+
+    def join(some: Iterable[_Weighted]) -> None:
+        for branch in some:
+            if sets.union(number[branch.a], number[branch.b]):
+                near[branch.a].append(branch.b)
+                near[branch.b].append(branch.a)
+
+    light = _KINDS["J"]
+    junctions = [branch for branch in branches if branch.kind == light]
+    join(branch for branch in branches if branch.kind < light)
+    join(
+        _from_ground(
+            junctions, [(sets.find(number[j.a]), sets.find(number[j.b])) for j in junctions]
+        )
+    )
+    join(branch for branch in branches if branch.kind > light)
     return near
+
+
+def _from_ground(
+    junctions: Sequence[_Weighted], ends: Sequence[tuple[int, int]]
+) -> Iterator[_Weighted]:
+    """Yield branches between parts in the order of a breadth-first search from ground, part 0."""
+    beside: dict[int, list[tuple[int, _Weighted]]] = {}
+    for branch, (a, b) in zip(junctions, ends, strict=True):
+        beside.setdefault(a, []).append((b, branch))
+        beside.setdefault(b, []).append((a, branch))
+    found: set[int] = set()
+    for start in (0, *beside):
+        queue = [] if start in found else [start]
+        found.add(start)
+        for part in queue:
+            for other, branch in beside.get(part, ()):
+                if other not in found:
+                    found.add(other)
+                    queue.append(other)
+                    yield branch
 
 
 def _is_sparse(

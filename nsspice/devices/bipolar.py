@@ -157,7 +157,7 @@ class Bipolar(Transistor):
             if nodes[end] == node:
                 continue
             if key == "rb" and self._modulated:
-                stamper.internal_node(nodes[end], self.name)
+                stamper.internal_node(nodes[end], self.name, node)
             else:
                 ohms = p[key] / self.parallel
                 stamper.series_resistance(node, nodes[end], self.name, ohms, held=held)

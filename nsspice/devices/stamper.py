@@ -114,7 +114,7 @@ class Layout:
         self.nodes: dict[str, int] = {name: k for k, name in enumerate(nodes)}
         self.nodes["0"] = -1
         #: the node against which the voltage of each node is an unknown, ground by default
-        self._before: Mapping[str, str] = tree or {}
+        self._before: dict[str, str] = dict(tree or {})
         self._depth: dict[str, int] = {"0": 0}
         self.conditions = conditions
         self.branches: dict[str, int] = {}
@@ -159,6 +159,12 @@ class Layout:
                 found += 1
                 self._depth[one] = found
         return found
+
+    def hang(self, node: str, beside: str) -> str:
+        """Let a node hang from another one, from ground without a tree; return the one it has."""
+        if self._before and beside != "0":
+            self._before[node] = beside
+        return self.before(node)
 
     def before(self, node: str) -> str:
         """Return the node against which the voltage of a node is an unknown."""
@@ -262,11 +268,15 @@ class Stamper:
         self.branch_kinds.append(kind)
         return index
 
-    def internal_node(self, name: str, element: str) -> str:
-        """Add a node inside an element; its voltage is an unknown, its row a current law."""
+    def internal_node(self, name: str, element: str, beside: str = "0") -> str:
+        """Add a node inside an element; its voltage is an unknown, its row a current law.
+
+        Where the unknowns are voltages along a tree it hangs from the node ``beside`` it.
+        """
         index = self.size
         self.layout.nodes[name] = index
-        self.branch_names.append(f"v({name})")
+        before = self.layout.hang(name, beside)
+        self.branch_names.append(f"v({name})" if before == "0" else f"v({name},{before})")
         self.branch_elements.append(element)
         self.branch_kinds.append(0)
         return name
@@ -403,7 +413,7 @@ class Stamper:
         Otherwise the current is an unknown: that of a blocking junction is less than the rounding
         of a difference of voltages over so small a resistance.
         """
-        self.internal_node(inner, element)
+        self.internal_node(inner, element, node)
         if held:
             self.conductance(node, inner, 1.0 / ohms)
             return

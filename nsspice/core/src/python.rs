@@ -198,7 +198,8 @@ impl PyStepper {
         let zeros = || (Csc::zeros(n, n), Csc::zeros(n, p));
         let (h, hs) = system.averaging(&averaging)?.unwrap_or_else(zeros);
         let linear = system.linear.clone();
-        let sys = System::new(linear, h, hs, system.smooth.clone(), system.dominant());
+        let mut sys = System::new(linear, h, hs, system.smooth.clone(), system.dominant());
+        sys.tree = (!system.coordinates.are_potentials()).then(|| system.coordinates.clone());
         let sizes = [n, m, n, p, functions, functions];
         let mut terms = Vec::with_capacity(outputs.len());
         for output in &outputs {

@@ -14,7 +14,7 @@ use crate::union_find::UnionFind;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Multiples {
     pub row: usize,
-    others: Vec<(usize, f64)>,
+    pub others: Vec<(usize, f64)>,
 }
 
 impl Multiples {
@@ -25,8 +25,12 @@ impl Multiples {
 
     /// Adds the multiples to the right-hand side.
     pub fn add_to(&self, rhs: &mut [f64]) {
-        let sum: f64 = self.others.iter().map(|(other, factor)| factor * rhs[*other]).sum();
-        rhs[self.row] += sum;
+        rhs[self.row] += self.added(rhs);
+    }
+
+    /// What is added to the right-hand side.
+    pub fn added(&self, rhs: &[f64]) -> f64 {
+        self.others.iter().map(|(other, factor)| factor * rhs[*other]).sum()
     }
 }
 
@@ -99,7 +103,7 @@ mod tests {
                 law.row != 2
                     && (law.factor(2).unwrap() + [0.1, 0.0, 0.2][law.row - 1] / 0.3).abs() < 1e-15
             );
-            law.add_to(&mut voltages);
+            voltages[law.row] += law.added(&voltages);
             assert!(voltages[law.row].abs() < 1e-15);
         }
     }

@@ -26,12 +26,21 @@ pub(super) struct Functions {
     pub q: Entries,
     /// of each function: how far it reaches along its slopes from the largest values
     pub reach: Vec<f64>,
+    /// the voltages that they read, if they read no potentials
+    pub tree: Option<Coordinates>,
+    own: Vec<f64>,
 }
 
 impl Functions {
     /// Values at a point.
     pub fn values(&mut self, z: &[f64], u: &[f64], t: f64, out: &mut Vec<f64>) {
-        self.tape.evaluate(z, u, t, Linearisation::Exact);
+        match &self.tree {
+            Some(tree) => {
+                tree.voltages(z, &mut self.own);
+                self.tape.evaluate(&self.own, u, t, Linearisation::Exact);
+            }
+            None => self.tape.evaluate(z, u, t, Linearisation::Exact),
+        }
         out.clear();
         out.extend((0..self.tape.program().len()).map(|k| self.tape.value(k)));
     }
@@ -162,6 +171,8 @@ impl Auditor {
             f: Entries::new(&laws.f),
             q: Entries::new(&laws.q),
             reach: Vec::new(),
+            tree: None,
+            own: Vec::new(),
         });
         let mut algebraic = vec![true; n];
         let stored = smooth.iter().flat_map(|s| s.q.places());
@@ -231,6 +242,13 @@ impl Auditor {
             gates: None,
             ties,
             a,
+        }
+    }
+
+    /// Says of what voltages the functions are, if not of potentials.
+    pub fn know_tree(&mut self, tree: &Coordinates) {
+        if let Some(smooth) = &mut self.smooth {
+            smooth.tree = Some(tree.clone());
         }
     }
 

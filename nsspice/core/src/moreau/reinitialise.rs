@@ -15,6 +15,9 @@ impl Stepper {
         coordinates: &Coordinates,
     ) {
         self.facts.coordinates = (!coordinates.are_potentials()).then(|| coordinates.clone());
+        if let (Some(smooth), Some(tree)) = (&mut self.smooth, &self.facts.coordinates) {
+            smooth.know_tree(tree);
+        }
         for &(a, b, c) in capacitors {
             for end in [a, b].into_iter().filter(|&end| end >= 0) {
                 self.facts.node_storage[end as usize] += c;

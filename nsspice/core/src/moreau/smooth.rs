@@ -9,6 +9,7 @@ use crate::descriptor::Linear;
 use crate::mlcp::{Residual, Start};
 use crate::newton::{Data, Newton, Smooth, Tracking, ASTRAY};
 use crate::sparse::Csc;
+use crate::structure::Coordinates;
 use crate::waveform::Side;
 
 /// A prediction that reaches further than this many steps back is none.
@@ -44,6 +45,8 @@ pub struct SmoothPart {
     scratch: Vec<f64>,
     /// see [`Linear::conducting`]; empty until it is asked for
     conducting: Option<Csc>,
+    /// nodes at which functions store a charge, where unknowns are voltages along a tree
+    pub(super) charged: Vec<bool>,
 }
 
 impl SmoothPart {
@@ -60,6 +63,7 @@ impl SmoothPart {
                 &sys.linear.d,
                 &sys.linear.row_kind,
                 smooth,
+                sys.tree.as_ref(),
             ),
             f: vec![0.0; count],
             rates: vec![0.0; count],
@@ -76,7 +80,13 @@ impl SmoothPart {
             prediction: vec![0.0; n],
             scratch: vec![0.0; count],
             conducting: None,
+            charged: Vec::new(),
         }
+    }
+
+    /// Says along which tree voltages are the unknowns.
+    pub(super) fn know_tree(&mut self, tree: &Coordinates) {
+        self.charged = tree.touched(self.newton.stored_rows());
     }
 
     /// The time that the functions see.

@@ -7,6 +7,7 @@ use crate::descriptor::Linear;
 use crate::mlcp::{Driver, ModeFactor, Problem};
 use crate::newton::Smooth;
 use crate::sparse::Csc;
+use crate::structure::Coordinates;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -30,13 +31,15 @@ pub struct System {
     pub dominant: bool,
     /// the storage matrix by rows
     storage_rows: Csc,
+    /// the tree along which unknown voltages are counted, if they are no potentials
+    pub tree: Option<Coordinates>,
 }
 
 impl System {
     /// A system with these corrections.
     pub fn new(linear: Linear, h: Csc, hs: Csc, smooth: Option<Smooth>, dominant: bool) -> System {
         let storage_rows = linear.e.transpose();
-        System { linear, h, hs, smooth, dominant, storage_rows }
+        System { linear, h, hs, smooth, dominant, storage_rows, tree: None }
     }
 
     /// The largest voltage and current in some lists of unknowns.

@@ -54,6 +54,7 @@ impl Newton {
         let assembly = &mut assemblies[*present];
         for list in [&mut own, &mut all] {
             eq.floating.sum_up(list, &mut s.work);
+            eq.combined.combine(list, &mut s.work);
         }
         let mut stores = vec![false; n];
         eq.stored.iter().for_each(|e| stores[e.0 as usize] = true);

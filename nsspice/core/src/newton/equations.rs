@@ -1,8 +1,10 @@
 //! The system as arrays: one pattern for the Jacobians of all modes, points and step lengths.
 
+use super::combined::Combined;
 use crate::floating::Floating;
 use crate::linear::ordering;
 use crate::sparse::{Csc, Ordering};
+use crate::structure::Coordinates;
 use crate::tape::{Linearisation, Tape};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -44,9 +46,9 @@ impl Smooth {
 pub(super) enum Part {
     /// in a law, and in the equation that it is
     Both,
-    /// in a law in whose place a sum of laws stands
+    /// in a law to which others are added
     Law,
-    /// in a sum of laws
+    /// in what stands in its place
     Sum,
 }
 
@@ -95,7 +97,7 @@ pub struct Equations {
     pub(super) reference: Vec<f64>,
     /// scaling by which usual conductances and resistances become about one
     pub(super) unit: Vec<f64>,
-    /// rows of sums in which nothing stands but functions that store nothing
+    /// current rows in which nothing stands but functions that store nothing
     pub(super) leaks: Vec<usize>,
     /// one for rows of unknowns, zero for slacks, in fours
     pub(super) laws: Vec<[f64; FOUR]>,
@@ -118,6 +120,10 @@ pub struct Equations {
     pub(super) d: Csc,
     /// nodes that only charges tie, windings without leakage
     pub(super) floating: Floating,
+    /// laws to which others are added, where voltages along a tree are the unknowns
+    pub(super) combined: Combined,
+    /// whether they are
+    pub(super) by_tree: bool,
 }
 
 impl Equations {
@@ -131,16 +137,27 @@ impl Equations {
         d: &Csc,
         row_kind: &[u8],
         smooth: &Smooth,
+        tree: Option<&Coordinates>,
     ) -> Equations {
         let (n, m) = (g.nrows, a.ncols);
+        let csc = |entries: Vec<_>, columns: usize| Csc::from_triplets(n, columns, &entries);
         let size = n + m;
-        let mut floating = Floating::new(e, g, row_kind);
-        floating.take_contents(&smooth.contents(e), row_kind);
-        floating.take_cut_sets(e, g, row_kind, [&smooth.f, &smooth.q, a]);
         let mut functional = vec![false; n];
         smooth.f.iter().chain(smooth.q.iter()).for_each(|e| functional[e.0] = true);
-        floating.take_windings(e, row_kind, &functional);
-        let a = &Csc::from_triplets(n, m, &floating.with_sums(a));
+        let mut floating = Floating::new(e, g, row_kind);
+        let mut combined = Combined::default();
+        match tree {
+            Some(tree) => {
+                floating = Floating::new(&Csc::zeros(n, n), &Csc::zeros(n, n), row_kind);
+                combined = Combined::new([e, g], row_kind, &functional, tree);
+            }
+            None => {
+                floating.take_contents(&smooth.contents(e), row_kind);
+                floating.take_cut_sets(e, g, row_kind, [&smooth.f, &smooth.q, a]);
+                floating.take_windings(e, row_kind, &functional);
+            }
+        }
+        let a = &Csc::from_triplets(n, m, &combined.matrix(&csc(floating.with_sums(a), m)));
         let mut terms: Vec<Term> = Vec::new();
         for (matrix, rate) in [(&smooth.f, false), (&smooth.q, true)] {
             for (row, k, v) in matrix.iter() {
@@ -150,7 +167,11 @@ impl Equations {
                     Some(term) => term.q += q,
                     None => {
                         let register = smooth.tape.register(k) as u32;
-                        let part = if floating.is_sum(row) { Part::Law } else { Part::Both };
+                        let part = if combined.changes(row) || floating.is_sum(row) {
+                            Part::Law
+                        } else {
+                            Part::Both
+                        };
                         let (row, function) = (row as u32, k as u32);
                         terms.push(Term { row, function, register, f, q, part });
                     }
@@ -159,8 +180,11 @@ impl Equations {
         }
         let mut sums: BTreeMap<(u32, u32), Term> = BTreeMap::new();
         for t in &terms {
-            for first in floating.sums_with(t.row as usize) {
-                let row = first as u32;
+            let own = combined.changes(t.row as usize).then_some((t.row as usize, 1.0));
+            let groups = floating.sums_with(t.row as usize).map(|row| (row, 1.0));
+            let others = combined.with(t.row as usize).chain(groups);
+            for (row, factor) in own.into_iter().chain(others) {
+                let row = row as u32;
                 let sum = sums.entry((row, t.function)).or_insert(Term {
                     row,
                     f: 0.0,
@@ -168,8 +192,8 @@ impl Equations {
                     part: Part::Sum,
                     ..*t
                 });
-                sum.f += t.f;
-                sum.q += t.q;
+                sum.f += factor * t.f;
+                sum.q += factor * t.q;
             }
         }
         terms.extend(sums.into_values().filter(|t| t.f != 0.0 || t.q != 0.0));
@@ -181,8 +205,8 @@ impl Equations {
                 }
             }
         }
-        let stored = floating.stored(e);
-        let mut all = floating.conductances(g);
+        let stored = combined.matrix(&csc(floating.stored(e), n));
+        let mut all = combined.matrix(&csc(floating.conductances(g), n));
         all.extend(stored.iter().map(|&(r, c, _)| (r, c, 0.0)));
         all.extend(positions.iter().map(|&(t, j, _)| (t.row as usize, j, 0.0)));
         all.extend(a.iter().map(|(r, c, v)| (r, n + c, v)));
@@ -240,7 +264,9 @@ impl Equations {
             let four = |b| std::array::from_fn(|i| f64::from(counts(FOUR * b + i)));
             (0..size.div_ceil(FOUR)).map(four).collect()
         };
-        let mut leaks: Vec<bool> = (0..n).map(|row| floating.is_sum(row)).collect();
+        let mut leaks: Vec<bool> = (0..n)
+            .map(|row| if tree.is_some() { row_kind[row] == 0 } else { floating.is_sum(row) })
+            .collect();
         let linear = pattern.iter().filter(|e| e.2 != 0.0).map(|e| e.0);
         let kept = stored.iter().map(|e| e.0 as usize);
         let charges = terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Law);
@@ -287,6 +313,8 @@ impl Equations {
             b: b.clone(),
             d: d.clone(),
             floating,
+            combined,
+            by_tree: tree.is_some(),
         }
     }
 

@@ -67,8 +67,7 @@ pub(super) struct Assembly {
     pub values: Vec<f64>,
     /// physical unknown = scale * scaled unknown
     pub scale: Vec<f64>,
-    /// what multiplies the rows: the same, but at rest for sums of laws, in which little of their unknowns
-    /// stands
+    /// what multiplies the rows: the same, but for laws of leakage alone
     row_scale: Vec<f64>,
     scaled: bool,
     /// for the present values
@@ -257,7 +256,8 @@ impl Assembly {
         for (c, scale) in scale.iter().enumerate() {
             let range = jacobian.colptr[c]..jacobian.colptr[c + 1];
             for (&row, v) in jacobian.rowidx[range.clone()].iter().zip(&values[range]) {
-                if self.rate == 0.0 && row < eq.n && eq.floating.is_sum(row) {
+                let sum = row < eq.n && self.rate == 0.0 && eq.floating.is_sum(row);
+                if row < eq.n && (sum || eq.by_tree && eq.leaks.contains(&row)) {
                     largest[row] = largest[row].max((v * scale).abs());
                 }
             }

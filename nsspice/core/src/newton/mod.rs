@@ -20,6 +20,7 @@
 //! `E z0 + Q f(z0)` of the old state.  [`Newton::values`] are the functions at the solution.
 
 mod advance;
+mod combined;
 mod contradiction;
 mod direct;
 mod driver;

@@ -84,7 +84,7 @@ impl Problem {
         let (n, m) = (self.g.nrows, self.q.len());
         let zero = Csc::zeros(n, n);
         let Problem { g, a, b, d, q, row_kind, smooth } = self;
-        let mut newton = Newton::new(&zero, &g, &a, &b, &d, &row_kind, smooth);
+        let mut newton = Newton::new(&zero, &g, &a, &b, &d, &row_kind, smooth, None);
         newton.set_rate(0.0);
         let roles = vec![Role::Diode; m];
         let (mut z, mut l) = (vec![0.0; n], vec![0.0; m]);

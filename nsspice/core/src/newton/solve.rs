@@ -9,6 +9,7 @@ use super::state::State;
 use super::turns::Turns;
 use crate::mlcp::{Residual, Role, Start};
 use crate::sparse::Csc;
+use crate::structure::Coordinates;
 use crate::tape::{Linearisation, Tape};
 use std::sync::Arc;
 
@@ -94,7 +95,8 @@ pub(super) struct Pull<'a> {
 const NOWHERE: Judgement = Judgement { residual: Residual::INFINITE, worst_row: 0, unknown: false };
 
 impl Newton {
-    /// Prepares a system.
+    /// Prepares a system, whose unknown voltages may be those along a tree.
+    #[allow(clippy::too_many_arguments)] // one per matrix
     pub fn new(
         e: &Csc,
         g: &Csc,
@@ -103,8 +105,9 @@ impl Newton {
         d: &Csc,
         row_kind: &[u8],
         smooth: Smooth,
+        tree: Option<&Coordinates>,
     ) -> Newton {
-        let eq = Arc::new(Equations::new(e, g, a, b, d, row_kind, &smooth));
+        let eq = Arc::new(Equations::new(e, g, a, b, d, row_kind, &smooth, tree));
         let (size, m) = (eq.size(), eq.m);
         let zeros = vec![0.0; size];
         let sources = smooth.tape.program().sources();
@@ -244,6 +247,7 @@ impl Newton {
         let (n, s) = (self.eq.n, &mut self.state);
         s.right[..n].copy_from_slice(rhs);
         self.eq.floating.sum_up(&mut s.right[..n], &mut s.work);
+        self.eq.combined.combine(&mut s.right[..n], &mut s.work);
         for (r, q) in s.right[n..].iter_mut().zip(q) {
             *r = -q;
         }

@@ -44,7 +44,7 @@ impl Newton {
 
     /// Whether windings alone hold the potential of some nodes.
     pub fn has_cut_sets(&self) -> bool {
-        self.eq.floating.has_cut_sets()
+        self.eq.floating.has_cut_sets() || self.eq.combined.has_cut_sets()
     }
 
     /// The next solve is an implicit step from the unknowns `z`: adds the charges and fluxes that they
@@ -125,6 +125,12 @@ impl Newton {
     /// Slopes of the functions where they have been evaluated last.
     pub fn slopes(&self) -> &[f64] {
         self.tape.slopes()
+    }
+
+    /// Where stored functions stand: laws, functions and coefficients.
+    pub fn stored_rows(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+        let terms = self.eq.terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Sum);
+        terms.map(|t| (t.row as usize, t.function as usize, t.q))
     }
 
     /// Unknowns that stored functions depend on.

@@ -15,7 +15,7 @@ fn clamp(unit: f64, vf: f64) -> Newton {
     let one = |v: f64| Csc::from_triplets(1, 1, &[(0, 0, v)]);
     let smooth = Smooth { tape: Tape::new(Arc::new(program)), f: one(1.0), q: one(0.0) };
     let _ = vf;
-    Newton::new(&one(0.0), &one(1e-3), &one(1.0), &one(1.0), &one(0.0), &[0], smooth)
+    Newton::new(&one(0.0), &one(1e-3), &one(1.0), &one(1.0), &one(0.0), &[0], smooth, None)
 }
 
 #[test]
@@ -47,7 +47,7 @@ fn rectifier() -> Newton {
     let none = |r, c| Csc::from_triplets(r, c, &[]);
     let smooth = Smooth { tape: Tape::new(Arc::new(program)), f: one(1.0), q: one(0.0) };
     let (a, b) = (none(1, 0), none(0, 1));
-    Newton::new(&one(0.0), &one(1e-3), &a, &b, &none(0, 0), &[0], smooth)
+    Newton::new(&one(0.0), &one(1e-3), &a, &b, &none(0, 0), &[0], smooth, None)
 }
 
 /// Guesses are not all judged while the source moves; solutions are the same, and at rest guesses are
@@ -99,7 +99,7 @@ fn chain(count: usize) -> (Newton, Csc) {
     let none = Csc::from_triplets(count, count, &[]);
     let a = Csc::from_triplets(count, 1, &[(count - 1, 0, 1.0)]);
     let d = Csc::from_triplets(1, 1, &[]);
-    let newton = Newton::new(&none, &g, &a, &a.transpose(), &d, &vec![0; count], smooth);
+    let newton = Newton::new(&none, &g, &a, &a.transpose(), &d, &vec![0; count], smooth, None);
     (newton, g)
 }
 
@@ -149,7 +149,7 @@ fn triangular_ends_of_a_jacobian_are_not_factorised() {
     let g = Csc::from_triplets(3, 3, &g);
     let ends = (none(3, 0), none(0, 3));
     let mut newton =
-        Newton::new(&none(3, 3), &g, &ends.0, &ends.1, &none(0, 0), &[0, 0, 1], smooth);
+        Newton::new(&none(3, 3), &g, &ends.0, &ends.1, &none(0, 0), &[0, 0, 1], smooth, None);
     let mut z = [0.0; 3];
     newton.solve(&[0.0, 0.0, -5.0], &[], 0.0, &[], &[], &mut z, &mut [], Start::Cold).unwrap();
     assert!(z[0] == 5.0 && (1e-3 * (z[0] - z[1]) + z[2]).abs() < 1e-15, "{z:?}");

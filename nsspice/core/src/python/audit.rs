@@ -52,12 +52,16 @@ impl PyAuditor {
         });
         let (linear, averaging) =
             turned.as_ref().map_or((&system.linear, &averaging), |(linear, terms)| (linear, terms));
+        let at_nodes = tree.as_ref().zip(smooth).map(|(tree, smooth)| tree.smooth_at_nodes(smooth));
         let mut inner = Auditor::new(
             linear,
             [between.capacitors, between.conductors],
             averaging.as_ref(),
-            smooth,
+            at_nodes.as_ref().or(smooth),
         );
+        if let Some(tree) = &tree {
+            inner.know_tree(tree);
+        }
         if timed {
             if system.described.len() != linear.s.ncols {
                 return Err(misfit());

@@ -1,6 +1,7 @@
 //! The voltages of a spanning tree as unknowns: which node each one belongs to, and against which it is counted.
 
 use crate::descriptor::Linear;
+use crate::newton::Smooth;
 use crate::sparse::Csc;
 use std::collections::BTreeMap;
 
@@ -136,6 +137,12 @@ impl Coordinates {
         }
     }
 
+    /// The same functions in laws of nodes.
+    pub fn smooth_at_nodes(&self, smooth: &Smooth) -> Smooth {
+        let [f, q] = [&smooth.f, &smooth.q].map(|matrix| self.rows_at_nodes(matrix));
+        Smooth { tape: smooth.tape.clone(), f, q }
+    }
+
     /// Averaging terms in potentials.
     pub fn averaging_at_nodes(&self, [h, hs]: [&Csc; 2]) -> (Csc, Csc) {
         (self.matrix_at_nodes(h, &[]), self.rows_at_nodes(hs))
@@ -149,6 +156,12 @@ impl Coordinates {
     /// The node before an unknown's, -1 for ground.
     pub fn before(&self, unknown: usize) -> isize {
         self.before[unknown]
+    }
+
+    /// The unknowns of the nodes right behind that of one.
+    pub fn behind(&self, unknown: usize) -> impl Iterator<Item = usize> + '_ {
+        let before = self.before.iter().enumerate();
+        before.filter(move |e| *e.1 == unknown as isize).map(|e| e.0)
     }
 
     /// Potentials in place of voltages along the tree; currents stay.
@@ -167,6 +180,13 @@ impl Coordinates {
         }
     }
 
+    /// Voltages along the tree from potentials; currents stay.
+    pub fn voltages(&self, potentials: &[f64], out: &mut Vec<f64>) {
+        let before = |k: isize| usize::try_from(k).map_or(0.0, |j| potentials[j]);
+        out.clear();
+        out.extend(potentials.iter().zip(&self.before).map(|(v, &k)| v - before(k)));
+    }
+
     /// What enters each node, from what passes each cut-set.
     pub fn at_nodes(&self, cuts: &[f64]) -> Vec<f64> {
         let mut out = cuts.to_vec();
@@ -182,6 +202,21 @@ impl Coordinates {
                 cuts[self.before[k] as usize] -= cuts[k];
             }
         }
+    }
+
+    /// The nodes at which something stands of terms `(cut-set, term, value)`: a term that passes the cut-set of a
+    /// node and no other on the way to ground does not leave it.
+    pub fn touched(&self, terms: impl Iterator<Item = (usize, usize, f64)>) -> Vec<bool> {
+        let mut left: BTreeMap<(usize, usize), f64> = BTreeMap::new();
+        for (cut, term, value) in terms {
+            *left.entry((term, cut)).or_insert(0.0) += value;
+            if let Ok(before) = usize::try_from(self.before[cut]) {
+                *left.entry((term, before)).or_insert(0.0) -= value;
+            }
+        }
+        let mut out = vec![false; self.before.len()];
+        left.iter().filter(|e| *e.1 != 0.0).for_each(|(&(_, node), _)| out[node] = true);
+        out
     }
 
     /// `at_nodes` of a sparse list.
@@ -212,6 +247,9 @@ mod tests {
         assert_eq!(tree.path(2, 0), [(2, 1.0), (1, 1.0)]);
         assert_eq!(tree.path(3, 1), [(1, -1.0), (3, 1.0), (0, -1.0)]);
         assert_eq!(tree.potentials(&[1.0, 10.0, 100.0, 7.0, 0.5]), [1.0, 11.0, 111.0, 7.0, 0.5]);
+        let mut along = Vec::new();
+        tree.voltages(&[1.0, 11.0, 111.0, 7.0, 0.5], &mut along);
+        assert_eq!(along, [1.0, 10.0, 100.0, 7.0, 0.5]);
         assert_eq!(Coordinates::of_nodes(2).path(1, 0), [(1, 1.0), (0, -1.0)]);
     }
 

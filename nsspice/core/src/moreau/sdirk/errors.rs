@@ -56,7 +56,7 @@ impl Sdirk {
         let n = s.z.len();
         if let Some(nodes) = &mut self.nodes {
             let (e, ends) = (&s.sys.linear.e, [&self.trial.first[..n], &end[..n]]);
-            nodes.take(e, &self.ladder.stored, &self.trial.slope, ends);
+            nodes.take(e, &self.ladder.stored, [&self.trial.slope, &self.trial.charged], ends);
         }
         // what sources alone determine is no result of the step
         for &j in self.ladder.stored.iter().filter(|&&j| !s.facts.fixed[j]) {

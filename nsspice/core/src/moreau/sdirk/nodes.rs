@@ -12,6 +12,8 @@ pub struct Nodes {
     tree: Coordinates,
     /// capacitances that meet in each node [F]
     storage: Vec<f64>,
+    /// at which functions store a charge: what they store with differs by powers of ten within a step
+    charged: Vec<bool>,
     errors: Vec<f64>,
     first: Vec<f64>,
     last: Vec<f64>,
@@ -26,6 +28,10 @@ impl Nodes {
         Some(Nodes {
             tree: s.facts.coordinates.clone()?,
             storage: s.facts.node_storage.clone(),
+            charged: match &s.smooth {
+                Some(smooth) => smooth.charged.clone(),
+                None => vec![false; s.z.len()],
+            },
             errors: zeros.clone(),
             first: zeros.clone(),
             last: zeros.clone(),
@@ -33,17 +39,28 @@ impl Nodes {
         })
     }
 
-    /// Takes the errors of unknowns, of which these are `stored` by the storage matrix `e`, and the unknowns at both
-    /// ends of the step.
-    pub fn take(&mut self, e: &Csc, stored: &[usize], errors: &[f64], ends: [&[f64]; 2]) {
+    /// Takes the errors of unknowns, of which these are `stored` by the storage matrix `e`, those of potentials that
+    /// charges of functions determine, and the unknowns at both ends of the step.
+    pub fn take(
+        &mut self,
+        e: &Csc,
+        stored: &[usize],
+        [errors, potentials]: [&[f64]; 2],
+        ends: [&[f64]; 2],
+    ) {
         for &j in stored {
             self.stored[j] = errors[j];
         }
         self.errors.fill(0.0);
         e.mul_add(1.0, &self.stored, &mut self.errors);
         self.tree.take_apart(&mut self.errors);
-        for (error, &storage) in self.errors.iter_mut().zip(&self.storage) {
-            *error = if storage > 0.0 { *error / storage } else { 0.0 };
+        let places = self.charged.iter().zip(&self.storage).zip(potentials);
+        for (error, ((&charged, &storage), &own)) in self.errors.iter_mut().zip(places) {
+            *error = match (charged, storage > 0.0) {
+                (true, _) => own,
+                (false, true) => *error / storage,
+                (false, false) => 0.0,
+            };
         }
         for (potentials, z) in [&mut self.first, &mut self.last].into_iter().zip(ends) {
             potentials.copy_from_slice(z);

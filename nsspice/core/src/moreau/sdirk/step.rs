@@ -65,6 +65,11 @@ pub struct Trial {
     own: Vec<bool>,
     /// there are such
     mixed: bool,
+    /// the error of the potential of each node at which functions store a charge, where unknowns are voltages along
+    /// a tree
+    pub charged: Vec<f64>,
+    charged_before: Vec<f64>,
+    beside_charged: Vec<f64>,
     /// unknowns on whose common value nothing that is stored depends
     afloat: Vec<Vec<usize>>,
     /// where Newton's method begins
@@ -141,6 +146,9 @@ impl Trial {
         Trial {
             mixed: own.contains(&true),
             afloat: sums.filter(|sum| sum.len() > 1).cloned().collect(),
+            charged: vec![0.0; n],
+            charged_before: vec![0.0; n],
+            beside_charged: vec![0.0; n],
             own,
             storage,
             conducted,
@@ -273,6 +281,12 @@ impl Trial {
                 *d = x - end;
             }
         }
+        if self.at_charged_nodes(s, |trial| &trial.slope) {
+            if !tableau.smoothed {
+                let both = self.charged.iter_mut().zip(&self.beside_charged);
+                both.for_each(|(d, plain)| *d = (plain * *d).abs().sqrt());
+            }
+        }
         // as changes of charges and fluxes: directions without storage mean nothing
         self.stored.fill(0.0);
         s.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
@@ -308,6 +322,21 @@ impl Trial {
         }
     }
 
+    /// Adds up some errors, into `charged`, and the plain ones along the tree to the nodes at which functions store
+    /// charges; false if there are none.
+    fn at_charged_nodes(&mut self, s: &Stepper, of: impl Fn(&Trial) -> &Vec<f64>) -> bool {
+        let Some(tree) = s.facts.coordinates.as_ref().filter(|_| self.mixed) else { return false };
+        let n = self.n;
+        std::mem::swap(&mut self.charged, &mut self.charged_before);
+        let mut errors = std::mem::take(&mut self.charged);
+        errors.copy_from_slice(&of(self)[..n]);
+        tree.add_up(&mut errors);
+        self.charged = errors;
+        self.beside_charged.copy_from_slice(&self.raw[..n]);
+        tree.add_up(&mut self.beside_charged);
+        true
+    }
+
     /// Takes the mean of each group out of `raw` on whose common value nothing that is stored depends: behind
     /// a jump, where only windings hold such a group, it is known to the rounding of their fluxes alone.
     fn level_out(&mut self) {
@@ -333,6 +362,12 @@ impl Trial {
         if self.mixed {
             ladder.respond(s, self.level, &self.raw, &mut self.smoothed);
         }
+        if self.at_charged_nodes(s, |trial| &trial.smoothed) {
+            let both = self.charged.iter_mut().zip(&self.beside_charged);
+            for ((d, plain), before) in both.zip(&self.charged_before) {
+                *d = (*d * plain).abs().sqrt().max(before.abs());
+            }
+        }
         for (j, d) in self.slope[..n].iter_mut().enumerate() {
             let swing = match (self.own[j], self.storage[j]) {
                 (true, _) => (self.raw[j] * self.smoothed[j]).abs().sqrt(),
@@ -353,6 +388,11 @@ impl Trial {
             *raw = if fit == Fit::Contradiction { 0.0 } else { x - z };
         }
         self.level_out();
+        if self.at_charged_nodes(s, |trial| &trial.raw) {
+            for (d, before) in self.charged.iter_mut().zip(&self.charged_before) {
+                *d = (FIRST * d.abs()).max(before.abs());
+            }
+        }
         self.stored.fill(0.0);
         s.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
         for j in 0..n {

@@ -1,0 +1,101 @@
+//! Laws with multiples of others added to them, in which less stands then.
+//!
+//! Two kinds: windings without leakage, in which no flux is left (`windings.rs`), and Kirchhoff's current law where
+//! voltages along a tree are the unknowns.  There a law sums all that passes a cut-set; where it gives the current
+//! of a source or an inductor, the cut-sets of sources and inductors behind it are taken out, and their currents
+//! stand in the place of all that passes those: `i(V) + i(L) = 0`, without the charges of junctions behind both,
+//! whose rounding in a short step is amperes.
+
+use crate::floating::LOST;
+use crate::sparse::Csc;
+use crate::structure::Coordinates;
+use crate::windings::{laws_without_storage, Multiples};
+
+/// All such laws of a system.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Combined {
+    laws: Vec<Multiples>,
+    /// an inductor is a branch of the tree: nothing else leads to some nodes but what is lighter
+    cut_sets: bool,
+}
+
+impl Combined {
+    /// Finds them; functions stand in some laws of windings.
+    pub fn new(
+        [e, g]: [&Csc; 2],
+        row_kind: &[u8],
+        functional: &[bool],
+        tree: &Coordinates,
+    ) -> Combined {
+        let mut laws = laws_without_storage(e, row_kind);
+        laws.retain(|law| !functional[law.row]);
+        let branch = branches(g, row_kind);
+        let own: Vec<bool> = branch.iter().map(Option::is_some).collect();
+        let mut stores = vec![false; e.nrows];
+        e.iter().for_each(|(_, c, _)| stores[c] = true);
+        let cut_sets = branch.into_iter().flatten().any(|current| stores[current]);
+        for row in (0..g.nrows).filter(|&row| own[row]) {
+            let behind = tree.behind(row).filter(|&other| own[other]);
+            let others: Vec<_> = behind.map(|other| (other, -1.0)).collect();
+            if !others.is_empty() {
+                laws.push(Multiples { row, others });
+            }
+        }
+        Combined { laws, cut_sets }
+    }
+
+    /// Whether inductors alone hold the potential of some nodes.
+    pub fn has_cut_sets(&self) -> bool {
+        self.cut_sets
+    }
+
+    /// The laws to which one is added, with its factor.
+    pub fn with(&self, other: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.laws.iter().filter_map(move |law| Some((law.row, law.factor(other)?)))
+    }
+
+    /// Whether others are added to a law.
+    pub fn changes(&self, row: usize) -> bool {
+        self.laws.iter().any(|law| law.row == row)
+    }
+
+    /// A matrix with what is added; what cancels leaves nothing.
+    pub fn matrix(&self, matrix: &Csc) -> Vec<(usize, usize, f64)> {
+        if self.laws.is_empty() {
+            return matrix.iter().collect();
+        }
+        let added =
+            |(r, c, v): (usize, usize, f64)| self.with(r).map(move |(row, f)| (row, c, f * v));
+        let terms: Vec<_> = matrix.iter().chain(matrix.iter().flat_map(added)).collect();
+        let sizes: Vec<_> = terms.iter().map(|&(r, c, v)| (r, c, v.abs())).collect();
+        let [sums, sizes] =
+            [terms, sizes].map(|all| Csc::from_triplets(matrix.nrows, matrix.ncols, &all));
+        let left = sums.iter().zip(sizes.iter());
+        let left = left.filter(|(sum, size)| sum.2 == size.2 || sum.2.abs() > LOST * size.2);
+        left.map(|(sum, _)| sum).collect()
+    }
+
+    /// Turns a right-hand side into one of these laws, in the place of those that it was for.
+    pub fn combine(&self, rhs: &mut [f64], sums: &mut [f64]) {
+        // all from the laws themselves
+        for (sum, law) in sums.iter_mut().zip(&self.laws) {
+            *sum = law.added(rhs);
+        }
+        sums.iter().zip(&self.laws).for_each(|(sum, law)| rhs[law.row] += sum);
+    }
+}
+
+/// Of each law the current of the branch that it gives: it passes no other cut-set.
+fn branches(g: &Csc, row_kind: &[u8]) -> Vec<Option<usize>> {
+    let mut own = vec![None; g.nrows];
+    for column in (0..g.ncols).filter(|&c| row_kind[c] != 0) {
+        let (rows, values) = g.col(column);
+        let mut laws = rows.iter().zip(values).filter(|e| row_kind[*e.0] == 0 && *e.1 != 0.0);
+        if let (Some((&row, &v)), None) = (laws.next(), laws.next()) {
+            if v.abs() == 1.0 {
+                own[row] = Some(column);
+            }
+        }
+    }
+    own
+}
