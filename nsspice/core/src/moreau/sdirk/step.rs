@@ -281,11 +281,10 @@ impl Trial {
                 *d = x - end;
             }
         }
-        if self.at_charged_nodes(s, |trial| &trial.slope) {
-            if !tableau.smoothed {
-                let both = self.charged.iter_mut().zip(&self.beside_charged);
-                both.for_each(|(d, plain)| *d = (plain * *d).abs().sqrt());
-            }
+        let charged = self.at_charged_nodes(s, |trial| &trial.slope);
+        if charged && !tableau.smoothed {
+            let both = self.charged.iter_mut().zip(&self.beside_charged);
+            both.for_each(|(d, plain)| *d = (plain * *d).abs().sqrt());
         }
         // as changes of charges and fluxes: directions without storage mean nothing
         self.stored.fill(0.0);
