@@ -6,7 +6,7 @@
 
 use super::cache::fingerprint;
 use super::residual::Residual;
-use super::scratch::{Scale, Scratch, SIGN};
+use super::scratch::{Scale, Scratch};
 
 /// Iterations granted for few pairs; large networks get more (a front of switching diodes moves
 /// one pair per iteration).
@@ -15,6 +15,9 @@ const ITERATIONS: usize = 12;
 /// A front is not wider than so many pairs: where more change at once, and their number has not come to a
 /// new low for `ITERATIONS`, they go to and fro.
 const FRONT: usize = 4;
+
+/// Residuals below this need no refinement.
+const FINE: f64 = 1e-13;
 
 /// Starts from `start` and the active set already in `s.active`; true if `s.x` solves the problem.
 pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
@@ -29,7 +32,7 @@ pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
         let mut changes = s.identify(scale);
         if changes == 0 {
             let found = s.judge_strictly();
-            if !regular || found.is_some_and(|f| f.worst() <= SIGN) {
+            if !regular || found.is_some_and(|f| f.worst() <= FINE) {
                 return found;
             }
         }

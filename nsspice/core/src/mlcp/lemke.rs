@@ -5,7 +5,9 @@
 
 use super::problem::Role;
 use super::scratch::Scratch;
-use crate::linear::SURVIVES;
+
+/// Entries below this part of the largest of their column do not serve as pivots.
+const PIVOT: f64 = 1e-11;
 
 /// Basic pairs of `w = M l + q >= 0`, `l >= 0`, `w' l = 0`: true where `l` is basic.  `matrix` is
 /// stored by rows.  `None` at a secondary ray or after too many pivots.
@@ -59,7 +61,7 @@ fn leaving_row(
     let m = basis.len();
     let largest = (0..m).fold(0.0f64, |a, i| a.max(t[i * width + entering].abs()));
     let mut best: Option<usize> = None;
-    for i in (0..m).filter(|&i| t[i * width + entering] > SURVIVES * largest) {
+    for i in (0..m).filter(|&i| t[i * width + entering] > PIVOT * largest) {
         let Some(b) = best else {
             best = Some(i);
             continue;

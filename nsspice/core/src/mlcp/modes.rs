@@ -3,12 +3,13 @@
 use super::contraction::{Contraction, MOST, STEP_WORK};
 use super::model::Model;
 use crate::dense::LeastNorm;
-pub(super) use crate::linear::SURVIVES as SINGULAR;
 use crate::linear::{Factor, DENSE_LIMIT};
 use crate::sparse::{Csc, Extent, Packed};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use std::sync::{Arc, OnceLock};
 
+/// A mode is singular if less than this part of a pivot survives cancellation.
+pub(super) const SINGULAR: f64 = 1e-13;
 /// Up to this many unknowns other singular modes are solved by their pseudo-inverse, whose making costs their cube.
 const DENSE: usize = 40;
 const SWEEPS: usize = 8;
@@ -22,6 +23,8 @@ const SAMPLE: u32 = 16;
 const REFINED: (f64, f64) = (1e-12, 1e-6);
 /// Larger defects mean that a mode has not been solved at all.
 const SOLVED: (f64, f64) = (1e-10, 1e-3);
+/// Largest solution of a nearly singular mode relative to its data.
+const LARGEST_GROWTH: f64 = 1e11;
 
 /// Weights added to the diagonal of the scaled equations: 0 is the problem itself, then those of
 /// the proximal point method, at last that of `ModeFactor::correct`.
@@ -312,7 +315,14 @@ impl ModeFactor {
                 *v += d;
             }
         }
-        if self.accurate(SOLVED, x, rhs, defect, terms) {
+        let scale = &self.model.scale;
+        let size = |v: &[f64]| v.iter().zip(scale).fold(0.0f64, |a, (v, s)| a.max((v / s).abs()));
+        terms.copy_from_slice(rhs);
+        self.scale_rows(terms);
+        let data = terms.iter().fold(size(before), |a, v| a.max(v.abs()));
+        // also false for NaN; beyond, it is the direction of the kernel that has been found
+        let credible = size(x) <= LARGEST_GROWTH * data;
+        if credible && self.accurate(SOLVED, x, rhs, defect, terms) {
             return true;
         }
         x.copy_from_slice(before);

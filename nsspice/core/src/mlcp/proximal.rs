@@ -19,6 +19,7 @@ const POLISH_AT: [u32; 9] = [1, 2, 3, 5, 8, 12, 18, 27, 30];
 const ROUNDS: usize = 40;
 /// Lemke's tableau is not made for more pairs; pivoting goes on instead.
 const LEMKE_LIMIT: usize = 600;
+const DIVERGED: f64 = 1e14;
 
 /// True if `s.x` solves the problem.
 pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
@@ -72,7 +73,7 @@ pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
                     return Some(found);
                 }
             }
-            if still || (!solved && k > 3) {
+            if still || reach > DIVERGED || (!solved && k > 3) {
                 break;
             }
         }

@@ -8,19 +8,26 @@ use super::residual::{residual, Residual};
 use std::sync::Arc;
 
 /// Largest residual of an accepted solution.
-pub(super) const ACCEPT: f64 = 1e-10;
+const ACCEPT: f64 = 1e-10;
+/// Largest defect of an accepted solution, as a part of the data.  Far out along a direction that
+/// never arrives, residuals relative to the point itself fade away although no solution exists.
+const ACCEPT_DATA: f64 = 1e-6;
 /// What is off by such a part of the data is no solution of a problem that is not monotone; of others, relations
 /// tell whether there is one.
 const NO_DATA: f64 = 0.01;
+/// No smaller residual is asked for: rounding.
+const ROUNDING: f64 = 1e-11;
 /// Unknowns below this part of the largest (in the scaled system) may be rounding.
 const NOTHING: f64 = 1e-13;
 /// Sign tests ignore violations below this part of the terms they are the sum of.
-pub(super) const SIGN: f64 = 1e-13;
+const SIGN: f64 = 1e-13;
 
 /// Slacks (multipliers) that should vanish are flaws from this part of the terms of their own on,
 const FLAW: f64 = 1e-9;
-/// unless they are rounding of the largest voltage (multiplier) of the pairs.
+/// unless they are rounding of the largest voltage (multiplier) of the pairs,
 const FINE: f64 = 1e-12;
+/// or of what meets in the rows.
+const FINEST: f64 = 1e-14;
 
 /// Against which size rounding errors are judged in sign tests.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -249,11 +256,12 @@ impl Scratch {
             self.best_residual = found;
         }
         let growth = self.growth();
+        let limit = ACCEPT.min((ACCEPT_DATA / growth).max(ROUNDING));
         let hidden = found.worst() * growth > NO_DATA && growth.is_finite();
-        if hidden && found.worst() <= ACCEPT && !self.model.monotone() {
+        if hidden && found.worst() <= limit && !self.model.monotone() {
             return None;
         }
-        (found.worst() <= ACCEPT).then_some(found)
+        (found.worst() <= limit).then_some(found)
     }
 
     /// As `judge`, but a point with flaws is only kept.
@@ -278,8 +286,12 @@ impl Scratch {
         let Scratch { model, roles, x, terms, defect, .. } = self;
         let n = model.n;
         let largest = |v: &[f64]| v.iter().fold(0.0f64, |a, b| a.max(b.abs()));
-        let current = FINE * largest(&x[n..]);
-        let voltage = FINE * largest(&terms[n..]);
+        let mut rows = [0.0f64; 2];
+        for (i, &size) in terms[..n].iter().enumerate() {
+            rows[model.kind(i)] = rows[model.kind(i)].max(size);
+        }
+        let current = (FINE * largest(&x[n..])).max(FINEST * rows[0]);
+        let voltage = (FINE * largest(&terms[n..])).max(FINEST * rows[1]);
         roles.iter().enumerate().all(|(i, role)| {
             let (l, w) = (x[n + i], -defect[n + i]);
             let current = current.max(FLAW * model.multiplier_terms(i, terms));
