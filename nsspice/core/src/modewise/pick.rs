@@ -16,6 +16,10 @@ use std::sync::Arc;
 const LENGTHS: [f64; 6] = [1.0, 1e2, 1e4, 1e-3, 1e6, 1e8];
 /// Jumps in a row at one instant.
 const PHASES: usize = 6;
+/// A mode that misses its guards by less than this, in units of noise, may be the best there is.
+const NEARLY: f64 = 1e5;
+/// How often the noise of such a mode is widened.
+const ASKED_AGAIN: usize = 4;
 
 /// A jump of the energy coordinates on the way into a mode.
 #[derive(Clone, Debug)]
@@ -52,6 +56,16 @@ pub struct Scene<'a> {
     pub horizon: f64,
 }
 
+/// A mode that misses its guards.
+struct Candidate {
+    /// in units of their noise
+    miss: f64,
+    id: Id,
+    /// energy coordinates that it was tried from, and the jumps to there
+    from: Vec<f64>,
+    leaps: Vec<Leap>,
+}
+
 /// Work space and memory of the choice.
 #[derive(Default)]
 pub struct Picker {
@@ -63,6 +77,8 @@ pub struct Picker {
     gates: Vec<bool>,
     a: Vec<f64>,
     inputs: Vec<f64>,
+    /// best candidate so far
+    best: Option<Candidate>,
     /// the last reason for which a mode could not be reduced
     pub trouble: Option<String>,
 }
@@ -103,9 +119,18 @@ impl Picker {
                 return Err(Finding::Inconsistent);
             }
         };
-        match self.verifier.verify(&mode, a, scene.segment, scene.horizon, scale, path) {
+        let found = self.verifier.verify(&mode, a, scene.segment, scene.horizon, scale, path);
+        match found {
             Finding::Good => Ok(mode),
-            other => Err(other),
+            other => {
+                if let Finding::Guard(_, miss) | Finding::Impulse(miss) = other {
+                    if self.best.as_ref().is_none_or(|b| miss < b.miss) {
+                        let leaps = self.leaps.clone();
+                        self.best = Some(Candidate { miss, id, from: a.to_vec(), leaps });
+                    }
+                }
+                Err(other)
+            }
         }
     }
 
@@ -127,6 +152,7 @@ impl Picker {
         path: &mut Trajectory,
     ) -> Option<Picked> {
         self.leaps.clear();
+        self.best = None;
         if let Some(from) = from {
             if let Some(id) = registry.follower(from, cause) {
                 if registry.gates(id) == gates {
@@ -186,7 +212,7 @@ impl Picker {
             let id = registry.id(&self.on, &self.gates);
             match self.attempt(scene, registry, id, a, scale, path) {
                 Ok(mode) => return Some(Picked { id, mode }),
-                Err(Finding::Guard(_)) if k == 0 => {
+                Err(Finding::Guard(..)) if k == 0 => {
                     let found = self.neighbours(scene, registry, id, gates, a, scale, path);
                     if found.is_some() {
                         return found;
@@ -243,7 +269,7 @@ impl Picker {
                         found = Some(Picked { id, mode });
                         break;
                     }
-                    Err(Finding::Guard(_)) => {
+                    Err(Finding::Guard(..)) => {
                         if let Some(picked) =
                             self.neighbours(scene, registry, id, gates, &now, scale, path)
                         {
@@ -272,8 +298,33 @@ impl Picker {
             }
             self.a = now;
         }
+        // the least violation, if it is little more than rounding
         self.leaps.clear();
-        None
+        let Candidate { miss, id, from, leaps } = self.best.take()?;
+        let before = scale.widened;
+        let (mut miss, mut picked) = (miss, None);
+        // a guard that rises from rounding shows its sign later, by more
+        for _ in 0..ASKED_AGAIN {
+            if miss > NEARLY {
+                break;
+            }
+            scale.widened = before.max(1.0) * (2.0 * miss);
+            match self.attempt(scene, registry, id, &from, scale, path) {
+                Ok(mode) => {
+                    picked = Some(mode);
+                    break;
+                }
+                Err(Finding::Guard(_, again)) => miss *= 2.0 * again,
+                Err(_) => break,
+            }
+        }
+        if picked.is_none() || scale.widened > 1e7 {
+            scale.widened = before;
+        }
+        let mode = picked?;
+        a.copy_from_slice(&from);
+        self.leaps = leaps;
+        Some(Picked { id, mode })
     }
 
     /// Modes next to one whose guards fail: negative free guards turned over one after the other,
@@ -293,7 +344,7 @@ impl Picker {
         let mut seen = vec![id];
         for _ in 0..24 {
             let mode = registry.mode(current, scene.net, scene.switches).ok()?;
-            let Finding::Guard(worst) =
+            let Finding::Guard(worst, _) =
                 self.verifier.verify(&mode, a, scene.segment, scene.horizon, scale, path)
             else {
                 break;

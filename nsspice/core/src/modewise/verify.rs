@@ -16,6 +16,8 @@ pub struct Scale {
     pub v: Vec<f64>,
     /// of their rates
     pub rate: Vec<f64>,
+    /// factor on all noise, above 1 where a mode had to be accepted within it
+    pub widened: f64,
 }
 
 /// What rounding leaves of a guard, as a part of its terms.
@@ -55,10 +57,10 @@ pub enum Finding {
     Good,
     /// some law cannot hold in it at all
     Inconsistent,
-    /// entering it needs an impulse of the wrong sign
-    Impulse,
-    /// a guard is negative at once, or soon: which
-    Guard(usize),
+    /// entering it needs an impulse of the wrong sign; how wrong, relative to the tolerance
+    Impulse(f64),
+    /// a guard is negative at once, or soon: which, how much in units of its noise
+    Guard(usize, f64),
 }
 
 /// Work space.
@@ -136,7 +138,7 @@ impl Verifier {
         }
         let worst = self.impulses(mode, a, segment, scale);
         if worst > 1.0 {
-            return Finding::Impulse;
+            return Finding::Impulse(worst);
         }
         path.begin(mode, a, segment, horizon);
         path.bundle(&mode.guards, segment, &mut self.guards);
@@ -189,7 +191,7 @@ impl Verifier {
             self.zeros.push(j);
         }
         if worst.1 > 0.0 {
-            return Finding::Guard(worst.0);
+            return Finding::Guard(worst.0, worst.1);
         }
         self.rise(mode, path, horizon)
     }
@@ -227,7 +229,7 @@ impl Verifier {
                 let bound = impulses.bounds.row(i);
                 let (head, tail) = bound.split_at(a.len());
                 let size = norm(head) * scale.a + dot(tail, &scale.v);
-                worst = worst.max(-value / (1e-11 * size));
+                worst = worst.max(-value / (1e-11 * scale.widened.max(1.0) * size));
             }
         }
         worst
@@ -236,6 +238,7 @@ impl Verifier {
     fn measure_noise(&mut self, mode: &Mode, scale: &Scale) {
         self.noise.clear();
         let mut floor = [0.0f64; 2]; // of multipliers and of slacks
+        let widened = scale.widened.max(1.0);
         for (j, size) in mode.sizes.iter().enumerate() {
             let inputs: f64 =
                 mode.guards.v.row(j).iter().zip(&scale.v).map(|(g, v)| g.abs() * v).sum();
@@ -245,9 +248,9 @@ impl Verifier {
             let sum = self.looks.bound[j];
             let whole = size.x * scale.a + inputs + rates;
             let kind = usize::from(mode.slack[j]);
-            floor[kind] = floor[kind].max(1e-15 * whole);
+            floor[kind] = floor[kind].max(1e-15 * whole * widened);
             let noise = NOISE * whole + 2e-15 * size.bound * scale.a + 4e-15 * sum;
-            self.noise.push(noise.max(f64::MIN_POSITIVE));
+            self.noise.push((noise * widened).max(f64::MIN_POSITIVE));
         }
         for (noise, &slack) in self.noise.iter_mut().zip(&mode.slack) {
             *noise = noise.max(floor[usize::from(slack)]);
@@ -270,7 +273,7 @@ impl Verifier {
             let change = 0.5 * slope.abs() * until;
             if slope != 0.0 && change > 4.0 * self.noise[j] {
                 if slope < 0.0 && matches!(mode.watch[j], Watch::Pair(_)) {
-                    return Finding::Guard(j);
+                    return Finding::Guard(j, change / self.noise[j]);
                 }
             } else {
                 self.open.push(j);
@@ -294,7 +297,7 @@ impl Verifier {
                     continue;
                 }
                 if g < 0.0 && matches!(mode.watch[j], Watch::Pair(_)) {
-                    return Finding::Guard(j);
+                    return Finding::Guard(j, -g / noise);
                 }
                 self.clear[j] = if g > 0.0 { t } else { 0.0 };
                 self.open.swap_remove(at);
