@@ -18,6 +18,8 @@ pub struct Branches {
     inductances: Vec<Vec<(usize, f64)>>,
     /// of each current: the nodes between which it flows
     ends: Vec<Vec<usize>>,
+    /// equations in which functions stand: known to what their slopes make of the rounding of what they read
+    functional: Vec<bool>,
     /// largest sum of the sizes of the terms of each equation so far
     terms: Vec<f64>,
     /// largest value of each unknown so far
@@ -25,7 +27,7 @@ pub struct Branches {
 }
 
 impl Branches {
-    pub fn new(kinds: &[u8], e: &Entries, g: &Entries) -> Branches {
+    pub fn new(kinds: &[u8], e: &Entries, g: &Entries, functional: Vec<bool>) -> Branches {
         let n = kinds.len();
         let (mut inductances, mut ends) = (vec![Vec::new(); n], vec![Vec::new(); n]);
         for (row, current, value) in e.entries().filter(|e| kinds[e.0] == 1 && kinds[e.1] == 1) {
@@ -34,7 +36,7 @@ impl Branches {
         for (node, current, _) in g.entries().filter(|e| kinds[e.0] == 0 && kinds[e.1] == 1) {
             ends[current].push(node);
         }
-        Branches { inductances, ends, terms: vec![0.0; n], values: vec![0.0; n] }
+        Branches { inductances, ends, functional, terms: vec![0.0; n], values: vec![0.0; n] }
     }
 
     /// Takes a point and the sizes of the terms of all equations there.
@@ -53,6 +55,9 @@ impl Branches {
         largest: &[f64; 2],
         sizes: &[f64],
     ) -> f64 {
+        if self.functional[row] {
+            return f64::INFINITY;
+        }
         let current = |j: usize| self.ends[j].iter().fold(self.values[j], |i, &k| i.max(sizes[k]));
         let flux: f64 = self.inductances[row].iter().map(|&(j, value)| value * current(j)).sum();
         let rounding = share * (reach.acting(row, largest) + rate * flux);

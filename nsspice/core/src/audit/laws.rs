@@ -195,6 +195,9 @@ impl Auditor {
         }
         let full = |(h, hs): &(Csc, Csc)| (Entries::new(h), Entries::new(hs));
         let g = Entries::new(&linear.g);
+        let mut functional = vec![false; n];
+        let functions = smooth.iter().flat_map(|s| s.f.places().chain(s.q.places()));
+        functions.for_each(|(row, _)| functional[row] = true);
         let averaging = averaging.map(full);
         let d = Entries::new(&linear.d);
         let h = averaging.as_ref().map(|h| &h.0);
@@ -210,7 +213,7 @@ impl Auditor {
             m,
             p,
             reach,
-            branches: Branches::new(&linear.row_kind, &e, &g),
+            branches: Branches::new(&linear.row_kind, &e, &g, functional),
             seen: [0.0; 2],
             e: Flows::new(&linear.e, capacitors),
             g: Flows::new(&linear.g, conductors),
