@@ -23,11 +23,16 @@ pub struct Scale {
 /// What rounding leaves of a guard, as a part of its terms.
 pub const NOISE: f64 = 1e-13;
 
+/// Squares of numbers below this lose digits.
+const SMALL: f64 = 1e-140;
+
 impl Scale {
     /// Takes note of a state.
     pub fn see_state(&mut self, a: &[f64]) {
         // squares of what is left of a decay underflow
-        let size = a.iter().fold(0.0f64, |size, x| size.hypot(*x));
+        let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let unit = if largest > SMALL || largest == 0.0 { 1.0 } else { largest };
+        let size = unit * a.iter().map(|x| (x / unit).powi(2)).sum::<f64>().sqrt();
         if size > self.a {
             self.a = size;
         }
