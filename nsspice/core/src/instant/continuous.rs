@@ -116,14 +116,10 @@ fn part(
 /// Voltages across capacitors that sources alone give.
 fn find_given(linear: &Linear, stores: &[bool]) -> Vec<Given> {
     let (g_rows, a_rows) = (linear.g.transpose(), linear.a.transpose());
-    let entries = |matrix: &Csc, k: usize| -> Vec<(usize, f64)> {
-        let (index, values) = matrix.col(k);
-        index.iter().copied().zip(values.iter().copied()).filter(|e| e.1 != 0.0).collect()
-    };
     let one = |source: usize| {
-        let [(voltage, of_voltage)] = entries(&g_rows, source)[..] else { return None };
-        let [(law, of_current)] = entries(&linear.g, source)[..] else { return None };
-        let alone = entries(&a_rows, source).is_empty() && entries(&linear.b, source).is_empty();
+        let [(voltage, of_voltage)] = g_rows.nonzeros(source)[..] else { return None };
+        let [(law, of_current)] = linear.g.nonzeros(source)[..] else { return None };
+        let alone = a_rows.nonzeros(source).is_empty() && linear.b.nonzeros(source).is_empty();
         let found = law == voltage && stores[voltage] && alone;
         found.then_some(Given { voltage, source, of_voltage, of_current })
     };

@@ -75,9 +75,7 @@ impl Driver {
         load(s, rhs, q, roles);
         match start {
             Start::Warm => {
-                s.start[..n].copy_from_slice(z);
-                s.start[n..].copy_from_slice(l);
-                s.x.copy_from_slice(&s.start);
+                start_at(s, z, l);
                 if !std::mem::take(&mut self.given) {
                     s.activate_from_signs();
                 }
@@ -126,9 +124,7 @@ impl Driver {
         let s = &mut self.scratch;
         let n = s.model.n;
         load(s, rhs, q, roles);
-        s.start[..n].copy_from_slice(z);
-        s.start[n..].copy_from_slice(l);
-        s.x.copy_from_slice(&s.start);
+        start_at(s, z, l);
         s.active.copy_from_slice(active);
         s.solve_mode();
         let sound = s.judge_strictly().is_some() && s.growth() <= SUSPECT;
@@ -155,9 +151,7 @@ impl Driver {
         let s = &mut self.scratch;
         let n = s.model.n;
         load(s, rhs, q, roles);
-        s.start[..n].copy_from_slice(z);
-        s.start[n..].copy_from_slice(l);
-        s.x.copy_from_slice(&s.start);
+        start_at(s, z, l);
         s.active.copy_from_slice(begin);
         (s.iterations, s.flawed, s.best_residual) = (0, None, Residual::INFINITE);
         let finite = s.f.iter().chain(&s.start).all(|v| v.is_finite());
@@ -224,6 +218,14 @@ impl Driver {
     pub fn scale(&self) -> &[f64] {
         &self.scratch.model.scale
     }
+}
+
+/// Begins at a point, and stays near it where the laws leave something open.
+fn start_at(s: &mut Scratch, z: &[f64], l: &[f64]) {
+    let (start, rest) = s.start.split_at_mut(s.model.n);
+    start.copy_from_slice(z);
+    rest.copy_from_slice(l);
+    s.x.copy_from_slice(&s.start);
 }
 
 fn load(s: &mut Scratch, rhs: &[f64], q: &[f64], roles: &[Role]) {

@@ -230,17 +230,10 @@ impl Stepper {
         if !self.scratch.recent && !self.stats.steps.is_multiple_of(CHECK) {
             return true;
         }
+        let matrices = &self.levels.stages[k].matrices;
+        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.scratch.rhs);
+        let found = self.residual_of_trial(k);
         let stage = &mut self.levels.stages[k];
-        stage.matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.scratch.rhs);
-        let (z, guards) = self.scratch.x.split_at(self.z.len());
-        multipliers(guards, &self.active, &mut self.scratch.w);
-        let found = stage.driver.residual(
-            &self.scratch.rhs,
-            &self.sys.linear.q,
-            &self.roles,
-            z,
-            &self.scratch.w,
-        );
         if found.worst() <= ACCEPT {
             let ends = Ends { z0: &self.z, u0: &self.u0, u1: &self.u1 };
             if stage.slot(&self.active, self.epoch).map.is_some()
@@ -301,18 +294,20 @@ impl Stepper {
         self.signs_hold(k)
     }
 
+    /// The residual of `x`, unknowns and guards, in the present mode with the right-hand side `rhs`.
+    fn residual_of_trial(&mut self, k: usize) -> Residual {
+        let scratch = &mut self.scratch;
+        let (z, guards) = scratch.x.split_at(self.z.len());
+        multipliers(guards, &self.active, &mut scratch.w);
+        let driver = &mut self.levels.stages[k].driver;
+        driver.residual(&scratch.rhs, &self.sys.linear.q, &self.roles, z, &scratch.w)
+    }
+
     /// Whether `x` satisfies the laws of the present mode with the right-hand side `rhs`.
     pub(super) fn signs_hold(&mut self, k: usize) -> bool {
+        let found = self.residual_of_trial(k);
         let stage = &mut self.levels.stages[k];
-        let (z, guards) = self.scratch.x.split_at(self.z.len());
-        multipliers(guards, &self.active, &mut self.scratch.w);
-        let found = stage.driver.residual(
-            &self.scratch.rhs,
-            &self.sys.linear.q,
-            &self.roles,
-            z,
-            &self.scratch.w,
-        );
+        let guards = &self.scratch.x[self.z.len()..];
         stage.driver.sign_tolerances(&self.active, &mut self.scratch.noise);
         let sure = |&i: &usize| guards[i] >= -self.scratch.noise[i];
         if found.worst() > ACCEPT || !self.switching.diodes.iter().all(sure) {

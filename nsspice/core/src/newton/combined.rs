@@ -1,6 +1,6 @@
 //! Laws with multiples of others added to them, in which less stands then.
 //!
-//! Two kinds: windings without leakage, in which no flux is left (`windings.rs`), and Kirchhoff's current law where
+//! Two kinds: perfectly coupled windings, in which no flux is left (`windings.rs`), and Kirchhoff's current law where
 //! voltages along a tree are the unknowns.  There a law sums all that passes a cut-set; where it gives the current
 //! of a source or an inductor, the cut-sets of sources and inductors behind it are taken out, and their currents
 //! stand in the place of all that passes those: `i(V) + i(L) = 0`, without the charges of junctions behind both,

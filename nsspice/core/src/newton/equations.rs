@@ -48,7 +48,7 @@ pub(super) enum Part {
     Both,
     /// in a law to which others are added
     Law,
-    /// in what stands in its place
+    /// in the equation that replaces it
     Sum,
 }
 

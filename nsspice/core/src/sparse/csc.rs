@@ -66,6 +66,12 @@ impl Csc {
         (&self.rowidx[range.clone()], &self.values[range])
     }
 
+    /// Row numbers and values of one column, without zeros.
+    pub fn nonzeros(&self, c: usize) -> Vec<(usize, f64)> {
+        let (rows, values) = self.col(c);
+        rows.iter().copied().zip(values.iter().copied()).filter(|e| e.1 != 0.0).collect()
+    }
+
     /// Row numbers and values of all columns.
     #[inline]
     fn columns(&self) -> impl Iterator<Item = (&[usize], &[f64])> {

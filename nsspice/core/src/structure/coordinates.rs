@@ -158,7 +158,7 @@ impl Coordinates {
         self.before[unknown]
     }
 
-    /// The unknowns of the nodes right behind that of one.
+    /// The unknowns of the children of a node in the tree.
     pub fn behind(&self, unknown: usize) -> impl Iterator<Item = usize> + '_ {
         let before = self.before.iter().enumerate();
         before.filter(move |e| *e.1 == unknown as isize).map(|e| e.0)

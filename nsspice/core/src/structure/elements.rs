@@ -145,10 +145,6 @@ impl Elements {
         let (e_rows, g_rows) = (linear.e.transpose(), linear.g.transpose());
         let mut coupled = Vec::new();
         for row in (0..linear.g.nrows).filter(|&j| nodes.of[j].is_none()) {
-            let entries = |matrix: &Csc, k: usize| -> Vec<(usize, f64)> {
-                let (index, values) = matrix.col(k);
-                index.iter().copied().zip(values.iter().copied()).filter(|e| e.1 != 0.0).collect()
-            };
             let own = |list: &[(usize, f64)]| -> Option<f64> {
                 let mut inside = list.iter().filter(|e| nodes.of[e.0].is_none());
                 match (inside.next(), inside.next()) {
@@ -157,9 +153,9 @@ impl Elements {
                     _ => None,
                 }
             };
-            let law = entries(&g_rows, row);
-            let flow = entries(&linear.g, row);
-            let stored = entries(&e_rows, row);
+            let law = g_rows.nonzeros(row);
+            let flow = linear.g.nonzeros(row);
+            let stored = e_rows.nonzeros(row);
             let resistance = own(&law)?;
             let inductance = stored.iter().find(|e| e.0 == row).map_or(0.0, |e| e.1);
             let at_nodes = |list: Vec<(usize, f64)>, factor: f64| {
@@ -170,7 +166,7 @@ impl Elements {
             // a source may read a rate
             let stores = inductance != 0.0;
             let inside = stored.iter().all(|e| nodes.of[e.0].is_none() && stores);
-            let alike = stored == entries(&linear.e, row);
+            let alike = stored == linear.e.nonzeros(row);
             let ends = nodes.ends(at_nodes(law, -1.0))?;
             if !(inside && alike)
                 || own(&flow).is_none()
@@ -201,11 +197,8 @@ impl Elements {
     fn read_pairs(&mut self, linear: &Linear, nodes: &Nodes) -> Option<()> {
         let b_rows = linear.b.transpose();
         for pair in 0..linear.a.ncols {
-            let column = |matrix: &Csc| -> Vec<(usize, f64)> {
-                let (index, values) = matrix.col(pair);
-                index.iter().copied().zip(values.iter().copied()).filter(|e| e.1 != 0.0).collect()
-            };
-            let (flow, across, series) = (column(&linear.a), column(&b_rows), column(&linear.d));
+            let (flow, across, series) =
+                (linear.a.nonzeros(pair), b_rows.nonzeros(pair), linear.d.nonzeros(pair));
             let ends = nodes.ends(flow.iter().copied())?;
             let value = match series[..] {
                 [] => 0.0,
