@@ -63,6 +63,17 @@ def test_stiff_parts_beside_a_slow_one(conductance):
     assert found.delivered == pytest.approx(2.0 * found.stored, rel=EXACT)
 
 
+@pytest.mark.parametrize("resistance", [0.061, 3e-5, 3.1e-7, 4e-8])
+def test_a_source_at_rest_behind_little_resistance_gives_nothing(resistance):
+    """Its current is a difference of numbers of up to 1e9 A, whose rounding would be watts."""
+    small, large, volts = 0.87e-9, 1.3e-6, 13.7
+    found = energy(f"V1 a 0 {volts}\nR1 a b {resistance}\nC1 b 0 {small} IC=0\nR2 b c 6.1k\n"
+                   f"C2 c 0 {large} IC=0\n.tran 10m 1 uic\n")  # fmt: skip
+    stored = 0.5 * (small + large) * volts**2
+    assert found.delivered == pytest.approx(2.0 * stored, rel=EXACT)
+    assert found.dissipated == pytest.approx(stored, rel=EXACT)
+
+
 def test_a_step_through_a_coil():
     """10 V, 1 Ohm, 1 mH: the current rises with 1 ms."""
     found = energy("V1 a 0 10\nR1 a b 1\nL1 b 0 1m IC=0\n.tran 10u 3m uic\n")

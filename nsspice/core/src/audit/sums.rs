@@ -20,7 +20,7 @@ use super::lanes::{
 use super::matrix::Entries;
 use super::rounding::{share, Reach};
 use super::{ratio, Between, ITERATED, TOLERANCE};
-use crate::dense::{dot, Matrix};
+use crate::dense::dot;
 use crate::descriptor::Linear;
 use crate::newton::Smooth;
 use crate::sparse::Csc;
@@ -465,30 +465,6 @@ impl Sums {
         self.lanes = None;
         self.first = None;
         self.begin(z);
-    }
-
-    /// Powers as forms of points, each given by its unknowns, multipliers and sources: what resistors
-    /// and set-valued elements dissipate, and what sources deliver.
-    pub fn powers(&self, z: &Matrix, l: &Matrix, u: &Matrix) -> [Matrix; 2] {
-        let currents = |matrix: &Bilinear, factors: &Matrix| {
-            let mut out = Matrix::zeros(z.rows, z.cols);
-            for k in 0..z.rows {
-                matrix.columns.mul_add(1.0, factors.row(k), out.row_mut(k));
-            }
-            out
-        };
-        let (by_pairs, by_sources) = (currents(&self.a, l), currents(&self.s, u));
-        let [mut lost, mut given] = [0; 2].map(|_| Matrix::zeros(z.rows, z.rows));
-        for i in 0..z.rows {
-            for j in 0..=i {
-                let both = |x: &Matrix| 0.5 * (dot(z.row(i), x.row(j)) + dot(z.row(j), x.row(i)));
-                let power = self.resisted.between(z.row(i), z.row(j)) + both(&by_pairs);
-                (lost[(i, j)], lost[(j, i)]) = (power, power);
-                let power = both(&by_sources);
-                (given[(i, j)], given[(j, i)]) = (power, power);
-            }
-        }
-        [lost, given]
     }
 
     /// Takes a motion of some length, of which the integrals of both powers are known.

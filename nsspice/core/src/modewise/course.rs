@@ -2,77 +2,65 @@
 //! contribute to powers of sources, by formulas of its own.
 //!
 //! A coordinate obeys `X' = rate X + sum beta_c f_c` with the functions `f` of which the inputs are
-//! made: exponentials (1 among them) and `t`.  Its end is `e^(rate h) X(0)` and the responses to each.
-//! With a function `f_b` of the rate `mu` its product follows by parts:
-//!
-//! ```text
-//! (rate + mu) int f_b X = [f_b X] - sum beta_c int f_b f_c
-//! ```
+//! made: exponentials (1 among them) and `t`.  What follows them steadily, `beta_c / (rate_c - rate) f_c`,
+//! is told apart from what dies away, so that it meets the inputs' own part of a current before either is
+//! integrated: of a source with little resistance both are large and cancel.  Where a pole is near to that of a function
+//! nothing is steady; the response and its products are divided differences of the exponential function
+//! ([`super::exponential`]), in units of the length of the segment.
 
+use super::exponential::{at_zero, difference, near, pair, MOST};
 use super::inputs::Segment;
 use crate::dense::{complex, Complex};
 
-/// Sums of two rates times the length below which that division would lose digits: the rest of the
-/// series in them is as small.
-const STILL: f64 = 1e-5;
-/// Rates that differ by less than this part of themselves are near to each other.
-const NEAR: f64 = 0.05;
 const ZERO: Complex = complex(0.0, 0.0);
+const ONE: Complex = complex(1.0, 0.0);
 
 /// A function of the time since the begin of the segment.
 #[derive(Clone, Copy, Debug)]
-struct Base {
-    rate: Complex,
-    /// `t`, not an exponential
-    line: bool,
-    /// value at the end, and that less 1
-    end: Complex,
-    less: Complex,
+pub struct Base {
+    /// in the length of the segment
+    pub rate: Complex,
+    /// in a second
+    speed: Complex,
+    /// the time in lengths of the segment, not an exponential
+    pub line: bool,
     /// the conjugate of the one before it
-    mirrored: bool,
+    pub mirrored: bool,
+    /// value at the end
+    end: Complex,
+}
+
+impl Base {
+    /// Poles of its Laplace transform: a line has two at 0.
+    fn poles(&self) -> [Complex; 2] {
+        [self.rate, ZERO]
+    }
+
+    fn count(&self) -> usize {
+        1 + usize::from(self.line)
+    }
+
+    /// `int f e^(zt)` for an exponential, with `e^z`.
+    #[inline]
+    fn with(&self, z: Complex, value: Complex) -> Complex {
+        let sum = z + self.rate;
+        if near(sum, ZERO) {
+            pair(sum, ZERO)
+        } else {
+            (value * self.end - ONE) / sum
+        }
+    }
 }
 
 /// The inputs of a segment of some length as sums of exponentials.
 #[derive(Clone, Debug, Default)]
 pub struct Course {
-    h: f64,
-    bases: Vec<Base>,
+    pub h: f64,
+    pub bases: Vec<Base>,
     /// input, base, factor
     parts: Vec<(usize, usize, Complex)>,
-    /// `int f_b f_c`
+    /// `int f_b f_c`, in units of the length
     products: Vec<Complex>,
-    /// work space: values of the functions
-    values: Vec<[Complex; 2]>,
-}
-
-#[inline]
-fn square(z: Complex) -> f64 {
-    z.re * z.re + z.im * z.im
-}
-
-/// `1 / z` of rates, which are far from overflow.
-#[inline]
-fn inverse(z: Complex) -> Complex {
-    z.conj().scale(1.0 / square(z))
-}
-
-/// `int_0^h t^k e^(s t) dt`
-fn moment(k: i32, s: Complex, h: f64) -> Complex {
-    let z = s.scale(h);
-    if square(z) < 0.25 {
-        let (mut sum, mut term) = (ZERO, complex(1.0, 0.0));
-        let mut j = 0;
-        while 1.0 + term.abs() > 1.0 {
-            sum = sum + term.scale(1.0 / f64::from(k + 1 + j));
-            j += 1;
-            term = (term * z).scale(1.0 / f64::from(j));
-        }
-        return sum.scale(h.powi(k + 1));
-    }
-    match k {
-        0 => z.exp_m1() / s,
-        _ => (z.exp().scale(h.powi(k)) - moment(k - 1, s, h).scale(f64::from(k))) / s,
-    }
 }
 
 impl Course {
@@ -88,7 +76,7 @@ impl Course {
         if segment.sloped {
             let line = self.base(ZERO, true);
             for (j, &slope) in segment.slope.iter().enumerate().filter(|(_, v)| **v != 0.0) {
-                self.parts.push((j, line, complex(slope, 0.0)));
+                self.parts.push((j, line, complex(slope * h, 0.0)));
             }
         }
         for tone in &segment.tones {
@@ -105,58 +93,64 @@ impl Course {
             let base = self.base(complex(decay.rate, 0.0), false);
             self.parts.push((decay.index, base, complex(decay.start, 0.0)));
         }
+        let count = self.bases.len();
         self.products.clear();
-        self.products.resize(self.bases.len().pow(2), ZERO);
-        for b in 0..self.bases.len() {
+        self.products.resize(count * count, ZERO);
+        for b in 0..count {
             for c in 0..=b {
-                let product = self.both(b, c, 0);
-                self.products[b * self.bases.len() + c] = product;
-                self.products[c * self.bases.len() + b] = product;
+                let product = self.product(b, c);
+                self.products[b * count + c] = product;
+                self.products[c * count + b] = product;
             }
         }
     }
 
-    /// `int t^k f_b f_c`
-    fn both(&self, b: usize, c: usize, k: i32) -> Complex {
-        let (b, c) = (&self.bases[b], &self.bases[c]);
-        moment(k + i32::from(b.line) + i32::from(c.line), b.rate + c.rate, self.h)
-    }
-
     fn base(&mut self, rate: Complex, line: bool) -> usize {
-        let less = rate.scale(self.h).exp_m1();
-        let end = if line { complex(self.h, 0.0) } else { less + complex(1.0, 0.0) };
-        let mirrored = rate.im < 0.0;
-        self.bases.push(Base { rate, line, end, less, mirrored });
+        let (speed, rate) = (rate, rate.scale(self.h));
+        let end = match self.bases.last() {
+            Some(last) if rate.im < 0.0 => last.end.conj(),
+            _ => rate.exp(),
+        };
+        self.bases.push(Base { rate, speed, line, mirrored: rate.im < 0.0, end });
         self.bases.len() - 1
     }
 
-    /// Number of functions.
-    pub fn count(&self) -> usize {
-        self.bases.len()
+    /// `int f_b f_c`, `c` not being behind `b`.
+    fn product(&self, b: usize, c: usize) -> Complex {
+        let (base, other) = (self.bases[b], self.bases[c]);
+        if base.rate == ZERO && other.rate == ZERO {
+            complex(1.0 / (base.count() + other.count() - 1) as f64, 0.0)
+        } else if base.mirrored && c + 1 != b {
+            let behind = self.bases[..b].get(c + 1).is_some_and(|next| next.mirrored);
+            let conjugate = if other.mirrored { c - 1 } else { c + usize::from(behind) };
+            self.products[(b - 1) * self.bases.len() + conjugate].conj()
+        } else if base.line || other.line {
+            self.against(b, &other.poles()[..other.count()])
+        } else {
+            base.with(other.rate, other.end)
+        }
     }
 
-    /// `[1; inputs]` and their rates at a time.
-    pub fn inputs(&mut self, t: f64, [v, d]: [&mut [f64]; 2]) {
-        v.fill(0.0);
-        d.fill(0.0);
-        let at = |b: &Base| {
-            if b.line {
-                return [complex(t, 0.0), complex(1.0, 0.0)];
-            }
-            let value = b.rate.scale(t).exp();
-            [value, b.rate * value]
-        };
-        self.values.clear();
-        self.values.extend(self.bases.iter().map(at));
-        for &(j, b, factor) in &self.parts {
-            v[j] += (factor * self.values[b][0]).re;
-            d[j] += (factor * self.values[b][1]).re;
+    /// `int f_b X` for `X` with the given poles.
+    fn against(&self, b: usize, poles: &[Complex]) -> Complex {
+        let base = &self.bases[b];
+        let mut all = [ZERO; MOST];
+        for (to, pole) in all[1..].iter_mut().zip(poles) {
+            *to = *pole + base.rate;
+        }
+        let once = difference(&all[..=poles.len()]);
+        if base.line {
+            // int t X = int X - int int X
+            once - difference(&all[..poles.len() + 2])
+        } else {
+            once
         }
     }
 
     /// `[1; inputs]` at the end.
-    pub fn last(&self, v: &mut [f64]) {
-        v.fill(0.0);
+    pub fn last(&self, v: &mut Vec<f64>, count: usize) {
+        v.clear();
+        v.resize(count, 0.0);
         for &(j, b, factor) in &self.parts {
             v[j] += (factor * self.bases[b].end).re;
         }
@@ -185,124 +179,108 @@ impl Course {
         }
     }
 
-    /// The same of the rates of the inputs.
-    pub fn rates(&self, drive: impl Fn(usize) -> Complex, out: &mut [Complex]) {
+    /// Adds the same of the rates of the inputs.
+    pub fn rates(&self, drive: &[f64], out: &mut [Complex]) {
         for &(j, b, factor) in &self.parts {
             let Base { rate, line, .. } = self.bases[b];
             // the rate of a line is constant
             let (to, rate) = if line { (0, complex(1.0, 0.0)) } else { (b, rate) };
-            out[to] = out[to] + drive(j) * rate * factor;
+            out[to] = out[to] + rate * factor.scale(drive[j] / self.h);
         }
     }
 
-    /// The sum of what belongs to each function; of a real coordinate conjugates bring conjugates.
+    /// Where a coordinate ends that the forces drive, and the sum of `int f_b X` of what is not steady, with
+    /// a factor each; its steady part is put into a list, by function.
     #[inline]
-    fn sum(&self, real: bool, each: impl Fn(usize, &Base) -> Complex) -> Complex {
-        let mut sum = ZERO;
-        for (b, base) in self.bases.iter().enumerate() {
-            if !real {
-                sum = sum + each(b, base);
-            } else if !base.mirrored {
-                let twice = if base.rate.im == 0.0 { 1.0 } else { 2.0 };
-                sum.re += twice * each(b, base).re;
+    pub fn follow(
+        &self,
+        rate: Complex,
+        start: Complex,
+        [forces, factors]: [&[Complex]; 2],
+        steady: &mut [Complex],
+    ) -> [Complex; 2] {
+        let (z, real) = (rate.scale(self.h), rate.im == 0.0);
+        let known = at_zero(z);
+        let value = ONE + z * known[0];
+        steady.fill(ZERO);
+        let (mut rest, mut end, mut product) = (start, ZERO, ZERO);
+        for (c, (base, &force)) in self.bases.iter().zip(forces).enumerate() {
+            // of a real coordinate conjugates bring conjugates
+            if force == ZERO || real && base.mirrored {
+                continue;
             }
-        }
-        sum
-    }
-
-    /// Forces at the end, added up.
-    #[inline]
-    pub fn force_at_end(&self, real: bool, forces: &[Complex]) -> Complex {
-        self.sum(real, |b, base| base.end * forces[b])
-    }
-
-    /// Where a coordinate ends.
-    #[inline]
-    pub fn end(&self, rate: Complex, start: Complex, forces: &[Complex]) -> Complex {
-        let h = self.h;
-        let less = rate.scale(h).exp_m1();
-        let forced = self.sum(rate.im == 0.0, |b, base| {
-            let force = forces[b];
-            if force == ZERO {
-                return ZERO;
+            let pair = real && base.rate.im != 0.0;
+            let twice = if pair { 2.0 } else { 1.0 };
+            if near(z, base.rate) {
+                let force = force.scale(twice * self.h);
+                let [response, products] = self.near(c, z, &known, factors);
+                (end, product) = (end + force * response, product + force * products);
+                continue;
+            }
+            let part = force / (base.speed - rate);
+            steady[c] = steady[c] + part;
+            end = end + (part * base.end).scale(twice);
+            rest = rest - if base.line { ZERO } else { part.scale(twice) };
+            if pair {
+                steady[c + 1] = part.conj();
             }
             if base.line {
-                // int_0^h e^(rate (h - t)) t dt
-                return if square(rate.scale(h)) < 0.25 {
-                    force * (moment(0, rate, h).scale(h) - moment(1, rate, h))
-                } else {
-                    force * (less - rate.scale(h)) / (rate * rate)
-                };
+                // its rate is met as well
+                let part = part / z;
+                (steady[0], end, rest) = (steady[0] + part, end + part, rest - part);
             }
-            let apart = base.rate - rate;
-            // squares of rates far below one per run are none
-            let still = square(apart.scale(h)) < STILL * STILL;
-            if still || square(apart) <= NEAR * NEAR * (square(base.rate) + square(rate)) {
-                force * (less + complex(1.0, 0.0)) * moment(0, apart, h)
-            } else {
-                force * (base.less - less) * inverse(apart)
-            }
+        }
+        if real {
+            rest.im = 0.0;
+        }
+        // what nothing has set in motion stays at rest however unstable it is
+        if rest != ZERO {
+            let own = self.weighed(factors, |b| match &self.bases[b] {
+                Base { line: true, .. } => known[0] - known[1],
+                base if base.rate == ZERO => known[0],
+                base => base.with(z, value),
+            });
+            (end, product) = (end + rest * value, product + rest * own);
+        }
+        if real {
+            (end.im, product.im) = (0.0, 0.0);
+        }
+        [end, product.scale(self.h)]
+    }
+
+    /// The response to a function whose pole is near, and the sum of its products with all of them.
+    fn near(&self, c: usize, z: Complex, known: &[Complex], factors: &[Complex]) -> [Complex; 2] {
+        let other = &self.bases[c];
+        if other.rate != ZERO {
+            let products = self.weighed(factors, |b| self.against(b, &[z, other.rate]));
+            return [pair(z, other.rate), products];
+        }
+        let order = other.count();
+        let products = self.weighed(factors, |b| match &self.bases[b] {
+            Base { line: true, .. } => known[order] - known[order + 1],
+            base if base.rate == ZERO => known[order],
+            _ => self.against(b, &[z, ZERO, ZERO][..=order]),
         });
-        start + less * start + forced
+        [known[order - 1], products]
     }
 
-    /// The sum of `int f_b X`, with a factor each, for a coordinate of which both ends are known.
+    /// The sum over all functions, with a factor each.
     #[inline]
-    pub fn products(
-        &self,
-        factors: &[Complex],
-        rate: Complex,
-        ends: [Complex; 2],
-        forces: &[Complex],
-    ) -> Complex {
-        self.sum(rate.im == 0.0, |b, _| {
-            if factors[b] == ZERO {
-                ZERO
-            } else {
-                factors[b] * self.product(b, rate, ends, forces)
-            }
-        })
-    }
-
-    /// `int f_b X`
-    #[inline]
-    fn product(
-        &self,
-        b: usize,
-        rate: Complex,
-        [start, end]: [Complex; 2],
-        forces: &[Complex],
-    ) -> Complex {
-        let (base, h) = (&self.bases[b], self.h);
-        let s = base.rate + rate;
-        let last = base.end * end;
-        if square(s.scale(h)) < STILL * STILL {
-            // int g = [t g] - int t g', g' = s g + forces; and once more for int t g
-            let forced = |k: i32| {
-                let each = |(c, &f): (usize, &Complex)| self.both(b, c, k) * f;
-                forces.iter().enumerate().map(each).fold(ZERO, |sum, f| sum + f)
-            };
-            let lines = f64::from(u8::from(base.line));
-            let first = last.scale(h) - forced(1);
-            let second = (last.scale(h * h) - forced(2)).scale(1.0 / (2.0 + lines));
-            return (first - s * second).scale(1.0 / (1.0 + lines));
+    fn weighed(&self, factors: &[Complex], each: impl Fn(usize) -> Complex) -> Complex {
+        let mut sum = ZERO;
+        for (b, &factor) in factors.iter().enumerate().filter(|(_, factor)| **factor != ZERO) {
+            sum = sum + factor * each(b);
         }
-        let row = &self.products[b * self.bases.len()..(b + 1) * self.bases.len()];
-        let forced = row.iter().zip(forces).fold(ZERO, |sum, (&product, &f)| sum + product * f);
-        if base.line {
-            // (t X)' = X + rate t X + forces t
-            let plain = self.product(0, rate, [start, end], forces);
-            return (last - plain - forced) * inverse(s);
-        }
-        (last - start - forced) * inverse(s)
+        sum
     }
 
     /// `int (sum a_b f_b) (sum c_c f_c)`
     pub fn between(&self, a: &[Complex], c: &[Complex]) -> Complex {
         let rows = self.products.chunks_exact(self.bases.len());
-        a.iter().zip(rows).fold(ZERO, |sum, (&a, row)| {
+        let sum = a.iter().zip(rows).fold(ZERO, |sum, (&a, row)| {
             sum + a * row.iter().zip(c).fold(ZERO, |sum, (&p, &c)| sum + p * c)
-        })
+        });
+        sum.scale(self.h)
     }
 }
 
@@ -388,7 +366,7 @@ mod tests {
             let rate = complex(rate.0, rate.1);
             for h in [1e-6, 0.02, 0.3, 2.0] {
                 course.set(&segment(swing), h);
-                let count = course.count();
+                let count = course.bases.len();
                 let (mut forces, mut factors) = (vec![ZERO; count], vec![ZERO; count]);
                 let pair = rate.im != 0.0;
                 if pair {
@@ -398,27 +376,17 @@ mod tests {
                 }
                 let (expected, products) = stepped(rate, swing, h);
                 let begin = complex(1.0, if pair { 0.5 } else { 0.0 });
-                let end = course.end(rate, begin, &forces);
+                let mut steady = vec![ZERO; count];
+                let [end, _] = course.follow(rate, begin, [&forces, &factors], &mut steady);
                 let case = format!("{rate:?} {swing} {h}");
                 assert!((end - expected).abs() < 1e-11 * (1.0 + expected.abs()), "{case}");
                 for (j, product) in products.into_iter().enumerate() {
                     course.forces(|k| complex(f64::from(u8::from(k == j)), 0.0), &mut factors);
-                    let found = course.products(&factors, rate, [begin, end], &forces);
-                    // by parts: 1e-16 over the smallest divisor
+                    let [_, rest] = course.follow(rate, begin, [&forces, &factors], &mut steady);
+                    let found = rest + course.between(&factors, &steady);
                     let off = (found.re - product.re).abs();
-                    assert!(off < 1e-10 * h * (1.0 + product.abs() / h), "{case} {j}");
+                    assert!(off < 1e-11 * h * (1.0 + product.abs() / h), "{case} {j}");
                 }
-                let mut v = [[0.0; 5]; 2];
-                let [now, rates] = &mut v;
-                course.inputs(h, [now, rates]);
-                let known = inputs(swing, h);
-                assert!(now.iter().zip(&known).all(|(a, b)| (a - b).abs() < 1e-14));
-                let mut last = [0.0; 5];
-                course.last(&mut last);
-                assert!(last.iter().zip(&known).all(|(a, b)| (a - b).abs() < 1e-14));
-                let step = 1e-5;
-                let (a, b) = (inputs(swing, h - step), inputs(swing, h + step));
-                assert!((0..5).all(|j| (rates[j] - (b[j] - a[j]) / (2.0 * step)).abs() < 1e-6));
                 // what two inputs have in common
                 course.real_forces(&DRIVE, &mut forces);
                 course.forces(|k| complex(f64::from(u8::from(k == 2)), 0.0), &mut factors);

@@ -4,7 +4,6 @@
 //! line, a damped rotation or a decay. They are evaluated from absolute time at the start of every
 //! segment, so that nothing drifts.
 
-use super::integral::Turn;
 use crate::dense::{complex, Complex, Matrix};
 use crate::sparse::Csc;
 use crate::waveform::{Side, Smooth, Waveform};
@@ -168,22 +167,6 @@ impl Inputs {
     /// True if all sources are constant.
     pub fn is_empty(&self) -> bool {
         self.kinds.is_empty()
-    }
-
-    /// Rotations and decays among `[1; inputs]`.
-    pub fn turns(&self) -> Vec<Turn> {
-        let turns = self.kinds.iter().enumerate().filter_map(|(i, kind)| match *kind {
-            Kind::Tone { frequency, damping, delay } => {
-                let rate = complex(-damping, TAU * frequency);
-                Some(Turn { re: i + 2, im: i + 1, rate, always: delay <= 0.0 })
-            }
-            Kind::Decay { tau, delay } if tau > 0.0 => {
-                let rate = complex(-1.0 / tau, 0.0);
-                Some(Turn { re: i + 1, im: i + 1, rate, always: delay <= 0.0 })
-            }
-            _ => None,
-        });
-        turns.collect()
     }
 
     /// Source columns by constant and input: `S u = columns [1; inputs]`.

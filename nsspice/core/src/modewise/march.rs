@@ -45,8 +45,6 @@ pub struct March {
     roots: Vec<(f64, usize)>,
     /// intervals looked at
     pub intervals: u64,
-    /// the same before the last walk
-    before: u64,
 }
 
 #[derive(PartialEq)]
@@ -71,7 +69,6 @@ impl March {
         begin: f64,
     ) -> (f64, Ending) {
         self.crossing.clear();
-        self.before = self.intervals;
         self.to.t = f64::NAN;
         let count = guards.count;
         if count == 0 || horizon <= 0.0 {
@@ -135,11 +132,6 @@ impl March {
             std::mem::swap(&mut self.old, &mut self.new);
             h = GROWTH * length;
         }
-    }
-
-    /// Intervals looked at in the last walk.
-    pub fn lately(&self) -> usize {
-        (self.intervals - self.before) as usize
     }
 
     /// The terms at the time reached, if they have been evaluated there.

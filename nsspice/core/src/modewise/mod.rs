@@ -6,25 +6,24 @@
 //! digits); a segment is a sum of exponentials
 //! ([`trajectory`]); guards (multipliers of active pairs, slacks of the others, controls of switches)
 //! are watched by bounds ([`march`]), and the mode that follows is proved before it is entered
-//! ([`pick`], [`verify`]). Its energies are added up from its two ends ([`tally`]), those of large modes
-//! by following it once more ([`retrace`], [`course`]). Where nothing can be proved, implicit steps go on
-//! ([`fixed`]).
+//! ([`pick`], [`verify`]). Energies of segments are added up ([`tally`]) by following each once more
+//! ([`retrace`]). Where nothing can be proved, implicit steps go on ([`fixed`]).
 
 mod align;
-mod apart;
 mod block;
 pub mod bundle;
 mod cluster;
 mod course;
 mod crowd;
+mod exponential;
 mod fixed;
+mod gramian;
 mod guard_rows;
 mod handed;
 mod impact;
 pub mod implicit;
 pub mod inputs;
 mod inspect;
-mod integral;
 pub mod march;
 pub mod mode;
 pub mod neighbour;
@@ -34,7 +33,6 @@ pub mod outputs;
 pub mod pick;
 mod pieces;
 pub mod prepared;
-mod products;
 pub mod registry;
 mod rest;
 mod retrace;
@@ -50,6 +48,7 @@ mod spread;
 pub mod staircase;
 mod stride;
 mod structured;
+mod supply;
 mod tally;
 pub mod terms;
 mod trace;

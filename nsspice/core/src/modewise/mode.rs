@@ -432,6 +432,23 @@ impl Mode {
         }
     }
 
+    /// Rates of a modal state that nothing drives.
+    pub fn turn(&self, x: &[f64], out: &mut [f64]) {
+        for pole in &self.poles {
+            let at = pole.at;
+            if pole.omega == 0.0 {
+                out[at] = pole.alpha * x[at];
+            } else {
+                out[at] = pole.alpha * x[at] - pole.omega * x[at + 1];
+                out[at + 1] = pole.omega * x[at] + pole.alpha * x[at + 1];
+            }
+        }
+        for (at, block) in &self.blocks {
+            let places = *at..at + block.rows;
+            block.apply(&x[places.clone()], &mut out[places]);
+        }
+    }
+
     /// Energy coordinates from modal state and inputs, and their rates from those of both.
     pub fn leave(&self, x: &[f64], v: &[f64], a: &mut [f64]) {
         self.leave_x.apply(x, a);

@@ -4,7 +4,7 @@ use super::mode::Mode;
 use super::network::Network;
 use super::outputs::{OutputRows, Outputs};
 use super::prepared::Reduced;
-use super::tally::Powers;
+use super::supply::Supply;
 use crate::dense::RankOne;
 use crate::switch::Switch;
 use std::collections::HashMap;
@@ -28,7 +28,7 @@ struct Entry {
     outputs: Option<Box<OutputRows>>,
     /// points at which outputs were wanted before they were made
     points: f64,
-    powers: Option<Box<Powers>>,
+    supplies: Option<Box<[Supply]>>,
     used: u64,
     bytes: usize,
     /// (cause, follower)
@@ -80,7 +80,7 @@ impl Registry {
             made: None,
             outputs: None,
             points: 0.0,
-            powers: None,
+            supplies: None,
             used: 0,
             bytes: 0,
             next: Vec::new(),
@@ -177,7 +177,7 @@ impl Registry {
                 entry.bytes = 0;
                 entry.made = None;
                 entry.outputs = None;
-                entry.powers = None;
+                entry.supplies = None;
             }
         }
     }
@@ -210,20 +210,23 @@ impl Registry {
         }
     }
 
-    /// The powers of a mode, to be given back.
-    pub fn take_powers(&mut self, id: Id) -> Option<Box<Powers>> {
-        self.entries[id].powers.take()
-    }
-
-    /// Keeps the powers of a mode that has them for the first time, or again.
-    pub fn keep_powers(&mut self, id: Id, powers: Box<Powers>, known: bool) {
+    /// Finds what the inputs deliver in a mode, if it is not known; true if it has not been.
+    pub fn supply(&mut self, id: Id, mode: &Mode, net: &Network) -> bool {
         let entry = &mut self.entries[id];
-        if !known {
-            let bytes = 8 * powers.size();
+        let fresh = entry.supplies.is_none();
+        if fresh {
+            let made = Supply::all(net, mode);
+            let bytes = made.iter().map(Supply::bytes).sum::<usize>();
             entry.bytes += bytes;
             self.bytes += bytes;
+            entry.supplies = Some(made.into());
         }
-        entry.powers = Some(powers);
+        fresh
+    }
+
+    /// What the inputs deliver in a mode.
+    pub fn supplies(&self, id: Id) -> &[Supply] {
+        self.entries[id].supplies.as_deref().unwrap_or(&[])
     }
 
     /// What followed this mode after this cause.

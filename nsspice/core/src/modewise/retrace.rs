@@ -1,8 +1,8 @@
-//! Energies of a segment whose mode is too large, or too seldom met, for forms of its powers.
+//! Energies of a segment: what is delivered and what is dissipated.
 //!
 //! With `rho = E z' + G z + A lambda - S u` the stored energy `W = z' E z / 2` changes by exactly what
 //! is delivered, less what is dissipated, plus the integral of `z' rho`.  So the laws need not be
-//! squared: the maps of a mode are put into the assembled matrices once in each segment, all modal
+//! squared: the maps of a mode are put into the assembled matrices, all modal
 //! coordinates at a time, each with a random sign and as large as its integral over the segment.  What
 //! is left are charges and fluxes by which Kirchhoff's laws are missed, whatever the time; times the
 //! largest voltage and current they are energy.  Several coordinates that break a law could hide each
@@ -10,40 +10,44 @@
 //! by `n u` of the largest (Higham: Accuracy and Stability of Numerical Algorithms, 2002, section 3.5):
 //! so a fast rate times the rounding of all coordinates is what any mode with it misses.
 //!
-//! That the coordinates move as they should is seen by following them once more ([`super::course`])
-//! from the state at the begin: the stored energy at both ends is that of these two states, and a next
-//! segment that begins elsewhere breaks the balance of the run.
+//! That the coordinates move as they should is seen by following them once more ([`super::course`],
+//! [`super::gramian`]) from the state at the begin: the stored energy at both ends is that of these two
+//! states, and a next segment that begins elsewhere breaks the balance of the run.
 
+use super::block::row_norm;
 use super::course::Course;
+use super::gramian::followed;
+use super::implicit::later;
 use super::mode::Mode;
-use super::products::Two;
 use super::run::Engine;
+use super::spectrum::Pole;
+use super::supply::Supply;
 use crate::audit::Sums;
-use crate::dense::{add_scaled, complex, dot, norm, Complex};
+use crate::dense::{complex, dot, norm, Complex, Matrix};
 #[cfg(test)]
 use crate::structure::Coordinates;
 
-/// An input that acts somewhere: its number, and what it acts on, in energy coordinates and in the
-/// unknowns that store nothing.
-struct Given {
-    input: usize,
-    stored: Vec<f64>,
-    free: Vec<(usize, f64)>,
-}
+/// What is dissipated, and what is delivered [J].
+pub type Two = [f64; 2];
 
-/// A power in the coordinates of a mode: factors of states, inputs and their rates.
-type Row = [Vec<f64>; 3];
+/// Segments of which one is asked, which counts for so many: what is missed keeps its expected sum.
+const ASKED: u64 = 8;
 
-/// Work space, and what sources act on.
+const ZERO: Complex = complex(0.0, 0.0);
+
+/// Work space.
 #[derive(Default)]
 pub struct Retrace {
     course: Course,
-    given: Option<Vec<Given>>,
-    rows: Vec<Row>,
     forces: Vec<Complex>,
-    /// sources as sums of functions, and what they give with a coordinate
+    /// by function: what each input is, what follows all of them steadily in the current of each, what they give
+    /// with a coordinate, and its steady part
     factors: Vec<Complex>,
+    currents: Vec<Complex>,
+    /// the sum of the sizes of its terms
+    sizes: Vec<f64>,
     weights: Vec<Complex>,
+    steady: Vec<Complex>,
     /// states at the end, and what the laws are asked with: states and their rates
     end: Vec<f64>,
     asked: Vec<f64>,
@@ -85,42 +89,8 @@ impl Chance {
     }
 }
 
-impl Given {
-    fn all(engine: &Engine) -> Vec<Given> {
-        let net = &engine.net;
-        let column = |input: usize| {
-            let s = net.s.col(input);
-            let (mut stored, mut free) = (vec![0.0; net.states], vec![0.0; net.kernel.cols]);
-            net.big_r.apply_transposed(&s, &mut stored);
-            net.kernel.apply_transposed(&s, &mut free);
-            if stored.iter().all(|v| *v == 0.0) {
-                stored.clear();
-            }
-            let free: Vec<_> = free.into_iter().enumerate().filter(|(_, v)| *v != 0.0).collect();
-            let acts = !stored.is_empty() || !free.is_empty();
-            acts.then_some(Given { input, stored, free })
-        };
-        (0..net.s.cols).filter_map(column).collect()
-    }
-
-    /// The power of the input in a mode.
-    fn row(&self, mode: &Mode, [x, v, d]: &mut Row) {
-        let (n, nv) = (mode.n, mode.leave_v.cols);
-        for (list, count) in [(&mut *x, n), (&mut *v, nv), (&mut *d, nv)] {
-            list.clear();
-            list.resize(count, 0.0);
-        }
-        if !self.stored.is_empty() {
-            mode.leave_x.apply_transposed(&self.stored, x);
-            mode.leave_v.apply_transposed(&self.stored, v);
-        }
-        for &(unknown, factor) in &self.free {
-            let (rows, r) = mode.algebraic_row(unknown);
-            add_scaled(x, factor, rows.x.row(r));
-            add_scaled(v, factor, rows.v.row(r));
-            add_scaled(d, factor, rows.d.row(r));
-        }
-    }
+fn one_norm(z: Complex) -> f64 {
+    z.re.abs() + z.im.abs()
 }
 
 /// Half the square of energy coordinates.
@@ -130,108 +100,186 @@ pub(super) fn energy(mode: &Mode, x: &[f64], v: &[f64], a: &mut [f64]) -> f64 {
 }
 
 impl Retrace {
-    /// What is dissipated and delivered up to the present point of a segment; None where rates have no
-    /// eigenvectors.
-    pub fn segment(&mut self, engine: &Engine, sums: &mut Sums, mode: &Mode) -> Option<Two> {
-        if !mode.blocks.is_empty() {
-            return None;
-        }
-        let h = engine.point.t;
+    /// What is dissipated and delivered up to the present point of a segment; the laws are asked in the first
+    /// one of a mode.
+    pub fn segment(
+        &mut self,
+        engine: &Engine,
+        sums: &mut Sums,
+        mode: &Mode,
+        supplies: &[Supply],
+        fresh: bool,
+    ) -> Two {
+        let (h, start) = (engine.point.t, engine.path.start());
         self.course.set(&engine.segment, h);
-        let given = self.given.take().unwrap_or_else(|| Given::all(engine));
-        self.rows.resize_with(given.len(), Row::default);
-        for (given, row) in given.iter().zip(&mut self.rows) {
-            given.row(mode, row);
+        self.end.resize(mode.n, 0.0);
+        self.begin(supplies);
+        let mut delivered = 0.0;
+        for pole in &mode.poles {
+            delivered += self.pole(mode, pole, start, supplies);
         }
-        let mut chance = Chance(sums.steps());
-        let start = engine.path.start();
-        let delivered = self.follow(mode, start, &given, &mut chance, h);
-        self.given = Some(given);
+        for (at, matrix) in &mode.blocks {
+            delivered += self.block(mode, *at, matrix, start, supplies);
+        }
+        self.clean((mode.n + mode.leave_v.cols) as f64);
+        let count = self.weights.len();
+        let rows = self.factors.chunks_exact(count).zip(self.currents.chunks_exact(count));
+        delivered += rows.map(|(u, i)| self.course.between(u, i).re).sum::<f64>();
         self.a.resize(engine.net.states, 0.0);
         let before = energy(mode, start, &engine.segment.now, &mut self.a);
-        let nv = mode.leave_v.cols;
-        self.v.resize(nv, 0.0);
-        self.d.resize(nv, 0.0);
-        self.course.last(&mut self.v);
+        self.course.last(&mut self.v, mode.leave_v.cols);
         let after = energy(mode, &self.end, &self.v, &mut self.a);
-        self.course.inputs(h * chance.part(), [&mut self.v, &mut self.d]);
-        self.ask(engine, sums, mode, h);
-        Some([delivered - (after - before), delivered])
+        let mut chance = Chance(sums.steps());
+        let count = if fresh { 1 } else { ASKED };
+        if chance.next().is_multiple_of(count) {
+            self.choose(mode, start, &mut chance, h);
+            later(&engine.segment, h * chance.part(), &mut self.v);
+            engine.segment.rates(&self.v, &mut self.d);
+            self.ask(engine, sums, mode, count as f64, h);
+        }
+        [delivered - (after - before), delivered]
     }
 
-    /// Follows all coordinates to the end; returns what the sources give.
-    fn follow(
-        &mut self,
-        mode: &Mode,
-        start: &[f64],
-        given: &[Given],
-        chance: &mut Chance,
-        h: f64,
-    ) -> f64 {
-        let count = self.course.count();
-        self.forces.resize(count, complex(0.0, 0.0));
-        for list in [&mut self.end, &mut self.asked, &mut self.change] {
-            list.resize(mode.n, 0.0);
+    /// What inputs are, and what they give to one another.
+    fn begin(&mut self, supplies: &[Supply]) {
+        let count = self.course.bases.len();
+        for list in [&mut self.forces, &mut self.weights, &mut self.steady] {
+            list.resize(count, ZERO);
         }
-        let zero = complex(0.0, 0.0);
-        self.factors.clear();
-        self.factors.resize(given.len() * count, zero);
-        self.weights.resize(count, zero);
-        let mut delivered = 0.0;
-        let lists = self.rows.iter().zip(self.factors.chunks_exact_mut(count));
-        for (given, (row, factors)) in given.iter().zip(lists) {
-            let own = |j: usize| complex(f64::from(u8::from(j == given.input)), 0.0);
+        for list in [&mut self.factors, &mut self.currents] {
+            list.resize(supplies.len() * count, ZERO);
+        }
+        self.sizes.resize(supplies.len() * count, 0.0);
+        let factors = self.factors.chunks_exact_mut(count);
+        let lists = factors.zip(self.currents.chunks_exact_mut(count));
+        for (supply, (factors, currents)) in supplies.iter().zip(lists) {
+            let own = |j: usize| complex(f64::from(u8::from(j == supply.input)), 0.0);
             self.course.forces(own, factors);
-            self.course.real_forces(&row[1], &mut self.forces);
-            self.course.rates(|j| complex(row[2][j], 0.0), &mut self.forces);
-            delivered += self.course.between(factors, &self.forces).re;
+            self.course.real_forces(&supply.v, currents);
+            self.course.rates(&supply.d, currents);
         }
-        for pole in &mode.poles {
-            let (at, pair) = (pole.at, pole.omega != 0.0);
-            let rate = complex(pole.alpha, pole.omega);
-            let both = |list: &[f64]| complex(list[at], if pair { list[at + 1] } else { 0.0 });
-            let drive = mode.drive.row(at);
-            if pair {
-                let next = mode.drive.row(at + 1);
-                self.course.forces(|j| complex(drive[j], next[j]), &mut self.forces);
-            } else {
-                self.course.real_forces(drive, &mut self.forces);
-            }
-            let begin = both(start);
-            let end = self.course.end(rate, begin, &self.forces);
-            self.weights.fill(zero);
-            for (row, factors) in self.rows.iter().zip(self.factors.chunks_exact(count)) {
-                let acts = both(&row[0]).conj();
-                for (weight, &factor) in self.weights.iter_mut().zip(factors) {
-                    *weight = *weight + if pair { acts * factor } else { factor.scale(acts.re) };
+        for (size, current) in self.sizes.iter_mut().zip(&self.currents) {
+            *size = one_norm(*current);
+        }
+    }
+
+    /// Takes what is left of currents whose terms cancel, but for the rounding of so many of them, for nothing: of
+    /// a source that feeds a network at rest through little resistance it is watts.
+    fn clean(&mut self, terms: f64) {
+        let count = self.weights.len();
+        for (currents, sizes) in
+            self.currents.chunks_exact_mut(count).zip(self.sizes.chunks_exact(count))
+        {
+            for (b, base) in self.course.bases.iter().enumerate() {
+                if base.mirrored {
+                    // currents are real
+                    let mean = (currents[b - 1] + currents[b].conj()).scale(0.5);
+                    (currents[b - 1], currents[b]) = (mean, mean.conj());
+                } else if base.rate.im == 0.0 {
+                    currents[b].im = 0.0;
                 }
             }
-            delivered += self.course.products(&self.weights, rate, [begin, end], &self.forces).re;
-            // as large as the integral, and moving as the coordinate does
-            let size = |z: Complex| match pair {
-                true => (z.re * z.re + z.im * z.im).sqrt(),
-                false => z.re.abs(),
-            };
-            let time = h.min(1.0 / size(rate));
-            let left = rate * end + self.course.force_at_end(!pair, &self.forces);
-            let size = h * (size(end) + time * size(left)) + time * size(begin);
-            let asked = complex(chance.sign(size), if pair { chance.sign(size) } else { 0.0 });
-            let change = rate * asked;
-            (self.end[at], self.asked[at], self.change[at]) = (end.re, asked.re, change.re);
-            if pair {
-                let next = at + 1;
-                (self.end[next], self.asked[next], self.change[next]) =
-                    (end.im, asked.im, change.im);
+            for (current, size) in currents.iter_mut().zip(sizes) {
+                if one_norm(*current) <= terms * f64::EPSILON * size {
+                    *current = ZERO;
+                }
             }
         }
-        delivered
+    }
+
+    /// What all inputs give with a coordinate.
+    fn weigh(&mut self, supplies: &[Supply], acts: impl Fn(&[f64]) -> Complex) {
+        let count = self.weights.len();
+        self.weights.fill(ZERO);
+        for (supply, factors) in supplies.iter().zip(self.factors.chunks_exact(count)) {
+            let acts = acts(&supply.x);
+            for (weight, &factor) in self.weights.iter_mut().zip(factors) {
+                *weight = *weight + acts * factor;
+            }
+        }
+    }
+
+    /// Follows a coordinate to the end; returns what the inputs give with it.
+    fn pole(&mut self, mode: &Mode, pole: &Pole, start: &[f64], supplies: &[Supply]) -> f64 {
+        let (at, pair) = (pole.at, pole.omega != 0.0);
+        let both = |list: &[f64]| complex(list[at], if pair { list[at + 1] } else { 0.0 });
+        let drive = mode.drive.row(at);
+        if pair {
+            let next = mode.drive.row(at + 1);
+            self.course.forces(|j| complex(drive[j], next[j]), &mut self.forces);
+        } else {
+            self.course.real_forces(drive, &mut self.forces);
+        }
+        self.weigh(supplies, |x| both(x).conj());
+        let rate = complex(pole.alpha, pole.omega);
+        let lists = [&self.forces[..], &self.weights];
+        let [end, given] = self.course.follow(rate, both(start), lists, &mut self.steady);
+        let count = self.weights.len();
+        for (c, &steady) in self.steady.iter().enumerate().filter(|(_, part)| **part != ZERO) {
+            for (supply, at) in supplies.iter().zip((c..).step_by(count)) {
+                let part = both(&supply.x).conj() * steady;
+                self.currents[at] = self.currents[at] + part;
+                self.sizes[at] += one_norm(part);
+            }
+        }
+        self.end[at] = end.re;
+        if pair {
+            self.end[at + 1] = end.im;
+        }
+        given.re
+    }
+
+    /// The same for coordinates without eigenvectors.
+    fn block(
+        &mut self,
+        mode: &Mode,
+        at: usize,
+        matrix: &Matrix,
+        start: &[f64],
+        supplies: &[Supply],
+    ) -> f64 {
+        let places = at..at + matrix.rows;
+        let (mut forces, mut weights) = (Vec::new(), Vec::new());
+        for r in places.clone() {
+            self.course.real_forces(mode.drive.row(r), &mut self.forces);
+            self.weigh(supplies, |x| complex(x[r], 0.0));
+            forces.push(self.forces.clone());
+            weights.push(self.weights.clone());
+        }
+        let begin = &start[places.clone()];
+        let (end, given) = followed(&self.course, matrix, begin, &forces, &weights);
+        self.end[places].copy_from_slice(&end);
+        given
+    }
+
+    /// Chooses coordinates to ask the laws with, and their change with the same rates.
+    fn choose(&mut self, mode: &Mode, start: &[f64], chance: &mut Chance, h: f64) {
+        for list in [&mut self.asked, &mut self.change] {
+            list.resize(mode.n, 0.0);
+        }
+        // where coordinates are left at the end
+        mode.turn(&self.end, &mut self.change);
+        mode.drive.apply_add(&self.v, &mut self.change);
+        let poles = mode.poles.iter().map(|p| (p.at..p.at + p.width(), p.size()));
+        let blocks = mode.blocks.iter().map(|(at, m)| (*at..at + m.rows, row_norm(m)));
+        for (at, rate) in poles.chain(blocks) {
+            // as large as the integral
+            let time = h.min(1.0 / rate);
+            let moved = norm(&self.end[at.clone()]) + time * norm(&self.change[at.clone()]);
+            let size = h * moved + time * norm(&start[at.clone()]);
+            self.asked[at].iter_mut().for_each(|x| *x = chance.sign(size));
+        }
+        mode.turn(&self.asked, &mut self.change);
     }
 
     /// Asks the laws with these coordinates, beside the inputs at an instant.
-    fn ask(&mut self, engine: &Engine, sums: &mut Sums, mode: &Mode, h: f64) {
+    fn ask(&mut self, engine: &Engine, sums: &mut Sums, mode: &Mode, count: f64, h: f64) {
         let net = &engine.net;
         for list in [&mut self.v, &mut self.d] {
-            list.iter_mut().for_each(|v| *v *= h);
+            list.iter_mut().for_each(|v| *v *= count * h);
+        }
+        for list in [&mut self.asked, &mut self.change] {
+            list.iter_mut().for_each(|x| *x *= count);
         }
         mode.drive.apply_add(&self.v, &mut self.change);
         mode.leave(&self.change, &self.d, &mut self.a);
@@ -246,8 +294,7 @@ impl Retrace {
         let sources = engine.inputs.waveforms().len();
         self.u.extend((0..sources).map(|k| engine.inputs.value_of(k, &self.v)));
         // of coordinates whose energy is half the square of their length
-        let fastest = mode.poles.iter().fold(0.0f64, |m, p| m.max(p.alpha.hypot(p.omega)));
-        let rounding = mode.n as f64 * f64::EPSILON * fastest * norm(&self.asked);
+        let rounding = mode.n as f64 * f64::EPSILON * mode.fastest * norm(&self.asked);
         sums.miss(&self.rate, &self.z, &self.l, &self.u, rounding);
     }
 }
@@ -322,8 +369,9 @@ mod tests {
         let (mut x, mut a) = (vec![0.0; own.n], vec![0.0; STATES]);
         energy(own, engine.path.start(), &engine.segment.now, &mut a);
         sums.start(&unknowns(&a));
-        let found = Retrace::default().segment(engine, &mut sums, mode);
-        sums.motion(0.3, found.unwrap_or_else(|| unreachable!()));
+        let supplies = Supply::all(&engine.net, mode);
+        let found = Retrace::default().segment(engine, &mut sums, mode, &supplies, true);
+        sums.motion(0.3, found);
         engine.path.state(&engine.point, &mut x);
         let mut v = vec![0.0; engine.v.len()];
         engine.path.inputs(&engine.segment, &engine.point, &mut v);

@@ -5,7 +5,6 @@ use super::fixed::Stepped;
 use super::handed::Handed;
 use super::implicit::Implicit;
 use super::inputs::{Inputs, Segment};
-use super::integral::Turn;
 use super::march::{Ending, March};
 use super::mode::{Mode, Watch};
 use super::network::{Assembly, Network};
@@ -140,8 +139,6 @@ pub struct Engine {
     pub pieces: Pieces,
     /// outputs that drive other blocks
     pub(super) handed: Handed,
-    /// rotations and decays among the inputs
-    pub(super) turns: Vec<Turn>,
     pub(super) logged: Vec<bool>,
     pub(super) log_open: bool,
     /// counters
@@ -205,7 +202,6 @@ impl Engine {
             trace: Trace::default(),
             pieces: Pieces::default(),
             handed: Handed::default(),
-            turns: inputs.turns(),
             logged: vec![false; m],
             log_open: false,
             stats: Statistics::default(),

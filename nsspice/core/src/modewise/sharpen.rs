@@ -14,10 +14,9 @@
 //! that are mixed beyond that still span what they should: the eigenvectors in it are those of the small
 //! matrix `L + V^-1 R` of their rows and columns.
 
-use super::apart::response;
 use super::block::row_norm;
 use super::spectrum::{Pole, Spectrum, CONDITION, OFF};
-use crate::dense::{complex, eigen, Lu, Matrix};
+use crate::dense::{complex, eigen, Complex, Lu, Matrix};
 use crate::union_find::UnionFind;
 use std::ops::Range;
 
@@ -34,9 +33,20 @@ fn rounding(j: &Matrix) -> f64 {
     j.rows as f64 * f64::EPSILON
 }
 
+/// `B X - X T = C` for a coordinate that another one drives: with `C w = c w + d conj(w)` the rates
+/// of the parts are those of `w` and of its conjugate.
+fn response(b: Complex, w: Complex, c: &Matrix) -> Matrix {
+    let at = |r: usize, k: usize| if r < c.rows && k < c.cols { c[(r, k)] } else { 0.0 };
+    let straight = complex(at(0, 0) + at(1, 1), at(1, 0) - at(0, 1)).scale(0.5);
+    let turned = complex(at(0, 0) - at(1, 1), at(1, 0) + at(0, 1)).scale(0.5);
+    let (x, y) = (straight / (b - w), turned / (b - w.conj()));
+    let parts = [[(x + y).re, -(x - y).im], [(x + y).im, (x - y).re]];
+    Matrix::from_fn(c.rows, c.cols, |r, k| parts[r][k])
+}
+
 /// Places of a pole.
 fn places(pole: &Pole) -> Range<usize> {
-    pole.at..pole.at + if pole.omega == 0.0 { 1 } else { 2 }
+    pole.at..pole.at + pole.width()
 }
 
 /// `V L`

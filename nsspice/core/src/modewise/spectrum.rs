@@ -154,6 +154,11 @@ impl Pole {
     pub fn size(&self) -> f64 {
         self.alpha.hypot(self.omega)
     }
+
+    /// Number of its modal coordinates.
+    pub fn width(&self) -> usize {
+        1 + usize::from(self.omega != 0.0)
+    }
 }
 
 /// Modal coordinates `x = from_modal xi`; a pair has the real and the imaginary part of one complex

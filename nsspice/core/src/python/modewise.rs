@@ -119,7 +119,7 @@ impl PyModewise {
         self.inner.accompany(auditor.sums.take());
     }
 
-    /// The balance of energy of the run up to now, None without one, or if it cost too much.
+    /// The balance of energy of the run up to now, None without one.
     fn balance<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         self.inner.balance().map(|b| balance_dict(py, &b)).transpose()
     }

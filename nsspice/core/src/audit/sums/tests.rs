@@ -95,34 +95,6 @@ fn states_that_change_between_motions_are_noticed() {
 }
 
 #[test]
-fn powers_as_forms_are_those_of_points() {
-    // a resistor between two nodes, a diode, a source
-    let linear = Linear {
-        e: Csc::from_triplets(2, 2, &[(0, 0, 1.0)]),
-        g: Csc::from_triplets(2, 2, &[(0, 0, 2.0), (0, 1, -2.0), (1, 0, -2.0), (1, 1, 5.0)]),
-        a: Csc::from_triplets(2, 1, &[(0, 0, 1.0), (1, 0, -1.0)]),
-        b: Csc::zeros(1, 2),
-        d: Csc::zeros(1, 1),
-        q: vec![0.0],
-        s: Csc::from_triplets(2, 1, &[(1, 0, 3.0)]),
-        row_kind: vec![0; 2],
-    };
-    let sums = sums_of(&linear);
-    let rows = |cols: usize, data: &[f64]| Matrix { rows: 2, cols, data: data.to_vec() };
-    let (z, l, u) = (rows(2, &[1.0, 2.0, -1.0, 0.5]), rows(1, &[0.3, -2.0]), rows(1, &[4.0, 1.0]));
-    let [lost, given] = sums.powers(&z, &l, &u);
-    let y = [0.7, -1.3];
-    let at = |m: &Matrix, k: usize| y[0] * m[(0, k)] + y[1] * m[(1, k)];
-    let (a, b, current, source) = (at(&z, 0), at(&z, 1), at(&l, 0), at(&u, 0));
-    let form = |q: &Matrix| {
-        (0..2).map(|i| (0..2).map(|j| y[i] * q[(i, j)] * y[j]).sum::<f64>()).sum::<f64>()
-    };
-    let expected = 2.0 * (a - b).powi(2) + 3.0 * b * b + current * (a - b);
-    assert!((form(&lost) - expected).abs() < 1e-13);
-    assert!((form(&given) - 3.0 * b * source).abs() < 1e-13);
-}
-
-#[test]
 fn a_step_beyond_all_bounds_is_no_measure() {
     // 1 F with 1 Ohm beside a source; in one step the source drives a voltage through the resistor,
     // and a thousandth of the state is lost right after it
