@@ -109,6 +109,7 @@ impl Course {
         let (speed, rate) = (rate, rate.scale(self.h));
         let end = match self.bases.last() {
             Some(last) if rate.im < 0.0 => last.end.conj(),
+            _ if rate == ZERO => ONE,
             _ => rate.exp(),
         };
         self.bases.push(Base { rate, speed, line, mirrored: rate.im < 0.0, end });

@@ -452,7 +452,10 @@ impl Mode {
     /// Energy coordinates from modal state and inputs, and their rates from those of both.
     pub fn leave(&self, x: &[f64], v: &[f64], a: &mut [f64]) {
         self.leave_x.apply(x, a);
-        self.leave_v.apply_add(v, a);
+        // where sources charge nothing by themselves, no jump brings impulses
+        if self.impulses.is_some() {
+            self.leave_v.apply_add(v, a);
+        }
     }
 
     /// Whether the modal state is as long as the energy coordinates are.
