@@ -3,6 +3,7 @@
 
 mod complex;
 mod differences;
+mod divided;
 mod echelon;
 mod eigen;
 mod least_norm;
@@ -17,6 +18,7 @@ mod wide;
 
 pub use complex::{complex, Complex};
 pub use differences::Differences;
+pub use divided::{divided, pair, NODES};
 pub use echelon::Echelon;
 pub use eigen::{balance, eigen, Eigen};
 pub use least_norm::LeastNorm;

@@ -6,11 +6,11 @@
 //! is told apart from what dies away, so that it meets the inputs' own part of a current before either is
 //! integrated: of a source with little resistance both are large and cancel.  Where a pole is near to that of a function
 //! nothing is steady; the response and its products are divided differences of the exponential function
-//! ([`super::exponential`]), in units of the length of the segment.
+//! ([`crate::dense::divided`]), in units of the length of the segment.
 
-use super::exponential::{at_zero, difference, near, pair, MOST};
+use super::exponential::{at_zero, near};
 use super::inputs::Segment;
-use crate::dense::{complex, Complex};
+use crate::dense::{complex, divided, pair, Complex, NODES};
 
 const ZERO: Complex = complex(0.0, 0.0);
 const ONE: Complex = complex(1.0, 0.0);
@@ -135,14 +135,14 @@ impl Course {
     /// `int f_b X` for `X` with the given poles.
     fn against(&self, b: usize, poles: &[Complex]) -> Complex {
         let base = &self.bases[b];
-        let mut all = [ZERO; MOST];
+        let mut all = [ZERO; NODES];
         for (to, pole) in all[1..].iter_mut().zip(poles) {
             *to = *pole + base.rate;
         }
-        let once = difference(&all[..=poles.len()]);
+        let once = divided(&all[..=poles.len()]);
         if base.line {
             // int t X = int X - int int X
-            once - difference(&all[..poles.len() + 2])
+            once - divided(&all[..poles.len() + 2])
         } else {
             once
         }

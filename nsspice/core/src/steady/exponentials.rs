@@ -1,4 +1,4 @@
-//! Divided differences of the exponential, and the exponential of a small matrix.
+//! The exponential of a small matrix; integrals of terms by divided differences ([`crate::dense::divided`]).
 //!
 //! With `E[z0, ..., zm]` the divided difference,
 //!
@@ -9,72 +9,7 @@
 //! so that every term of a segment has its weighted integrals in one function.
 
 use super::linear::CMatrix;
-use crate::dense::{complex, Complex};
-
-/// Nodes at most.
-pub const NODES: usize = 5;
-/// Nodes nearer to their mean than this are summed by Taylor's series: 1^24 / 24! < 2e-24.
-const NEAR: f64 = 1.0;
-const TERMS: usize = 24;
-
-/// `E[z0, ..., zm]`, at most [`NODES`] of them.
-pub fn divided(z: &[Complex]) -> Complex {
-    match *z {
-        [] => complex(0.0, 0.0),
-        [a] => a.exp(),
-        [a, b] => {
-            // from the node whose exponential is larger
-            let (a, b) = if a.re >= b.re { (a, b) } else { (b, a) };
-            let apart = b - a;
-            let less = if apart.abs() == 0.0 { complex(1.0, 0.0) } else { apart.exp_m1() / apart };
-            a.exp() * less
-        }
-        _ => several(z),
-    }
-}
-
-fn several(z: &[Complex]) -> Complex {
-    let count = z.len();
-    let mean = z.iter().fold(complex(0.0, 0.0), |s, &v| s + v).scale(1.0 / count as f64);
-    if z.iter().all(|&v| (v - mean).abs() <= NEAR) {
-        return mean.exp() * series(z, mean);
-    }
-    let (mut far, mut most) = ((0, 1), -1.0);
-    for i in 0..count {
-        for j in 0..i {
-            let apart = (z[i] - z[j]).abs();
-            if apart > most {
-                (far, most) = ((j, i), apart);
-            }
-        }
-    }
-    let without = |left_out: usize| {
-        let mut rest = [complex(0.0, 0.0); NODES];
-        let kept = (0..count).filter(|&k| k != left_out);
-        kept.enumerate().for_each(|(to, k)| rest[to] = z[k]);
-        divided(&rest[..count - 1])
-    };
-    (without(far.0) - without(far.1)) / (z[far.1] - z[far.0])
-}
-
-/// `sum over j of h_j(z - mean) / (j + m)!` with the complete homogeneous polynomials `h_j`.
-fn series(z: &[Complex], mean: Complex) -> Complex {
-    let mut h = [complex(0.0, 0.0); TERMS];
-    h[0] = complex(1.0, 0.0);
-    for &node in z {
-        let w = node - mean;
-        for j in 1..TERMS {
-            h[j] = h[j] + w * h[j - 1];
-        }
-    }
-    let mut factor = (1..z.len()).fold(1.0, |f, k| f / k as f64);
-    let mut sum = complex(0.0, 0.0);
-    for (j, term) in h.iter().enumerate() {
-        sum = sum + term.scale(factor);
-        factor /= (j + z.len()) as f64;
-    }
-    sum
-}
+use crate::dense::complex;
 
 /// `e^M` by scaling, Taylor's series and squaring; for blocks of a few coordinates.
 pub fn exponential(m: &CMatrix) -> CMatrix {
@@ -96,6 +31,7 @@ pub fn exponential(m: &CMatrix) -> CMatrix {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dense::{divided, Complex};
 
     /// The divided difference is the corner of the exponential of a bidiagonal matrix.
     #[test]

@@ -1,8 +1,7 @@
 //! Fourier coefficients of outputs along a run, and averages of their products.
 
-use super::exponentials::divided;
 use super::orbit::Orbit;
-use crate::dense::{complex, dot, Complex};
+use crate::dense::{complex, divided, dot, Complex};
 use crate::modewise::bundle::Bundle;
 use crate::modewise::terms::{Point, Term};
 use crate::modewise::trajectory::Trajectory;
@@ -106,7 +105,7 @@ impl Orbit {
 fn integrals(term: &Term, shift: Complex, d: f64) -> Option<[Complex; 2]> {
     let zero = Complex::default();
     let of = |nodes: &[Complex]| {
-        let mut scaled = [zero; super::exponentials::NODES];
+        let mut scaled = [zero; crate::dense::NODES];
         for (to, node) in scaled.iter_mut().zip(nodes) {
             *to = (*node - shift).scale(d);
         }

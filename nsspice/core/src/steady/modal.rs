@@ -1,8 +1,8 @@
 //! One segment as a linear map of small perturbations, in the modal coordinates of its mode.
 
-use super::exponentials::{divided, exponential};
+use super::exponentials::exponential;
 use super::linear::CMatrix;
-use crate::dense::{complex, Complex, Matrix};
+use crate::dense::{complex, divided, Complex, Matrix};
 use crate::modewise::mode::Mode;
 
 /// `J X` for rows of modal coordinates.

@@ -141,7 +141,7 @@ impl Orbit {
             for ((sum, &shift), integral) in sums.iter_mut().zip(&shifts).zip(&passed.integrals) {
                 let phase = (-shift.scale(p.start)).exp();
                 let z = -shift.scale(length);
-                let weight = super::exponentials::divided(&[z, Complex::default()]).scale(length);
+                let weight = crate::dense::divided(&[z, Complex::default()]).scale(length);
                 let by_state = real_times(&of.x, integral);
                 for r in 0..outputs {
                     add_scaled(sum.row_mut(r), phase, by_state.row(r));

@@ -8,12 +8,11 @@
 //! integral of e^(l (t - u)) u^m E[z0 u, ..., zm u] du over 0..t = t^(m+1) E[l t, z0 t, ..., zm t].
 //! ```
 
-use super::exponentials::{divided, NODES};
 use super::fourier::Piece;
 use super::modal::carry;
 use super::orbit::{entering, Orbit};
 use super::response::Rows;
-use crate::dense::{complex, Complex, Lu, Matrix};
+use crate::dense::{complex, divided, Complex, Lu, Matrix, NODES};
 use crate::modewise::terms::{Point, Term};
 use crate::modewise::Passage;
 
