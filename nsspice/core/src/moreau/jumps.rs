@@ -13,16 +13,9 @@ pub(super) const JUMP: f64 = 1e-8;
 /// The same where a gap may close at speed: its rounding counts by the inverse of this, what is not
 /// the impact by the square.
 pub(super) const IMPACT: f64 = 1e-5;
-/// The same where an impulse has to pass windings without leakage: what it moves is the difference of
-/// fluxes that grow with the inverse of the square.
-const TIGHT: f64 = 1e-3;
 /// A stored unknown that differs by more than this from what the jump left is not determined by what
 /// is stored: the potential of a floating capacitor.
 pub(super) const LOOSE: f64 = 1e-6;
-/// Other unknowns feel what stored ones are given back from this part of the largest on.
-const FELT: f64 = 1e-14;
-/// Laws that miss no more than this part of their terms hold.
-const LAWFUL: f64 = 1e-9;
 /// Ratio of lengths on the way down to a short step that is too hard at once.
 const DESCENT: f64 = 1e-2;
 /// A change that a step shorter by that ratio reduces to this part was motion.
@@ -106,7 +99,7 @@ pub(super) struct Leap {
     /// multipliers before
     pub multipliers: Vec<f64>,
     /// a step and the limit of steps from `after` that need no impulse
-    pub settled: Settled,
+    pub settled: Option<Settled>,
     /// what those steps look like
     pub rest: Rest,
 }
@@ -114,7 +107,7 @@ pub(super) struct Leap {
 impl Leap {
     /// The part of the largest charge by which what it led to breaks the laws that tie charges.
     fn missed(&self) -> f64 {
-        self.settled.as_ref().map_or(0.0, |(.., missed)| *missed)
+        self.settled.as_ref().map_or(0.0, |settled| settled.missed)
     }
 }
 
@@ -174,31 +167,23 @@ impl Stepper {
     ) -> Result<Leap, Box<Failure>> {
         let shortest = self.shortest_time();
         let begun = (self.z.clone(), self.l.clone());
-        let leap = match self.leap(charges, part, shortest, start) {
-            // fluxes that differ by rounding make gigavolts of so short a step
-            Err(failure) if self.facts.storage.tight() => {
-                (self.z, self.l) = begun.clone();
-                self.leap(charges, TIGHT, shortest, start).map_err(|_| failure)?
+        let stored = charges.map_or_else(|| self.stored_at(&begun.0), <[f64]>::to_vec);
+        let now = self.sys.largest(&[&stored]);
+        self.instants.largest = [0, 1].map(|kind| self.instants.largest[kind].max(now[kind]));
+        // charges that a step ends with need no impulse; where gaps close at speed, they may jump all the same
+        if charges.is_none() && !self.instants.impacts.active {
+            if let Some(still) = self.unmoved(&begun, shortest) {
+                return Ok(still);
             }
-            leap => leap?,
-        };
+            (self.z, self.l) = begun.clone();
+        }
+        let leap = self.leap(charges, part, shortest, start)?;
         let mut leap = self.without_motion(charges, &begun, leap, shortest, start);
         // what only begins to move misses nothing
         let mut leapt = self.leapt(charges, &begun.0, &leap);
         // the residual of so short a step is relative to multipliers of size 1/length, and may hide
         // a voltage; seen from where it led, it is in plain sight
-        let mut rest = self.rest(&leap);
-        if rest != Rest::Calm && self.facts.storage.tight() && leap.part < TIGHT {
-            (self.z, self.l) = begun.clone();
-            if let Ok(next) = self.leap(charges, TIGHT, shortest, start) {
-                let next = self.without_motion(charges, &begun, next, shortest, start);
-                let found = self.rest(&next);
-                if found >= rest {
-                    (leap, rest) = (next, found);
-                    leapt = self.leapt(charges, &begun.0, &leap);
-                }
-            }
-        }
+        let mut rest = leap.rest;
         // from rest a longer step moves more, and what rounding sends through megohms looks calm there
         let resting = charges.is_some_and(|charges| charges.iter().all(|q| *q == 0.0));
         for part in CONTINUED {
@@ -209,7 +194,7 @@ impl Stepper {
             }
             (self.z, self.l) = (leap.after.clone(), leap.multipliers.clone());
             let Ok(next) = self.leap(None, part, shortest, Start::Warm) else { continue };
-            let found = self.rest(&next);
+            let found = next.rest;
             if found < rest || found == rest && next.missed() >= leap.missed() {
                 continue;
             }
@@ -234,22 +219,13 @@ impl Stepper {
                 ..next
             };
         }
-        if leapt {
-            leap = self.lawful(charges, &begun, leap, shortest, start);
-        } else if rest >= Rest::Bent
-            && charges.is_none()
-            && self.jumped(None, &begun.0, &leap.after, &leap.after, ROUNDING)
-        {
-            // motion of so long a step has to come once more
-            leap = self.unmoved(begun, leap, shortest);
-        }
         Ok(leap)
     }
 
     /// Goes where an impulsive step has led, and notes what jumped.
     pub(super) fn enter(&mut self, charges: Option<&[f64]>, before: Vec<f64>, leap: Leap) {
         let Leap { first, after, impulses, length, span, shortest, settled, .. } = leap;
-        let values = settled.as_ref().map_or(&[][..], |s| &s.1.z);
+        let values = settled.as_ref().map_or(&[][..], |s| &s.z);
         let begun = behind(&after, span, settled.as_ref());
         if self.noticed(charges, [&before, &first, &begun], values) {
             self.stats.jumps += 1;
@@ -269,50 +245,32 @@ impl Stepper {
                 });
             }
         }
-        let Some((once, settled, _)) = settled else {
+        let Some(settled) = settled else {
             self.z.copy_from_slice(&after);
             self.forget_functions();
             return;
         };
-        (self.z, self.l) = (settled.z, settled.l);
         if self.recorder.outputs.needs_rates() {
-            for (rate, (new, old)) in self.recorder.rates.iter_mut().zip(once.z.iter().zip(&after))
-            {
-                *rate = (new - old) / once.length;
-            }
+            self.recorder.rates.iter_mut().zip(settled.rates()).for_each(|(rate, found)| *rate = found);
         }
-        // the short steps count too: where all currents vanish, rounding of theirs is all that is left
-        let largest = self.sys.largest(&[&self.z, &once.z]);
-        let size = |j: usize| largest[usize::from(self.sys.linear.row_kind[j])];
-        let shown = self.z.clone();
-        self.facts.storage.restore(&after, &mut self.z, |j| LOOSE * size(j));
-        let moved = |(j, (z, shown)): (usize, (&f64, &f64))| (z - shown).abs() > FELT * size(j);
-        if self.z.iter().zip(&shown).enumerate().any(moved) {
-            if self.smooth.is_none() {
-                self.obey(once.length);
-            } else if self.misses_more(&shown) {
-                // the end of so short a step: nothing has moved that counts
-                self.z.copy_from_slice(&shown);
-            }
+        self.z.copy_from_slice(&settled.z);
+        self.l.copy_from_slice(&settled.l);
+        if settled.calm {
+            // what is stored stays to its last digit
+            self.facts.storage.restore(&after, &mut self.z, |_| f64::INFINITY);
         }
         let (u, time) = (&self.u0, self.time);
         if let Some(smooth) = &mut self.smooth {
-            smooth.after_jump(&after, &once.z, &self.z, u, time, once.length);
+            smooth.after_jump(&settled.functions, &settled.z, u, time, settled.length);
         }
-        self.move_on(once.length);
         self.tie_groups();
         if self.recorder.witness.jumped() {
             self.u1.copy_from_slice(&self.u0);
             // a state, not a step; the short one tells what its rounding is measured by
-            self.recorder.z_recorded.copy_from_slice(&once.z);
-            self.record(-once.length);
+            let ahead = settled.rates().zip(&settled.z).map(|(rate, z)| z + settled.length * rate);
+            self.recorder.z_recorded.iter_mut().zip(ahead).for_each(|(recorded, z)| *recorded = z);
+            self.record(-settled.length);
         }
-    }
-
-    /// Whether the present state misses laws in which nothing is stored that another one obeys.
-    fn misses_more(&mut self, other: &[f64]) -> bool {
-        let now = self.at_present(Stepper::missed_by);
-        now > LAWFUL && self.at_present(|s, _, l| s.missed_by(other, l)) < now
     }
 
     /// Moves charges and fluxes by a very short step (this part of `shortest`), then shows what
@@ -352,7 +310,6 @@ impl Stepper {
             let _ = self.stay(&before, &mut after, once.length);
         }
         self.facts.storage.project(&mut after);
-        let lifted = after.clone();
         if linear {
             // with junctions charges depend on potentials
             self.facts.storage.lower(&before, &mut after);
@@ -366,19 +323,6 @@ impl Stepper {
         let impulses = [0, 1, 2].map(|k| limit(&short[k], long.as_ref().map(|long| &long[k])));
         let length = once.length;
         let span = if twice.is_some() { 0.0 } else { length };
-        if charges.is_none() && self.smooth.is_none() {
-            let mut brought = vec![0.0; before.len()];
-            self.sys.linear.g.mul_add(-1.0, &impulses[0], &mut brought);
-            self.sys.linear.a.mul_add(-1.0, &impulses[1], &mut brought);
-            self.sys.linear.s.mul_add(span, &self.u0, &mut brought);
-            self.facts.storage.charge_lifted(
-                &self.sys.linear.e,
-                &before,
-                &lifted,
-                &brought,
-                &mut after,
-            );
-        }
         // what the laws leave open keeps the value it had: densities of impulses are no values
         self.l.copy_from_slice(&multipliers);
         self.z.copy_from_slice(&before);
@@ -526,37 +470,43 @@ impl Stepper {
         delta: f64,
         start: Start,
     ) -> Outcome {
+        let Some(charges) = charges else {
+            let functions =
+                if self.functions_store() { self.functions_at(before) } else { Vec::new() };
+            return self.step_from(before, &functions, delta, start);
+        };
         let k = self.stage_index(delta, true);
-        let matrices = &self.levels.stages[k].matrices;
-        match (charges, &mut self.smooth) {
-            (Some(charges), _) => {
-                for (r, c) in self.scratch.rhs.iter_mut().zip(charges) {
-                    *r = c / delta;
-                }
-                matrices.source_end.mul_add(1.0, &self.u0, &mut self.scratch.rhs);
-            }
-            (None, Some(smooth)) => {
-                smooth.set_out(matrices, before, [&self.u0, &self.u0], &mut self.scratch.rhs);
-            }
-            (None, None) => {
-                matrices.right_hand_side(before, &self.u0, &self.u0, &mut self.scratch.rhs)
-            }
-        }
+        self.scratch.rhs.iter_mut().zip(charges).for_each(|(r, c)| *r = c / delta);
+        self.levels.stages[k].matrices.source_end.mul_add(1.0, &self.u0, &mut self.scratch.rhs);
         if self.smooth.is_some() {
-            if charges.is_none() {
-                self.carry_stored(before);
-            }
             self.u1.copy_from_slice(&self.u0);
         }
-        if let Err(failure) = self.solve(k, delta, start) {
-            let given = charges.is_some();
-            return Err(if given { failure } else { self.with_charges(k, before, failure) });
+        self.solve(k, delta, start)
+    }
+
+    /// One theta = 1 step of length `delta` from the charges of `before`, and of these values of smooth functions.
+    pub(super) fn step_from(
+        &mut self,
+        before: &[f64],
+        functions: &[f64],
+        delta: f64,
+        start: Start,
+    ) -> Outcome {
+        let k = self.stage_index(delta, true);
+        let matrices = &self.levels.stages[k].matrices;
+        if let Some(smooth) = &mut self.smooth {
+            smooth.set_out(matrices, before, [&self.u0, &self.u0], &mut self.scratch.rhs);
+            if smooth.newton.stores() {
+                smooth.newton.carry_functions(functions);
+            }
+            self.u1.copy_from_slice(&self.u0);
+        } else {
+            matrices.right_hand_side(before, &self.u0, &self.u0, &mut self.scratch.rhs);
         }
-        if charges.is_none() {
-            let u = std::mem::take(&mut self.u0);
-            self.sharpen(k, before, &u, &u);
-            self.u0 = u;
-        }
+        self.solve(k, delta, start).map_err(|failure| self.with_charges(k, before, failure))?;
+        let u = std::mem::take(&mut self.u0);
+        self.sharpen(k, before, &u, &u);
+        self.u0 = u;
         Ok(())
     }
 

@@ -10,21 +10,16 @@
 //! for Nonsmooth Dynamical Systems*, 2008, ch. 9).
 
 mod aftermath;
-mod at_once;
 mod clock;
 mod controls;
 mod failure;
 mod gates;
-mod impact_law;
 mod impacts;
-mod increment;
 mod instant;
 mod jumps;
 mod map;
 mod matrices;
 mod motion;
-mod neutral;
-mod onward;
 mod record;
 mod records;
 mod refine;

@@ -4,8 +4,8 @@
 //! elements is no time constant: a voltage drives the current of a small inductance to where the next
 //! diode takes over, in nanoseconds, and a step longer than that ends behind it whatever its length.
 
-use super::aftermath::Rest;
-use super::jumps::{Leap, Short, JUMP, NO_JUMP, ROUNDING};
+use super::aftermath::{Rest, Settled};
+use super::jumps::{Leap, JUMP, NO_JUMP, ROUNDING};
 use super::stepper::Stepper;
 use crate::mlcp::Start;
 
@@ -16,13 +16,9 @@ const ALIKE: f64 = 0.1;
 
 /// Where a jump has led, less what the rates right after it move during the one short step, of the length
 /// `span`, that had to show it.
-pub(super) fn behind(after: &[f64], span: f64, settled: Option<&(Short, Short, f64)>) -> Vec<f64> {
-    let Some((once, begin, _)) = settled.filter(|s| span > 0.0 && s.0.length > s.1.length) else {
-        return after.to_vec();
-    };
-    let part = span / (once.length - begin.length);
-    let moved = once.z.iter().zip(&begin.z).map(|(end, begin)| part * (end - begin));
-    after.iter().zip(moved).map(|(z, moved)| z - moved).collect()
+pub(super) fn behind(after: &[f64], span: f64, settled: Option<&Settled>) -> Vec<f64> {
+    let Some(settled) = settled.filter(|_| span > 0.0) else { return after.to_vec() };
+    after.iter().zip(settled.rates()).map(|(z, rate)| z - span * rate).collect()
 }
 
 impl Stepper {
@@ -37,7 +33,7 @@ impl Stepper {
     }
 
     /// Charges and fluxes of a state.
-    fn stored_at(&mut self, z: &[f64]) -> Vec<f64> {
+    pub(super) fn stored_at(&mut self, z: &[f64]) -> Vec<f64> {
         let mut out = Vec::new();
         self.store_at(z, &mut out);
         out
@@ -49,21 +45,6 @@ impl Stepper {
         let begun = behind(&leap.after, leap.span, leap.settled.as_ref());
         let sides = [before, &leap.first, &begun];
         self.moved(sides, charges, NO_JUMP, None, &mut largest, &[])
-    }
-
-    /// Did stored charges or fluxes jump by more than `share` of the largest?
-    pub(super) fn jumped(
-        &mut self,
-        charges: Option<&[f64]>,
-        before: &[f64],
-        first: &[f64],
-        after: &[f64],
-        share: f64,
-    ) -> bool {
-        let mut largest = self.instants.largest;
-        let found = self.moved([before, first, after], charges, share, None, &mut largest, &[]);
-        self.instants.largest = largest;
-        found
     }
 
     /// Is there a jump to report, beside `values` to which it leads?  A charge `q` of a capacitor `C`
@@ -153,7 +134,7 @@ impl Stepper {
             let part = (AGAIN * leap.part).max(shortest_part);
             let Ok(next) = self.leap(charges, part, shortest, start) else { break };
             if self.alike(charges, &begun.0, [&leap, &next])
-                || self.rest(&next) < self.rest(&leap).min(Rest::Bent)
+                || next.rest < leap.rest.min(Rest::Bent)
             {
                 break;
             }
@@ -162,26 +143,28 @@ impl Stepper {
         leap
     }
 
-    /// An impulsive step that was not short beside what it only set in motion, or, if what follows is
-    /// no worse, one that leaves all charges where they were: limits of such steps err by its square.
-    pub(super) fn unmoved(
-        &mut self,
-        begun: (Vec<f64>, Vec<f64>),
-        leap: Leap,
-        shortest: f64,
-    ) -> Leap {
-        let (mut before, multipliers) = begun;
+    /// What follows from the present charges and fluxes, if laws leave them where they are.
+    pub(super) fn unmoved(&mut self, begun: &(Vec<f64>, Vec<f64>), shortest: f64) -> Option<Leap> {
+        let (mut before, multipliers) = begun.clone();
         self.facts.storage.project(&mut before);
-        (self.z, self.l) = (before.clone(), multipliers.clone());
-        let Ok((settled, rest)) = self.settle(&before, shortest) else { return leap };
-        let impulses = [0, 1, 2].map(|k| vec![0.0; leap.impulses[k].len()]);
-        let (first, after, span) = (before.clone(), before, 0.0);
-        let still = Leap { first, after, impulses, span, multipliers, settled, rest, ..leap };
-        if self.rest(&still) >= self.rest(&leap) {
-            still
-        } else {
-            leap
-        }
+        let (settled, rest) = self.settle(&before, shortest).ok()?;
+        let functions = self.smooth.as_ref().map_or(0, |smooth| smooth.f.len());
+        let impulses = [before.len(), multipliers.len(), functions].map(|len| vec![0.0; len]);
+        let first = before.clone();
+        let [length, span] = [0.0; 2];
+        let still = Leap {
+            first,
+            part: 0.0,
+            after: before,
+            impulses,
+            length,
+            span,
+            shortest: 0.0,
+            multipliers,
+            settled,
+            rest,
+        };
+        (rest == Rest::Calm).then_some(still)
     }
 
     /// Whether two impulsive steps from the state `before` have moved the same.
@@ -195,8 +178,7 @@ impl Stepper {
         };
         (0..2).all(|kind| {
             let moved = largest(&once, &old, kind);
-            moved <= NO_JUMP * self.instants.largest[kind]
-                || largest(&once, &again, kind) <= ALIKE * moved
+            moved <= NO_JUMP * self.instants.largest[kind] || largest(&once, &again, kind) <= ALIKE * moved
         })
     }
 }

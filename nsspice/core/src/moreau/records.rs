@@ -1,6 +1,5 @@
 //! What a run consists of besides its state: plain records of what belongs together.
 
-use super::at_once::AtOnce;
 use super::clock::Target;
 use super::controls::Controls;
 use super::failure::Failure;
@@ -60,8 +59,8 @@ pub struct Facts {
     pub(super) conductances: [f64; 2],
     /// fastest time constant [s]
     pub(super) fastest: f64,
-    /// laws without storage
-    pub(super) at_once: AtOnce,
+    /// groups of laws in whose sum nothing is stored, not by smooth functions either; most are one law
+    pub(super) at_once: Vec<Vec<usize>>,
     /// stores, and what determines them
     pub(super) storage: Storage,
 }

@@ -205,25 +205,20 @@ impl SmoothPart {
         self.conducting.get_or_insert_with(|| linear.conducting())
     }
 
-    /// Computes the functions and their rates.
+    /// Computes the functions of unknowns, and their rates in a step of a length that began with others.
     pub(super) fn after_jump(
         &mut self,
-        after: &[f64],
-        once: &[f64],
+        begun: &[f64],
         z: &[f64],
         u: &[f64],
         time: f64,
         length: f64,
     ) {
         let clock = self.clock(time);
-        let mut old = std::mem::take(&mut self.scratch);
-        self.newton.evaluate(after, u, clock, &mut old);
-        self.newton.evaluate(once, u, clock, &mut self.f);
-        for ((rate, new), old) in self.rates.iter_mut().zip(&self.f).zip(&old) {
+        self.newton.evaluate(z, u, clock, &mut self.f);
+        for ((rate, new), old) in self.rates.iter_mut().zip(&self.f).zip(begun) {
             *rate = (new - old) / length;
         }
-        self.newton.evaluate(z, u, clock, &mut self.f);
-        self.scratch = old;
         self.known = true;
         self.last = None;
     }

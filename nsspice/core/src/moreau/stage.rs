@@ -3,7 +3,7 @@
 use super::map::{MapInputs, ModeMap, MAX_ENTRIES};
 use super::matrices::{Ends, StepMatrices};
 use super::refine::defect;
-use crate::descriptor::Linear;
+use crate::descriptor::{sums_that_store_nothing, Linear};
 use crate::mlcp::{Driver, ModeFactor, Problem};
 use crate::newton::Smooth;
 use crate::sparse::Csc;
@@ -40,6 +40,13 @@ impl System {
     pub fn new(linear: Linear, h: Csc, hs: Csc, smooth: Option<Smooth>, dominant: bool) -> System {
         let storage_rows = linear.e.transpose();
         System { linear, h, hs, smooth, dominant, storage_rows, tree: None }
+    }
+
+    /// Groups of laws in whose sum nothing is stored, not by smooth functions either.
+    pub fn laws_without_storage(&self) -> Vec<Vec<usize>> {
+        let none = Csc::zeros(self.linear.g.nrows, 0);
+        let functions = self.smooth.as_ref().map_or(&none, |smooth| &smooth.q);
+        sums_that_store_nothing(&self.linear.e, functions)
     }
 
     /// The largest voltage and current in some lists of unknowns.

@@ -1,6 +1,5 @@
 //! The stepping loop: resumable, so that the caller decides when to look at rows, time and signals.
 
-use super::at_once::AtOnce;
 use super::clock::{Clock, Target};
 use super::controls::Controls;
 use super::impacts::Impacts;
@@ -157,7 +156,7 @@ impl Stepper {
         gates: Vec<bool>,
         outputs: Outputs,
     ) -> Stepper {
-        let at_once = AtOnce::new(&sys);
+        let at_once = sys.laws_without_storage();
         let kinks = kinks_that_reach_storage(&sys.linear, sys.smooth.as_ref());
         let smooth = sys.smooth.take().map(|smooth| Box::new(SmoothPart::new(&sys, smooth)));
         let (n, m, p) = (sys.linear.g.nrows, sys.linear.a.ncols, waveforms.len());

@@ -1,6 +1,6 @@
 //! Which unknowns the stored charges and fluxes determine, and which only up to a common potential.
 
-use crate::dense::{eigen_symmetric, Lu, Matrix};
+use crate::dense::{eigen_symmetric, Matrix};
 use crate::descriptor::stored_groups;
 use crate::sparse::Csc;
 
@@ -8,8 +8,6 @@ use crate::sparse::Csc;
 const MOST: usize = 64;
 /// Eigenvalues of even inductances that are none.
 const ROUNDING: f64 = 1e-12;
-/// Rounding of potentials that is to be seen in voltages between them.
-const HIDDEN: f64 = 1e-13;
 
 /// The unknowns that store something, in groups that store together.
 #[derive(Clone, Debug, Default)]
@@ -99,42 +97,6 @@ impl Storage {
         }
     }
 
-    /// Gives groups that an impulse has `lifted` so high that their own voltages are rounding the voltages
-    /// that the charges brought to their nodes make of those before.
-    pub fn charge_lifted(
-        &self,
-        e: &Csc,
-        before: &[f64],
-        lifted: &[f64],
-        brought: &[f64],
-        after: &mut [f64],
-    ) {
-        for group in &self.floating {
-            let (first, others) = (group[0], &group[1..]);
-            let own = others.iter().fold(0.0f64, |a, &j| a.max((before[j] - before[first]).abs()));
-            if (lifted[first] - before[first]).abs() * f64::EPSILON <= HIDDEN * own {
-                continue;
-            }
-            let mut place = vec![None; e.nrows];
-            others.iter().enumerate().for_each(|(k, &j)| place[j] = Some(k));
-            let mut stored = Matrix::zeros(others.len(), others.len());
-            for (k, &c) in others.iter().enumerate() {
-                let (rows, values) = e.col(c);
-                for (&r, &v) in rows.iter().zip(values) {
-                    if let Some(r) = place[r] {
-                        stored[(r, k)] += v;
-                    }
-                }
-            }
-            let charges = Matrix::from_fn(others.len(), 1, |k, _| brought[others[k]]);
-            let more = Lu::new(&stored).solve(&charges);
-            if more.finite() {
-                after[first] = before[first];
-                others.iter().enumerate().for_each(|(k, &j)| after[j] = before[j] + more[(k, 0)]);
-            }
-        }
-    }
-
     /// Gives `z` the charges (fluxes) of `stored` where the two agree to `slack`; the potential of
     /// a floating group remains that of `z`.  An impulse may have lifted the group to gigavolts: what
     /// differs by no more than their rounding is left alone.
@@ -166,15 +128,6 @@ impl Storage {
                     put(z, j, stored[j] + shift);
                 }
             }
-        }
-    }
-
-    /// Takes out of a change what would change charges and fluxes: a floating group moves as its first unknown does.
-    pub fn keep(&self, change: &mut [f64]) {
-        self.fixed.iter().for_each(|&j| change[j] = 0.0);
-        for group in &self.floating {
-            let common = change[group[0]];
-            group.iter().for_each(|&j| change[j] = common);
         }
     }
 
@@ -225,9 +178,6 @@ mod tests {
         assert_eq!(z, [7.0, 6.0, 1.0, 2.0, 9.0]);
         storage.lower(&[-1.0, 5.0, 0.0, 0.0, 0.0], &mut z);
         assert_eq!(z, [-1.0, -2.0, 1.0, 2.0, 9.0]);
-        let mut change = [0.5, 0.25, 1.0, 2.0, 9.0];
-        storage.keep(&mut change);
-        assert_eq!(change, [0.5, 0.5, 0.0, 0.0, 9.0]);
         // a gigavolt knows no tenth of a microvolt
         let mut high = [7.0, 6.0 + 1e-7, 1.0, 2.0, 9.0];
         storage.restore(&[1e9, 1e9 - 1.0, 0.0, 2.0, 0.0], &mut high, |_| 1e-6);

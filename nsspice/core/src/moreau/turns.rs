@@ -5,7 +5,8 @@
 //! enough for the change to show: what has just become zero is zero up to rounding after a shorter one.
 //! The sources move on in it: where all that is stored is constant, they alone end a mode.
 
-use super::aftermath::AFTER_JUMP;
+/// The first, relative to the shortest time.
+const FIRST: f64 = 2e-4;
 use super::jumps::JUMP;
 use super::sdirk::sources;
 use super::stepper::Stepper;
@@ -42,7 +43,7 @@ impl Stepper {
         let (z, l, active) = (self.z.clone(), self.l.clone(), self.active.clone());
         let now = self.u0.clone();
         let shortest = self.schedule.step_length.min(self.facts.fastest);
-        let mut length = AFTER_JUMP[0] * shortest;
+        let mut length = FIRST * shortest;
         while length <= longest {
             sources(&self.waveforms, self.time + length, self.time, corner, &mut self.u0);
             let solved = self.short_step(None, &z, length, Start::Warm).is_ok();

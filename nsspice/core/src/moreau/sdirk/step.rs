@@ -142,7 +142,7 @@ impl Trial {
         for j in s.smooth.iter().flat_map(|smooth| smooth.newton.stored_unknowns()) {
             own[j] = true;
         }
-        let sums = s.smooth.iter().flat_map(|_| &s.facts.at_once.sums);
+        let sums = s.smooth.iter().flat_map(|_| &s.facts.at_once);
         Trial {
             mixed: own.contains(&true),
             afloat: sums.filter(|sum| sum.len() > 1).cloned().collect(),
