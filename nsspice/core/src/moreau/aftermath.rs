@@ -35,9 +35,9 @@ const CORRECTIONS: usize = 32;
 const HELD: f64 = 1e-12;
 /// And of what moves in the step: from rest there is nothing else to compare with.
 const CLOSE: f64 = 1e-9;
-/// Charges missed by more than this part break a law, if a step shorter by a hundred misses no less than half of that.
+/// What a step moves by more than this part, and one shorter by a hundred by the same but for a tenth, has no time.
 const IMPULSE: f64 = 1e-3;
-const LESS: f64 = 0.5;
+const ALIKE: f64 = 0.1;
 
 /// Pairs carry and bear nothing up to this part of the largest value: a tenth of what the certificate grants.
 const SIGNS: f64 = 1e-9;
@@ -103,9 +103,9 @@ impl Stepper {
                     if calm || best.as_ref().is_none_or(|best| found.missed < best.missed) {
                         best = Some(found);
                     }
-                    // steps short beside all times move less the shorter they are, but for what breaks a law
+                    // what breaks a law moves as much in a step as in a shorter one, if these are short beside all times
                     let short = length <= LONGEST * shortest;
-                    let impulse = short && moved > IMPULSE && moved > LESS * last;
+                    let impulse = short && moved > IMPULSE && (moved - last).abs() < ALIKE * moved;
                     if calm || impulse || length < least && moved <= IMPULSE {
                         break;
                     }
@@ -221,7 +221,8 @@ impl Stepper {
             let slopes = smooth.newton.stored_slopes(other, &self.u0, clock);
             for (row, c, slope) in slopes {
                 // what a blocking junction has left is nothing beside the largest charge so far
-                sizes[row] += (slope.abs() * scale[c]).max(self.instants.largest[usize::from(kinds[row])]);
+                sizes[row] +=
+                    (slope.abs() * scale[c]).max(self.instants.largest[usize::from(kinds[row])]);
             }
             smooth.add_stored_at(one, &self.u0, self.time, 1.0, &mut gaps);
             smooth.add_stored_at(other, &self.u0, self.time, -1.0, &mut gaps);

@@ -251,7 +251,11 @@ impl Stepper {
             return;
         };
         if self.recorder.outputs.needs_rates() {
-            self.recorder.rates.iter_mut().zip(settled.rates()).for_each(|(rate, found)| *rate = found);
+            self.recorder
+                .rates
+                .iter_mut()
+                .zip(settled.rates())
+                .for_each(|(rate, found)| *rate = found);
         }
         self.z.copy_from_slice(&settled.z);
         self.l.copy_from_slice(&settled.l);

@@ -178,7 +178,8 @@ impl Stepper {
         };
         (0..2).all(|kind| {
             let moved = largest(&once, &old, kind);
-            moved <= NO_JUMP * self.instants.largest[kind] || largest(&once, &again, kind) <= ALIKE * moved
+            moved <= NO_JUMP * self.instants.largest[kind]
+                || largest(&once, &again, kind) <= ALIKE * moved
         })
     }
 }
