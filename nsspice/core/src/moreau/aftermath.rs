@@ -17,6 +17,7 @@
 
 use super::clock::slopes;
 use super::failure::{Failure, Outcome};
+use super::jumps::{JUMP, LOOSE};
 use super::stepper::Stepper;
 use crate::mlcp::Start;
 
@@ -33,14 +34,15 @@ const TRIALS: usize = 20;
 const CORRECTIONS: usize = 32;
 /// The part of the largest charge that may be missed.
 const HELD: f64 = 1e-12;
+/// Roundings of a sum of charges: of a node few capacitors and functions meet, of a winding few others.
+const ROUNDINGS: f64 = 16.0;
 /// And of what moves in the step: from rest there is nothing else to compare with.
 const CLOSE: f64 = 1e-9;
 /// What a step moves by more than this part, and one shorter by a hundred by the same but for a tenth, has no time.
 const IMPULSE: f64 = 1e-3;
 const ALIKE: f64 = 0.1;
-
-/// Pairs carry and bear nothing up to this part of the largest value: a tenth of what the certificate grants.
-const SIGNS: f64 = 1e-9;
+/// Shorter steps miss no more than this part of what longer ones do, but for rounding.
+const LESS: f64 = 0.5;
 
 /// What steps from where an impulsive one led say of it, worst first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -61,10 +63,11 @@ pub(super) struct Settled {
     /// unknowns and multipliers
     pub z: Vec<f64>,
     pub l: Vec<f64>,
-    /// where the step began: unknowns and smooth functions; and its length
+    /// where the step began, and its length
     pub from: Vec<f64>,
-    pub functions: Vec<f64>,
     pub length: f64,
+    /// where a step of this length leads from here
+    pub ahead: Vec<f64>,
     /// the part of the largest charge by which its end misses them
     pub missed: f64,
     /// these are its charges: but for rounding, or next to nothing of what moves in the step
@@ -99,14 +102,16 @@ impl Stepper {
         for _ in 0..TRIALS {
             match self.ends_with(after, scale, &slopes, length) {
                 Ok((found, moved)) => {
-                    let calm = found.calm;
-                    if calm || best.as_ref().is_none_or(|best| found.missed < best.missed) {
+                    let before = best.as_ref().map_or(f64::INFINITY, |best| best.missed);
+                    let (calm, better) = (found.calm, found.missed < before);
+                    let rounding = length < least && found.missed > LESS * before;
+                    if calm || better {
                         best = Some(found);
                     }
                     // what breaks a law moves as much in a step as in a shorter one, if these are short beside all times
-                    let short = length <= LONGEST * shortest;
+                    let short = length <= JUMP * shortest;
                     let impulse = short && moved > IMPULSE && (moved - last).abs() < ALIKE * moved;
-                    if calm || impulse || length < least && moved <= IMPULSE {
+                    if calm || impulse || rounding {
                         break;
                     }
                     last = moved;
@@ -139,7 +144,7 @@ impl Stepper {
     ) -> Result<(Settled, f64), Box<Failure>> {
         self.onward_step(after, slopes, length)?;
         let ahead = self.z.clone();
-        let onward = self.active.clone();
+        let (onward, carried) = (self.active.clone(), self.l.clone());
         let back = |now: &[f64], then: &[f64]| -> Vec<f64> {
             now.iter().zip(then).map(|(now, then)| now - (then - now)).collect()
         };
@@ -154,7 +159,8 @@ impl Stepper {
         let mut functions = back(&held, &self.functions_at(&ahead));
         let mut best: Option<Settled> = None;
         for _ in 0..CORRECTIONS {
-            if self.step_from(&from, &functions, length, Start::Warm).is_err() {
+            let step = |s: &mut Stepper| s.step_from(&from, &functions, length, Start::Warm);
+            if self.exactly(step).is_err() {
                 break;
             }
             let (z, l) = (self.z.clone(), self.l.clone());
@@ -166,7 +172,7 @@ impl Stepper {
                 z,
                 l,
                 from: from.clone(),
-                functions: functions.clone(),
+                ahead: ahead.clone(),
                 length,
                 missed,
                 calm: missed <= HELD.max(CLOSE * moved),
@@ -184,11 +190,11 @@ impl Stepper {
             let (z, l, from) = (self.z.clone(), self.l.clone(), after.to_vec());
             let missed = self.charges_apart(after, &z, scale);
             let calm = missed <= HELD;
-            return Ok((Settled { z, l, from, functions: held, length, missed, calm }, moved));
+            return Ok((Settled { z, l, from, ahead, length, missed, calm }, moved));
         };
         (self.z, self.l) = (best.z.clone(), best.l.clone());
         // pairs that carry and bear nothing do what they do from here on
-        if self.neutral(&onward) {
+        if self.neutral(&onward, [&ahead, &carried]) {
             self.turn_to(&onward);
         }
         Ok((best, moved))
@@ -219,17 +225,23 @@ impl Stepper {
         if let Some(smooth) = self.smooth.as_mut().filter(|smooth| smooth.newton.stores()) {
             let clock = smooth.clock(self.time);
             let slopes = smooth.newton.stored_slopes(other, &self.u0, clock);
+            // what a blocking junction has left is nothing beside the largest charge so far, or what the largest
+            // current brings in an ordinary step
+            let passing = largest[1] * self.schedule.step_length;
             for (row, c, slope) in slopes {
-                // what a blocking junction has left is nothing beside the largest charge so far
-                sizes[row] +=
-                    (slope.abs() * scale[c]).max(self.instants.largest[usize::from(kinds[row])]);
+                let stored = self.instants.largest[usize::from(kinds[row])];
+                sizes[row] += (slope.abs() * scale[c]).max(stored).max(passing);
             }
             smooth.add_stored_at(one, &self.u0, self.time, 1.0, &mut gaps);
             smooth.add_stored_at(other, &self.u0, self.time, -1.0, &mut gaps);
         }
-        let part =
-            |(gap, size): (&f64, &f64)| gap.abs() / f64::max(*size, f64::MIN_POSITIVE.sqrt());
-        gaps.iter().zip(&sizes).map(part).fold(0.0, f64::max)
+        // windings without leakage carry currents that their fluxes do not tell, but for rounding
+        let rounding = self.stored_sizes(&change);
+        let part = |((gap, size), rounding): ((&f64, &f64), &f64)| {
+            let open = gap.abs() - ROUNDINGS * f64::EPSILON * rounding;
+            open.max(0.0) / f64::max(*size, f64::MIN_POSITIVE.sqrt())
+        };
+        gaps.iter().zip(&sizes).zip(&rounding).map(part).fold(0.0, f64::max)
     }
 
     /// The sizes of the terms of charges and fluxes of a state.
@@ -255,12 +267,17 @@ impl Stepper {
         found
     }
 
-    /// Whether diodes that the present mode and another one treat differently carry and bear nothing.
-    pub(super) fn neutral(&self, other: &[bool]) -> bool {
-        self.of_pairs().iter().all(|(list, most)| {
-            let turned = self.active.iter().zip(other).zip(list).filter(|((a, b), _)| a != b);
-            turned.into_iter().all(|(_, v)| v.abs() <= SIGNS * most)
-        })
+    /// Whether pairs that the present mode and another one treat differently carry and bear next to nothing beside the
+    /// largest voltage and current here and in that one.
+    fn neutral(&self, other: &[bool], [z, l]: [&[f64]; 2]) -> bool {
+        let [volts, amperes] = self.sys.largest(&[&self.z, z]);
+        let slacks = [self.sys.linear.slacks_of(&self.z, &self.l), self.sys.linear.slacks_of(z, l)];
+        let nothing = |now: &[f64], then: &[f64], floor: f64| {
+            let most = now.iter().chain(then).fold(floor, |most, v| most.max(v.abs()));
+            let turned = self.active.iter().zip(other).zip(now).filter(|((a, b), _)| a != b);
+            turned.into_iter().all(|(_, v)| v.abs() <= LOOSE * most)
+        };
+        nothing(&slacks[0], &slacks[1], volts) && nothing(&self.l, l, amperes)
     }
 
     /// Takes what is stored from a state.
@@ -268,13 +285,5 @@ impl Stepper {
         for j in self.facts.storage.unknowns() {
             self.z[j] = z[j];
         }
-    }
-
-    /// Slacks and multipliers at the present state, and the largest of each.
-    fn of_pairs(&self) -> [(Vec<f64>, f64); 2] {
-        [self.sys.linear.slacks_of(&self.z, &self.l), self.l.clone()].map(|list| {
-            let most = list.iter().fold(0.0f64, |most, v| most.max(v.abs()));
-            (list, most)
-        })
     }
 }

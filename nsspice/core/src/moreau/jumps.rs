@@ -28,8 +28,6 @@ const SHORTER: f64 = 0.1;
 pub(super) const NO_JUMP: f64 = 1e-9;
 /// Rounding of voltages and currents, relative to the largest.
 pub(super) const ROUNDING: f64 = 1e-13;
-/// Charges that miss laws by more than this part of the largest call for that, too.
-const MISSED: f64 = 1e-13;
 /// An impulsive step that its own end contradicts is continued from there by longer ones, in which
 /// less can hide.
 const CONTINUED: [f64; 3] = [JUMP, 1e-6, 1e-4];
@@ -188,7 +186,7 @@ impl Stepper {
         let resting = charges.is_some_and(|charges| charges.iter().all(|q| *q == 0.0));
         for part in CONTINUED {
             // less is hidden where the first step was long; junctions have much to hide only behind a jump
-            let calm = rest == Rest::Calm && !(leapt && leap.missed() > MISSED);
+            let calm = rest == Rest::Calm;
             if calm || leap.part >= IMPACT || (self.smooth.is_some() || resting) && !leapt {
                 break;
             }
@@ -219,7 +217,13 @@ impl Stepper {
                 ..next
             };
         }
-        Ok(leap)
+        // motion of so long a step has to come once more
+        let still = if charges.is_none() && self.instants.impacts.active && !leapt {
+            self.unmoved(&begun, shortest)
+        } else {
+            None
+        };
+        Ok(still.unwrap_or(leap))
     }
 
     /// Goes where an impulsive step has led, and notes what jumped.
@@ -265,7 +269,7 @@ impl Stepper {
         }
         let (u, time) = (&self.u0, self.time);
         if let Some(smooth) = &mut self.smooth {
-            smooth.after_jump(&settled.functions, &settled.z, u, time, settled.length);
+            smooth.after_jump([&self.z, &settled.ahead], u, time, settled.length);
         }
         self.tie_groups();
         if self.recorder.witness.jumped() {

@@ -205,19 +205,19 @@ impl SmoothPart {
         self.conducting.get_or_insert_with(|| linear.conducting())
     }
 
-    /// Computes the functions of unknowns, and their rates in a step of a length that began with others.
+    /// Computes the functions at a state, and their rates from there on: where it leads in so long a step is known.
     pub(super) fn after_jump(
         &mut self,
-        begun: &[f64],
-        z: &[f64],
+        [now, then]: [&[f64]; 2],
         u: &[f64],
         time: f64,
         length: f64,
     ) {
         let clock = self.clock(time);
-        self.newton.evaluate(z, u, clock, &mut self.f);
-        for ((rate, new), old) in self.rates.iter_mut().zip(&self.f).zip(begun) {
-            *rate = (new - old) / length;
+        self.newton.evaluate(then, u, clock, &mut self.rates);
+        self.newton.evaluate(now, u, clock, &mut self.f);
+        for (rate, now) in self.rates.iter_mut().zip(&self.f) {
+            *rate = (*rate - now) / length;
         }
         self.known = true;
         self.last = None;
