@@ -36,8 +36,9 @@ const CORRECTIONS: usize = 32;
 const HELD: f64 = 1e-12;
 /// Roundings of a sum of charges: of a node few capacitors and functions meet, of a winding few others.
 const ROUNDINGS: f64 = 16.0;
-/// And of what moves in the step: from rest there is nothing else to compare with.
-const CLOSE: f64 = 1e-9;
+/// More than that where rounding leaves no more of voltages and currents, or where no more of what moves in the step is
+/// missed: a part of what the certificate grants.
+const CLOSE: f64 = 2e-9;
 /// What a step moves by more than this part, and one shorter by a hundred by the same but for a tenth, has no time.
 const IMPULSE: f64 = 1e-3;
 const ALIKE: f64 = 0.1;
@@ -154,6 +155,7 @@ impl Stepper {
                 .for_each(|(from, (now, then))| *from += now - then);
         };
         let moved = self.charges_apart(after, &ahead, scale);
+        let rounding = self.rounded(&ahead) / length;
         let held = self.functions_at(after);
         let mut from = back(after, &ahead);
         let mut functions = back(&held, &self.functions_at(&ahead));
@@ -175,7 +177,7 @@ impl Stepper {
                 ahead: ahead.clone(),
                 length,
                 missed,
-                calm: missed <= HELD.max(CLOSE * moved),
+                calm: missed.max(rounding) <= CLOSE || missed <= HELD.max(CLOSE * moved),
             });
             if missed <= f64::EPSILON {
                 break;
@@ -242,6 +244,15 @@ impl Stepper {
             open.max(0.0) / f64::max(*size, f64::MIN_POSITIVE.sqrt())
         };
         gaps.iter().zip(&sizes).zip(&rounding).map(part).fold(0.0, f64::max)
+    }
+
+    /// The length [s] of a step in which rounding of the charges (fluxes) of a state makes as much as its largest
+    /// current (voltage).
+    fn rounded(&self, z: &[f64]) -> f64 {
+        let [currents, voltages] = self.sys.largest(&[&self.stored_sizes(z)]);
+        let largest = self.sys.largest(&[z]);
+        let part = |made: f64, largest: f64| if largest > 0.0 { made / largest } else { 0.0 };
+        f64::EPSILON * part(voltages, largest[0]).max(part(currents, largest[1]))
     }
 
     /// The sizes of the terms of charges and fluxes of a state.
