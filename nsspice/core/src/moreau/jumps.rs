@@ -218,7 +218,8 @@ impl Stepper {
             };
         }
         // motion of so long a step has to come once more
-        let still = if charges.is_none() && self.instants.impacts.active && !leapt {
+        let moved = rest >= Rest::Bent;
+        let still = if charges.is_none() && self.instants.impacts.active && !leapt && moved {
             self.unmoved(&begun, shortest)
         } else {
             None
