@@ -49,7 +49,8 @@ class Energy:
     dissipated : float
         In resistors, controlled sources and set-valued elements [J].
     lost : float
-        In jumps [J]: what was stored or delivered and is nowhere afterwards.
+        In jumps [J]: what was stored or delivered and is nowhere afterwards; what the
+        shortest implicit steps take, by which an instant is passed over, is lost there, too.
     scheme : float
         Taken by the implicit scheme [J].
     turned : float
@@ -94,7 +95,7 @@ class Energy:
             stored=sums["stored"] + jumped.stored,
             delivered=sums["delivered"] + jumped.delivered,
             dissipated=sums["dissipated"],
-            lost=jumped.delivered - jumped.stored,
+            lost=jumped.delivered - jumped.stored + sums["instants"],
             scheme=sums["scheme"],
             turned=sums["turned"],
             drift=sums["drift"],

@@ -36,6 +36,8 @@ pub struct Balance {
     pub dissipated: f64,
     /// taken by the scheme
     pub scheme: f64,
+    /// lost in steps over instants: see [`Sums::pass_over`]
+    pub instants: f64,
     /// all that was delivered and dissipated, and the largest that was stored
     pub turned: f64,
     /// relative error of the sums
@@ -108,6 +110,8 @@ pub struct Sums {
     delivered: f64,
     dissipated: f64,
     scheme: f64,
+    /// of this, in steps over instants
+    instants: f64,
     /// all of it without signs, of a leap as much as counts
     moved: f64,
     /// largest stored energy, as the sums tell it
@@ -209,6 +213,7 @@ impl Sums {
             delivered: 0.0,
             dissipated: 0.0,
             scheme: 0.0,
+            instants: 0.0,
             moved: 0.0,
             peak: 0.0,
             steps: 0,
@@ -429,6 +434,18 @@ impl Sums {
         self.lanes = Some(lanes);
     }
 
+    /// What the scheme has taken so far.
+    pub fn taken(&mut self) -> f64 {
+        self.add_lanes();
+        self.scheme
+    }
+
+    /// Notes that the last step has passed over an instant, before which the scheme had taken `taken`: a winding
+    /// that is torn off loses its energy in no time, in the step as in a jump.
+    pub fn pass_over(&mut self, taken: f64) {
+        self.instants += self.taken() - taken;
+    }
+
     /// Takes a step with several points from `z0`.
     pub fn points(&mut self, z0: &[f64], all: &Points) {
         self.begin(z0);
@@ -539,7 +556,8 @@ impl Sums {
             stored: last - first - self.jumped,
             delivered: self.delivered,
             dissipated: self.dissipated,
-            scheme: self.scheme,
+            scheme: self.scheme - self.instants,
+            instants: self.instants,
             // beside sources at work elsewhere, a network at rest moves with their rounding
             turned: self.moved + self.peak.max(first.abs()).max(last.abs()) + TOLERANCE * held,
             drift: ratio(error, scale.max(f64::MIN_POSITIVE / TOLERANCE)),

@@ -177,7 +177,7 @@ impl Stepper {
                 ahead: ahead.clone(),
                 length,
                 missed,
-                calm: missed.max(rounding) <= CLOSE || missed <= HELD.max(CLOSE * moved),
+                calm: missed.max(rounding) <= CLOSE || missed <= HELD.max(CLOSE * moved.min(1.0)),
             });
             if missed <= f64::EPSILON {
                 break;

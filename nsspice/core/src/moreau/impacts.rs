@@ -98,14 +98,15 @@ impl Stepper {
             z: begun.0.clone(),
             l: begun.1.clone(),
         };
-        let mut found: Option<f64> = None;
+        let mut parts = Vec::new();
         for i in changed {
             if self.strikes(i, &before) {
-                let part = self.instant(i, before[i], &begin);
-                found = part.map(|p| found.map_or(p, |f: f64| f.min(p))).or(found);
+                parts.extend(self.instant(i, before[i], &begin));
             }
         }
-        let cut = found.and_then(|part| self.cut_at(part, &before, begin, target));
+        // a gap that only rounding closes brings no impact, and the next one may
+        parts.sort_by(f64::total_cmp);
+        let cut = parts.into_iter().find_map(|part| self.cut_at(part, &before, &begin, target));
         if cut.is_none() {
             (self.z, self.l, self.recorder.rates) = (kept.0, kept.1, kept.3);
             self.turn_to(&kept.2);
@@ -118,7 +119,13 @@ impl Stepper {
     }
 
     /// Takes the part of a step that ends at an impact; None if nothing jumps there.
-    fn cut_at(&mut self, part: f64, before: &[bool], begin: Begin, target: &Target) -> Option<Cut> {
+    fn cut_at(
+        &mut self,
+        part: f64,
+        before: &[bool],
+        begin: &Begin,
+        target: &Target,
+    ) -> Option<Cut> {
         let length = part * begin.length;
         let whole = begin.length - length < REST * begin.length;
         if whole && target.jump {
@@ -126,7 +133,7 @@ impl Stepper {
         }
         let time = if whole { target.time } else { begin.time + length };
         evaluate(&self.waveforms, time, Side::Left, &mut self.u1);
-        (self.z, self.l) = (begin.z, begin.l);
+        (self.z, self.l) = (begin.z.clone(), begin.l.clone());
         self.turn_to(before);
         self.time = time;
         self.solve_step(length).ok()?;

@@ -107,6 +107,27 @@ impl Leap {
     fn missed(&self) -> f64 {
         self.settled.as_ref().map_or(0.0, |settled| settled.missed)
     }
+
+    /// This step and the one from where it led.
+    fn and(self, next: Leap, leapt: bool) -> Leap {
+        let sum =
+            |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a + b).collect() };
+        // of mere motion in both, the sum
+        let motion = || next.first.iter().zip(&self.after).map(|(a, b)| a - b);
+        let first = if leapt {
+            next.after.clone()
+        } else {
+            self.first.iter().zip(motion()).map(|(a, b)| a + b).collect()
+        };
+        Leap {
+            first,
+            impulses: [0, 1, 2].map(|k| sum(&self.impulses[k], &next.impulses[k])),
+            length: self.length + next.length,
+            span: self.span + next.span,
+            shortest: self.shortest.min(next.shortest),
+            ..next
+        }
+    }
 }
 
 /// Value at length 0 from those at length 1 and 2.
@@ -179,6 +200,13 @@ impl Stepper {
         let mut leap = self.without_motion(charges, &begun, leap, shortest, start);
         // what only begins to move misses nothing
         let mut leapt = self.leapt(charges, &begun.0, &leap);
+        // a gap closes at the end of the step, not at its begin: what it had left is speed that the next one does not see
+        if leapt && charges.is_none() && self.instants.impacts.active {
+            (self.z, self.l) = (leap.after.clone(), leap.multipliers.clone());
+            if let Ok(next) = self.leap(None, part, shortest, Start::Warm) {
+                leap = leap.and(next, true);
+            }
+        }
         // the residual of so short a step is relative to multipliers of size 1/length, and may hide
         // a voltage; seen from where it led, it is in plain sight
         let mut rest = leap.rest;
@@ -198,24 +226,7 @@ impl Stepper {
             }
             rest = found;
             leapt |= self.leapt(None, &leap.after, &next);
-            let sum = |a: &[f64], b: &[f64]| -> Vec<f64> {
-                a.iter().zip(b).map(|(a, b)| a + b).collect()
-            };
-            // of mere motion in both, the sum
-            let motion = || next.first.iter().zip(&leap.after).map(|(a, b)| a - b);
-            let first = if leapt {
-                next.after.clone()
-            } else {
-                leap.first.iter().zip(motion()).map(|(a, b)| a + b).collect()
-            };
-            leap = Leap {
-                first,
-                impulses: [0, 1, 2].map(|k| sum(&leap.impulses[k], &next.impulses[k])),
-                length: leap.length + next.length,
-                span: leap.span + next.span,
-                shortest: leap.shortest.min(next.shortest),
-                ..next
-            };
+            leap = leap.and(next, leapt);
         }
         // motion of so long a step has to come once more
         let moved = rest >= Rest::Bent;

@@ -287,6 +287,7 @@ pub(super) fn balance_dict<'py>(py: Python<'py>, b: &Balance) -> PyResult<Bound<
     out.set_item(intern!(py, "delivered"), b.delivered)?;
     out.set_item(intern!(py, "dissipated"), b.dissipated)?;
     out.set_item(intern!(py, "scheme"), b.scheme)?;
+    out.set_item(intern!(py, "instants"), b.instants)?;
     out.set_item(intern!(py, "turned"), b.turned)?;
     out.set_item(intern!(py, "drift"), b.drift)?;
     out.set_item(intern!(py, "steps"), b.steps)?;

@@ -272,7 +272,12 @@ impl Sdirk {
                 *rate = (new - old) / length;
             }
         }
+        let taken = s.recorder.sums.as_mut().map(|sums| sums.taken());
         s.sum_up(length, true);
+        let instant = length <= self.ladder.stage_length(FORCED_LEVEL);
+        if let (true, Some(sums), Some(taken)) = (instant, &mut s.recorder.sums, taken) {
+            sums.pass_over(taken);
+        }
         if s.recorder.witness.watches() {
             s.recorder.z_recorded.copy_from_slice(&from);
             s.record(length);
