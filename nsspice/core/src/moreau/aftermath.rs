@@ -154,7 +154,8 @@ impl Stepper {
                 .zip(now.iter().zip(then))
                 .for_each(|(from, (now, then))| *from += now - then);
         };
-        let moved = self.charges_apart(after, &ahead, scale);
+        let moving = self.charges_apart(after, &ahead, scale);
+        let moved = moving[0].max(moving[1]);
         let rounding = self.rounded(&ahead) / length;
         let held = self.functions_at(after);
         let mut from = back(after, &ahead);
@@ -166,7 +167,10 @@ impl Stepper {
                 break;
             }
             let (z, l) = (self.z.clone(), self.l.clone());
-            let missed = self.charges_apart(after, &z, scale);
+            let missing = self.charges_apart(after, &z, scale);
+            let missed = missing[0].max(missing[1]);
+            // fluxes that have only begun to move tell nothing of charges
+            let little = |(missed, moved): (f64, f64)| missed <= HELD.max(CLOSE * moved);
             if missed.is_nan() || best.as_ref().is_some_and(|best| missed >= 0.5 * best.missed) {
                 break;
             }
@@ -177,7 +181,7 @@ impl Stepper {
                 ahead: ahead.clone(),
                 length,
                 missed,
-                calm: missed.max(rounding) <= CLOSE || missed <= HELD.max(CLOSE * moved.min(1.0)),
+                calm: missed.max(rounding) <= CLOSE || missing.into_iter().zip(moving).all(little),
             });
             if missed <= f64::EPSILON {
                 break;
@@ -191,6 +195,7 @@ impl Stepper {
             self.short_step(None, after, length, Start::Warm)?;
             let (z, l, from) = (self.z.clone(), self.l.clone(), after.to_vec());
             let missed = self.charges_apart(after, &z, scale);
+            let missed = missed[0].max(missed[1]);
             let calm = missed <= HELD;
             return Ok((Settled { z, l, from, ahead, length, missed, calm }, moved));
         };
@@ -215,9 +220,9 @@ impl Stepper {
         scale
     }
 
-    /// The largest charge (flux) by which two states differ, each as a part of what the largest voltage (current)
-    /// would store there: picofarads count beside farads.
-    fn charges_apart(&mut self, one: &[f64], other: &[f64], largest: [f64; 2]) -> f64 {
+    /// The largest charge and the largest flux by which two states differ, each as a part of what the largest voltage
+    /// (current) would store there: picofarads count beside farads.
+    fn charges_apart(&mut self, one: &[f64], other: &[f64], largest: [f64; 2]) -> [f64; 2] {
         let (e, kinds) = (&self.sys.linear.e, &self.sys.linear.row_kind);
         let scale: Vec<f64> = kinds.iter().map(|&kind| largest[usize::from(kind)]).collect();
         let change: Vec<f64> = one.iter().zip(other).map(|(a, b)| a - b).collect();
@@ -243,7 +248,13 @@ impl Stepper {
             let open = gap.abs() - ROUNDINGS * f64::EPSILON * rounding;
             open.max(0.0) / f64::max(*size, f64::MIN_POSITIVE.sqrt())
         };
-        gaps.iter().zip(&sizes).zip(&rounding).map(part).fold(0.0, f64::max)
+        let parts: Vec<f64> = gaps.iter().zip(&sizes).zip(&rounding).map(part).collect();
+        let mut apart = [0.0f64; 2];
+        for (&kind, &part) in self.sys.linear.row_kind.iter().zip(&parts) {
+            let apart = &mut apart[usize::from(kind)];
+            *apart = apart.max(part);
+        }
+        apart
     }
 
     /// The length [s] of a step in which rounding of the charges (fluxes) of a state makes as much as its largest
