@@ -36,8 +36,8 @@ const CORRECTIONS: usize = 32;
 const HELD: f64 = 1e-12;
 /// Roundings of a sum of charges: of a node few capacitors and functions meet, of a winding few others.
 const ROUNDINGS: f64 = 16.0;
-/// More than that where rounding leaves no more of voltages and currents, or where no more of what moves in the step is
-/// missed: a part of what the certificate grants.
+/// The part of it, or of what moves in the step, that is missed where there is no impulse: little of what the
+/// certificate grants.
 const CLOSE: f64 = 2e-9;
 /// What a step moves by more than this part, and one shorter by a hundred by the same but for a tenth, has no time.
 const IMPULSE: f64 = 1e-3;
@@ -156,7 +156,6 @@ impl Stepper {
         };
         let moving = self.charges_apart(after, &ahead, scale);
         let moved = moving[0].max(moving[1]);
-        let rounding = self.rounded(&ahead) / length;
         let held = self.functions_at(after);
         let mut from = back(after, &ahead);
         let mut functions = back(&held, &self.functions_at(&ahead));
@@ -181,7 +180,7 @@ impl Stepper {
                 ahead: ahead.clone(),
                 length,
                 missed,
-                calm: missed.max(rounding) <= CLOSE || missing.into_iter().zip(moving).all(little),
+                calm: missed <= CLOSE || missing.into_iter().zip(moving).all(little),
             });
             if missed <= f64::EPSILON {
                 break;
@@ -255,15 +254,6 @@ impl Stepper {
             *apart = apart.max(part);
         }
         apart
-    }
-
-    /// The length [s] of a step in which rounding of the charges (fluxes) of a state makes as much as its largest
-    /// current (voltage).
-    fn rounded(&self, z: &[f64]) -> f64 {
-        let [currents, voltages] = self.sys.largest(&[&self.stored_sizes(z)]);
-        let largest = self.sys.largest(&[z]);
-        let part = |made: f64, largest: f64| if largest > 0.0 { made / largest } else { 0.0 };
-        f64::EPSILON * part(voltages, largest[0]).max(part(currents, largest[1]))
     }
 
     /// The sizes of the terms of charges and fluxes of a state.
