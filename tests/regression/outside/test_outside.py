@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -36,10 +37,25 @@ def nsspice_run(*words):
     return CliRunner().invoke(app, ["run", *words], catch_exceptions=False)
 
 
+@contextmanager
+def ended(command, **more):
+    """A process that does not outlive a failed test: it writes some hundred MB a minute."""
+    with subprocess.Popen(command, **more) as running:
+        try:
+            yield running
+        finally:
+            running.kill()
+
+
+def heard(name):
+    """Lets a process hear a signal even under nohup, which hands on that it is ignored."""
+    return lambda: signal.signal(getattr(signal, name), signal.SIG_DFL)
+
+
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
 def test_signals_keep_complete_rows(folder, name):
     command = [sys.executable, "-m", "nsspice", "run", "long.net"]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as running:
+    with ended(command, stderr=subprocess.PIPE, text=True, preexec_fn=heard(name)) as running:
         deadline = time.monotonic() + 60.0
         part = Path("long.csv.part")
         while not (part.exists() and part.stat().st_size > 100_000):
@@ -63,7 +79,7 @@ def test_signals_keep_complete_rows(folder, name):
 def test_a_killed_run_leaves_a_part(folder):
     Path("long.csv").write_text("time,v(a)\n0,1\n")
     command = [sys.executable, "-m", "nsspice", "run", "long.net", "-q"]
-    with subprocess.Popen(command, stderr=subprocess.DEVNULL) as running:
+    with ended(command, stderr=subprocess.DEVNULL) as running:
         deadline = time.monotonic() + 60.0
         part = Path("long.csv.part")
         while not (part.exists() and part.stat().st_size > 100_000):

@@ -84,17 +84,19 @@ impl Sdirk {
     fn cut(&mut self, s: &mut Stepper, [from, to]: [f64; 2], row: &mut [f64], halvings: usize) {
         let mut pieces = std::mem::take(&mut s.recorder.witness.pieces);
         pieces.begin(from, to - from);
+        let mut solved = true;
         for point in 0..pieces.places.len() {
             let label = (from + pieces.places[point] * (to - from)).min(to);
             if label <= self.trial.start {
                 s.write(label, row); // the continuous solution begins there to the tolerance only
             } else {
-                self.write_at(s, label, row);
+                solved &= self.write_at(s, label, row);
             }
             pieces.put(point, &row[1..]);
         }
         let middle = 0.5 * (from + to);
-        let last = halvings == 0 || !(from < middle && middle < to);
+        // where the laws have no solution in the course of a step, halves of it have none either
+        let last = halvings == 0 || !solved || !(from < middle && middle < to);
         let floor = NEAR * self.settings.accuracy.relative;
         let follows = last || pieces.follows(0.0, floor);
         if last {
@@ -112,8 +114,8 @@ impl Sdirk {
         }
     }
 
-    /// The outputs at a time inside the accepted step.
-    fn write_at(&mut self, s: &mut Stepper, label: f64, row: &mut [f64]) {
+    /// The outputs at a time inside the accepted step; whether the laws could be solved where they were asked.
+    fn write_at(&mut self, s: &mut Stepper, label: f64, row: &mut [f64]) -> bool {
         let theta = (label - self.trial.start) / self.trial.length;
         let origin = match self.shown.origin {
             Some(origin) => origin,
@@ -125,10 +127,12 @@ impl Sdirk {
             Origin::Between => self.shown.between.write(s, &mut self.trial, theta, outputs),
             Origin::Continuous => self.shown.stored.write(s, &mut self.trial, theta, outputs),
             Origin::Laws => {
-                self.trial.evaluate(s, &mut self.ladder, self.tableau, theta);
+                let fit = self.trial.evaluate(s, &mut self.ladder, self.tableau, theta);
                 self.trial.write(s, &self.ladder, outputs);
+                return fit == Fit::Solved;
             }
         }
+        true
     }
 
     /// Where the rows of the accepted step come from, which are asked for from the part `theta` on.
