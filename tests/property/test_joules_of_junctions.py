@@ -92,8 +92,8 @@ def test_no_energy_comes_from_nowhere(name: str) -> None:
 def test_energy_of_windings_that_are_torn_off_is_lost() -> None:
     """Four windings and a coil lose a fifth of what is delivered at the instants of their switches.
 
-    What is stored at the end is that of the currents and the voltage there, to the digits of sums of
-    a thousand steps.
+    What is stored at the end is that of the currents and the voltage there, to the digits of sums
+    of a thousand steps.
     """
     run = nsspice.tran(nsspice.read(TORN), reltol=1e-4)
     energy = run.certificate.energy
