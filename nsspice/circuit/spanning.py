@@ -15,8 +15,6 @@ from .union_find import UnionFind
 
 #: whether engines solve in these coordinates, or in node voltages everywhere
 IN_USE = True
-#: the same for islands with smooth laws; off while both are compared
-BESIDE_SMOOTH = False
 #: among branches of one kind the heavier: large capacitances and conductances, small inductances
 _KINDS = {"V": 0, "E": 1, "C": 2, "R": 3, "P": 4, "L": 5, "J": 6, "G": 8, "I": 9}
 #: pairs beside smooth laws: junctions (J) that block leave each cut-set its leakage alone
@@ -40,15 +38,13 @@ class _Weighted(NamedTuple):
 def spanning_tree(devices: Sequence[Device], conditions: Conditions) -> dict[str, str]:
     """Return the tree in whose voltages an island is solved; empty for node voltages.
 
-    Newton's method beside smooth laws has node voltages, see :data:`BESIDE_SMOOTH`.
-
     Parameters
     ----------
     devices : sequence of Device
         Of one island.
     conditions : Conditions
     """
-    if not IN_USE or (not BESIDE_SMOOTH and any(d.smooth for d in devices)):
+    if not IN_USE:
         return {}
     return heaviest_tree(devices, conditions)
 

@@ -18,7 +18,6 @@ pub mod tape;
 pub mod waveform;
 
 mod dominance;
-mod floating;
 mod format;
 mod given;
 mod pieces;

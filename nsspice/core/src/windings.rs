@@ -6,9 +6,11 @@
 //! divided by the length, would be volts in its place, and no leakage limits the current that these
 //! drive: 0.07 Vs in 1e-17 s have a rounding error of 0.8 V.
 
-use crate::floating::LOST;
 use crate::sparse::Csc;
 use crate::union_find::UnionFind;
+
+/// Charges and fluxes that sum to this part of their sizes sum to zero: less is lost in their assembly.
+pub(crate) const LOST: f64 = 1e-12;
 
 /// A law to which multiples of others are added, in which nothing is stored then.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,11 +23,6 @@ impl Multiples {
     /// By how much another law is multiplied, if it is added.
     pub fn factor(&self, other: usize) -> Option<f64> {
         self.others.iter().find(|term| term.0 == other).map(|term| term.1)
-    }
-
-    /// Adds the multiples to the right-hand side.
-    pub fn add_to(&self, rhs: &mut [f64]) {
-        rhs[self.row] += self.added(rhs);
     }
 
     /// What is added to the right-hand side.

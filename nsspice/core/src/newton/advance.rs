@@ -53,7 +53,6 @@ impl Newton {
         let Newton { eq, tape, assemblies, present, state: s, .. } = self;
         let assembly = &mut assemblies[*present];
         for list in [&mut own, &mut all] {
-            eq.floating.sum_up(list, &mut s.work);
             eq.combined.combine(list, &mut s.work);
         }
         let mut stores = vec![false; n];

@@ -6,10 +6,9 @@
 //! stand in the place of all that passes those: `i(V) + i(L) = 0`, without the charges of junctions behind both,
 //! whose rounding in a short step is amperes.
 
-use crate::floating::LOST;
 use crate::sparse::Csc;
 use crate::structure::Coordinates;
-use crate::windings::{laws_without_storage, Multiples};
+use crate::windings::{laws_without_storage, Multiples, LOST};
 
 /// All such laws of a system.
 #[derive(Clone, Debug, Default)]
@@ -25,20 +24,23 @@ impl Combined {
         [e, g]: [&Csc; 2],
         row_kind: &[u8],
         functional: &[bool],
-        tree: &Coordinates,
+        tree: Option<&Coordinates>,
     ) -> Combined {
         let mut laws = laws_without_storage(e, row_kind);
         laws.retain(|law| !functional[law.row]);
-        let branch = branches(g, row_kind);
-        let own: Vec<bool> = branch.iter().map(Option::is_some).collect();
-        let mut stores = vec![false; e.nrows];
-        e.iter().for_each(|(_, c, _)| stores[c] = true);
-        let cut_sets = branch.into_iter().flatten().any(|current| stores[current]);
-        for row in (0..g.nrows).filter(|&row| own[row]) {
-            let behind = tree.behind(row).filter(|&other| own[other]);
-            let others: Vec<_> = behind.map(|other| (other, -1.0)).collect();
-            if !others.is_empty() {
-                laws.push(Multiples { row, others });
+        let mut cut_sets = false;
+        if let Some(tree) = tree {
+            let branch = branches(g, row_kind);
+            let own: Vec<bool> = branch.iter().map(Option::is_some).collect();
+            let mut stores = vec![false; e.nrows];
+            e.iter().for_each(|(_, c, _)| stores[c] = true);
+            cut_sets = branch.into_iter().flatten().any(|current| stores[current]);
+            for row in (0..g.nrows).filter(|&row| own[row]) {
+                let behind = tree.behind(row).filter(|&other| own[other]);
+                let others: Vec<_> = behind.map(|other| (other, -1.0)).collect();
+                if !others.is_empty() {
+                    laws.push(Multiples { row, others });
+                }
             }
         }
         Combined { laws, cut_sets }

@@ -1,11 +1,10 @@
 //! The system as arrays: one pattern for the Jacobians of all modes, points and step lengths.
 
 use super::combined::Combined;
-use crate::floating::Floating;
 use crate::linear::ordering;
 use crate::sparse::{Csc, Ordering};
 use crate::structure::Coordinates;
-use crate::tape::{Linearisation, Tape};
+use crate::tape::Tape;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -26,21 +25,6 @@ pub struct Smooth {
     pub q: Csc,
 }
 
-impl Smooth {
-    /// What is stored (`e`), with what functions would store around zero.
-    fn contents(&self, e: &Csc) -> Csc {
-        let mut tape = self.tape.clone();
-        let (n, sources) = (e.nrows, tape.program().sources());
-        tape.evaluate(&vec![0.0; n], &vec![0.0; sources], 0.0, Linearisation::Exact);
-        let mut entries: Vec<_> = e.iter().collect();
-        for (row, k, v) in self.q.iter() {
-            let own = tape.derivatives(k).map(|(j, slot)| (row, j, v * tape.slopes()[slot]));
-            entries.extend(own.filter(|e| e.1 < n && e.2.is_finite()));
-        }
-        Csc::from_triplets(n, n, &entries)
-    }
-}
-
 /// Where something counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Part {
@@ -48,7 +32,7 @@ pub(super) enum Part {
     Both,
     /// in a law to which others are added
     Law,
-    /// in the equation that replaces it
+    /// in what stands in its place
     Sum,
 }
 
@@ -118,12 +102,8 @@ pub struct Equations {
     pub(super) a: Csc,
     pub(super) b: Csc,
     pub(super) d: Csc,
-    /// nodes that only charges tie, windings without leakage
-    pub(super) floating: Floating,
-    /// laws to which others are added, where voltages along a tree are the unknowns
+    /// laws to which others are added
     pub(super) combined: Combined,
-    /// whether they are
-    pub(super) by_tree: bool,
 }
 
 impl Equations {
@@ -140,24 +120,11 @@ impl Equations {
         tree: Option<&Coordinates>,
     ) -> Equations {
         let (n, m) = (g.nrows, a.ncols);
-        let csc = |entries: Vec<_>, columns: usize| Csc::from_triplets(n, columns, &entries);
         let size = n + m;
         let mut functional = vec![false; n];
         smooth.f.iter().chain(smooth.q.iter()).for_each(|e| functional[e.0] = true);
-        let mut floating = Floating::new(e, g, row_kind);
-        let mut combined = Combined::default();
-        match tree {
-            Some(tree) => {
-                floating = Floating::new(&Csc::zeros(n, n), &Csc::zeros(n, n), row_kind);
-                combined = Combined::new([e, g], row_kind, &functional, tree);
-            }
-            None => {
-                floating.take_contents(&smooth.contents(e), row_kind);
-                floating.take_cut_sets(e, g, row_kind, [&smooth.f, &smooth.q, a]);
-                floating.take_windings(e, row_kind, &functional);
-            }
-        }
-        let a = &Csc::from_triplets(n, m, &combined.matrix(&csc(floating.with_sums(a), m)));
+        let combined = Combined::new([e, g], row_kind, &functional, tree);
+        let a = &Csc::from_triplets(n, m, &combined.matrix(a));
         let mut terms: Vec<Term> = Vec::new();
         for (matrix, rate) in [(&smooth.f, false), (&smooth.q, true)] {
             for (row, k, v) in matrix.iter() {
@@ -167,11 +134,7 @@ impl Equations {
                     Some(term) => term.q += q,
                     None => {
                         let register = smooth.tape.register(k) as u32;
-                        let part = if combined.changes(row) || floating.is_sum(row) {
-                            Part::Law
-                        } else {
-                            Part::Both
-                        };
+                        let part = if combined.changes(row) { Part::Law } else { Part::Both };
                         let (row, function) = (row as u32, k as u32);
                         terms.push(Term { row, function, register, f, q, part });
                     }
@@ -181,9 +144,7 @@ impl Equations {
         let mut sums: BTreeMap<(u32, u32), Term> = BTreeMap::new();
         for t in &terms {
             let own = combined.changes(t.row as usize).then_some((t.row as usize, 1.0));
-            let groups = floating.sums_with(t.row as usize).map(|row| (row, 1.0));
-            let others = combined.with(t.row as usize).chain(groups);
-            for (row, factor) in own.into_iter().chain(others) {
+            for (row, factor) in own.into_iter().chain(combined.with(t.row as usize)) {
                 let row = row as u32;
                 let sum = sums.entry((row, t.function)).or_insert(Term {
                     row,
@@ -205,8 +166,8 @@ impl Equations {
                 }
             }
         }
-        let stored = combined.matrix(&csc(floating.stored(e), n));
-        let mut all = combined.matrix(&csc(floating.conductances(g), n));
+        let stored = combined.matrix(e);
+        let mut all = combined.matrix(g);
         all.extend(stored.iter().map(|&(r, c, _)| (r, c, 0.0)));
         all.extend(positions.iter().map(|&(t, j, _)| (t.row as usize, j, 0.0)));
         all.extend(a.iter().map(|(r, c, v)| (r, n + c, v)));
@@ -264,9 +225,7 @@ impl Equations {
             let four = |b| std::array::from_fn(|i| f64::from(counts(FOUR * b + i)));
             (0..size.div_ceil(FOUR)).map(four).collect()
         };
-        let mut leaks: Vec<bool> = (0..n)
-            .map(|row| if tree.is_some() { row_kind[row] == 0 } else { floating.is_sum(row) })
-            .collect();
+        let mut leaks: Vec<bool> = row_kind.iter().map(|&kind| kind == 0).collect();
         let linear = pattern.iter().filter(|e| e.2 != 0.0).map(|e| e.0);
         let kept = stored.iter().map(|e| e.0 as usize);
         let charges = terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Law);
@@ -312,9 +271,7 @@ impl Equations {
             a: a.clone(),
             b: b.clone(),
             d: d.clone(),
-            floating,
             combined,
-            by_tree: tree.is_some(),
         }
     }
 

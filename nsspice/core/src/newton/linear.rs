@@ -256,8 +256,7 @@ impl Assembly {
         for (c, scale) in scale.iter().enumerate() {
             let range = jacobian.colptr[c]..jacobian.colptr[c + 1];
             for (&row, v) in jacobian.rowidx[range.clone()].iter().zip(&values[range]) {
-                let sum = row < eq.n && self.rate == 0.0 && eq.floating.is_sum(row);
-                if row < eq.n && (sum || eq.by_tree && eq.leaks.contains(&row)) {
+                if row < eq.n && eq.leaks.contains(&row) {
                     largest[row] = largest[row].max((v * scale).abs());
                 }
             }

@@ -246,7 +246,6 @@ impl Newton {
     pub(super) fn load(&mut self, rhs: &[f64], u: &[f64], t: f64, q: &[f64], roles: &[Role]) {
         let (n, s) = (self.eq.n, &mut self.state);
         s.right[..n].copy_from_slice(rhs);
-        self.eq.floating.sum_up(&mut s.right[..n], &mut s.work);
         self.eq.combined.combine(&mut s.right[..n], &mut s.work);
         for (r, q) in s.right[n..].iter_mut().zip(q) {
             *r = -q;

@@ -44,7 +44,7 @@ impl Newton {
 
     /// Whether windings alone hold the potential of some nodes.
     pub fn has_cut_sets(&self) -> bool {
-        self.eq.floating.has_cut_sets() || self.eq.combined.has_cut_sets()
+        self.eq.combined.has_cut_sets()
     }
 
     /// The next solve is an implicit step from the unknowns `z`: adds the charges and fluxes that they
