@@ -6,6 +6,7 @@ order of the steps is four, so that halved steps tell how far responses are off.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -31,7 +32,7 @@ _HALVINGS = 4
 _LOOSE = 16.0
 #: of the largest response of a signal: below, no digits are asked for
 _LEAST = 1e-9
-#: change by halved steps, as a part, of what is nothing but their error
+#: change by halved steps, as a part of responses or of the last change, of what is error alone
 _ERROR = 0.5
 
 
@@ -69,11 +70,15 @@ class SteppedResponse:
             self._highest = highest
             self._levels.clear()
         s = (2j * np.pi * frequencies).astype(np.complex128)
-        found = self.at(0).responses(s, multiples)
+        found, change, moved = self.at(0).responses(s, multiples), math.inf, None
         for level in range(1, _HALVINGS + 1):
-            before, found = found, self.at(level).responses(s, multiples)
-            change = _change(before, found)
+            before, found, last = found, self.at(level).responses(s, multiples), change
+            change, moved = _change(before, found, moved)
             if change <= CLOSE:
+                break
+            if change >= last:
+                # rounding: shorter steps have made it worse
+                found, change = before, last
                 break
         self.error = max(self.error, change / (_LOOSE - 1.0))
         return found
@@ -113,15 +118,20 @@ class SteppedResponse:
         return self._levels[max(self._levels)]
 
 
-def _change(before: Complexes, after: Complexes) -> float:
-    """Return by which part responses differ at most."""
+def _change(before: Complexes, after: Complexes, moved: Floats | None) -> tuple[float, Floats]:
+    """Return by which part responses differ at most, and by how much those of each signal.
+
+    Where that does not fall from what it was before (``moved``) it is rounding.
+    """
     size = np.abs(after)
     with np.errstate(invalid="ignore"):
         change = np.abs(after - before)
     largest = size.max(axis=(0, 1), initial=0.0)
     # what shows nothing but errors of the steps is zero
-    zero = change.max(axis=(0, 1), initial=0.0) >= _ERROR * largest
+    moves: Floats = change.max(axis=(0, 1), initial=0.0)
+    error = _ERROR * largest if moved is None else _ERROR * np.minimum(largest, moved)
+    zero = moves >= error
     zero &= largest <= CLOSE * largest.max(initial=0.0)
     least = np.maximum(_LEAST * largest, np.where(zero, np.inf, 0.0))
     parts = change / np.maximum(size, np.where(least > 0.0, least, 1.0))
-    return float(np.nan_to_num(parts, nan=0.0).max(initial=0.0))
+    return float(np.nan_to_num(parts, nan=0.0).max(initial=0.0)), moves

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from oracle.node_voltages import in_node_voltages
 
 import nsspice
 from nsspice.circuit import Circuit, MnaSystem, build
@@ -22,7 +23,7 @@ def circuit_of(text: str) -> Circuit:
 
 
 def assembled(text: str) -> MnaSystem:
-    return circuit_of(text).islands[0].assemble()
+    return in_node_voltages(circuit_of(text).islands[0].assemble())
 
 
 def run(text: str, cards: str, signals: list[str]) -> nsspice.Solution:

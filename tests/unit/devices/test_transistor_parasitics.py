@@ -12,6 +12,7 @@ import math
 import numpy as np
 import pytest
 from oracle.newton import Static
+from oracle.node_voltages import in_node_voltages
 from oracle.tapes import run
 
 import nsspice
@@ -34,7 +35,7 @@ def circuit_of(text: str) -> Circuit:
 
 
 def assembled(text: str, **conditions: object) -> MnaSystem:
-    return circuit_of(text).islands[0].assemble(**conditions)
+    return in_node_voltages(circuit_of(text).islands[0].assemble(**conditions))
 
 
 def output(mna: MnaSystem, names: list[str], start: dict[str, float]) -> list[float]:

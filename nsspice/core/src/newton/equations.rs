@@ -104,6 +104,8 @@ pub struct Equations {
     pub(super) d: Csc,
     /// laws to which others are added
     pub(super) combined: Combined,
+    /// along which voltages are the unknowns, if they are no potentials
+    pub(super) tree: Option<Coordinates>,
 }
 
 impl Equations {
@@ -272,6 +274,7 @@ impl Equations {
             b: b.clone(),
             d: d.clone(),
             combined,
+            tree: tree.cloned(),
         }
     }
 

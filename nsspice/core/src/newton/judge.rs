@@ -80,6 +80,13 @@ impl Balance {
         assembly.laws.balance(tape.registers(), right, x, defect, terms);
     }
 
+    /// The largest defect of the first `n` rows as a part of the terms of that row alone, and where.
+    pub fn missed(&self, n: usize) -> (f64, usize) {
+        let share = |row: usize| (self.defect[row].abs() / self.terms[row], row);
+        let missed = (0..n).filter(|&row| self.defect[row] != 0.0).map(share);
+        missed.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0))
+    }
+
     /// Size of what the functions make of the unknowns in a row: in steep functions, how far its
     /// defect may be rounding.
     fn steepness(assembly: &Assembly, tape: &Tape, x: &[f64], row: usize) -> f64 {

@@ -237,6 +237,15 @@ impl Newton {
             s.nearest.0 = found;
             s.nearest.1.copy_from_slice(&s.x);
         }
+        if self.assemblies[self.present].rate == 0.0 {
+            self.state.x.copy_from_slice(&self.state.nearest.1);
+            self.evaluate_at_x(Linearisation::Exact, None);
+            // the search may have gone to voltages beside which everything else is nothing
+            let (rows, worst_row) = self.state.balance.missed(self.eq.n);
+            let found = &mut self.state.nearest.0;
+            found.residual.rows = found.residual.rows.max(rows);
+            found.worst_row = worst_row;
+        }
         let State { iterations, nearest: (found, x), .. } = &self.state;
         let (residual, worst_row) = (found.residual, found.worst_row);
         Unsolved { iterations: *iterations, residual, worst_row, point: x[..self.eq.n].to_vec() }

@@ -108,7 +108,8 @@ impl Newton {
     }
 
     /// Residual of the equations themselves at a point.  A law is measured by what its slopes make of the unknowns,
-    /// too: of one that is a single function nothing else is left where it holds.
+    /// too: of one that is a single function nothing else is left where it holds.  A voltage along the tree has there
+    /// the size of the potentials at its ends: so far a point of the path misses it.
     pub fn residual_at(&mut self, data: &Data, z: &[f64], l: &[f64]) -> Residual {
         let n = self.eq.n;
         self.load(data.rhs, data.u, data.t, data.q, data.roles);
@@ -119,7 +120,13 @@ impl Newton {
         assembly.linearise(self.tape.slopes());
         let (pattern, s) = (&self.eq.pattern, &mut self.state);
         let mut sizes = vec![0.0; s.x.len()];
-        for (c, x) in s.x.iter().enumerate() {
+        let mut ends = s.x.clone();
+        if let Some(tree) = &self.eq.tree {
+            let at_nodes = tree.potentials(z);
+            let before = |k: usize| usize::try_from(tree.before(k)).map_or(0.0, |j| at_nodes[j]);
+            (0..n).for_each(|k| ends[k] = at_nodes[k].abs().max(before(k).abs()));
+        }
+        for (c, x) in ends.iter().enumerate() {
             for at in pattern.colptr[c]..pattern.colptr[c + 1] {
                 sizes[pattern.rowidx[at]] += (assembly.values[at] * x).abs();
             }
