@@ -16,7 +16,7 @@ from .union_find import UnionFind
 #: whether engines solve in these coordinates, or in node voltages everywhere
 IN_USE = True
 #: among branches of one kind the heavier: large capacitances and conductances, small inductances
-_KINDS = {"V": 0, "E": 1, "C": 2, "R": 3, "P": 4, "L": 5, "J": 6, "G": 8, "I": 9}
+_KINDS = {"V": 0, "E": 1, "C": 2, "R": 3, "P": 4, "L": 6, "J": 5, "G": 8, "I": 9}
 #: pairs beside smooth laws: junctions (J) that block leave each cut-set its leakage alone
 _LIGHT_PAIR = 7
 #: a tree may ask for so many more terms than node voltages do, for each node
