@@ -16,6 +16,9 @@ pub(super) struct Combined {
     laws: Vec<Multiples>,
     /// an inductor is a branch of the tree: nothing else leads to some nodes but what is lighter
     cut_sets: bool,
+    /// laws that do nothing but give the current of a source, and those of the cut-sets behind them, which come
+    /// first
+    sources: Vec<(usize, usize)>,
 }
 
 impl Combined {
@@ -28,12 +31,17 @@ impl Combined {
     ) -> Combined {
         let mut laws = laws_without_storage(e, row_kind);
         laws.retain(|law| !functional[law.row]);
-        let mut cut_sets = false;
+        let (mut cut_sets, mut sources) = (false, Vec::new());
         if let Some(tree) = tree {
             let branch = branches(g, row_kind);
             let own: Vec<bool> = branch.iter().map(Option::is_some).collect();
             let mut stores = vec![false; e.nrows];
             e.iter().for_each(|(_, c, _)| stores[c] = true);
+            let alone = |row: usize| branch[row].is_some_and(|current| !stores[current]);
+            for &other in tree.order().iter().rev() {
+                let before = usize::try_from(tree.before(other)).ok();
+                sources.extend(before.filter(|&row| alone(row)).map(|row| (row, other)));
+            }
             cut_sets = branch.into_iter().flatten().any(|current| stores[current]);
             for row in (0..g.nrows).filter(|&row| own[row]) {
                 let behind = tree.behind(row).filter(|&other| own[other]);
@@ -43,12 +51,18 @@ impl Combined {
                 }
             }
         }
-        Combined { laws, cut_sets }
+        Combined { laws, cut_sets, sources }
     }
 
     /// Whether inductors alone hold the potential of some nodes.
     pub fn has_cut_sets(&self) -> bool {
         self.cut_sets
+    }
+
+    /// Adds the sizes of the terms at a node of a source that are no terms of its cut-set: its current is known
+    /// beside what flows there.
+    pub fn add_sizes(&self, terms: &mut [f64]) {
+        self.sources.iter().for_each(|&(row, other)| terms[row] += terms[other]);
     }
 
     /// The laws to which one is added, with its factor.

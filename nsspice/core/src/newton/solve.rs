@@ -573,8 +573,9 @@ impl Newton {
 
     /// The balance at `state.x` with the functions as they have been left.
     pub(super) fn balance(&mut self) {
-        let Newton { tape, assemblies, present, state: s, .. } = self;
+        let Newton { eq, tape, assemblies, present, state: s, .. } = self;
         s.balance.compute(&assemblies[*present], tape, &s.right, &s.x);
+        eq.combined.add_sizes(&mut s.balance.terms);
     }
 
     pub(super) fn judge(&mut self) -> Judgement {

@@ -158,6 +158,11 @@ impl Coordinates {
         self.before[unknown]
     }
 
+    /// All unknowns, those of nodes closer to ground first.
+    pub fn order(&self) -> &[usize] {
+        &self.order
+    }
+
     /// The unknowns of the children of a node in the tree.
     pub fn behind(&self, unknown: usize) -> impl Iterator<Item = usize> + '_ {
         let before = self.before.iter().enumerate();
