@@ -237,6 +237,7 @@ class Stamper:
         self.F, self.Q = Triplets(), Triplets()
         self._functions: dict[int, int] = {}
         self._registers: list[int] = []
+        self._voltages: dict[tuple[str, str], int] = {}
         self.waveforms: list[Waveform] = []
         self.switches: list[Switch] = []
         self.branch_names: list[str] = []
@@ -325,14 +326,13 @@ class Stamper:
 
     def voltage_register(self, a: str, b: str = "0") -> int:
         """Return the register of ``va - vb``."""
-        total: int | None = None
-        for index, sign in sorted(self.layout.voltage(a, b), key=lambda term: -term[1]):
-            one = self.tape.unknown(index)
-            if total is None:
-                total = one if sign > 0.0 else self.tape.op("neg", one)
-            else:
-                total = self.tape.op("add" if sign > 0.0 else "sub", total, one)
-        return self.tape.constant(0.0) if total is None else total
+        found = self._voltages.get((a, b))
+        if found is None:
+            sides: tuple[list[int], list[int]] = ([], [])
+            for index, sign in self.layout.voltage(a, b):
+                sides[sign < 0.0].append(self.tape.unknown(index))
+            found = self._voltages[a, b] = self.tape.total(*sides)
+        return found
 
     def register(self, name: str, functional: Functional) -> int:
         """Return the register of a combination of z, u and f.

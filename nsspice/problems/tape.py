@@ -8,6 +8,7 @@ Walther, *Evaluating Derivatives*, SIAM 2008, ch. 2-4).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -181,6 +182,27 @@ class TapeBuilder:
             raise ValueError(f"instruction {name} with {len(registers)} registers, {constants}")
         return self._write(name, *registers, *([self._place(constants)] if carries else []))
 
+    def total(self, plus: Sequence[int], minus: Sequence[int]) -> int:
+        """Return the register of a sum of unknowns.
+
+        Nothing else shares the instructions of a longer one: elements whose instructions are apart
+        are evaluated apart.
+
+        Parameters
+        ----------
+        plus, minus : sequence of int
+            Registers that are added and subtracted.
+        """
+        write = self.op if len(plus) + len(minus) <= 2 else self._append
+        if not plus and not minus:
+            return self.constant(0.0)
+        found, *more = plus or (write("neg", minus[0]),)
+        for register in more:
+            found = write("add", found, register)
+        for register in minus if plus else minus[1:]:
+            found = write("sub", found, register)
+        return found
+
     def output(self, register: int) -> int:
         """Make a register a function of the tape; return the number of the function."""
         self._outputs.append(register)
@@ -200,10 +222,13 @@ class TapeBuilder:
         key = (CODES[name], *args)
         found = self._known.get(key)
         if found is None:
-            found = self._known[key] = len(self._code)
-            a, b, c = (*args, 0, 0, 0)[:3]
-            self._code.append((CODES[name], a, b, c))
+            found = self._known[key] = self._append(name, *args)
         return found
+
+    def _append(self, name: str, *args: int) -> int:
+        a, b, c = (*args, 0, 0, 0)[:3]
+        self._code.append((CODES[name], a, b, c))
+        return len(self._code) - 1
 
     def _place(self, values: tuple[float, ...]) -> int:
         # repr tells 0.0 from -0.0, which compare equal

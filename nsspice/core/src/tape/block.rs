@@ -78,9 +78,9 @@ impl Group {
     ) -> bool {
         let Some(frame) = self.frames[b * LONE..].first_chunk_mut::<LONE>() else { return false };
         let [unit, at, value, link, parameters @ ..] = frame;
-        let [plus, minus] = self.inputs[b];
+        let [ends] = self.shape.inputs[..] else { return false };
         let registers = &mut numbers.registers[..];
-        let x: Lanes<WIDE> = each(|i| registers[plus[i] as usize] - registers[minus[i] as usize]);
+        let x = total(&self.terms[b * ends[1] as usize..], [0, ends[0], ends[1]], registers);
         let moved: Lanes<WIDE> = each(|i| x[i] - at[i]);
         let result = &mut registers[self.results..].as_chunks_mut::<WIDE>().0[b];
         let known = &mut self.known[b];
@@ -118,17 +118,19 @@ impl Group {
         wild: &mut Vec<usize>,
     ) -> bool {
         let Group { shape, registers, derivatives, before, frames, frame, .. } = self;
-        let (v, o, links) = (shape.inputs, shape.outputs.len(), shape.links.len());
+        let (v, o, links) = (shape.inputs.len(), shape.outputs.len(), shape.links.len());
         let mut frame = &mut frames[b * *frame..(b + 1) * *frame];
         let unit = first(&mut frame, 1)[0];
         let at = first(&mut frame, v);
         let (variables, results) = numbers.registers.split_at_mut(self.results);
         let results = &mut results.as_chunks_mut::<WIDE>().0[b * o..(b + 1) * o];
         let mut far: Lanes<WIDE> = [0.0; WIDE];
-        let inputs = &self.inputs[b * v..(b + 1) * v];
-        for ((x, [plus, minus]), at) in registers.iter_mut().zip(inputs).zip(at.iter()) {
-            let now: Lanes<WIDE> =
-                each(|i| variables[plus[i] as usize] - variables[minus[i] as usize]);
+        let terms = shape.inputs.last().map_or(0, |ends| ends[1] as usize);
+        let terms = &self.terms[b * terms..(b + 1) * terms];
+        let mut begin = 0;
+        for ((x, ends), at) in registers.iter_mut().zip(&shape.inputs).zip(at.iter()) {
+            let now = total(terms, [begin, ends[0], ends[1]], variables);
+            begin = ends[1];
             let moved: Lanes<WIDE> = each(|i| now[i] - at[i]);
             let excess = beyond(reach, &moved, &unit, at);
             far = each(|i| far[i] + excess[i]);
@@ -198,6 +200,19 @@ impl Group {
         *known = calm && !limited && how != Linearisation::Held;
         limited
     }
+}
+
+/// A sum of variables: what is added and what is subtracted stands between these places of `terms`.
+#[inline(always)]
+fn total(terms: &[[u32; WIDE]], [begin, middle, end]: [u32; 3], variables: &[f64]) -> Lanes<WIDE> {
+    let mut x: Lanes<WIDE> = [0.0; WIDE];
+    for k in &terms[begin as usize..middle as usize] {
+        x = each(|i| x[i] + variables[k[i] as usize]);
+    }
+    for k in &terms[middle as usize..end as usize] {
+        x = each(|i| x[i] - variables[k[i] as usize]);
+    }
+    x
 }
 
 /// Notes the members of block `b` that have lost something, of so many in all.

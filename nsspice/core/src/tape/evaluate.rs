@@ -103,8 +103,8 @@ impl Tape {
             slopes[i.slots.0 as usize] = 1.0;
         }
         let (mut groups, parts) = Group::all(&program, Part::all(&program));
-        // groups have numbers of their own, behind those of the program and a zero
-        let mut ends = [program.code.len() + 1, slopes.len(), program.limited];
+        // groups have numbers of their own, behind those of the program
+        let mut ends = [program.code.len(), slopes.len(), program.limited];
         let mut values = program.outputs.clone();
         let mut places: Vec<u32> = (0..slopes.len() as u32).collect();
         let mut registers: Vec<u32> = (0..program.code.len() as u32).collect();

@@ -54,6 +54,8 @@ pub(super) struct Step {
 pub(super) const JUNCTION: usize = 5;
 const KNEE: usize = 4;
 pub(super) const DEPLETION: usize = 6;
+/// Instructions of the longest sum of variables that is taken for a voltage.
+const LONGEST: usize = 64;
 /// Constants of a shaped curve.
 pub(super) const SHAPED: usize = 3;
 
@@ -62,8 +64,8 @@ pub(super) const SHAPED: usize = 3;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shape {
     pub steps: Vec<Step>,
-    /// variables, or differences of two: voltages
-    pub inputs: usize,
+    /// sums of variables: voltages; where the added and the subtracted terms of each end
+    pub inputs: Vec<[u32; 2]>,
     pub constants: usize,
     pub parameters: usize,
     pub limits: usize,
@@ -76,7 +78,7 @@ pub(super) struct Shape {
     /// derivatives by the variables: sums of links, each with its sign; where the next one begins
     pub shares: Vec<(u32, f64)>,
     pub slopes: Vec<u32>,
-    /// nothing but one junction between two nodes, or from one to ground
+    /// nothing but one junction
     pub lone: bool,
 }
 
@@ -95,7 +97,7 @@ impl Shape {
     /// evaluation with their links, constants, parameters.
     pub fn frame(&self) -> [usize; 6] {
         let (outputs, links) = (self.outputs.len(), self.links.len());
-        [1, self.inputs, outputs, links, self.constants, self.parameters]
+        [1, self.inputs.len(), outputs, links, self.constants, self.parameters]
     }
 }
 
@@ -112,8 +114,8 @@ pub(super) struct Group {
     /// is evaluated alone
     slots: Vec<u32>,
     limits: Vec<u32>,
-    /// for each block in turn: pairs of registers whose differences its inputs are
-    pub inputs: Vec<[[u32; WIDE]; 2]>,
+    /// for each block in turn: registers of the terms of its inputs
+    pub terms: Vec<[u32; WIDE]>,
     /// for each block in turn, see `Shape::frame`, and how long one is
     pub frames: Vec<Lanes<WIDE>>,
     pub frame: usize,
@@ -129,6 +131,9 @@ pub(super) struct Group {
     pub before: Vec<Lanes<WIDE>>,
 }
 
+/// What is added, and what is subtracted.
+type Terms = [Vec<u32>; 2];
+
 /// A part taken to pieces.
 #[derive(Default)]
 struct Pieces {
@@ -138,8 +143,8 @@ struct Pieces {
     key: Vec<u32>,
     /// program's variables, and registers, of the terminals
     terminals: Vec<(usize, u32)>,
-    /// terminals between which each input lies; one of them may be ground
-    inputs: Vec<[Option<u32>; 2]>,
+    /// terminals that each input adds and subtracts
+    inputs: Vec<Terms>,
     constants: Vec<f64>,
     parameters: Vec<f64>,
     points: Vec<u32>,
@@ -172,7 +177,7 @@ impl Group {
         let member = |b: usize, i: usize| &list[(b * WIDE + i).min(list.len() - 1)];
         // slots of the inputs by themselves are one, slot 0 is zero
         let mut derivatives = vec![[0.0; WIDE]; shape.feeds.len()];
-        derivatives[1..=shape.inputs].fill([1.0; WIDE]);
+        derivatives[1..=shape.inputs.len()].fill([1.0; WIDE]);
         let [unit, inputs, outputs, links, constants, parameters] = shape.frame();
         let fixed = unit + inputs + outputs + links;
         let size = fixed + constants + parameters;
@@ -183,18 +188,20 @@ impl Group {
                 frame[fixed..].iter_mut().zip(own).for_each(|(lanes, v)| lanes[i] = *v);
             }
         }
-        let zero = program.code.len() as u32;
-        let ends = |p: &Pieces, k: usize| {
-            p.inputs[k].map(|end| end.map_or(zero, |t| p.terminals[t as usize].1))
+        let registers = |p: &Pieces| -> Vec<u32> {
+            let terminals = p.inputs.iter().flatten().flatten();
+            terminals.map(|&t| p.terminals[t as usize].1).collect()
         };
+        let mut terms = Vec::new();
+        for b in 0..blocks {
+            let all: [Vec<u32>; WIDE] = std::array::from_fn(|i| registers(member(b, i)));
+            terms.extend((0..all[0].len()).map(|k| std::array::from_fn(|i| all[i][k])));
+        }
         let mut group = Group {
             derivatives,
             frames,
             frame: size,
-            inputs: (0..blocks)
-                .flat_map(|b| (0..shape.inputs).map(move |k| (b, k)))
-                .map(|(b, k)| [0, 1].map(|e| std::array::from_fn(|i| ends(member(b, i), k)[e])))
-                .collect(),
+            terms,
             known: vec![false; blocks],
             slots: list.iter().flat_map(|p| p.slopes.iter().copied()).collect(),
             limits: list.iter().flat_map(|p| p.points.iter().copied()).collect(),
@@ -202,7 +209,7 @@ impl Group {
             results: 0,
             slopes: 0,
             points: 0,
-            registers: vec![[0.0; WIDE]; shape.inputs + shape.constants + shape.steps.len()],
+            registers: vec![[0.0; WIDE]; inputs + constants + shape.steps.len()],
             before: vec![[0.0; WIDE]; shape.limits],
             shape,
         };
@@ -316,38 +323,53 @@ impl Pieces {
             return None;
         }
         // inputs and constants first, since results stand behind them
-        for i in own_code {
-            if own.voltage(program, i).is_some() {
+        let sums: Vec<_> = part.code.clone().map(|k| terms(program, k as u32, LONGEST)).collect();
+        let sum = |a: u32| sums.get((a as usize).wrapping_sub(part.code.start))?.as_ref();
+        for (k, i) in (part.code.start as u32..).zip(own_code) {
+            if let Some(terms) = sum(k) {
+                if part.outputs.contains(&k) {
+                    own.input(program, terms);
+                }
                 continue;
             }
             for &a in &i.args[..i.op.arity()] {
-                if is_variable(code[a as usize].op) {
-                    own.input(program, [Some(a), None]);
+                if let Some(terms) = sum(a) {
+                    own.input(program, terms);
+                } else if is_variable(code[a as usize].op) {
+                    own.input(program, &[vec![a], vec![]]);
                 }
             }
         }
-        own.shape.inputs = own.inputs.len();
-        for ends in &own.inputs {
-            own.key.extend(ends.map(|end| end.unwrap_or(u32::MAX)));
+        let inputs = own.inputs.len();
+        let mut end = 0;
+        for terms in &own.inputs {
+            own.shape.inputs.push([end + terms[0].len() as u32, 0]);
+            end += terms.iter().map(Vec::len).sum::<usize>() as u32;
+            own.shape.inputs.last_mut().into_iter().for_each(|ends| ends[1] = end);
+            own.key.extend(own.shape.inputs.last().into_iter().flatten());
+            own.key.extend(terms.iter().flatten());
         }
         let leaves = own_code.iter().flat_map(|i| &i.args[..i.op.arity()]);
         own.shape.constants = leaves.filter(|&&a| code[a as usize].op == Op::Constant).count();
-        own.key.extend([own.shape.inputs, own.shape.constants].map(|count| count as u32));
-        let first = own.shape.inputs + own.shape.constants;
+        own.key.extend([inputs, own.shape.constants].map(|count| count as u32));
+        let first = inputs + own.shape.constants;
         // slots of each local register, by input
         let mut slots: Vec<Vec<(usize, u32)>> = vec![Vec::new(); first];
-        own.shape.feeds = vec![[0; 2]; 1 + own.shape.inputs];
-        for (v, slots) in slots[..own.shape.inputs].iter_mut().enumerate() {
+        own.shape.feeds = vec![[0; 2]; 1 + inputs];
+        for (v, slots) in slots[..inputs].iter_mut().enumerate() {
             slots.push((v, 1 + v as u32));
         }
         let mut local: HashMap<u32, u32> = HashMap::new();
         for (register, i) in (part.code.start as u32..).zip(own_code) {
             own.key.push(i.op as u32);
             let behind = register - part.code.start as u32;
-            if let Some(voltage) = own.voltage(program, i) {
-                own.key.push(voltage);
-                local.insert(register, voltage);
-                own.output(program, part, register, voltage, &slots)?;
+            if let Some(terms) = sum(register) {
+                let voltage = own.known(program, terms);
+                own.key.push(voltage.map_or(u32::MAX, |v| v as u32));
+                if let Some(voltage) = voltage {
+                    local.insert(register, voltage as u32);
+                    own.output(program, part, register, voltage as u32, &slots)?;
+                }
                 continue;
             }
             let mut args = [0u32; 2];
@@ -356,7 +378,7 @@ impl Pieces {
                     Op::Constant => {
                         own.constant(program.constants[code[a as usize].args[0] as usize])
                     }
-                    op if is_leaf(op) => own.input(program, [Some(a), None]),
+                    op if is_leaf(op) => own.input(program, &[vec![a], vec![]]),
                     _ => local[&a],
                 };
                 own.key.push(*arg);
@@ -398,7 +420,7 @@ impl Pieces {
             let lists = args.map(|a| &slots[a as usize][..]);
             let used = if i.op.arity() == 1 { [lists[0], &[]] } else { lists };
             let mut found = Vec::new();
-            for v in 0..own.shape.inputs {
+            for v in 0..inputs {
                 let feeds = used.map(|list| list.iter().find(|s| s.0 == v).map_or(0, |s| s.1));
                 if feeds != [0, 0] {
                     found.push((v, own.shape.feeds.len() as u32));
@@ -439,10 +461,9 @@ impl Pieces {
         for (t, &(variable, _)) in (0..).zip(&self.terminals) {
             let before = self.shape.shares.len();
             for (k, link) in self.shape.links.iter().enumerate().skip(first) {
-                let [plus, minus] = self.inputs[link.2 as usize];
-                let shares = [(plus == Some(t), 1.0), (minus == Some(t), -1.0)];
-                let shares = shares.iter().filter(|share| share.0);
-                self.shape.shares.extend(shares.map(|share| (k as u32, share.1)));
+                let signs = self.inputs[link.2 as usize].iter().zip([1.0, -1.0]);
+                let shares = signs.filter(|side| side.0.contains(&t));
+                self.shape.shares.extend(shares.map(|side| (k as u32, side.1)));
             }
             if self.shape.shares.len() > before {
                 let is = |slot: &u32| program.variables[*slot as usize] as usize == variable;
@@ -454,22 +475,24 @@ impl Pieces {
         (begin == end).then_some(())
     }
 
-    /// The input that a difference of two variables is, or the negative of one.
-    fn voltage(&mut self, program: &Program, i: &Instruction) -> Option<u32> {
-        let [a, b, _] = i.args;
-        let variable = |a: u32| program.code.get(a as usize).is_some_and(|i| is_variable(i.op));
-        let ends = match i.op {
-            Op::Neg if variable(a) => [None, Some(a)],
-            Op::Sub if variable(a) && variable(b) => [Some(a), Some(b)],
-            _ => return None,
+    /// The input that a sum of variables, given by their registers, is already.
+    fn known(&self, program: &Program, registers: &Terms) -> Option<usize> {
+        let terminal = |&register: &u32| {
+            let variable = program.variable_of(register);
+            self.terminals.iter().position(|t| t.0 == variable).map(|t| t as u32)
         };
-        let differ = ends.map(|end| end.map(|a| program.variable_of(a)));
-        (differ[0] != differ[1]).then(|| self.input(program, ends))
+        let [plus, minus] = registers;
+        let side = |list: &[u32]| list.iter().map(terminal).collect::<Option<Vec<u32>>>();
+        let terms = [side(plus)?, side(minus)?];
+        self.inputs.iter().position(|input| *input == terms)
     }
 
-    /// Local register of a voltage between the registers of two variables, or ground.
-    fn input(&mut self, program: &Program, registers: [Option<u32>; 2]) -> u32 {
-        let mut terminal = |register: u32| {
+    /// Local register of a sum of variables.
+    fn input(&mut self, program: &Program, registers: &Terms) -> u32 {
+        if let Some(known) = self.known(program, registers) {
+            return known as u32;
+        }
+        let mut terminal = |&register: &u32| {
             let variable = program.variable_of(register);
             let known = self.terminals.iter().position(|t| t.0 == variable);
             known.unwrap_or_else(|| {
@@ -477,18 +500,16 @@ impl Pieces {
                 self.terminals.len() - 1
             }) as u32
         };
-        let ends = registers.map(|end| end.map(&mut terminal));
-        let known = self.inputs.iter().position(|input| *input == ends);
-        known.unwrap_or_else(|| {
-            self.inputs.push(ends);
-            self.inputs.len() - 1
-        }) as u32
+        let [plus, minus] = registers;
+        let mut side = |list: &[u32]| list.iter().map(&mut terminal).collect::<Vec<u32>>();
+        self.inputs.push([side(plus), side(minus)]);
+        self.inputs.len() as u32 - 1
     }
 
     /// Local register of a constant of its own.
     fn constant(&mut self, value: f64) -> u32 {
         self.constants.push(value);
-        (self.shape.inputs + self.constants.len() - 1) as u32
+        (self.inputs.len() + self.constants.len() - 1) as u32
     }
 
     /// Where some parameters of its own begin.
@@ -497,6 +518,30 @@ impl Pieces {
         self.shape.parameters = self.parameters.len();
         (self.parameters.len() - values.len()) as u32
     }
+}
+
+/// The registers of the variables that an instruction adds and subtracts; None if it does anything else, or with
+/// more than `left` others.
+fn terms(program: &Program, register: u32, left: usize) -> Option<Terms> {
+    let i = program.code.get(register as usize)?;
+    let left = left.checked_sub(1)?;
+    let of = |a: u32| match program.code[a as usize].op {
+        op if is_variable(op) => Some([vec![a], vec![]]),
+        _ => terms(program, a, left),
+    };
+    let ([mut plus, mut minus], [more, less]) = match i.op {
+        Op::Neg => ([vec![], vec![]], of(i.args[0]).map(|[plus, minus]| [minus, plus])?),
+        Op::Add => (of(i.args[0])?, of(i.args[1])?),
+        Op::Sub => (of(i.args[0])?, of(i.args[1]).map(|[plus, minus]| [minus, plus])?),
+        _ => return None,
+    };
+    plus.extend(more);
+    minus.extend(less);
+    let mut variables: Vec<usize> =
+        plus.iter().chain(&minus).map(|&a| program.variable_of(a)).collect();
+    variables.sort_unstable();
+    let apart = variables.windows(2).all(|pair| pair[0] != pair[1]);
+    apart.then_some([plus, minus])
 }
 
 fn junction_constants(saturation: f64, unit: f64) -> [f64; JUNCTION] {
