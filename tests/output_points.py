@@ -11,7 +11,10 @@ import nsspice
 
 
 def told(
-    run: nsspice.Solution, fine: Callable[[], nsspice.Solution], near: float = 0.05
+    run: nsspice.Solution,
+    fine: Callable[[], nsspice.Solution],
+    near: float = 0.05,
+    kinds: str = "vi",
 ) -> list[str]:
     """Return the codes of the warnings of a run, without NS5004 if all that it claims is true.
 
@@ -22,13 +25,15 @@ def told(
         Returns the same run with all points.
     near : float
         Part of what is told: it is told from stages of steps, of lower order than their ends.
+    kinds : str
+        Voltages or currents, where one of them depends on the steps.
     """
     codes = []
     for warning in run.warnings:
         if warning.code != "NS5004":
             codes.append(warning.code)
             continue
-        claims = re.findall(r"([vi]\([^)]*\)) by (\S+) \S+ \(at (\S+) s\)", warning.message)
+        claims = re.findall(rf"([{kinds}]\([^)]*\)) by (\S+) \S+ \(at (\S+) s\)", warning.message)
         assert claims
         shown = fine()
         codes += [f"NS5004 {claim}" for claim in claims if not _is_true(run, shown, near, *claim)]

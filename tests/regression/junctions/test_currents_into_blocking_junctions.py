@@ -41,8 +41,8 @@ I2 0 c -0.0001342
 D3 c e zener
 R4 b d 0.01004
 V5 a c 3.36""",
-    # G1 alone leads to ground, so that nothing flows in it and v(a) = v(b); D2 then carries nothing,
-    # and D0, at the 5.7 mV of V3, 0.2 uA
+    # G1 alone leads to ground, so that nothing flows in it and v(a) = v(b); D2 then carries
+    # nothing, and D0, at the 5.7 mV of V3, 0.2 uA
     "a follower of itself": "D0 d a schottky\nG1 0 b a b 0.0002172\nD2 a b dx\nV3 d b 0.005733",
 }
 
