@@ -14,7 +14,7 @@ use crate::windings::{laws_without_storage, Multiples, LOST};
 #[derive(Clone, Debug, Default)]
 pub(super) struct Combined {
     laws: Vec<Multiples>,
-    /// an inductor is a branch of the tree: nothing else leads to some nodes but what is lighter
+    /// an inductor is a branch of the tree, with others behind: nothing heavier leads there
     cut_sets: bool,
     /// laws that do nothing but give the current of a source, and those of the cut-sets behind them, which come
     /// first
@@ -42,7 +42,8 @@ impl Combined {
                 let before = usize::try_from(tree.before(other)).ok();
                 sources.extend(before.filter(|&row| alone(row)).map(|row| (row, other)));
             }
-            cut_sets = branch.into_iter().flatten().any(|current| stores[current]);
+            let inductor = |row: usize| branch[row].is_some_and(|current| stores[current]);
+            cut_sets = (0..g.nrows).any(|row| inductor(row) && tree.behind(row).next().is_some());
             for row in (0..g.nrows).filter(|&row| own[row]) {
                 let behind = tree.behind(row).filter(|&other| own[other]);
                 let others: Vec<_> = behind.map(|other| (other, -1.0)).collect();
