@@ -80,11 +80,12 @@ impl Balance {
         assembly.laws.balance(tape.registers(), right, x, defect, terms);
     }
 
-    /// The largest defect of the first `n` rows as a part of the terms of that row alone, and where.
-    pub fn missed(&self, n: usize) -> (f64, usize) {
-        let share = |row: usize| (self.defect[row].abs() / self.terms[row], row);
-        let missed = (0..n).filter(|&row| self.defect[row] != 0.0).map(share);
-        missed.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0))
+    /// The largest defect of a law of currents as a part of the largest current, and where.
+    pub fn missed(&self, eq: &Equations) -> (f64, usize) {
+        let laws = || eq.nodes.iter().map(|&row| row as usize);
+        let current = laws().fold(0.0f64, |most, row| most.max(self.terms[row]));
+        let shares = laws().map(|row| (self.defect[row].abs() / current, row));
+        shares.fold((0.0, 0), |worst, here| if here.0 > worst.0 { here } else { worst })
     }
 
     /// Size of what the functions make of the unknowns in a row: in steep functions, how far its

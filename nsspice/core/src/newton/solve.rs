@@ -241,10 +241,11 @@ impl Newton {
             self.state.x.copy_from_slice(&self.state.nearest.1);
             self.evaluate_at_x(Linearisation::Exact, None);
             // the search may have gone to voltages beside which everything else is nothing
-            let (rows, worst_row) = self.state.balance.missed(self.eq.n);
+            let (rows, worst_row) = self.state.balance.missed(&self.eq);
             let found = &mut self.state.nearest.0;
-            found.residual.rows = found.residual.rows.max(rows);
-            found.worst_row = worst_row;
+            if rows > found.residual.rows {
+                (found.residual.rows, found.worst_row) = (rows, worst_row);
+            }
         }
         let State { iterations, nearest: (found, x), .. } = &self.state;
         let (residual, worst_row) = (found.residual, found.worst_row);
