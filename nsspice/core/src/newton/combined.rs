@@ -14,6 +14,9 @@ use crate::windings::{laws_without_storage, Multiples, LOST};
 #[derive(Clone, Debug, Default)]
 pub(super) struct Combined {
     laws: Vec<Multiples>,
+    /// of each law those to which it is added, with its factor, and whether others are added to it
+    with: Vec<Vec<(usize, f64)>>,
+    changed: Vec<bool>,
     /// an inductor is a branch of the tree, with others behind: nothing heavier leads there
     cut_sets: bool,
     /// laws that do nothing but give the current of a source, and those of the cut-sets behind them, which come
@@ -42,17 +45,25 @@ impl Combined {
                 let before = usize::try_from(tree.before(other)).ok();
                 sources.extend(before.filter(|&row| alone(row)).map(|row| (row, other)));
             }
-            let inductor = |row: usize| branch[row].is_some_and(|current| stores[current]);
-            cut_sets = (0..g.nrows).any(|row| inductor(row) && tree.behind(row).next().is_some());
-            for row in (0..g.nrows).filter(|&row| own[row]) {
-                let behind = tree.behind(row).filter(|&other| own[other]);
-                let others: Vec<_> = behind.map(|other| (other, -1.0)).collect();
-                if !others.is_empty() {
-                    laws.push(Multiples { row, others });
+            let mut behind = vec![Vec::new(); g.nrows];
+            for (other, &own) in own.iter().enumerate() {
+                if let Ok(row) = usize::try_from(tree.before(other)) {
+                    cut_sets |= branch[row].is_some_and(|current| stores[current]);
+                    behind[row].extend(own.then_some((other, -1.0)));
                 }
             }
+            let rows = behind
+                .into_iter()
+                .enumerate()
+                .filter(|(row, others)| own[*row] && !others.is_empty());
+            laws.extend(rows.map(|(row, others)| Multiples { row, others }));
         }
-        Combined { laws, cut_sets, sources }
+        let (mut with, mut changed) = (vec![Vec::new(); g.nrows], vec![false; g.nrows]);
+        for law in &laws {
+            changed[law.row] = true;
+            law.others.iter().for_each(|&(other, factor)| with[other].push((law.row, factor)));
+        }
+        Combined { laws, with, changed, cut_sets, sources }
     }
 
     /// Whether inductors alone hold the potential of some nodes.
@@ -68,12 +79,12 @@ impl Combined {
 
     /// The laws to which one is added, with its factor.
     pub fn with(&self, other: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        self.laws.iter().filter_map(move |law| Some((law.row, law.factor(other)?)))
+        self.with[other].iter().copied()
     }
 
     /// Whether others are added to a law.
     pub fn changes(&self, row: usize) -> bool {
-        self.laws.iter().any(|law| law.row == row)
+        self.changed[row]
     }
 
     /// A matrix with what is added; what cancels leaves nothing.

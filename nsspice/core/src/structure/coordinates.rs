@@ -163,12 +163,6 @@ impl Coordinates {
         &self.order
     }
 
-    /// The unknowns of the children of a node in the tree.
-    pub fn behind(&self, unknown: usize) -> impl Iterator<Item = usize> + '_ {
-        let before = self.before.iter().enumerate();
-        before.filter(move |e| *e.1 == unknown as isize).map(|e| e.0)
-    }
-
     /// Potentials in place of voltages along the tree; currents stay.
     pub fn potentials(&self, z: &[f64]) -> Vec<f64> {
         let mut out = z.to_vec();
