@@ -245,7 +245,9 @@ impl Stepper {
         let rounding = self.stored_sizes(&change);
         let part = |((gap, size), rounding): ((&f64, &f64), &f64)| {
             let open = gap.abs() - ROUNDINGS * f64::EPSILON * rounding;
-            open.max(0.0) / f64::max(*size, f64::MIN_POSITIVE.sqrt())
+            // functions beyond all numbers obey nothing
+            let open = if open.is_nan() { f64::INFINITY } else { open.max(0.0) };
+            open / f64::max(*size, f64::MIN_POSITIVE.sqrt())
         };
         let parts: Vec<f64> = gaps.iter().zip(&sizes).zip(&rounding).map(part).collect();
         let mut apart = [0.0f64; 2];
