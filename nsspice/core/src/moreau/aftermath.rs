@@ -33,7 +33,7 @@ const TRIALS: usize = 20;
 /// Corrections, each of which has to leave at most half of what it corrects.
 const CORRECTIONS: usize = 32;
 /// The part of the largest charge that may be missed.
-const HELD: f64 = 1e-12;
+pub(super) const HELD: f64 = 1e-12;
 /// Roundings of a sum of charges: of a node few capacitors and functions meet, of a winding few others.
 const ROUNDINGS: f64 = 16.0;
 /// The part of it, or of what moves in the step, that is missed where there is no impulse: little of what the
@@ -64,11 +64,10 @@ pub(super) struct Settled {
     /// unknowns and multipliers
     pub z: Vec<f64>,
     pub l: Vec<f64>,
-    /// where the step began, and its length
+    /// where the step began, unknowns and functions, and its length
     pub from: Vec<f64>,
+    pub functions: Vec<f64>,
     pub length: f64,
-    /// where a step of this length leads from here
-    pub ahead: Vec<f64>,
     /// the part of the largest charge by which its end misses them
     pub missed: f64,
     /// these are its charges: but for rounding, or next to nothing of what moves in the step
@@ -177,7 +176,7 @@ impl Stepper {
                 z,
                 l,
                 from: from.clone(),
-                ahead: ahead.clone(),
+                functions: functions.clone(),
                 length,
                 missed,
                 calm: missed <= CLOSE || missing.into_iter().zip(moving).all(little),
@@ -196,7 +195,10 @@ impl Stepper {
             let missed = self.charges_apart(after, &z, scale);
             let missed = missed[0].max(missed[1]);
             let calm = missed <= HELD;
-            return Ok((Settled { z, l, from, ahead, length, missed, calm }, moved));
+            return Ok((
+                Settled { z, l, from, functions: held, length, missed, calm },
+                moved,
+            ));
         };
         (self.z, self.l) = (best.z.clone(), best.l.clone());
         // pairs that carry and bear nothing do what they do from here on

@@ -1,6 +1,6 @@
 //! Jumps of charges and fluxes: the impulsive step, and what switches do at one instant.
 
-use super::aftermath::{Rest, Settled};
+use super::aftermath::{Rest, Settled, HELD};
 use super::failure::{Failure, Outcome};
 use super::motion::behind;
 use super::stage::System;
@@ -275,13 +275,13 @@ impl Stepper {
         }
         self.z.copy_from_slice(&settled.z);
         self.l.copy_from_slice(&settled.l);
-        if settled.calm {
-            // what is stored stays to its last digit
+        if settled.missed <= HELD {
+            // what is stored stays to its last digit; where more is missed, the laws of currents and voltages are kept
             self.facts.storage.restore(&after, &mut self.z, |_| f64::INFINITY);
         }
         let (u, time) = (&self.u0, self.time);
         if let Some(smooth) = &mut self.smooth {
-            smooth.after_jump([&self.z, &settled.ahead], u, time, settled.length);
+            smooth.after_jump(&self.z, &settled.functions, u, time, settled.length);
         }
         self.tie_groups();
         if self.recorder.witness.jumped() {

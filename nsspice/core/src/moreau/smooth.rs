@@ -205,19 +205,19 @@ impl SmoothPart {
         self.conducting.get_or_insert_with(|| linear.conducting())
     }
 
-    /// Computes the functions at a state, and their rates from there on: where it leads in so long a step is known.
+    /// Computes the functions at the end of a step of this length, and their rates in it: it begins with `from`.
     pub(super) fn after_jump(
         &mut self,
-        [now, then]: [&[f64]; 2],
+        z: &[f64],
+        from: &[f64],
         u: &[f64],
         time: f64,
         length: f64,
     ) {
         let clock = self.clock(time);
-        self.newton.evaluate(then, u, clock, &mut self.rates);
-        self.newton.evaluate(now, u, clock, &mut self.f);
-        for (rate, now) in self.rates.iter_mut().zip(&self.f) {
-            *rate = (*rate - now) / length;
+        self.newton.evaluate(z, u, clock, &mut self.f);
+        for (rate, (end, begin)) in self.rates.iter_mut().zip(self.f.iter().zip(from)) {
+            *rate = (end - begin) / length;
         }
         self.known = true;
         self.last = None;
