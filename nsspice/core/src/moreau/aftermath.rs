@@ -195,10 +195,7 @@ impl Stepper {
             let missed = self.charges_apart(after, &z, scale);
             let missed = missed[0].max(missed[1]);
             let calm = missed <= HELD;
-            return Ok((
-                Settled { z, l, from, functions: held, length, missed, calm },
-                moved,
-            ));
+            return Ok((Settled { z, l, from, functions: held, length, missed, calm }, moved));
         };
         (self.z, self.l) = (best.z.clone(), best.l.clone());
         // pairs that carry and bear nothing do what they do from here on

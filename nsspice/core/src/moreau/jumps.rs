@@ -275,8 +275,9 @@ impl Stepper {
         }
         self.z.copy_from_slice(&settled.z);
         self.l.copy_from_slice(&settled.l);
-        if settled.missed <= HELD {
-            // what is stored stays to its last digit; where more is missed, the laws of currents and voltages are kept
+        if settled.missed <= HELD || settled.calm && !self.facts.storage.tight() {
+            // what is stored stays to its last digit; currents that a shared flux does not tell belong to the end of
+            // the step, and where that misses more than rounding so do the others: their sums hold there
             self.facts.storage.restore(&after, &mut self.z, |_| f64::INFINITY);
         }
         let (u, time) = (&self.u0, self.time);
