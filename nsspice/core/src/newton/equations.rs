@@ -1,10 +1,11 @@
 //! The system as arrays: one pattern for the Jacobians of all modes, points and step lengths.
 
 use super::combined::Combined;
+use super::judge::FLOOR;
 use crate::linear::ordering;
 use crate::sparse::{Csc, Ordering};
 use crate::structure::Coordinates;
-use crate::tape::Tape;
+use crate::tape::{Linearisation, Tape};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -106,6 +107,27 @@ pub struct Equations {
     pub(super) combined: Combined,
     /// along which voltages are the unknowns, if they are no potentials
     pub(super) tree: Option<Coordinates>,
+}
+
+/// The least slope around zero of a current that is a function of voltages [S]; 0 without any.
+fn weakest_slope(smooth: &Smooth, n: usize, terms: &[Term], row_kind: &[u8]) -> f64 {
+    let mut tape = smooth.tape.clone();
+    let sources = tape.program().sources();
+    tape.evaluate(&vec![0.0; n], &vec![0.0; sources], 0.0, Linearisation::Exact);
+    let mut weakest = f64::INFINITY;
+    for t in terms.iter().filter(|t| t.f != 0.0 && row_kind[t.row as usize] == 0) {
+        for (j, slot) in tape.derivatives(t.function as usize) {
+            let slope = (t.f * tape.slopes()[slot]).abs();
+            if j < n && row_kind[j] == 0 && slope > 0.0 {
+                weakest = weakest.min(slope);
+            }
+        }
+    }
+    if weakest < f64::INFINITY {
+        weakest
+    } else {
+        0.0
+    }
 }
 
 impl Equations {
@@ -239,6 +261,12 @@ impl Equations {
             if let Some(&kind) = row_kind.get(c) {
                 reach[r / FOUR][usize::from(kind != 0)][r % FOUR] += v.abs();
             }
+        }
+        // what rounding of the largest voltage lets the weakest junction carry is no current
+        let weakest = weakest_slope(smooth, n, &terms, row_kind);
+        for &row in &nodes {
+            let row = row as usize;
+            reach[row / FOUR][0][row % FOUR] += weakest * f64::EPSILON / FLOOR;
         }
         // the order is to serve Jacobians in which every derivative is there
         let mut full = pattern.clone();

@@ -9,7 +9,7 @@ use crate::tape::Tape;
 
 /// Rows are not judged against less than this part of what the largest voltage and the largest current
 /// would make of them: so far unknowns are rounded.
-const FLOOR: f64 = 1e-6;
+pub(super) const FLOOR: f64 = 1e-6;
 /// What rounding of the unknowns by a few units may do to a row, through steep functions, is no
 /// defect.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
