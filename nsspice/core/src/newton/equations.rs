@@ -109,8 +109,9 @@ pub struct Equations {
     pub(super) tree: Option<Coordinates>,
 }
 
-/// The least slope around zero of a current that is a function of voltages [S]; 0 without any.
-fn weakest_slope(smooth: &Smooth, n: usize, terms: &[Term], row_kind: &[u8]) -> f64 {
+/// The least slope around zero of a current that is a function of voltages [S], where that is a leakage beside the usual
+/// conductance; else 0.
+fn weakest_slope(smooth: &Smooth, n: usize, terms: &[Term], row_kind: &[u8], usual: f64) -> f64 {
     let mut tape = smooth.tape.clone();
     let sources = tape.program().sources();
     tape.evaluate(&vec![0.0; n], &vec![0.0; sources], 0.0, Linearisation::Exact);
@@ -123,7 +124,7 @@ fn weakest_slope(smooth: &Smooth, n: usize, terms: &[Term], row_kind: &[u8]) -> 
             }
         }
     }
-    if weakest < f64::INFINITY {
+    if weakest < usual {
         weakest
     } else {
         0.0
@@ -263,7 +264,7 @@ impl Equations {
             }
         }
         // what rounding of the largest voltage lets the weakest junction carry is no current
-        let weakest = weakest_slope(smooth, n, &terms, row_kind);
+        let weakest = weakest_slope(smooth, n, &terms, row_kind, usual);
         for &row in &nodes {
             let row = row as usize;
             reach[row / FOUR][0][row % FOUR] += weakest * f64::EPSILON / FLOOR;
