@@ -23,16 +23,3 @@ def runs_return(monkeypatch: pytest.MonkeyPatch) -> None:
 
     for module in (batch, statics, steady_state, transient):
         monkeypatch.setattr(module, "judge", lambda solutions, on_failure: None)
-
-
-#: known regressions, told in docs/reference/known-limits.md: `make soak` runs them until mended
-KNOWN = (
-    "test_bridges_with_bleeders.py::test_the_current_of_a_coil_finds_its_end_in_short_steps[0.044",
-)
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Known regressions belong to the soak until they are mended."""
-    for item in items:
-        if any(name in item.nodeid for name in KNOWN):
-            item.add_marker(pytest.mark.soak)
