@@ -95,7 +95,7 @@ impl Between {
         self.curve.write(2.0 * theta / self.end - 1.0, row);
         if !self.driven.is_empty() {
             trial.look_up_sources(s, theta);
-            self.driven.write(&trial.u, row);
+            self.driven.write(&trial.at.u, row);
         }
     }
 }

@@ -34,7 +34,7 @@ impl Curve {
             let of = |x: &[f64]| sum.iter().map(|&(j, factor)| factor * x[j]).sum::<f64>();
             coefficients[0] = of(&trial.first);
             coefficients[1..].fill(0.0);
-            for (j, rates) in trial.rates.iter().enumerate() {
+            for (j, rates) in trial.stages.rates.iter().enumerate() {
                 let change = trial.length * of(rates);
                 for (c, weights) in coefficients[1..].iter_mut().zip(&tableau.dense) {
                     *c += weights[j] * change;

@@ -2,6 +2,7 @@
 
 use super::super::stepper::Stepper;
 use super::energies::Point;
+use super::estimate::Estimate;
 use super::ladder::SMALL;
 use super::pass::NOTICED;
 use super::run::Sdirk;
@@ -37,7 +38,7 @@ impl Sdirk {
             // step of a mode; elsewhere the motion in a mode is smooth: the ends of steps tell enough
             self.trial.look_inside(s, &mut self.ladder, self.tableau);
         }
-        let end = &self.trial.stages[self.tableau.stages() - 1];
+        let end = &self.trial.stages.ends[self.tableau.stages() - 1];
         let mut largest = self.scales.largest;
         for (v, &kind) in end.iter().zip(&s.sys.linear.row_kind) {
             let largest = &mut largest[usize::from(kind)];
@@ -56,37 +57,42 @@ impl Sdirk {
         let n = s.z.len();
         if let Some(nodes) = &mut self.nodes {
             let (e, ends) = (&s.sys.linear.e, [&self.trial.first[..n], &end[..n]]);
-            nodes.take(e, &self.ladder.stored, [&self.trial.slope, &self.trial.charged], ends);
+            nodes.take(
+                e,
+                &self.ladder.stored,
+                [&self.trial.estimate.errors, &self.trial.estimate.charged.errors],
+                ends,
+            );
         }
         // what sources alone determine is no result of the step
         for &j in self.ladder.stored.iter().filter(|&&j| !s.facts.fixed[j]) {
             let kind = usize::from(s.sys.linear.row_kind[j]);
             let beyond = ahead * (end[j] - self.trial.first[j]).abs();
-            let small = if self.trial.constrained[j] { 1.0 } else { SMALL };
+            let small = if self.trial.estimate.constrained[j] { 1.0 } else { SMALL };
             let range = self.scales.size(j, end[j], beyond).max(small * largest[kind]);
             let (slope, range) = match &self.nodes {
                 Some(nodes) if kind == 0 => {
                     nodes.worse(j, &self.scales, ahead, small * largest[kind])
                 }
-                _ => (self.trial.slope[j], range),
+                _ => (self.trial.estimate.errors[j], range),
             };
             let size = match &self.energies {
-                Some(energies) => energies.size(j, self.trial.slope[j], range),
+                Some(energies) => energies.size(j, self.trial.estimate.errors[j], range),
                 None => range,
             };
-            let rounding = ROUNDING * self.trial.terms[j].max(largest[kind]);
+            let rounding = ROUNDING * self.trial.estimate.terms[j].max(largest[kind]);
             let ratio = slope.abs()
                 / (self.settings.accuracy.relative * size
                     + allowed[kind]
                     + rounding
                     + f64::MIN_POSITIVE);
-            self.control.tied[j] = self.trial.constrained[j] && ratio > NOTICED;
+            self.control.tied[j] = self.trial.estimate.constrained[j] && ratio > NOTICED;
             // NaN is the worst
             (worst, self.control.erring) =
                 if ratio <= worst { (worst, self.control.erring) } else { (ratio, j) };
         }
         if let Some(energies) = &mut self.energies {
-            let taken = energies.taken(self.tableau, self.trial.length, &self.trial.rates);
+            let taken = energies.taken(self.tableau, self.trial.length, &self.trial.stages.rates);
             worst = worst.max(taken / self.settings.accuracy.relative);
         }
         // so short a step shows the rounding of fluxes as voltages: longer ones show less
@@ -128,15 +134,16 @@ impl Sdirk {
         let Some(smooth) = &s.smooth else { return false };
         let (n, m) = (s.z.len(), s.l.len());
         let part = STILL * smooth.newton.accuracy().max(f64::EPSILON);
-        let Trial { first, stages, terms, storage, length, stored, .. } = &mut self.trial;
-        let end = &stages[self.tableau.stages() - 1];
+        let Trial { first, stages, length, estimate, .. } = &mut self.trial;
+        let Estimate { terms, diagonals, stored, .. } = estimate;
+        let end = &stages.ends[self.tableau.stages() - 1];
         stored.fill(0.0);
         smooth.newton.add_stored(1.0, &end[n + m..], stored);
         let most = s.sys.largest(&[stored]);
         let mut linear = self.ladder.stored.iter().filter(|&&j| terms[j] > 0.0);
         let rests = linear.all(|&j| {
             let kind = usize::from(s.sys.linear.row_kind[j]);
-            let came = (most[kind] / storage[j]).max(most[1 - kind] / *length);
+            let came = (most[kind] / diagonals.storage[j]).max(most[1 - kind] / *length);
             (end[j] - first[j]).abs() <= part * terms[j].max(came)
         });
         if !rests {

@@ -36,7 +36,7 @@ impl Locator<'_> {
     /// Margin at `theta`; where the laws of the mode contradict each other it counts as negative.
     pub fn margin(&mut self, theta: f64) -> f64 {
         match self.trial.evaluate(self.s, self.ladder, self.tableau, theta) {
-            Fit::Solved | Fit::Open => self.scales.margin(self.s, &self.trial.point),
+            Fit::Solved | Fit::Open => self.scales.margin(self.s, &self.trial.at.x),
             Fit::Contradiction => f64::NEG_INFINITY,
         }
     }
@@ -55,7 +55,7 @@ impl Locator<'_> {
         for &i in order.iter().filter(|&&i| tableau.c[i] <= end) {
             // inner stages are of low order: where the
             // continuous solution is fine, they prove nothing
-            let mut margin = scales.margin(self.s, &self.trial.stages[i]);
+            let mut margin = scales.margin(self.s, &self.trial.stages.ends[i]);
             if violated(margin) && i != last {
                 margin = self.margin(tableau.c[i]);
             }
@@ -75,9 +75,9 @@ impl Locator<'_> {
             }
         }
         let (at_middle, at_end) = if whole {
-            (&self.trial.stages[tableau.middle][..], &self.trial.stages[last][..])
+            (&self.trial.stages.ends[tableau.middle][..], &self.trial.stages.ends[last][..])
         } else {
-            (&self.trial.samples[0].point[..], &self.trial.samples[1].point[..])
+            (&self.trial.samples[0].at.x[..], &self.trial.samples[1].at.x[..])
         };
         let mut at = [0.0, middle, end];
         // most steps have no dip, and nothing is kept
@@ -93,7 +93,7 @@ impl Locator<'_> {
             if away.abs() <= SETTLED * (at[2] - at[0]) {
                 return None;
             }
-            let point = std::mem::replace(&mut points[1], self.trial.point.clone());
+            let point = std::mem::replace(&mut points[1], self.trial.at.x.clone());
             let side = if away > 0.0 { 0 } else { 2 };
             (at[side], points[side]) = (at[1], point);
             at[1] = place;
@@ -122,7 +122,7 @@ impl Locator<'_> {
     /// How many switches have reached their thresholds at `theta`.
     fn turned(&mut self, theta: f64) -> usize {
         self.margin(theta);
-        self.scales.turned(self.s, &self.trial.point)
+        self.scales.turned(self.s, &self.trial.at.x)
     }
 
     /// The root of the margin in `(0, high]`: the latest point found at which it is not above zero.
@@ -134,7 +134,7 @@ impl Locator<'_> {
             return b;
         }
         let mut followed = Vec::new();
-        self.scales.violated(self.s, &self.trial.point, &mut followed);
+        self.scales.violated(self.s, &self.trial.at.x, &mut followed);
         let alarmed = fb.is_finite() && followed.contains(&true);
         let mut fa = f64::NAN; // unknown, or zero of a pair that has just changed
         let mut side = 0;
@@ -152,7 +152,7 @@ impl Locator<'_> {
             let c = if inside && fa > 0.0 { secant } else { 0.5 * (a + b) };
             let mut fc = self.margin(c);
             if alarmed && fc.is_finite() {
-                fc = self.scales.margin_of(self.s, &self.trial.point, &followed);
+                fc = self.scales.margin_of(self.s, &self.trial.at.x, &followed);
             }
             if fc > 0.0 {
                 a = c;

@@ -24,6 +24,7 @@ mod detour;
 mod driven;
 mod energies;
 mod errors;
+mod estimate;
 mod guards;
 mod ladder;
 mod locate;

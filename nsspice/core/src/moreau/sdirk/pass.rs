@@ -101,7 +101,7 @@ impl Sdirk {
         // no stage in another mode: the guard dips below zero between them
         let shows = self.trial.crossed || depth <= SHARE * self.settings.accuracy.relative;
         // a control that the new mode holds at its threshold has come there when the old one ended
-        let sound = solved && shows && !turns(s, &self.trial.stages) && !self.comes_to_rest(s);
+        let sound = solved && shows && !turns(s, &self.trial.stages.ends) && !self.comes_to_rest(s);
         let error = if sound { self.error(s) } else { f64::INFINITY };
         // what is a rate in one mode and tied by the laws in the other has no kink but a jump
         let error = if self.control.tied == tied { error } else { f64::INFINITY };
@@ -144,7 +144,7 @@ impl Sdirk {
     /// When the guards of some pairs vanished in the step, the pairs, and the mode in which they are at its end.
     fn instants(&mut self, s: &mut Stepper, changed: &[usize]) -> Vec<(f64, usize, bool)> {
         let around: Vec<_> = changed.iter().map(|&i| self.around(s, i)).collect();
-        let kept = (self.trial.point.clone(), self.trial.slope.clone(), self.trial.u.clone());
+        let kept = self.trial.at.clone();
         let (mode, open) = (self.trial.mode.clone(), self.ladder.open);
         let found = changed.iter().zip(around).map(|(&i, bracket)| {
             // Newton's method would have to begin anew at each point
@@ -152,7 +152,7 @@ impl Sdirk {
             ((self.trial.start + part * self.trial.length).min(s.time), i, mode[i])
         });
         let found = found.collect();
-        (self.trial.point, self.trial.slope, self.trial.u) = kept;
+        self.trial.at = kept;
         self.ladder.open = open;
         found
     }
@@ -162,7 +162,7 @@ impl Sdirk {
         let (trial, tableau, guard) = (&self.trial, self.tableau, s.z.len() + i);
         let mut points: Vec<(f64, f64)> = vec![(0.0, trial.first[guard].max(0.0))];
         let stages = tableau.first()..tableau.stages();
-        points.extend(stages.map(|k| (tableau.c[k], trial.stages[k][guard])));
+        points.extend(stages.map(|k| (tableau.c[k], trial.stages.ends[k][guard])));
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         let around = points.windows(2).find(|w| w[0].1 >= 0.0 && w[1].1 < 0.0);
         around.map_or([(1.0, 1.0), (1.0, -1.0)], |w| [w[0], w[1]])
@@ -186,7 +186,7 @@ impl Sdirk {
             if self.trial.evaluate(s, ladder, tableau, theta) == Fit::Contradiction {
                 break;
             }
-            let guard = self.trial.point[s.z.len() + i];
+            let guard = self.trial.at.x[s.z.len() + i];
             if self.scales.at_zero(i, s.active[i], guard) {
                 return theta;
             }

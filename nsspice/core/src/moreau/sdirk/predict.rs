@@ -1,10 +1,65 @@
 //! Where the solution of a stage probably lies: polynomials through points found before.
 
-use super::tableau::{Node, Tableau};
+use super::combine::add_rates;
+use super::tableau::{Node, Tableau, MOST};
 use crate::dense::add_scaled;
 
 /// Points of a past step do not tell what happens so many times its length later.
 const FARTHEST: f64 = 4.0;
+
+/// Where Newton's method begins.
+pub struct Beginning {
+    pub past: Past,
+    pub beside: Beside,
+    guess: Vec<f64>,
+    /// the value of the polynomial alone
+    plain: Vec<f64>,
+}
+
+impl Beginning {
+    /// For `stages` of `n` unknowns, `more` guards and functions.
+    pub fn new(stages: usize, n: usize, more: usize) -> Beginning {
+        Beginning {
+            past: Past::new(stages, n + more),
+            beside: Beside::new(n),
+            guess: vec![0.0; n],
+            plain: vec![0.0; n],
+        }
+    }
+
+    /// The unknowns at the end of stage `i`, see [`Past::predict`].
+    pub fn of_stage(
+        &mut self,
+        tableau: &Tableau,
+        i: usize,
+        h: f64,
+        first: &[f64],
+        done: &[Vec<f64>],
+    ) -> Option<&[f64]> {
+        self.past.predict(tableau, i, h, first, done, &mut self.guess).then_some(&self.guess)
+    }
+
+    /// The unknowns at `theta`, near the polynomial through the stages with these weights of their rates.
+    pub fn of_point(
+        &mut self,
+        theta: f64,
+        h: f64,
+        weights: &[f64; MOST],
+        first: &[f64],
+        rates: &[Vec<f64>],
+    ) -> &[f64] {
+        self.guess.copy_from_slice(first);
+        add_rates(h, weights, rates, &mut self.guess);
+        self.plain.copy_from_slice(&self.guess);
+        self.beside.correct(theta, &mut self.guess);
+        &self.guess
+    }
+
+    /// Keeps how far the solution at `theta` is from that polynomial.
+    pub fn keep(&mut self, theta: f64, solution: &[f64]) {
+        self.beside.keep(theta, &self.plain, solution);
+    }
+}
 
 /// The points of the last accepted step.
 pub struct Past {

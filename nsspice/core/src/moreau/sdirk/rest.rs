@@ -24,7 +24,7 @@ impl Locator<'_> {
     /// How far the control of a switch is from its threshold at `theta`, relative to its scale.
     fn control(&mut self, k: usize, theta: f64) -> f64 {
         self.margin(theta);
-        self.scales.control_margin(self.s, k, &self.trial.point[..self.s.z.len()])
+        self.scales.control_margin(self.s, k, &self.trial.at.x[..self.s.z.len()])
     }
 
     /// Whether it is there.
@@ -36,7 +36,7 @@ impl Locator<'_> {
     fn that_are_there(&mut self, switches: &mut Vec<usize>, theta: f64) {
         if !switches.is_empty() {
             self.margin(theta);
-            let z = &self.trial.point[..self.s.z.len()];
+            let z = &self.trial.at.x[..self.s.z.len()];
             switches.retain(|&k| self.scales.control_margin(self.s, k, z).abs() <= VIOLATED);
         }
     }
@@ -46,7 +46,7 @@ impl Locator<'_> {
     pub fn arrival(&mut self, end: f64) -> Option<f64> {
         let (s, n) = (&*self.s, self.s.z.len());
         let margin = |x: &[f64], k: usize| self.scales.control_margin(s, k, &x[..n]);
-        let last = &self.trial.stages[self.tableau.stages() - 1];
+        let last = &self.trial.stages.ends[self.tableau.stages() - 1];
         let may_come = |&k: &usize| {
             let begin = margin(&self.trial.first, k);
             let turns =
@@ -88,7 +88,7 @@ impl Sdirk {
     /// Whether the control of a switch stays at its threshold throughout the trial step.
     pub(super) fn stays(&self, s: &Stepper, k: usize) -> bool {
         let n = s.z.len();
-        let stages = &self.trial.stages[self.tableau.first()..self.tableau.stages()];
+        let stages = &self.trial.stages.ends[self.tableau.first()..self.tableau.stages()];
         let moves = MOVES * self.trial.length / self.ladder.longest;
         let margin = |x: &[f64]| self.scales.control_margin(s, k, &x[..n]);
         let begin = margin(&self.trial.first);
@@ -102,7 +102,7 @@ impl Sdirk {
     /// Whether the control of a switch has come to its threshold by the end of the trial step.
     pub(super) fn comes_to_rest(&self, s: &Stepper) -> bool {
         let n = s.z.len();
-        let last = &self.trial.stages[self.tableau.stages() - 1];
+        let last = &self.trial.stages.ends[self.tableau.stages() - 1];
         let comes = |k: usize| {
             let margin = |x: &[f64]| self.scales.control_margin(s, k, &x[..n]).abs();
             let turns =
@@ -119,8 +119,8 @@ impl Sdirk {
     /// the gate does not turn.
     pub(super) fn leaves(&self, s: &Stepper, k: usize) -> bool {
         let n = s.z.len();
-        let last = &self.trial.stages[self.tableau.stages() - 1];
-        let [begin, end, later] = [&self.trial.first, &self.trial.point, last]
+        let last = &self.trial.stages.ends[self.tableau.stages() - 1];
+        let [begin, end, later] = [&self.trial.first, &self.trial.at.x, last]
             .map(|x| self.scales.control_margin(s, k, &x[..n]));
         // an event right behind the begin of the step shows no motion
         let change = if (end - begin).abs() > ROUNDED { end - begin } else { later - begin };

@@ -141,11 +141,11 @@ impl Sdirk {
     /// The switches whose thresholds have been reached at `point`, the part `theta` of the step.  Those that have
     /// left them by less than the tolerance since may chatter.
     pub(super) fn reach(&mut self, s: &Stepper, theta: f64) -> Vec<usize> {
-        let mut reached = self.scales.reached(s, &self.trial.point[..s.z.len()]);
+        let mut reached = self.scales.reached(s, &self.trial.at.x[..s.z.len()]);
         // what was there all the time, or leaves it on this side, has not come
         reached.retain(|&k| !self.stays(s, k) && !self.leaves(s, k));
         for &k in &reached {
-            let away = self.scales.excursion(s, k, &self.trial.stages, theta);
+            let away = self.scales.excursion(s, k, &self.trial.stages.ends, theta);
             if away <= self.settings.accuracy.relative {
                 self.trouble.sampling.note(k);
             }
@@ -181,7 +181,7 @@ impl Sdirk {
     pub(super) fn rest(&mut self, s: &mut Stepper) -> bool {
         let (n, last) = (s.z.len(), self.tableau.stages() - 1);
         let large = n + s.l.len() > OPEN && s.smooth.is_none();
-        if self.trouble.rested || !large || !self.trial.open[last] {
+        if self.trouble.rested || !large || !self.trial.stages.open[last] {
             return false;
         }
         let met = &self.ladder.met;
@@ -190,7 +190,7 @@ impl Sdirk {
             met[i] != s.active[i]
                 && s.roles[i] == Role::Diode
                 && zero(&self.trial.first, i)
-                && zero(&self.trial.stages[last], i)
+                && zero(&self.trial.stages.ends[last], i)
         };
         let resting: Vec<usize> = (0..met.len()).filter(rests).collect();
         for &i in &resting {

@@ -464,15 +464,15 @@ impl Sdirk {
         let (n, last) = (s.z.len(), self.tableau.stages() - 1);
         let trial = &mut self.trial;
         trial.take_end(self.tableau);
-        let (z, guards) = trial.point.split_at_mut(n);
+        let (z, guards) = trial.at.x.split_at_mut(n);
         let pairs = s.active.iter().zip(&s.roles);
         for (i, (g, (&active, &role))) in guards.iter_mut().zip(pairs).enumerate() {
             // a step that is going to be cut may end beyond the root of a guard
             let sign = trial.crossing || role == crate::mlcp::Role::Diode && active;
             *g = self.ladder.multiplier(i, *g, active, role, sign);
         }
-        let base = &trial.bases[last];
-        let found = self.ladder.residual(s, trial.level, base, &trial.u, z, guards);
+        let base = &trial.stages.bases[last];
+        let found = self.ladder.residual(s, trial.level, base, &trial.at.u, z, guards);
         // what has decayed to rounding of the past has no digits left to be judged
         let noise = |v: &[f64]| v.iter().all(|v| v.abs() <= DECAYED * self.scales.biggest());
         let whole = self.accepted.is_some_and(|a| a.theta == 1.0) && !(noise(z) && noise(guards));
@@ -499,25 +499,25 @@ impl Sdirk {
         // a mode that ends where it begins has not been: its values may obey no sign, and are not shown
         let empty = event && no_length(self.trial.start, accepted.time, self.trial.length);
         if empty {
-            s.u1.copy_from_slice(&self.trial.u);
+            s.u1.copy_from_slice(&self.trial.at.u);
             self.shown.points.note_left(s);
         }
-        let (z, guards) = self.trial.point.split_at(n);
+        let (z, guards) = self.trial.at.x.split_at(n);
         s.z.copy_from_slice(z);
         let pairs = guards.iter().zip(s.active.iter().zip(&s.roles));
         for (i, (l, (&g, (&active, &role)))) in s.l.iter_mut().zip(pairs).enumerate() {
             *l = ladder.multiplier(i, g, active, role, trial.crossing);
         }
         if s.recorder.outputs.needs_rates() {
-            s.recorder.rates.copy_from_slice(&self.trial.slope[..n]);
+            s.recorder.rates.copy_from_slice(&self.trial.at.slope[..n]);
         }
         s.time = accepted.time;
         let mut turned = self.look(s);
         s.scratch.smooth_time = s.time;
         s.forget_functions();
         if let Some(smooth) = &mut s.smooth {
-            smooth.f.copy_from_slice(&self.trial.point[n + m..]);
-            smooth.rates.copy_from_slice(&self.trial.slope[n..]);
+            smooth.f.copy_from_slice(&self.trial.at.x[n + m..]);
+            smooth.rates.copy_from_slice(&self.trial.at.slope[n..]);
         }
         // where the slope of a source jumps and nothing else can, the step goes on
         let calm = accepted.end == (End::Corner { calm: true });
@@ -541,9 +541,9 @@ impl Sdirk {
             self.trial.continue_rates();
         }
         if plain && !calm {
-            s.u0.copy_from_slice(&self.trial.u);
+            s.u0.copy_from_slice(&self.trial.at.u);
         } else if !plain {
-            s.u1.copy_from_slice(&self.trial.u);
+            s.u1.copy_from_slice(&self.trial.at.u);
             self.shown.points.note_left(s);
             evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
             let before = s.active.clone();

@@ -65,7 +65,7 @@ impl StoredRows {
         self.curve.write(theta, row);
         if !self.driven.is_empty() {
             trial.look_up_sources(s, theta);
-            self.driven.add(&trial.u, row);
+            self.driven.add(&trial.at.u, row);
         }
     }
 }

@@ -137,15 +137,15 @@ impl Witness {
             let inside = place < tableau.stages();
             let i = standing(tableau, place);
             let (x, rates, sources) = if inside {
-                (&trial.stages[i], &trial.rates[i], &trial.inputs[i])
+                (&trial.stages.ends[i], &trial.stages.rates[i], &trial.stages.inputs[i])
             } else {
-                (&trial.point, &trial.slope, &trial.u)
+                (&trial.at.x, &trial.at.slope, &trial.at.u)
             };
             u[place] = sources;
             (z[place], f[place]) = (&x[..n], &x[n + m..]);
             (rate[place], f_rate[place]) = rates.split_at(n);
             let guards = x[n..n + m].iter().zip(s.active.iter().zip(&s.roles));
-            let open = trial.open[i];
+            let open = trial.stages.open[i];
             let multiplier = |(i, (&g, (&on, &role)))| ladder.multiplier(i, g, on, role, open);
             self.multipliers.extend(guards.enumerate().map(multiplier));
         }
@@ -208,15 +208,15 @@ impl Witness {
             let i = standing(tableau, i);
             let part = if inside { tableau.c[i] } else { theta };
             let t = trial.start + part * h;
-            let x = if inside { &trial.stages[i] } else { &trial.point };
-            let rates = if inside { &trial.rates[i] } else { &trial.slope };
+            let x = if inside { &trial.stages.ends[i] } else { &trial.at.x };
+            let rates = if inside { &trial.stages.rates[i] } else { &trial.at.slope };
             taken.time.push(t);
             taken.z.extend_from_slice(&x[..n]);
             let guards = x[n..n + m].iter().zip(s.active.iter().zip(&s.roles));
-            let open = trial.open[i];
+            let open = trial.stages.open[i];
             let multiplier = |(i, (&g, (&on, &role)))| ladder.multiplier(i, g, on, role, open);
             taken.l.extend(guards.enumerate().map(multiplier));
-            taken.u.extend_from_slice(if inside { &trial.inputs[i] } else { &trial.u });
+            taken.u.extend_from_slice(if inside { &trial.stages.inputs[i] } else { &trial.at.u });
             taken.rate.extend_from_slice(&rates[..n]);
             taken.function_rate.extend_from_slice(&rates[n..]);
             taken.inner.extend(inner[i][..=stages].iter().map(|w| h * w));
