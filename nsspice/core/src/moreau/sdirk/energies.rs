@@ -25,44 +25,60 @@ struct Capacitor {
     value: f64,
 }
 
-/// What is stored, what one part of it exchanges, and what errors of the trial step are worth.
-pub struct Energies {
+/// What stores energy: capacitors, windings, stored functions.
+struct Elements {
     capacitors: Vec<Capacitor>,
     /// rows of fluxes: the current, and its row of the storage matrix
     windings: Vec<(usize, Vec<(usize, f64)>)>,
     charges: Vec<StoredFunction>,
+    /// part of the network to which each belongs
+    part: Vec<usize>,
+}
+
+/// A period of the sources, and what has been exchanged within it.
+struct Window {
+    /// period [s], and when the next one begins
+    period: f64,
+    next: f64,
+    /// begin of the run and of the step [s]
+    start: f64,
+    time: f64,
+    /// least and largest energy of each element since the window began
+    span: Vec<[f64; 2]>,
+    /// largest energy exchanged in each part in the last period [J]
+    exchanged: Vec<f64>,
+}
+
+/// Energy of an error: its linear and its quadratic coefficient for each unknown.
+struct Worth {
+    force: Vec<f64>,
+    mass: Vec<f64>,
+}
+
+/// What is stored, what one part of it exchanges, and what errors of the trial step are worth.
+pub struct Energies {
+    elements: Elements,
     /// voltage and value of each stored function at the begin of the step
     last: Vec<[f64; 2]>,
-    /// energy of each element there: capacitors, windings, stored functions
+    /// energy of each element there
     before: Vec<f64>,
     now: Vec<f64>,
-    /// least and largest energy of each since the window began
-    span: Vec<[f64; 2]>,
-    /// part of each element, and of each unknown
-    part: Vec<usize>,
+    /// part of each unknown
     part_of: Vec<usize>,
     /// unknowns that are signals
     signal: Vec<bool>,
-    /// diagonal of the storage matrix
-    own: Vec<f64>,
-    /// period of the sources [s], and when the next one begins
-    period: f64,
-    next: f64,
-    /// begin of the run and of the step [s]; the period, or what of it has been, by the length of the trial step
-    start: f64,
-    time: f64,
-    share: f64,
-    /// largest energy exchanged in each part in the last period; with what this one has brought, and the trial step [J]
-    exchanged: Vec<f64>,
-    reached: Vec<f64>,
-    /// the storage matrix
+    /// the storage matrix and its diagonal
     stored: Csc,
+    own: Vec<f64>,
+    window: Window,
+    /// the period, or what of it has been, by the length of the trial step
+    share: f64,
+    /// energy exchanged in each part with what this period has brought, and the trial step [J]
+    reached: Vec<f64>,
+    worth: Worth,
     /// scratch: charges and fluxes of the rates of a stage, what the step takes out of each part
     flow: Vec<f64>,
     taken: Vec<f64>,
-    /// energy of an error: its linear and its quadratic coefficient for each unknown
-    force: Vec<f64>,
-    mass: Vec<f64>,
 }
 
 /// A point as the trial step has it: unknowns, and functions behind the guards.
@@ -127,6 +143,53 @@ fn parts_and_signals(s: &Stepper, controls: &Csc) -> (Vec<usize>, Vec<bool>) {
     ((0..n).map(|j| together.root(j)).collect(), signal)
 }
 
+impl Window {
+    /// Takes notice of the energies of all elements, and of the parts to which these belong, at the begin of a step.
+    fn note(&mut self, time: f64, energies: &[f64], parts: &[usize]) {
+        self.time = time;
+        if time >= self.next {
+            self.next = time + self.period;
+            self.exchanged.fill(0.0);
+            for ([least, most], &part) in self.span.iter().zip(parts) {
+                self.exchanged[part] = self.exchanged[part].max(most - least);
+            }
+            self.span.fill([f64::INFINITY, f64::NEG_INFINITY]);
+        }
+        for ([least, most], energy) in self.span.iter_mut().zip(energies) {
+            (*least, *most) = (least.min(*energy), most.max(*energy));
+        }
+    }
+}
+
+impl Worth {
+    /// That at a point, with the slopes of functions near there and the diagonal of the storage matrix.
+    fn take(&mut self, elements: &Elements, own: &[f64], end: Point, slopes: &[f64]) {
+        self.force.fill(0.0);
+        for c in &elements.capacitors {
+            let voltage = c.voltage(end.z).abs();
+            for j in [Some(c.ends.0), c.ends.1].into_iter().flatten() {
+                self.force[j] = self.force[j].max(own[j] * voltage);
+            }
+        }
+        for &(j, _) in &elements.windings {
+            self.force[j] = own[j] * end.z[j].abs();
+        }
+        self.mass.copy_from_slice(own);
+        for q in &elements.charges {
+            let voltage = q.voltage(end.z).abs();
+            for &(j, slot) in &q.slopes {
+                self.force[j] += (voltage * slopes[slot]).abs();
+                self.mass[j] += (q.size * slopes[slot]).abs();
+            }
+        }
+    }
+
+    /// That of an error for each unit of it.
+    fn of(&self, j: usize, error: f64) -> f64 {
+        self.force[j] + 0.5 * self.mass[j] * error.abs()
+    }
+}
+
 impl Energies {
     /// Finds what stores energy; nothing if nothing does.
     pub fn new(s: &Stepper) -> Option<Energies> {
@@ -152,38 +215,37 @@ impl Energies {
         (count > 0).then(|| Energies {
             own: (0..n).map(|j| stored.get(j, j).abs()).collect(),
             last: vec![[0.0; 2]; charges.len()],
-            capacitors,
-            windings,
-            charges,
+            elements: Elements { capacitors, windings, charges, part },
             before: vec![0.0; count],
             now: vec![0.0; count],
-            span: vec![[f64::INFINITY, f64::NEG_INFINITY]; count],
-            part,
             part_of,
             signal,
-            period: periods.fold(f64::INFINITY, f64::min),
-            next: f64::NEG_INFINITY,
-            start: 0.0,
-            time: 0.0,
+            window: Window {
+                period: periods.fold(f64::INFINITY, f64::min),
+                next: f64::NEG_INFINITY,
+                start: 0.0,
+                time: 0.0,
+                span: vec![[f64::INFINITY, f64::NEG_INFINITY]; count],
+                exchanged: vec![0.0; n + linear.a.ncols],
+            },
             share: 1.0,
-            exchanged: vec![0.0; n + linear.a.ncols],
             reached: vec![0.0; n + linear.a.ncols],
             stored,
             flow: vec![0.0; n],
             taken: vec![0.0; n + linear.a.ncols],
-            force: vec![0.0; n],
-            mass: vec![0.0; n],
+            worth: Worth { force: vec![0.0; n], mass: vec![0.0; n] },
         })
     }
 
     /// Energies of all elements at a point, into `now`; of stored functions that since the begin of the run, by
     /// the trapezoidal rule over the steps.
     fn look(&mut self, at: Point) {
-        let plain = self.capacitors.iter().map(|c| 0.5 * c.value * c.voltage(at.z).powi(2));
+        let plain =
+            self.elements.capacitors.iter().map(|c| 0.5 * c.value * c.voltage(at.z).powi(2));
         let flux = |row: &[(usize, f64)]| row.iter().map(|&(j, l)| l * at.z[j]).sum::<f64>();
-        let wound = self.windings.iter().map(|(j, row)| 0.5 * at.z[*j] * flux(row));
-        let linear = self.capacitors.len() + self.windings.len();
-        let functions = self.charges.iter().zip(&self.last).zip(&self.before[linear..]);
+        let wound = self.elements.windings.iter().map(|(j, row)| 0.5 * at.z[*j] * flux(row));
+        let linear = self.elements.capacitors.len() + self.elements.windings.len();
+        let functions = self.elements.charges.iter().zip(&self.last).zip(&self.before[linear..]);
         let kept = functions.map(|((q, last), before)| {
             before + 0.5 * (last[0] + q.voltage(at.z)) * (at.f[q.function] - last[1])
         });
@@ -194,29 +256,18 @@ impl Energies {
     /// Takes notice of the state at the begin of a step.  Over what has jumped since the last one stored functions
     /// are integrated along a line.
     pub fn note(&mut self, at: Point, time: f64) {
-        if self.next == f64::NEG_INFINITY {
+        if self.window.next == f64::NEG_INFINITY {
             self.begin_with(at);
-            self.start = time;
+            self.window.start = time;
         }
-        self.time = time;
         self.look(at);
         std::mem::swap(&mut self.before, &mut self.now);
         self.begin_with(at);
-        if time >= self.next {
-            self.next = time + self.period;
-            self.exchanged.fill(0.0);
-            for ([least, most], &part) in self.span.iter().zip(&self.part) {
-                self.exchanged[part] = self.exchanged[part].max(most - least);
-            }
-            self.span.fill([f64::INFINITY, f64::NEG_INFINITY]);
-        }
-        for ([least, most], energy) in self.span.iter_mut().zip(&self.before) {
-            (*least, *most) = (least.min(*energy), most.max(*energy));
-        }
+        self.window.note(time, &self.before, &self.elements.part);
     }
 
     fn begin_with(&mut self, at: Point) {
-        for (last, q) in self.last.iter_mut().zip(&self.charges) {
+        for (last, q) in self.last.iter_mut().zip(&self.elements.charges) {
             *last = [q.voltage(at.z), at.f[q.function]];
         }
     }
@@ -225,32 +276,16 @@ impl Energies {
     /// times farther the motion may go on.
     pub fn weigh(&mut self, end: Point, slopes: &[f64], ahead: f64, length: f64) {
         self.look(end);
-        let seen = (self.time - self.start) + length;
-        self.share = self.period.min(seen) / length;
-        self.reached.copy_from_slice(&self.exchanged);
-        let moved = self.now.iter().zip(&self.before).zip(&self.span);
-        for (((now, before), span), &part) in moved.zip(&self.part) {
+        let (window, elements) = (&self.window, &self.elements);
+        let seen = (window.time - window.start) + length;
+        self.share = window.period.min(seen) / length;
+        self.reached.copy_from_slice(&window.exchanged);
+        let moved = self.now.iter().zip(&self.before).zip(&window.span);
+        for (((now, before), span), &part) in moved.zip(&elements.part) {
             let swing = now.max(span[1]) - now.min(span[0]) + ahead * (now - before).abs();
             self.reached[part] = self.reached[part].max(swing);
         }
-        self.force.fill(0.0);
-        for c in &self.capacitors {
-            let voltage = c.voltage(end.z).abs();
-            for j in [Some(c.ends.0), c.ends.1].into_iter().flatten() {
-                self.force[j] = self.force[j].max(self.own[j] * voltage);
-            }
-        }
-        for &(j, _) in &self.windings {
-            self.force[j] = self.own[j] * end.z[j].abs();
-        }
-        self.mass.copy_from_slice(&self.own);
-        for q in &self.charges {
-            let voltage = q.voltage(end.z).abs();
-            for &(j, slot) in &q.slopes {
-                self.force[j] += (voltage * slopes[slot]).abs();
-                self.mass[j] += (q.size * slopes[slot]).abs();
-            }
-        }
+        self.worth.take(elements, &self.own, end, slopes);
     }
 
     /// The largest energy, by what is exchanged, that a step of this method takes out of a part itself: with the rates
@@ -280,7 +315,7 @@ impl Energies {
         if self.signal[j] {
             return range;
         }
-        let worth = self.force[j] + 0.5 * self.mass[j] * error.abs();
+        let worth = self.worth.of(j, error);
         let energy = self.reached[self.part_of[j]];
         let size = if worth > 0.0 { energy / worth } else { 0.0 };
         size.min(self.share * range)
