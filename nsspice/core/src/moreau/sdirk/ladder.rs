@@ -1,53 +1,28 @@
-//! Matrices of the step lengths in use, and the stage equations of a fixed mode.
+//! The stage equations of a fixed mode at each step length.
 
 use super::super::matrices::{Ends, OPEN};
-use super::super::stage::{Probe, Stage, ROUNDED};
+use super::super::stage::{Stage, ROUNDED};
 use super::super::step::ACCEPT;
 use super::super::stepper::Stepper;
 use super::guards::{Scales, VIOLATED};
 use super::ratios::Ratios;
+use super::resistances::Resistances;
+use super::rungs::{Rungs, DIGITS, RUNGS};
 use crate::mlcp::{Role, Start};
 
-/// Rungs of the ladder: the shortest step is 2^-44 of the longest.
-pub const RUNGS: usize = 45;
 /// A mode earns its affine map at this many solves.
 const USES_FOR_MAP: u32 = 3;
-/// A map that differs more than this from refined solutions is not used.
-const DIGITS: f64 = 1e-12;
 /// A solution at most so many times as large as the point from which it was sought hides no conflict.
 const ORDINARY: f64 = 2.0;
-/// Size below which an unknown is small beside the others of its kind.
-pub const SMALL: f64 = 1e-3;
-/// Rounding of what is stored, as a part of the error that a step may have in a small unknown, and
-/// relative to the largest where that is less than rounding.
-const FINEST: f64 = 0.1;
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
-/// Steps from this level on are so short that what is stored may hide what the rest conducts.
-const SHORT: usize = 16;
-/// Memory for matrices and factors of all rungs [numbers], roughly.
-const BUDGET: usize = 40_000_000;
-
-struct Rung {
-    stage: Stage,
-    epoch: u64,
-    stamp: u64,
-}
-
 /// The step lengths `longest 2^-level` and what belongs to each.
 pub struct Ladder {
     /// longest step [s]
     pub longest: f64,
     gamma: f64,
-    rungs: Vec<Option<Box<Rung>>>,
-    most: usize,
-    stamp: u64,
+    /// the implicit steps in use
+    pub rungs: Rungs,
     roles: Vec<Role>,
-    /// largest voltage by largest current [Ohm], to compare multipliers with slacks
-    resistance: f64,
-    /// the same by the currents beside each pair
-    resistances: Vec<f64>,
-    /// see [`FINEST`]
-    finest: f64,
+    pub resistances: Resistances,
     /// steps of this level and below are too short for the present mode: rounding of what is stored
     /// would hide what the rest conducts
     pub deepest: usize,
@@ -55,8 +30,6 @@ pub struct Ladder {
     pub hidden: bool,
     /// ratios of the voltages of perfectly coupled inductors
     ratios: Ratios,
-    /// stages assembled
-    pub made: u64,
     /// unknowns that carry storage
     pub stored: Vec<usize>,
     /// the mode in which the last complementarity problem was solved
@@ -67,9 +40,15 @@ pub struct Ladder {
     pub resting: Vec<(usize, bool)>,
     /// sizes of the guards of each pair: inactive, active
     sizes: Vec<[f64; 2]>,
-    /// scratch: a point and a mode, and what signs are known to
-    own: Vec<f64>,
-    last: Vec<bool>,
+    candidate: Candidate,
+}
+
+/// A point that may be the solution of a stage.
+struct Candidate {
+    x: Vec<f64>,
+    /// its mode
+    active: Vec<bool>,
+    /// what signs are known to there
     noise: Vec<f64>,
 }
 
@@ -116,40 +95,28 @@ impl Ladder {
         Ladder {
             longest,
             gamma,
-            rungs: (0..RUNGS).map(|_| None).collect(),
-            most: (BUDGET / (200 * size + 1)).clamp(4, RUNGS),
-            stamp: 0,
+            rungs: Rungs::new(size, relative),
             roles: Vec::new(),
-            resistance: 1.0,
-            resistances: vec![1.0; s.l.len()],
-            finest: FINEST * relative,
+            resistances: Resistances::new(s.l.len()),
             deepest: RUNGS - 1,
             hidden: false,
             ratios: if s.smooth.is_some() { Ratios::default() } else { Ratios::new(&s.sys.linear) },
-            made: 0,
             stored,
             met: Vec::new(),
             open: false,
             resting: Vec::new(),
             sizes: Vec::new(),
-            own: vec![0.0; size],
-            last: vec![false; s.l.len()],
-            noise: vec![0.0; s.l.len()],
+            candidate: Candidate {
+                x: vec![0.0; size],
+                active: vec![false; s.l.len()],
+                noise: vec![0.0; s.l.len()],
+            },
         }
     }
 
     /// Takes notice of the point where a step begins.
     pub fn begin(&mut self, s: &Stepper, scales: &Scales) {
-        let [voltage, current] = scales.largest;
-        if voltage > 0.0 && current > 0.0 {
-            self.resistance = voltage / current;
-        }
-        for (i, resistance) in self.resistances.iter_mut().enumerate() {
-            let current = scales.current_beside(i);
-            if voltage > 0.0 && current > 0.0 {
-                *resistance = voltage / current;
-            }
-        }
+        self.resistances.begin(scales);
         self.met.clone_from(&s.active);
         let at_rest =
             |i: usize| scales.at_zero(i, true, s.l[i]) && scales.at_zero(i, false, s.scratch.w[i]);
@@ -172,47 +139,9 @@ impl Ladder {
         self.gamma * self.length(level)
     }
 
-    /// Number of modes met at the busiest level.
-    pub fn mode_count(&self) -> usize {
-        self.rungs.iter().flatten().map(|r| r.stage.mode_count()).max().unwrap_or(0)
-    }
-
-    /// Largest voltages and currents everywhere.
-    fn probe(&self, s: &Stepper) -> Probe {
-        let size = |j: usize| 0.5 + 0.5 * (0.618 * (j + 1) as f64).fract();
-        let scale = |kind: u8| if kind == 0 { self.resistance } else { 1.0 };
-        let kinds = s.sys.linear.row_kind.iter().enumerate();
-        Probe {
-            z: kinds.map(|(j, &kind)| scale(kind) * size(j)).collect(),
-            finest: (self.finest * SMALL).max(ROUNDING),
-        }
-    }
-
-    fn rung(&mut self, s: &Stepper, level: usize) -> &mut Rung {
-        self.stamp += 1;
-        if self.rungs[level].is_none() {
-            let used = |k: &usize| self.rungs[*k].as_ref().map_or(u64::MAX, |r| r.stamp);
-            if self.rungs.iter().flatten().count() >= self.most {
-                if let Some(oldest) = (0..RUNGS).min_by_key(used) {
-                    self.rungs[oldest] = None;
-                }
-            }
-            let mut stage = Stage::new(&s.sys, self.stage_length(level), true, &s.facts.constants);
-            let matters = self.finest < DIGITS / SMALL || level >= SHORT;
-            if matters {
-                stage.probe = Some(self.probe(s));
-            }
-            self.rungs[level] = Some(Box::new(Rung { stage, epoch: s.epoch, stamp: 0 }));
-            self.made += 1;
-        }
-        let stamp = self.stamp;
-        let rung = self.rungs[level].as_mut().unwrap_or_else(|| unreachable!("just made"));
-        rung.stamp = stamp;
-        if rung.epoch != s.epoch {
-            rung.stage.release(); // so that a large factor can be turned into the next in place
-            rung.epoch = s.epoch;
-        }
-        rung
+    fn rung(&mut self, s: &Stepper, level: usize) -> &mut Stage {
+        let length = self.stage_length(level);
+        self.rungs.at(s, level, length, self.resistances.all)
     }
 
     /// The deepest level up to `level` at which the present mode is sound.
@@ -227,7 +156,7 @@ impl Ladder {
     /// Whether steps of this level are long enough for the present mode; nothing if it leaves something
     /// open.
     fn solvable(&mut self, s: &mut Stepper, level: usize) -> Option<bool> {
-        let stage = &mut self.rung(s, level).stage;
+        let stage = self.rung(s, level);
         if !stage.slot(&s.active, s.epoch).probed {
             stage.probe(&s.sys, &s.active, s.epoch, s.u0.len(), &mut s.scratch.work);
         }
@@ -256,7 +185,7 @@ impl Ladder {
         }
         if sound.is_some() {
             self.open |= !self.resting.is_empty(); // what they hold is not unique
-            let stage = &mut self.rung(s, level).stage;
+            let stage = self.rung(s, level);
             let slot = stage.slot(&s.active, s.epoch);
             slot.uses += 1;
             let fresh = slot.map.is_none() && slot.uses == USES_FOR_MAP;
@@ -302,10 +231,10 @@ impl Ladder {
     fn keeps_mode(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> bool {
         let StageProblem { level, from, u, .. } = problem;
         let n = s.z.len();
-        let mut own = std::mem::take(&mut self.own);
+        let mut own = std::mem::take(&mut self.candidate.x);
         own.copy_from_slice(x);
-        decode(&mut own[n..], &s.active, &s.roles, &self.resistances);
-        let stage = &mut self.rung(s, level).stage;
+        self.resistances.decode(&mut own[n..], &s.active, &s.roles);
+        let stage = self.rung(s, level);
         let factor = stage.factor(&s.active, s.epoch);
         let ends = Ends { z0: &from[..n], u0: u, u1: u };
         let mut keeps =
@@ -319,7 +248,7 @@ impl Ladder {
             x.copy_from_slice(&own);
             stage.matrices.guards(x, &s.active, true, &mut s.scratch.w);
         }
-        self.own = own;
+        self.candidate.x = own;
         keeps
     }
 
@@ -332,10 +261,10 @@ impl Ladder {
         }
         let n = s.z.len();
         let most = ORDINARY * size(x);
-        let mut own = std::mem::take(&mut self.own);
-        let mut noise = std::mem::take(&mut self.noise);
+        let mut own = std::mem::take(&mut self.candidate.x);
+        let mut noise = std::mem::take(&mut self.candidate.noise);
         own.copy_from_slice(x);
-        let stage = &mut self.rung(s, level).stage;
+        let stage = self.rung(s, level);
         let factor = stage.factor(&s.active, s.epoch);
         let ends = Ends { z0: &from[..n], u0: u, u1: u };
         let mut stays =
@@ -353,7 +282,7 @@ impl Ladder {
         if stays {
             x.copy_from_slice(&own);
         }
-        (self.own, self.noise) = (own, noise);
+        (self.candidate.x, self.candidate.noise) = (own, noise);
         stays
     }
 
@@ -362,11 +291,11 @@ impl Ladder {
     /// has changed is minus the quantity that has become positive.
     fn solve_open(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
         let StageProblem { level, from, u, near, .. } = problem;
-        let stage = &mut self.rung(s, level).stage;
+        let stage = self.rung(s, level);
         stage.matrices.right_hand_side(from, u, u, &mut s.scratch.rhs);
         stage.release();
         x.copy_from_slice(near);
-        decode(&mut x[s.z.len()..], &s.active, &s.roles, &self.resistances);
+        self.resistances.decode(&mut x[s.z.len()..], &s.active, &s.roles);
         if !self.stays(s, problem, x) {
             let met = std::mem::take(&mut self.met);
             let solved = self.solve_signs(s, level, &met, x);
@@ -381,7 +310,7 @@ impl Ladder {
             self.deepest = self.deepest.min(level);
             return Fit::Contradiction;
         }
-        encode(s, x, &self.resistances);
+        self.resistances.encode(s, x);
         Fit::Open
     }
 
@@ -391,7 +320,7 @@ impl Ladder {
     fn solve_signs(&mut self, s: &mut Stepper, level: usize, met: &[bool], x: &mut [f64]) -> bool {
         let large = x.len() > OPEN;
         let sizes = std::mem::take(&mut self.sizes);
-        let driver = &mut self.rung(s, level).stage.driver;
+        let driver = &mut self.rung(s, level).driver;
         let (q, (z, l)) = (&s.sys.linear.q, x.split_at_mut(s.z.len()));
         let resting = large && met != s.active && driver.mode_factor(met).regular();
         let mode = if resting { met } else { &s.active };
@@ -416,8 +345,8 @@ impl Ladder {
         let StageProblem { level, from, u, .. } = problem;
         let n = s.z.len();
         let (mut sharp, mut active) =
-            (std::mem::take(&mut self.own), std::mem::take(&mut self.last));
-        let stage = &mut self.rung(s, level).stage;
+            (std::mem::take(&mut self.candidate.x), std::mem::take(&mut self.candidate.active));
+        let stage = self.rung(s, level);
         active.copy_from_slice(stage.driver.active());
         let factor = stage.driver.mode_factor(&active);
         sharp.copy_from_slice(x);
@@ -432,7 +361,7 @@ impl Ladder {
             }
         }
         self.met.clone_from(&active);
-        (self.own, self.last) = (sharp, active);
+        (self.candidate.x, self.candidate.active) = (sharp, active);
     }
 
     /// As `solve`, but in whatever mode the laws ask for at this instant; `met` tells which one.  The
@@ -456,12 +385,7 @@ impl Ladder {
         self.solve_open(s, problem, x)
     }
 
-    /// The multiplier of a pair from its guard, of a stage that [`Fit`] calls `open` or not.
-    pub fn multiplier(&self, i: usize, guard: f64, active: bool, role: Role, open: bool) -> f64 {
-        multiplier(guard, active, role, open, self.resistances[i])
-    }
-
-    /// The same with smooth functions, by Newton's method; in the present mode or a `free` one.
+    /// As `solve` with smooth functions, by Newton's method; in the present mode or a `free` one.
     fn solve_smooth(
         &mut self,
         s: &mut Stepper,
@@ -482,7 +406,7 @@ impl Ladder {
         x.copy_from_slice(near);
         let (z, rest) = x.split_at_mut(n);
         let (l, f) = rest.split_at_mut(m);
-        decode(l, &s.active, &roles, &self.resistances);
+        self.resistances.decode(l, &s.active, &roles);
         let Some(smooth) = &mut s.smooth else { return Fit::Contradiction };
         let newton = &mut smooth.newton;
         newton.set_rate(rate);
@@ -498,7 +422,7 @@ impl Ladder {
                     self.met.clear();
                     self.met.extend_from_slice(newton.active());
                     s.note(solved.residual);
-                    encode(s, &mut x[..n + m], &self.resistances);
+                    self.resistances.encode(s, &mut x[..n + m]);
                     return Fit::Open;
                 }
                 s.note(solved.residual);
@@ -534,42 +458,13 @@ impl Ladder {
         z: &[f64],
         l: &[f64],
     ) -> crate::mlcp::Residual {
-        let stage = &mut self.rung(s, level).stage;
+        let stage = self.rung(s, level);
         stage.matrices.right_hand_side(from, u, u, &mut s.scratch.rhs);
         stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l)
-    }
-}
-
-/// See [`Ladder::multiplier`].
-fn multiplier(guard: f64, active: bool, role: Role, open: bool, resistance: f64) -> f64 {
-    match (active, open && role == Role::Diode) {
-        (true, false) => guard,
-        (false, false) => 0.0,
-        (true, true) => guard.max(0.0),
-        (false, true) => (-guard / resistance).max(0.0),
     }
 }
 
 /// The largest magnitude.
 fn size(x: &[f64]) -> f64 {
     x.iter().fold(0.0f64, |a, v| a.max(v.abs()))
-}
-
-/// Multipliers from guards.
-fn decode(l: &mut [f64], active: &[bool], roles: &[Role], resistances: &[f64]) {
-    for (((l, &active), &role), &resistance) in l.iter_mut().zip(active).zip(roles).zip(resistances)
-    {
-        *l = multiplier(*l, active, role, true, resistance);
-    }
-}
-
-/// Guards from multipliers in `x`, see [`Ladder::solve_open`].
-fn encode(s: &mut Stepper, x: &mut [f64], resistances: &[f64]) {
-    let (z, l) = x.split_at_mut(s.z.len());
-    s.sys.linear.slacks(z, l, &mut s.scratch.w);
-    for (((l, &w), &active), resistance) in
-        l.iter_mut().zip(&s.scratch.w).zip(&s.active).zip(resistances)
-    {
-        *l = if active { *l - w.max(0.0) / resistance } else { w - l.max(0.0) * resistance };
-    }
 }

@@ -10,12 +10,13 @@ use super::detour::{Detour, FORCED_LEVEL};
 use super::energies::{Energies, Point};
 use super::errors::back;
 use super::guards::Scales;
-use super::ladder::{Ladder, RUNGS};
+use super::ladder::Ladder;
 use super::locate::Locator;
 use super::nodes::Nodes;
 use super::pass::{Passage, Patience};
 use super::points::PointRows;
 use super::records::{Control, Settings, Shown, Trouble};
+use super::rungs::RUNGS;
 use super::step::Trial;
 use super::stored::StoredRows;
 use super::visited::Visited;
@@ -175,7 +176,7 @@ impl Sdirk {
 
     /// Modes met at the busiest step length.
     pub fn mode_count(&self) -> usize {
-        self.ladder.mode_count()
+        self.ladder.rungs.mode_count()
     }
 
     /// See [`Sampling::chattering`].
@@ -448,7 +449,7 @@ impl Sdirk {
             }
             s.stats.steps += 1;
             s.stats.undetermined += u64::from(std::mem::take(&mut self.ladder.open));
-            self.counters.matrices = self.ladder.made;
+            self.counters.matrices = self.ladder.rungs.made;
             self.certify(s);
             self.visited.note(&s.active, s.time);
             return Ok(());
@@ -469,7 +470,7 @@ impl Sdirk {
         for (i, (g, (&active, &role))) in guards.iter_mut().zip(pairs).enumerate() {
             // a step that is going to be cut may end beyond the root of a guard
             let sign = trial.crossing || role == crate::mlcp::Role::Diode && active;
-            *g = self.ladder.multiplier(i, *g, active, role, sign);
+            *g = self.ladder.resistances.multiplier(i, *g, active, role, sign);
         }
         let base = &trial.stages.bases[last];
         let found = self.ladder.residual(s, trial.level, base, &trial.at.u, z, guards);
@@ -506,7 +507,7 @@ impl Sdirk {
         s.z.copy_from_slice(z);
         let pairs = guards.iter().zip(s.active.iter().zip(&s.roles));
         for (i, (l, (&g, (&active, &role)))) in s.l.iter_mut().zip(pairs).enumerate() {
-            *l = ladder.multiplier(i, g, active, role, trial.crossing);
+            *l = ladder.resistances.multiplier(i, g, active, role, trial.crossing);
         }
         if s.recorder.outputs.needs_rates() {
             s.recorder.rates.copy_from_slice(&self.trial.at.slope[..n]);

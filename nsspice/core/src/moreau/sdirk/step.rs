@@ -332,7 +332,7 @@ impl Trial {
         let (guards, f) = rest.split_at_mut(self.m);
         let pairs = s.active.iter().zip(&s.roles);
         for (i, (g, (&active, &role))) in guards.iter_mut().zip(pairs).enumerate() {
-            *g = ladder.multiplier(i, *g, active, role, self.crossing);
+            *g = ladder.resistances.multiplier(i, *g, active, role, self.crossing);
         }
         let (rates, slope) = self.at.slope.split_at(self.n);
         s.recorder

@@ -146,7 +146,8 @@ impl Witness {
             (rate[place], f_rate[place]) = rates.split_at(n);
             let guards = x[n..n + m].iter().zip(s.active.iter().zip(&s.roles));
             let open = trial.stages.open[i];
-            let multiplier = |(i, (&g, (&on, &role)))| ladder.multiplier(i, g, on, role, open);
+            let multiplier =
+                |(i, (&g, (&on, &role)))| ladder.resistances.multiplier(i, g, on, role, open);
             self.multipliers.extend(guards.enumerate().map(multiplier));
         }
         sums.points(
@@ -214,7 +215,8 @@ impl Witness {
             taken.z.extend_from_slice(&x[..n]);
             let guards = x[n..n + m].iter().zip(s.active.iter().zip(&s.roles));
             let open = trial.stages.open[i];
-            let multiplier = |(i, (&g, (&on, &role)))| ladder.multiplier(i, g, on, role, open);
+            let multiplier =
+                |(i, (&g, (&on, &role)))| ladder.resistances.multiplier(i, g, on, role, open);
             taken.l.extend(guards.enumerate().map(multiplier));
             taken.u.extend_from_slice(if inside { &trial.stages.inputs[i] } else { &trial.at.u });
             taken.rate.extend_from_slice(&rates[..n]);
