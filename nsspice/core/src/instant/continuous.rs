@@ -13,11 +13,11 @@
 //! which all others keep their states.  Where a mode leaves something open, or rates leave a pair undecided, this
 //! gives no answer.
 
+use super::successors::{Next, Successors, ASKED};
 use crate::descriptor::Linear;
 use crate::linear::{ordering, Factor};
 use crate::mlcp::{work_len, Driver, Problem, Role};
 use crate::sparse::Csc;
-use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Rates are known to the unit roundoff by the part that survives elimination: as well as the equations of a step.
@@ -34,19 +34,6 @@ struct Given {
     of_current: f64,
 }
 
-/// Modes whose successors are remembered.
-const REMEMBERED: usize = 1 << 12;
-/// After so many instants without an answer a mode is not asked again: its successors are another matter.
-const ASKED: u32 = 2;
-
-/// What has followed a mode.
-enum Next {
-    /// this one, last
-    Mode(Box<[bool]>),
-    /// so often nothing that is found here
-    Unknown(u32),
-}
-
 /// What is known at an instant.
 pub struct At<'a> {
     /// sources after it, and their slopes
@@ -59,27 +46,44 @@ pub struct At<'a> {
     pub voltage: f64,
 }
 
-/// The equations of one network.
-pub struct Continuous {
-    /// unknowns whose charges and fluxes are free, those that follow from them, and those that sources give
-    stored: Vec<usize>,
-    rest: Vec<usize>,
-    given: Vec<Given>,
-    /// laws of the rest
+/// The laws in which nothing is stored, of what follows from what is: one complementarity problem.
+struct Rest {
+    /// their unknowns
+    unknowns: Vec<usize>,
     driver: Driver,
-    rest_of_stored: Csc,
-    rest_of_sources: Csc,
+    of_stored: Csc,
+    of_sources: Csc,
     slack_of_stored: Csc,
     offsets: Vec<f64>,
-    /// the storage matrix of what is free, scaled, and its columns of what sources give
-    storage: Factor,
+    /// scratch: right-hand sides of the laws and of pairs, and a solution
+    right: Vec<f64>,
+    offset: Vec<f64>,
+    y: Vec<f64>,
+}
+
+/// Unknowns whose charges and fluxes are free, and their storage matrix.
+struct Stored {
+    unknowns: Vec<usize>,
+    /// the matrix, scaled
+    factor: Factor,
     scale: Vec<f64>,
-    of_given: Csc,
+    work: Vec<f64>,
+}
+
+/// Unknowns that sources give, and their columns of the storage matrix.
+struct AllGiven {
+    list: Vec<Given>,
+    columns: Csc,
+}
+
+/// The equations of one network.
+pub struct Continuous {
+    stored: Stored,
+    rest: Rest,
+    given: AllGiven,
     /// ideal pairs across the same voltage as each
     beside: Vec<Vec<usize>>,
-    /// what has followed the modes met so far, and the key of the present one
-    known: HashMap<Box<[u64]>, Next>,
-    key: Vec<u64>,
+    successors: Successors,
     /// pairs count as being at zero below these guards: blocking, conducting
     pub zero: Vec<[f64; 2]>,
     /// unknowns right after
@@ -90,15 +94,11 @@ pub struct Continuous {
     pub active: Vec<bool>,
     /// rates of what is stored
     pub rates: Vec<f64>,
-    /// scratch: right-hand sides and solutions of the rest, of pairs, of all laws
-    right: Vec<f64>,
-    offset: Vec<f64>,
-    some: Vec<f64>,
+    /// scratch: slacks, rates of multipliers, states of pairs that are not at zero, all laws
     slack: Vec<f64>,
     turning: Vec<f64>,
     fixed: Vec<Role>,
     flow: Vec<f64>,
-    work: Vec<f64>,
 }
 
 /// The entries of a matrix in some rows and columns, renumbered where `rows` or `columns` tell.
@@ -143,6 +143,37 @@ fn find_parallel(linear: &Linear) -> Vec<Vec<usize>> {
         i != j && !resists[i] && !resists[j] && (alike(i, j, 1.0) || alike(i, j, -1.0))
     };
     (0..m).map(|i| (0..m).filter(|&j| beside(i, j)).collect()).collect()
+}
+
+impl Rest {
+    /// Right-hand sides with sources and what is stored, the constant part of those of pairs being there already.
+    fn take(&mut self, sources: &[f64], stored: &[f64]) {
+        self.right.fill(0.0);
+        self.of_sources.mul_add(1.0, sources, &mut self.right);
+        self.of_stored.mul_add(-1.0, stored, &mut self.right);
+        self.slack_of_stored.mul_add(-1.0, stored, &mut self.offset);
+    }
+
+    /// Solves them from a mode, with multipliers `l`; false if that is not possible.
+    fn solve(&mut self, mode: &[bool], roles: &[Role], l: &mut [f64]) -> bool {
+        self.driver.solve_from(mode, &self.right, &self.offset, roles, &mut self.y, l)
+    }
+}
+
+impl Stored {
+    /// Rates of what is free from the flows into all laws.
+    fn find_rates(&mut self, flow: &[f64], rates: &mut [f64]) {
+        let (right, work) = self.work.split_at_mut(self.unknowns.len());
+        for ((x, &j), scale) in right.iter_mut().zip(&self.unknowns).zip(&self.scale) {
+            *x = flow[j] * scale;
+        }
+        if !right.is_empty() && self.factor.solve(right, work).is_err() {
+            right.fill(f64::NAN);
+        }
+        for ((x, &j), scale) in right.iter().zip(&self.unknowns).zip(&self.scale) {
+            rates[j] = x * scale;
+        }
+    }
 }
 
 impl Continuous {
@@ -199,33 +230,35 @@ impl Continuous {
         }
         let is_given = |j: usize| (stores[j] && !free[j]).then_some(j);
         Some(Continuous {
-            driver: Driver::new(problem),
-            rest_of_stored: part(&linear.g, in_rest, is_stored, [r, n]),
-            rest_of_sources: part(&linear.s, in_rest, Some, [r, p]),
-            slack_of_stored: part(&linear.b, Some, is_stored, [m, n]),
-            offsets: linear.q.clone(),
-            of_given: part(&linear.e, Some, is_given, [n, n]),
-            storage,
-            scale,
+            rest: Rest {
+                driver: Driver::new(problem),
+                of_stored: part(&linear.g, in_rest, is_stored, [r, n]),
+                of_sources: part(&linear.s, in_rest, Some, [r, p]),
+                slack_of_stored: part(&linear.b, Some, is_stored, [m, n]),
+                offsets: linear.q.clone(),
+                right: vec![0.0; r],
+                offset: vec![0.0; m],
+                y: vec![0.0; r],
+                unknowns: rest,
+            },
+            given: AllGiven { columns: part(&linear.e, Some, is_given, [n, n]), list: given },
+            stored: Stored {
+                unknowns: stored,
+                factor: storage,
+                scale,
+                work: vec![0.0; work_len(r + m).max(f)],
+            },
             beside: find_parallel(linear),
-            known: HashMap::new(),
-            key: Vec::new(),
+            successors: Successors::default(),
             zero: vec![[0.0; 2]; m],
             z: vec![0.0; n],
             l: vec![0.0; m],
             active: vec![false; m],
             rates: vec![0.0; n],
-            right: vec![0.0; r],
-            offset: vec![0.0; m],
-            some: vec![0.0; r],
             slack: vec![0.0; m],
             turning: vec![0.0; m],
             fixed: vec![Role::Open; m],
             flow: vec![0.0; n],
-            work: vec![0.0; work_len(r + m).max(f)],
-            stored,
-            rest,
-            given,
         })
     }
 
@@ -238,8 +271,8 @@ impl Continuous {
         if !self.take_given(linear, u, at.voltage) {
             return false;
         }
-        self.note_key(at.roles, at.active);
-        match self.known.get(self.key.as_slice()) {
+        self.successors.note_key(at.roles, at.active);
+        match self.successors.last() {
             Some(Next::Unknown(ASKED)) => return false,
             Some(Next::Mode(mode)) => self.active.copy_from_slice(mode),
             _ => self.begin_with(at.roles, at.active),
@@ -249,17 +282,8 @@ impl Continuous {
             let undecided = self.sort_out(at.roles);
             !undecided || self.decide(linear, [u, slopes])
         };
-        self.remember(found);
+        self.successors.remember(&self.active, found);
         found
-    }
-
-    /// The mode before and what pairs may do now, as bits.
-    fn note_key(&mut self, roles: &[Role], active: &[bool]) {
-        self.key.clear();
-        for (roles, active) in roles.chunks(16).zip(active.chunks(16)) {
-            let bits = roles.iter().zip(active).map(|(role, &on)| *role as u64 * 2 + u64::from(on));
-            self.key.push(bits.fold(1, |word, bits| word << 3 | bits));
-        }
     }
 
     /// A mode to begin with: the one before, but that diodes beside closed switches carry nothing.
@@ -270,26 +294,6 @@ impl Continuous {
                 Role::Diode => before[k] && !self.beside[k].iter().any(shut),
                 role => role == Role::Closed,
             };
-        }
-    }
-
-    /// Takes notice of what has followed the mode of the present key.
-    fn remember(&mut self, found: bool) {
-        if self.known.len() >= REMEMBERED {
-            self.known.clear();
-        }
-        let active = &self.active;
-        match (self.known.get_mut(self.key.as_slice()), found) {
-            (Some(Next::Mode(mode)), true) => mode.copy_from_slice(active),
-            (Some(Next::Unknown(times)), false) => *times += 1,
-            (Some(next), true) => *next = Next::Mode(active.as_slice().into()),
-            (Some(Next::Mode(_)), false) => {}
-            (None, true) => {
-                self.known.insert(self.key.as_slice().into(), Next::Mode(active.as_slice().into()));
-            }
-            (None, false) => {
-                self.known.insert(self.key.as_slice().into(), Next::Unknown(1));
-            }
         }
     }
 
@@ -316,12 +320,12 @@ impl Continuous {
 
     /// Voltages that sources give across capacitors: whether they are what is stored there.
     fn take_given(&mut self, linear: &Linear, u: &[f64], largest: f64) -> bool {
-        if self.given.is_empty() {
+        if self.given.list.is_empty() {
             return true;
         }
         self.flow.fill(0.0);
         linear.s.mul_add(1.0, u, &mut self.flow);
-        self.given.iter().all(|g| {
+        self.given.list.iter().all(|g| {
             let voltage = self.flow[g.source] / g.of_voltage;
             let stays = (voltage - self.z[g.voltage]).abs() <= NO_JUMP * largest;
             self.z[g.voltage] = voltage;
@@ -331,36 +335,33 @@ impl Continuous {
 
     /// What follows from charges and fluxes: unknowns, multipliers, slacks and the mode.
     fn find_values(&mut self, linear: &Linear, u: &[f64], roles: &[Role]) -> bool {
-        self.right.fill(0.0);
-        self.rest_of_sources.mul_add(1.0, u, &mut self.right);
-        self.rest_of_stored.mul_add(-1.0, &self.z, &mut self.right);
-        self.offset.copy_from_slice(&self.offsets);
-        self.slack_of_stored.mul_add(-1.0, &self.z, &mut self.offset);
-        for (y, &j) in self.some.iter_mut().zip(&self.rest) {
+        let rest = &mut self.rest;
+        rest.offset.copy_from_slice(&rest.offsets);
+        rest.take(u, &self.z);
+        for (y, &j) in rest.y.iter_mut().zip(&rest.unknowns) {
             *y = self.z[j];
         }
-        let (y, l) = (&mut self.some, &mut self.l);
-        if !self.driver.solve_from(&self.active, &self.right, &self.offset, roles, y, l) {
+        if !rest.solve(&self.active, roles, &mut self.l) {
             return false;
         }
-        self.active.copy_from_slice(self.driver.active());
-        for (y, &j) in self.some.iter().zip(&self.rest) {
+        self.active.copy_from_slice(rest.driver.active());
+        for (y, &j) in rest.y.iter().zip(&rest.unknowns) {
             self.z[j] = *y;
         }
         for (l, &active) in self.l.iter_mut().zip(&self.active) {
             *l = if active { *l } else { 0.0 };
         }
         linear.slacks(&self.z, &self.l, &mut self.slack);
-        self.driver.mode_factor(&self.active).regular()
+        self.rest.driver.mode_factor(&self.active).regular()
     }
 
     /// Rates of charges and fluxes, and the currents of the sources that give some of them.
     fn find_rates(&mut self, linear: &Linear, u: &[f64], slopes: &[f64]) {
         self.rates.fill(0.0);
-        if !self.given.is_empty() {
+        if !self.given.list.is_empty() {
             self.flow.fill(0.0);
             linear.s.mul_add(1.0, slopes, &mut self.flow);
-            for g in &self.given {
+            for g in &self.given.list {
                 (self.rates[g.voltage], self.z[g.source]) =
                     (self.flow[g.source] / g.of_voltage, 0.0);
             }
@@ -369,18 +370,9 @@ impl Continuous {
         linear.s.mul_add(1.0, u, &mut self.flow);
         linear.g.mul_add(-1.0, &self.z, &mut self.flow);
         linear.a.mul_add(-1.0, &self.l, &mut self.flow);
-        self.of_given.mul_add(-1.0, &self.rates, &mut self.flow);
-        let (right, work) = self.work.split_at_mut(self.stored.len());
-        for ((x, &j), scale) in right.iter_mut().zip(&self.stored).zip(&self.scale) {
-            *x = self.flow[j] * scale;
-        }
-        if !right.is_empty() && self.storage.solve(right, work).is_err() {
-            right.fill(f64::NAN);
-        }
-        for ((x, &j), scale) in right.iter().zip(&self.stored).zip(&self.scale) {
-            self.rates[j] = x * scale;
-        }
-        if !self.given.is_empty() {
+        self.given.columns.mul_add(-1.0, &self.rates, &mut self.flow);
+        self.stored.find_rates(&self.flow, &mut self.rates);
+        if !self.given.list.is_empty() {
             self.close_given(linear);
         }
     }
@@ -388,33 +380,29 @@ impl Continuous {
     /// The currents of sources from what is left of the laws of currents there.
     fn close_given(&mut self, linear: &Linear) {
         // the parts of what sources give have been taken out already
-        for &j in &self.stored {
+        for &j in &self.stored.unknowns {
             let (rows, values) = linear.e.col(j);
             for (&row, v) in rows.iter().zip(values) {
                 self.flow[row] -= v * self.rates[j];
             }
         }
-        for g in &self.given {
+        for g in &self.given.list {
             self.z[g.source] = self.flow[g.voltage] / g.of_current;
         }
     }
 
     /// Lets the rates decide about pairs at zero; false if they do not.
     fn decide(&mut self, linear: &Linear, [u, slopes]: [&[f64]; 2]) -> bool {
-        self.right.fill(0.0);
-        self.rest_of_sources.mul_add(1.0, slopes, &mut self.right);
-        self.rest_of_stored.mul_add(-1.0, &self.rates, &mut self.right);
-        self.offset.fill(0.0);
-        self.slack_of_stored.mul_add(-1.0, &self.rates, &mut self.offset);
-        self.some.fill(0.0);
+        self.rest.offset.fill(0.0);
+        self.rest.take(slopes, &self.rates);
+        self.rest.y.fill(0.0);
         self.turning.fill(0.0);
-        let (y, l) = (&mut self.some, &mut self.turning);
-        if !self.driver.solve_from(&self.active, &self.right, &self.offset, &self.fixed, y, l) {
+        if !self.rest.solve(&self.active, &self.fixed, &mut self.turning) {
             return false;
         }
-        let turned = self.active != self.driver.active();
-        self.active.copy_from_slice(self.driver.active());
-        if !self.driver.mode_factor(&self.active).regular() || !self.leaves_zero(linear) {
+        let turned = self.active != self.rest.driver.active();
+        self.active.copy_from_slice(self.rest.driver.active());
+        if !self.rest.driver.mode_factor(&self.active).regular() || !self.leaves_zero(linear) {
             return false;
         }
         if turned {
@@ -433,13 +421,13 @@ impl Continuous {
 
     /// Whether all pairs at zero leave it at a rate beyond its rounding.
     fn leaves_zero(&mut self, linear: &Linear) -> bool {
-        let (y, l) = (&self.some, &self.turning);
-        self.driver.residual(&self.right, &self.offset, &self.fixed, y, l);
-        self.driver.sign_tolerances(&self.active, &mut self.slack);
+        let (rest, l) = (&mut self.rest, &self.turning);
+        rest.driver.residual(&rest.right, &rest.offset, &self.fixed, &rest.y, l);
+        rest.driver.sign_tolerances(&self.active, &mut self.slack);
         // slacks of the rates: `-B z' + D l'`
-        let (across, moved) = (&mut self.offset, &mut self.flow);
+        let (across, moved) = (&mut rest.offset, &mut self.flow);
         moved.fill(0.0);
-        self.rest.iter().zip(y).for_each(|(&j, y)| moved[j] = *y);
+        rest.unknowns.iter().zip(&rest.y).for_each(|(&j, y)| moved[j] = *y);
         linear.b.mul_add(-1.0, moved, across);
         linear.d.mul_add(1.0, l, across);
         let rate = |k: usize| if self.active[k] { l[k] } else { across[k] };

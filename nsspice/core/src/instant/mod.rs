@@ -25,6 +25,7 @@ mod rates;
 mod reinitialise;
 mod shared;
 mod stored;
+mod successors;
 #[cfg(test)]
 mod tests;
 mod values;
