@@ -12,9 +12,8 @@ from dataclasses import replace
 
 from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem
-from ..solvers.modewise import ModewiseStepper
 from ..solvers.moreau import MoreauStepper
-from ..solvers.stepper import UnsolvedStep
+from ..solvers.stepper import Stepper, UnsolvedStep
 from .curve import Floats
 
 
@@ -37,7 +36,7 @@ def without_storage(system: DescriptorSystem) -> DescriptorSystem:
 
 
 def start_dc(
-    stepper: MoreauStepper | ModewiseStepper,
+    stepper: Stepper,
     other: Callable[[], DescriptorSystem],
     guess: tuple[Floats, Floats] | None,
 ) -> Floats:
@@ -45,7 +44,7 @@ def start_dc(
 
     Parameters
     ----------
-    stepper : MoreauStepper or ModewiseStepper
+    stepper : Stepper
     other : callable
         Gives its system with what is stored if the stepper has none, and the other way round: if
         Newton's method fails, it may find a solution there, which is then the guess.

@@ -14,8 +14,8 @@ from ..devices.inner import complete
 from ..devices.waveform import initial_value
 from ..errors import Span
 from ..problems.descriptor import DescriptorSystem
-from ..solvers.modewise import ModewiseStepper
 from ..solvers.moreau import MoreauStepper
+from ..solvers.stepper import Stepper
 from .branch import at_rest
 from .cards import Tran
 from .curve import Floats
@@ -26,7 +26,7 @@ from .held import hold
 def start(
     circuit: Circuit,
     mna: MnaSystem,
-    stepper: MoreauStepper | ModewiseStepper,
+    stepper: Stepper,
     analysis: Tran,
     step: float | None,
 ) -> tuple[Floats, float] | None:
@@ -62,8 +62,7 @@ def start(
         if guess is None:
             guess = at_rest(mna, None, step)
         point = start_dc(stepper, partial(without_storage, mna.system), guess)
-        if isinstance(stepper, MoreauStepper):
-            stepper.leave_dc()
+        stepper.leave_dc()
         return _stored(mna.system, point) if step is not None and stepper.jumps else None
     stepper.start_charges(0.0, charges, step, near)
     return charges, energy

@@ -12,6 +12,7 @@ from ..circuit import Circuit, Island, MnaSystem
 from ..circuit.blocks import Link
 from ..errors import Diagnostic, NumericalError, UsageError
 from ..problems.descriptor import Functional, Waveform
+from ..solvers.implicit import ImplicitStepper
 from ..solvers.modewise import ModewiseStepper, NotModewise
 from ..solvers.moreau import MoreauStepper
 from ..solvers.sdirk import Accuracy, SdirkStepper
@@ -111,7 +112,7 @@ class IslandRunner:
         functionals = [self.mna.functional(name) for name in names]
         #: points between the output points
         self.between = Between(names, functionals, analysis.row_distance) if aliases else None
-        self.stepper: MoreauStepper | ModewiseStepper = self._stepper(functionals)
+        self.stepper: ImplicitStepper | ModewiseStepper = self._stepper(functionals)
         #: what other blocks hand on to this one, and it to others
         self.inputs = [link for link in links if link.target == number]
         self.outputs = [link for link in links if link.source == number]
@@ -124,7 +125,7 @@ class IslandRunner:
             )
             self.stepper.follow(self.followed, *window)
 
-    def _stepper(self, functionals: Sequence[Functional]) -> MoreauStepper | ModewiseStepper:
+    def _stepper(self, functionals: Sequence[Functional]) -> ImplicitStepper | ModewiseStepper:
         """Return the solver that the settings and the system call for."""
         system, settings = self.mna.system, self.settings
         following = Following.of(self.circuit.deck, settings.method)

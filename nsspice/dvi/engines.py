@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ..problems.descriptor import Functional
 from ..solvers.audit import Auditor
+from ..solvers.implicit import ImplicitStepper
 from ..solvers.modewise import ModewiseStepper, NotModewise
 from ..solvers.moreau import MoreauStepper
 from ..solvers.sdirk import Accuracy, SdirkStepper
@@ -19,7 +20,7 @@ from .assembly import Assembly
 from .errors import unsolved, wrong
 
 Floats = npt.NDArray[np.float64]
-Stepper = MoreauStepper | ModewiseStepper
+Stepper = ImplicitStepper | ModewiseStepper
 
 METHODS = ("auto", "modewise", "sdirk", "moreau")
 _BLOCK = 1 << 12

@@ -21,7 +21,8 @@ from ..problems.generalized import GeneralizedEquation
 from ..problems.regularity import strong_regularity
 from .certificate import infeasibility
 from .compiled import core_matrix, core_smooth
-from .moreau import freed, function_slopes, function_values
+from .implicit import freed
+from .moreau import function_slopes, function_values
 from .stepper import UnsolvedStep
 
 #: p(t) as a function of a time, or its values row by row

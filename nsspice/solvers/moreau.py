@@ -14,20 +14,18 @@ analysis in engineering and economics (2015), section 3.3.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..problems.csc import Csc, Floats, weighted_sum
-from ..problems.descriptor import DescriptorSystem, Functional, SmoothTerms
+from ..problems.csc import Floats
 from ..problems.tape import Tape
-from .certificate import infeasibility
-from .compiled import compiled, core_matrix, core_tape
-from .stepper import Jump, Stepper, UnsolvedStep, check_plan, restless
+from .compiled import core_tape
+from .implicit import ImplicitStepper
+from .stepper import check_plan
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +127,7 @@ def function_values(tape: Tape, z: Floats, u: Floats, t: Floats) -> Floats:
     return np.asarray(values, dtype=np.float64).reshape(z.shape[0], -1)
 
 
-class MoreauStepper(Stepper):
+class MoreauStepper(ImplicitStepper):
     """Steps one descriptor system through time, or through the points of a sweep.
 
     Create it, start it (``start_dc`` or ``start_charges``), plan the instants, then call
@@ -161,111 +159,6 @@ class MoreauStepper(Stepper):
     [[0.0, 1.0], [1.0, 0.5]]
     """
 
-    def __init__(
-        self,
-        system: DescriptorSystem,
-        outputs: Sequence[Functional],
-        *,
-        H: Csc | None = None,
-        Hs: Csc | None = None,
-    ) -> None:
-        self.H, self.Hs = H, Hs
-        self._core: _core.Stepper
-        core = _core.Stepper(
-            compiled(system),
-            None if H is None or Hs is None else (core_matrix(H), core_matrix(Hs)),
-            [(f.z, f.lam, f.dz, f.u, f.f, f.df) for f in outputs],
-        )
-        super().__init__(system, core, 1 + len(outputs))
-
-    def start_dc(self, time: float = 0.0, guess: tuple[Floats, Floats] | None = None) -> Floats:
-        """Start from the static solution at ``time`` (E dropped), least norm where not unique.
-
-        A source with an ideal edge at that time has the value before it; see ``leave_dc``.
-
-        Parameters
-        ----------
-        time : float
-            Time at which sources are taken [s].
-        guess : (ndarray (n,), ndarray (m,)), optional
-            Unknowns and multipliers to stay close to.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            The solution.
-
-        Raises
-        ------
-        UnsolvedStep
-            If the static equations have no solution.
-        """
-        failure = self._core.start_dc(time, guess)
-        if failure is not None:
-            problem = self._diagnose(failure)
-            if problem is not None:
-                raise problem
-            self._core.accept_large()
-            failure = self._core.start_dc(time, guess)
-        if failure is not None:
-            raise UnsolvedStep(failure["time"], failure["residual"], None)
-        return self.state[0]
-
-    def leave_dc(self) -> None:
-        """Let the ideal edges of sources at the start act on the static solution: charges stay.
-
-        Raises
-        ------
-        UnsolvedStep
-            If no state satisfies all laws after the edges.
-        """
-        failure = self._core.leave_dc()
-        if failure is not None:
-            raise self._diagnose(failure) or UnsolvedStep(
-                failure["time"], failure["residual"], None, failure["worst_row"]
-            )
-
-    def start_charges(
-        self,
-        time: float,
-        charges: Floats,
-        step: float,
-        guess: tuple[Floats, Floats] | None = None,
-    ) -> Jump | None:
-        """Start from stored charges and fluxes E z(0-), shape (n,), by an impulsive step.
-
-        Parameters
-        ----------
-        time : float
-            [s]
-        charges : ndarray, shape (n,)
-            [C] and [V s]
-        step : float
-            Of steps to come [s].
-        guess : (ndarray (n,), ndarray (m,)), optional
-            Unknowns and multipliers to stay close to.
-
-        Returns
-        -------
-        Jump or None
-            What the start had to move, None if the values were consistent.
-
-        Raises
-        ------
-        UnsolvedStep
-            If no state satisfies all laws.
-        """
-        failure = self._core.start_charges(time, charges, step, guess)
-        if failure is not None:
-            problem = self._diagnose(failure)
-            if problem is not None:
-                raise problem
-            self._core.accept_large()  # proved to be no conflict
-            failure = self._core.start_charges(time, charges, step, guess)
-        if failure is not None:
-            raise UnsolvedStep(failure["time"], failure["residual"], None, failure["worst_row"])
-        return self._first_jump()
-
     def plan(
         self, start: float, stop: float, step: float, out_start: float, out_step: float
     ) -> int:
@@ -284,20 +177,6 @@ class MoreauStepper(Stepper):
         check_plan(start, stop, step, out_start, out_step)
         return self._core.plan_grid(start, stop, step, out_start, out_step)
 
-    def watch(self, every: int, window: int = 8, sides: bool = False) -> None:
-        """Choose what is left for those who check the run; call it before the start.
-
-        Parameters
-        ----------
-        every : int
-            One of this many steps is recorded, 1 records all, 0 none.
-        window : int
-            Steps recorded from each change of mode, that change included.
-        sides : bool
-            Keep rows on both sides of jumps, for :meth:`take_sides`.
-        """
-        self._core.watch(every, window, sides)
-
     def follow(self, outputs: Sequence[int], start: float, stop: float) -> None:
         """Record outputs between the rows: the ends of all steps, among the rows of ``take_sides``.
 
@@ -311,37 +190,9 @@ class MoreauStepper(Stepper):
         if outputs:
             self._core.keep_between(start, stop)
 
-    def take_records(self) -> _core.Records:
-        """Return the steps recorded since the last call."""
-        return self._core.take_records()
-
     def plan_points(self, times: Floats) -> int:
         """Plan static solutions at the given points, one row each."""
         return self._core.plan_points(np.ascontiguousarray(times, dtype=np.float64))
-
-    def _diagnose(self, failure: Mapping[str, Any]) -> UnsolvedStep | None:
-        """Ask for a proof of infeasibility; None if the suspect solution proves genuine."""
-        if failure["restless"] is not None:
-            return restless(failure)
-        system = self.system
-        length = failure["length"]
-        matrix = system.G
-        if np.isfinite(length):
-            terms = [(system.E, 1.0 / length), (system.G, 1.0)]
-            matrix = weighted_sum(terms if self.H is None else [*terms, (self.H, 1.0)])
-        A, B, rhs = system.A, system.B, failure["rhs"]
-        if system.smooth is not None:
-            matrix, A, B, rhs = freed(matrix, A, B, rhs, system.smooth)
-        certificate = infeasibility(matrix, A, B, system.D, rhs, system.q, failure["roles"])
-        if certificate is None and failure["suspect"]:
-            return None
-        return UnsolvedStep(
-            failure["time"],
-            failure["residual"],
-            certificate,
-            failure["worst_row"],
-            point=failure["point"],
-        )
 
     def freeze_time(self, time: float) -> None:
         """Let smooth functions see a fixed time [s]: in a sweep, the time counts the points."""
@@ -359,42 +210,3 @@ class MoreauStepper(Stepper):
             Newton steps after the predictor: 1, or 3 if a function has kinks.
         """
         self._core.follow_path(by_rate, correctors)
-
-    @property
-    def unbounded(self) -> tuple[int, float] | None:
-        """The row of the first unknown that no step could follow, and when [s].
-
-        A junction blocks at once when a winding has taken its last charge: nothing is left there
-        that would bound the voltage.
-        """
-        return self._core.unbounded()
-
-    @property
-    def gates(self) -> list[bool]:
-        """State of each switch's control: True above its thresholds."""
-        return self._core.gates()
-
-
-def freed(
-    matrix: Csc, A: Csc, B: Csc, rhs: Floats, smooth: SmoothTerms
-) -> tuple[Csc, Csc, Csc, Floats]:
-    """Return the relations with every smooth function replaced by an unknown of its own.
-
-    If they contradict each other, they do so whatever the functions are.  Rows of zeros keep the
-    matrix square.
-    """
-    n, p = smooth.F.shape
-    size = n + p
-    # a function and its rate are two quantities: one sum of both with weights that do not cancel
-    F = weighted_sum([(smooth.F, 1.0), (smooth.Q, np.pi)])
-    return (
-        Csc.from_triplets(
-            (size, size),
-            np.concatenate([matrix.indices, F.indices]),
-            np.concatenate([matrix.columns, F.columns + n]),
-            np.concatenate([matrix.data, F.data]),
-        ),
-        Csc.from_triplets((size, A.shape[1]), A.indices, A.columns, A.data),
-        Csc.from_triplets((B.shape[0], size), B.indices, B.columns, B.data),
-        np.concatenate([rhs, np.zeros(p)]),
-    )

@@ -18,8 +18,8 @@ from .. import _core
 from ..problems.descriptor import DescriptorSystem, Functional
 from ..problems.passivity import passive
 from .compiled import compiled
+from .implicit import ImplicitStepper
 from .modewise import refusal
-from .moreau import MoreauStepper
 from .stepper import check_plan
 
 #: points of a polynomial: those of stored quantities have the degree five, laws may bend more
@@ -52,7 +52,7 @@ class Accuracy:
     energy: bool = False
 
 
-class SdirkStepper(MoreauStepper):
+class SdirkStepper(ImplicitStepper):
     """Steps one descriptor system through time with error control.
 
     Used as :class:`~nsspice.solvers.moreau.MoreauStepper`; the step of ``plan`` is the longest one.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -148,6 +148,37 @@ class Stepper(ABC):
         self.dc_point: tuple[Floats, Floats] | None = None
         #: rows computed before the last failure
         self.pending = self._buffer
+
+    @abstractmethod
+    def start_dc(self, time: float = 0.0, guess: tuple[Floats, Floats] | None = None) -> Floats:
+        """Start from the static solution at a time [s], near a guess, and return its unknowns."""
+
+    def leave_dc(self) -> None:  # noqa: B027 - engines whose start has done so already
+        """Let the ideal edges of sources at the start act on the static solution: charges stay."""
+
+    @abstractmethod
+    def start_charges(
+        self,
+        time: float,
+        charges: Floats,
+        step: float,
+        guess: tuple[Floats, Floats] | None = None,
+    ) -> Jump | None:
+        """Start from stored charges and fluxes, shape (n,); return what the start had to move."""
+
+    @abstractmethod
+    def plan(
+        self, start: float, stop: float, step: float, out_start: float, out_step: float
+    ) -> int:
+        """Plan rows at ``out_start + k out_step`` and ``stop`` [s]; return their number."""
+
+    @abstractmethod
+    def follow(self, outputs: Sequence[int], start: float, stop: float) -> None:
+        """Record some outputs between the rows, from ``start`` to ``stop`` [s]."""
+
+    @abstractmethod
+    def take_records(self) -> _core.Records:
+        """Return the implicit steps recorded since the last call."""
 
     @abstractmethod
     def _diagnose(self, failure: Mapping[str, Any]) -> UnsolvedStep | None:
