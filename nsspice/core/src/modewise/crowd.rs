@@ -20,8 +20,13 @@ const STORM: (u64, f64) = (50_000, 2e-3);
 const INTERVAL: f64 = 5e-6;
 
 /// Parts of a run in which events follow too fast to be followed one by one.
-#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Storm {
+    /// times of events that may pile up
+    pub crowd: Vec<f64>,
+    /// when the exact engine took over again, and the implicit step before
+    pub resumed: (f64, f64),
+    /// implicit steps before it is tried again, and how many of them were waited for last time
+    pub pause: (u32, u32),
     /// work and time at the last look
     look: (u64, f64),
     /// how long the last one was taken to last, and its end [s]
@@ -31,46 +36,63 @@ pub(super) struct Storm {
     doubled: u32,
 }
 
+impl Default for Storm {
+    fn default() -> Storm {
+        Storm {
+            crowd: Vec::new(),
+            resumed: (f64::NEG_INFINITY, 0.0),
+            pause: (0, 0),
+            look: (0, 0.0),
+            spell: 0.0,
+            end: 0.0,
+            doubled: 0,
+        }
+    }
+}
+
 impl Engine {
     /// Nobody is sampled; looks are no further apart than implicit steps.
     pub(super) fn new_sampling(&self) -> Sampling {
-        Sampling::new(self.switches.len(), self.fixed_step.min(INTERVAL * self.stop))
+        Sampling::new(
+            self.prepared.switches.len(),
+            self.plan.fixed_step.min(INTERVAL * self.plan.stop),
+        )
     }
 
     /// Lets the switches that are sampled look at their controls if it is time; returns when they look next [s].
     pub(super) fn look(&mut self) -> f64 {
-        let looking = self.sampling.looks(self.time);
+        let looking = self.control.sampling.looks(self.span.time);
         let verifier = &mut self.picker.verifier;
         if looking {
             for (k, &seen) in verifier.seen.iter().enumerate() {
-                self.sampling.stays(k, seen);
+                self.control.sampling.stays(k, seen);
             }
-            self.sampling.release();
+            self.control.sampling.release();
         }
-        verifier.sampled.clone_from(&self.sampling.on);
+        verifier.sampled.clone_from(&self.control.sampling.on);
         verifier.looking = looking;
-        self.sampling.next
+        self.control.sampling.next
     }
 
     /// Notes an event at the present time; whether such pile up.
     pub(super) fn is_crowded(&mut self) -> bool {
-        let crowded = CROWDED * self.stop;
-        if self.crowd.last().is_some_and(|&last| self.time - last > crowded) {
-            self.sampling.forget();
+        let crowded = CROWDED * self.plan.stop;
+        if self.storm.crowd.last().is_some_and(|&last| self.span.time - last > crowded) {
+            self.control.sampling.forget();
         }
-        self.crowd.push(self.time);
-        let again = self.time - self.resumed.0 <= 64.0 * self.resumed.1;
+        self.storm.crowd.push(self.span.time);
+        let again = self.span.time - self.storm.resumed.0 <= 64.0 * self.storm.resumed.1;
         let limit = if again { AGAIN } else { CROWD };
-        if self.crowd.len() <= limit {
+        if self.storm.crowd.len() <= limit {
             return false;
         }
-        let first = self.crowd[self.crowd.len() - limit];
-        if self.time - first < crowded {
-            self.crowd.clear();
+        let first = self.storm.crowd[self.storm.crowd.len() - limit];
+        if self.span.time - first < crowded {
+            self.storm.crowd.clear();
             return true;
         }
-        if self.crowd.len() > 4 * CROWD {
-            self.crowd.drain(..2 * CROWD);
+        if self.storm.crowd.len() > 4 * CROWD {
+            self.storm.crowd.drain(..2 * CROWD);
         }
         false
     }
@@ -87,31 +109,31 @@ impl Engine {
         if work - before < STORM.0 {
             return false;
         }
-        self.storm.look = (work, self.time);
-        if self.time - since >= STORM.1 * self.stop {
+        self.storm.look = (work, self.span.time);
+        if self.span.time - since >= STORM.1 * self.plan.stop {
             return false;
         }
-        self.storm.spell = (2.0 * self.storm.spell).max(STORM.1 * self.stop);
-        self.storm.end = self.time + self.storm.spell;
+        self.storm.spell = (2.0 * self.storm.spell).max(STORM.1 * self.plan.stop);
+        self.storm.end = self.span.time + self.storm.spell;
         true
     }
 
     /// The exact engine takes over again.
     pub(super) fn begin_to_follow(&mut self) {
-        self.storm.look = (self.work(), self.time);
+        self.storm.look = (self.work(), self.span.time);
     }
 
     /// Whether events follow too fast at present.
     pub(super) fn is_stormy(&self) -> bool {
-        self.time < self.storm.end
+        self.span.time < self.storm.end
     }
 
     /// The longest implicit step [s].
     pub(super) fn longest_step(&self) -> f64 {
         if self.is_stormy() {
-            snapped(INTERVAL * self.stop, self.fixed_step)
+            snapped(INTERVAL * self.plan.stop, self.plan.fixed_step)
         } else {
-            self.fixed_step
+            self.plan.fixed_step
         }
     }
 
@@ -134,6 +156,6 @@ impl Engine {
 
     /// See [`Sampling::chattering`].
     pub fn chattering(&self) -> (Vec<(usize, u64, f64)>, f64) {
-        self.sampling.chattering(&self.switches, |k| self.witness.controls[k])
+        self.control.sampling.chattering(&self.prepared.switches, |k| self.witness.controls[k])
     }
 }

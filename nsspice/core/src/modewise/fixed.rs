@@ -4,7 +4,8 @@
 
 use super::implicit::later;
 use super::pick::{fix, roles};
-use super::run::{Engine, Phase};
+use super::place::Phase;
+use super::run::Engine;
 use crate::moreau::Failure;
 use crate::switch::{Slack, ROUNDING};
 
@@ -43,14 +44,14 @@ impl Engine {
     /// Goes on by implicit steps.
     pub(super) fn carry_on(&mut self) -> Result<(), Failure> {
         // soon after the last time: what piles up goes on, and longer steps are in place
-        let again = self.time - self.resumed.0 <= 64.0 * self.resumed.1;
-        let wait = if again { (2 * self.pause.1).clamp(1, PATIENCE) } else { 0 };
-        self.pause = (wait, wait);
-        let first = if again { 2.0 * self.resumed.1 } else { FIRST * self.stop };
+        let again = self.span.time - self.storm.resumed.0 <= 64.0 * self.storm.resumed.1;
+        let wait = if again { (2 * self.storm.pause.1).clamp(1, PATIENCE) } else { 0 };
+        self.storm.pause = (wait, wait);
+        let first = if again { 2.0 * self.storm.resumed.1 } else { FIRST * self.plan.stop };
         let longest = self.longest_step();
         let h = if self.is_stormy() { longest } else { snapped(first, longest) };
-        self.phase = Phase::Stepping(h);
-        if self.log_open {
+        self.span.phase = Phase::Stepping(h);
+        if self.log.open {
             return Ok(());
         }
         // a first state has to exist: the step is taken at once, without a row
@@ -67,43 +68,52 @@ impl Engine {
         row: &mut [f64],
     ) -> Result<Stepped, Failure> {
         let near = 1e-9 * h;
-        let first_row = target <= self.time + near;
-        if self.corner <= self.time + near {
-            self.time = self.time.max(self.corner); // a ramp that ends here does not go on in the step
+        let first_row = target <= self.span.time + near;
+        if self.span.corner <= self.span.time + near {
+            self.span.time = self.span.time.max(self.span.corner); // a ramp that ends here does not go on in the step
         }
-        self.inputs.begin(self.time, &mut self.segment);
-        if self.corner <= self.time {
-            self.corner = self.inputs.next_corner(self.time);
+        self.prepared.inputs.begin(self.span.time, &mut self.motion.segment);
+        if self.span.corner <= self.span.time {
+            self.span.corner = self.prepared.inputs.next_corner(self.span.time);
         }
-        let goal = target.min(self.corner).min(if self.time < self.stop {
-            self.stop
+        let goal = target.min(self.span.corner).min(if self.span.time < self.plan.stop {
+            self.plan.stop
         } else {
             f64::INFINITY
         });
         let mut length = h;
-        let mut reached = self.time + h;
-        if goal > self.time + near && goal <= reached + near {
-            length = goal - self.time;
+        let mut reached = self.span.time + h;
+        if goal > self.span.time + near && goal <= reached + near {
+            length = goal - self.span.time;
             reached = goal;
         }
-        let roles = roles(self.net.m, &self.switches, &self.gates);
+        let roles = roles(self.prepared.net.m, &self.prepared.switches, &self.control.gates);
         let mut v = Vec::new();
-        later(&self.segment, length, &mut v);
-        let (before, begin) = (self.z.clone(), self.time);
+        later(&self.motion.segment, length, &mut v);
+        let (before, begin) = (self.state.z.clone(), self.span.time);
         let mut step = length;
         let result = loop {
-            let taken = self.implicit.step(&self.sys, &self.net, &self.a, &v, &roles, step);
+            let taken = self.implicit.step(
+                &self.prepared.sys,
+                &self.prepared.net,
+                &self.state.a,
+                &v,
+                &roles,
+                step,
+            );
             match taken {
                 Ok(taken) if !taken.suspect => break Ok(taken.residual),
                 // impulses of a very short step can hide a solution: a longer one tells
-                _ if step < self.fixed_step => step = snapped(4.0 * step, self.fixed_step),
+                _ if step < self.plan.fixed_step => {
+                    step = snapped(4.0 * step, self.plan.fixed_step)
+                }
                 Ok(taken) => break Err((taken.residual.worst(), true)),
                 Err(unsolved) => break Err((unsolved.residual.worst(), false)),
             }
         };
         if let Err((residual, suspect)) = result {
             return Err(Failure {
-                time: self.time,
+                time: self.span.time,
                 length: step,
                 rhs: self.implicit.rhs.clone(),
                 roles: roles.iter().map(|&r| r as u8).collect(),
@@ -114,8 +124,8 @@ impl Engine {
             });
         }
         if step != length {
-            reached = self.time + step;
-            if goal > self.time + near && reached > goal {
+            reached = self.span.time + step;
+            if goal > self.span.time + near && reached > goal {
                 reached = goal; // the solution of a longer step stands for the shorter one
             }
         }
@@ -127,33 +137,34 @@ impl Engine {
         }
         self.stats.fixed_steps += 1;
         self.witness_implicit(reached, step, &v, &roles);
-        self.z.copy_from_slice(&self.implicit.z);
-        self.l.copy_from_slice(&self.implicit.l);
-        let a = self.coordinates(&self.z);
-        if step > LASTS * self.stop {
+        self.state.z.copy_from_slice(&self.implicit.z);
+        self.state.l.copy_from_slice(&self.implicit.l);
+        let a = self.coordinates(&self.state.z);
+        if step > LASTS * self.plan.stop {
             // coordinates in which the energy is half a square
-            let squares = a.iter().zip(&self.a).map(|(new, old)| (new - old) * (new - old));
+            let squares = a.iter().zip(&self.state.a).map(|(new, old)| (new - old) * (new - old));
             self.stats.taken += 0.5 * squares.sum::<f64>();
         }
-        self.a = a;
-        self.scale.see_state(&self.a);
+        self.state.a = a;
+        self.scale.see_state(&self.state.a);
         self.witness_end();
-        self.time = reached;
+        self.span.time = reached;
         let mut on: Vec<bool> = self.implicit.active().to_vec();
-        let at_target = first_row || (target - self.time).abs() <= near;
-        let written = (at_target || self.ends.all_from <= self.time) && !row.is_empty();
-        let label = if at_target { target } else { self.time };
-        let wanted = self.pieces.wanted(begin, self.time).is_some();
+        let at_target = first_row || (target - self.span.time).abs() <= near;
+        let written = (at_target || self.table.ends.all_from <= self.span.time) && !row.is_empty();
+        let label = if at_target { target } else { self.span.time };
+        let wanted = self.table.pieces.wanted(begin, self.span.time).is_some();
         if written || wanted || self.hands_on() {
-            let rates: Vec<f64> = self.z.iter().zip(&before).map(|(a, b)| (a - b) / step).collect();
+            let rates: Vec<f64> =
+                self.state.z.iter().zip(&before).map(|(a, b)| (a - b) / step).collect();
             let u = self.sources(label);
-            let mut outputs = vec![0.0; self.outputs.len()];
-            self.outputs.write(&self.z, &self.l, &rates, &u, &mut outputs);
+            let mut outputs = vec![0.0; self.table.outputs.len()];
+            self.table.outputs.write(&self.state.z, &self.state.l, &rates, &u, &mut outputs);
             if wanted {
-                self.pieces.line([begin, self.time], None, &outputs);
+                self.table.pieces.line([begin, self.span.time], None, &outputs);
             }
             if self.hands_on() {
-                self.hand_step([begin, self.time], &outputs);
+                self.hand_step([begin, self.span.time], &outputs);
             }
             if written {
                 row[0] = label;
@@ -163,9 +174,9 @@ impl Engine {
         if self.react(&on) {
             self.find_rest(step)?;
         }
-        fix(&self.switches, &self.gates, &mut on);
-        let id = self.registry.id(&on, &self.gates.clone());
-        self.log(id);
+        fix(&self.prepared.switches, &self.control.gates, &mut on);
+        let id = self.registry.id(&on, &self.control.gates.clone());
+        self.stats.events += self.log.note(self.registry.on(id), self.span.time);
         self.resume(id, h);
         Ok(match (at_target, written) {
             (true, _) => Stepped::Row,
@@ -178,9 +189,9 @@ impl Engine {
     fn react(&mut self, on: &[bool]) -> bool {
         let mut turned = false;
         let slack = Slack::of_terms(ROUNDING);
-        for k in 0..self.switches.len() {
-            let switch = &self.switches[k];
-            if switch.turns(self.gates[k], &self.z, slack, on[switch.pair]) {
+        for k in 0..self.prepared.switches.len() {
+            let switch = &self.prepared.switches[k];
+            if switch.turns(self.control.gates[k], &self.state.z, slack, on[switch.pair]) {
                 self.throw(k);
                 turned = true;
             }
@@ -194,15 +205,17 @@ impl Engine {
     /// or else where it is looked at for a shorter time; a switch that takes its own control across its
     /// threshold whatever the time comes back to where it was again and again.
     fn find_rest(&mut self, step: f64) -> Result<(), Failure> {
-        let (z, a, gates) = (self.z.clone(), self.a.clone(), self.gates.clone());
+        let (z, a, gates) =
+            (self.state.z.clone(), self.state.a.clone(), self.control.gates.clone());
         let switchings = self.stats.switchings;
         let restless = self.returning(step);
-        (self.z, self.a, self.gates, self.stats.switchings) = (z, a, gates, switchings);
+        (self.state.z, self.state.a, self.control.gates, self.stats.switchings) =
+            (z, a, gates, switchings);
         match restless {
             None => Ok(()),
             pair => {
                 self.stats.chatter += 1;
-                Err(Failure::restless(self.time, pair))
+                Err(Failure::restless(self.span.time, pair))
             }
         }
     }
@@ -211,55 +224,62 @@ impl Engine {
     fn returning(&mut self, step: f64) -> Option<usize> {
         let mut met = Vec::new();
         let mut v = Vec::new();
-        self.inputs.begin(self.time, &mut self.segment);
+        self.prepared.inputs.begin(self.span.time, &mut self.motion.segment);
         for length in AGREEMENT.map(|part| part * step) {
-            met.push(self.gates.clone());
-            later(&self.segment, length, &mut v);
-            let roles = roles(self.net.m, &self.switches, &self.gates);
-            let taken = self.implicit.step(&self.sys, &self.net, &self.a, &v, &roles, length);
+            met.push(self.control.gates.clone());
+            later(&self.motion.segment, length, &mut v);
+            let roles = roles(self.prepared.net.m, &self.prepared.switches, &self.control.gates);
+            let taken = self.implicit.step(
+                &self.prepared.sys,
+                &self.prepared.net,
+                &self.state.a,
+                &v,
+                &roles,
+                length,
+            );
             if !taken.is_ok_and(|taken| !taken.suspect) {
                 return None; // the next step tells
             }
-            self.z.copy_from_slice(&self.implicit.z);
+            self.state.z.copy_from_slice(&self.implicit.z);
             let on = self.implicit.active().to_vec();
             if !self.react(&on) {
                 return None;
             }
-            if met.iter().filter(|gates| **gates == self.gates).count() == RETURNS {
+            if met.iter().filter(|gates| **gates == self.control.gates).count() == RETURNS {
                 let last = met.last()?;
-                let turned = self.gates.iter().zip(last).rposition(|(a, b)| a != b);
-                return turned.map(|k| self.switches[k].pair);
+                let turned = self.control.gates.iter().zip(last).rposition(|(a, b)| a != b);
+                return turned.map(|k| self.prepared.switches[k].pair);
             }
             // an impulse that the switch has caused is not undone by it
-            self.a = self.coordinates(&self.z);
+            self.state.a = self.coordinates(&self.state.z);
         }
         None
     }
 
     /// Back to the exact engine if the mode of the step just taken holds from here on.
     fn resume(&mut self, id: usize, h: f64) {
-        if self.pause.0 > 0 {
-            self.pause.0 -= 1;
+        if self.storm.pause.0 > 0 {
+            self.storm.pause.0 -= 1;
             self.go_on(h);
             return;
         }
         let horizon = self.begin_inputs();
-        if self.registry.gates(id) == self.gates.as_slice() {
-            if let Ok(mode) = self.registry.mode(id, &self.net, &self.switches) {
+        if self.registry.gates(id) == self.control.gates.as_slice() {
+            if let Ok(mode) = self.registry.mode(id, &self.prepared.net, &self.prepared.switches) {
                 let found = self.picker.verifier.verify(
                     &mode,
-                    &self.a,
-                    &self.segment,
+                    &self.state.a,
+                    &self.motion.segment,
                     horizon,
                     &mut self.scale,
-                    &mut self.path,
+                    &mut self.motion.path,
                 );
                 let good =
                     found == super::verify::Finding::Good && self.picker.verifier.thrown.is_empty();
                 if good && !self.is_stormy() && !self.rest() {
                     self.begin_to_follow();
-                    self.resumed = (self.time, h);
-                    self.present = Some((id, mode));
+                    self.storm.resumed = (self.span.time, h);
+                    self.motion.present = Some((id, mode));
                     self.walk_from_here(horizon);
                     return;
                 }
@@ -270,7 +290,7 @@ impl Engine {
 
     /// Another implicit step, a longer one.
     fn go_on(&mut self, h: f64) {
-        self.present = None;
-        self.phase = Phase::Stepping(snapped(2.0 * h, self.longest_step()));
+        self.motion.present = None;
+        self.span.phase = Phase::Stepping(snapped(2.0 * h, self.longest_step()));
     }
 }

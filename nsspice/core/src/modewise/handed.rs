@@ -48,7 +48,7 @@ impl Handed {
 impl Engine {
     /// Hands some outputs on, from the start to the end of the run.
     pub fn hand_on(&mut self, outputs: Vec<usize>, to: Vec<Polynomial>) {
-        self.handed = Handed {
+        self.table.handed = Handed {
             pieces: Pieces::new(outputs, [0.0, f64::INFINITY], POINTS),
             to,
             transform: transform(POINTS),
@@ -59,40 +59,44 @@ impl Engine {
 
     /// Hands the present segment on, whose end is known.
     pub(super) fn hand_segment(&mut self) {
-        if self.handed.to.is_empty() {
+        if self.table.handed.to.is_empty() {
             return;
         }
         // rows follow, and are worth what the points alone are not
-        let rows = self.rows.peek().map_or(0.0, |row| (self.end - row) / self.rows.step() + 1.0);
+        let rows = self
+            .plan
+            .rows
+            .peek()
+            .map_or(0.0, |row| (self.span.end - row) / self.plan.rows.step() + 1.0);
         self.prepare_rows(rows.max(0.0) + POINTS as f64);
-        let mut handed = std::mem::take(&mut self.handed);
-        self.split(&mut handed.pieces, self.end);
+        let mut handed = std::mem::take(&mut self.table.handed);
+        self.split(&mut handed.pieces, self.span.end);
         handed.hand_on();
-        self.handed = handed;
+        self.table.handed = handed;
         self.compare_handed();
     }
 
     /// Compares the last piece with the closed form between its points.
     fn compare_handed(&mut self) {
-        let [begin, length] = self.handed.last;
-        if begin < self.time {
+        let [begin, length] = self.table.handed.last;
+        if begin < self.span.time {
             return; // the segment has no length
         }
         let mut row = vec![0.0; self.columns()];
         let t = begin + 0.5 * length;
-        self.write_inside(t - self.time, &mut row);
-        let outputs = self.handed.pieces.outputs.iter();
-        outputs.zip(&self.handed.to).for_each(|(&output, to)| to.compare(t, row[1 + output]));
+        self.write_inside(t - self.span.time, &mut row);
+        let outputs = self.table.handed.pieces.outputs.iter();
+        outputs.zip(&self.table.handed.to).for_each(|(&output, to)| to.compare(t, row[1 + output]));
     }
 
     /// Whether anything is handed on.
     pub(super) fn hands_on(&self) -> bool {
-        !self.handed.to.is_empty()
+        !self.table.handed.to.is_empty()
     }
 
     /// Hands an implicit step on, with the outputs at its end.
     pub(super) fn hand_step(&mut self, step: [f64; 2], outputs: &[f64]) {
-        self.handed.pieces.line(step, None, outputs);
-        self.handed.hand_on();
+        self.table.handed.pieces.line(step, None, outputs);
+        self.table.handed.hand_on();
     }
 }

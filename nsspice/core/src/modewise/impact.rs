@@ -21,18 +21,25 @@ const CLEAR: f64 = 0.1;
 impl Engine {
     /// Jumps from the present state if short steps show that it does; false if it stays.
     pub(super) fn impact(&mut self, horizon: f64) -> bool {
-        let fastest = self.present.as_ref().map_or(0.0, |p| p.1.fastest);
+        let fastest = self.motion.present.as_ref().map_or(0.0, |p| p.1.fastest);
         let most = if fastest > 0.0 { FASTEST / fastest } else { f64::INFINITY };
         PARTS.iter().any(|part| self.impact_within((part * horizon).min(most)))
     }
 
     fn impact_within(&mut self, h: f64) -> bool {
-        let roles = roles(self.net.m, &self.switches, &self.gates);
+        let roles = roles(self.prepared.net.m, &self.prepared.switches, &self.control.gates);
         let (mut v, mut steps) = (Vec::new(), Vec::with_capacity(3));
         for k in [1.0, 2.0, 3.0] {
-            later(&self.segment, k * h, &mut v);
+            later(&self.motion.segment, k * h, &mut v);
             let length = k * h;
-            let taken = self.implicit.step(&self.sys, &self.net, &self.a, &v, &roles, length);
+            let taken = self.implicit.step(
+                &self.prepared.sys,
+                &self.prepared.net,
+                &self.state.a,
+                &v,
+                &roles,
+                length,
+            );
             if !taken.is_ok_and(|t| !t.suspect) {
                 return false;
             }
@@ -45,16 +52,16 @@ impl Engine {
         let norm = |f: &dyn Fn(usize) -> f64| (0..a.len()).fold(0.0f64, |m, i| m.hypot(f(i)));
         let [first, second, third] = of(0);
         let bend = norm(&|i| first[i] - 2.0 * second[i] + third[i]);
-        let change = norm(&|i| a[i] - self.a[i]);
+        let change = norm(&|i| a[i] - self.state.a[i]);
         let clear = bend <= BEND * self.scale.a && bend <= CLEAR * change;
         if !clear || change <= NOISE * self.scale.a {
             return false;
         }
-        let before = self.unknowns_from(&self.a);
+        let before = self.unknowns_from(&self.state.a);
         let [after, unknowns, multipliers] = [1, 2, 3].map(|k| to_zero(of(k)));
-        let origin = std::mem::replace(&mut self.a, a);
+        let origin = std::mem::replace(&mut self.state.a, a);
         self.count_jump(&origin);
-        if self.jumps.len() < MAX_JUMPS {
+        if self.log.jumps.len() < MAX_JUMPS {
             self.keep_jump([before, after], [unknowns, multipliers], h);
         }
         true

@@ -1,13 +1,12 @@
 //! Which mode follows: a chain of candidates, each proved or refuted by [`Verifier`].
 
 use super::implicit::{later, Implicit};
-use super::inputs::{Inputs, Segment};
+use super::inputs::Segment;
 use super::mode::{Mode, Watch};
-use super::network::{Assembly, Network};
+use super::prepared::Prepared;
 use super::registry::{fingerprint, Id, Registry};
 use super::trajectory::Trajectory;
 use super::verify::{Finding, Scale, Verifier};
-use crate::instant::Reinitialiser;
 use crate::mlcp::Role;
 use crate::switch::Switch;
 use std::sync::Arc;
@@ -40,16 +39,8 @@ pub struct Picked {
 
 /// Everything a choice depends on.
 pub struct Scene<'a> {
-    /// the assembled system
-    pub sys: &'a Assembly,
-    /// its reduction
-    pub net: &'a Network,
-    /// switches
-    pub switches: &'a [Switch],
-    /// jumps by the structure of the network, where it is known
-    pub reinitialiser: Option<&'a Reinitialiser>,
-    /// sources
-    pub inputs: &'a Inputs,
+    /// the system
+    pub prepared: &'a Prepared,
     /// inputs from here on
     pub segment: &'a Segment,
     /// longest duration of the segment
@@ -112,7 +103,7 @@ impl Picker {
         scale: &mut Scale,
         path: &mut Trajectory,
     ) -> Result<Arc<Mode>, Finding> {
-        let mode = match registry.mode(id, scene.net, scene.switches) {
+        let mode = match registry.mode(id, &scene.prepared.net, &scene.prepared.switches) {
             Ok(mode) => mode,
             Err(reason) => {
                 self.trouble = Some(reason);
@@ -168,7 +159,7 @@ impl Picker {
             }
         }
         let fastest = from
-            .and_then(|id| registry.mode(id, scene.net, scene.switches).ok())
+            .and_then(|id| registry.mode(id, &scene.prepared.net, &scene.prepared.switches).ok())
             .map_or(0.0, |m| m.fastest);
         let found = self.afresh(scene, registry, implicit, fastest, gates, a, scale, path);
         if let (Some(from), Some(found)) = (from, &found) {
@@ -191,7 +182,7 @@ impl Picker {
         path: &mut Trajectory,
     ) -> Option<Picked> {
         let mut pairs = Vec::new();
-        if let Ok(mode) = registry.mode(from, scene.net, scene.switches) {
+        if let Ok(mode) = registry.mode(from, &scene.prepared.net, &scene.prepared.switches) {
             for &j in crossing {
                 if let Watch::Pair(i) = mode.watch[j] {
                     pairs.push(i);
@@ -204,7 +195,7 @@ impl Picker {
         for k in 0..sets {
             self.on.clear();
             self.on.extend_from_slice(registry.on(from));
-            fix(scene.switches, gates, &mut self.on);
+            fix(&scene.prepared.switches, gates, &mut self.on);
             let chosen: &[usize] = if k == 0 { &pairs } else { &pairs[k - 1..k] };
             for &i in chosen {
                 self.on[i] = !self.on[i];
@@ -237,7 +228,7 @@ impl Picker {
         scale: &mut Scale,
         path: &mut Trajectory,
     ) -> Option<Picked> {
-        let roles = roles(scene.net.m, scene.switches, gates);
+        let roles = roles(scene.prepared.net.m, &scene.prepared.switches, gates);
         let base =
             (1e-6 * scene.horizon).min(if fastest > 0.0 { 1e-3 / fastest } else { f64::INFINITY });
         let base = 10f64.powi(base.log10().floor() as i32);
@@ -254,7 +245,14 @@ impl Picker {
             let mut found = None;
             for _ in 0..PHASES {
                 later(scene.segment, h, &mut self.inputs);
-                let taken = implicit.step(scene.sys, scene.net, &now, &self.inputs, &roles, h);
+                let taken = implicit.step(
+                    &scene.prepared.sys,
+                    &scene.prepared.net,
+                    &now,
+                    &self.inputs,
+                    &roles,
+                    h,
+                );
                 if !taken.is_ok_and(|t| !t.suspect) {
                     break;
                 }
@@ -277,7 +275,11 @@ impl Picker {
                             break;
                         }
                         // the impulse is right: jump, and look again
-                        let Ok(mode) = registry.mode(id, scene.net, scene.switches) else { break };
+                        let Ok(mode) =
+                            registry.mode(id, &scene.prepared.net, &scene.prepared.switches)
+                        else {
+                            break;
+                        };
                         if mode.impulses.is_none() {
                             tried.push(id);
                             break;
@@ -343,7 +345,8 @@ impl Picker {
         let mut current = id;
         let mut seen = vec![id];
         for _ in 0..24 {
-            let mode = registry.mode(current, scene.net, scene.switches).ok()?;
+            let mode =
+                registry.mode(current, &scene.prepared.net, &scene.prepared.switches).ok()?;
             let Finding::Guard(worst, _) =
                 self.verifier.verify(&mode, a, scene.segment, scene.horizon, scale, path)
             else {
@@ -363,7 +366,7 @@ impl Picker {
                 return Some(Picked { id: next, mode });
             }
         }
-        let mode = registry.mode(id, scene.net, scene.switches).ok()?;
+        let mode = registry.mode(id, &scene.prepared.net, &scene.prepared.switches).ok()?;
         self.verifier.verify(&mode, a, scene.segment, scene.horizon, scale, path);
         let zeros: Vec<usize> = self.verifier.zeros.iter().take(12).copied().collect();
         for j in zeros {

@@ -3,7 +3,8 @@
 //! A segment is a sum of exponentials and sines.  A piece of it is as long as the fastest of them that has
 //! not decayed allows, or longer where the coefficients of the polynomials show that it does not take part.
 
-use super::run::{Engine, Phase};
+use super::place::Phase;
+use super::run::Engine;
 use crate::pieces::Pieces;
 use crate::rounding::UNIT;
 
@@ -20,27 +21,27 @@ const GROWTH: f64 = 4.0;
 impl Engine {
     /// Keeps some outputs between two instants as polynomials.
     pub fn keep_pieces(&mut self, outputs: Vec<usize>, window: [f64; 2]) {
-        self.pieces = Pieces::new(outputs, window, POINTS);
+        self.table.pieces = Pieces::new(outputs, window, POINTS);
     }
 
     /// Keeps the segment that ends here.
     pub(super) fn write_pieces(&mut self) {
-        let mut pieces = std::mem::take(&mut self.pieces);
+        let mut pieces = std::mem::take(&mut self.table.pieces);
         // what begins at the end of the run serves its last row
-        self.split(&mut pieces, self.end.min(self.stop));
-        self.pieces = pieces;
+        self.split(&mut pieces, self.span.end.min(self.plan.stop));
+        self.table.pieces = pieces;
     }
 
     /// Puts the outputs of the present segment down as polynomials, up to an instant [s].
     pub(super) fn split(&mut self, pieces: &mut Pieces, until: f64) {
-        let (begin, length) = (self.time, self.end - self.time);
+        let (begin, length) = (self.span.time, self.span.end - self.span.time);
         let Some([from, to]) = pieces.wanted(begin, until) else { return };
         self.prepare_rows(POINTS as f64);
-        let last = if to >= self.end { length } else { to - begin };
+        let last = if to >= self.span.end { length } else { to - begin };
         let mut row = vec![0.0; self.columns()];
         let mut at = from - begin;
         let mut width = last - at;
-        while at < last && pieces.wanted(begin + at, self.end).is_some() {
+        while at < last && pieces.wanted(begin + at, self.span.end).is_some() {
             let (rest, sure) = (last - at, self.sure(at, last - at));
             width = (GROWTH * width).min(rest);
             while !self.piece(pieces, at, width, &mut row) && width > sure {
@@ -57,15 +58,15 @@ impl Engine {
 
     /// Does so with the last segment, which nothing ends.
     pub(super) fn end_pieces(&mut self) {
-        if matches!(self.phase, Phase::Moving) {
+        if matches!(self.span.phase, Phase::Moving) {
             self.write_pieces();
         }
-        self.pieces.window = [f64::INFINITY; 2];
+        self.table.pieces.window = [f64::INFINITY; 2];
     }
 
     /// Puts down a piece; true if polynomials follow it.
     fn piece(&mut self, pieces: &mut Pieces, at: f64, width: f64, row: &mut [f64]) -> bool {
-        pieces.begin(self.time + at, width);
+        pieces.begin(self.span.time + at, width);
         for point in 0..POINTS {
             self.write_inside(at + pieces.places[point] * width, row);
             pieces.put(point, &row[1..]);
@@ -75,7 +76,7 @@ impl Engine {
 
     /// How long a piece from a time on may be at least, whatever takes part.
     fn sure(&self, at: f64, rest: f64) -> f64 {
-        self.path.terms.iter().fold(rest, |width, placed| {
+        self.motion.path.terms.iter().fold(rest, |width, placed| {
             let (speed, growth) = (placed.term.speed(), placed.term.growth());
             if speed == 0.0 {
                 return width;

@@ -4,16 +4,37 @@ use super::mode::{Mode, Watch};
 use super::run::Engine;
 use super::terms::Point;
 use super::verify::NOISE;
-use crate::resting::FADED;
+use crate::resting::{Resting, FADED};
+use crate::sampling::Sampling;
 
 /// Where a segment is looked at for controls that have decayed by its end.
 const LATE: f64 = 0.9;
 
+/// What the switches do.
+pub struct Control {
+    pub(super) gates: Vec<bool>,
+    /// switches that chatter
+    pub(super) sampling: Sampling,
+    /// controls that rest at thresholds
+    pub resting: Resting,
+}
+
+impl Control {
+    /// All of some switches are off.
+    pub(super) fn new(count: usize) -> Control {
+        Control {
+            gates: vec![false; count],
+            sampling: Sampling::new(count, 1.0),
+            resting: Resting::new(count),
+        }
+    }
+}
+
 impl Engine {
     /// Turns a gate.
     pub(super) fn throw(&mut self, switch: usize) {
-        self.gates[switch] = !self.gates[switch];
-        self.resting.turned(switch);
+        self.control.gates[switch] = !self.control.gates[switch];
+        self.control.resting.turned(switch);
         self.stats.switchings += 1;
     }
 
@@ -23,12 +44,12 @@ impl Engine {
         let mut turned = false;
         for k in 0..self.picker.verifier.resting.len() {
             let (s, noise) = self.picker.verifier.resting[k];
-            if self.sampling.on[s] {
+            if self.control.sampling.on[s] {
                 continue;
             }
-            let (switch, swing) = (&self.switches[s], noise / NOISE);
-            self.resting.note(s, switch, swing, self.time);
-            if self.resting.turns(s, switch, self.gates[s], swing) {
+            let (switch, swing) = (&self.prepared.switches[s], noise / NOISE);
+            self.control.resting.note(s, switch, swing, self.span.time);
+            if self.control.resting.turns(s, switch, self.control.gates[s], swing) {
                 self.throw(s);
                 turned = true;
             }
@@ -38,22 +59,22 @@ impl Engine {
 
     /// Notes how far controls are from their thresholds at the end of a segment.
     pub(super) fn see_controls(&mut self, mode: &Mode) {
-        let length = self.end - self.time;
+        let length = self.span.end - self.span.time;
         let mut late = Point::default();
         for &s in &mode.idle {
-            self.resting.see(s, 0.0, 0.0);
+            self.control.resting.see(s, 0.0, 0.0);
         }
         for (j, watch) in mode.watch.iter().enumerate() {
             let Watch::Switch(s) = *watch else { continue };
             let verifier = &self.picker.verifier;
             let (guards, noise) = (&verifier.guards, verifier.noise[j]);
-            let before = self.resting.is_near(s);
-            let distance = guards.value(j, &self.point);
-            self.resting.see(s, distance, noise);
+            let before = self.control.resting.is_near(s);
+            let distance = guards.value(j, &self.motion.point);
+            self.control.resting.see(s, distance, noise);
             // at the end of a steep edge rounding of the instant is more than that of the control
             if distance.abs() <= FADED * noise / NOISE {
-                self.path.at(LATE * length, &mut late);
-                self.resting.pass(s, guards.value(j, &late), noise, before);
+                self.motion.path.at(LATE * length, &mut late);
+                self.control.resting.pass(s, guards.value(j, &late), noise, before);
             }
         }
     }

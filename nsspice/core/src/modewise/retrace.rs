@@ -110,8 +110,8 @@ impl Retrace {
         supplies: &[Supply],
         fresh: bool,
     ) -> Two {
-        let (h, start) = (engine.point.t, engine.path.start());
-        self.course.set(&engine.segment, h);
+        let (h, start) = (engine.motion.point.t, engine.motion.path.start());
+        self.course.set(&engine.motion.segment, h);
         self.end.resize(mode.n, 0.0);
         self.begin(supplies);
         let mut delivered = 0.0;
@@ -125,16 +125,16 @@ impl Retrace {
         let count = self.weights.len();
         let rows = self.factors.chunks_exact(count).zip(self.currents.chunks_exact(count));
         delivered += rows.map(|(u, i)| self.course.between(u, i).re).sum::<f64>();
-        self.a.resize(engine.net.states, 0.0);
-        let before = energy(mode, start, &engine.segment.now, &mut self.a);
+        self.a.resize(engine.prepared.net.states, 0.0);
+        let before = energy(mode, start, &engine.motion.segment.now, &mut self.a);
         self.course.last(&mut self.v, mode.leave_v.cols);
         let after = energy(mode, &self.end, &self.v, &mut self.a);
         let mut chance = Chance(sums.steps());
         let count = if fresh { 1 } else { ASKED };
         if chance.next().is_multiple_of(count) {
             self.choose(mode, start, &mut chance, h);
-            later(&engine.segment, h * chance.part(), &mut self.v);
-            engine.segment.rates(&self.v, &mut self.d);
+            later(&engine.motion.segment, h * chance.part(), &mut self.v);
+            engine.motion.segment.rates(&self.v, &mut self.d);
             self.ask(engine, sums, mode, count as f64, h);
         }
         [delivered - (after - before), delivered]
@@ -274,7 +274,7 @@ impl Retrace {
 
     /// Asks the laws with these coordinates, beside the inputs at an instant.
     fn ask(&mut self, engine: &Engine, sums: &mut Sums, mode: &Mode, count: f64, h: f64) {
-        let net = &engine.net;
+        let net = &engine.prepared.net;
         for list in [&mut self.v, &mut self.d] {
             list.iter_mut().for_each(|v| *v *= count * h);
         }
@@ -291,8 +291,8 @@ impl Retrace {
         let work = [&mut self.a, &mut self.b];
         engine.unknowns_in(mode, values, &mut self.z, &mut self.l, work);
         self.u.clear();
-        let sources = engine.inputs.waveforms().len();
-        self.u.extend((0..sources).map(|k| engine.inputs.value_of(k, &self.v)));
+        let sources = engine.prepared.inputs.waveforms().len();
+        self.u.extend((0..sources).map(|k| engine.prepared.inputs.value_of(k, &self.v)));
         // of coordinates whose energy is half the square of their length
         let rounding = mode.n as f64 * f64::EPSILON * mode.fastest * norm(&self.asked);
         sums.miss(&self.rate, &self.z, &self.l, &self.u, rounding);
@@ -353,7 +353,7 @@ mod tests {
         engine.plan(1.0, 0.0, 1.0, 0.01);
         let charges: Vec<f64> = (0..STATES).map(|k| 1.0 - 0.2 * k as f64).collect();
         assert!(engine.start(&charges, &[], None).is_ok());
-        engine.path.at(0.3, &mut engine.point);
+        engine.motion.path.at(0.3, &mut engine.motion.point);
         (engine, sums)
     }
 
@@ -362,19 +362,19 @@ mod tests {
         let mut sums = sums.clone();
         let unknowns = |a: &[f64]| {
             let mut z = vec![0.0; STATES];
-            engine.net.big_r.apply(a, &mut z);
+            engine.prepared.net.big_r.apply(a, &mut z);
             z
         };
-        let (_, own) = engine.present.as_ref().unwrap_or_else(|| unreachable!());
+        let (_, own) = engine.motion.present.as_ref().unwrap_or_else(|| unreachable!());
         let (mut x, mut a) = (vec![0.0; own.n], vec![0.0; STATES]);
-        energy(own, engine.path.start(), &engine.segment.now, &mut a);
+        energy(own, engine.motion.path.start(), &engine.motion.segment.now, &mut a);
         sums.start(&unknowns(&a));
-        let supplies = Supply::all(&engine.net, mode);
+        let supplies = Supply::all(&engine.prepared.net, mode);
         let found = Retrace::default().segment(engine, &mut sums, mode, &supplies, true);
         sums.motion(0.3, found);
-        engine.path.state(&engine.point, &mut x);
-        let mut v = vec![0.0; engine.v.len()];
-        engine.path.inputs(&engine.segment, &engine.point, &mut v);
+        engine.motion.path.state(&engine.motion.point, &mut x);
+        let mut v = vec![0.0; engine.state.v.len()];
+        engine.motion.path.inputs(&engine.motion.segment, &engine.motion.point, &mut v);
         energy(own, &x, &v, &mut a);
         sums.balance(&unknowns(&a)).drift
     }
@@ -382,7 +382,7 @@ mod tests {
     #[test]
     fn one_wrong_number_of_a_mode_is_noticed() {
         let (engine, sums) = ladder();
-        let (_, mode) = engine.present.clone().unwrap_or_else(|| unreachable!());
+        let (_, mode) = engine.motion.present.clone().unwrap_or_else(|| unreachable!());
         assert!(drift(&engine, &sums, &mode) < 1e-13);
         let spoil = |change: &dyn Fn(&mut Mode)| {
             let mut wrong = (*mode).clone();

@@ -1,15 +1,19 @@
 //! Rows inside segments: evaluated where they stand, those of a run in one product of matrices, and
 //! few of a mode that is hardly met through its unknowns.
 
+use super::handed::Handed;
 use super::inputs::Segment;
 use super::mode::Mode;
 use super::outputs::Outputs;
+use super::place::Motion;
 use super::run::Engine;
+use super::sides::Ends;
 use super::single::Single;
 use super::spread::Spread;
 use super::stride::{Strides, FEW, RUN};
 use super::terms::Point;
 use super::trajectory::Trajectory;
+use crate::pieces::Pieces;
 use crate::waveform::INSTANT;
 
 /// The outputs along the present segment.
@@ -81,23 +85,48 @@ impl Inside {
     }
 }
 
+/// The outputs, and what is made of them.
+pub struct Table {
+    pub(super) outputs: Outputs,
+    pub(super) inside: Inside,
+    pub(super) ends: Ends,
+    /// outputs that measures follow
+    pub pieces: Pieces,
+    /// outputs that drive other blocks
+    pub(super) handed: Handed,
+}
+
+impl Table {
+    /// Rows of some outputs alone.
+    pub(super) fn new(outputs: Outputs) -> Table {
+        Table {
+            outputs,
+            inside: Inside::default(),
+            ends: Ends::default(),
+            pieces: Pieces::default(),
+            handed: Handed::default(),
+        }
+    }
+}
+
 impl Engine {
     /// Writes the next rows as far as they lie inside the segment and there is room for them;
     /// returns their number.
     pub(super) fn write_rows(&mut self, out: &mut [f64]) -> usize {
-        let last = self.end >= self.stop && self.end < self.corner;
-        let before = self.end - INSTANT * self.end;
-        let (time, end) = (self.time, self.end);
+        let last = self.span.end >= self.plan.stop && self.span.end < self.span.corner;
+        let before = self.span.end - INSTANT * self.span.end;
+        let (time, end) = (self.span.time, self.span.end);
         let within = move |target: &f64| *target < before || (last && *target <= end);
-        let Some(first) = self.rows.peek().filter(within) else { return 0 };
-        let (step, columns) = (self.rows.step(), self.columns());
+        let Some(first) = self.plan.rows.peek().filter(within) else { return 0 };
+        let (step, columns) = (self.plan.rows.step(), self.columns());
         self.prepare_rows(((end - first) / step).max(0.0) + 1.0);
-        let evenly = self.path.closed() && end - first >= FEW * step;
-        if evenly && !self.inside.singly {
-            self.inside.strides.begin(&self.path, step);
+        let evenly = self.motion.path.closed() && end - first >= FEW * step;
+        if evenly && !self.table.inside.singly {
+            self.table.inside.strides.begin(&self.motion.path, step);
         }
         let (mut rest, mut count) = (out, 0);
-        let Engine { rows: clock, present, inside, path, segment, outputs, .. } = self;
+        let Motion { present, path, segment, .. } = &self.motion;
+        let (clock, Table { inside, outputs, .. }) = (&mut self.plan.rows, &mut self.table);
         let Some((_, mode)) = present else { return 0 };
         while let Some(first) = clock.peek().filter(within) {
             let most = if evenly { RUN } else { 1 };
@@ -127,9 +156,10 @@ impl Engine {
 
     /// Writes the outputs at one time since the start of the segment, behind the first column.
     pub(super) fn write_inside(&mut self, time: f64, row: &mut [f64]) {
-        self.inside.times.clear();
-        self.inside.times.push(time);
-        let Engine { present, inside, path, segment, outputs, .. } = self;
+        self.table.inside.times.clear();
+        self.table.inside.times.push(time);
+        let Motion { present, path, segment, .. } = &self.motion;
+        let Table { inside, outputs, .. } = &mut self.table;
         if let Some((_, mode)) = present {
             inside.write((outputs, mode), (path, segment), row, row.len());
         }
@@ -137,19 +167,19 @@ impl Engine {
 
     /// Brings the outputs of the mode into the terms of the segment, if so many points are worth it.
     pub(super) fn prepare_rows(&mut self, points: f64) {
-        let Some((id, mode)) = &self.present else { return };
-        let inside = &mut self.inside;
+        let Some((id, mode)) = &self.motion.present else { return };
+        let inside = &mut self.table.inside;
         if inside.ready {
             return;
         }
         inside.ready = true;
-        let rows = self.registry.outputs(*id, mode, &self.outputs, points);
+        let rows = self.registry.outputs(*id, mode, &self.table.outputs, points);
         inside.singly = rows.is_none();
         let Some(rows) = rows else { return };
-        self.path.spread(&rows.value, &self.segment, &mut inside.values);
+        self.motion.path.spread(&rows.value, &self.motion.segment, &mut inside.values);
         inside.rated = rows.rate.is_some();
         if let Some(rate) = &rows.rate {
-            self.path.spread(rate, &self.segment, &mut inside.rates);
+            self.motion.path.spread(rate, &self.motion.segment, &mut inside.rates);
         }
     }
 }

@@ -20,14 +20,14 @@ impl Picker {
         scale: &mut Scale,
         path: &mut Trajectory,
     ) -> Option<Picked> {
-        let reinitialiser = scene.reinitialiser?;
-        let (segment, inputs) = (scene.segment, scene.inputs);
+        let reinitialiser = scene.prepared.reinitialiser.as_ref()?;
+        let (segment, inputs) = (scene.segment, &scene.prepared.inputs);
         let count = inputs.waveforms().len();
         let u: Vec<f64> = (0..count).map(|k| inputs.value_of(k, &segment.now)).collect();
         let slopes: Vec<f64> = (0..count).map(|k| inputs.rate_of(k, &segment.rate)).collect();
-        let mut charges = vec![0.0; scene.net.n];
-        scene.net.charges.apply(a, &mut charges);
-        let roles = roles(scene.net.m, scene.switches, gates);
+        let mut charges = vec![0.0; scene.prepared.net.n];
+        scene.prepared.net.charges.apply(a, &mut charges);
+        let roles = roles(scene.prepared.net.m, &scene.prepared.switches, gates);
         let found = reinitialiser.after(Before::Stored(&charges), [&u, &slopes], &roles, 0.0)?;
         let mut now = a.to_vec();
         self.leaps.clear();
@@ -36,7 +36,7 @@ impl Picker {
         if through != found.active {
             // charges pass pairs that block afterwards
             let first = registry.id(&through, gates);
-            let mode = registry.mode(first, scene.net, scene.switches).ok()?;
+            let mode = registry.mode(first, &scene.prepared.net, &scene.prepared.switches).ok()?;
             self.leaps.push(Leap { through: first, before: now.clone() });
             settle(&mode, &segment.now, &mut now);
         }

@@ -6,9 +6,10 @@
 //! gives an energy that does not lead from the first state of the run to the last.
 
 use super::mode::Mode;
+use super::place::Phase;
 use super::registry::Id;
 use super::retrace::{energy, Retrace, Two};
-use super::run::{Engine, Phase};
+use super::run::Engine;
 use super::terms::Point;
 use crate::audit::{Balance, Sums};
 use crate::dense::Matrix;
@@ -34,7 +35,7 @@ impl Engine {
     /// The run begins at the present energy coordinates.
     pub(super) fn tally_start(&mut self) {
         if let Some(sums) = &mut self.tally.sums {
-            sums.start(&unknowns_of(&self.net.big_r, &self.a));
+            sums.start(&unknowns_of(&self.prepared.net.big_r, &self.state.a));
         }
     }
 
@@ -48,15 +49,15 @@ impl Engine {
     /// The energy coordinates have jumped from `origin` to the present ones.
     pub(super) fn tally_jump(&mut self, origin: &[f64]) {
         if let Some(sums) = &mut self.tally.sums {
-            let r = &self.net.big_r;
-            sums.jump(&unknowns_of(r, origin), &unknowns_of(r, &self.a));
+            let r = &self.prepared.net.big_r;
+            sums.jump(&unknowns_of(r, origin), &unknowns_of(r, &self.state.a));
         }
     }
 
     /// An implicit step of the length `h` has been accepted, from the present energy coordinates.
     pub(super) fn tally_step(&mut self, h: f64, u: &[f64]) {
         if let Some(sums) = &mut self.tally.sums {
-            let from = unknowns_of(&self.net.big_r, &self.a);
+            let from = unknowns_of(&self.prepared.net.big_r, &self.state.a);
             let (z, l, none) = (&self.implicit.z, &self.implicit.l, &[][..]);
             sums.step(h, [&from, z], l, [u, u], [none, none], false);
         }
@@ -66,7 +67,7 @@ impl Engine {
     pub(super) fn tally_segment(&mut self, id: Id, mode: &Mode) {
         let Some(mut sums) = self.tally.sums.take() else { return };
         let (energies, fresh) = self.energies(&mut sums, id, mode);
-        sums.motion(self.point.t, energies);
+        sums.motion(self.motion.point.t, energies);
         if self.stats.segments.is_power_of_two() || fresh {
             self.see_end(&mut sums, mode);
             self.see_within(&mut sums, mode);
@@ -76,51 +77,51 @@ impl Engine {
 
     /// Takes the largest voltage and current at the end of the segment.
     fn see_end(&mut self, sums: &mut Sums, mode: &Mode) {
-        self.segment.rates(&self.v, &mut self.tally.d);
-        let (mut z, mut l) = (vec![0.0; self.net.n], vec![0.0; self.net.m]);
-        self.unknowns(mode, &self.x, &self.v, &self.tally.d, &mut z, &mut l);
+        self.motion.segment.rates(&self.state.v, &mut self.tally.d);
+        let (mut z, mut l) = (vec![0.0; self.prepared.net.n], vec![0.0; self.prepared.net.m]);
+        self.unknowns(mode, &self.state.x, &self.state.v, &self.tally.d, &mut z, &mut l);
         sums.see(&z, &l);
     }
 
     /// Takes what is stored somewhere within the segment: over whole periods it comes back, and the ends tell
     /// nothing of what was turned over.
     fn see_within(&self, sums: &mut Sums, mode: &Mode) {
-        if !self.path.closed() {
+        if !self.motion.path.closed() {
             return;
         }
         let (mut point, mut x) = (Point::default(), vec![0.0; mode.n]);
-        let (mut v, mut a) = (self.v.clone(), vec![0.0; self.a.len()]);
-        self.path.at(WITHIN * self.point.t, &mut point);
-        self.path.state(&point, &mut x);
-        self.path.inputs(&self.segment, &point, &mut v);
+        let (mut v, mut a) = (self.state.v.clone(), vec![0.0; self.state.a.len()]);
+        self.motion.path.at(WITHIN * self.motion.point.t, &mut point);
+        self.motion.path.state(&point, &mut x);
+        self.motion.path.inputs(&self.motion.segment, &point, &mut v);
         sums.see_stored(energy(mode, &x, &v, &mut a));
     }
 
     /// The balance of energy up to the end of the present segment, if all of it was added up.
     pub fn balance(&mut self) -> Option<Balance> {
         let mut sums = self.tally.sums.clone()?;
-        let mut a = self.a.clone();
+        let mut a = self.state.a.clone();
         if let (Phase::Moving, Some((id, mode)), true) =
-            (&self.phase, self.present.clone(), self.time < self.stop)
+            (&self.span.phase, self.motion.present.clone(), self.span.time < self.plan.stop)
         {
-            self.x.resize(mode.n, 0.0);
-            self.path.state(&self.point, &mut self.x);
-            self.path.inputs(&self.segment, &self.point, &mut self.v);
+            self.state.x.resize(mode.n, 0.0);
+            self.motion.path.state(&self.motion.point, &mut self.state.x);
+            self.motion.path.inputs(&self.motion.segment, &self.motion.point, &mut self.state.v);
             let (energies, _) = self.energies(&mut sums, id, &mode);
-            sums.motion(self.point.t, energies);
+            sums.motion(self.motion.point.t, energies);
             self.see_end(&mut sums, &mode);
             self.see_within(&mut sums, &mode);
-            mode.leave(&self.x, &self.v, &mut a);
+            mode.leave(&self.state.x, &self.state.v, &mut a);
         }
-        Some(sums.balance(&unknowns_of(&self.net.big_r, &a)))
+        Some(sums.balance(&unknowns_of(&self.prepared.net.big_r, &a)))
     }
 
     /// What is dissipated and delivered in the segment, and whether it is the first one of its mode.
     fn energies(&mut self, sums: &mut Sums, id: Id, mode: &Mode) -> (Two, bool) {
-        if self.point.t <= 0.0 {
+        if self.motion.point.t <= 0.0 {
             return ([0.0; 2], false);
         }
-        let fresh = self.registry.supply(id, mode, &self.net);
+        let fresh = self.registry.supply(id, mode, &self.prepared.net);
         let mut retrace = self.tally.retrace.take().unwrap_or_default();
         let supplies = self.registry.supplies(id);
         let found = retrace.segment(self, sums, mode, supplies, fresh);

@@ -2,7 +2,8 @@
 
 use super::inputs::Segment;
 use super::mode::Mode;
-use super::run::{Engine, Phase};
+use super::place::Phase;
+use super::run::Engine;
 use crate::moreau::Failure;
 use std::sync::Arc;
 
@@ -58,17 +59,18 @@ pub(super) struct Trace {
 impl Engine {
     /// Runs from the present state to the planned end, or until the gate of a switch goes up; keeps what it passes.
     pub fn pass(&mut self, trigger: Option<usize>) -> Result<Passed, Failure> {
-        while self.time < self.stop {
-            let stepped = !matches!(self.phase, Phase::Moving) || self.sampling.on.contains(&true);
+        while self.span.time < self.plan.stop {
+            let stepped = !matches!(self.span.phase, Phase::Moving)
+                || self.control.sampling.on.contains(&true);
             if stepped || self.trace.struck {
                 return Ok(Passed::Unproved);
             }
             if self.trace.passages.len() >= MOST {
                 return Ok(Passed::Many);
             }
-            let before = trigger.map(|s| self.gates[s]);
+            let before = trigger.map(|s| self.control.gates[s]);
             self.finish()?;
-            if before == Some(false) && trigger.is_some_and(|s| self.gates[s]) {
+            if before == Some(false) && trigger.is_some_and(|s| self.control.gates[s]) {
                 return Ok(Passed::Trigger);
             }
         }
@@ -87,7 +89,7 @@ impl Engine {
 
     /// States of the switches' gates.
     pub fn gates(&self) -> &[bool] {
-        &self.gates
+        &self.control.gates
     }
 
     /// A mode has been entered that is left at once, since a switch reacts: its jump counts.
@@ -97,7 +99,9 @@ impl Engine {
         }
         for k in 0..self.picker.leaps.len() {
             let through = self.picker.leaps[k].through;
-            if let Ok(mode) = self.registry.mode(through, &self.net, &self.switches) {
+            if let Ok(mode) =
+                self.registry.mode(through, &self.prepared.net, &self.prepared.switches)
+            {
                 self.trace.leaps.push(mode);
             }
         }
@@ -115,13 +119,13 @@ impl Engine {
         self.trace.passages.push(Passage {
             leaps,
             mode: mode.clone(),
-            inputs: self.segment.clone(),
-            start: self.time,
-            end: self.end,
-            first: self.path.start().to_vec(),
-            last: self.x.clone(),
-            v: self.v.clone(),
-            crossing: self.crossing.clone(),
+            inputs: self.motion.segment.clone(),
+            start: self.span.time,
+            end: self.span.end,
+            first: self.motion.path.start().to_vec(),
+            last: self.state.x.clone(),
+            v: self.state.v.clone(),
+            crossing: self.span.crossing.clone(),
         });
     }
 }

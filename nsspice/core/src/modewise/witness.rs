@@ -119,8 +119,8 @@ impl Engine {
     pub fn waiting(&self) -> usize {
         self.witness.taken.size()
             + self.witness.records.size()
-            + self.ends.kept.as_ref().map_or(0, Vec::len)
-            + self.pieces.waiting()
+            + self.table.ends.kept.as_ref().map_or(0, Vec::len)
+            + self.table.pieces.waiting()
     }
 
     /// True when they should be taken.
@@ -135,8 +135,8 @@ impl Engine {
             let lists = [&mut w.taken.seam_end, &mut w.taken.seam_begin];
             for (list, a) in lists.into_iter().zip(&mut seam.ends) {
                 let from = list.len();
-                list.resize(from + self.net.n, 0.0);
-                self.net.big_r.apply(a, &mut list[from..]);
+                list.resize(from + self.prepared.net.n, 0.0);
+                self.prepared.net.big_r.apply(a, &mut list[from..]);
                 a.clear();
             }
         }
@@ -154,12 +154,12 @@ impl Engine {
         if !self.witness.watches {
             return;
         }
-        let sources = self.inputs.waveforms().len();
-        let u: Vec<f64> = (0..sources).map(|k| self.inputs.value_of(k, v)).collect();
+        let sources = self.prepared.inputs.waveforms().len();
+        let u: Vec<f64> = (0..sources).map(|k| self.prepared.inputs.value_of(k, v)).collect();
         self.tally_step(length, &u);
-        let mut from = vec![0.0; self.net.n];
-        self.net.big_r.apply(&self.a, &mut from);
-        let roles = if self.switches.is_empty() { &[] } else { roles };
+        let mut from = vec![0.0; self.prepared.net.n];
+        self.prepared.net.big_r.apply(&self.state.a, &mut from);
+        let roles = if self.prepared.switches.is_empty() { &[] } else { roles };
         let (z, l) = (&self.implicit.z, &self.implicit.l);
         let roles = roles.iter().map(|&r| r as u8);
         self.witness.records.push(time, length, &from, z, l, &u, &u, roles);
@@ -168,7 +168,7 @@ impl Engine {
     /// A motion has come to its end, or a jump that is reported.
     pub(super) fn witness_end(&mut self) {
         if self.witness.watches {
-            self.witness.left.clone_from(&self.a);
+            self.witness.left.clone_from(&self.state.a);
         }
     }
 
@@ -177,13 +177,13 @@ impl Engine {
     pub(super) fn witness_begin(&mut self, mode: &Mode) {
         let often = self.stats.segments < FEW || self.stats.segments.is_multiple_of(SEAMS);
         let w = &mut self.witness;
-        if !w.watches || !often || w.left.len() != self.net.states {
+        if !w.watches || !often || w.left.len() != self.prepared.net.states {
             return;
         }
         w.x.resize(mode.n, 0.0);
-        w.a.resize(self.net.states, 0.0);
-        self.path.state(&self.picker.verifier.start, &mut w.x);
-        mode.leave(&w.x, &self.segment.now, &mut w.a);
+        w.a.resize(self.prepared.net.states, 0.0);
+        self.motion.path.state(&self.picker.verifier.start, &mut w.x);
+        mode.leave(&w.x, &self.motion.segment.now, &mut w.a);
         w.taken.seams += 1;
         let (mut gap, mut size) = (0.0f64, 0.0f64);
         for (left, a) in w.left.iter().zip(&w.a) {
@@ -204,7 +204,7 @@ impl Engine {
     fn swing(&mut self, mode: &Mode, length: f64) -> f64 {
         let w = &mut self.witness;
         w.x.resize(mode.n, 0.0);
-        self.path.sizes(length, &mut w.b, &mut w.x);
+        self.motion.path.sizes(length, &mut w.b, &mut w.x);
         let mut square = 0.0;
         for r in 0..mode.leave_x.rows {
             let sum =
@@ -254,13 +254,13 @@ impl Engine {
 
     /// Makes room for so many stretches.
     fn make_room(&mut self, stretches: usize) {
-        let (n, points) = (self.net.n, stretches * NODES.len());
+        let (n, points) = (self.prepared.net.n, stretches * NODES.len());
         let taken = &mut self.witness.taken;
         for list in [&mut taken.z, &mut taken.rate] {
             list.reserve(points * n);
         }
-        taken.l.reserve(points * self.net.m);
-        taken.u.reserve(points * self.inputs.waveforms().len());
+        taken.l.reserve(points * self.prepared.net.m);
+        taken.u.reserve(points * self.prepared.inputs.waveforms().len());
         taken.first.reserve(stretches * n);
         for list in [&mut taken.time, &mut taken.weight] {
             list.reserve(points);
@@ -270,7 +270,7 @@ impl Engine {
     /// How long the stretch that begins at `t` may be.
     fn reach(&self, t: f64, length: f64) -> f64 {
         let mut width = length - t;
-        for placed in &self.path.terms {
+        for placed in &self.motion.path.terms {
             let (rate, forced) = match placed.term {
                 Term::One | Term::Time => continue,
                 Term::Exp { rate } | Term::Ramp { own: rate } => (rate, rate),
@@ -293,7 +293,7 @@ impl Engine {
 
     /// How far the controls of switches may lie beyond their thresholds.
     fn doubt(&self, mode: &Mode) -> f64 {
-        if self.sampling.on.contains(&true) {
+        if self.control.sampling.on.contains(&true) {
             return f64::INFINITY;
         }
         let noise = mode.watch.iter().zip(&self.picker.verifier.noise);
@@ -302,23 +302,23 @@ impl Engine {
     }
 
     fn record_stretch(&mut self, mode: &Mode, begin: f64, end: f64, length: f64) {
-        let (n, m) = (self.net.n, self.net.m);
+        let (n, m) = (self.prepared.net.n, self.prepared.net.m);
         let mut w = std::mem::take(&mut self.witness);
         let (half, middle) = (0.5 * (end - begin), 0.5 * (end + begin));
         w.x.resize(mode.n, 0.0);
-        w.v.resize(self.v.len(), 0.0);
-        w.a.resize(self.net.states, 0.0);
-        let sources = self.inputs.waveforms().len();
+        w.v.resize(self.state.v.len(), 0.0);
+        w.a.resize(self.prepared.net.states, 0.0);
+        let sources = self.prepared.inputs.waveforms().len();
         for (k, (node, weight)) in NODES.iter().zip(WEIGHTS).enumerate() {
             let t = match k {
                 0 => begin,
                 5 => end,
                 _ => middle + half * node,
             };
-            self.path.at(t, &mut w.point);
-            self.path.state(&w.point, &mut w.x);
-            self.path.inputs(&self.segment, &w.point, &mut w.v);
-            self.segment.rates(&w.v, &mut w.d);
+            self.motion.path.at(t, &mut w.point);
+            self.motion.path.state(&w.point, &mut w.x);
+            self.motion.path.inputs(&self.motion.segment, &w.point, &mut w.v);
+            self.motion.segment.rates(&w.v, &mut w.d);
             let taken = &mut w.taken;
             let (z, l, u) = (taken.z.len(), taken.l.len(), taken.u.len());
             taken.z.resize(z + n, 0.0);
@@ -327,28 +327,28 @@ impl Engine {
             let values = [&w.x[..], &w.v, &w.d];
             let work = [&mut w.a, &mut w.b];
             self.unknowns_in(mode, values, &mut taken.z[z..], &mut taken.l[l..], work);
-            for (switch, size) in self.switches.iter().zip(&mut w.controls) {
+            for (switch, size) in self.prepared.switches.iter().zip(&mut w.controls) {
                 *size = size.max(switch.size(&taken.z[z..]));
             }
             // the segment behind the end of the run is cut
-            let at_end = k == 5 && end == length && self.time < self.stop;
-            let instant = if at_end { self.end } else { self.time + t };
+            let at_end = k == 5 && end == length && self.span.time < self.plan.stop;
+            let instant = if at_end { self.span.end } else { self.span.time + t };
             self.sources_inside(instant, k == 0, &w.v, &w.d, &mut taken.u[u..]);
             if k == 0 {
                 taken.first.extend_from_slice(&taken.z[z..]);
                 taken.first_u.extend_from_slice(&taken.u[u..]);
             }
-            self.path.state_rate(&w.point, &mut w.x);
+            self.motion.path.state_rate(&w.point, &mut w.x);
             mode.leave(&w.x, &w.d, &mut w.a);
             let rate = taken.rate.len();
             taken.rate.resize(rate + n, 0.0);
-            self.net.big_r.apply(&w.a, &mut taken.rate[rate..]);
-            taken.time.push(self.time + t);
+            self.prepared.net.big_r.apply(&w.a, &mut taken.rate[rate..]);
+            taken.time.push(self.span.time + t);
             taken.weight.push(half * weight);
         }
         let taken = &mut w.taken;
-        taken.begin.push(self.time + begin);
-        taken.end.push(self.time + end);
+        taken.begin.push(self.span.time + begin);
+        taken.end.push(self.span.time + end);
         taken.grain.push((end - begin).min(1.0 / mode.fastest));
         taken.steps.push(if end == length {
             1u8.saturating_add(std::mem::take(&mut w.empty))
@@ -357,8 +357,10 @@ impl Engine {
         });
         taken.signed.push(1);
         taken.doubt.push(self.doubt(mode));
-        if !self.switches.is_empty() {
-            taken.roles.extend(roles(m, &self.switches, &self.gates).iter().map(|&r| r as u8));
+        if !self.prepared.switches.is_empty() {
+            taken.roles.extend(
+                roles(m, &self.prepared.switches, &self.control.gates).iter().map(|&r| r as u8),
+            );
         }
         self.witness = w;
     }
@@ -367,11 +369,12 @@ impl Engine {
     /// something else than the rounding of the time explains.
     fn sources_inside(&self, time: f64, start: bool, v: &[f64], d: &[f64], out: &mut [f64]) {
         let side = if start { Side::Right } else { Side::Left };
-        self.inputs.values(time, side, out);
-        let indistinct = self.end - self.time <= INSTANT * self.end
-            || !start && time - self.time <= INSTANT * time;
+        self.prepared.inputs.values(time, side, out);
+        let indistinct = self.span.end - self.span.time <= INSTANT * self.span.end
+            || !start && time - self.span.time <= INSTANT * time;
         for (k, u) in out.iter_mut().enumerate() {
-            let (driven, rate) = (self.inputs.value_of(k, v), self.inputs.rate_of(k, d));
+            let (driven, rate) =
+                (self.prepared.inputs.value_of(k, v), self.prepared.inputs.rate_of(k, d));
             let rounding = INSTANT * (time * rate).abs();
             if indistinct || (*u - driven).abs() <= rounding + 1e-12 * u.abs().max(driven.abs()) {
                 *u = driven;

@@ -80,7 +80,7 @@ impl PyModewise {
     }
 
     fn failure<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        self.inner.failure.as_ref().map(|f| failure_dict(py, f)).transpose()
+        self.inner.log.failure.as_ref().map(|f| failure_dict(py, f)).transpose()
     }
 
     fn state<'py>(
@@ -151,7 +151,7 @@ impl PyModewise {
 
     /// The pieces since the last call: beginning, length and values at the points, output by output.
     fn take_pieces<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let (size, table) = (self.inner.pieces.size(), self.inner.pieces.take());
+        let (size, table) = (self.inner.table.pieces.size(), self.inner.table.pieces.take());
         let rows = table.len() / size;
         PyArray1::from_vec(py, table).reshape([rows, size])
     }
@@ -188,16 +188,16 @@ impl PyModewise {
 
     /// Pairs of the switches whose controls have come to rest at thresholds, and when first [s].
     fn resting(&self) -> Vec<(usize, f64)> {
-        self.inner.resting.told(&self.inner.switches)
+        self.inner.control.resting.told(&self.inner.prepared.switches)
     }
 
     fn jumps<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        self.inner.jumps.iter().map(|j| super::jump_dict(py, j)).collect()
+        self.inner.log.jumps.iter().map(|j| super::jump_dict(py, j)).collect()
     }
 
     /// Changes of pairs as (time, pair, conducts from then on).
     fn events<'py>(&self, py: Python<'py>) -> EventArrays<'py> {
-        event_arrays(py, &self.inner.events)
+        event_arrays(py, &self.inner.log.events)
     }
 
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
