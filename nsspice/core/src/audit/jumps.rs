@@ -22,41 +22,41 @@ impl Auditor {
         [unknowns, multipliers]: [&[f64]; 2],
         sizes: &mut [f64],
     ) -> Vec<f64> {
-        let mut branches = vec![0.0; self.n];
+        let mut branches = vec![0.0; self.arrays.n];
         // called for, in laws of currents and of voltages
         let mut called = [0.0f64; 2];
-        for &(a, b, value) in self.g.elements() {
+        for &(a, b, value) in self.arrays.g.elements() {
             let [from, to] = [a, b].map(|k| if k < 0 { 0.0 } else { unknowns[k as usize] });
             let across = (from - to).abs();
             called[1] += across;
             let carried = value.abs() * across + self.rounded(value * from.abs().max(to.abs()));
             [a, b].iter().filter(|k| **k >= 0).for_each(|&k| sizes[k as usize] += carried);
         }
-        for (row, column, value) in self.g.rest().entries() {
-            let (own, impulse) = (self.kinds[row], unknowns[column].abs());
-            let branch = value.abs() == 1.0 && own != self.kinds[column];
+        for (row, column, value) in self.arrays.g.rest().entries() {
+            let (own, impulse) = (self.arrays.kinds[row], unknowns[column].abs());
+            let branch = value.abs() == 1.0 && own != self.arrays.kinds[column];
             let to = if branch { &mut branches[row] } else { &mut sizes[row] };
             *to += value.abs() * impulse;
-            if own == self.kinds[column] {
+            if own == self.arrays.kinds[column] {
                 called[usize::from(1 - own)] += impulse;
             }
         }
-        for (row, pair, value) in self.a.entries() {
-            let branch = value.abs() == 1.0 && self.kinds[row] != self.reach.kind(pair);
+        for (row, pair, value) in self.arrays.a.entries() {
+            let branch = value.abs() == 1.0 && self.arrays.kinds[row] != self.reach.kind(pair);
             let to = if branch { &mut branches[row] } else { &mut sizes[row] };
             *to += (value * multipliers[pair]).abs();
         }
-        for (_, pair, _) in self.d.entries().filter(|e| e.2 != 0.0) {
+        for (_, pair, _) in self.arrays.d.entries().filter(|e| e.2 != 0.0) {
             called[usize::from(1 - self.reach.kind(pair))] += multipliers[pair].abs();
         }
-        for (row, &kind) in self.kinds.iter().enumerate() {
+        for (row, &kind) in self.arrays.kinds.iter().enumerate() {
             called[usize::from(kind)] += sizes[row];
-            if !self.algebraic[row] {
+            if !self.places.algebraic[row] {
                 let state = sides.iter().fold(0.0f64, |most, z| most.max(z[row].abs()));
                 called[usize::from(1 - kind)] += time * state;
             }
         }
-        for ((size, branch), &kind) in sizes.iter_mut().zip(&mut branches).zip(&self.kinds) {
+        for ((size, branch), &kind) in sizes.iter_mut().zip(&mut branches).zip(&self.arrays.kinds) {
             let most = called[usize::from(kind)];
             if *branch > most {
                 *size += most;
@@ -84,7 +84,7 @@ impl Auditor {
         [span, shortest]: [f64; 2],
     ) -> Vec<f64> {
         let dense = |z: f64, impulse: f64| span == 0.0 && impulse.abs() > 0.1 * shortest * z.abs();
-        let rows = after.iter().zip(impulses).zip(&self.algebraic);
+        let rows = after.iter().zip(impulses).zip(&self.places.algebraic);
         rows.map(|((z, i), algebraic)| if *algebraic && dense(*z, *i) { 0.0 } else { *z }).collect()
     }
 
@@ -104,7 +104,7 @@ impl Auditor {
         (sizes, energy): (&[f64], f64),
     ) -> f64 {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let open = dot(sides[1], moved) - gave + dot(&self.q, multipliers);
+        let open = dot(sides[1], moved) - gave + dot(&self.arrays.q, multipliers);
         if open <= 0.0 {
             return 0.0; // short steps dissipate a little
         }

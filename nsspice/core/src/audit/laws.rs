@@ -1,8 +1,7 @@
 //! Checks of the laws and of complementarity at recorded points.
 
+use super::arrays::{Arrays, Places};
 use super::branches::Branches;
-use super::flows::Flows;
-use super::form::Form;
 use super::gates::Gates;
 use super::matrix::Entries;
 use super::points::Block;
@@ -11,7 +10,7 @@ use super::sources::Sources;
 use super::stretches::Seams;
 use super::ties::Ties;
 use super::{ratio, worse};
-use crate::descriptor::{stored_columns, stored_groups, Linear};
+use crate::descriptor::Linear;
 use crate::newton::Smooth;
 use crate::sparse::Csc;
 use crate::structure::{Coordinates, Edge, Parts};
@@ -73,54 +72,23 @@ impl Functions {
     }
 }
 
-/// Checks the points of one island.
-pub struct Auditor {
-    pub(super) n: usize,
-    pub(super) m: usize,
-    pub(super) p: usize,
-    pub(super) e: Flows,
-    pub(super) g: Flows,
-    /// the part of `E` that stores, see `Linear::storage_and_controls`
-    pub(super) storage: Form,
-    /// entries of `G`
-    pub(super) conductances: Entries,
-    pub(super) a: Entries,
-    pub(super) b: Entries,
-    pub(super) d: Entries,
-    pub(super) s: Entries,
-    pub(super) q: Vec<f64>,
-    pub(super) kinds: Vec<u8>,
-    pub(super) averaging: Option<(Entries, Entries)>,
-    pub(super) smooth: Option<Functions>,
-    /// rows that hold at every instant: no charge or flux in them
-    pub(super) algebraic: Vec<bool>,
-    /// nodes whose potentials charges give: capacitors between others hold none
-    pub(super) held: Vec<bool>,
-    /// laws of currents whose sum holds at every instant: of nodes that capacitors tie together
-    pub(super) groups: Vec<Vec<usize>>,
-    /// those out of which a source leads: its current is what the laws sum to, with all of their rounding
-    pub(super) fed: Vec<bool>,
-    /// of each pair, the laws of currents that it feeds
-    pub(super) touched: Vec<Vec<usize>>,
-    /// sums of the sizes of entries
-    pub(super) reach: Reach,
-    /// what branches are measured by
-    pub(super) branches: Branches,
-    /// largest voltage and current of all points so far
-    pub(super) seen: [f64; 2],
-    /// rounding of elimination in units of the tolerance
-    pub(super) share: f64,
-    /// largest voltage and current so far, of stretches and with smooth functions
-    pub(super) largest: [f64; 2],
-    /// largest value of each source so far, and the largest threshold of a pair [V]
-    pub(super) given: Vec<f64>,
-    /// what nodes of fixed potential separate, and the largest current of each part so far
-    pub(super) parts: Parts,
-    pub(super) currents: Vec<f64>,
-    pub(super) threshold: f64,
-    pub(super) block: Block,
-    /// changes between one motion and the next
-    pub seams: Seams,
+/// The largest of what has been seen so far.
+pub(super) struct Seen {
+    /// voltage and current of all points
+    pub all: [f64; 2],
+    /// voltage and current, of stretches and with smooth functions
+    pub largest: [f64; 2],
+    /// value of each source, and the largest threshold of a pair [V]
+    pub given: Vec<f64>,
+    pub threshold: f64,
+    /// what nodes of fixed potential separate, and the largest current of each part
+    pub parts: Parts,
+    pub currents: Vec<f64>,
+}
+
+/// The worst errors, and what has been checked.
+#[derive(Default)]
+pub struct Found {
     /// worst relative error of a law
     pub laws: f64,
     /// worst relative error of a pair
@@ -133,6 +101,34 @@ pub struct Auditor {
     pub checks: u64,
     /// steps of the engine that were recorded
     pub steps: u64,
+}
+
+impl Found {
+    pub(super) fn note_law(&mut self, found: f64, row: usize) {
+        if worse(found, self.laws) {
+            self.laws = found;
+            self.worst_row = Some(row);
+        }
+    }
+}
+
+/// Checks the points of one island.
+pub struct Auditor {
+    pub(super) arrays: Arrays,
+    pub(super) places: Places,
+    pub(super) smooth: Option<Functions>,
+    /// sums of the sizes of entries
+    pub(super) reach: Reach,
+    /// what branches are measured by
+    pub(super) branches: Branches,
+    /// rounding of elimination in units of the tolerance
+    pub(super) share: f64,
+    pub(super) seen: Seen,
+    pub(super) block: Block,
+    /// changes between one motion and the next
+    pub seams: Seams,
+    /// what came of it
+    pub found: Found,
     /// source values; none where records do not tell instants
     pub sources: Option<Sources>,
     /// laws that tie coils alone
@@ -141,21 +137,12 @@ pub struct Auditor {
     pub gates: Option<Gates>,
 }
 
-/// Whether the current of a branch that does not store leads out of a group of laws.
-fn is_fed(linear: &Linear, stores: &[bool], group: &[usize]) -> bool {
-    (0..stores.len()).filter(|&c| linear.row_kind[c] == 1 && !stores[c]).any(|c| {
-        let (rows, values) = linear.g.col(c);
-        let inside = rows.iter().zip(values).filter(|e| group.contains(e.0));
-        inside.map(|e| e.1).sum::<f64>() != 0.0
-    })
-}
-
 impl Auditor {
     /// Takes the arrays of a system in node voltages, and the capacitors and resistors in them; averaging terms of a theta scheme, if there are any, by unknowns
     /// and by sources; functions, if there are any.
     pub fn new(
         linear: &Linear,
-        [capacitors, conductors]: [&[Edge]; 2],
+        elements: [&[Edge]; 2],
         averaging: Option<&(Csc, Csc)>,
         smooth: Option<&Smooth>,
     ) -> Auditor {
@@ -163,9 +150,6 @@ impl Auditor {
         let parts = Parts::new(linear, smooth);
         // behind junctions a charge may still rush, and what it will have done there is known less well
         let ties = if smooth.is_none() { Ties::new(linear) } else { None };
-        let e = Entries::new(&linear.e);
-        let [storage, _] = linear.storage_and_controls();
-        let nodes = Coordinates::of_nodes(n);
         let smooth = smooth.map(|laws| Functions {
             tape: laws.tape.clone(),
             f: Entries::new(&laws.f),
@@ -174,77 +158,37 @@ impl Auditor {
             tree: None,
             own: Vec::new(),
         });
-        let mut algebraic = vec![true; n];
-        let stored = smooth.iter().flat_map(|s| s.q.places());
-        for (row, _) in e.places().chain(stored) {
-            algebraic[row] = false;
-        }
-        let mut varying = vec![false; n];
-        for (row, _) in smooth.iter().flat_map(|s| s.q.places()) {
-            varying[row] = true;
-        }
-        let columns = stored_columns(&linear.e);
-        let [mut groups, fixed] = stored_groups(&linear.e);
-        let mut held = vec![false; n];
-        fixed.iter().flatten().for_each(|&row| held[row] = true);
-        groups.retain(|group| group.iter().all(|&row| !varying[row]));
-        let a = Entries::new(&linear.a);
-        let mut touched = vec![Vec::new(); m];
-        for (row, pair) in a.places().filter(|e| linear.row_kind[e.0] == 0) {
-            touched[pair].push(row);
-        }
-        let full = |(h, hs): &(Csc, Csc)| (Entries::new(h), Entries::new(hs));
-        let g = Entries::new(&linear.g);
+        let arrays = Arrays::new(linear, elements, averaging);
+        let (e, g) = (Entries::new(&linear.e), &arrays.conductances);
         let mut functional = vec![false; n];
         let functions = smooth.iter().flat_map(|s| s.f.places().chain(s.q.places()));
         functions.for_each(|(row, _)| functional[row] = true);
-        let averaging = averaging.map(full);
-        let d = Entries::new(&linear.d);
-        let h = averaging.as_ref().map(|h| &h.0);
-        let reach = Reach::new(&linear.row_kind, m, &e, &g, &a, h);
+        let h = arrays.averaging.as_ref().map(|h| &h.0);
+        let reach = Reach::new(&linear.row_kind, m, &e, g, &arrays.a, h);
         let volts = |pair: &usize| reach.kind(*pair) == 1;
         let thresholds = (0..m).filter(volts).map(|pair| linear.q[pair].abs());
-        Auditor {
+        let seen = Seen {
+            all: [0.0; 2],
+            largest: [0.0; 2],
             given: vec![0.0; p],
+            threshold: thresholds.fold(0.0, f64::max),
             currents: vec![0.0; parts.count()],
             parts,
-            threshold: thresholds.fold(0.0, f64::max),
-            n,
-            m,
-            p,
-            reach,
-            branches: Branches::new(&linear.row_kind, &e, &g, functional),
-            seen: [0.0; 2],
-            e: Flows::new(&linear.e, capacitors),
-            g: Flows::new(&linear.g, conductors),
-            storage: Form::new(&storage, capacitors, &nodes),
-            conductances: g,
-            b: Entries::new(&linear.b),
-            d,
-            s: Entries::new(&linear.s),
-            q: linear.q.clone(),
-            kinds: linear.row_kind.clone(),
-            averaging,
+        };
+        Auditor {
+            places: Places::new(linear, smooth.as_ref().map(|s| &s.q)),
+            branches: Branches::new(&linear.row_kind, &e, g, functional),
+            arrays,
             smooth,
-            algebraic,
-            held,
-            fed: groups.iter().map(|group| is_fed(linear, &columns, group)).collect(),
-            groups,
-            touched,
-            largest: [0.0; 2],
+            reach,
             share: share(n + m),
+            seen,
             block: Block::default(),
             seams: Seams::default(),
-            laws: 0.0,
-            complementarity: 0.0,
-            worst_row: None,
-            worst_pair: None,
-            checks: 0,
-            steps: 0,
+            found: Found::default(),
             sources: None,
-            gates: None,
             ties,
-            a,
+            gates: None,
         }
     }
 
@@ -257,19 +201,12 @@ impl Auditor {
 
     /// Numbers of unknowns, pairs and sources.
     pub fn sizes(&self) -> (usize, usize, usize) {
-        (self.n, self.m, self.p)
+        (self.arrays.n, self.arrays.m, self.arrays.p)
     }
 
     /// Number of smooth functions.
     pub fn functions(&self) -> usize {
         self.smooth.as_ref().map_or(0, |smooth| smooth.tape.program().len())
-    }
-
-    pub(super) fn note_law(&mut self, found: f64, row: usize) {
-        if worse(found, self.laws) {
-            self.laws = found;
-            self.worst_row = Some(row);
-        }
     }
 
     /// The relative error of the balance of charge and flux over a jump: what moved into each row,
@@ -292,19 +229,19 @@ impl Auditor {
     ) -> f64 {
         let mut error = moved.to_vec();
         let mut sizes: Vec<f64> = stored.iter().zip(moved).map(|(s, m)| s + m.abs()).collect();
-        self.g.add(1.0, unknowns, &mut error);
-        self.a.add(1.0, multipliers, &mut error);
-        self.s.add_both(-span, sources, &mut error, &mut sizes);
+        self.arrays.g.add(1.0, unknowns, &mut error);
+        self.arrays.a.add(1.0, multipliers, &mut error);
+        self.arrays.s.add_both(-span, sources, &mut error, &mut sizes);
         if let Some(smooth) = &self.smooth {
             smooth.f.add_both(1.0, functions, &mut error, &mut sizes);
         }
         let hidden =
             self.add_impulses(sides, length.max(span), [unknowns, multipliers], &mut sizes);
         // two short steps count twice and once, so that three times the rounding of one is left
-        let mut largest = if self.smooth.is_some() { self.largest } else { [0.0; 2] };
+        let mut largest = if self.smooth.is_some() { self.seen.largest } else { [0.0; 2] };
         let mut least = [0.0f64; 2];
-        sides.iter().for_each(|z| self.reach.see(&self.kinds, z, &[], &mut largest));
-        let mut stored = vec![0.0; self.n];
+        sides.iter().for_each(|z| self.reach.see(&self.arrays.kinds, z, &[], &mut largest));
+        let mut stored = vec![0.0; self.arrays.n];
         if let Some(smooth) = &mut self.smooth {
             // the potential of a group that floats may be any, and functions at it beyond all numbers
             let mut values = Vec::new();
@@ -313,24 +250,25 @@ impl Auditor {
                 smooth.values(side, sources, time, &mut values);
                 if values.iter().all(|f| f.is_finite()) {
                     // what they conduct counts for a short time only, and nothing is resolved at such a potential
-                    smooth.add_sizes(&self.kinds, &largest, sources, rate, 0.0, &mut stored);
+                    smooth.add_sizes(&self.arrays.kinds, &largest, sources, rate, 0.0, &mut stored);
                     break;
                 }
             }
             stored.iter_mut().for_each(|s| *s *= length);
         }
-        for (row, (&size, &kind)) in sizes.iter().zip(&self.kinds).enumerate() {
+        for (row, (&size, &kind)) in sizes.iter().zip(&self.arrays.kinds).enumerate() {
             let usual = length * self.reach.acting(row, &largest);
             let size = size.max(2.0 * self.reach.content(row, &largest) + usual + stored[row]);
             least[usize::from(kind)] = least[usize::from(kind)].max(3.0 * self.share * size);
         }
         // states of equal energy are turned into one another: charge becomes flux by rounding
-        let mut energy = sides.iter().fold(0.0f64, |a, z| a.max(0.5 * self.storage.at(|k| z[k])));
+        let mut energy =
+            sides.iter().fold(0.0f64, |a, z| a.max(0.5 * self.arrays.storage.at(|k| z[k])));
         // given charges stand in no unknowns
-        for (row, (&charge, &kind)) in sizes.iter().zip(&self.kinds).enumerate() {
+        for (row, (&charge, &kind)) in sizes.iter().zip(&self.arrays.kinds).enumerate() {
             energy = energy.max(self.reach.energy(row, kind, charge));
         }
-        for (row, (size, &kind)) in sizes.iter_mut().zip(&self.kinds).enumerate() {
+        for (row, (size, &kind)) in sizes.iter_mut().zip(&self.arrays.kinds).enumerate() {
             let turned = self.share * self.reach.holding(row, kind, energy);
             *size = size.max(least[usize::from(kind)]).max(turned);
         }

@@ -11,6 +11,7 @@
 //! element by element ([`flows`], [`form`]), each relative to the currents and voltages that meet in it, or to those
 //! whose rounding it has ([`rounding`]).  No factor, map, scaling or residual of a solver takes part.
 
+mod arrays;
 mod branches;
 mod flows;
 mod form;

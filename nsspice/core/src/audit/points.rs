@@ -1,7 +1,7 @@
 //! A block of points: the sizes of the terms in each law are found for all of them, then each is
 //! judged.
 
-use super::laws::Auditor;
+use super::laws::{Auditor, Seen};
 use super::matrix::Entries;
 use super::rounding::Grain;
 use super::{ratio, worse, TOLERANCE};
@@ -151,16 +151,16 @@ impl Auditor {
     /// Takes a point; `rates` are those of stored charge and flux, and functions have been
     /// evaluated last.  Leaves in `floor` what each law is measured by.
     pub(super) fn point(&mut self, point: &Point, rates: &[f64], grain: &Grain, floor: &mut [f64]) {
-        let (n, m) = (self.n, self.m);
-        self.given.iter_mut().zip(point.u).for_each(|(given, u)| *given = given.max(u.abs()));
+        let (n, m) = (self.arrays.n, self.arrays.m);
+        self.seen.given.iter_mut().zip(point.u).for_each(|(given, u)| *given = given.max(u.abs()));
         floor.fill(0.0);
-        self.s.add_sizes(1.0, point.u, floor);
+        self.arrays.s.add_sizes(1.0, point.u, floor);
         if let Some(smooth) = &mut self.smooth {
             let part = self.share * TOLERANCE;
-            smooth.add_sizes(&self.kinds, &grain.largest, point.u, grain.rate, part, floor);
+            smooth.add_sizes(&self.arrays.kinds, &grain.largest, point.u, grain.rate, part, floor);
         }
-        let Auditor { reach, kinds, parts, currents, .. } = self;
-        reach.see_parts(kinds, parts, [point.z, point.l], currents);
+        let Seen { parts, currents, .. } = &mut self.seen;
+        self.reach.see_parts(&self.arrays.kinds, parts, [point.z, point.l], currents);
         let least = self.floor(grain, floor);
         let block = &mut self.block;
         let (rows, pairs) = (block.count * n, block.count * m);
@@ -174,27 +174,28 @@ impl Auditor {
         block.scale.extend(rates.iter().map(|r| r.abs()));
         block.floor.extend_from_slice(floor);
         let (error, scale) = (&mut block.error[rows..], &mut block.scale[rows..]);
-        self.g.add_both(1.0, point.z, error, scale);
-        self.a.add_both(1.0, point.l, error, scale);
-        self.s.add_both(-1.0, point.u, error, scale);
+        self.arrays.g.add_both(1.0, point.z, error, scale);
+        self.arrays.a.add_both(1.0, point.l, error, scale);
+        self.arrays.s.add_both(-1.0, point.u, error, scale);
         if let Some(smooth) = &self.smooth {
             smooth.f.add_both(1.0, point.f, error, scale);
         }
-        let taken =
-            |row: usize| (!self.algebraic[row]).then(|| rates[row].abs().max(error[row].abs()));
+        let taken = |row: usize| {
+            (!self.places.algebraic[row]).then(|| rates[row].abs().max(error[row].abs()))
+        };
         let sizes = (&error[..], &scale[..]);
         let lost = unknown_law(
-            &self.kinds,
-            &self.held,
+            &self.arrays.kinds,
+            &self.places.held,
             point,
             sizes,
-            [&self.conductances, &self.s],
-            (&self.given, self.threshold, grain.largest[1]),
+            [&self.arrays.conductances, &self.arrays.s],
+            (&self.seen.given, self.seen.threshold, grain.largest[1]),
             taken,
         );
         let mut tied = (0.0, None);
         if point.after_jump {
-            for (group, &fed) in self.groups.iter().zip(&self.fed) {
+            for (group, &fed) in self.places.groups.iter().zip(&self.places.fed) {
                 let sum = |list: &[f64]| group.iter().map(|&row| list[row]).sum::<f64>();
                 let size = sum(scale).max(SMALL * grain.largest[1]);
                 let most = if fed { f64::INFINITY } else { EXCUSED / TOLERANCE * size };
@@ -204,18 +205,18 @@ impl Auditor {
                     tied = (found, Some(group[0]));
                 }
             }
-            let stored = error.iter_mut().zip(&self.algebraic).filter(|e| !e.1);
+            let stored = error.iter_mut().zip(&self.places.algebraic).filter(|e| !e.1);
             stored.for_each(|(error, _)| *error = 0.0);
         }
         self.branches.see(point.z, scale);
-        self.seen = [0, 1].map(|kind| self.seen[kind].max(grain.largest[kind]));
+        self.seen.all = [0, 1].map(|kind| self.seen.all[kind].max(grain.largest[kind]));
         floor.iter_mut().zip(&*scale).for_each(|(floor, scale)| *floor = floor.max(*scale));
         block.l.extend_from_slice(point.l);
-        block.w.extend_from_slice(&self.q);
-        block.volts.extend(self.q.iter().map(|q| q.abs()));
+        block.w.extend_from_slice(&self.arrays.q);
+        block.volts.extend(self.arrays.q.iter().map(|q| q.abs()));
         let (w, volts) = (&mut block.w[pairs..], &mut block.volts[pairs..]);
-        self.b.add_both(-1.0, point.z, w, volts);
-        self.d.add_both(1.0, point.l, w, volts);
+        self.arrays.b.add_both(-1.0, point.z, w, volts);
+        self.arrays.d.add_both(1.0, point.l, w, volts);
         if point.roles.is_empty() {
             block.roles.resize(pairs + m, 0);
         } else {
@@ -224,17 +225,17 @@ impl Auditor {
         block.unsigned.push(point.unsigned);
         block.slack.resize(pairs + m, [0.0; 2]);
         if let (found, Some(row)) = tied {
-            self.note_law(found, row);
+            self.found.note_law(found, row);
         }
         if let Some(row) = lost {
-            self.note_law(1.0, row);
+            self.found.note_law(1.0, row);
         }
     }
 
     /// The last points of the block, a stretch, belong to instants that are known up to this part
     /// of its length: multipliers and slacks may be off by that part of their changes.
     pub(super) fn blur(&mut self, points: usize, part: f64) {
-        let (m, block) = (self.m, &mut self.block);
+        let (m, block) = (self.arrays.m, &mut self.block);
         let first = block.count - points;
         for i in 0..m {
             let mut slack = [0.0; 2];
@@ -253,7 +254,7 @@ impl Auditor {
 
     /// Makes room for so many points to come.
     pub(super) fn expect(&mut self, points: usize) {
-        self.block.reserve(points, self.n, self.m);
+        self.block.reserve(points, self.arrays.n, self.arrays.m);
     }
 
     /// Judges the points taken so far once they are many: the memory of a block is bounded, whatever
@@ -267,11 +268,11 @@ impl Auditor {
     /// Judges the points taken since the last call.
     pub(super) fn judge(&mut self) {
         let mut block = std::mem::take(&mut self.block);
-        self.checks += block.count as u64;
-        if self.n > 0 {
+        self.found.checks += block.count as u64;
+        if self.arrays.n > 0 {
             self.judge_rows(&block);
         }
-        if self.m > 0 {
+        if self.arrays.m > 0 {
             self.judge_pairs(&block);
         }
         block.count = 0;
@@ -295,17 +296,18 @@ impl Auditor {
     }
 
     fn judge_rows(&mut self, block: &Block) {
-        let (mut worst, mut place) = (self.laws, None);
-        let points = block.error.chunks_exact(self.n);
-        let scales = block.scale.chunks_exact(self.n).zip(block.floor.chunks_exact(self.n));
+        let (mut worst, mut place) = (self.found.laws, None);
+        let points = block.error.chunks_exact(self.arrays.n);
+        let scales =
+            block.scale.chunks_exact(self.arrays.n).zip(block.floor.chunks_exact(self.arrays.n));
         for (k, (errors, (scales, floors))) in points.zip(scales).enumerate() {
             for (row, (error, (scale, floor))) in
                 errors.iter().zip(scales.iter().zip(floors)).enumerate()
             {
                 let grain = block.grain[k];
-                let most = if self.kinds[row] == 1 {
+                let most = if self.arrays.kinds[row] == 1 {
                     let grain = [grain[0], block.quotients[k]];
-                    self.branches.floor(row, grain, &self.reach, &self.seen, scales)
+                    self.branches.floor(row, grain, &self.reach, &self.seen.all, scales)
                 } else {
                     f64::INFINITY
                 };
@@ -320,14 +322,15 @@ impl Auditor {
             }
         }
         if let Some(row) = place {
-            self.note_law(worst, row);
+            self.found.note_law(worst, row);
         }
     }
 
     /// What a law makes of that by which its unknowns could move without being seen in their own laws.
     fn unseen(&self, row: usize, [scales, floors]: [&[f64]; 2], grain: [f64; 2]) -> f64 {
-        let terms = self.conductances.entries().filter(|e| e.0 == row && e.1 != row);
-        let move_of = |j: usize| self.hidden(j, self.kinds[j], [scales[j], floors[j]], grain);
+        let terms = self.arrays.conductances.entries().filter(|e| e.0 == row && e.1 != row);
+        let move_of =
+            |j: usize| self.hidden(j, self.arrays.kinds[j], [scales[j], floors[j]], grain);
         terms.map(|(_, j, v)| v.abs() * move_of(j)).sum()
     }
 
@@ -341,7 +344,7 @@ impl Auditor {
     ) -> f64 {
         let slope = self.reach.slope(row, kind, rate);
         // what sources fix does not move
-        if slope > 0.0 && self.parts.of(row).is_some() {
+        if slope > 0.0 && self.seen.parts.of(row).is_some() {
             (share * scale).max(floor) / slope
         } else {
             0.0
@@ -349,26 +352,26 @@ impl Auditor {
     }
 
     fn judge_pairs(&mut self, block: &Block) {
-        let (n, m) = (self.n, self.m);
+        let (n, m) = (self.arrays.n, self.arrays.m);
         let amperes = |k: usize, i: usize| {
             let scale = &block.scale[k * n..(k + 1) * n];
-            let rows = &self.touched[i];
+            let rows = &self.places.touched[i];
             let mean = rows.iter().map(|&r| scale[r]).sum::<f64>() / rows.len().max(1) as f64;
             block.l[k * m + i].abs().max(mean)
         };
         // a voltage that changes no law of its nodes by more than that is measured by
         let unseen = |k: usize, i: usize| {
             let sizes = |r: usize| [block.scale[k * n + r], block.floor[k * n + r]];
-            let rows = self.touched[i].iter();
+            let rows = self.places.touched[i].iter();
             rows.map(|&r| self.hidden(r, 0, sizes(r), block.grain[k])).fold(0.0, f64::max)
         };
-        let (mut worst, mut place) = (self.complementarity, self.worst_pair);
+        let (mut worst, mut place) = (self.found.complementarity, self.found.worst_pair);
         for k in (0..block.count).filter(|&k| !block.unsigned[k]) {
             // a pair's voltage is a difference of several, its current the rest of others
             let of_parts = &block.least[k];
             for i in 0..m {
                 let at = k * m + i;
-                let least = of_parts[self.parts.of_pair(i)];
+                let least = of_parts[self.seen.parts.of_pair(i)];
                 let (l, w) = (block.l[at], block.w[at]);
                 let [slack_l, slack_w] = block.slack[at];
                 let current = ratio(beyond(l, slack_l), amperes(k, i).max(least[0]));
@@ -388,8 +391,8 @@ impl Auditor {
                 }
             }
         }
-        self.complementarity = worst;
-        self.worst_pair = place;
+        self.found.complementarity = worst;
+        self.found.worst_pair = place;
     }
 }
 

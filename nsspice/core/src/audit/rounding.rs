@@ -24,7 +24,7 @@
 //! so: a voltage that changes the currents of its nodes by no more than their rounding is none
 //! (`Auditor::hidden`), nor is it one in the laws of others.
 
-use super::laws::Auditor;
+use super::laws::{Auditor, Seen};
 use super::matrix::Entries;
 use super::TOLERANCE;
 use crate::rounding::of_elimination;
@@ -161,7 +161,8 @@ impl Auditor {
     /// Turns `floor`, which holds the sizes of sources and functions in each law, into what the law
     /// is measured by at least; returns the same for the currents and voltages of pairs of each part.
     pub(super) fn floor(&self, grain: &Grain, floor: &mut [f64]) -> Vec<[f64; 2]> {
-        let Auditor { reach, kinds, parts, currents, .. } = self;
+        let (reach, kinds, Seen { parts, currents, .. }) =
+            (&self.reach, &self.arrays.kinds, &self.seen);
         let Grain { largest, rate, share, settled, .. } = *grain;
         // what underflows, a value or a product with it, is off by the rounding of the smallest
         // number (section 2.1 there)

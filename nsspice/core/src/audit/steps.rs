@@ -30,7 +30,7 @@ pub struct Steps<'a> {
 impl Auditor {
     /// Checks recorded steps.
     pub fn take_steps(&mut self, steps: &Steps) {
-        let (n, m, p) = (self.n, self.m, self.p);
+        let (n, m, p) = (self.arrays.n, self.arrays.m, self.arrays.p);
         if let Some(sources) = &mut self.sources {
             let rows = steps.time.iter().enumerate().map(|(i, &t)| (t, i));
             sources.take(&rows.collect::<Vec<_>>(), steps.u);
@@ -40,7 +40,7 @@ impl Auditor {
         let (mut f, mut f_old, mut f_change) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..steps.time.len() {
             let (z, l) = (&steps.z[k * n..][..n], &steps.l[k * m..][..m]);
-            self.reach.see(&self.kinds, z, l, &mut self.largest);
+            self.reach.see(&self.arrays.kinds, z, l, &mut self.seen.largest);
         }
         // Newton's method comes from other points, and brings their rounding along; what is less
         // than rounding of what was there once has no digits that are right
@@ -61,10 +61,10 @@ impl Auditor {
                 *old = z - change;
             }
             rates.fill(0.0);
-            self.e.add(1.0 / size, change, &mut rates);
-            let mut largest = self.largest.map(|v| part * v);
-            self.reach.see(&self.kinds, z, l, &mut largest);
-            self.reach.see(&self.kinds, &old_z, &[], &mut largest);
+            self.arrays.e.add(1.0 / size, change, &mut rates);
+            let mut largest = self.seen.largest.map(|v| part * v);
+            self.reach.see(&self.arrays.kinds, z, l, &mut largest);
+            self.reach.see(&self.arrays.kinds, &old_z, &[], &mut largest);
             if let Some(smooth) = &mut self.smooth {
                 let clock = |t: f64| steps.frozen.unwrap_or(t);
                 if !smooth.q.is_empty() {
@@ -81,7 +81,7 @@ impl Auditor {
                     smooth.q.add(1.0 / size, &f_change, &mut rates);
                 }
             }
-            if let Some((by_unknowns, by_sources)) = &self.averaging {
+            if let Some((by_unknowns, by_sources)) = &self.arrays.averaging {
                 by_unknowns.add(1.0, change, &mut rates);
                 by_sources.add(1.0, du, &mut rates);
             }
@@ -102,7 +102,7 @@ impl Auditor {
                 self.tie_rates(&point);
             }
             self.judge_full();
-            self.steps += u64::from(moving);
+            self.found.steps += u64::from(moving);
         }
         self.judge();
     }
@@ -110,10 +110,10 @@ impl Auditor {
     /// The rates of coils that a law of currents ties to each other, right after a jump.
     fn tie_rates(&mut self, at: &Point) {
         let ties = self.ties.as_ref();
-        if let Some((found, row)) =
-            ties.and_then(|t| t.worst([&self.conductances, &self.a, &self.s], at))
+        if let Some((found, row)) = ties
+            .and_then(|t| t.worst([&self.arrays.conductances, &self.arrays.a, &self.arrays.s], at))
         {
-            self.note_law(found, row);
+            self.found.note_law(found, row);
         }
     }
 }

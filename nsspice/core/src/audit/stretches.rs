@@ -39,7 +39,7 @@ impl Seams {
 impl Auditor {
     /// Checks recorded stretches.
     pub fn take_stretches(&mut self, all: &Taken) {
-        let (n, m, p, s) = (self.n, self.m, self.p, all.nodes);
+        let (n, m, p, s) = (self.arrays.n, self.arrays.m, self.arrays.p, all.nodes);
         let count = all.begin.len();
         let functions = self.smooth.as_ref().map_or(0, |f| f.tape.program().len());
         if let Some(sources) = &mut self.sources {
@@ -48,7 +48,7 @@ impl Auditor {
             sources.take(&rows.map(|(i, &t)| (t, i)).collect::<Vec<_>>(), &all.u);
         }
         if let Some(gates) = &mut self.gates {
-            gates.take(all, &self.kinds, m);
+            gates.take(all, &self.arrays.kinds, m);
         }
         let (mut charge_rate, mut floor) = (vec![0.0; n], vec![0.0; n]);
         let (mut f, mut f_first) = (Vec::new(), Vec::new());
@@ -56,7 +56,7 @@ impl Auditor {
         // cancel
         for i in 0..count * s {
             let (z, l) = (&all.z[i * n..][..n], &all.l[i * m..][..m]);
-            self.reach.see(&self.kinds, z, l, &mut self.largest);
+            self.reach.see(&self.arrays.kinds, z, l, &mut self.seen.largest);
         }
         self.expect(count * s);
         let known = all.known / TOLERANCE;
@@ -67,7 +67,7 @@ impl Auditor {
         for k in 0..count {
             let h = all.end[k] - all.begin[k];
             let grain = Grain {
-                largest: self.largest,
+                largest: self.seen.largest,
                 rate: 1.0 / all.grain[k],
                 quotients: if all.inner.is_empty() { 0.0 } else { 1.0 / all.grain[k] },
                 share: if all.inner.is_empty() {
@@ -82,15 +82,15 @@ impl Auditor {
             let weight = &all.weight[k * s..][..s];
             // charge and flux: what is there in the end, minus what was there, minus what came
             let (mut error, mut sizes) = (vec![0.0; n], vec![0.0; n]);
-            self.e.add_both(-1.0, first, &mut error, &mut sizes);
+            self.arrays.e.add_both(-1.0, first, &mut error, &mut sizes);
             let at = |i: usize, size: usize| (k * s + i) * size..(k * s + i + 1) * size;
             for (i, &weight) in weight.iter().enumerate() {
                 let (z, l, u) = (&all.z[at(i, n)], &all.l[at(i, m)], &all.u[at(i, p)]);
                 let rate = &all.rate[at(i, n)];
                 // states may vanish wherever a motion ends
-                self.seams.stored = self.seams.stored.max(stored(&self.storage, z));
+                self.seams.stored = self.seams.stored.max(stored(&self.arrays.storage, z));
                 charge_rate.fill(0.0);
-                self.e.add(1.0, rate, &mut charge_rate);
+                self.arrays.e.add(1.0, rate, &mut charge_rate);
                 if let Some(smooth) = &mut self.smooth {
                     smooth.values(z, u, all.time[k * s + i], &mut f);
                     if !smooth.q.is_empty() {
@@ -106,7 +106,7 @@ impl Auditor {
                 let point = Point { z, l, u, f: &f, roles, after_jump: false, unsigned };
                 self.point(&point, &charge_rate, &grain, &mut floor);
                 if i + 1 == s {
-                    self.e.add_both(1.0, z, &mut error, &mut sizes);
+                    self.arrays.e.add_both(1.0, z, &mut error, &mut sizes);
                     if let Some(smooth) = self.smooth.as_mut().filter(|f| !f.q.is_empty()) {
                         smooth.q.add_both(1.0, &f, &mut error, &mut sizes);
                         let u = &all.first_u[k * p..][..p];
@@ -119,7 +119,7 @@ impl Auditor {
             self.blur(s, (rounding / h).min(1.0));
             self.judge_full();
             self.motion(&error, &sizes, grain.share, [h, all.swing[k]]);
-            self.steps += u64::from(all.steps[k]);
+            self.found.steps += u64::from(all.steps[k]);
         }
         self.judge();
     }
@@ -129,31 +129,33 @@ impl Auditor {
     /// closed form is a sum of terms, which may be larger than all that is left of them: what they
     /// would store without cancelling, the `swing`, could all be in this element.
     fn motion(&mut self, error: &[f64], sizes: &[f64], share: f64, [h, swing]: [f64; 2]) {
-        let (mut worst, mut place) = (self.laws, None);
+        let (mut worst, mut place) = (self.found.laws, None);
         for (row, (e, size)) in error.iter().zip(sizes).enumerate() {
-            let brought = h * self.reach.acting(row, &self.largest);
-            let content = self.reach.content(row, &self.largest) + f64::MIN_POSITIVE;
+            let brought = h * self.reach.acting(row, &self.seen.largest);
+            let content = self.reach.content(row, &self.seen.largest) + f64::MIN_POSITIVE;
             let floor = share * (content + brought);
-            let summed = share * self.reach.holding(row, self.kinds[row], swing);
+            let summed = share * self.reach.holding(row, self.arrays.kinds[row], swing);
             let found = ratio(e.abs(), size.max(floor).max(summed));
             if worse(found, worst) {
                 (worst, place) = (found, Some(row));
             }
         }
         if let Some(row) = place {
-            self.note_law(worst, row);
+            self.found.note_law(worst, row);
         }
     }
 
     /// Takes a state at which a motion ends, and the one at which the next begins.
     fn take_seam(&mut self, end: &[f64], begin: &[f64]) {
         let change: Vec<f64> = end.iter().zip(begin).map(|(a, b)| b - a).collect();
-        let changed = stored(&self.storage, &change);
+        let changed = stored(&self.arrays.storage, &change);
         let seams = &mut self.seams;
         if worse(changed, seams.changed) {
             seams.changed = changed;
         }
-        seams.stored =
-            seams.stored.max(stored(&self.storage, end)).max(stored(&self.storage, begin));
+        seams.stored = seams
+            .stored
+            .max(stored(&self.arrays.storage, end))
+            .max(stored(&self.arrays.storage, begin));
     }
 }

@@ -208,11 +208,11 @@ impl PyAuditor {
     /// The worst errors, and where.
     fn result<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let out = PyDict::new(py);
-        out.set_item(intern!(py, "laws"), self.inner.laws)?;
-        out.set_item(intern!(py, "complementarity"), self.inner.complementarity)?;
-        out.set_item(intern!(py, "worst_row"), self.inner.worst_row)?;
-        out.set_item(intern!(py, "worst_pair"), self.inner.worst_pair)?;
-        out.set_item(intern!(py, "checks"), self.inner.checks)?;
+        out.set_item(intern!(py, "laws"), self.inner.found.laws)?;
+        out.set_item(intern!(py, "complementarity"), self.inner.found.complementarity)?;
+        out.set_item(intern!(py, "worst_row"), self.inner.found.worst_row)?;
+        out.set_item(intern!(py, "worst_pair"), self.inner.found.worst_pair)?;
+        out.set_item(intern!(py, "checks"), self.inner.found.checks)?;
         out.set_item(intern!(py, "seams"), self.inner.seams.error())?;
         if let Some(sources) = &self.inner.sources {
             out.set_item(intern!(py, "sources"), sources.error)?;
@@ -222,7 +222,7 @@ impl PyAuditor {
             out.set_item(intern!(py, "gates"), gates.error)?;
             out.set_item(intern!(py, "worst_gate"), gates.worst)?;
         }
-        out.set_item(intern!(py, "steps"), self.inner.steps)?;
+        out.set_item(intern!(py, "steps"), self.inner.found.steps)?;
         Ok(out)
     }
 }

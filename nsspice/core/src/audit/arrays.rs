@@ -1,0 +1,102 @@
+//! The arrays of a system as they are checked, and what they say of each law.
+
+use super::flows::Flows;
+use super::form::Form;
+use super::matrix::Entries;
+use crate::descriptor::{stored_columns, stored_groups, Linear};
+use crate::sparse::Csc;
+use crate::structure::{Coordinates, Edge};
+
+/// The arrays of a system in node voltages.
+pub(super) struct Arrays {
+    pub n: usize,
+    pub m: usize,
+    pub p: usize,
+    pub e: Flows,
+    pub g: Flows,
+    /// the part of `E` that stores, see `Linear::storage_and_controls`
+    pub storage: Form,
+    /// entries of `G`
+    pub conductances: Entries,
+    pub a: Entries,
+    pub b: Entries,
+    pub d: Entries,
+    pub s: Entries,
+    pub q: Vec<f64>,
+    pub kinds: Vec<u8>,
+    /// of a theta scheme, by unknowns and by sources
+    pub averaging: Option<(Entries, Entries)>,
+}
+
+impl Arrays {
+    pub fn new(
+        linear: &Linear,
+        [capacitors, conductors]: [&[Edge]; 2],
+        averaging: Option<&(Csc, Csc)>,
+    ) -> Arrays {
+        let (n, m, p) = linear.sizes();
+        let [storage, _] = linear.storage_and_controls();
+        Arrays {
+            n,
+            m,
+            p,
+            e: Flows::new(&linear.e, capacitors),
+            g: Flows::new(&linear.g, conductors),
+            storage: Form::new(&storage, capacitors, &Coordinates::of_nodes(n)),
+            conductances: Entries::new(&linear.g),
+            a: Entries::new(&linear.a),
+            b: Entries::new(&linear.b),
+            d: Entries::new(&linear.d),
+            s: Entries::new(&linear.s),
+            q: linear.q.clone(),
+            kinds: linear.row_kind.clone(),
+            averaging: averaging.map(|(h, hs)| (Entries::new(h), Entries::new(hs))),
+        }
+    }
+}
+
+/// Where charges and fluxes stand, and pairs.
+pub(super) struct Places {
+    /// rows that hold at every instant: no charge or flux in them
+    pub algebraic: Vec<bool>,
+    /// nodes whose potentials charges give: capacitors between others hold none
+    pub held: Vec<bool>,
+    /// laws of currents whose sum holds at every instant: of nodes that capacitors tie together
+    pub groups: Vec<Vec<usize>>,
+    /// those out of which a source leads: its current is what the laws sum to, with all of their rounding
+    pub fed: Vec<bool>,
+    /// of each pair, the laws of currents that it feeds
+    pub touched: Vec<Vec<usize>>,
+}
+
+/// Whether the current of a branch that does not store leads out of a group of laws.
+fn is_fed(linear: &Linear, stores: &[bool], group: &[usize]) -> bool {
+    (0..stores.len()).filter(|&c| linear.row_kind[c] == 1 && !stores[c]).any(|c| {
+        let (rows, values) = linear.g.col(c);
+        let inside = rows.iter().zip(values).filter(|e| group.contains(e.0));
+        inside.map(|e| e.1).sum::<f64>() != 0.0
+    })
+}
+
+impl Places {
+    /// `functions` are the places of functions that are stored.
+    pub fn new(linear: &Linear, functions: Option<&Entries>) -> Places {
+        let (n, m, _) = linear.sizes();
+        let mut varying = vec![false; n];
+        functions.iter().flat_map(|q| q.places()).for_each(|(row, _)| varying[row] = true);
+        let mut algebraic: Vec<bool> = varying.iter().map(|varying| !varying).collect();
+        Entries::new(&linear.e).places().for_each(|(row, _)| algebraic[row] = false);
+        let columns = stored_columns(&linear.e);
+        let [mut groups, fixed] = stored_groups(&linear.e);
+        let mut held = vec![false; n];
+        fixed.iter().flatten().for_each(|&row| held[row] = true);
+        groups.retain(|group| group.iter().all(|&row| !varying[row]));
+        let mut touched = vec![Vec::new(); m];
+        let a = Entries::new(&linear.a);
+        for (row, pair) in a.places().filter(|e| linear.row_kind[e.0] == 0) {
+            touched[pair].push(row);
+        }
+        let fed = groups.iter().map(|group| is_fed(linear, &columns, group)).collect();
+        Places { algebraic, held, groups, fed, touched }
+    }
+}
