@@ -21,6 +21,7 @@ mod lanes;
 mod laws;
 mod matrix;
 mod points;
+mod powers;
 mod rounding;
 mod sources;
 mod steps;

@@ -13,13 +13,11 @@
 //! that changes between two steps breaks the equation as much as a step that breaks a law.  Nothing is
 //! kept of a step but the sums.
 
-use super::form::Form;
 use super::lanes::{
     Lanes, CHANGE, FUNCTION, FUNCTION_RATE, LANES, MULTIPLIER, SOURCE, SOURCE_CHANGE, UNKNOWN,
 };
-use super::matrix::Entries;
-use super::rounding::{share, Reach};
-use super::{ratio, Between, ITERATED, TOLERANCE};
+use super::powers::Powers;
+use super::{ratio, Between, TOLERANCE};
 use crate::dense::dot;
 use crate::descriptor::Linear;
 use crate::newton::Smooth;
@@ -54,13 +52,6 @@ const FAR: i64 = 10;
 /// What it may be, in units of the tolerance: a hundredth of all energies.
 const LEAPS: f64 = 1e6;
 
-/// An energy, or power, that the largest voltage and current bring about: a form of both.
-type Product = [[f64; 2]; 2];
-
-fn product(form: &Product, largest: &[f64; 2]) -> f64 {
-    (0..2).map(|kind| largest[kind] * dot(&form[kind], largest)).sum()
-}
-
 /// A step with several points.
 pub struct Points<'a> {
     /// its length [s]
@@ -83,27 +74,10 @@ pub struct Points<'a> {
     pub f_rate: &'a [&'a [f64]],
 }
 
-/// Adds up the energies of the steps of a run.
-#[derive(Clone, Debug)]
-pub struct Sums {
-    stored: Form,
-    /// rates that control sources
-    controls: Bilinear,
-    resisted: Form,
-    /// `E` and `G` row by row
-    laws: [Csc; 2],
-    /// charge or flux in each law while its own unknown stores half a joule
-    joule: Vec<f64>,
-    a: Bilinear,
-    s: Bilinear,
-    averaging: Option<(Bilinear, Bilinear)>,
-    /// where smooth functions act, and where they are stored
-    smooth: Option<(Bilinear, Bilinear)>,
-    /// steps that wait, in a small system
-    lanes: Option<Lanes>,
-    kinds: Vec<u8>,
-    reach: Reach,
-    share: f64,
+/// What has been added up [J].
+#[derive(Clone, Debug, Default)]
+struct Totals {
+    /// stored at the begin
     first: Option<f64>,
     /// by jumps
     jumped: f64,
@@ -117,10 +91,43 @@ pub struct Sums {
     /// largest stored energy, as the sums tell it
     peak: f64,
     steps: u64,
-    /// what the largest voltage and current store, and what they do
-    content: Product,
-    acting: Product,
-    /// rounding that steps may have left in the laws, as energy, and that of steps beyond all others
+}
+
+impl Totals {
+    /// Takes what steps have moved that end at `z`.
+    #[inline]
+    fn add(&mut self, parts: [f64; 3], moved: f64, steps: u64, powers: &Powers, z: &[f64]) {
+        let known = self.moved + self.peak;
+        self.sum(parts, steps);
+        if moved <= LEAP * known {
+            self.moved += moved;
+            self.peak = self.peak.max(self.expected().abs());
+        } else {
+            let energy = powers.energy(z).abs();
+            self.moved += moved.min(LEAP * (known + energy));
+            self.peak = self.peak.max(energy);
+        }
+    }
+
+    #[inline]
+    fn sum(&mut self, [delivered, dissipated, scheme]: [f64; 3], steps: u64) {
+        self.delivered += delivered;
+        self.dissipated += dissipated;
+        self.scheme += scheme;
+        self.steps += steps;
+    }
+
+    /// Stored energy as the sums tell it.
+    fn expected(&self) -> f64 {
+        let begin = self.first.unwrap_or(0.0) + self.jumped;
+        begin + (self.delivered - self.dissipated - self.scheme)
+    }
+}
+
+/// Rounding that steps may have left in the laws.
+#[derive(Clone, Debug, Default)]
+struct Rounding {
+    /// as energy, and that of steps beyond all others
     held: f64,
     leaps: f64,
     /// sum of the binary exponents of what was told of it, and how many
@@ -132,32 +139,39 @@ pub struct Sums {
     points: u64,
     motions: (u64, f64),
     largest: [f64; 2],
+}
+
+impl Rounding {
+    /// Whether a number is far beyond the geometric mean of all so far, which a few of them hardly move.
+    fn is_unusual(&mut self, number: f64) -> bool {
+        let exponent = (number.to_bits() >> 52) as i64;
+        let (sum, count) = &mut self.usual;
+        let unusual = *count > 0 && exponent - *sum / *count > FAR;
+        if number > 0.0 {
+            (*sum, *count) = (*sum + exponent, *count + 1);
+        }
+        unusual
+    }
+
+    /// Counts points of steps and their time.
+    #[inline]
+    fn pass(&mut self, points: u64, time: f64) {
+        self.recent = (self.recent.0 + points, self.recent.1 + time);
+        self.points += points;
+    }
+}
+
+/// Adds up the energies of the steps of a run.
+#[derive(Clone, Debug)]
+pub struct Sums {
+    powers: Powers,
+    /// steps that wait, in a small system
+    lanes: Option<Lanes>,
+    totals: Totals,
+    rounded: Rounding,
     /// charge and flux by which laws are missed
     missed: [f64; 2],
     residual: Vec<f64>,
-}
-
-/// A sparse matrix between two lists of numbers.
-#[derive(Clone, Debug)]
-struct Bilinear {
-    columns: Csc,
-    entries: Entries,
-}
-
-impl Bilinear {
-    fn new(matrix: &Csc) -> Bilinear {
-        Bilinear { columns: matrix.clone(), entries: Entries::new(matrix) }
-    }
-
-    /// `y' M x`
-    #[inline]
-    fn between(&self, y: &[f64], x: impl Fn(usize) -> f64) -> f64 {
-        let mut sum = 0.0;
-        for &(row, column, value) in self.entries.list() {
-            sum += value * y[row as usize] * x(column as usize);
-        }
-        sum
-    }
 }
 
 impl Sums {
@@ -168,78 +182,26 @@ impl Sums {
         averaging: Option<&(Csc, Csc)>,
         smooth: Option<&Smooth>,
     ) -> Option<Sums> {
-        let Between { capacitors, conductors, coordinates } = between;
         if linear.e.values.iter().all(|&v| v == 0.0) {
             return None;
         }
-        let (e, g, a) = (&linear.e, &linear.g, &linear.a);
-        let [storage, controls] = linear.storage_and_controls();
-        let [entries_e, entries_g, entries_a] = [e, g, a].map(Entries::new);
-        let h = averaging.map(|(h, _)| Entries::new(h));
-        let kinds = linear.row_kind.clone();
-        let size = g.nrows + a.ncols;
-        let average = h.as_ref();
-        let reach = Reach::new(&kinds, a.ncols, &entries_e, &entries_g, &entries_a, average);
-        let (sources, functions) = (linear.s.ncols, smooth.map_or(0, |laws| laws.f.ncols));
+        let (n, sources) = (linear.g.nrows, linear.s.ncols);
+        let functions = smooth.map_or(0, |laws| laws.f.ncols);
         let turned = if averaging.is_some() { sources } else { 0 };
-        let mut joule = vec![0.0; g.nrows];
-        e.iter()
-            .filter(|(row, col, _)| row == col)
-            .for_each(|(row, _, v)| joule[row] = v.abs().sqrt());
-        let known = if smooth.is_some() { ITERATED / TOLERANCE } else { 0.0 };
-        let [mut content, mut acting] = [Product::default(); 2];
-        for (row, &kind) in kinds.iter().enumerate() {
-            for (k, unit) in [[1.0, 0.0], [0.0, 1.0]].iter().enumerate() {
-                content[usize::from(kind)][k] += reach.content(row, unit);
-                acting[usize::from(kind)][k] += reach.acting(row, unit);
-            }
-        }
         Some(Sums {
-            stored: Form::new(&storage, capacitors, coordinates),
-            controls: Bilinear::new(&controls),
-            resisted: Form::new(g, conductors, coordinates),
-            laws: [e.clone(), g.clone()],
-            joule,
-            lanes: Lanes::new([g.nrows, a.ncols, sources, turned, functions, functions, g.nrows]),
-            a: Bilinear::new(a),
-            s: Bilinear::new(&linear.s),
-            averaging: averaging.map(|(h, hs)| (Bilinear::new(h), Bilinear::new(hs))),
-            smooth: smooth.map(|laws| (Bilinear::new(&laws.f), Bilinear::new(&laws.q))),
-            kinds,
-            reach,
-            share: share(size).max(known),
-            first: None,
-            jumped: 0.0,
-            delivered: 0.0,
-            dissipated: 0.0,
-            scheme: 0.0,
-            instants: 0.0,
-            moved: 0.0,
-            peak: 0.0,
-            steps: 0,
-            content,
-            acting,
-            held: 0.0,
-            leaps: 0.0,
-            usual: (0, 0),
-            recent: (0, 0.0),
-            present: [0.0; 2],
-            points: 0,
-            motions: (0, 0.0),
-            largest: [0.0; 2],
+            powers: Powers::new(linear, between, averaging, smooth),
+            lanes: Lanes::new([n, linear.a.ncols, sources, turned, functions, functions, n]),
+            totals: Totals::default(),
+            rounded: Rounding::default(),
             missed: [0.0; 2],
             residual: Vec::new(),
         })
     }
 
-    fn energy(&self, z: &[f64]) -> f64 {
-        0.5 * self.stored.at(|k| z[k])
-    }
-
     fn begin(&mut self, z: &[f64]) {
-        if self.first.is_none() {
-            let energy = self.energy(z);
-            (self.first, self.peak) = (Some(energy), energy.abs());
+        if self.totals.first.is_none() {
+            let energy = self.powers.energy(z);
+            (self.totals.first, self.totals.peak) = (Some(energy), energy.abs());
             self.look(z, &[], &[]);
             self.go_on_from(z);
         }
@@ -253,106 +215,31 @@ impl Sums {
 
     /// Whether the state from which a step began has to be told.
     pub fn asks_for_begin(&self) -> bool {
-        self.lanes.is_none() || self.first.is_none()
+        self.lanes.is_none() || self.totals.first.is_none()
     }
 
     /// Takes the largest voltage and current at the end of steps.
     fn look(&mut self, z: &[f64], l: &[f64], f: &[f64]) {
         let mut here = [0.0; 2];
-        self.reach.see(&self.kinds, z, l, &mut here);
+        self.powers.reach.see(&self.powers.kinds, z, l, &mut here);
         let most = |a: [f64; 2]| [a[0].max(here[0]), a[1].max(here[1])];
-        (self.largest, self.present) = (most(self.largest), most(self.present));
-        let recent = std::mem::take(&mut self.recent);
-        let told = self.rounding(recent, &self.present);
-        let unusual = self.is_unusual(told);
-        if unusual && told > self.moved + self.peak {
+        (self.rounded.largest, self.rounded.present) =
+            (most(self.rounded.largest), most(self.rounded.present));
+        let recent = std::mem::take(&mut self.rounded.recent);
+        let told = self.powers.rounding(recent, &self.rounded.present);
+        let unusual = self.rounded.is_unusual(told);
+        if unusual && told > self.totals.moved + self.totals.peak {
             // where a coil loses its last current one node has kilovolts, and what is stored elsewhere none
-            self.leaps += told.min(self.rounding_at(recent, [z, l, f]));
+            self.rounded.leaps += told.min(self.powers.rounding_at(recent, [z, l, f]));
         } else {
-            self.held += told;
+            self.rounded.held += told;
         }
-        self.present = here;
+        self.rounded.present = here;
     }
 
-    /// Whether a number is far beyond the geometric mean of all so far, which a few of them hardly move.
-    fn is_unusual(&mut self, number: f64) -> bool {
-        let exponent = (number.to_bits() >> 52) as i64;
-        let (sum, count) = &mut self.usual;
-        let unusual = *count > 0 && exponent - *sum / *count > FAR;
-        if number > 0.0 {
-            (*sum, *count) = (*sum + exponent, *count + 1);
-        }
-        unusual
-    }
-
-    /// Energy that laws may be off by in points and time, to the rounding of elimination (see
-    /// [`super::rounding`]), or to that at which an iteration ends: of what they store once in each step
-    /// (twice: at both its ends), of what acts in them all the time.
-    fn rounding(&self, (points, time): (u64, f64), largest: &[f64; 2]) -> f64 {
-        let stored = 2.0 * points as f64 * product(&self.content, largest);
-        self.share * (stored + time * product(&self.acting, largest))
-    }
-
-    /// Power that is dissipated in resistors and set-valued elements.
-    #[inline]
-    fn lost(&self, z: &[f64], l: &[f64]) -> f64 {
-        self.resisted.at(|k| z[k]) + self.a.between(z, |j| l[j])
-    }
-
-    /// Takes what steps have moved that end at `z`.
-    #[inline]
-    fn add(&mut self, parts: [f64; 3], moved: f64, steps: u64, z: &[f64]) {
-        let known = self.moved + self.peak;
-        self.sum(parts, steps);
-        if moved <= LEAP * known {
-            self.moved += moved;
-            self.peak = self.peak.max(self.expected().abs());
-        } else {
-            let energy = self.energy(z).abs();
-            self.moved += moved.min(LEAP * (known + energy));
-            self.peak = self.peak.max(energy);
-        }
-    }
-
-    /// The same of one step.
+    /// Takes what one step has moved that ends at `z`.
     fn add_one(&mut self, parts: [f64; 3], z: &[f64]) {
-        self.add(parts, parts.iter().map(|part| part.abs()).sum(), 1, z);
-    }
-
-    #[inline]
-    fn sum(&mut self, [delivered, dissipated, scheme]: [f64; 3], steps: u64) {
-        self.delivered += delivered;
-        self.dissipated += dissipated;
-        self.scheme += scheme;
-        self.steps += steps;
-    }
-
-    /// The same beside the voltages and currents of a point, each where it is.
-    #[cold]
-    fn rounding_at(&self, (points, time): (u64, f64), [z, l, f]: [&[f64]; 3]) -> f64 {
-        let size: Vec<f64> = z.iter().map(|v| v.abs()).collect();
-        let [mut stored, mut acting] = [0; 2].map(|_| vec![0.0; z.len()]);
-        self.laws[0].abs_mul_add(&size, &mut stored);
-        self.laws[1].abs_mul_add(&size, &mut acting);
-        self.a.columns.abs_mul_add(l, &mut acting);
-        if let Some((flowing, kept)) = &self.smooth {
-            flowing.columns.abs_mul_add(f, &mut acting);
-            kept.columns.abs_mul_add(f, &mut stored);
-        }
-        self.share * (2.0 * points as f64 * dot(&size, &stored) + time * dot(&size, &acting))
-    }
-
-    /// Counts points of steps and their time.
-    #[inline]
-    fn pass(&mut self, points: u64, time: f64) {
-        self.recent = (self.recent.0 + points, self.recent.1 + time);
-        self.points += points;
-    }
-
-    /// Stored energy as the sums tell it.
-    fn expected(&self) -> f64 {
-        let begin = self.first.unwrap_or(0.0) + self.jumped;
-        begin + (self.delivered - self.dissipated - self.scheme)
+        self.totals.add(parts, parts.iter().map(|part| part.abs()).sum(), 1, &self.powers, z);
     }
 
     /// Takes an implicit step of the length `h` from `z0`, `u0` to `z`, `l`, `u`; `f` are the smooth
@@ -376,21 +263,21 @@ impl Sums {
             }
             return;
         }
-        if new || self.steps.is_multiple_of(LANES as u64) {
+        if new || self.totals.steps.is_multiple_of(LANES as u64) {
             self.look(z, l, f);
         }
-        let mut scheme = 0.5 * self.stored.at(|k| z[k] - z0[k]);
-        if let Some((by_unknowns, by_sources)) = &self.averaging {
+        let mut scheme = 0.5 * self.powers.stored.at(|k| z[k] - z0[k]);
+        if let Some((by_unknowns, by_sources)) = &self.powers.averaging {
             let unknowns = by_unknowns.between(z, |k| z[k] - z0[k]);
             scheme += h * (unknowns + by_sources.between(z, |k| u[k] - u0[k]));
         }
-        let mut power = self.lost(z, l);
-        if let Some((acting, stored)) = &self.smooth {
+        let mut power = self.powers.lost(z, l);
+        if let Some((acting, stored)) = &self.powers.smooth {
             power += acting.between(z, |k| f[k]) + stored.between(z, |k| f_rate[k]);
         }
-        let dissipated = h * power + self.controls.between(z, |k| z[k] - z0[k]);
-        let delivered = h * self.s.between(z, |k| u[k]);
-        self.pass(1, h);
+        let dissipated = h * power + self.powers.controls.between(z, |k| z[k] - z0[k]);
+        let delivered = h * self.powers.s.between(z, |k| u[k]);
+        self.rounded.pass(1, h);
         self.add_one([delivered, dissipated, scheme], z);
     }
 
@@ -404,16 +291,16 @@ impl Sums {
         self.look(z, l, f);
         lanes.close();
         let [mut stored, mut averaged, mut power, mut given, mut ruled] = [[0.0; LANES]; 5];
-        lanes.squares(&self.stored, CHANGE, &mut stored);
-        lanes.squares(&self.resisted, UNKNOWN, &mut power);
-        lanes.products(self.a.entries.list(), MULTIPLIER, &mut power);
-        lanes.products(self.controls.entries.list(), CHANGE, &mut ruled);
-        lanes.products(self.s.entries.list(), SOURCE, &mut given);
-        if let Some((by_unknowns, by_sources)) = &self.averaging {
+        lanes.squares(&self.powers.stored, CHANGE, &mut stored);
+        lanes.squares(&self.powers.resisted, UNKNOWN, &mut power);
+        lanes.products(self.powers.a.entries.list(), MULTIPLIER, &mut power);
+        lanes.products(self.powers.controls.entries.list(), CHANGE, &mut ruled);
+        lanes.products(self.powers.s.entries.list(), SOURCE, &mut given);
+        if let Some((by_unknowns, by_sources)) = &self.powers.averaging {
             lanes.products(by_unknowns.entries.list(), CHANGE, &mut averaged);
             lanes.products(by_sources.entries.list(), SOURCE_CHANGE, &mut averaged);
         }
-        if let Some((acting, kept)) = &self.smooth {
+        if let Some((acting, kept)) = &self.powers.smooth {
             lanes.products(acting.entries.list(), FUNCTION, &mut power);
             lanes.products(kept.entries.list(), FUNCTION_RATE, &mut power);
         }
@@ -428,8 +315,9 @@ impl Sums {
             scheme += taken;
             moved += given.abs() + power.abs() + taken.abs();
         }
-        self.pass(lanes.count as u64, time);
-        self.add([delivered, dissipated, scheme], moved, lanes.count as u64, lanes.last()[0]);
+        self.rounded.pass(lanes.count as u64, time);
+        let parts = [delivered, dissipated, scheme];
+        self.totals.add(parts, moved, lanes.count as u64, &self.powers, lanes.last()[0]);
         lanes.count = 0;
         self.lanes = Some(lanes);
     }
@@ -437,37 +325,37 @@ impl Sums {
     /// What the scheme has taken so far.
     pub fn taken(&mut self) -> f64 {
         self.add_lanes();
-        self.scheme
+        self.totals.scheme
     }
 
     /// Notes that the last step has passed over an instant, before which the scheme had taken `taken`: a winding
     /// that is torn off loses its energy in no time, in the step as in a jump.
     pub fn pass_over(&mut self, taken: f64) {
-        self.instants += self.taken() - taken;
+        self.totals.instants += self.taken() - taken;
     }
 
     /// Takes a step with several points from `z0`.
     pub fn points(&mut self, z0: &[f64], all: &Points) {
         self.begin(z0);
         self.add_lanes();
-        let (m, count) = (self.a.columns.ncols, all.weight.len());
+        let (m, count) = (self.powers.a.columns.ncols, all.weight.len());
         let (mut delivered, mut dissipated, mut time) = (0.0, 0.0, 0.0);
         for (i, &weight) in all.weight.iter().enumerate() {
             if weight == 0.0 {
                 continue;
             }
             let (z, l, u, rate) = (all.z[i], &all.l[i * m..], all.u[i], all.rate[i]);
-            let mut power = self.lost(z, l) + self.controls.between(z, |k| rate[k]);
-            if let Some((acting, stored)) = &self.smooth {
+            let mut power = self.powers.lost(z, l) + self.powers.controls.between(z, |k| rate[k]);
+            if let Some((acting, stored)) = &self.powers.smooth {
                 let (f, f_rate) = (all.f[i], all.f_rate[i]);
                 power += acting.between(z, |k| f[k]) + stored.between(z, |k| f_rate[k]);
             }
             dissipated += weight * power;
-            delivered += weight * self.s.between(z, |k| u[k]);
+            delivered += weight * self.powers.s.between(z, |k| u[k]);
             time += all.length * weight.abs();
         }
-        let scheme = 0.5 * self.stored.products(all.rate, all.taken);
-        self.pass(count as u64, time);
+        let scheme = 0.5 * self.powers.stored.products(all.rate, all.taken);
+        self.rounded.pass(count as u64, time);
         let h = all.length;
         if let Some(last) = all.z.last() {
             self.add_one([h * delivered, h * dissipated, h * h * scheme], last);
@@ -480,17 +368,17 @@ impl Sums {
     /// The state from which a run begins, whose steps are handed over one by one.
     pub fn start(&mut self, z: &[f64]) {
         self.lanes = None;
-        self.first = None;
+        self.totals.first = None;
         self.begin(z);
     }
 
     /// Takes a motion of some length, of which the integrals of both powers are known.
     pub fn motion(&mut self, length: f64, [dissipated, delivered]: [f64; 2]) {
-        self.motions = (self.motions.0 + 1, self.motions.1 + length);
-        self.points += 1;
-        self.sum([delivered, dissipated, 0.0], 1);
-        self.moved += delivered.abs() + dissipated.abs();
-        self.peak = self.peak.max(self.expected().abs());
+        self.rounded.motions = (self.rounded.motions.0 + 1, self.rounded.motions.1 + length);
+        self.rounded.points += 1;
+        self.totals.sum([delivered, dissipated, 0.0], 1);
+        self.totals.moved += delivered.abs() + dissipated.abs();
+        self.totals.peak = self.totals.peak.max(self.totals.expected().abs());
     }
 
     /// Takes integrals of the rates of what is stored, unknowns, multipliers and sources over a motion:
@@ -499,40 +387,42 @@ impl Sums {
     pub fn miss(&mut self, rate: &[f64], z: &[f64], l: &[f64], u: &[f64], rounding: f64) {
         self.residual.clear();
         self.residual.resize(z.len(), 0.0);
-        self.laws[0].mul_add(1.0, rate, &mut self.residual);
-        self.laws[1].mul_add(1.0, z, &mut self.residual);
-        self.a.columns.mul_add(1.0, l, &mut self.residual);
-        self.s.columns.mul_add(-1.0, u, &mut self.residual);
-        for ((missed, &kind), joule) in self.residual.iter().zip(&self.kinds).zip(&self.joule) {
+        self.powers.laws[0].mul_add(1.0, rate, &mut self.residual);
+        self.powers.laws[1].mul_add(1.0, z, &mut self.residual);
+        self.powers.a.columns.mul_add(1.0, l, &mut self.residual);
+        self.powers.s.columns.mul_add(-1.0, u, &mut self.residual);
+        for ((missed, &kind), joule) in
+            self.residual.iter().zip(&self.powers.kinds).zip(&self.powers.joule)
+        {
             self.missed[usize::from(kind)] += (missed.abs() - rounding * joule).max(0.0);
         }
     }
 
     /// Steps so far.
     pub fn steps(&self) -> u64 {
-        self.steps
+        self.totals.steps
     }
 
     /// Takes the largest voltage and current from a point.
     pub fn see(&mut self, z: &[f64], l: &[f64]) {
-        self.reach.see(&self.kinds, z, l, &mut self.largest);
+        self.powers.reach.see(&self.powers.kinds, z, l, &mut self.rounded.largest);
     }
 
     /// Takes an energy that was stored at some instant.
     pub fn see_stored(&mut self, energy: f64) {
-        self.peak = self.peak.max(energy);
+        self.totals.peak = self.totals.peak.max(energy);
     }
 
     /// Takes a jump.
     pub fn jump(&mut self, before: &[f64], after: &[f64]) {
-        if self.first.is_none() {
+        if self.totals.first.is_none() {
             return;
         }
         self.add_lanes();
-        let change = self.energy(after) - self.energy(before);
-        self.jumped += change;
-        self.moved += change.abs();
-        self.peak = self.peak.max(self.expected().abs());
+        let change = self.powers.energy(after) - self.powers.energy(before);
+        self.totals.jumped += change;
+        self.totals.moved += change.abs();
+        self.totals.peak = self.totals.peak.max(self.totals.expected().abs());
         self.go_on_from(after);
     }
 
@@ -541,27 +431,29 @@ impl Sums {
     /// What rounding may add up to in all steps is no error.  Their sums are rounded once for each point.
     pub fn balance(&mut self, z: &[f64]) -> Balance {
         self.add_lanes();
-        let Some(first) = self.first else { return Balance::default() };
-        let last = self.energy(z);
-        let held = self.held
-            + self.rounding(self.recent, &self.present)
-            + self.rounding(self.motions, &self.largest);
-        let points = self.points as f64;
-        let added = points * f64::EPSILON / TOLERANCE * self.moved;
-        let known = self.moved + self.peak + first.abs() + last.abs();
-        let scale = known + held + added + self.leaps.min(LEAPS * known);
-        let missing = dot(&self.missed, &self.largest);
-        let error = (last - self.expected()).abs() + missing;
+        let Some(first) = self.totals.first else { return Balance::default() };
+        let last = self.powers.energy(z);
+        let held = self.rounded.held
+            + self.powers.rounding(self.rounded.recent, &self.rounded.present)
+            + self.powers.rounding(self.rounded.motions, &self.rounded.largest);
+        let points = self.rounded.points as f64;
+        let added = points * f64::EPSILON / TOLERANCE * self.totals.moved;
+        let known = self.totals.moved + self.totals.peak + first.abs() + last.abs();
+        let scale = known + held + added + self.rounded.leaps.min(LEAPS * known);
+        let missing = dot(&self.missed, &self.rounded.largest);
+        let error = (last - self.totals.expected()).abs() + missing;
         Balance {
-            stored: last - first - self.jumped,
-            delivered: self.delivered,
-            dissipated: self.dissipated,
-            scheme: self.scheme - self.instants,
-            instants: self.instants,
+            stored: last - first - self.totals.jumped,
+            delivered: self.totals.delivered,
+            dissipated: self.totals.dissipated,
+            scheme: self.totals.scheme - self.totals.instants,
+            instants: self.totals.instants,
             // beside sources at work elsewhere, a network at rest moves with their rounding
-            turned: self.moved + self.peak.max(first.abs()).max(last.abs()) + TOLERANCE * held,
+            turned: self.totals.moved
+                + self.totals.peak.max(first.abs()).max(last.abs())
+                + TOLERANCE * held,
             drift: ratio(error, scale.max(f64::MIN_POSITIVE / TOLERANCE)),
-            steps: self.steps,
+            steps: self.totals.steps,
         }
     }
 }
