@@ -34,12 +34,12 @@ pub(super) fn impulse_rows(
     let off: Vec<usize> = (0..net.m).filter(|&i| !on[i]).collect();
     let mut data = Vec::with_capacity(off.len() * (k + active.len()));
     for &i in &off {
-        data.extend(net.bn.row(i).iter().map(|v| -v));
+        data.extend(net.split.bn.row(i).iter().map(|v| -v));
         data.extend(active.iter().map(|&p| net.d[(i, p)]));
     }
     let factor = Matrix { rows: off.len(), cols: k + active.len(), data };
     let mut slack = algebraic.under(&factor);
-    slack.add(-1.0, &states.under(&net.br.select_rows(&off)));
+    slack.add(-1.0, &states.under(&net.split.br.select_rows(&off)));
     let mut out = Tracked::zeros(net.m, algebraic.value.cols);
     let mut put = |to: usize, from: &Tracked, row: usize| {
         out.value.row_mut(to).copy_from_slice(from.value.row(row));

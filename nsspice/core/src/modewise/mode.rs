@@ -252,7 +252,7 @@ impl Mode {
         let forcing = kna.select_rows(&stairs.rows);
         let response = inverse.times(&forcing.times(&q2));
         let indirect = pi.times(&kan.select_cols(&stairs.cols).times(&response));
-        if let Some(turn) = fastest_first(&indirect, &pi.times(&net.rgr.times(&q2))) {
+        if let Some(turn) = fastest_first(&indirect, &pi.times(&net.split.rgr.times(&q2))) {
             (q2, pi) = (q2.times(&turn), turn.transpose_times(&pi));
         }
         let n = q2.cols;
@@ -276,7 +276,7 @@ impl Mode {
         let mut algebraic = right.under(&inverse).placed(&stairs.cols, size);
         // a' but for the constraints' share
         let mut change = Tracked::exact(place(&Matrix::zeros(r, n), &net.rs, None));
-        change.add(-1.0, &states.under(&net.rgr));
+        change.add(-1.0, &states.under(&net.split.rgr));
         change.add(-1.0, &algebraic.under(&kan));
         if ties > 0 {
             let mut kappa = change.under(&solve_g.times(&ties_h));

@@ -46,7 +46,7 @@ struct Joint {
 
 /// Whether kernel unknowns see a pair.
 fn touches(net: &Network, p: usize) -> bool {
-    net.bn.row(p).iter().any(|v| *v != 0.0)
+    net.split.bn.row(p).iter().any(|v| *v != 0.0)
 }
 
 impl Joint {
@@ -73,11 +73,11 @@ impl Joint {
         }));
         for &p in &conducting {
             for i in 0..k {
-                let f = net.na[(i, p)] / net.d[(p, p)];
+                let f = net.split.na[(i, p)] / net.d[(p, p)];
                 if f != 0.0 {
-                    add_scaled(&mut knn.row_mut(i)[..k], f, net.bn.row(p));
-                    add_scaled(&mut right.value.row_mut(i)[..n], -f, net.br.row(p));
-                    for (b, x) in right.bound.row_mut(i).iter_mut().zip(net.br.row(p)) {
+                    add_scaled(&mut knn.row_mut(i)[..k], f, net.split.bn.row(p));
+                    add_scaled(&mut right.value.row_mut(i)[..n], -f, net.split.br.row(p));
+                    for (b, x) in right.bound.row_mut(i).iter_mut().zip(net.split.br.row(p)) {
                         *b += (f * x).abs();
                     }
                     right.value[(i, n)] += f * net.q[p];
@@ -95,10 +95,10 @@ impl Joint {
 
     /// The resistance that an inactive pair sees besides its own.
     fn seen_by(&self, net: &Network, p: usize) -> f64 {
-        let mut injected = net.na.col(p);
+        let mut injected = net.split.na.col(p);
         injected.resize(self.matrix.rows, 0.0);
         let column = Matrix { rows: injected.len(), cols: 1, data: injected };
-        dot(net.bn.row(p), &self.answers_to(&column).data[..net.kernel.cols])
+        dot(net.split.bn.row(p), &self.answers_to(&column).data[..net.kernel.cols])
     }
 }
 
@@ -128,7 +128,7 @@ fn guards(
     let mut bound_v = vec![0.0; nv];
     for i in 0..net.m {
         let (x, v) = (rows.x.row_mut(i), rows.v.row_mut(i));
-        let mut bound_x = norm(net.br.row(i));
+        let mut bound_x = norm(net.split.br.row(i));
         let mut scale = -1.0;
         if let Ok(at) = touching.binary_search(&i) {
             x.copy_from_slice(kernel_x.row(k + at));
@@ -139,7 +139,7 @@ fn guards(
             v[0] = -net.q[i];
             bound_v.fill(0.0);
             bound_v[0] = net.q[i].abs();
-            for (j, &f) in net.bn.row(i).iter().enumerate().filter(|f| *f.1 != 0.0) {
+            for (j, &f) in net.split.bn.row(i).iter().enumerate().filter(|f| *f.1 != 0.0) {
                 add_scaled(x, f, kernel_x.row(j));
                 add_scaled(v, f, &kernel.value.row(j)[n..]);
                 add_scaled(&mut bound_v, f.abs(), &kernel.bound.row(j)[n..]);
@@ -173,12 +173,12 @@ fn drive(
     leave_x: &Matrix,
 ) -> Matrix {
     let mut drive = net.rs.clone();
-    drive.add_scaled(-1.0, &net.rgn.times(kernel));
+    drive.add_scaled(-1.0, &net.split.rgn.times(kernel));
     let mut drive = drive.transpose();
     for &p in active {
         for (c, &f) in inflow.row(p).iter().enumerate().filter(|f| *f.1 != 0.0) {
             // R' A = (B R)' in a reciprocal network
-            add_scaled(drive.row_mut(c), -f, net.br.row(p));
+            add_scaled(drive.row_mut(c), -f, net.split.br.row(p));
         }
     }
     drive.product(leave_x).transpose()

@@ -24,6 +24,40 @@ pub struct Assembly {
     pub coordinates: Coordinates,
 }
 
+/// The matrices of conductances and pairs between what stores and what does not.
+pub struct Split {
+    /// `R' G R`
+    pub rgr: Matrix,
+    /// `R' G N`
+    pub rgn: Matrix,
+    /// `N' G R`
+    pub ngr: Matrix,
+    /// `N' G N`
+    pub ngn: Matrix,
+    /// `R' A`
+    pub ra: Matrix,
+    /// `N' A`
+    pub na: Matrix,
+    /// `B R`
+    pub br: Matrix,
+    /// `B N`
+    pub bn: Matrix,
+}
+
+/// What the graph tells of unknowns on which no resistor acts.
+pub struct Loose {
+    /// their combinations of kernel vectors
+    pub basis: Matrix,
+    /// `N' G_skew N` on them
+    pub skew_basis: Matrix,
+    /// `A' N` on them
+    pub at_basis: Matrix,
+    /// `N' G_skew`, by unknown
+    pub n_skew: Matrix,
+    /// `A'`, by unknown
+    pub at: Matrix,
+}
+
 /// The mode-independent part of the reduction.
 pub struct Network {
     /// unknowns, pairs, energy coordinates, unknowns without storage
@@ -40,22 +74,8 @@ pub struct Network {
     pub charges: Matrix,
     /// basis of what stores nothing, n x k
     pub kernel: Matrix,
-    /// `R' G R`, `R' G N`, `N' G R`, `N' G N`
-    pub rgr: Matrix,
-    /// see `rgr`
-    pub rgn: Matrix,
-    /// see `rgr`
-    pub ngr: Matrix,
-    /// see `rgr`
-    pub ngn: Matrix,
-    /// `R' A`, `N' A`, `B R`, `B N`
-    pub ra: Matrix,
-    /// see `ra`
-    pub na: Matrix,
-    /// see `ra`
-    pub br: Matrix,
-    /// see `ra`
-    pub bn: Matrix,
+    /// conductances and pairs in these coordinates
+    pub split: Split,
     /// `B R` once more where modes follow from one another
     pub steps: Option<Differences>,
     /// series resistances
@@ -68,20 +88,12 @@ pub struct Network {
     pub ns: Matrix,
     /// `S` by constant and input
     pub s: Matrix,
-    /// combinations of kernel vectors on which no resistor acts
-    pub loose: Matrix,
-    /// `N' G_skew N` and `A' N` on `loose`
-    pub skew_loose: Matrix,
-    /// see `skew_loose`
-    pub at_loose: Matrix,
+    /// what no resistor acts on
+    pub loose: Loose,
     /// one kind of storage in a reciprocal network: the state matrix is symmetric
     pub symmetric: bool,
     /// that kind is inductors
     pub inductive: bool,
-    /// `N' G_skew` and `A'`, by unknown
-    pub n_skew: Matrix,
-    /// see `n_skew`
-    pub at: Matrix,
 }
 
 /// Voltages of two-terminal elements as rows, applied to columns of a matrix.
@@ -281,7 +293,7 @@ impl Network {
             out.add_scaled(1.0, &x.transpose_times(sy));
             out
         };
-        let loose = Echelon::new(gn.clone(), 0..kernel.cols).kernel();
+        let basis = Echelon::new(gn.clone(), 0..kernel.cols).kernel();
         // branches couple to nodes alone: no gyrator
         let reciprocal = (0..n).all(|i| {
             (0..n).all(|j| skew[(i, j)] == 0.0 || sys.linear.row_kind[i] != sys.linear.row_kind[j])
@@ -295,32 +307,38 @@ impl Network {
         let s = inputs.columns(&sys.linear.s);
         let symmetric = passive && reciprocal && one_kind;
         let br = b.times(&big_r);
+        let steps = symmetric.then(|| Differences::new(br.clone()));
+        let loose = Loose {
+            skew_basis: n_skew.times(&kernel).times(&basis),
+            at_basis: bn.times(&basis),
+            basis,
+            n_skew,
+            at,
+        };
         Ok(Network {
             n,
             m,
             states,
             passive,
-            rgr: both(&big_r, &gr, &gr, &sr),
-            rgn: both(&big_r, &gr, &gn, &sn),
-            ngr: both(&kernel, &gn, &gr, &sr),
-            ngn: both(&kernel, &gn, &gn, &sn),
-            ra: big_r.transpose_times(&a),
-            na: kernel.transpose_times(&a),
-            steps: symmetric.then(|| Differences::new(br.clone())),
-            br,
-            skew_loose: n_skew.times(&kernel).times(&loose),
-            at_loose: bn.times(&loose),
+            split: Split {
+                rgr: both(&big_r, &gr, &gr, &sr),
+                rgn: both(&big_r, &gr, &gn, &sn),
+                ngr: both(&kernel, &gn, &gr, &sr),
+                ngn: both(&kernel, &gn, &gn, &sn),
+                ra: big_r.transpose_times(&a),
+                na: kernel.transpose_times(&a),
+                br,
+                bn,
+            },
+            steps,
+            loose,
             symmetric,
             inductive: !inductive.is_empty(),
-            bn,
             d,
             q: sys.linear.q.clone(),
             rs: big_r.transpose_times(&s),
             ns: kernel.transpose_times(&s),
             s,
-            loose,
-            n_skew,
-            at,
             big_r,
             charges,
             kernel,

@@ -47,18 +47,18 @@ impl Algebra {
         let list = |rows: usize, cols: usize| Vec::with_capacity(rows * cols);
         let (mut knn, mut kna, mut kan) = (list(size, size), list(size, r), list(r, size));
         for i in 0..k {
-            knn.extend_from_slice(net.ngn.row(i));
-            knn.extend(active.iter().map(|&p| net.na[(i, p)]));
-            kna.extend_from_slice(net.ngr.row(i));
+            knn.extend_from_slice(net.split.ngn.row(i));
+            knn.extend(active.iter().map(|&p| net.split.na[(i, p)]));
+            kna.extend_from_slice(net.split.ngr.row(i));
         }
         for &p in active {
-            knn.extend(net.bn.row(p).iter().map(|v| -v));
+            knn.extend(net.split.bn.row(p).iter().map(|v| -v));
             knn.extend(active.iter().map(|&q| net.d[(p, q)]));
-            kna.extend(net.br.row(p).iter().map(|v| -v));
+            kna.extend(net.split.br.row(p).iter().map(|v| -v));
         }
         for i in 0..r {
-            kan.extend_from_slice(net.rgn.row(i));
-            kan.extend(active.iter().map(|&p| net.ra[(i, p)]));
+            kan.extend_from_slice(net.split.rgn.row(i));
+            kan.extend(active.iter().map(|&p| net.split.ra[(i, p)]));
         }
         Algebra {
             knn: Matrix { rows: size, cols: size, data: knn },
@@ -93,13 +93,13 @@ fn by_graph(net: &Network, active: &[usize]) -> Staircase {
     // no resistor sees the direction: combinations of `loose` and pairs without series resistance
     let ideal: Vec<usize> =
         (0..active.len()).filter(|&j| net.d[(active[j], active[j])] == 0.0).collect();
-    let free = net.loose.cols;
+    let free = net.loose.basis.cols;
     let width = free + ideal.len();
-    let (skew_loose, at_loose) = (&net.skew_loose, &net.at_loose);
+    let (skew_loose, at_loose) = (&net.loose.skew_basis, &net.loose.at_basis);
     let mut data = Vec::with_capacity(size * width);
     for i in 0..k {
         data.extend_from_slice(skew_loose.row(i));
-        data.extend(ideal.iter().map(|&j| net.na[(i, active[j])]));
+        data.extend(ideal.iter().map(|&j| net.split.na[(i, active[j])]));
     }
     for &p in active {
         data.extend(at_loose.row(p).iter().map(|v| -v));
@@ -113,7 +113,7 @@ fn by_graph(net: &Network, active: &[usize]) -> Staircase {
             let f = directions[(j, c)];
             if f != 0.0 {
                 for i in 0..k {
-                    t[(i, c)] += f * net.loose[(i, j)];
+                    t[(i, c)] += f * net.loose.basis[(i, j)];
                 }
             }
         }
@@ -124,10 +124,10 @@ fn by_graph(net: &Network, active: &[usize]) -> Staircase {
     // what each direction demands of the states: t' [N' G_skew; -A'] on all unknowns
     let mut demand = Matrix::zeros(n, t.cols);
     for i in 0..k {
-        add_products(&mut demand, net.n_skew.row(i), t.row(i), 1.0);
+        add_products(&mut demand, net.loose.n_skew.row(i), t.row(i), 1.0);
     }
     for (j, &p) in active.iter().enumerate() {
-        add_products(&mut demand, net.at.row(p), t.row(k + j), -1.0);
+        add_products(&mut demand, net.loose.at.row(p), t.row(k + j), -1.0);
     }
     let found = Echelon::new(demand.clone(), 0..t.cols);
     let tie_demand = Some(demand.select_cols(&found.pivots).transpose());
