@@ -3,7 +3,7 @@
 use super::driver;
 use super::equations::Part;
 use super::solve::{Newton, Pull};
-use super::state::{fingerprint, flip, slack, State};
+use super::state::{fingerprint, flip, slack, Problem, State};
 use crate::mlcp::Role;
 use crate::tape::Linearisation;
 
@@ -88,7 +88,7 @@ impl Newton {
     /// Whether the mode is given, and that of the Jacobian factored last.
     pub(super) fn keeps_mode(&self) -> bool {
         let (assembly, s) = (&self.assemblies[self.present], &self.state);
-        s.roles.iter().all(|&role| role != Role::Diode) && assembly.factored(&s.active)
+        s.problem.roles.iter().all(|&role| role != Role::Diode) && assembly.factored(&s.active)
     }
 
     /// As `advance` in a mode that is given, with the Jacobian factored last.
@@ -141,7 +141,7 @@ impl Newton {
             assembly.linearise(tape.slopes());
         }
         s.trial.copy_from_slice(&s.x);
-        let State { balance, roles, q, trial, active, .. } = s;
+        let State { balance, problem: Problem { roles, q, .. }, trial, active, .. } = s;
         let solved = driver::step(eq, assembly, &balance.defect, roles, q, trial, active);
         let Some(_) = solved else { return false };
         s.stage = s.stage.max(2);
@@ -157,12 +157,12 @@ impl Newton {
         let Newton { eq, assemblies, present, state: s, .. } = self;
         let assembly = &assemblies[*present];
         for i in 0..eq.m {
-            s.active[i] = match s.roles[i] {
+            s.active[i] = match s.problem.roles[i] {
                 Role::Closed => true,
                 Role::Open => false,
                 Role::Diode => {
                     let scale = assembly.scale[eq.n + i];
-                    let (w, _) = slack(eq, assembly, &s.q, &s.x, i);
+                    let (w, _) = slack(eq, assembly, &s.problem.q, &s.x, i);
                     s.x[eq.n + i] / scale > w * scale
                 }
             };

@@ -103,7 +103,7 @@ impl State {
     ) -> f64 {
         let (n, flows) = (eq.n, flows_round(eq, assembly, moved));
         let Some(flows) = flows.filter(|_| turned != 0.0) else { return 0.0 };
-        let diodes = (0..eq.m).filter(|&i| self.roles[i] == Role::Diode && self.active[i]);
+        let diodes = (0..eq.m).filter(|&i| self.problem.roles[i] == Role::Diode && self.active[i]);
         let falling = diodes
             .map(|i| (i, turned.signum() * moved[n + i]))
             .filter(|&(i, rate)| rate < 0.0 && rate.abs() / assembly.scale[n + i] > DRIVEN * flows);

@@ -96,15 +96,15 @@ fn beside_poles(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
         }
         newton.balance();
         newton.assemblies[newton.present].forget_scale();
-        newton.state.bounded = false;
+        newton.state.limits.bounded = false;
         if !newton.advance(None) {
             return None;
         }
-        newton.state.begin.copy_from_slice(&newton.state.x);
+        newton.state.limits.begin.copy_from_slice(&newton.state.x);
         if let Some(found) = newton.iterate(limit, None, Linearisation::Held) {
             return Some(found);
         }
-        let moved = newton.state.begin.clone();
+        let moved = newton.state.limits.begin.clone();
         newton.state.x.copy_from_slice(&moved);
     }
     None
@@ -118,11 +118,11 @@ fn relax(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
     if rate <= 0.0 {
         return None;
     }
-    let right = newton.state.right.clone();
+    let right = newton.state.problem.right.clone();
     let nearest = newton.state.nearest.clone();
     let found = relax_from(newton, begin, rate, &right);
     newton.set_rate(rate);
-    newton.state.right.copy_from_slice(&right);
+    newton.state.problem.right.copy_from_slice(&right);
     if found.is_none() {
         newton.state.nearest = nearest;
     }
@@ -150,7 +150,7 @@ fn relax_from(newton: &mut Newton, begin: &[f64], rate: f64, right: &[f64]) -> O
         more *= RELAX[3];
         if more <= rate {
             newton.set_rate(rate);
-            newton.state.right.copy_from_slice(right);
+            newton.state.problem.right.copy_from_slice(right);
             if let Some(found) = newton.run(POINT, None) {
                 return Some(found);
             }
@@ -262,7 +262,7 @@ fn hold_back(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
 /// linearisation in saturation is blind to the volt or two in which they amplify, and in the artificial
 /// time of the other ways they oscillate.
 fn unload(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
-    let (right, nearest) = (newton.state.right.clone(), newton.state.nearest.clone());
+    let (right, nearest) = (newton.state.problem.right.clone(), newton.state.nearest.clone());
     newton.state.x.copy_from_slice(begin);
     newton.evaluate_at_x(Linearisation::Exact, None);
     let load = newton.state.balance.defect[..newton.eq.n].to_vec();
@@ -275,7 +275,7 @@ fn unload(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
     let mut found = None;
     for _ in 0..UNLOAD_STEPS {
         let next = f64::min(1.0, off + step);
-        for ((r, full), load) in newton.state.right.iter_mut().zip(&right).zip(&load) {
+        for ((r, full), load) in newton.state.problem.right.iter_mut().zip(&right).zip(&load) {
             *r = full - (1.0 - next) * load;
         }
         match newton.run(POINT, None) {
@@ -296,7 +296,7 @@ fn unload(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
             }
         }
     }
-    newton.state.right.copy_from_slice(&right);
+    newton.state.problem.right.copy_from_slice(&right);
     newton.state.nearest = nearest;
     found
 }

@@ -5,7 +5,7 @@ use super::homotopy;
 use super::judge::{Balance, Judgement};
 use super::linear::Assembly;
 use super::rates::rates_kept;
-use super::state::State;
+use super::state::{Limits, Problem, State};
 use super::turns::Turns;
 use crate::mlcp::{Residual, Role, Start};
 use crate::sparse::Csc;
@@ -126,11 +126,13 @@ impl Newton {
             carried_functions: Vec::new(),
             state: State {
                 x: zeros.clone(),
-                right: vec![0.0; eq.padded()],
-                q: vec![0.0; m],
-                u: vec![0.0; sources],
-                t: 0.0,
-                roles: vec![Role::Diode; m],
+                problem: Problem {
+                    right: vec![0.0; eq.padded()],
+                    q: vec![0.0; m],
+                    u: vec![0.0; sources],
+                    t: 0.0,
+                    roles: vec![Role::Diode; m],
+                },
                 active: vec![false; m],
                 balance: Balance::new(&eq, &smooth.tape),
                 step: zeros.clone(),
@@ -139,12 +141,7 @@ impl Newton {
                 seen: Vec::new(),
                 iterations: 0,
                 stage: 1,
-                begin: zeros.clone(),
-                leave: vec![(1.0, 0); size],
-                given: zeros.clone(),
-                stopped: false,
-                reach: (0, (0.0, 0.0)),
-                bounded: true,
+                limits: Limits::new(size),
                 contradicted: Vec::new(),
                 best: (NOWHERE, zeros.clone()),
                 nearest: (NOWHERE, zeros.clone()),
@@ -255,23 +252,23 @@ impl Newton {
     /// Takes the data of a problem.
     pub(super) fn load(&mut self, rhs: &[f64], u: &[f64], t: f64, q: &[f64], roles: &[Role]) {
         let (n, s) = (self.eq.n, &mut self.state);
-        s.right[..n].copy_from_slice(rhs);
-        self.eq.combined.combine(&mut s.right[..n], &mut s.work);
-        for (r, q) in s.right[n..].iter_mut().zip(q) {
+        s.problem.right[..n].copy_from_slice(rhs);
+        self.eq.combined.combine(&mut s.problem.right[..n], &mut s.work);
+        for (r, q) in s.problem.right[n..].iter_mut().zip(q) {
             *r = -q;
         }
-        s.q.copy_from_slice(q);
-        s.u.copy_from_slice(u);
-        s.t = t;
-        s.roles.copy_from_slice(roles);
+        s.problem.q.copy_from_slice(q);
+        s.problem.u.copy_from_slice(u);
+        s.problem.t = t;
+        s.problem.roles.copy_from_slice(roles);
         let rate = self.assemblies[self.present].rate;
         if !self.carried.is_empty() {
-            self.eq.add_carried(rate, &self.carried, &mut s.right);
+            self.eq.add_carried(rate, &self.carried, &mut s.problem.right);
             self.carried.clear();
         }
         if !self.carried_functions.is_empty() {
             let stored = |k: usize| self.carried_functions[k];
-            self.eq.add_carried_functions(rate, stored, &mut s.right);
+            self.eq.add_carried_functions(rate, stored, &mut s.problem.right);
             self.carried_functions.clear();
         }
     }
@@ -338,7 +335,7 @@ impl Newton {
         solve: impl FnOnce(&mut Newton) -> Option<Judgement>,
     ) -> Option<Judgement> {
         // what a source drives is no leakage
-        let driven = |&i: &u32| self.state.right[i as usize].abs();
+        let driven = |&i: &u32| self.state.problem.right[i as usize].abs();
         let driven = self.eq.nodes.iter().map(driven).fold(0.0, f64::max);
         self.state.balance.lenient = Some(if driven > 0.0 { driven } else { f64::INFINITY });
         let found = solve(self);
@@ -400,13 +397,7 @@ impl Newton {
         let accuracy = self.accuracy;
         let s = &mut self.state;
         s.best.0 = NOWHERE;
-        s.begin.copy_from_slice(&s.x);
-        if s.stopped {
-            s.leave.fill((1.0, 0));
-            s.stopped = false;
-        }
-        s.bounded = true;
-        s.reach.0 = 0; // no scaling has this number
+        s.limits.begin(&s.x);
         self.turns.forget();
         let most = if limit > BRIEF { PATIENCE * limit } else { limit };
         let mut last = (0, 0.0); // the worst row and its defect
@@ -442,7 +433,7 @@ impl Newton {
             let found = self.turn(round, pull, found);
             if round == 0 {
                 let (size, s) = (self.eq.size(), &mut self.state);
-                s.given.copy_from_slice(&s.balance.terms[..size]);
+                s.limits.given.copy_from_slice(&s.balance.terms[..size]);
             }
             if found.residual.worst() <= done {
                 if !self.tape.limited() {
@@ -541,7 +532,7 @@ impl Newton {
         }
         self.assemblies[self.present].unjudged -= 1;
         let (size, s) = (self.eq.size(), &mut self.state);
-        s.given.copy_from_slice(&s.balance.terms[..size]);
+        s.limits.given.copy_from_slice(&s.balance.terms[..size]);
         true
     }
 
@@ -552,7 +543,7 @@ impl Newton {
         let Some(points) = s.kept.get(s.x.len()..) else { return false };
         let away = self.tape.limited() || found.residual.worst() > ASTRAY;
         if away {
-            s.x.copy_from_slice(&s.begin);
+            s.x.copy_from_slice(&s.limits.begin);
             self.tape.set_points(points);
         }
         away
@@ -560,7 +551,12 @@ impl Newton {
 
     /// Evaluates the functions at `state.x` and the balance there.
     pub(super) fn evaluate_at_x(&mut self, how: Linearisation, pull: Option<&Pull>) {
-        self.tape.evaluate(&self.state.x[..self.eq.n], &self.state.u, self.state.t, how);
+        self.tape.evaluate(
+            &self.state.x[..self.eq.n],
+            &self.state.problem.u,
+            self.state.problem.t,
+            how,
+        );
         self.balance();
         let Newton { eq, state: s, .. } = self;
         if let Some(pull) = pull {
@@ -575,7 +571,7 @@ impl Newton {
     /// The balance at `state.x` with the functions as they have been left.
     pub(super) fn balance(&mut self) {
         let Newton { eq, tape, assemblies, present, state: s, .. } = self;
-        s.balance.compute(&assemblies[*present], tape, &s.right, &s.x);
+        s.balance.compute(&assemblies[*present], tape, &s.problem.right, &s.x);
         eq.combined.add_sizes(&mut s.balance.terms);
     }
 
@@ -586,6 +582,6 @@ impl Newton {
     /// As `judge`; what is good enough need not be known exactly.
     fn judge_to(&mut self, enough: f64) -> Judgement {
         let (assembly, s) = (&self.assemblies[self.present], &mut self.state);
-        s.balance.judge(&self.eq, assembly, &self.tape, &s.roles, &s.x, enough)
+        s.balance.judge(&self.eq, assembly, &self.tape, &s.problem.roles, &s.x, enough)
     }
 }

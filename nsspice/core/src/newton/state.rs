@@ -24,25 +24,18 @@ const ROUNDED: f64 = 2.0 * f64::EPSILON;
 /// An unknown that is stopped there so many times in a row may go farther: twice as far, then 8, 128 and
 /// 32,768 times, as far as an amplifier of open loop gets from rest.
 const INSIST: u8 = 3;
-/// The arrays of one solve.
-pub(super) struct State {
-    /// `[z; l]`
-    pub x: Vec<f64>,
+/// The data of one problem.
+pub(super) struct Problem {
     /// `[rhs; -q]`
     pub right: Vec<f64>,
     pub q: Vec<f64>,
     pub u: Vec<f64>,
     pub t: f64,
     pub roles: Vec<Role>,
-    pub active: Vec<bool>,
-    pub balance: Balance,
-    pub step: Vec<f64>,
-    pub work: Vec<f64>,
-    /// the Jacobian is that of the tape and has not been written down
-    pub direct: bool,
-    pub seen: Vec<u64>,
-    pub iterations: u32,
-    pub stage: u8,
+}
+
+/// How far unknowns may go.
+pub(super) struct Limits {
     /// where the iteration began
     pub begin: Vec<f64>,
     /// how far each unknown may go beyond the reach of all, and how often it was stopped there
@@ -55,19 +48,32 @@ pub(super) struct State {
     pub reach: (u32, (f64, f64)),
     /// whether unknowns are stopped at all
     pub bounded: bool,
-    /// held columns at which the laws of the mode contradict each other
-    pub contradicted: Vec<usize>,
-    /// best point of this iteration, where nothing was limited
-    pub best: (Judgement, Vec<f64>),
-    /// the best point of all iterations for the problem itself
-    pub nearest: (Judgement, Vec<f64>),
-    pub trial: Vec<f64>,
-    /// point, linearisation points and mode of a warm start
-    pub kept: Vec<f64>,
-    pub kept_active: Vec<bool>,
 }
 
-impl State {
+impl Limits {
+    /// For so many unknowns and multipliers.
+    pub fn new(size: usize) -> Limits {
+        Limits {
+            begin: vec![0.0; size],
+            leave: vec![(1.0, 0); size],
+            given: vec![0.0; size],
+            stopped: false,
+            reach: (0, (0.0, 0.0)),
+            bounded: true,
+        }
+    }
+
+    /// An iteration begins at `x`.
+    pub fn begin(&mut self, x: &[f64]) {
+        self.begin.copy_from_slice(x);
+        if self.stopped {
+            self.leave.fill((1.0, 0));
+            self.stopped = false;
+        }
+        self.bounded = true;
+        self.reach.0 = 0; // no scaling has this number
+    }
+
     /// How large unknowns may become in this step: node voltages by the voltages that sources,
     /// functions and the start give, the others (and these, where nothing gives a voltage) in the
     /// scaled system.
@@ -85,30 +91,59 @@ impl State {
         // beside large currents a trace of a voltage is the rounding of what came before
         (bound(if seen > TRACE * scaled { voltage } else { 0.0 }), bound(scaled))
     }
+}
 
+/// The arrays of one solve.
+pub(super) struct State {
+    /// `[z; l]`
+    pub x: Vec<f64>,
+    pub problem: Problem,
+    pub active: Vec<bool>,
+    pub balance: Balance,
+    pub step: Vec<f64>,
+    pub work: Vec<f64>,
+    /// the Jacobian is that of the tape and has not been written down
+    pub direct: bool,
+    pub seen: Vec<u64>,
+    pub iterations: u32,
+    pub stage: u8,
+    pub limits: Limits,
+    /// held columns at which the laws of the mode contradict each other
+    pub contradicted: Vec<usize>,
+    /// best point of this iteration, where nothing was limited
+    pub best: (Judgement, Vec<f64>),
+    /// the best point of all iterations for the problem itself
+    pub nearest: (Judgement, Vec<f64>),
+    pub trial: Vec<f64>,
+    /// point, linearisation points and mode of a warm start
+    pub kept: Vec<f64>,
+    pub kept_active: Vec<bool>,
+}
+
+impl State {
     /// Sets `trial` to `x + step`, no unknown beyond its reach.
     pub fn move_within_reach(&mut self, eq: &Equations, assembly: &Assembly) {
         // what does not reach further than where it began, doubled, need not be looked at: the reach
         // is that of the largest
-        let mut far = self.stopped;
-        let ends = self.trial.iter_mut().zip(&self.x).zip(&self.step).zip(&self.begin);
+        let mut far = self.limits.stopped;
+        let ends = self.trial.iter_mut().zip(&self.x).zip(&self.step).zip(&self.limits.begin);
         for (((trial, x), step), begin) in ends {
             *trial = x + step;
             far |= trial.abs() > REACH * begin.abs();
         }
-        if far && self.bounded {
+        if far && self.limits.bounded {
             self.stop_at_reach(eq, assembly);
         }
     }
 
     /// Stops unknowns of `trial` at their reach.
     fn stop_at_reach(&mut self, eq: &Equations, assembly: &Assembly) {
-        if self.reach.0 != assembly.scalings {
-            self.reach = (assembly.scalings, self.reach(eq, assembly));
+        if self.limits.reach.0 != assembly.scalings {
+            self.limits.reach = (assembly.scalings, self.limits.reach(eq, assembly));
         }
-        let (voltage, scaled) = self.reach.1;
+        let (voltage, scaled) = self.limits.reach.1;
         for i in 0..self.x.len() {
-            let leave = &mut self.leave[i];
+            let leave = &mut self.limits.leave[i];
             let node = i < eq.n && eq.kind(i) == 0 && voltage.is_finite();
             let far = leave.0 * if node { voltage } else { scaled * assembly.scale[i] };
             let t = self.trial[i];
@@ -116,7 +151,7 @@ impl State {
                 leave.1 = 0;
                 continue;
             }
-            self.stopped = true;
+            self.limits.stopped = true;
             self.trial[i] = far.copysign(t);
             self.step[i] = self.trial[i] - self.x[i];
             leave.1 += 1;
@@ -253,12 +288,12 @@ pub(super) fn slack(
 pub(super) fn flip(eq: &Equations, assembly: &Assembly, s: &mut State) -> bool {
     let n = eq.n;
     let mut changed = false;
-    for i in (0..eq.m).filter(|&i| s.roles[i] == Role::Diode) {
+    for i in (0..eq.m).filter(|&i| s.problem.roles[i] == Role::Diode) {
         let wrong = if s.active[i] {
             let l = s.trial[n + i];
             l < 0.0 && l < -SIGN * multiplier_terms(eq, assembly, &s.balance.terms, i)
         } else {
-            let (w, size) = slack(eq, assembly, &s.q, &s.trial, i);
+            let (w, size) = slack(eq, assembly, &s.problem.q, &s.trial, i);
             w < -SIGN * size
         };
         if wrong {

@@ -64,10 +64,10 @@ impl Newton {
     /// Sets the right-hand side to `right + rate (E z + Q f(z))` for the point `x = [z; l]`.
     pub(super) fn hold_stored(&mut self, right: &[f64], x: &[f64], rate: f64) {
         let Newton { eq, tape, state: s, .. } = self;
-        s.right.copy_from_slice(right);
-        eq.add_carried(rate, &x[..eq.n], &mut s.right);
-        tape.evaluate(&x[..eq.n], &s.u, s.t, Linearisation::Exact);
-        eq.add_carried_functions(rate, |k| tape.value(k), &mut s.right);
+        s.problem.right.copy_from_slice(right);
+        eq.add_carried(rate, &x[..eq.n], &mut s.problem.right);
+        tape.evaluate(&x[..eq.n], &s.problem.u, s.problem.t, Linearisation::Exact);
+        eq.add_carried_functions(rate, |k| tape.value(k), &mut s.problem.right);
     }
 
     /// The rows in which functions stand.

@@ -71,8 +71,8 @@ impl Newton {
         let s = &mut self.state;
         s.x[..n].copy_from_slice(z);
         s.x[n..].copy_from_slice(l);
-        s.bounded = false;
-        s.begin.copy_from_slice(&s.x);
+        s.limits.bounded = false;
+        s.limits.begin.copy_from_slice(&s.x);
         self.activate_from_signs();
         self.evaluate_at_x(Linearisation::Exact, None);
         if !self.advance(None) {
@@ -94,7 +94,7 @@ impl Newton {
         assembly.linearise(self.tape.slopes());
         let pattern = &self.eq.pattern;
         let s = &mut self.state;
-        for (c, (x, begin)) in s.x.iter().zip(&s.begin).enumerate() {
+        for (c, (x, begin)) in s.x.iter().zip(&s.limits.begin).enumerate() {
             let moved = x - begin;
             if moved != 0.0 {
                 for at in pattern.colptr[c]..pattern.colptr[c + 1] {
@@ -104,7 +104,7 @@ impl Newton {
                 }
             }
         }
-        s.balance.judge(&self.eq, assembly, &self.tape, &s.roles, &s.x, 0.0)
+        s.balance.judge(&self.eq, assembly, &self.tape, &s.problem.roles, &s.x, 0.0)
     }
 
     /// Residual of the equations themselves at a point.  A law is measured by what its slopes make of the unknowns,
