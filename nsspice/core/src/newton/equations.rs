@@ -64,6 +64,32 @@ pub(super) struct Term {
     pub part: Part,
 }
 
+/// What counts in each row, in fours.
+pub(super) struct Fours {
+    /// one for rows of unknowns, zero for slacks
+    pub laws: Vec<[f64; FOUR]>,
+    /// one for current rows in which nothing is stored
+    pub currents: Vec<[f64; FOUR]>,
+    /// sums of the sizes of entries in each four rows: of voltages, of currents; what is stored would be
+    /// neither in a short step
+    pub reach: Vec<[[f64; FOUR]; 2]>,
+}
+
+/// Rows and unknowns of a kind.
+pub(super) struct Places {
+    /// current rows in which nothing stands but functions that store nothing
+    pub leaks: Vec<usize>,
+    /// unknowns of current rows, and of voltage rows
+    pub nodes: Vec<u32>,
+    /// those on which some law depends: a voltage that none does may be any, and measures nothing
+    pub potentials: Vec<u32>,
+    pub branches: Vec<u32>,
+    /// multipliers, and unknowns of voltage rows that store nothing
+    pub bare: Vec<bool>,
+    /// current rows in which a multiplier appears
+    pub touched: Vec<usize>,
+}
+
 /// The matrices of a complementarity descriptor system with smooth terms.
 pub struct Equations {
     pub(super) n: usize,
@@ -82,24 +108,8 @@ pub struct Equations {
     pub(super) reference: Vec<f64>,
     /// scaling by which usual conductances and resistances become about one
     pub(super) unit: Vec<f64>,
-    /// current rows in which nothing stands but functions that store nothing
-    pub(super) leaks: Vec<usize>,
-    /// one for rows of unknowns, zero for slacks, in fours
-    pub(super) laws: Vec<[f64; FOUR]>,
-    /// one for current rows in which nothing is stored, in fours
-    pub(super) currents: Vec<[f64; FOUR]>,
-    /// sums of the sizes of entries in each four rows: of voltages, of currents; what is stored would be
-    /// neither in a short step
-    pub(super) reach: Vec<[[f64; FOUR]; 2]>,
-    /// unknowns of current rows, and of voltage rows
-    pub(super) nodes: Vec<u32>,
-    /// those on which some law depends: a voltage that none does may be any, and measures nothing
-    pub(super) potentials: Vec<u32>,
-    pub(super) branches: Vec<u32>,
-    /// multipliers, and unknowns of voltage rows that store nothing
-    pub(super) bare: Vec<bool>,
-    /// current rows in which a multiplier appears
-    pub(super) touched: Vec<usize>,
+    pub(super) fours: Fours,
+    pub(super) places: Places,
     pub(super) a: Csc,
     pub(super) b: Csc,
     pub(super) d: Csc,
@@ -283,13 +293,19 @@ impl Equations {
                     |i| if i < n && row_kind[i] == 0 { usual.sqrt().recip() } else { usual.sqrt() },
                 )
                 .collect(),
-            laws: mask(&|row| row < n),
-            currents: mask(&|row| row < n && row_kind[row] == 0 && !stores[row]),
-            leaks,
-            reach,
-            potentials: nodes.iter().copied().filter(|&i| felt[i as usize]).collect(),
-            nodes,
-            branches: (0..n as u32).filter(|&i| row_kind[i as usize] != 0).collect(),
+            fours: Fours {
+                laws: mask(&|row| row < n),
+                currents: mask(&|row| row < n && row_kind[row] == 0 && !stores[row]),
+                reach,
+            },
+            places: Places {
+                leaks,
+                potentials: nodes.iter().copied().filter(|&i| felt[i as usize]).collect(),
+                nodes,
+                branches: (0..n as u32).filter(|&i| row_kind[i as usize] != 0).collect(),
+                bare,
+                touched,
+            },
             diagonal: (0..size).map(|i| place(i, i)).collect(),
             ordering: Arc::new(ordering(&full, m)),
             stored,
@@ -297,8 +313,6 @@ impl Equations {
             entries,
             terms,
             row_kind: row_kind.to_vec(),
-            bare,
-            touched,
             a: a.clone(),
             b: b.clone(),
             d: d.clone(),

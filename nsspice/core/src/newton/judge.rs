@@ -82,7 +82,7 @@ impl Balance {
 
     /// The largest defect of a law of currents as a part of the largest current, and where.
     pub fn missed(&self, eq: &Equations) -> (f64, usize) {
-        let laws = || eq.nodes.iter().map(|&row| row as usize);
+        let laws = || eq.places.nodes.iter().map(|&row| row as usize);
         let current = laws().fold(0.0f64, |most, row| most.max(self.terms[row]));
         let shares = laws().map(|row| (self.defect[row].abs() / current, row));
         shares.fold((0.0, 0), |worst, here| if here.0 > worst.0 { here } else { worst })
@@ -113,16 +113,16 @@ impl Balance {
     /// Relative violations of the rows of the unknowns, `B` blocks of four, or all there are if that is 0.
     #[inline(always)]
     fn shares<const B: usize>(&mut self, eq: &Equations, x: &[f64]) -> Shares {
-        let blocks = if B > 0 { B } else { eq.reach.len() };
+        let blocks = if B > 0 { B } else { eq.fours.reach.len() };
         let terms = &self.terms.as_chunks::<FOUR>().0[..blocks];
         let defects = &self.defect.as_chunks::<FOUR>().0[..blocks];
         let of = |list: &[u32]| list.iter().fold(0.0f64, |v, &i| larger(x[i as usize].abs(), v));
-        let (node, branch) = (of(&eq.potentials), of(&eq.branches));
+        let (node, branch) = (of(&eq.places.potentials), of(&eq.places.branches));
         let mut current = branch;
         if eq.m > 0 {
             // one that conducts takes part in all currents of its network: so far its own is rounded
             let mut largest = [0.0; FOUR];
-            for (term, counts) in terms.iter().zip(&eq.currents) {
+            for (term, counts) in terms.iter().zip(&eq.fours.currents) {
                 largest = each(|i| larger(term[i] * counts[i], largest[i]));
             }
             current = largest.into_iter().fold(current, larger);
@@ -130,7 +130,7 @@ impl Balance {
             if self.lenient.is_some() {
                 // beside what flows, not beside terms that an impulse makes large and that cancel
                 let flows = x[eq.n..].iter().fold(branch, |most, l| larger(l.abs(), most));
-                eq.nodes.iter().for_each(|&row| self.carried[row as usize] = flows);
+                eq.places.nodes.iter().for_each(|&row| self.carried[row as usize] = flows);
             }
             for (c, _) in x[eq.n..].iter().enumerate().filter(|l| *l.1 != 0.0) {
                 let (rows, values) = eq.a.col(c);
@@ -140,7 +140,7 @@ impl Balance {
             }
         }
         let carried = &self.carried.as_chunks::<FOUR>().0[..blocks];
-        let (reach, laws) = (&eq.reach[..blocks], &eq.laws[..blocks]);
+        let (reach, laws) = (&eq.fours.reach[..blocks], &eq.fours.laws[..blocks]);
         let sizes = &mut self.sizes.as_chunks_mut::<FOUR>().0[..blocks];
         let shares = &mut self.shares.as_chunks_mut::<FOUR>().0[..blocks];
         let mut top = [0.0f64; FOUR];
@@ -212,7 +212,7 @@ impl Balance {
         x: &[f64],
         enough: f64,
     ) -> Judgement {
-        let shares = match eq.reach.len() {
+        let shares = match eq.fours.reach.len() {
             1 => shares::<1>(self, eq, x),
             2 => shares::<2>(self, eq, x),
             3 => shares::<3>(self, eq, x),
@@ -234,7 +234,7 @@ impl Balance {
         }
         let mut current = 0.0f64;
         let mut voltage = shares.node;
-        for &r in &eq.touched {
+        for &r in &eq.places.touched {
             current = current.max(terms[r]);
         }
         for i in n..x.len() {

@@ -256,7 +256,7 @@ impl Assembly {
         for (c, scale) in scale.iter().enumerate() {
             let range = jacobian.colptr[c]..jacobian.colptr[c + 1];
             for (&row, v) in jacobian.rowidx[range.clone()].iter().zip(&values[range]) {
-                if row < eq.n && eq.leaks.binary_search(&row).is_ok() {
+                if row < eq.n && eq.places.leaks.binary_search(&row).is_ok() {
                     largest[row] = largest[row].max((v * scale).abs());
                 }
             }

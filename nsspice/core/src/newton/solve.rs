@@ -336,7 +336,7 @@ impl Newton {
     ) -> Option<Judgement> {
         // what a source drives is no leakage
         let driven = |&i: &u32| self.state.problem.right[i as usize].abs();
-        let driven = self.eq.nodes.iter().map(driven).fold(0.0, f64::max);
+        let driven = self.eq.places.nodes.iter().map(driven).fold(0.0, f64::max);
         self.state.balance.lenient = Some(if driven > 0.0 { driven } else { f64::INFINITY });
         let found = solve(self);
         self.state.balance.lenient = None;

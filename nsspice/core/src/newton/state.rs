@@ -174,7 +174,7 @@ impl State {
         self.ask(eq);
         // rounding of what blocking junctions let through would move the potential, for which nothing else has a
         // slope, by volts
-        for &row in &eq.leaks {
+        for &row in &eq.places.leaks {
             if self.step[row].abs() <= ROUNDED * self.balance.terms[row] {
                 self.step[row] = 0.0;
             }
@@ -242,14 +242,14 @@ impl State {
         for c in assembly.held() {
             let current = self.x[c] + self.step[c];
             let driven = self.contradicted.contains(&c);
-            if driven || !eq.bare[c] || !on(&self.active, c) || current == 0.0 {
+            if driven || !eq.places.bare[c] || !on(&self.active, c) || current == 0.0 {
                 continue;
             }
             let round = self.goes_with(eq, assembly, c, current);
             // leakage that a voltage drives, below the rounding of all, is open, too, but it has a cause
             if flows_round(eq, assembly, &round).is_some() {
                 let part = -current / round[c];
-                let ends = self.step.iter_mut().zip(&round).zip(&eq.bare);
+                let ends = self.step.iter_mut().zip(&round).zip(&eq.places.bare);
                 ends.filter(|e| *e.1).for_each(|((step, v), _)| *step += part * v);
             }
         }
@@ -260,7 +260,7 @@ impl State {
 /// elements and nothing else differs.
 pub(super) fn flows_round(eq: &Equations, assembly: &Assembly, round: &[f64]) -> Option<f64> {
     let (mut flows, mut rest) = (0.0f64, 0.0f64);
-    for ((v, scale), &bare) in round.iter().zip(&assembly.scale).zip(&eq.bare) {
+    for ((v, scale), &bare) in round.iter().zip(&assembly.scale).zip(&eq.places.bare) {
         let largest = if bare { &mut flows } else { &mut rest };
         *largest = largest.max((v / scale).abs());
     }
