@@ -73,6 +73,25 @@ pub struct Impulses {
     pub pairs: Vec<usize>,
 }
 
+/// Guards of a mode: what must stay positive while it lasts.
+#[derive(Clone)]
+pub struct Guards {
+    /// over the modal state and the inputs
+    pub rows: Rows,
+    /// what they watch
+    pub watch: Vec<Watch>,
+    /// which guards are voltages (slacks, controls), the others being currents
+    pub slack: Vec<bool>,
+    /// guards of thyristors that stay closed while that of their pair, which follows, is positive
+    pub held: Vec<(usize, usize)>,
+    /// switches whose controls are at their thresholds whatever the state
+    pub idle: Vec<usize>,
+    /// guards of switches that depend on the inputs alone, with their switches
+    pub direct: Vec<(usize, usize)>,
+    /// their sizes
+    pub sizes: Vec<GuardSize>,
+}
+
 /// A mode.
 #[derive(Clone)]
 pub struct Mode {
@@ -95,20 +114,8 @@ pub struct Mode {
     /// algebraic unknowns `[kernel part; active multipliers]`; multipliers that are missing here are
     /// the guards of their pairs
     pub algebraic: Rows,
-    /// guards
-    pub guards: Rows,
-    /// what they watch
-    pub watch: Vec<Watch>,
-    /// which guards are voltages (slacks, controls), the others being currents
-    pub slack: Vec<bool>,
-    /// guards of thyristors that stay closed while that of their pair, which follows, is positive
-    pub held: Vec<(usize, usize)>,
-    /// switches whose controls are at their thresholds whatever the state
-    pub idle: Vec<usize>,
-    /// guards of switches that depend on the inputs alone, with their switches
-    pub direct: Vec<(usize, usize)>,
-    /// their sizes
-    pub sizes: Vec<GuardSize>,
+    /// what must stay positive
+    pub guards: Guards,
     /// what must vanish for the mode to exist, over v
     pub consistency: Matrix,
     /// bounds behind it
@@ -406,13 +413,15 @@ impl Mode {
             leave_x: q2.times(&from),
             leave_v: yc,
             algebraic: to_rows(&algebraic.value),
-            guards: to_rows(&all.value),
-            slack: watch.iter().map(|w| !matches!(w, Watch::Pair(i) if on[*i])).collect(),
-            watch,
-            held,
-            idle,
-            direct,
-            sizes,
+            guards: Guards {
+                rows: to_rows(&all.value),
+                slack: watch.iter().map(|w| !matches!(w, Watch::Pair(i) if on[*i])).collect(),
+                watch,
+                held,
+                idle,
+                direct,
+                sizes,
+            },
             consistency: consistency.value,
             consistency_bound: consistency.bound,
             impulses,
@@ -470,14 +479,15 @@ impl Mode {
         if i < listed {
             (&self.algebraic, i)
         } else {
-            (&self.guards, self.active[i - listed])
+            (&self.guards.rows, self.active[i - listed])
         }
     }
 
     /// The size of an algebraic unknown's largest part where the modal state is of some size.
     pub fn algebraic_size(&self, i: usize, state: f64, inputs: [&[f64]; 2]) -> f64 {
         let (rows, r) = self.algebraic_row(i);
-        let of_x = if i < self.algebraic.x.rows { norm(rows.x.row(r)) } else { self.sizes[r].x };
+        let of_x =
+            if i < self.algebraic.x.rows { norm(rows.x.row(r)) } else { self.guards.sizes[r].x };
         let parts = inputs.into_iter().zip([rows.v.row(r), rows.d.row(r)]);
         let terms = parts.flat_map(|(list, row)| list.iter().zip(row).map(|(y, f)| (y * f).abs()));
         terms.fold(of_x * state, larger)
@@ -501,10 +511,10 @@ impl Mode {
         let rows = |r: &Rows| r.x.data.len() + r.v.data.len() + r.d.data.len();
         let mut count = self.leave_x.data.len() + self.enter.as_ref().map_or(0, |e| e.data.len());
         count += self.drive.data.len() + self.leave_v.data.len();
-        count += rows(&self.algebraic) + rows(&self.guards);
+        count += rows(&self.algebraic) + rows(&self.guards.rows);
         if let Some(i) = &self.impulses {
             count += i.algebraic.data.len() + 2 * i.guards.data.len();
         }
-        8 * count + 64 * self.watch.len() + 1024
+        8 * count + 64 * self.guards.watch.len() + 1024
     }
 }

@@ -7,7 +7,7 @@
 //! `w' w / rho`, a symmetric matrix of rank one, and the eigenvectors follow by [`RankOne`]; slow rates
 //! keep their digits beside fast ones, which a decomposition of the whole matrix cannot offer.
 
-use super::mode::{GuardSize, Mode, Rows, Watch};
+use super::mode::{GuardSize, Guards, Mode, Rows, Watch};
 use super::network::Network;
 use super::spectrum::Pole;
 use super::staircase::Algebra;
@@ -220,7 +220,7 @@ impl Mode {
         let change = if was_on { resistance } else { -1.0 / resistance };
         let change = if net.inductive { -change } else { change };
         let rates: Vec<f64> = self.poles.iter().map(|pole| pole.alpha).collect();
-        turn.decompose(&rates, change, self.guards.x.row(p))?;
+        turn.decompose(&rates, change, self.guards.rows.x.row(p))?;
         let size = |rates: &[f64]| rates.iter().fold(0.0f64, |a, r| a.max(r.abs()));
         if self.n <= SMALL && size(&turn.values) < LEFT * size(&rates) {
             return None;
@@ -235,13 +235,12 @@ impl Mode {
             d: Matrix::zeros(unknowns.len(), nv),
             x: kernel_x.select_rows(&unknowns),
         };
-        let mut slack = self.slack.clone();
+        let mut slack = self.guards.slack.clone();
         slack[p] = was_on;
         let poles: Vec<Pole> = (turn.values.iter().enumerate())
             .map(|(at, &alpha)| Pole { at, alpha, omega: 0.0 })
             .collect();
         Some(Mode {
-            idle: Vec::new(),
             gates: self.gates.clone(),
             n,
             fastest: poles.iter().map(Pole::size).fold(0.0, f64::max),
@@ -252,12 +251,15 @@ impl Mode {
             leave_x,
             leave_v: self.leave_v.clone(),
             algebraic,
-            guards,
-            watch: (0..net.m).map(Watch::Pair).collect(),
-            slack,
-            held: Vec::new(),
-            direct: Vec::new(),
-            sizes,
+            guards: Guards {
+                rows: guards,
+                watch: (0..net.m).map(Watch::Pair).collect(),
+                slack,
+                held: Vec::new(),
+                idle: Vec::new(),
+                direct: Vec::new(),
+                sizes,
+            },
             consistency: self.consistency.clone(),
             consistency_bound: self.consistency_bound.clone(),
             impulses: None,

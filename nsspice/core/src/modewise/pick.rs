@@ -184,7 +184,7 @@ impl Picker {
         let mut pairs = Vec::new();
         if let Ok(mode) = registry.mode(from, &scene.prepared.net, &scene.prepared.switches) {
             for &j in crossing {
-                if let Watch::Pair(i) = mode.watch[j] {
+                if let Watch::Pair(i) = mode.guards.watch[j] {
                     pairs.push(i);
                 }
             }
@@ -352,7 +352,7 @@ impl Picker {
             else {
                 break;
             };
-            let Watch::Pair(pair) = mode.watch[worst] else { break };
+            let Watch::Pair(pair) = mode.guards.watch[worst] else { break };
             self.on.clear();
             self.on.extend_from_slice(registry.on(current));
             self.on[pair] = !self.on[pair];
@@ -370,7 +370,7 @@ impl Picker {
         self.verifier.verify(&mode, a, scene.segment, scene.horizon, scale, path);
         let zeros: Vec<usize> = self.verifier.zeros.iter().take(12).copied().collect();
         for j in zeros {
-            if let Watch::Pair(pair) = mode.watch[j] {
+            if let Watch::Pair(pair) = mode.guards.watch[j] {
                 self.on.clear();
                 self.on.extend_from_slice(registry.on(id));
                 self.on[pair] = !self.on[pair];

@@ -61,10 +61,10 @@ impl Engine {
     pub(super) fn see_controls(&mut self, mode: &Mode) {
         let length = self.span.end - self.span.time;
         let mut late = Point::default();
-        for &s in &mode.idle {
+        for &s in &mode.guards.idle {
             self.control.resting.see(s, 0.0, 0.0);
         }
-        for (j, watch) in mode.watch.iter().enumerate() {
+        for (j, watch) in mode.guards.watch.iter().enumerate() {
             let Watch::Switch(s) = *watch else { continue };
             let verifier = &self.picker.verifier;
             let (guards, noise) = (&verifier.guards, verifier.noise[j]);

@@ -247,15 +247,16 @@ impl Engine {
     fn throw_by_inputs(&mut self) {
         let Some((id, mode)) = self.motion.present.clone() else { return };
         let gates = self.registry.gates(id).to_vec();
-        for &(j, s) in &mode.direct {
+        for &(j, s) in &mode.guards.direct {
             // one that has just crossed its threshold has reacted; this guard is of its old state
             if self.control.gates[s] != gates[s] {
                 continue;
             }
-            let g = crate::dense::dot(mode.guards.v.row(j), &self.motion.segment.now)
-                + crate::dense::dot(mode.guards.d.row(j), &self.motion.segment.rate);
+            let g = crate::dense::dot(mode.guards.rows.v.row(j), &self.motion.segment.now)
+                + crate::dense::dot(mode.guards.rows.d.row(j), &self.motion.segment.rate);
             let size: f64 = mode
                 .guards
+                .rows
                 .v
                 .row(j)
                 .iter()
@@ -353,7 +354,7 @@ impl Engine {
             Ending::Horizon => self.stats.corners += u64::from(self.span.end >= self.span.corner),
             Ending::Crossing => {
                 for &j in &crossing {
-                    if let Watch::Switch(s) = mode.watch[j] {
+                    if let Watch::Switch(s) = mode.guards.watch[j] {
                         self.throw(s);
                         self.control.sampling.note(s);
                     }

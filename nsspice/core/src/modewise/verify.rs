@@ -146,7 +146,7 @@ impl Verifier {
             return Finding::Impulse(worst);
         }
         path.begin(mode, a, segment, horizon);
-        path.bundle(&mode.guards, segment, &mut self.guards);
+        path.bundle(&mode.guards.rows, segment, &mut self.guards);
         path.at(0.0, &mut self.start);
         let count = self.guards.count;
         path.reaches(horizon, &mut self.reaches);
@@ -156,10 +156,10 @@ impl Verifier {
         self.clear.clear();
         self.clear.resize(count, 0.0);
         let mut worst = (0usize, 0.0f64);
-        for &(j, pair) in &mode.held {
+        for &(j, pair) in &mode.guards.held {
             self.clear[j] = horizon;
             let carries = self.looks.value[pair] > self.noise[pair];
-            if let (Watch::Switch(s), false) = (mode.watch[j], carries) {
+            if let (Watch::Switch(s), false) = (mode.guards.watch[j], carries) {
                 if self.looks.value[j] < -self.noise[j] {
                     self.thrown.push(s);
                 }
@@ -181,7 +181,7 @@ impl Verifier {
                 continue;
             }
             if g < -noise || g.is_nan() {
-                match mode.watch[j] {
+                match mode.guards.watch[j] {
                     Watch::Switch(s) => self.thrown.push(s),
                     Watch::Pair(_) => {
                         self.negative.push(j);
@@ -203,7 +203,7 @@ impl Verifier {
 
     /// Sampled switches turn when they look, and are not watched in between.
     fn sample(&mut self, mode: &Mode, horizon: f64) {
-        for (j, watch) in mode.watch.iter().enumerate() {
+        for (j, watch) in mode.guards.watch.iter().enumerate() {
             let Watch::Switch(s) = *watch else { continue };
             if !self.sampled[s] || self.clear[j] > 0.0 {
                 continue;
@@ -244,20 +244,20 @@ impl Verifier {
         self.noise.clear();
         let mut floor = [0.0f64; 2]; // of multipliers and of slacks
         let widened = scale.widened.max(1.0);
-        for (j, size) in mode.sizes.iter().enumerate() {
+        for (j, size) in mode.guards.sizes.iter().enumerate() {
             let inputs: f64 =
-                mode.guards.v.row(j).iter().zip(&scale.v).map(|(g, v)| g.abs() * v).sum();
+                mode.guards.rows.v.row(j).iter().zip(&scale.v).map(|(g, v)| g.abs() * v).sum();
             let rates: f64 =
-                mode.guards.d.row(j).iter().zip(&scale.rate).map(|(g, v)| g.abs() * v).sum();
+                mode.guards.rows.d.row(j).iter().zip(&scale.rate).map(|(g, v)| g.abs() * v).sum();
             // what the sum of terms may lose by itself
             let sum = self.looks.bound[j];
             let whole = size.x * scale.a + inputs + rates;
-            let kind = usize::from(mode.slack[j]);
+            let kind = usize::from(mode.guards.slack[j]);
             floor[kind] = floor[kind].max(1e-15 * whole * widened);
             let noise = NOISE * whole + 2e-15 * size.bound * scale.a + 4e-15 * sum;
             self.noise.push((noise * widened).max(f64::MIN_POSITIVE));
         }
-        for (noise, &slack) in self.noise.iter_mut().zip(&mode.slack) {
+        for (noise, &slack) in self.noise.iter_mut().zip(&mode.guards.slack) {
             *noise = noise.max(floor[usize::from(slack)]);
         }
     }
@@ -265,7 +265,7 @@ impl Verifier {
     /// Guards that vanish at the start have to rise first: notes up to when they are known to.
     fn rise(&mut self, mode: &Mode, path: &Trajectory, horizon: f64) -> Finding {
         self.open.clear();
-        self.resting.extend(mode.idle.iter().map(|&s| (s, 0.0)));
+        self.resting.extend(mode.guards.idle.iter().map(|&s| (s, 0.0)));
         if self.zeros.is_empty() {
             return Finding::Good;
         }
@@ -277,7 +277,7 @@ impl Verifier {
             let until = (slope.abs() / self.guards.bound(j, &self.second)).min(horizon);
             let change = 0.5 * slope.abs() * until;
             if slope != 0.0 && change > 4.0 * self.noise[j] {
-                if slope < 0.0 && matches!(mode.watch[j], Watch::Pair(_)) {
+                if slope < 0.0 && matches!(mode.guards.watch[j], Watch::Pair(_)) {
                     return Finding::Guard(j, change / self.noise[j]);
                 }
             } else {
@@ -301,7 +301,7 @@ impl Verifier {
                     at += 1;
                     continue;
                 }
-                if g < 0.0 && matches!(mode.watch[j], Watch::Pair(_)) {
+                if g < 0.0 && matches!(mode.guards.watch[j], Watch::Pair(_)) {
                     return Finding::Guard(j, -g / noise);
                 }
                 self.clear[j] = if g > 0.0 { t } else { 0.0 };
@@ -313,7 +313,7 @@ impl Verifier {
         }
         for &j in &self.open {
             self.clear[j] = horizon;
-            if let Watch::Switch(s) = mode.watch[j] {
+            if let Watch::Switch(s) = mode.guards.watch[j] {
                 self.resting.push((s, self.noise[j]));
             }
         }

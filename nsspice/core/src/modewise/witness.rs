@@ -296,7 +296,7 @@ impl Engine {
         if self.control.sampling.on.contains(&true) {
             return f64::INFINITY;
         }
-        let noise = mode.watch.iter().zip(&self.picker.verifier.noise);
+        let noise = mode.guards.watch.iter().zip(&self.picker.verifier.noise);
         let switches = noise.filter(|(watch, _)| matches!(watch, Watch::Switch(_)));
         switches.fold(0.0, |most, (_, noise)| f64::max(most, *noise))
     }

@@ -35,8 +35,8 @@ impl Orbit {
             carry(&p.mode, p.end - p.start, &mut x);
             let [_, d, _] = at_end(p);
             let end = [p.last.clone(), p.v.clone(), d];
-            let rows = &p.mode.guards;
-            for (j, &watch) in p.mode.watch.iter().enumerate() {
+            let rows = &p.mode.guards.rows;
+            for (j, &watch) in p.mode.guards.watch.iter().enumerate() {
                 let pair = self.pair_of(watch);
                 for ([at, v, rate], moved) in [(&start, &begun), (&end, &x.data)] {
                     let slope = dot(rows.x.row(j), moved);

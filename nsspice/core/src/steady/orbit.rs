@@ -214,11 +214,12 @@ impl Orbit {
     /// By how much perturbations move the end of a passage, over its modal coordinates, stimuli and their
     /// rates; `None` if it is fixed.
     fn shift(&self, p: &Passage, ends: &[Vec<f64>; 3]) -> Result<Option<[Matrix; 3]>, Fault> {
-        let rows = &p.mode.guards;
+        let rows = &p.mode.guards.rows;
         let [dx, dv, dd] = ends;
         let mut found: Option<[Matrix; 3]> = None;
-        let named =
-            |guards: &[usize]| guards.iter().map(|&j| self.pair_of(p.mode.watch[j])).collect();
+        let named = |guards: &[usize]| {
+            guards.iter().map(|&j| self.pair_of(p.mode.guards.watch[j])).collect()
+        };
         for &j in &p.crossing {
             let parts = [(rows.x.row(j), dx), (rows.v.row(j), dv), (rows.d.row(j), dd)];
             let rate: f64 = parts.iter().map(|(row, d)| dot(row, d)).sum();
