@@ -161,7 +161,7 @@ impl Newton {
                 Role::Closed => true,
                 Role::Open => false,
                 Role::Diode => {
-                    let scale = assembly.scale[eq.n + i];
+                    let scale = assembly.scaling.columns[eq.n + i];
                     let (w, _) = slack(eq, assembly, &s.problem.q, &s.x, i);
                     s.x[eq.n + i] / scale > w * scale
                 }

@@ -104,9 +104,9 @@ impl State {
         let (n, flows) = (eq.n, flows_round(eq, assembly, moved));
         let Some(flows) = flows.filter(|_| turned != 0.0) else { return 0.0 };
         let diodes = (0..eq.m).filter(|&i| self.problem.roles[i] == Role::Diode && self.active[i]);
-        let falling = diodes
-            .map(|i| (i, turned.signum() * moved[n + i]))
-            .filter(|&(i, rate)| rate < 0.0 && rate.abs() / assembly.scale[n + i] > DRIVEN * flows);
+        let falling = diodes.map(|i| (i, turned.signum() * moved[n + i])).filter(|&(i, rate)| {
+            rate < 0.0 && rate.abs() / assembly.scaling.columns[n + i] > DRIVEN * flows
+        });
         let left = falling.map(|(i, rate)| (self.x[n + i] + self.step[n + i]) / -rate);
         let least = left.fold(f64::INFINITY, f64::min);
         // it ends as far on the other side

@@ -232,8 +232,12 @@ fn hold_back(newton: &mut Newton, begin: &[f64]) -> Option<Judgement> {
             newton.tape.set_points(&points);
             continue;
         }
-        let moved =
-            newton.state.x.iter().zip(&centre).zip(&newton.assemblies[newton.present].scale);
+        let moved = newton
+            .state
+            .x
+            .iter()
+            .zip(&centre)
+            .zip(&newton.assemblies[newton.present].scaling.columns);
         let (moved, size) = moved.fold((0.0f64, 0.0f64), |(m, a), ((x, c), s)| {
             (m.max(((x - c) / s).abs()), a.max((x / s).abs()))
         });

@@ -52,6 +52,32 @@ pub(super) struct Derivative {
     pub factor: f64,
 }
 
+/// How the Jacobian is scaled.
+pub(super) struct Scaling {
+    /// physical unknown = scale * scaled unknown
+    pub columns: Vec<f64>,
+    /// what multiplies the rows: the same, but for laws of leakage alone
+    rows: Vec<f64>,
+    /// product of the two scales of each entry
+    weight: Vec<f64>,
+    known: bool,
+    /// how often it has been done
+    pub count: u32,
+}
+
+impl Scaling {
+    /// Multiplies rows by their scales; those of pairs that block are divided.
+    fn scale_rows(&self, n: usize, active: &[bool], x: &mut [f64]) {
+        let rows = &self.rows;
+        for (v, s) in x[..n].iter_mut().zip(rows) {
+            *v *= s;
+        }
+        for ((v, s), &on) in x[n..].iter_mut().zip(&rows[n..]).zip(active) {
+            *v = if on { *v * s } else { *v / s };
+        }
+    }
+}
+
 /// All that depends on the rate: linear part, scaling, factors.
 pub(super) struct Assembly {
     pub rate: f64,
@@ -65,23 +91,15 @@ pub(super) struct Assembly {
     pub entries: Rows<Derivative>,
     /// the Jacobian with all pairs active, unscaled
     pub values: Vec<f64>,
-    /// physical unknown = scale * scaled unknown
-    pub scale: Vec<f64>,
-    /// what multiplies the rows: the same, but for laws of leakage alone
-    row_scale: Vec<f64>,
-    scaled: bool,
+    pub scaling: Scaling,
     /// for the present values
     fresh: bool,
-    /// how often it has been scaled
-    pub scalings: u32,
     /// the last Jacobian left something open, which was held
     open: bool,
     /// the last solution took one step: the next ones may, too, with the same factors
     pub steady: bool,
     /// so many of the next guesses need not be judged
     pub unjudged: u8,
-    /// product of the two scales of each entry
-    weight: Vec<f64>,
     jacobian: Csc,
     factor: Option<Factor>,
     /// the shorter way to dense factors, and whether it was taken last
@@ -122,15 +140,17 @@ impl Assembly {
                     .filter(|e| e.1.factor != 0.0),
             ),
             values: linear.values.clone(),
-            scale: vec![1.0; eq.size()],
-            row_scale: vec![1.0; eq.size()],
-            scaled: false,
+            scaling: Scaling {
+                columns: vec![1.0; eq.size()],
+                rows: vec![1.0; eq.size()],
+                weight: vec![1.0; linear.values.len()],
+                known: false,
+                count: 0,
+            },
             fresh: false,
-            scalings: 0,
             open: false,
             steady: false,
             unjudged: 0,
-            weight: vec![1.0; linear.values.len()],
             jacobian: linear.clone(),
             linear,
             factor: None,
@@ -149,7 +169,7 @@ impl Assembly {
 
     /// The Jacobian has been no measure: the next one is scaled anew.
     pub fn forget_scale(&mut self) {
-        self.scaled = false;
+        self.scaling.known = false;
         self.fresh = false;
         self.open = false;
     }
@@ -189,18 +209,7 @@ impl Assembly {
         if !matches!(solved, Some(Ok(()))) {
             y.fill(f64::NAN);
         }
-        self.scale_rows(n, active, y);
-    }
-
-    /// Multiplies rows by their scales; those of pairs that block are divided.
-    fn scale_rows(&self, n: usize, active: &[bool], x: &mut [f64]) {
-        let rows = &self.row_scale;
-        for (v, s) in x[..n].iter_mut().zip(rows) {
-            *v *= s;
-        }
-        for ((v, s), &on) in x[n..].iter_mut().zip(&rows[n..]).zip(active) {
-            *v = if on { *v * s } else { *v / s };
-        }
+        self.scaling.scale_rows(n, active, y);
     }
 
     /// `out += factor J_c` with a column of the Jacobian of all pairs.
@@ -240,7 +249,8 @@ impl Assembly {
         if std::mem::replace(&mut self.fresh, true) {
             return false;
         }
-        let Assembly { jacobian, values, scale, row_scale, weight, .. } = self;
+        let Assembly { jacobian, values, scaling, .. } = self;
+        let Scaling { columns: scale, rows: row_scale, weight, known, count } = scaling;
         for c in 0..jacobian.ncols {
             let range = jacobian.colptr[c]..jacobian.colptr[c + 1];
             let entries = jacobian.rowidx[range.clone()].iter().zip(&values[range.clone()]);
@@ -269,9 +279,8 @@ impl Assembly {
                 weight[at] = row_scale[jacobian.rowidx[at]] * scale;
             }
         }
-        self.scaled = true;
+        (*known, *count) = (true, *count + 1);
         self.steady = false;
-        self.scalings += 1;
         self.factor = None;
         self.direct = None;
         true
@@ -279,7 +288,7 @@ impl Assembly {
 
     /// Whether `factorise_directly` may serve.
     pub fn is_direct(&self) -> bool {
-        self.scaled && !self.open && matches!(self.factor, Some(Factor::Dense(_)))
+        self.scaling.known && !self.open && matches!(self.factor, Some(Factor::Dense(_)))
     }
 
     /// Factors the Jacobian with these derivatives in a mode, without `linearise`; false if it is
@@ -288,9 +297,9 @@ impl Assembly {
         let direct = self.direct.get_or_insert_with(|| {
             let parts = Parts {
                 linear: &self.linear.values,
-                weight: &self.weight,
+                weight: &self.scaling.weight,
                 derivatives: &self.entries.list,
-                scales: [&self.row_scale, &self.scale],
+                scales: [&self.scaling.rows, &self.scaling.columns],
             };
             Direct::new(eq, &parts)
         });
@@ -302,7 +311,7 @@ impl Assembly {
     /// Factors the present Jacobian in a mode; what it leaves open is held with the pivot `hold`.
     /// False if it is singular.
     pub fn factorise(&mut self, eq: &Equations, active: &[bool], hold: f64) -> bool {
-        if !self.scaled {
+        if !self.scaling.known {
             self.rescale(eq);
         }
         if hold > 0.0 {
@@ -322,7 +331,7 @@ impl Assembly {
     /// that column in which it is least.
     fn fill(&mut self) -> [f64; 2] {
         let [mut largest, mut least] = [0.0f64, f64::INFINITY];
-        let Assembly { jacobian, values, weight, dirty, .. } = self;
+        let Assembly { jacobian, values, scaling: Scaling { weight, .. }, dirty, .. } = self;
         dirty.clear();
         for c in 0..jacobian.ncols {
             let range = jacobian.colptr[c]..jacobian.colptr[c + 1];
@@ -393,12 +402,12 @@ impl Assembly {
         if let (Some(direct), true) = (&self.direct, self.directly) {
             return direct.solve(active, x, work);
         }
-        self.scale_rows(n, active, x);
+        self.scaling.scale_rows(n, active, x);
         let solved = self.factor.as_ref().map(|f| f.solve(x, work));
         if !matches!(solved, Some(Ok(()))) {
             x.fill(f64::NAN);
         }
-        for (v, s) in x.iter_mut().zip(&self.scale) {
+        for (v, s) in x.iter_mut().zip(&self.scaling.columns) {
             *v *= s;
         }
     }

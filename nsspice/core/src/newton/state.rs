@@ -79,7 +79,7 @@ impl Limits {
     /// scaled system.
     fn reach(&self, eq: &Equations, assembly: &Assembly) -> (f64, f64) {
         let (mut voltage, mut seen, mut scaled) = (0.0f64, 0.0f64, 0.0f64);
-        let points = self.begin.iter().zip(&assembly.scale).zip(&self.given);
+        let points = self.begin.iter().zip(&assembly.scaling.columns).zip(&self.given);
         for (i, ((x, s), given)) in points.enumerate() {
             let (x, given) = (x.abs(), given.abs());
             scaled = scaled.max(x / s).max(given * s);
@@ -138,14 +138,14 @@ impl State {
 
     /// Stops unknowns of `trial` at their reach.
     fn stop_at_reach(&mut self, eq: &Equations, assembly: &Assembly) {
-        if self.limits.reach.0 != assembly.scalings {
-            self.limits.reach = (assembly.scalings, self.limits.reach(eq, assembly));
+        if self.limits.reach.0 != assembly.scaling.count {
+            self.limits.reach = (assembly.scaling.count, self.limits.reach(eq, assembly));
         }
         let (voltage, scaled) = self.limits.reach.1;
         for i in 0..self.x.len() {
             let leave = &mut self.limits.leave[i];
             let node = i < eq.n && eq.kind(i) == 0 && voltage.is_finite();
-            let far = leave.0 * if node { voltage } else { scaled * assembly.scale[i] };
+            let far = leave.0 * if node { voltage } else { scaled * assembly.scaling.columns[i] };
             let t = self.trial[i];
             if t.abs() <= far {
                 leave.1 = 0;
@@ -260,7 +260,7 @@ impl State {
 /// elements and nothing else differs.
 pub(super) fn flows_round(eq: &Equations, assembly: &Assembly, round: &[f64]) -> Option<f64> {
     let (mut flows, mut rest) = (0.0f64, 0.0f64);
-    for ((v, scale), &bare) in round.iter().zip(&assembly.scale).zip(&eq.places.bare) {
+    for ((v, scale), &bare) in round.iter().zip(&assembly.scaling.columns).zip(&eq.places.bare) {
         let largest = if bare { &mut flows } else { &mut rest };
         *largest = largest.max((v / scale).abs());
     }
