@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -66,13 +66,7 @@ class ImplicitStepper(Stepper):
         UnsolvedStep
             If the static equations have no solution.
         """
-        failure = self._core.start_dc(time, guess)
-        if failure is not None:
-            problem = self._diagnose(failure)
-            if problem is not None:
-                raise problem
-            self._core.accept_large()
-            failure = self._core.start_dc(time, guess)
+        failure = self._begin(lambda: self._core.start_dc(time, guess))
         if failure is not None:
             raise UnsolvedStep(failure["time"], failure["residual"], None)
         return self.state[0]
@@ -121,13 +115,7 @@ class ImplicitStepper(Stepper):
         UnsolvedStep
             If no state satisfies all laws.
         """
-        failure = self._core.start_charges(time, charges, step, guess)
-        if failure is not None:
-            problem = self._diagnose(failure)
-            if problem is not None:
-                raise problem
-            self._core.accept_large()  # proved to be no conflict
-            failure = self._core.start_charges(time, charges, step, guess)
+        failure = self._begin(lambda: self._core.start_charges(time, charges, step, guess))
         if failure is not None:
             raise UnsolvedStep(failure["time"], failure["residual"], None, failure["worst_row"])
         return self._first_jump()
@@ -149,6 +137,17 @@ class ImplicitStepper(Stepper):
     def take_records(self) -> _core.Records:
         """Return the steps recorded since the last call."""
         return self._core.take_records()
+
+    def _begin(self, start: Callable[[], dict[str, Any] | None]) -> dict[str, Any] | None:
+        """Start, again if what failed is proved to be no conflict; return the failure left."""
+        failure = start()
+        if failure is None:
+            return None
+        problem = self._diagnose(failure)
+        if problem is not None:
+            raise problem
+        self._core.accept_large()
+        return start()
 
     def _diagnose(self, failure: Mapping[str, Any]) -> UnsolvedStep | None:
         """Ask for a proof of infeasibility; None if the suspect solution proves genuine."""

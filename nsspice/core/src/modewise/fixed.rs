@@ -2,10 +2,12 @@
 //! modes of an index above 2.  Short at first, doubled while needed; the exact engine goes on as
 //! soon as the mode of a step holds.
 
-use super::implicit::later;
+use super::implicit::{later, Taken};
 use super::pick::{fix, roles};
 use super::place::Phase;
+use super::prepared::Prepared;
 use super::run::Engine;
+use crate::mlcp::{Role, Unsolved};
 use crate::moreau::Failure;
 use crate::switch::{Slack, ROUNDING};
 
@@ -59,6 +61,18 @@ impl Engine {
         self.implicit_step(h, f64::INFINITY, &mut none).map(|_| ())
     }
 
+    /// An implicit step of this length from the present charges and fluxes, with the sources at its end; the state of
+    /// the engine stays.
+    pub(super) fn try_step(
+        &mut self,
+        v: &[f64],
+        roles: &[Role],
+        length: f64,
+    ) -> Result<Taken, Unsolved> {
+        let Prepared { sys, net, .. } = &self.prepared;
+        self.implicit.step(sys, net, &self.state.a, v, roles, length)
+    }
+
     /// One implicit step of at most the length `h`; `row` is written if it ends at `target`, or if
     /// every point is a row.
     pub(super) fn implicit_step(
@@ -93,14 +107,7 @@ impl Engine {
         let (before, begin) = (self.state.z.clone(), self.span.time);
         let mut step = length;
         let result = loop {
-            let taken = self.implicit.step(
-                &self.prepared.sys,
-                &self.prepared.net,
-                &self.state.a,
-                &v,
-                &roles,
-                step,
-            );
+            let taken = self.try_step(&v, &roles, step);
             match taken {
                 Ok(taken) if !taken.suspect => break Ok(taken.residual),
                 // impulses of a very short step can hide a solution: a longer one tells
@@ -229,14 +236,7 @@ impl Engine {
             met.push(self.control.gates.clone());
             later(&self.motion.segment, length, &mut v);
             let roles = roles(self.prepared.net.m, &self.prepared.switches, &self.control.gates);
-            let taken = self.implicit.step(
-                &self.prepared.sys,
-                &self.prepared.net,
-                &self.state.a,
-                &v,
-                &roles,
-                length,
-            );
+            let taken = self.try_step(&v, &roles, length);
             if !taken.is_ok_and(|taken| !taken.suspect) {
                 return None; // the next step tells
             }

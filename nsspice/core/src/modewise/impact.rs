@@ -32,14 +32,7 @@ impl Engine {
         for k in [1.0, 2.0, 3.0] {
             later(&self.motion.segment, k * h, &mut v);
             let length = k * h;
-            let taken = self.implicit.step(
-                &self.prepared.sys,
-                &self.prepared.net,
-                &self.state.a,
-                &v,
-                &roles,
-                length,
-            );
+            let taken = self.try_step(&v, &roles, length);
             if !taken.is_ok_and(|t| !t.suspect) {
                 return false;
             }

@@ -1,10 +1,10 @@
 //! Jumps of charges and fluxes: the impulsive step, and what switches do at one instant.
 
-use super::aftermath::{Rest, Settled, HELD};
 use super::failure::{Failure, Outcome};
 use super::motion::behind;
 use super::stage::System;
 use super::stepper::{Stepper, MAX_REACTIONS};
+use super::values::{Rest, Settled, HELD};
 use crate::mlcp::Start;
 
 /// Length of an impulsive step relative to the nominal step and to the fastest time constant: short

@@ -9,7 +9,6 @@
 //! while constraints and multipliers hold at the new time (Acary & Brogliato, *Numerical Methods
 //! for Nonsmooth Dynamical Systems*, 2008, ch. 9).
 
-mod aftermath;
 mod clock;
 mod controls;
 mod failure;
@@ -34,9 +33,9 @@ mod stepper;
 mod storage;
 mod times;
 mod turns;
+mod values;
 mod witness;
 
-pub use aftermath::to_zero;
 pub use clock::{Clock, Target};
 pub use controls::by_sources;
 pub use failure::Failure;
@@ -45,4 +44,5 @@ pub use record::{Outputs, Part};
 pub use sdirk::{Accuracy, Sdirk, Tableau};
 pub use stage::System;
 pub use stepper::{Plan, Progress, Statistics, Stepper};
+pub use values::to_zero;
 pub use witness::{Records, Witness};

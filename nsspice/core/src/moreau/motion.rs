@@ -4,9 +4,9 @@
 //! elements is no time constant: a voltage drives the current of a small inductance to where the next
 //! diode takes over, in nanoseconds, and a step longer than that ends behind it whatever its length.
 
-use super::aftermath::{Rest, Settled};
 use super::jumps::{Leap, JUMP, NO_JUMP, ROUNDING};
 use super::stepper::Stepper;
+use super::values::{Rest, Settled};
 use crate::mlcp::Start;
 
 /// Ratio of lengths at which a jump is looked at again.

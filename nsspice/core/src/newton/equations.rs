@@ -1,7 +1,6 @@
 //! The system as arrays: one pattern for the Jacobians of all modes, points and step lengths.
 
 use super::combined::Combined;
-use super::judge::FLOOR;
 use crate::linear::ordering;
 use crate::sparse::{Csc, Ordering};
 use crate::structure::Coordinates;
@@ -12,6 +11,9 @@ use std::sync::Arc;
 /// Where no resistor tells what a usual conductance is [S].
 const CONDUCTANCE: f64 = 1e-3;
 
+/// Rows are not judged against less than this part of what the largest voltage and the largest current
+/// would make of them: so far unknowns are rounded.
+pub(super) const FLOOR: f64 = 1e-6;
 /// Rows that are balanced at a time.
 pub(super) const FOUR: usize = 4;
 
@@ -33,7 +35,7 @@ pub(super) enum Part {
     Both,
     /// in a law to which others are added
     Law,
-    /// in what stands in its place
+    /// in the equation that replaces it
     Sum,
 }
 

@@ -1,15 +1,12 @@
 //! How far a point is from solving the equations, free of units and of scale.
 
-use super::equations::{Equations, FOUR};
+use super::equations::{Equations, FLOOR, FOUR};
 use super::laws::SMALL;
 use super::linear::{Assembly, NO_SLOPE};
 use crate::dense::{each, larger, widest};
 use crate::mlcp::{Residual, Role};
 use crate::tape::Tape;
 
-/// Rows are not judged against less than this part of what the largest voltage and the largest current
-/// would make of them: so far unknowns are rounded.
-pub(super) const FLOOR: f64 = 1e-6;
 /// What rounding of the unknowns by a few units may do to a row, through steep functions, is no
 /// defect.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;

@@ -3,9 +3,9 @@
 use super::super::stepper::Stepper;
 use super::energies::Point;
 use super::estimate::Estimate;
+use super::levels::SMALL;
 use super::pass::NOTICED;
 use super::run::Sdirk;
-use super::rungs::SMALL;
 use super::step::Trial;
 
 /// Rounding of an estimated error: that of the largest voltage (current), in the rates of all stages.

@@ -5,9 +5,9 @@ use super::super::stage::{Stage, ROUNDED};
 use super::super::step::ACCEPT;
 use super::super::stepper::Stepper;
 use super::guards::{Scales, VIOLATED};
+use super::levels::{Levels, DIGITS, LEVELS};
 use super::ratios::Ratios;
 use super::resistances::Resistances;
-use super::rungs::{Rungs, DIGITS, RUNGS};
 use crate::mlcp::{Role, Start};
 
 /// A mode earns its affine map at this many solves.
@@ -20,7 +20,7 @@ pub struct Ladder {
     pub longest: f64,
     gamma: f64,
     /// the implicit steps in use
-    pub rungs: Rungs,
+    pub levels: Levels,
     roles: Vec<Role>,
     pub resistances: Resistances,
     /// steps of this level and below are too short for the present mode: rounding of what is stored
@@ -95,10 +95,10 @@ impl Ladder {
         Ladder {
             longest,
             gamma,
-            rungs: Rungs::new(size, relative),
+            levels: Levels::new(size, relative),
             roles: Vec::new(),
             resistances: Resistances::new(s.l.len()),
-            deepest: RUNGS - 1,
+            deepest: LEVELS - 1,
             hidden: false,
             ratios: if s.smooth.is_some() { Ratios::default() } else { Ratios::new(&s.sys.linear) },
             stored,
@@ -139,9 +139,9 @@ impl Ladder {
         self.gamma * self.length(level)
     }
 
-    fn rung(&mut self, s: &Stepper, level: usize) -> &mut Stage {
+    fn stage_of(&mut self, s: &Stepper, level: usize) -> &mut Stage {
         let length = self.stage_length(level);
-        self.rungs.at(s, level, length, self.resistances.all)
+        self.levels.at(s, level, length, self.resistances.all)
     }
 
     /// The deepest level up to `level` at which the present mode is sound.
@@ -156,7 +156,7 @@ impl Ladder {
     /// Whether steps of this level are long enough for the present mode; nothing if it leaves something
     /// open.
     fn solvable(&mut self, s: &mut Stepper, level: usize) -> Option<bool> {
-        let stage = self.rung(s, level);
+        let stage = self.stage_of(s, level);
         if !stage.slot(&s.active, s.epoch).probed {
             stage.probe(&s.sys, &s.active, s.epoch, s.u0.len(), &mut s.scratch.work);
         }
@@ -185,7 +185,7 @@ impl Ladder {
         }
         if sound.is_some() {
             self.open |= !self.resting.is_empty(); // what they hold is not unique
-            let stage = self.rung(s, level);
+            let stage = self.stage_of(s, level);
             let slot = stage.slot(&s.active, s.epoch);
             slot.uses += 1;
             let fresh = slot.map.is_none() && slot.uses == USES_FOR_MAP;
@@ -234,7 +234,7 @@ impl Ladder {
         let mut own = std::mem::take(&mut self.candidate.x);
         own.copy_from_slice(x);
         self.resistances.decode(&mut own[n..], &s.active, &s.roles);
-        let stage = self.rung(s, level);
+        let stage = self.stage_of(s, level);
         let factor = stage.factor(&s.active, s.epoch);
         let ends = Ends { z0: &from[..n], u0: u, u1: u };
         let mut keeps =
@@ -264,7 +264,7 @@ impl Ladder {
         let mut own = std::mem::take(&mut self.candidate.x);
         let mut noise = std::mem::take(&mut self.candidate.noise);
         own.copy_from_slice(x);
-        let stage = self.rung(s, level);
+        let stage = self.stage_of(s, level);
         let factor = stage.factor(&s.active, s.epoch);
         let ends = Ends { z0: &from[..n], u0: u, u1: u };
         let mut stays =
@@ -291,7 +291,7 @@ impl Ladder {
     /// has changed is minus the quantity that has become positive.
     fn solve_open(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
         let StageProblem { level, from, u, near, .. } = problem;
-        let stage = self.rung(s, level);
+        let stage = self.stage_of(s, level);
         stage.matrices.right_hand_side(from, u, u, &mut s.scratch.rhs);
         stage.release();
         x.copy_from_slice(near);
@@ -320,7 +320,7 @@ impl Ladder {
     fn solve_signs(&mut self, s: &mut Stepper, level: usize, met: &[bool], x: &mut [f64]) -> bool {
         let large = x.len() > OPEN;
         let sizes = std::mem::take(&mut self.sizes);
-        let driver = &mut self.rung(s, level).driver;
+        let driver = &mut self.stage_of(s, level).driver;
         let (q, (z, l)) = (&s.sys.linear.q, x.split_at_mut(s.z.len()));
         let resting = large && met != s.active && driver.mode_factor(met).regular();
         let mode = if resting { met } else { &s.active };
@@ -346,7 +346,7 @@ impl Ladder {
         let n = s.z.len();
         let (mut sharp, mut active) =
             (std::mem::take(&mut self.candidate.x), std::mem::take(&mut self.candidate.active));
-        let stage = self.rung(s, level);
+        let stage = self.stage_of(s, level);
         active.copy_from_slice(stage.driver.active());
         let factor = stage.driver.mode_factor(&active);
         sharp.copy_from_slice(x);
@@ -458,7 +458,7 @@ impl Ladder {
         z: &[f64],
         l: &[f64],
     ) -> crate::mlcp::Residual {
-        let stage = self.rung(s, level);
+        let stage = self.stage_of(s, level);
         stage.matrices.right_hand_side(from, u, u, &mut s.scratch.rhs);
         stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l)
     }

@@ -8,8 +8,8 @@ use super::super::stepper::Stepper;
 use super::super::turns::Turn;
 use super::detour::FORCED_LEVEL;
 use super::guards::VIOLATED;
+use super::levels::SMALL;
 use super::run::Sdirk;
-use super::rungs::SMALL;
 use crate::mlcp::{Role, Start};
 use crate::waveform::Side;
 

@@ -11,12 +11,12 @@ use super::energies::{Energies, Point};
 use super::errors::back;
 use super::guards::Scales;
 use super::ladder::Ladder;
+use super::levels::LEVELS;
 use super::locate::Locator;
 use super::nodes::Nodes;
 use super::pass::{Passage, Patience};
 use super::points::PointRows;
 use super::records::{Control, Settings, Shown, Trouble};
-use super::rungs::RUNGS;
 use super::step::Trial;
 use super::stored::StoredRows;
 use super::visited::Visited;
@@ -176,7 +176,7 @@ impl Sdirk {
 
     /// Modes met at the busiest step length.
     pub fn mode_count(&self) -> usize {
-        self.ladder.rungs.mode_count()
+        self.ladder.levels.mode_count()
     }
 
     /// See [`Sampling::chattering`].
@@ -272,7 +272,7 @@ impl Sdirk {
     pub(super) fn begin_step(&mut self, s: &mut Stepper, known: bool) {
         (self.shown.origin, self.fresh) = (None, !known);
         if !known {
-            self.ladder.deepest = RUNGS - 1;
+            self.ladder.deepest = LEVELS - 1;
         }
         let (n, m) = (s.z.len(), s.l.len());
         self.scales.note(s, &s.z, &s.l);
@@ -449,7 +449,7 @@ impl Sdirk {
             }
             s.stats.steps += 1;
             s.stats.undetermined += u64::from(std::mem::take(&mut self.ladder.open));
-            self.counters.matrices = self.ladder.rungs.made;
+            self.counters.matrices = self.ladder.levels.made;
             self.certify(s);
             self.visited.note(&s.active, s.time);
             return Ok(());

@@ -3,8 +3,8 @@
 use super::super::stage::{Probe, Stage};
 use super::super::stepper::Stepper;
 
-/// Rungs of the ladder: the shortest step is 2^-44 of the longest.
-pub const RUNGS: usize = 45;
+/// Levels of the ladder: the shortest step is 2^-44 of the longest.
+pub const LEVELS: usize = 45;
 /// Size below which an unknown is small beside the others of its kind.
 pub const SMALL: f64 = 1e-3;
 /// A map that differs more than this from refined solutions is not used.
@@ -15,18 +15,18 @@ const FINEST: f64 = 0.1;
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Steps from this level on are so short that what is stored may hide what the rest conducts.
 const SHORT: usize = 16;
-/// Memory for matrices and factors of all rungs [numbers], roughly.
+/// Memory for matrices and factors of all levels [numbers], roughly.
 const BUDGET: usize = 40_000_000;
 
-struct Rung {
+struct Level {
     stage: Stage,
     epoch: u64,
     stamp: u64,
 }
 
 /// The implicit steps of some levels; those that have not been used for long are forgotten.
-pub struct Rungs {
-    all: Vec<Option<Box<Rung>>>,
+pub struct Levels {
+    all: Vec<Option<Box<Level>>>,
     /// so many are kept
     most: usize,
     stamp: u64,
@@ -36,12 +36,12 @@ pub struct Rungs {
     finest: f64,
 }
 
-impl Rungs {
+impl Levels {
     /// For `size` unknowns and pairs, whose error may be `relative` to each unknown.
-    pub fn new(size: usize, relative: f64) -> Rungs {
-        Rungs {
-            all: (0..RUNGS).map(|_| None).collect(),
-            most: (BUDGET / (200 * size + 1)).clamp(4, RUNGS),
+    pub fn new(size: usize, relative: f64) -> Levels {
+        Levels {
+            all: (0..LEVELS).map(|_| None).collect(),
+            most: (BUDGET / (200 * size + 1)).clamp(4, LEVELS),
             stamp: 0,
             made: 0,
             finest: FINEST * relative,
@@ -70,7 +70,7 @@ impl Rungs {
         if self.all[level].is_none() {
             let used = |k: &usize| self.all[*k].as_ref().map_or(u64::MAX, |r| r.stamp);
             if self.all.iter().flatten().count() >= self.most {
-                if let Some(oldest) = (0..RUNGS).min_by_key(used) {
+                if let Some(oldest) = (0..LEVELS).min_by_key(used) {
                     self.all[oldest] = None;
                 }
             }
@@ -79,16 +79,16 @@ impl Rungs {
             if matters {
                 stage.probe = Some(self.probe(s, resistance));
             }
-            self.all[level] = Some(Box::new(Rung { stage, epoch: s.epoch, stamp: 0 }));
+            self.all[level] = Some(Box::new(Level { stage, epoch: s.epoch, stamp: 0 }));
             self.made += 1;
         }
         let stamp = self.stamp;
-        let rung = self.all[level].as_mut().unwrap_or_else(|| unreachable!("just made"));
-        rung.stamp = stamp;
-        if rung.epoch != s.epoch {
-            rung.stage.release(); // so that a large factor can be turned into the next in place
-            rung.epoch = s.epoch;
+        let kept = self.all[level].as_mut().unwrap_or_else(|| unreachable!("just made"));
+        kept.stamp = stamp;
+        if kept.epoch != s.epoch {
+            kept.stage.release(); // so that a large factor can be turned into the next in place
+            kept.epoch = s.epoch;
         }
-        &mut rung.stage
+        &mut kept.stage
     }
 }

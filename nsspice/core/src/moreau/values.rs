@@ -240,7 +240,7 @@ impl Stepper {
             smooth.add_stored_at(one, &self.u0, self.time, 1.0, &mut gaps);
             smooth.add_stored_at(other, &self.u0, self.time, -1.0, &mut gaps);
         }
-        // windings without leakage carry currents that their fluxes do not tell, but for rounding
+        // perfectly coupled inductors carry currents that their fluxes do not tell, but for rounding
         let rounding = self.stored_sizes(&change);
         let part = |((gap, size), rounding): ((&f64, &f64), &f64)| {
             let open = gap.abs() - ROUNDINGS * f64::EPSILON * rounding;
