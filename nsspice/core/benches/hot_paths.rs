@@ -2,8 +2,8 @@
 
 use _core::descriptor::Linear;
 use _core::instant::{Before, Reinitialiser};
+use _core::integrate::{Accuracy, Outputs, Part, Progress, Sdirk, Stepper, System, Tableau};
 use _core::mlcp::Role;
-use _core::moreau::{Accuracy, Outputs, Part, Progress, Sdirk, Stepper, System, Tableau};
 use _core::newton::Smooth;
 use _core::sparse::Csc;
 use _core::structure::{Coordinates, Law, Network};

@@ -14,9 +14,9 @@ use points::{PyRecords, PyStretches};
 use polynomial::PyPolynomial;
 use system::{guessed, misfit, PySystem, Sizes};
 
+use crate::integrate::{Accuracy, Clock, Failure, Outputs, Part, Plan, Progress, Sdirk, Stepper};
+use crate::integrate::{System, Tableau, Witness};
 use crate::mlcp::{Driver, Problem, Role, Start};
-use crate::moreau::{Accuracy, Clock, Failure, Outputs, Part, Plan, Progress, Sdirk, Stepper};
-use crate::moreau::{System, Tableau, Witness};
 use crate::sparse::Csc;
 use crate::tape::{Program, Tape};
 use numpy::{
@@ -168,7 +168,7 @@ fn failure_dict<'py>(py: Python<'py>, f: &Failure) -> PyResult<Bound<'py, PyDict
     Ok(out)
 }
 
-fn jump_dict<'py>(py: Python<'py>, j: &crate::moreau::Jump) -> PyResult<Bound<'py, PyDict>> {
+fn jump_dict<'py>(py: Python<'py>, j: &crate::integrate::Jump) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     out.set_item("time", j.time)?;
     out.set_item("before", PyArray1::from_slice(py, &j.before))?;

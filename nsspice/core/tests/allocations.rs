@@ -1,7 +1,7 @@
 //! Steps allocate nothing: a run of twice the length asks for no more memory.
 
 use _core::descriptor::Linear;
-use _core::moreau::{Accuracy, Outputs, Part, Progress, Sdirk, Stepper, System, Tableau};
+use _core::integrate::{Accuracy, Outputs, Part, Progress, Sdirk, Stepper, System, Tableau};
 use _core::sparse::Csc;
 use _core::structure::Coordinates;
 use _core::waveform::Waveform;

@@ -1,7 +1,7 @@
 //! Gates of switches against their controls: a switch that has missed its threshold obeys all laws of the mode
 //! in which it should no longer be.
 
-use super::taken::Taken;
+use super::recorded::Taken;
 use super::{ratio, worse, TOLERANCE};
 use crate::mlcp::Role;
 use crate::switch::Switch;

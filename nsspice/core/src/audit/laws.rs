@@ -3,12 +3,12 @@
 use super::arrays::{Arrays, Places};
 use super::branches::Branches;
 use super::gates::Gates;
+use super::inductor_cut_sets::Ties;
+use super::intervals::Seams;
 use super::matrix::Entries;
 use super::points::Block;
 use super::rounding::{share, Reach};
 use super::sources::Sources;
-use super::stretches::Seams;
-use super::ties::Ties;
 use super::{ratio, worse};
 use crate::descriptor::Linear;
 use crate::newton::Smooth;

@@ -12,30 +12,30 @@
 //! whose rounding it has ([`rounding`]).  No factor, map, scaling or residual of a solver takes part.
 
 mod arrays;
+mod batched;
 mod branches;
 mod flows;
 mod form;
 mod gates;
+mod inductor_cut_sets;
+mod intervals;
 mod jumps;
-mod lanes;
 mod laws;
 mod matrix;
 mod points;
 mod powers;
+mod recorded;
 mod rounding;
 mod sources;
 mod steps;
-mod stretches;
 mod sums;
-mod taken;
-mod ties;
 
 pub use gates::Gates;
 pub use laws::Auditor;
+pub use recorded::Taken;
 pub use sources::{Described, Sources};
 pub use steps::Steps;
 pub use sums::{Balance, Points, Sums};
-pub use taken::Taken;
 
 use crate::structure::{Coordinates, Edge};
 

@@ -1,7 +1,7 @@
 //! The balance of energy over a whole run, in a few sums.
 //!
 //! Every step gives what its sources delivered, what was dissipated and what its scheme has taken,
-//! each from the state at its points (see [`super::steps`] and [`super::stretches`]).  If all steps
+//! each from the state at its points (see [`super::steps`] and [`super::intervals`]).  If all steps
 //! obey the laws and each begins where the last one ended, the sums lead from the first stored energy
 //! to the last one, jumps aside:
 //!
@@ -13,7 +13,7 @@
 //! that changes between two steps breaks the equation as much as a step that breaks a law.  Nothing is
 //! kept of a step but the sums.
 
-use super::lanes::{
+use super::batched::{
     Lanes, CHANGE, FUNCTION, FUNCTION_RATE, LANES, MULTIPLIER, SOURCE, SOURCE_CHANGE, UNKNOWN,
 };
 use super::powers::Powers;

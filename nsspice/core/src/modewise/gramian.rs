@@ -9,7 +9,7 @@
 //! ```
 
 use super::block::row_norm;
-use super::course::Course;
+use super::modal_energies::Course;
 use crate::dense::{complex, dot, Complex, Matrix};
 
 /// Terms of a series of `1 / k!`: the next one is below rounding.

@@ -2,12 +2,12 @@
 //!
 //! The state after the impact is the limit of three short implicit steps, as in time stepping.
 
-use super::implicit::later;
+use super::implicit_step::later;
 use super::inspect::MAX_JUMPS;
-use super::pick::roles;
 use super::run::Engine;
+use super::successor::roles;
 use super::verify::NOISE;
-use crate::moreau::to_zero;
+use crate::integrate::to_zero;
 
 /// Lengths of the first of the steps, relative to the segment that follows.
 const PARTS: [f64; 2] = [1e-6, 1e-8];

@@ -1,12 +1,12 @@
 //! Looking at a run from outside: unknowns, residuals, jumps.
 
 use super::mode::Mode;
-use super::pick::{fix, roles};
-use super::place::Phase;
 use super::registry::Id;
 use super::run::Engine;
+use super::run_state::Phase;
+use super::successor::{fix, roles};
 use super::verify::NOISE;
-use crate::moreau::Jump;
+use crate::integrate::Jump;
 use crate::waveform::Side;
 use std::sync::Arc;
 

@@ -1,6 +1,6 @@
 //! What a run tells beside its rows: counters, jumps, changes of pairs.
 
-use crate::moreau::{Failure, Jump};
+use crate::integrate::{Failure, Jump};
 
 /// Events kept in full; later ones are only counted.
 const MAX_EVENTS: usize = 1 << 16;

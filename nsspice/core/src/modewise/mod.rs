@@ -5,62 +5,62 @@
 //! coordinates ([`network`], [`staircase`], [`mode`], turned by [`align`] where resistances differ by many
 //! digits); a segment is a sum of exponentials
 //! ([`trajectory`]); guards (multipliers of active pairs, slacks of the others, controls of switches)
-//! are watched by bounds ([`march`]), and the mode that follows is proved before it is entered
-//! ([`pick`], [`verify`]). Energies of segments are added up ([`tally`]) by following each once more
-//! ([`retrace`]). Where nothing can be proved, implicit steps go on ([`fixed`]).
+//! are watched by bounds ([`root_bracketing`]), and the mode that follows is proved before it is entered
+//! ([`successor`], [`verify`]). Energies of segments are added up ([`energy_balance`]) by following each once more
+//! ([`segment_energies`]). Where nothing can be proved, implicit steps go on ([`implicit_steps`]).
 
+mod accumulation;
 mod align;
+mod at_threshold;
 mod block;
+mod block_outputs;
 pub mod bundle;
 mod cluster;
-mod course;
-mod crowd;
+mod energy_balance;
 mod exponential;
-mod fixed;
 mod gramian;
 mod guard_rows;
-mod handed;
 mod impact;
-pub mod implicit;
+pub mod implicit_step;
+mod implicit_steps;
+mod input_power;
 pub mod inputs;
 mod inspect;
+mod least_norm;
+mod limits;
 mod log;
-pub mod march;
+mod modal_energies;
 pub mod mode;
 pub mod neighbour;
 pub mod network;
 mod orthogonal;
 pub mod outputs;
-pub mod pick;
+mod passages;
 mod pieces;
-mod place;
 pub mod prepared;
 pub mod registry;
-mod rest;
-mod retrace;
+pub mod root_bracketing;
 mod rows;
 mod run;
+mod run_state;
+mod samples;
 mod scales;
-mod share;
+mod segment_energies;
 mod sharpen;
-mod sides;
 mod single;
 pub mod spectrum;
 mod spread;
 pub mod staircase;
 mod stride;
 mod structured;
-mod supply;
-mod tally;
+pub mod successor;
 pub mod terms;
-mod trace;
 pub mod tracked;
 pub mod trajectory;
 pub mod verify;
-mod witness;
 
 pub use inputs::Inputs;
 pub use network::Assembly;
+pub use passages::{Passage, Passed};
 pub use prepared::Prepared;
 pub use run::Engine;
-pub use trace::{Passage, Passed};

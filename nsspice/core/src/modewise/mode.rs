@@ -10,9 +10,9 @@
 use super::align::fastest_first;
 use super::block::row_norm;
 use super::guard_rows::{control_rows, guard_rows, impulse_rows};
+use super::least_norm::Share;
 use super::network::Network;
 use super::orthogonal::graded_qr;
-use super::share::Share;
 use super::spectrum::{Pole, Spectrum};
 use super::staircase::{Algebra, Staircase};
 use super::tracked::Tracked;

@@ -3,8 +3,8 @@
 //! A segment is a sum of exponentials and sines.  A piece of it is as long as the fastest of them that has
 //! not decayed allows, or longer where the coefficients of the polynomials show that it does not take part.
 
-use super::place::Phase;
 use super::run::Engine;
+use super::run_state::Phase;
 use crate::pieces::Pieces;
 use crate::rounding::UNIT;
 

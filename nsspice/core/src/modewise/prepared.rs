@@ -3,7 +3,7 @@
 //! A mode may also be derived from another one, but its rounding errors then depend on that one.
 //! Such modes are not kept, so that the results of a run do not depend on the runs before it.
 
-use super::implicit::Models;
+use super::implicit_step::Models;
 use super::inputs::Inputs;
 use super::mode::Mode;
 use super::network::{Assembly, Network};

@@ -1,10 +1,10 @@
 //! The modes met so far, which of them followed which, and how much memory they may take.
 
+use super::input_power::Supply;
 use super::mode::Mode;
 use super::network::Network;
 use super::outputs::{OutputRows, Outputs};
 use super::prepared::Reduced;
-use super::supply::Supply;
 use crate::dense::RankOne;
 use crate::switch::Switch;
 use std::collections::HashMap;

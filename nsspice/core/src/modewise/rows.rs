@@ -1,13 +1,13 @@
 //! Rows inside segments: evaluated where they stand, those of a run in one product of matrices, and
 //! few of a mode that is hardly met through its unknowns.
 
-use super::handed::Handed;
+use super::block_outputs::Handed;
 use super::inputs::Segment;
+use super::limits::Ends;
 use super::mode::Mode;
 use super::outputs::Outputs;
-use super::place::Motion;
 use super::run::Engine;
-use super::sides::Ends;
+use super::run_state::Motion;
 use super::single::Single;
 use super::spread::Spread;
 use super::stride::{Strides, FEW, RUN};

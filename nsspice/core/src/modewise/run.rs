@@ -1,23 +1,23 @@
 //! The run: segment after segment, rows evaluated where they stand.
 
-use super::crowd::Storm;
-use super::fixed::Stepped;
-use super::implicit::Implicit;
+use super::accumulation::Storm;
+use super::at_threshold::Control;
+use super::energy_balance::Tally;
+use super::implicit_step::Implicit;
+use super::implicit_steps::Stepped;
 use super::log::{Log, Statistics};
-use super::march::{Ending, March};
 use super::mode::Watch;
 use super::outputs::{Outputs, Spec};
-use super::pick::{cause_of, roles, settle, Picker, Scene};
-use super::place::{Motion, Phase, Plan, Span, State};
+use super::passages::Trace;
 use super::prepared::Prepared;
 use super::registry::{Id, Registry};
-use super::rest::Control;
+use super::root_bracketing::{Ending, March};
 use super::rows::Table;
-use super::tally::Tally;
-use super::trace::Trace;
+use super::run_state::{Motion, Phase, Plan, Span, State};
+use super::samples::Witness;
+use super::successor::{cause_of, roles, settle, Picker, Scene};
 use super::verify::Scale;
-use super::witness::Witness;
-use crate::moreau::{by_sources, Failure, Progress};
+use crate::integrate::{by_sources, Failure, Progress};
 use crate::row_clock::RowClock;
 use std::time::{Duration, Instant};
 
@@ -139,7 +139,7 @@ impl Engine {
         let h = self.plan.fixed_step.min(self.plan.stop);
         self.scale.see_inputs(&self.motion.segment, h);
         let roles = roles(self.prepared.net.m, &self.prepared.switches, &self.control.gates);
-        super::implicit::later(&self.motion.segment, 0.0, &mut self.state.v);
+        super::implicit_step::later(&self.motion.segment, 0.0, &mut self.state.v);
         let step = self.implicit.step(
             &self.prepared.sys,
             &self.prepared.net,

@@ -1,8 +1,8 @@
 //! The mode that the structure of the network tells, by closed forms of the jump and of what follows it.
 
-use super::implicit::Implicit;
-use super::pick::{roles, settle, Leap, Picked, Picker, Scene};
+use super::implicit_step::Implicit;
 use super::registry::Registry;
+use super::successor::{roles, settle, Leap, Picked, Picker, Scene};
 use super::trajectory::Trajectory;
 use super::verify::{Finding, Scale};
 use crate::instant::Before;

@@ -6,9 +6,9 @@
 //! stand in the place of all that passes those: `i(V) + i(L) = 0`, without the charges of junctions behind both,
 //! whose rounding in a short step is amperes.
 
+use crate::perfect_coupling::{laws_without_storage, Multiples, LOST};
 use crate::sparse::Csc;
 use crate::structure::Coordinates;
-use crate::windings::{laws_without_storage, Multiples, LOST};
 
 /// All such laws of a system.
 #[derive(Clone, Debug, Default)]

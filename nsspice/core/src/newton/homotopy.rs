@@ -3,7 +3,7 @@
 //! None of them changes the problem that is solved in the end: junctions are made gentle and sharp
 //! again, unknowns are held back and let go.
 
-use super::judge::Judgement;
+use super::convergence::Judgement;
 use super::solve::{Newton, Pull};
 use crate::tape::Linearisation;
 

@@ -2,7 +2,7 @@
 
 use super::direct::{Direct, Parts};
 use super::equations::{Equations, Part};
-use super::laws::Laws;
+use super::residuals::Laws;
 use crate::linear::{Factor, SURVIVES};
 use crate::mlcp::equilibrate;
 use crate::sparse::Csc;

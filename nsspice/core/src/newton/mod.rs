@@ -22,26 +22,26 @@
 mod advance;
 mod combined;
 mod contradiction;
+mod convergence;
+mod cycling;
 mod direct;
+mod divergence;
 mod driver;
 mod equations;
+mod euler_newton;
 mod homotopy;
-mod judge;
-mod laws;
 mod linear;
 mod path;
 mod rates;
-mod runaway;
+mod residuals;
 mod solve;
 mod state;
 mod stored;
 #[cfg(test)]
 mod tests;
-mod track;
-mod turns;
 
 pub use equations::{Equations, Smooth};
+pub use euler_newton::{Data, Tracking, ASTRAY};
 pub use path::{Path, Points, Problem};
 pub use solve::{Newton, Solved, Unsolved};
 pub use stored::StoredFunction;
-pub use track::{Data, Tracking, ASTRAY};

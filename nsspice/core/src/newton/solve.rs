@@ -1,12 +1,12 @@
 //! The iteration.
 
+use super::convergence::{Balance, Judgement};
+use super::cycling::Turns;
 use super::equations::{Equations, Smooth};
 use super::homotopy;
-use super::judge::{Balance, Judgement};
 use super::linear::Assembly;
 use super::rates::rates_kept;
 use super::state::{Limits, Problem, State};
-use super::turns::Turns;
 use crate::mlcp::{Residual, Role, Start};
 use crate::sparse::Csc;
 use crate::structure::Coordinates;

@@ -1,7 +1,7 @@
 //! The arrays of one solve: modes, their equations at a point, and how far a step may go.
 
+use super::convergence::{Balance, Judgement};
 use super::equations::Equations;
-use super::judge::{Balance, Judgement};
 use super::linear::Assembly;
 use crate::mlcp::Role;
 

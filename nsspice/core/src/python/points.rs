@@ -3,7 +3,7 @@
 
 use super::system::Sizes;
 use crate::audit::Taken;
-use crate::moreau::Records;
+use crate::integrate::Records;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;

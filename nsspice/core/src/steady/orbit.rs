@@ -11,10 +11,10 @@
 
 use super::modal::{carry, rates};
 use crate::dense::{dot, norm, Matrix};
+use crate::integrate::Failure;
 use crate::modewise::mode::{Mode, Watch};
 use crate::modewise::outputs::{Outputs, Spec};
 use crate::modewise::{Engine, Passage, Passed, Prepared};
-use crate::moreau::Failure;
 
 /// Why a run has no derivative.
 #[derive(Clone, Debug)]

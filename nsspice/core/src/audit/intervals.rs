@@ -1,0 +1,161 @@
+//! Stretches of a continuous solution: its points at the nodes of a quadrature, or the stages of a
+//! Runge-Kutta step.
+
+use super::form::Form;
+use super::laws::Auditor;
+use super::points::Point;
+use super::recorded::Taken;
+use super::rounding::Grain;
+use super::{ratio, worse, TOLERANCE};
+
+/// A closed form has the rounding of three computations of the size of an elimination: the reduction
+/// to states, their decomposition, and the way back to the unknowns.
+const CLOSED: f64 = 3.0;
+/// An event is known to this part of its instant.
+const INSTANT: f64 = 16.0 * f64::EPSILON;
+
+/// States at which one motion ends and the next begins: nothing changes between them but in jumps
+/// that are reported.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Seams {
+    /// largest energy of a change [J]
+    changed: f64,
+    /// largest stored energy [J]
+    stored: f64,
+}
+
+/// Energy that is stored in a state [J].
+fn stored(storage: &Form, z: &[f64]) -> f64 {
+    0.5 * storage.at(|k| z[k]).abs()
+}
+
+impl Seams {
+    /// The largest change as the root of its energy, relative to that of the largest energy.
+    pub fn error(&self) -> f64 {
+        ratio(self.changed.sqrt(), self.stored.sqrt())
+    }
+}
+
+impl Auditor {
+    /// Checks recorded stretches.
+    pub fn take_stretches(&mut self, all: &Taken) {
+        let (n, m, p, s) = (self.arrays.n, self.arrays.m, self.arrays.p, all.nodes);
+        let count = all.begin.len();
+        let functions = self.smooth.as_ref().map_or(0, |f| f.tape.program().len());
+        if let Some(sources) = &mut self.sources {
+            // stages behind the end of a step see a law of a source that has ended
+            let rows = all.time.iter().enumerate().filter(|(i, t)| **t <= all.end[i / s]);
+            sources.take(&rows.map(|(i, &t)| (t, i)).collect::<Vec<_>>(), &all.u);
+        }
+        if let Some(gates) = &mut self.gates {
+            gates.take(all, &self.arrays.kinds, m);
+        }
+        let (mut charge_rate, mut floor) = (vec![0.0; n], vec![0.0; n]);
+        let (mut f, mut f_first) = (Vec::new(), Vec::new());
+        // what has decayed keeps the rounding of what it was: a closed form is a sum of terms that
+        // cancel
+        for i in 0..count * s {
+            let (z, l) = (&all.z[i * n..][..n], &all.l[i * m..][..m]);
+            self.reach.see(&self.arrays.kinds, z, l, &mut self.seen.largest);
+        }
+        self.expect(count * s);
+        let known = all.known / TOLERANCE;
+        if n > 0 {
+            let sides = all.seam_end.chunks_exact(n).zip(all.seam_begin.chunks_exact(n));
+            sides.for_each(|(end, begin)| self.take_seam(end, begin));
+        }
+        for k in 0..count {
+            let h = all.end[k] - all.begin[k];
+            let grain = Grain {
+                largest: self.seen.largest,
+                rate: 1.0 / all.grain[k],
+                quotients: if all.inner.is_empty() { 0.0 } else { 1.0 / all.grain[k] },
+                share: if all.inner.is_empty() {
+                    CLOSED * self.share
+                } else {
+                    self.share.max(known)
+                },
+                settled: 0.0,
+            };
+            let roles = if all.roles.is_empty() { &[][..] } else { &all.roles[k * m..][..m] };
+            let first = &all.first[k * n..][..n];
+            let weight = &all.weight[k * s..][..s];
+            // charge and flux: what is there in the end, minus what was there, minus what came
+            let (mut error, mut sizes) = (vec![0.0; n], vec![0.0; n]);
+            self.arrays.e.add_both(-1.0, first, &mut error, &mut sizes);
+            let at = |i: usize, size: usize| (k * s + i) * size..(k * s + i + 1) * size;
+            for (i, &weight) in weight.iter().enumerate() {
+                let (z, l, u) = (&all.z[at(i, n)], &all.l[at(i, m)], &all.u[at(i, p)]);
+                let rate = &all.rate[at(i, n)];
+                // states may vanish wherever a motion ends
+                self.seams.stored = self.seams.stored.max(stored(&self.arrays.storage, z));
+                charge_rate.fill(0.0);
+                self.arrays.e.add(1.0, rate, &mut charge_rate);
+                if let Some(smooth) = &mut self.smooth {
+                    smooth.values(z, u, all.time[k * s + i], &mut f);
+                    if !smooth.q.is_empty() {
+                        let df = &all.function_rate[at(i, functions)];
+                        smooth.q.add(1.0, df, &mut charge_rate);
+                    }
+                }
+                for ((e, size), r) in error.iter_mut().zip(&mut sizes).zip(&charge_rate) {
+                    *e -= weight * r;
+                    *size += (weight * r).abs();
+                }
+                let unsigned = all.signed[k] == 0 && i + 1 < s;
+                let point = Point { z, l, u, f: &f, roles, after_jump: false, unsigned };
+                self.point(&point, &charge_rate, &grain, &mut floor);
+                if i + 1 == s {
+                    self.arrays.e.add_both(1.0, z, &mut error, &mut sizes);
+                    if let Some(smooth) = self.smooth.as_mut().filter(|f| !f.q.is_empty()) {
+                        smooth.q.add_both(1.0, &f, &mut error, &mut sizes);
+                        let u = &all.first_u[k * p..][..p];
+                        smooth.values(first, u, all.begin[k], &mut f_first);
+                        smooth.q.add_both(-1.0, &f_first, &mut error, &mut sizes);
+                    }
+                }
+            }
+            let rounding = INSTANT * all.begin[k].abs().max(all.end[k].abs());
+            self.blur(s, (rounding / h).min(1.0));
+            self.judge_full();
+            self.motion(&error, &sizes, grain.share, [h, all.swing[k]]);
+            self.found.steps += u64::from(all.steps[k]);
+        }
+        self.judge();
+    }
+
+    /// The balance of charge and flux over a stretch of length `h`; a content is known to this share
+    /// of what the largest voltage and current would make of it, and of what they would bring.  A
+    /// closed form is a sum of terms, which may be larger than all that is left of them: what they
+    /// would store without cancelling, the `swing`, could all be in this element.
+    fn motion(&mut self, error: &[f64], sizes: &[f64], share: f64, [h, swing]: [f64; 2]) {
+        let (mut worst, mut place) = (self.found.laws, None);
+        for (row, (e, size)) in error.iter().zip(sizes).enumerate() {
+            let brought = h * self.reach.acting(row, &self.seen.largest);
+            let content = self.reach.content(row, &self.seen.largest) + f64::MIN_POSITIVE;
+            let floor = share * (content + brought);
+            let summed = share * self.reach.holding(row, self.arrays.kinds[row], swing);
+            let found = ratio(e.abs(), size.max(floor).max(summed));
+            if worse(found, worst) {
+                (worst, place) = (found, Some(row));
+            }
+        }
+        if let Some(row) = place {
+            self.found.note_law(worst, row);
+        }
+    }
+
+    /// Takes a state at which a motion ends, and the one at which the next begins.
+    fn take_seam(&mut self, end: &[f64], begin: &[f64]) {
+        let change: Vec<f64> = end.iter().zip(begin).map(|(a, b)| b - a).collect();
+        let changed = stored(&self.arrays.storage, &change);
+        let seams = &mut self.seams;
+        if worse(changed, seams.changed) {
+            seams.changed = changed;
+        }
+        seams.stored = seams
+            .stored
+            .max(stored(&self.arrays.storage, end))
+            .max(stored(&self.arrays.storage, begin));
+    }
+}

@@ -1,0 +1,94 @@
+//! Matrices of the step lengths in use.
+
+use crate::integrate::theta::step_length::{Probe, Stage};
+use crate::integrate::theta::stepper::Stepper;
+
+/// Levels of the ladder: the shortest step is 2^-44 of the longest.
+pub const LEVELS: usize = 45;
+/// Size below which an unknown is small beside the others of its kind.
+pub const SMALL: f64 = 1e-3;
+/// A map that differs more than this from refined solutions is not used.
+pub const DIGITS: f64 = 1e-12;
+/// Rounding of what is stored, as a part of the error that a step may have in a small unknown, and
+/// relative to the largest where that is less than rounding.
+const FINEST: f64 = 0.1;
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+/// Steps from this level on are so short that what is stored may hide what the rest conducts.
+const SHORT: usize = 16;
+/// Memory for matrices and factors of all levels [numbers], roughly.
+const BUDGET: usize = 40_000_000;
+
+struct Level {
+    stage: Stage,
+    epoch: u64,
+    stamp: u64,
+}
+
+/// The implicit steps of some levels; those that have not been used for long are forgotten.
+pub struct Levels {
+    all: Vec<Option<Box<Level>>>,
+    /// so many are kept
+    most: usize,
+    stamp: u64,
+    /// stages assembled
+    pub made: u64,
+    /// see [`FINEST`]
+    finest: f64,
+}
+
+impl Levels {
+    /// For `size` unknowns and pairs, whose error may be `relative` to each unknown.
+    pub fn new(size: usize, relative: f64) -> Levels {
+        Levels {
+            all: (0..LEVELS).map(|_| None).collect(),
+            most: (BUDGET / (200 * size + 1)).clamp(4, LEVELS),
+            stamp: 0,
+            made: 0,
+            finest: FINEST * relative,
+        }
+    }
+
+    /// Number of modes met at the busiest level.
+    pub fn mode_count(&self) -> usize {
+        self.all.iter().flatten().map(|r| r.stage.mode_count()).max().unwrap_or(0)
+    }
+
+    /// Largest voltages and currents everywhere, which are to each other as `resistance` [Ohm].
+    fn probe(&self, s: &Stepper, resistance: f64) -> Probe {
+        let size = |j: usize| 0.5 + 0.5 * (0.618 * (j + 1) as f64).fract();
+        let scale = |kind: u8| if kind == 0 { resistance } else { 1.0 };
+        let kinds = s.sys.linear.row_kind.iter().enumerate();
+        Probe {
+            z: kinds.map(|(j, &kind)| scale(kind) * size(j)).collect(),
+            finest: (self.finest * SMALL).max(ROUNDING),
+        }
+    }
+
+    /// The implicit step of a level, of this length [s]; see `probe`.
+    pub fn at(&mut self, s: &Stepper, level: usize, length: f64, resistance: f64) -> &mut Stage {
+        self.stamp += 1;
+        if self.all[level].is_none() {
+            let used = |k: &usize| self.all[*k].as_ref().map_or(u64::MAX, |r| r.stamp);
+            if self.all.iter().flatten().count() >= self.most {
+                if let Some(oldest) = (0..LEVELS).min_by_key(used) {
+                    self.all[oldest] = None;
+                }
+            }
+            let mut stage = Stage::new(&s.sys, length, true, &s.facts.constants);
+            let matters = self.finest < DIGITS / SMALL || level >= SHORT;
+            if matters {
+                stage.probe = Some(self.probe(s, resistance));
+            }
+            self.all[level] = Some(Box::new(Level { stage, epoch: s.epoch, stamp: 0 }));
+            self.made += 1;
+        }
+        let stamp = self.stamp;
+        let kept = self.all[level].as_mut().unwrap_or_else(|| unreachable!("just made"));
+        kept.stamp = stamp;
+        if kept.epoch != s.epoch {
+            kept.stage.release(); // so that a large factor can be turned into the next in place
+            kept.epoch = s.epoch;
+        }
+        &mut kept.stage
+    }
+}

@@ -1,0 +1,86 @@
+//! Errors at nodes where voltages along a tree are the unknowns: such a voltage is measured by the potentials between
+//! which it lies, so that that of a diode which conducts is not followed to its own digits.
+
+use crate::integrate::sdirk::events::guards::Scales;
+use crate::integrate::theta::stepper::Stepper;
+use crate::sparse::Csc;
+use crate::structure::Coordinates;
+
+/// Of each node the error of the charge that it holds, as a voltage of all its capacitors, and the potentials at both
+/// ends of a step.
+pub struct Nodes {
+    tree: Coordinates,
+    /// capacitances that meet in each node [F]
+    storage: Vec<f64>,
+    /// at which functions store a charge: what they store with differs by powers of ten within a step
+    charged: Vec<bool>,
+    errors: Vec<f64>,
+    first: Vec<f64>,
+    last: Vec<f64>,
+    /// scratch: errors of what is stored
+    stored: Vec<f64>,
+}
+
+impl Nodes {
+    /// Nothing where the unknowns are potentials.
+    pub fn new(s: &Stepper) -> Option<Nodes> {
+        let zeros = vec![0.0; s.z.len()];
+        Some(Nodes {
+            tree: s.facts.coordinates.clone()?,
+            storage: s.facts.node_storage.clone(),
+            charged: match &s.smooth {
+                Some(smooth) => smooth.charged.clone(),
+                None => vec![false; s.z.len()],
+            },
+            errors: zeros.clone(),
+            first: zeros.clone(),
+            last: zeros.clone(),
+            stored: zeros,
+        })
+    }
+
+    /// Takes the errors of unknowns, of which these are `stored` by the storage matrix `e`, those of potentials that
+    /// charges of functions determine, and the unknowns at both ends of the step.
+    pub fn take(
+        &mut self,
+        e: &Csc,
+        stored: &[usize],
+        [errors, potentials]: [&[f64]; 2],
+        ends: [&[f64]; 2],
+    ) {
+        for &j in stored {
+            self.stored[j] = errors[j];
+        }
+        self.errors.fill(0.0);
+        e.mul_add(1.0, &self.stored, &mut self.errors);
+        self.tree.take_apart(&mut self.errors);
+        let places = self.charged.iter().zip(&self.storage).zip(potentials);
+        for (error, ((&charged, &storage), &own)) in self.errors.iter_mut().zip(places) {
+            *error = match (charged, storage > 0.0) {
+                (true, _) => own,
+                (false, true) => *error / storage,
+                (false, false) => 0.0,
+            };
+        }
+        for (potentials, z) in [&mut self.first, &mut self.last].into_iter().zip(ends) {
+            potentials.copy_from_slice(z);
+            self.tree.add_up(potentials);
+        }
+    }
+
+    /// Of both nodes of an unknown the error and what it is measured by, of that which errs more beside it.
+    pub fn worse(&self, own: usize, scales: &Scales, ahead: f64, least: f64) -> (f64, f64) {
+        let of = |j: usize| {
+            let beyond = ahead * (self.last[j] - self.first[j]).abs();
+            (self.errors[j].abs(), scales.size_of_potential(j, self.last[j], beyond).max(least))
+        };
+        let one = of(own);
+        let other = usize::try_from(self.tree.before(own)).map_or((0.0, 1.0), of);
+        let more = other.0 * one.1 > one.0 * other.1 || other.0.is_nan();
+        if more {
+            other
+        } else {
+            one
+        }
+    }
+}

@@ -1,0 +1,470 @@
+//! The stage equations of a fixed mode at each step length.
+
+use super::levels::{Levels, DIGITS, LEVELS};
+use super::resistances::Resistances;
+use super::winding_ratios::Ratios;
+use crate::integrate::sdirk::events::guards::{Scales, VIOLATED};
+use crate::integrate::theta::matrices::{Ends, OPEN};
+use crate::integrate::theta::step::ACCEPT;
+use crate::integrate::theta::step_length::{Stage, ROUNDED};
+use crate::integrate::theta::stepper::Stepper;
+use crate::mlcp::{Role, Start};
+
+/// A mode earns its affine map at this many solves.
+const USES_FOR_MAP: u32 = 3;
+/// A solution at most so many times as large as the point from which it was sought hides no conflict.
+const ORDINARY: f64 = 2.0;
+/// The step lengths `longest 2^-level` and what belongs to each.
+pub struct Ladder {
+    /// longest step [s]
+    pub longest: f64,
+    gamma: f64,
+    /// the implicit steps in use
+    pub levels: Levels,
+    roles: Vec<Role>,
+    pub resistances: Resistances,
+    /// steps of this level and below are too short for the present mode: rounding of what is stored
+    /// would hide what the rest conducts
+    pub deepest: usize,
+    /// what the fluxes of perfectly coupled inductors have hidden in the last stage: a longer step shows it
+    pub hidden: bool,
+    /// ratios of the voltages of perfectly coupled inductors
+    ratios: Ratios,
+    /// unknowns that carry storage
+    pub stored: Vec<usize>,
+    /// the mode in which the last complementarity problem was solved
+    pub met: Vec<bool>,
+    /// the mode of a stage since the last step has left something open
+    pub open: bool,
+    /// pairs that have been made to rest on their laws, active or not, see `Sdirk::rest`
+    pub resting: Vec<(usize, bool)>,
+    /// sizes of the guards of each pair: inactive, active
+    sizes: Vec<[f64; 2]>,
+    candidate: Candidate,
+}
+
+/// A point that may be the solution of a stage.
+struct Candidate {
+    x: Vec<f64>,
+    /// its mode
+    active: Vec<bool>,
+    /// what signs are known to there
+    noise: Vec<f64>,
+}
+
+/// The implicit step that a stage is.
+#[derive(Clone, Copy)]
+pub struct StageProblem<'a> {
+    /// which length
+    pub level: usize,
+    /// its end [s]
+    pub t: f64,
+    /// unknowns and functions with which it begins
+    pub from: &'a [f64],
+    /// sources at its end
+    pub u: &'a [f64],
+    /// the point to begin with, or to stay close to where the mode leaves something open
+    pub near: &'a [f64],
+    /// of a step, whose curve must not know of what comes behind the end of the mode
+    pub keeps: bool,
+}
+
+/// How the equations of a mode came out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fit {
+    /// solved
+    Solved,
+    /// the mode leaves something open: solved as a complementarity problem, maybe in another one
+    Open,
+    /// the laws of this mode contradict each other here
+    Contradiction,
+}
+
+impl Ladder {
+    /// Steps of at most `longest`, whose error may be `relative` to each unknown.
+    pub fn new(s: &Stepper, longest: f64, gamma: f64, relative: f64) -> Ladder {
+        let size = s.z.len() + s.l.len();
+        let e = &s.sys.linear.e;
+        let mut stored: Vec<usize> =
+            (0..e.ncols).filter(|&j| e.col(j).1.iter().any(|&v| v != 0.0)).collect();
+        if let Some(smooth) = &s.smooth {
+            stored.extend(smooth.newton.stored_unknowns());
+            stored.sort_unstable();
+            stored.dedup();
+        }
+        Ladder {
+            longest,
+            gamma,
+            levels: Levels::new(size, relative),
+            roles: Vec::new(),
+            resistances: Resistances::new(s.l.len()),
+            deepest: LEVELS - 1,
+            hidden: false,
+            ratios: if s.smooth.is_some() { Ratios::default() } else { Ratios::new(&s.sys.linear) },
+            stored,
+            met: Vec::new(),
+            open: false,
+            resting: Vec::new(),
+            sizes: Vec::new(),
+            candidate: Candidate {
+                x: vec![0.0; size],
+                active: vec![false; s.l.len()],
+                noise: vec![0.0; s.l.len()],
+            },
+        }
+    }
+
+    /// Takes notice of the point where a step begins.
+    pub fn begin(&mut self, s: &Stepper, scales: &Scales) {
+        self.resistances.begin(scales);
+        self.met.clone_from(&s.active);
+        let at_rest =
+            |i: usize| scales.at_zero(i, true, s.l[i]) && scales.at_zero(i, false, s.scratch.w[i]);
+        self.resting.retain(|&(i, active)| s.active[i] == active && at_rest(i));
+        self.sizes.clear();
+        if s.z.len() + s.l.len() <= OPEN {
+            return;
+        }
+        let sizes = |i| [false, true].map(|active| scales.of_pair(i, active));
+        self.sizes.extend((0..s.active.len()).map(sizes));
+    }
+
+    /// Step length of a level [s].
+    pub fn length(&self, level: usize) -> f64 {
+        self.longest * 0.5f64.powi(level as i32)
+    }
+
+    /// Length of the implicit step that a stage is [s].
+    pub fn stage_length(&self, level: usize) -> f64 {
+        self.gamma * self.length(level)
+    }
+
+    fn stage_of(&mut self, s: &Stepper, level: usize) -> &mut Stage {
+        let length = self.stage_length(level);
+        self.levels.at(s, level, length, self.resistances.all)
+    }
+
+    /// The deepest level up to `level` at which the present mode is sound.
+    pub fn sound(&mut self, s: &mut Stepper, level: usize) -> usize {
+        if s.smooth.is_some() {
+            return level;
+        }
+        let level = level.min(self.deepest - 1);
+        (1..=level).rev().find(|&level| self.solvable(s, level) != Some(false)).unwrap_or(0)
+    }
+
+    /// Whether steps of this level are long enough for the present mode; nothing if it leaves something
+    /// open.
+    fn solvable(&mut self, s: &mut Stepper, level: usize) -> Option<bool> {
+        let stage = self.stage_of(s, level);
+        if !stage.slot(&s.active, s.epoch).probed {
+            stage.probe(&s.sys, &s.active, s.epoch, s.u0.len(), &mut s.scratch.work);
+        }
+        let slot = stage.slot(&s.active, s.epoch);
+        let unsound = slot.unsound;
+        stage.factor(&s.active, s.epoch).regular().then_some(!unsound)
+    }
+
+    /// One implicit step in the present mode, whatever the signs of its guards; `x` takes unknowns, guards
+    /// and functions.
+    pub fn solve(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
+        if s.smooth.is_some() {
+            return self.solve_smooth(s, problem, x, false);
+        }
+        self.solve_linear(s, problem, x)
+    }
+
+    /// The same without smooth functions.
+    fn solve_linear(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
+        let StageProblem { level, from, u, .. } = problem;
+        let n = s.z.len();
+        let sound = self.solvable(s, level);
+        if !sound.unwrap_or(true) {
+            self.deepest = self.deepest.min(level);
+            return Fit::Contradiction;
+        }
+        if sound.is_some() {
+            self.open |= !self.resting.is_empty(); // what they hold is not unique
+            let stage = self.stage_of(s, level);
+            let slot = stage.slot(&s.active, s.epoch);
+            slot.uses += 1;
+            let fresh = slot.map.is_none() && slot.uses == USES_FOR_MAP;
+            if fresh {
+                stage.make_map(&s.active, s.epoch, &mut s.scratch.work);
+            }
+            let (inputs, slot) = stage.inputs_and_slot(&s.active, s.epoch);
+            if let (Some(map), true, false) = (&slot.map, slot.trusted, fresh) {
+                s.scratch.input.clear();
+                s.scratch.input.extend(inputs.carried.iter().map(|&j| from[j]));
+                s.scratch.input.extend(inputs.ends.iter().map(|&j| u[j]));
+                map.apply(&s.scratch.input, x);
+                return Fit::Solved;
+            }
+            let refined = !slot.trusted || fresh;
+            let ends = Ends { z0: &from[..n], u0: u, u1: u };
+            stage.solve_mode(&s.sys, &s.active, s.epoch, ends, refined, x, &mut s.scratch.work);
+            stage.matrices.guards(x, &s.active, true, &mut s.scratch.w);
+            let lost = fresh && stage.map_loses(&s.sys, &s.active, s.epoch, &mut s.scratch.work);
+            let (inputs, slot) = stage.inputs_and_slot(&s.active, s.epoch);
+            if let (Some(map), true) = (&slot.map, fresh) {
+                // modes in which a large part and a small one meet lose digits in the map
+                s.scratch.input.clear();
+                s.scratch.input.extend(inputs.carried.iter().map(|&j| from[j]));
+                s.scratch.input.extend(inputs.ends.iter().map(|&j| u[j]));
+                let mut mapped = x.to_vec();
+                map.apply(&s.scratch.input, &mut mapped);
+                slot.trusted = !lost && s.sys.apart(x, &mapped, from) <= DIGITS;
+            }
+            return Fit::Solved;
+        }
+        self.open = true;
+        let fit = self.solve_open(s, problem, x);
+        let keeps = problem.keeps && fit == Fit::Open && self.met != s.active;
+        if keeps && self.keeps_mode(s, problem, x) {
+            return Fit::Solved;
+        }
+        fit
+    }
+
+    /// Where a solution in another mode stores something else, what is stored goes on in the present one: its guards
+    /// tell that it has ended, and the curve to the instant at which it did so must not know of what comes behind.
+    fn keeps_mode(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> bool {
+        let StageProblem { level, from, u, .. } = problem;
+        let n = s.z.len();
+        let mut own = std::mem::take(&mut self.candidate.x);
+        own.copy_from_slice(x);
+        self.resistances.decode(&mut own[n..], &s.active, &s.roles);
+        let stage = self.stage_of(s, level);
+        let factor = stage.factor(&s.active, s.epoch);
+        let ends = Ends { z0: &from[..n], u0: u, u1: u };
+        let mut keeps =
+            stage.matrices.sharpen(&factor, &s.active, ends, &mut own, &mut s.scratch.work);
+        if keeps {
+            let (z, l) = own.split_at(n);
+            let rows = stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l).rows;
+            keeps = rows <= ACCEPT && s.sys.stored_apart(z, x, &from[..n]) > ROUNDED;
+        }
+        if keeps {
+            x.copy_from_slice(&own);
+            stage.matrices.guards(x, &s.active, true, &mut s.scratch.w);
+        }
+        self.candidate.x = own;
+        keeps
+    }
+
+    /// Whether the present mode, in which the last stage has been solved too, has a point next to `near` that obeys
+    /// all signs up to rounding: then no other one is sought.  In a large system [`Ladder::solve_signs`] tells.
+    fn stays(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> bool {
+        let StageProblem { level, from, u, .. } = problem;
+        if x.len() > OPEN || self.met != s.active {
+            return false;
+        }
+        let n = s.z.len();
+        let most = ORDINARY * size(x);
+        let mut own = std::mem::take(&mut self.candidate.x);
+        let mut noise = std::mem::take(&mut self.candidate.noise);
+        own.copy_from_slice(x);
+        let stage = self.stage_of(s, level);
+        let factor = stage.factor(&s.active, s.epoch);
+        let ends = Ends { z0: &from[..n], u0: u, u1: u };
+        let mut stays =
+            stage.matrices.sharpen(&factor, &s.active, ends, &mut own, &mut s.scratch.work);
+        if stays {
+            let (z, l) = own.split_at(n);
+            let found = stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l);
+            stage.driver.sign_tolerances(&s.active, &mut noise);
+            s.sys.linear.slacks(z, l, &mut s.scratch.w);
+            let guard = |i: usize| if s.active[i] { l[i] } else { s.scratch.w[i] };
+            stays = found.worst() <= ACCEPT
+                && size(&own) <= most
+                && s.switching.diodes.iter().all(|&i| guard(i) >= -noise[i]);
+        }
+        if stays {
+            x.copy_from_slice(&own);
+        }
+        (self.candidate.x, self.candidate.noise) = (own, noise);
+        stays
+    }
+
+    /// A mode that leaves something open: the complementarity problem is solved, which moves what is open
+    /// so that all signs hold if that is possible.  Where it finds another mode, the guard of a pair that
+    /// has changed is minus the quantity that has become positive.
+    fn solve_open(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
+        let StageProblem { level, from, u, near, .. } = problem;
+        let stage = self.stage_of(s, level);
+        stage.matrices.right_hand_side(from, u, u, &mut s.scratch.rhs);
+        stage.release();
+        x.copy_from_slice(near);
+        self.resistances.decode(&mut x[s.z.len()..], &s.active, &s.roles);
+        if !self.stays(s, problem, x) {
+            let met = std::mem::take(&mut self.met);
+            let solved = self.solve_signs(s, level, &met, x);
+            self.met = met;
+            if !solved {
+                return Fit::Contradiction;
+            }
+            self.sharpen(s, problem, x);
+        }
+        self.hidden = self.ratios.lost(s, self.stage_length(level), &self.met, u, x);
+        if self.hidden {
+            self.deepest = self.deepest.min(level);
+            return Fit::Contradiction;
+        }
+        self.resistances.encode(s, x);
+        Fit::Open
+    }
+
+    /// Solves a complementarity problem from `x`.  In a large system this is one system of equations as
+    /// long as what is open may stay where it is: in the mode met last, if that lets pairs rest on their
+    /// laws, else in the present one.
+    fn solve_signs(&mut self, s: &mut Stepper, level: usize, met: &[bool], x: &mut [f64]) -> bool {
+        let large = x.len() > OPEN;
+        let sizes = std::mem::take(&mut self.sizes);
+        let driver = &mut self.stage_of(s, level).driver;
+        let (q, (z, l)) = (&s.sys.linear.q, x.split_at_mut(s.z.len()));
+        let resting = large && met != s.active && driver.mode_factor(met).regular();
+        let mode = if resting { met } else { &s.active };
+        let holds = |i: usize, guard: f64| guard >= -VIOLATED * sizes[i][usize::from(mode[i])];
+        let stays = large && driver.solve_in(mode, &s.scratch.rhs, q, &s.roles, z, l, holds);
+        if resting && !stays {
+            driver.begin_with(met);
+        }
+        let most = ORDINARY * size(z).max(size(l));
+        // beside the voltages of inductors in a very short step a conflict hides; a longer one tells.  What was
+        // there before hides none, however little is stored by now
+        let solved = stays
+            || driver.solve(&s.scratch.rhs, q, &s.roles, z, l, Start::Warm).is_ok_and(|found| {
+                !found.flawed && (!found.needs_certificate || size(z).max(size(l)) <= most)
+            });
+        self.sizes = sizes;
+        solved
+    }
+
+    /// Improves a solution in the mode in which it has been found, which is `met` from now on.
+    fn sharpen(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) {
+        let StageProblem { level, from, u, .. } = problem;
+        let n = s.z.len();
+        let (mut sharp, mut active) =
+            (std::mem::take(&mut self.candidate.x), std::mem::take(&mut self.candidate.active));
+        let stage = self.stage_of(s, level);
+        active.copy_from_slice(stage.driver.active());
+        let factor = stage.driver.mode_factor(&active);
+        sharp.copy_from_slice(x);
+        let ends = Ends { z0: &from[..n], u0: u, u1: u };
+        if stage.matrices.sharpen(&factor, &active, ends, &mut sharp, &mut s.scratch.work)
+            && s.sys.apart(x, &sharp, from) > ROUNDED
+        {
+            let (z, l) = sharp.split_at(n);
+            let found = stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l);
+            if found.worst() <= ACCEPT {
+                x.copy_from_slice(&sharp);
+            }
+        }
+        self.met.clone_from(&active);
+        (self.candidate.x, self.candidate.active) = (sharp, active);
+    }
+
+    /// As `solve`, but in whatever mode the laws ask for at this instant; `met` tells which one.  The
+    /// guards are those of [`Ladder::solve_open`].
+    pub fn cross(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
+        if s.smooth.is_some() {
+            return self.solve_smooth(s, problem, x, true);
+        }
+        let n = s.z.len();
+        if self.met != s.active && n + s.l.len() > OPEN {
+            return self.solve_open(s, problem, x); // its mode is the next one's rather than the first
+        }
+        let fit = self.solve(s, problem, x);
+        if fit == Fit::Open {
+            return fit;
+        }
+        if fit == Fit::Solved && s.switching.diodes.iter().all(|&i| x[n + i] >= 0.0) {
+            self.met.clone_from(&s.active);
+            return Fit::Open;
+        }
+        self.solve_open(s, problem, x)
+    }
+
+    /// As `solve` with smooth functions, by Newton's method; in the present mode or a `free` one.
+    fn solve_smooth(
+        &mut self,
+        s: &mut Stepper,
+        problem: StageProblem,
+        x: &mut [f64],
+        free: bool,
+    ) -> Fit {
+        let StageProblem { level, t, from, u, near, .. } = problem;
+        let (n, m) = (s.z.len(), s.l.len());
+        let rate = 1.0 / self.stage_length(level);
+        self.roles.clear();
+        let fixed = |active| if active { Role::Closed } else { Role::Open };
+        let roles = s.roles.iter().zip(&s.active);
+        self.roles.extend(roles.map(|(&role, &a)| if free { role } else { fixed(a) }));
+        let roles = std::mem::take(&mut self.roles);
+        s.scratch.rhs.fill(0.0);
+        s.sys.linear.s.mul_add(1.0, u, &mut s.scratch.rhs);
+        x.copy_from_slice(near);
+        let (z, rest) = x.split_at_mut(n);
+        let (l, f) = rest.split_at_mut(m);
+        self.resistances.decode(l, &s.active, &roles);
+        let Some(smooth) = &mut s.smooth else { return Fit::Contradiction };
+        let newton = &mut smooth.newton;
+        newton.set_rate(rate);
+        newton.carry(&from[..n]);
+        newton.carry_functions(&from[n..]);
+        let solved = newton.solve(&s.scratch.rhs, u, t, &s.sys.linear.q, &roles, z, l, Start::Warm);
+        self.roles = roles;
+        match solved {
+            Ok(solved) => {
+                newton.values(f);
+                s.stats.linearised += u64::from(solved.iterations);
+                if free {
+                    self.met.clear();
+                    self.met.extend_from_slice(newton.active());
+                    s.note(solved.residual);
+                    self.resistances.encode(s, &mut x[..n + m]);
+                    return Fit::Open;
+                }
+                s.note(solved.residual);
+                s.sys.linear.slacks(z, l, &mut s.scratch.w);
+                let blocked = l.iter_mut().zip(&s.scratch.w).zip(&s.active).filter(|l| !*l.1);
+                blocked.for_each(|((guard, &w), _)| *guard = w);
+                Fit::Solved
+            }
+            Err(unsolved) => {
+                s.stats.linearised += u64::from(unsolved.iterations);
+                Fit::Contradiction
+            }
+        }
+    }
+
+    /// The change of the unknowns that a change `raw` of what is stored (unknowns, then functions)
+    /// would make in the smooth stage solved last, to first order.
+    pub fn respond(&mut self, s: &mut Stepper, level: usize, raw: &[f64], out: &mut [f64]) {
+        let n = s.z.len();
+        let rate = 1.0 / self.stage_length(level);
+        let Some(smooth) = &mut s.smooth else { return };
+        smooth.newton.set_rate(rate);
+        smooth.newton.respond(&raw[..n], &raw[n..], &mut out[..n]);
+    }
+
+    /// Residual of the last stage solved at a level: unknowns `z`, multipliers `l`.
+    pub fn residual(
+        &mut self,
+        s: &mut Stepper,
+        level: usize,
+        from: &[f64],
+        u: &[f64],
+        z: &[f64],
+        l: &[f64],
+    ) -> crate::mlcp::Residual {
+        let stage = self.stage_of(s, level);
+        stage.matrices.right_hand_side(from, u, u, &mut s.scratch.rhs);
+        stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l)
+    }
+}
+
+/// The largest magnitude.
+fn size(x: &[f64]) -> f64 {
+    x.iter().fold(0.0f64, |a, v| a.max(v.abs()))
+}

@@ -1,0 +1,160 @@
+//! When rows are written, and where those inside a step come from.
+
+use crate::integrate::sdirk::controller::stage_equations::{Fit, Ladder};
+use crate::integrate::sdirk::run::Sdirk;
+use crate::integrate::sdirk::samples::no_length;
+use crate::integrate::sdirk::step::Trial;
+use crate::integrate::sdirk::tableau::Tableau;
+use crate::integrate::theta::stepper::Stepper;
+
+/// Last coefficients of a polynomial that follows the outputs, as a part of the tolerance.
+const NEAR: f64 = 0.1;
+/// A step is halved so often at most: a law that has a kink inside has one in a part of a thousandth.
+const HALVINGS: usize = 10;
+
+/// Where the rows inside a step come from.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::integrate::sdirk) enum Origin {
+    /// the continuous solution: they are stored quantities
+    Continuous,
+    /// a polynomial through some that obey the laws
+    Between,
+    /// the laws, row by row
+    Laws,
+}
+
+/// A step that has been accepted, and what is asked of its rows.
+pub(in crate::integrate::sdirk) struct Inside<'a> {
+    pub s: &'a mut Stepper,
+    pub trial: &'a mut Trial,
+    pub ladder: &'a mut Ladder,
+    pub tableau: &'a Tableau,
+    /// where it ends, as a part of the step that was tried
+    pub end: f64,
+    /// rows up to there
+    pub rows: f64,
+    /// errors of the outputs, as parts of their sizes
+    pub tolerance: f64,
+}
+
+impl Inside<'_> {
+    /// The outputs at the part `theta` of the step by the laws; true if these could be solved.
+    pub fn by_laws(&mut self, theta: f64, row: &mut [f64]) -> bool {
+        let fit = self.trial.evaluate(self.s, self.ladder, self.tableau, theta);
+        self.trial.write(self.s, self.ladder, row);
+        fit == Fit::Solved
+    }
+}
+
+impl Sdirk {
+    /// Rows of the table inside the accepted step, which ends at a time: as many as there are or as there is
+    /// room for.
+    pub(in crate::integrate::sdirk) fn write_inside(
+        &mut self,
+        s: &mut Stepper,
+        end: f64,
+        out: &mut [f64],
+    ) -> usize {
+        let end = end - self.at_once(end);
+        let mut count = 0;
+        for row in out.chunks_exact_mut(s.columns()) {
+            let label = self.shown.rows.time();
+            if label >= end {
+                break;
+            }
+            self.write_at(s, label, row);
+            if s.recorder.witness.keep_sides {
+                self.shown.points.see(row);
+            }
+            self.shown.rows.advance();
+            count += 1;
+        }
+        count
+    }
+
+    /// Keeps the accepted step, which ends at a time, as polynomials, for measures.
+    pub(in crate::integrate::sdirk) fn keep_pieces(&mut self, s: &mut Stepper, end: f64) {
+        let start = self.trial.start;
+        // a mode that ends where it begins has not been
+        if no_length(start, end, self.trial.length) {
+            return;
+        }
+        if let Some([from, to]) = s.recorder.witness.pieces.wanted(start, end) {
+            let mut row = vec![0.0; s.columns()];
+            self.cut(s, [from, to], &mut row, HALVINGS);
+        }
+    }
+
+    /// Keeps a part of the accepted step, in halves where one polynomial does not follow the outputs.
+    fn cut(&mut self, s: &mut Stepper, [from, to]: [f64; 2], row: &mut [f64], halvings: usize) {
+        let mut pieces = std::mem::take(&mut s.recorder.witness.pieces);
+        pieces.begin(from, to - from);
+        let mut solved = true;
+        for point in 0..pieces.places.len() {
+            let label = (from + pieces.places[point] * (to - from)).min(to);
+            if label <= self.trial.start {
+                s.write(label, row); // the continuous solution begins there to the tolerance only
+            } else {
+                solved &= self.write_at(s, label, row);
+            }
+            pieces.put(point, &row[1..]);
+        }
+        let middle = 0.5 * (from + to);
+        // where the laws have no solution in the course of a step, halves of it have none either
+        let last = halvings == 0 || !solved || !(from < middle && middle < to);
+        let floor = NEAR * self.settings.accuracy.relative;
+        let follows = last || pieces.follows(0.0, floor);
+        if last {
+            pieces.straighten(0.0, floor);
+        }
+        if follows {
+            pieces.keep();
+        } else {
+            pieces.drop_last();
+        }
+        s.recorder.witness.pieces = pieces;
+        if !follows {
+            self.cut(s, [from, middle], row, halvings - 1);
+            self.cut(s, [middle, to], row, halvings - 1);
+        }
+    }
+
+    /// The outputs at a time inside the accepted step; whether the laws could be solved where they were asked.
+    fn write_at(&mut self, s: &mut Stepper, label: f64, row: &mut [f64]) -> bool {
+        let theta = (label - self.trial.start) / self.trial.length;
+        let origin = match self.shown.origin {
+            Some(origin) => origin,
+            None => self.find_origin(s, theta),
+        };
+        row[0] = label;
+        let outputs = &mut row[1..];
+        match origin {
+            Origin::Between => self.shown.between.write(s, &mut self.trial, theta, outputs),
+            Origin::Continuous => self.shown.stored.write(s, &mut self.trial, theta, outputs),
+            Origin::Laws => {
+                let fit = self.trial.evaluate(s, &mut self.ladder, self.tableau, theta);
+                self.trial.write(s, &self.ladder, outputs);
+                return fit == Fit::Solved;
+            }
+        }
+        true
+    }
+
+    /// Where the rows of the accepted step come from, which are asked for from the part `theta` on.
+    fn find_origin(&mut self, s: &mut Stepper, theta: f64) -> Origin {
+        let end = self.accepted.map_or(1.0, |a| a.theta);
+        let rows = (end - theta) * self.trial.length / self.shown.rows.step();
+        let (trial, ladder, tableau) = (&mut self.trial, &mut self.ladder, self.tableau);
+        let tolerance = self.settings.accuracy.relative;
+        let mut step = Inside { s, trial, ladder, tableau, end, rows, tolerance };
+        let origin = if self.shown.stored.plain(&mut step) {
+            Origin::Continuous
+        } else if self.shown.between.serves(&mut step) {
+            Origin::Between
+        } else {
+            Origin::Laws
+        };
+        self.shown.origin = Some(origin);
+        origin
+    }
+}

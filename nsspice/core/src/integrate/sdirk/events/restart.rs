@@ -1,0 +1,315 @@
+//! Behind an event: the next mode; and single implicit steps over what cannot be located.
+
+use super::fallback::FORCED_LEVEL;
+use super::guards::VIOLATED;
+use crate::integrate::sdirk::controller::levels::SMALL;
+use crate::integrate::sdirk::run::Sdirk;
+use crate::integrate::theta::failure::Failure;
+use crate::integrate::theta::instants::commutation::Turn;
+use crate::integrate::theta::matrices::OPEN;
+use crate::integrate::theta::step::ACCEPT;
+use crate::integrate::theta::stepper::Stepper;
+use crate::integrate::theta::time_grid::evaluate;
+use crate::mlcp::{Role, Start};
+use crate::waveform::Side;
+
+/// A step that errs by less than this part of the tolerance may be an implicit one.
+const SHARE: f64 = 0.1;
+
+impl Sdirk {
+    /// Finds the mode behind the end of one at which pairs change but no switch: in passive networks
+    /// nothing jumps there.
+    pub(in crate::integrate::sdirk) fn turn(&mut self, s: &mut Stepper) {
+        if self.settings.accuracy.relative >= 1.0 {
+            return self.restart(s); // steps of fixed length cannot look closer
+        }
+        self.measure_pairs(s);
+        if s.goes_on() {
+            s.log_events();
+            return s.unlatch();
+        }
+        let scales = &self.scales;
+        match s.turn(self.trial.length, self.corner.0, |s| scales.obeyed(s)) {
+            Turn::Begun => s.log_events(),
+            Turn::Step(length, end) if self.is_short(s, length, &end) => {
+                self.show_point(s); // nothing jumps here
+                if self.implicit(s, length, s.time + length).is_err() {
+                    self.restart(s);
+                }
+                s.log_events();
+            }
+            Turn::Step(..) | Turn::Nothing => {} // the next step looks closer
+            Turn::Jump => self.restart(s),
+        }
+        s.unlatch();
+    }
+
+    /// Whether a step may be an implicit one: of what it moves it errs by the part that its length is of
+    /// the length in which rates change.
+    fn is_short(&self, s: &Stepper, length: f64, end: &[f64]) -> bool {
+        let (n, e) = (end.len(), &s.sys.linear.e);
+        let moved: Vec<f64> = end.iter().zip(&s.z).map(|(a, b)| a - b).collect();
+        let (mut charges, mut allowed) = (vec![0.0; n], vec![0.0; n]);
+        e.mul_add(1.0, &moved, &mut charges);
+        let share = SHARE * self.settings.accuracy.relative * self.trial.length / length;
+        let sizes = (0..n).map(|j| self.scales.size(j, end[j], 0.0)).zip(&s.sys.linear.row_kind);
+        let least = |kind: &u8| SMALL * self.scales.largest[usize::from(*kind)];
+        let sizes: Vec<f64> = sizes.map(|(size, kind)| share * size.max(least(kind))).collect();
+        e.abs_mul_add(&sizes, &mut allowed);
+        let near = charges.iter().zip(&allowed).all(|(moved, allowed)| moved.abs() <= *allowed);
+        let remaining = self.target().0 - s.time;
+        near && length < 0.5 * remaining
+    }
+
+    /// The next step does not continue another one.
+    pub(in crate::integrate::sdirk) fn begin_anew(&mut self, s: &mut Stepper) {
+        let known = self.knows_rates(s);
+        self.tableau = self.settings.method.next(known);
+        self.begin_step(s, false);
+        self.begin_at_rest(s);
+    }
+
+    /// Whether the rates of what is stored are known at the begin of a step although it does not continue another
+    /// one: the structure of the network has told them.
+    pub(in crate::integrate::sdirk) fn knows_rates(&mut self, s: &mut Stepper) -> bool {
+        let rates = s.instants.begun.take().filter(|_| self.settings.method.continues());
+        rates.iter().for_each(|rates| self.trial.begin_rates(rates));
+        rates.is_some()
+    }
+
+    /// Whether the rates at the end of the step just taken may begin the next one.  They are differences over
+    /// its last stage, known to what is stored by `u`: over the next step that may count for no more than the
+    /// residual of a stage.  A step that a breakpoint has cut to nearly nothing misses this.
+    pub(in crate::integrate::sdirk) fn resolves_rates(&self) -> bool {
+        let next = self.ladder.length(self.control.level);
+        let stage = self.tableau.gamma * self.trial.length;
+        f64::EPSILON * next <= ACCEPT * stage
+    }
+
+    /// Finds the mode from here on; charges and fluxes may jump.
+    pub(in crate::integrate::sdirk) fn restart(&mut self, s: &mut Stepper) {
+        s.throw_by_sources();
+        self.measure_pairs(s);
+        (s.instants.begun, s.instants.felt) = (None, self.scales.largest[1]);
+        // a failure is left to the next step, which can be certified
+        let _ = s.impulse_or_leave();
+        let (z, l) = (s.z.clone(), s.l.clone());
+        let changed = s.react();
+        if let Err(failure) = s.settle_after(changed) {
+            if !(failure.restless.is_some() && self.calm(s, (&z, &l))) {
+                (s.z, s.l) = (z, l);
+                self.trouble.restless = failure.restless.map(|_| failure);
+            }
+        }
+        s.log_events();
+    }
+
+    /// Tells which guards of pairs are zero up to rounding.
+    fn measure_pairs(&self, s: &mut Stepper) {
+        let Some(continuous) = &mut s.instants.continuous else { return };
+        for (k, zero) in continuous.zero.iter_mut().enumerate() {
+            *zero = [false, true].map(|active| VIOLATED * self.scales.of_pair(k, active));
+        }
+    }
+
+    /// Samples the switches that come to no rest at an instant if the tolerance does not tell on which side of
+    /// its threshold any of them is, and begins once more from `before`; false if there is no such solution.
+    fn calm(&mut self, s: &mut Stepper, before: (&[f64], &[f64])) -> bool {
+        let near = self.scales.near(s, &s.z, self.settings.accuracy.relative);
+        if !s.turning().all(|k| near.contains(&k)) {
+            return false;
+        }
+        self.trouble.sampling.sample(&near, s.time);
+        self.trouble.sampling.begin(s.time);
+        s.switching.sampled.clone_from(&self.trouble.sampling.on);
+        s.z.copy_from_slice(before.0);
+        s.l.copy_from_slice(before.1);
+        s.settle_after(true).is_ok()
+    }
+
+    /// Samples the switches that have made events pile up; false if there are none.
+    pub(in crate::integrate::sdirk) fn sample(&mut self, s: &mut Stepper) -> bool {
+        // the rounding of an instant is passed over by one implicit step
+        let any = self.trouble.detour.has_returned() && self.trouble.sampling.begin(s.time);
+        if any {
+            self.trouble.detour.note_progress();
+            s.switching.sampled.clone_from(&self.trouble.sampling.on);
+        }
+        any
+    }
+
+    /// The switches whose thresholds have been reached at `point`, the part `theta` of the step.  Those that have
+    /// left them by less than the tolerance since may chatter.
+    pub(in crate::integrate::sdirk) fn reach(&mut self, s: &Stepper, theta: f64) -> Vec<usize> {
+        let mut reached = self.scales.reached(s, &self.trial.at.x[..s.z.len()]);
+        // what was there all the time, or leaves it on this side, has not come
+        reached.retain(|&k| !self.stays(s, k) && !self.leaves(s, k));
+        for &k in &reached {
+            let away = self.scales.excursion(s, k, &self.trial.stages.ends, theta);
+            if away <= self.settings.accuracy.relative {
+                self.trouble.sampling.note(k);
+            }
+        }
+        reached
+    }
+
+    /// The sampled switches that turn at the end of a step: at an instant at which they look at their controls,
+    /// or behind one that an implicit step has passed over.
+    pub(in crate::integrate::sdirk) fn look(&mut self, s: &mut Stepper) -> Vec<usize> {
+        if !self.trouble.sampling.looks(s.time) {
+            return Vec::new();
+        }
+        let mut turned = Vec::new();
+        for (k, margin) in self.scales.sampled(s, &s.z) {
+            if margin < -VIOLATED {
+                turned.push(k);
+                self.trouble.sampling.turn(k, -margin * self.scales.of_control(s, k));
+            } else {
+                self.trouble.sampling.stays(k, margin);
+            }
+        }
+        if self.trouble.sampling.release() {
+            s.switching.sampled.clone_from(&self.trouble.sampling.on);
+        }
+        turned
+    }
+
+    /// Where the mode of a trial step leaves something open (what blocking bridges float between), stages
+    /// are complementarity problems: their solution lets pairs rest on their laws, with neither current nor
+    /// voltage.  Takes those that do so from the begin of the step on as the solution has them, which leaves
+    /// less open or nothing; true if the step has to be computed again.
+    pub(in crate::integrate::sdirk) fn rest(&mut self, s: &mut Stepper) -> bool {
+        let (n, last) = (s.z.len(), self.tableau.stages() - 1);
+        let large = n + s.l.len() > OPEN && s.smooth.is_none();
+        if self.trouble.rested || !large || !self.trial.stages.open[last] {
+            return false;
+        }
+        let met = &self.ladder.met;
+        let zero = |x: &[f64], i: usize| self.scales.at_zero(i, s.active[i], x[n + i]);
+        let rests = |&i: &usize| {
+            met[i] != s.active[i]
+                && s.roles[i] == Role::Diode
+                && zero(&self.trial.first, i)
+                && zero(&self.trial.stages.ends[last], i)
+        };
+        let resting: Vec<usize> = (0..met.len()).filter(rests).collect();
+        for &i in &resting {
+            s.active[i] = met[i];
+            self.trial.first[n + i] = 0.0;
+        }
+        if !resting.is_empty() {
+            self.trouble.rested = true;
+            s.epoch += 1;
+            self.ladder.resting.extend(resting.iter().map(|&i| (i, s.active[i])));
+        }
+        self.trouble.rested
+    }
+
+    /// Notes that a step from `time` has failed; whether an implicit one has to pass over what is there.
+    pub(in crate::integrate::sdirk) fn is_stuck(&mut self, time: f64) -> bool {
+        self.trouble.detour.is_stuck(time, self.ladder.length(FORCED_LEVEL))
+    }
+
+    /// A single implicit step with complementarity, over what cannot be located.
+    pub(in crate::integrate::sdirk) fn force(
+        &mut self,
+        s: &mut Stepper,
+    ) -> Result<(), Box<Failure>> {
+        let target = self.corner.0.min(self.settings.stop);
+        let remaining = target - s.time;
+        let level = self.trouble.detour.enter(s.time);
+        let level = self.ladder.sound(s, level);
+        let wanted = self.ladder.stage_length(level);
+        let length = if wanted >= remaining * (1.0 - 1e-9) { remaining } else { wanted };
+        let at_corner = length == remaining && target == self.corner.0;
+        self.implicit(s, length, if length == remaining { target } else { s.time + length })?;
+        self.counters.forced += 1;
+        self.trouble.detour.leave(s.time, length);
+        self.trouble.futile = false;
+        self.control.level = self.control.level.min(FORCED_LEVEL);
+        let turned = self.look(s);
+        turned.iter().for_each(|&k| s.throw(k));
+        if at_corner {
+            evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
+            self.restart(s);
+        } else {
+            let changed = s.react() || !turned.is_empty();
+            s.settle_after(changed)?;
+            s.log_events();
+        }
+        self.begin_step(s, false);
+        Ok(())
+    }
+
+    /// An implicit step of a length to its `end`.
+    fn implicit(&mut self, s: &mut Stepper, length: f64, end: f64) -> Result<(), Box<Failure>> {
+        let time = s.time;
+        evaluate(&s.waveforms, end, Side::Left, &mut s.u1);
+        let mut before = vec![0.0; s.columns()];
+        s.write(time, &mut before);
+        let k = s.stage_index(length, true);
+        let (from, u) = (s.z.clone(), s.u1.clone());
+        let matrices = &s.levels.stages[k].matrices;
+        if let Some(smooth) = &mut s.smooth {
+            smooth.set_out(matrices, &from, [&u, &u], &mut s.scratch.rhs);
+        } else {
+            matrices.right_hand_side(&from, &u, &u, &mut s.scratch.rhs);
+        }
+        s.carry_stored(&from);
+        s.forget_functions();
+        s.time = end;
+        // its record tells no rates: they follow from the charges of both ends, however short it is
+        if let Err(failure) = s.exactly(|s| s.solve(k, length, Start::Warm)) {
+            s.time = time;
+            return Err(s.with_charges(k, &from, failure));
+        }
+        s.sharpen(k, &from, &u, &u);
+        if s.recorder.outputs.needs_rates() {
+            for ((rate, z), old) in s.recorder.rates.iter_mut().zip(&s.z).zip(&from) {
+                *rate = (z - old) / length;
+            }
+        }
+        if let Some(smooth) = &mut s.smooth {
+            let old = &self.trial.first[s.z.len() + s.l.len()..];
+            for (rate, (new, old)) in smooth.rates.iter_mut().zip(smooth.f.iter().zip(old)) {
+                *rate = (new - old) / length;
+            }
+        }
+        let taken = s.recorder.sums.as_mut().map(|sums| sums.taken());
+        s.sum_up(length, true);
+        let instant = length <= self.ladder.stage_length(FORCED_LEVEL);
+        if let (true, Some(sums), Some(taken)) = (instant, &mut s.recorder.sums, taken) {
+            sums.pass_over(taken);
+        }
+        if s.recorder.witness.watches() {
+            s.recorder.z_recorded.copy_from_slice(&from);
+            s.record(length);
+        }
+        s.stats.steps += 1;
+        self.trial.leave(self.tableau, 1.0, false);
+        self.tableau = self.settings.method.next(false);
+        self.write_between(s, time, &before);
+        self.shown.points.note_left(s);
+        s.u0.copy_from_slice(&s.u1);
+        Ok(())
+    }
+
+    /// The rows inside a single implicit step from `begin`, with the row `before` there: it is a line.
+    fn write_between(&mut self, s: &mut Stepper, begin: f64, before: &[f64]) {
+        let length = s.time - begin;
+        if let Some([from, to]) = s.recorder.witness.pieces.wanted(begin, s.time) {
+            s.write_left(s.time);
+            s.recorder.witness.pieces.line([from, to], Some(&before[1..]), &s.recorder.left[1..]);
+        }
+        while self.shown.rows.time() < s.time - 1e-12 * length {
+            let label = self.shown.rows.time();
+            let part = ((label - begin) / length).max(0.0);
+            s.write_left(label);
+            for (end, begin) in s.recorder.left.iter_mut().zip(before).skip(1) {
+                *end = begin + part * (*end - begin);
+            }
+            self.shown.points.wait(&s.recorder.left);
+            self.shown.rows.advance();
+        }
+    }
+}

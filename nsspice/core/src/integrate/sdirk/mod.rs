@@ -1,0 +1,47 @@
+//! Singly diagonally implicit Runge-Kutta methods with error control and located events.
+//!
+//! Between two events the mode (which pairs conduct) is fixed, and a step is a few implicit stages
+//! with one matrix `E/(gamma h) + G`.  The guards - multipliers of conducting pairs, slacks of the
+//! others, distances of switches to their thresholds - are watched at the stages, at the output rows
+//! and between them; where one becomes negative, each stage takes the mode that its laws ask for if the
+//! error stays small, else the step is cut by its continuous solution at the root, and the
+//! complementarity problem of a short implicit step finds the next mode.  Step lengths are taken from
+//! a ladder of powers of two, so that matrices are seldom factorised; a step that would end beyond a
+//! corner of a source is cut there.
+//!
+//! Where modes change so fast that nothing can be located (accumulations), single implicit steps with
+//! complementarity pass over it; switches that chatter are sampled.
+//!
+//! References: R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006; E. Hairer, G. Wanner, *Solving
+//! Ordinary Differential Equations II* (1996), sections IV.6 and VII; C. A. Kennedy, M. H. Carpenter,
+//! Appl. Numer. Math. 146 (2019) 221.
+
+mod combine;
+mod controller;
+mod counters;
+mod dense_output;
+mod events;
+mod predict;
+mod records;
+mod run;
+mod samples;
+mod step;
+mod tableau;
+mod visited;
+
+pub use run::Sdirk;
+pub(super) use step::sources;
+pub use tableau::Tableau;
+
+/// What is asked of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Accuracy {
+    /// error of a step relative to the size of each unknown; 1 or more: fixed steps
+    pub relative: f64,
+    /// error of a step that is always allowed [V]
+    pub voltage: f64,
+    /// the same for currents [A]
+    pub current: f64,
+    /// errors are measured as energies where something is stored
+    pub energy: bool,
+}

@@ -1,0 +1,257 @@
+//! The gates of switches: which turn where the unknowns are now.
+
+use crate::integrate::theta::step::ACCEPT;
+use crate::integrate::theta::stepper::{Stepper, MAX_REACTIONS};
+use crate::integrate::theta::time_grid::{evaluate, next_corner, SAME};
+use crate::mlcp::{Role, Start};
+use crate::switch::{Slack, ROUNDING};
+use crate::waveform::Side;
+
+/// A current below this part of the largest is rounding.
+const NO_CURRENT: f64 = 1e-12;
+/// How far ahead a control at its threshold is looked at, as a part of the time to the next corner or of a step.
+const AHEAD: f64 = 1e-3;
+/// Rounds in which all switches turn together.
+const TOGETHER: usize = MAX_REACTIONS / 2;
+
+impl Stepper {
+    /// Takes notice of how far controls are from their thresholds.
+    pub(in crate::integrate) fn see_controls(&mut self) {
+        for (k, swing) in self.switching.swings.iter_mut().enumerate() {
+            *swing = swing
+                .max(self.switching.switches[k].distance(self.switching.gates[k], &self.z).abs());
+        }
+    }
+
+    /// Updates all switches; true if one of them changed.
+    pub(in crate::integrate) fn react(&mut self) -> bool {
+        self.see_controls();
+        let mut changed = false;
+        for k in 0..self.switching.switches.len() {
+            if self.turns(k, &self.z) {
+                self.throw(k);
+                // a thyristor that opens carries no current: nothing else changes
+                changed |= !self.switching.switches[k].latching
+                    || self.switching.gates[k]
+                    || self.instants.stale;
+            }
+        }
+        changed
+    }
+
+    /// Updates all switches in the first rounds, then one alone, one that opens if there is any: those that turn
+    /// together may do so for ever (two that hold each other open), where one after the other comes to rest.
+    pub(in crate::integrate) fn react_in(&mut self, round: usize) -> bool {
+        if round < TOGETHER {
+            return self.react();
+        }
+        self.see_controls();
+        let turning: Vec<usize> = self.turning().collect();
+        let closed = |&&k: &&usize| self.active[self.switching.switches[k].pair];
+        let chosen = turning.iter().find(closed).or(turning.first()).copied();
+        if let Some(k) = chosen {
+            self.throw(k);
+        }
+        chosen.is_some()
+    }
+
+    /// Updates the switches that the sources u0 decide about: they change with them, not after what
+    /// the sources would do to their old states.
+    pub(in crate::integrate) fn throw_by_sources(&mut self) {
+        self.turned_by_sources().into_iter().for_each(|k| self.throw(k));
+    }
+
+    /// Whether the sources u0 turn a switch.
+    pub(in crate::integrate) fn sources_turn(&self) -> bool {
+        !self.turned_by_sources().is_empty()
+    }
+
+    fn turned_by_sources(&self) -> Vec<usize> {
+        if !self.switching.controls.any() {
+            return Vec::new();
+        }
+        let mut z = self.z.clone();
+        self.switching.controls.fill(&self.sys.linear.s, &self.u0, &mut z);
+        let turned = |&k: &usize| self.switching.controls.decide(k) && self.turns(k, &z);
+        (0..self.switching.switches.len()).filter(turned).collect()
+    }
+
+    /// Opens the thyristors that conduct no more; that changes nothing else.
+    pub(in crate::integrate) fn unlatch(&mut self) {
+        for k in 0..self.switching.switches.len() {
+            if self.latched(k) && self.turns(k, &self.z) {
+                self.throw(k);
+            }
+        }
+    }
+
+    /// Whether a switch is a thyristor that has been fired.
+    pub(in crate::integrate) fn latched(&self, k: usize) -> bool {
+        self.switching.switches[k].role(self.switching.gates[k]) == Role::Diode
+    }
+
+    /// The switches that turn where the unknowns are now.
+    pub(in crate::integrate) fn turning(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.switching.switches.len()).filter(|&k| self.turns(k, &self.z))
+    }
+
+    /// Whether a switch turns where the unknowns are `z`; not one that is sampled.
+    fn turns(&self, k: usize, z: &[f64]) -> bool {
+        let slack = self.slack(k);
+        if self.switching.sampled[k] {
+            return false;
+        }
+        let (switch, gate, conducts) =
+            (&self.switching.switches[k], self.switching.gates[k], self.carries(k));
+        let rests = || {
+            self.switching.still[k]
+                && switch.distance(gate, z).abs() <= switch.known(z, slack)
+                && !switch.held(gate, conducts)
+                && self.switching.resting.turns(k, switch, gate, self.fading_swing(k))
+        };
+        switch.turns(gate, z, slack, conducts) || rests()
+    }
+
+    /// Whether a switch turns where the unknowns are now.
+    pub(in crate::integrate) fn would_turn(&self, k: usize) -> bool {
+        self.turns(k, &self.z)
+    }
+
+    /// To what the control of a switch is known where the unknowns are now.
+    pub(in crate::integrate) fn known(&self, k: usize) -> f64 {
+        self.switching.switches[k].known(&self.z, self.slack(k))
+    }
+
+    /// To what a control is known.
+    fn slack(&self, k: usize) -> Slack {
+        // Newton's method ends where its laws hold well enough: right behind an event the control is at
+        // its threshold up to that, on either side
+        let known = if self.smooth.is_some() { ACCEPT } else { ROUNDING };
+        // gates that cross their thresholds together do so in one step, whatever rounding of the time tells
+        let blur = SAME * self.time / self.schedule.step_length;
+        Slack { part: known.max(blur), swing: self.switching.swings[k] }
+    }
+
+    /// Whether the control of a switch is at the threshold that turns its gate.
+    fn is_at_threshold(&self, k: usize) -> bool {
+        let switch = &self.switching.switches[k];
+        let distance = switch.distance(self.switching.gates[k], &self.z);
+        distance.abs() <= switch.known(&self.z, self.slack(k)) && !self.latched(k)
+    }
+
+    /// Looks which controls stay at their thresholds: in a step, those that were there at its begin; at a point of
+    /// a network without storage, comparisons have the values that are written, and switches turn if the control
+    /// is still there a little later.
+    pub(in crate::integrate) fn look_for_rest(&mut self) {
+        let passing = !(self.facts.static_system || self.schedule.sweeping);
+        let mut unsure = false;
+        for k in 0..self.switching.switches.len() {
+            let (gate, switch) = (self.switching.gates[k], &self.switching.switches[k]);
+            self.switching.still[k] = if passing {
+                self.switching.resting.is_near(k)
+            } else {
+                let turns = || self.switching.resting.turns(k, switch, gate, self.fading_swing(k));
+                unsure |= !(switch.compares() || self.switching.frozen)
+                    && self.is_at_threshold(k)
+                    && turns();
+                switch.compares() || self.switching.frozen
+            };
+        }
+        if unsure {
+            self.look_ahead();
+        }
+        for k in 0..self.switching.switches.len() {
+            if self.switching.still[k] && self.is_at_threshold(k) {
+                let swing = self.fading_swing(k);
+                self.switching.resting.note(k, &self.switching.switches[k], swing, self.time);
+            }
+        }
+    }
+
+    /// Solves the static equations a little later, for controls that may only touch their thresholds now.
+    fn look_ahead(&mut self) {
+        let there: Vec<usize> =
+            (0..self.switching.switches.len()).filter(|&k| self.is_at_threshold(k)).collect();
+        let (z, l, u, active) =
+            (self.z.clone(), self.l.clone(), self.u0.clone(), self.active.clone());
+        let time = self.time;
+        let corner = next_corner(&self.waveforms, time).0;
+        let room = if corner.is_finite() { corner - time } else { self.swing_of_time() };
+        self.time = time + AHEAD * room;
+        evaluate(&self.waveforms, self.time, Side::Right, &mut self.u0);
+        self.u1.copy_from_slice(&self.u0);
+        if self.solve_static(Start::Warm).is_ok() {
+            for k in there {
+                self.switching.still[k] = self.switching.still[k] || self.is_at_threshold(k);
+            }
+        }
+        self.time = time;
+        self.z.copy_from_slice(&z);
+        self.l.copy_from_slice(&l);
+        self.u0.copy_from_slice(&u);
+        self.u1.copy_from_slice(&u);
+        self.turn_to(&active);
+        self.forget_functions();
+    }
+
+    /// The swing beside which a control may have decayed: none where nothing is stored.
+    pub(in crate::integrate) fn fading_swing(&self, k: usize) -> f64 {
+        if self.facts.static_system || self.schedule.sweeping {
+            0.0
+        } else {
+            self.switching.swings[k]
+        }
+    }
+
+    /// A time in which sources change visibly [s].
+    fn swing_of_time(&self) -> f64 {
+        let pace = self.waveforms.iter().map(|w| w.pace()).fold(f64::INFINITY, f64::min);
+        let step = pace.min(self.schedule.step_length);
+        if step.is_finite() {
+            step
+        } else {
+            self.time.max(1.0)
+        }
+    }
+
+    /// Notes where the controls are at the end of a step.
+    pub(in crate::integrate) fn note_controls(&mut self) {
+        for k in 0..self.switching.switches.len() {
+            let switch = &self.switching.switches[k];
+            let known = switch.known(&self.z, self.slack(k));
+            self.switching.resting.see(k, switch.distance(self.switching.gates[k], &self.z), known);
+        }
+    }
+
+    /// Whether a thyristor carries a current: one that has come to zero up to rounding is none.
+    fn carries(&self, k: usize) -> bool {
+        let pair = self.switching.switches[k].pair;
+        if !(self.latched(k) && self.active[pair]) {
+            return false;
+        }
+        let [voltage, current] = self.sys.largest(&[&self.z]);
+        let largest = self.l.iter().fold(current, |a, l| a.max(l.abs()));
+        self.l[pair] > NO_CURRENT * largest + f64::EPSILON * self.facts.conductances[1] * voltage
+    }
+
+    /// Turns a switch.
+    pub(in crate::integrate) fn throw(&mut self, k: usize) {
+        self.switching.gates[k] = !self.switching.gates[k];
+        self.switching.resting.turned(k);
+        self.stats.switchings += 1;
+        self.switching.last_thrown = Some(k);
+        let (pair, role) = (
+            self.switching.switches[k].pair,
+            self.switching.switches[k].role(self.switching.gates[k]),
+        );
+        self.roles[pair] = role;
+        self.active[pair] = role == Role::Closed;
+        self.epoch += 1;
+        if self.switching.switches[k].latching {
+            self.switching.diodes.retain(|&i| i != pair);
+            if role == Role::Diode {
+                self.switching.diodes.push(pair);
+            }
+        }
+    }
+}

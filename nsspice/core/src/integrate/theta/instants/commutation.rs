@@ -1,0 +1,84 @@
+//! Where diodes change but nothing jumps: the next mode, and the values with which it begins.
+//!
+//! In a passive network charges and fluxes are continuous unless a source or a switch acts.  The mode
+//! that follows is that of a step from where the last one ended, short beside all that moves, but long
+//! enough for the change to show: what has just become zero is zero up to rounding after a shorter one.
+//! The sources move on in it: where all that is stored is constant, they alone end a mode.
+
+/// The first, relative to the shortest time.
+const FIRST: f64 = 2e-4;
+use super::jumps::JUMP;
+use crate::integrate::sdirk::sources;
+use crate::integrate::theta::stepper::Stepper;
+use crate::mlcp::Start;
+
+/// Ratio of the lengths tried.
+const LONGER: f64 = 8.0;
+
+/// What was found behind an instant at which guards vanish.
+pub(in crate::integrate) enum Turn {
+    /// something may jump here: the state is as it was
+    Jump,
+    /// no change: the state is as it was
+    Nothing,
+    /// the next mode, and the values with which it begins
+    Begun,
+    /// a step of this length [s] ends in the next mode, with these unknowns; shorter ones do not tell, and
+    /// the state is as it was
+    Step(f64, Vec<f64>),
+}
+
+impl Stepper {
+    /// Finds the mode behind an instant at which guards vanish, from steps of at most `longest` whose ends are
+    /// `lawful`; sources have no breakpoint before the time `corner`.
+    pub(in crate::integrate) fn turn(
+        &mut self,
+        longest: f64,
+        corner: f64,
+        lawful: impl Fn(&Stepper) -> bool,
+    ) -> Turn {
+        if self.instants.impacts.active || self.smooth.is_some() || self.facts.storage.tight() {
+            return Turn::Jump;
+        }
+        let (z, l, active) = (self.z.clone(), self.l.clone(), self.active.clone());
+        let now = self.u0.clone();
+        let shortest = self.schedule.step_length.min(self.facts.fastest);
+        let mut length = FIRST * shortest;
+        while length <= longest {
+            sources(&self.waveforms, self.time + length, self.time, corner, &mut self.u0);
+            let solved = self.short_step(None, &z, length, Start::Warm).is_ok();
+            self.u0.copy_from_slice(&now);
+            // what charges in so short a step round off decides about no pair
+            let turned = solved && self.active != active && lawful(self);
+            let end = self.z.clone();
+            if turned && self.begin_mode(&z, shortest) {
+                return Turn::Begun;
+            }
+            self.z.copy_from_slice(&z);
+            self.l.copy_from_slice(&l);
+            self.turn_to(&active);
+            if turned {
+                return Turn::Step(length, end);
+            }
+            length *= LONGER;
+        }
+        Turn::Nothing
+    }
+
+    /// The values at the begin of the mode just found, from shorter steps that stay in it; false if
+    /// there are none.
+    fn begin_mode(&mut self, z: &[f64], shortest: f64) -> bool {
+        let mode = self.active.clone();
+        self.z.copy_from_slice(z);
+        // what should vanish, but does not quite where the last mode ended, is thrown out
+        let Ok(leap) = self.leap(None, JUMP, shortest, Start::Warm) else { return false };
+        if self.active != mode {
+            return false;
+        }
+        self.enter(None, z.to_vec(), leap);
+        if let Some(sums) = &mut self.recorder.sums {
+            sums.jump(z, &self.z);
+        }
+        true
+    }
+}

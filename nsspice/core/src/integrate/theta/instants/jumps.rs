@@ -1,0 +1,564 @@
+//! Jumps of charges and fluxes: the impulsive step, and what switches do at one instant.
+
+use super::jump_test::behind;
+use super::values::{Rest, Settled, HELD};
+use crate::integrate::theta::failure::{Failure, Outcome};
+use crate::integrate::theta::step_length::System;
+use crate::integrate::theta::stepper::{Stepper, MAX_REACTIONS};
+use crate::mlcp::Start;
+
+/// Length of an impulsive step relative to the nominal step and to the fastest time constant: short
+/// enough that nothing but the jump happens in it, long enough that `E/h` does not drown `G`.
+pub(in crate::integrate) const JUMP: f64 = 1e-8;
+/// The same where a gap may close at speed: its rounding counts by the inverse of this, what is not
+/// the impact by the square.
+pub(in crate::integrate) const IMPACT: f64 = 1e-5;
+/// A stored unknown that differs by more than this from what the jump left is not determined by what
+/// is stored: the potential of a floating capacitor.
+pub(in crate::integrate) const LOOSE: f64 = 1e-6;
+/// Ratio of lengths on the way down to a short step that is too hard at once.
+const DESCENT: f64 = 1e-2;
+/// A change that a step shorter by that ratio reduces to this part was motion.
+const LESS: f64 = 0.1;
+/// How often impulsive steps are made shorter by that ratio; those in which charges of junctions go most
+/// straight are taken.
+const STRAIGHTER: usize = 4;
+const SHORTER: f64 = 0.1;
+/// Changes below this part of the largest charge (or flux) so far are no jump.
+pub(in crate::integrate) const NO_JUMP: f64 = 1e-9;
+/// Rounding of voltages and currents, relative to the largest.
+pub(in crate::integrate) const ROUNDING: f64 = 1e-13;
+/// An impulsive step that its own end contradicts is continued from there by longer ones, in which
+/// less can hide.
+const CONTINUED: [f64; 3] = [JUMP, 1e-6, 1e-4];
+/// Two short steps that end this near to each other have led to values, not to impulses.
+const PLAIN: f64 = 1e-3;
+/// Jumps kept in full; later ones are only counted.
+pub(in crate::integrate) const MAX_JUMPS: usize = 4096;
+
+/// A jump of the stored charges or fluxes.
+#[derive(Clone, Debug)]
+pub struct Jump {
+    /// when [s]
+    pub time: f64,
+    /// unknowns before
+    pub before: Vec<f64>,
+    /// unknowns after
+    pub after: Vec<f64>,
+    /// impulses of the multipliers [A s or V s]
+    pub multipliers: Vec<f64>,
+    /// impulses of the unknowns that carry one (branch currents, node voltages)
+    pub unknowns: Vec<f64>,
+    /// impulses of the smooth functions: a junction without series resistance lets a charge pass in no time
+    pub functions: Vec<f64>,
+    /// sources after the jump
+    pub sources: Vec<f64>,
+    /// of the short steps whose limit it is; 0 for a closed form [s]
+    pub length: f64,
+    /// the impulses contain what ordinary values carry in this time: 0 if they are a limit [s]
+    pub span: f64,
+    /// the shortest of those steps [s]
+    pub shortest: f64,
+}
+
+/// What charges and fluxes are measured by where jumps are reported: `1 / sqrt(E_ii)`; with functions
+/// that store something, all alike.
+pub(in crate::integrate) fn jump_weights(sys: &System) -> Vec<f64> {
+    let mut weights = vec![1.0; sys.linear.g.nrows];
+    if sys.smooth.is_none() {
+        for (r, _, v) in sys.linear.e.iter().filter(|e| e.0 == e.1 && e.2 > 0.0) {
+            weights[r] = 1.0 / v.sqrt();
+        }
+    }
+    weights
+}
+
+/// Solution of a short step.
+#[derive(Clone)]
+pub(in crate::integrate) struct Short {
+    pub z: Vec<f64>,
+    pub l: Vec<f64>,
+    pub length: f64,
+}
+
+/// What an impulsive step has done.
+pub(in crate::integrate) struct Leap {
+    /// unknowns at the end of the shortest step, and at length 0
+    pub first: Vec<f64>,
+    /// length of the first steps, relative to the shortest time
+    pub part: f64,
+    pub after: Vec<f64>,
+    /// of unknowns, multipliers and smooth functions [A s or V s]
+    pub impulses: [Vec<f64>; 3],
+    /// see [`Jump`]
+    pub length: f64,
+    pub span: f64,
+    pub shortest: f64,
+    /// multipliers before
+    pub multipliers: Vec<f64>,
+    /// a step and the limit of steps from `after` that need no impulse
+    pub settled: Option<Settled>,
+    /// what those steps look like
+    pub rest: Rest,
+}
+
+impl Leap {
+    /// The part of the largest charge by which what it led to breaks the laws that tie charges.
+    fn missed(&self) -> f64 {
+        self.settled.as_ref().map_or(0.0, |settled| settled.missed)
+    }
+
+    /// This step and the one from where it led.
+    fn and(self, next: Leap, leapt: bool) -> Leap {
+        let sum =
+            |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a + b).collect() };
+        // of mere motion in both, the sum
+        let motion = || next.first.iter().zip(&self.after).map(|(a, b)| a - b);
+        let first = if leapt {
+            next.after.clone()
+        } else {
+            self.first.iter().zip(motion()).map(|(a, b)| a + b).collect()
+        };
+        Leap {
+            first,
+            impulses: [0, 1, 2].map(|k| sum(&self.impulses[k], &next.impulses[k])),
+            length: self.length + next.length,
+            span: self.span + next.span,
+            shortest: self.shortest.min(next.shortest),
+            ..next
+        }
+    }
+}
+
+/// Value at length 0 from those at length 1 and 2.
+fn limit(once: &[f64], twice: Option<&Vec<f64>>) -> Vec<f64> {
+    match twice {
+        Some(twice) => once.iter().zip(twice).map(|(a, b)| 2.0 * a - b).collect(),
+        None => once.to_vec(),
+    }
+}
+
+impl Stepper {
+    /// A jump at the present time; where the impulsive problem has no solution the next ordinary
+    /// step has to resolve it.
+    pub(in crate::integrate) fn impulse_or_leave(&mut self) -> Outcome {
+        let (z, l) = (self.z.clone(), self.l.clone());
+        self.instants.stale = self.impulse(None, Start::Warm).is_err();
+        if self.instants.stale {
+            self.z = z;
+            self.l = l;
+            self.forget_functions();
+        } else if let Some(sums) = &mut self.recorder.sums {
+            sums.jump(&z, &self.z);
+        }
+        Ok(())
+    }
+
+    /// The implicit impulsive step: charges and fluxes jump so that all laws hold again.
+    ///
+    /// Very short steps from the same charges, extrapolated to length 0, move the stored
+    /// quantities; longer ones from there, extrapolated too, give the finite values of currents and
+    /// voltages right after the jump.
+    pub(in crate::integrate) fn impulse(
+        &mut self,
+        charges: Option<&[f64]>,
+        start: Start,
+    ) -> Outcome {
+        self.instants.begun = None;
+        if charges.is_none() && self.goes_on() || self.reinitialise(charges) {
+            return Ok(());
+        }
+        let before = self.z.clone();
+        let part = if charges.is_none() && self.instants.impacts.active { IMPACT } else { JUMP };
+        let leap = self.find_leap(charges, part, start)?;
+        self.enter(charges, before, leap);
+        Ok(())
+    }
+
+    /// Whether some charge is a function of the unknowns: then charges depend on potentials.
+    pub(in crate::integrate) fn functions_store(&self) -> bool {
+        self.smooth.as_ref().is_some_and(|smooth| smooth.newton.stores())
+    }
+
+    /// The impulsive step from the present state, which is left undefined; the first steps have
+    /// this part of the shortest time.
+    pub(in crate::integrate) fn find_leap(
+        &mut self,
+        charges: Option<&[f64]>,
+        part: f64,
+        start: Start,
+    ) -> Result<Leap, Box<Failure>> {
+        let shortest = self.shortest_time();
+        let begun = (self.z.clone(), self.l.clone());
+        let stored = charges.map_or_else(|| self.stored_at(&begun.0), <[f64]>::to_vec);
+        let now = self.sys.largest(&[&stored]);
+        self.instants.largest = [0, 1].map(|kind| self.instants.largest[kind].max(now[kind]));
+        // charges that a step ends with need no impulse; where gaps close at speed, they may jump all the same
+        if charges.is_none() && !self.instants.impacts.active {
+            if let Some(still) = self.unmoved(&begun, shortest) {
+                return Ok(still);
+            }
+            (self.z, self.l) = begun.clone();
+        }
+        let leap = self.leap(charges, part, shortest, start)?;
+        let mut leap = self.without_motion(charges, &begun, leap, shortest, start);
+        // what only begins to move misses nothing
+        let mut leapt = self.leapt(charges, &begun.0, &leap);
+        // a gap closes at the end of the step, not at its begin: what it had left is speed that the next one does not see
+        if leapt && charges.is_none() && self.instants.impacts.active {
+            (self.z, self.l) = (leap.after.clone(), leap.multipliers.clone());
+            if let Ok(next) = self.leap(None, part, shortest, Start::Warm) {
+                leap = leap.and(next, true);
+            }
+        }
+        // the residual of so short a step is relative to multipliers of size 1/length, and may hide
+        // a voltage; seen from where it led, it is in plain sight
+        let mut rest = leap.rest;
+        // from rest a longer step moves more, and what rounding sends through megohms looks calm there
+        let resting = charges.is_some_and(|charges| charges.iter().all(|q| *q == 0.0));
+        for part in CONTINUED {
+            // less is hidden where the first step was long; junctions have much to hide only behind a jump
+            let calm = rest == Rest::Calm;
+            if calm || leap.part >= IMPACT || (self.smooth.is_some() || resting) && !leapt {
+                break;
+            }
+            (self.z, self.l) = (leap.after.clone(), leap.multipliers.clone());
+            let Ok(next) = self.leap(None, part, shortest, Start::Warm) else { continue };
+            let found = next.rest;
+            if found < rest || found == rest && next.missed() >= leap.missed() {
+                continue;
+            }
+            rest = found;
+            leapt |= self.leapt(None, &leap.after, &next);
+            leap = leap.and(next, leapt);
+        }
+        // motion of so long a step has to come once more
+        let moved = rest >= Rest::Bent;
+        let still = if charges.is_none() && self.instants.impacts.active && !leapt && moved {
+            self.unmoved(&begun, shortest)
+        } else {
+            None
+        };
+        Ok(still.unwrap_or(leap))
+    }
+
+    /// Goes where an impulsive step has led, and notes what jumped.
+    pub(in crate::integrate) fn enter(
+        &mut self,
+        charges: Option<&[f64]>,
+        before: Vec<f64>,
+        leap: Leap,
+    ) {
+        let Leap { first, after, impulses, length, span, shortest, settled, .. } = leap;
+        let values = settled.as_ref().map_or(&[][..], |s| &s.z);
+        let begun = behind(&after, span, settled.as_ref());
+        if self.noticed(charges, [&before, &first, &begun], values) {
+            self.stats.jumps += 1;
+            if self.recorder.jumps.len() < MAX_JUMPS {
+                let [unknowns, multipliers, functions] = impulses;
+                self.recorder.jumps.push(Jump {
+                    time: self.time,
+                    before,
+                    after: after.clone(),
+                    multipliers,
+                    unknowns,
+                    functions,
+                    sources: self.u0.clone(),
+                    length,
+                    span,
+                    shortest,
+                });
+            }
+        }
+        let Some(settled) = settled else {
+            self.z.copy_from_slice(&after);
+            self.forget_functions();
+            return;
+        };
+        if self.recorder.outputs.needs_rates() {
+            self.recorder
+                .rates
+                .iter_mut()
+                .zip(settled.rates())
+                .for_each(|(rate, found)| *rate = found);
+        }
+        self.z.copy_from_slice(&settled.z);
+        self.l.copy_from_slice(&settled.l);
+        if settled.missed <= HELD || settled.calm && !self.facts.storage.tight() {
+            // what is stored stays to its last digit; currents that a shared flux does not tell belong to the end of
+            // the step, and where that misses more than rounding so do the others: their sums hold there
+            self.facts.storage.restore(&after, &mut self.z, |_| f64::INFINITY);
+        }
+        let (u, time) = (&self.u0, self.time);
+        if let Some(smooth) = &mut self.smooth {
+            smooth.after_jump(&self.z, &settled.functions, u, time, settled.length);
+        }
+        self.tie_groups();
+        if self.recorder.witness.jumped() {
+            self.u1.copy_from_slice(&self.u0);
+            // a state, not a step; the short one tells what its rounding is measured by
+            let ahead = settled.rates().zip(&settled.z).map(|(rate, z)| z + settled.length * rate);
+            self.recorder.z_recorded.iter_mut().zip(ahead).for_each(|(recorded, z)| *recorded = z);
+            self.record(-settled.length);
+        }
+    }
+
+    /// Moves charges and fluxes by a very short step (this part of `shortest`), then shows what
+    /// currents and voltages they lead to.
+    pub(in crate::integrate) fn leap(
+        &mut self,
+        charges: Option<&[f64]>,
+        part: f64,
+        shortest: f64,
+        start: Start,
+    ) -> Result<Leap, Box<Failure>> {
+        let (before, multipliers) = (self.z.clone(), self.l.clone());
+        let mut part = part;
+        let (mut once, mut twice) = self.two_steps(charges, &before, part * shortest, start)?;
+        let mut after = limit(&once.z, twice.as_ref().map(|t| &t.z));
+        let linear = !self.functions_store();
+        let scale = if linear { self.instants.largest } else { self.scale_of_charges(&once) };
+        let mut bend = self.bend_of_charges(&once, twice.as_ref(), &after, scale);
+        let mut shorter = part;
+        for _ in 0..STRAIGHTER {
+            if bend <= ROUNDING {
+                break;
+            }
+            shorter *= SHORTER;
+            let steps = self.two_steps(charges, &before, shorter * shortest, Start::Warm);
+            let Ok(steps) = steps else { break };
+            let end = limit(&steps.0.z, steps.1.as_ref().map(|t| &t.z));
+            let found = self.bend_of_charges(&steps.0, steps.1.as_ref(), &end, scale);
+            if found <= bend && self.no_more_impulsive(&once, &steps.0) {
+                ((once, twice), after, part, bend) = (steps, end, shorter, found);
+            }
+        }
+        let none = |q: &[f64]| q.iter().all(|q| *q == 0.0);
+        let at_rest = || linear && self.facts.storage.unknowns().all(|j| before[j] == 0.0);
+        if twice.is_none() && charges.map_or_else(at_rest, none) {
+            // a step that is too hard tells nothing
+            let _ = self.stay(&before, &mut after, once.length);
+        }
+        self.facts.storage.project(&mut after);
+        if linear {
+            // with junctions charges depend on potentials
+            self.facts.storage.lower(&before, &mut after);
+        }
+        let carried = |s: &mut Stepper, step: &Short| {
+            let functions = s.functions_at(&step.z);
+            [&step.z, &step.l, &functions]
+                .map(|list| list.iter().map(|v| v * step.length).collect::<Vec<_>>())
+        };
+        let (short, long) = (carried(self, &once), twice.as_ref().map(|step| carried(self, step)));
+        let impulses = [0, 1, 2].map(|k| limit(&short[k], long.as_ref().map(|long| &long[k])));
+        let length = once.length;
+        let span = if twice.is_some() { 0.0 } else { length };
+        // what the laws leave open keeps the value it had: densities of impulses are no values
+        self.l.copy_from_slice(&multipliers);
+        self.z.copy_from_slice(&before);
+        self.take_stored(&after);
+        let apart = |twice: &Short| self.sys.apart(&once.z, &twice.z, &before);
+        let plain = twice.as_ref().is_some_and(|twice| apart(twice) <= PLAIN);
+        if let (Some(smooth), true, Start::Warm) = (&mut self.smooth, plain, start) {
+            smooth.newton.predict(&once.z); // junctions that had to turn have done so there
+        }
+        let (settled, rest) = self.settle(&after, shortest)?;
+        Ok(Leap {
+            first: once.z,
+            part,
+            after,
+            impulses,
+            length,
+            span,
+            shortest: length,
+            multipliers,
+            settled,
+            rest,
+        })
+    }
+
+    /// Whether a shorter step from the same state has no larger impulses than a longer one: those of a jump
+    /// stay as they are, all others fall. At petavolts rounding lets junctions store what nothing brought.
+    fn no_more_impulsive(&self, longer: &Short, shorter: &Short) -> bool {
+        let [long, short] = [longer, shorter]
+            .map(|step| self.sys.largest(&[&step.z]).map(|largest| largest * step.length));
+        (0..2).all(|kind| short[kind] <= 2.0 * long[kind])
+    }
+
+    /// The largest charge and flux so far and at the end of a short step.
+    fn scale_of_charges(&mut self, step: &Short) -> [f64; 2] {
+        let charges = self.stored_by_functions(&step.z);
+        let [charge, flux] = self.sys.largest(&[&charges]);
+        [self.instants.largest[0].max(charge), self.instants.largest[1].max(flux)]
+    }
+
+    /// How far the charges of junctions are from going as straight through two short steps to length 0 as the
+    /// unknowns do, beside a scale: they are exponentials of voltages.
+    fn bend_of_charges(
+        &mut self,
+        once: &Short,
+        twice: Option<&Short>,
+        after: &[f64],
+        scale: [f64; 2],
+    ) -> f64 {
+        let smooth = self.smooth.as_mut().filter(|smooth| smooth.newton.stores());
+        let (Some(smooth), Some(twice)) = (smooth, twice) else { return 0.0 };
+        let (u, time) = (&self.u0, self.time);
+        let mut bends = vec![0.0; after.len()];
+        for (z, weight) in [(&once.z[..], 2.0), (&twice.z, -1.0), (after, -1.0)] {
+            smooth.add_stored_at(z, u, time, weight, &mut bends);
+        }
+        if !bends.iter().all(|bend| bend.is_finite()) {
+            return f64::INFINITY;
+        }
+        let bends = self.sys.largest(&[&bends]);
+        let share = |kind: usize| if bends[kind] > 0.0 { bends[kind] / scale[kind] } else { 0.0 };
+        share(0).max(share(1))
+    }
+
+    /// From rest, where a much shorter step moves all that is stored in proportion less, nothing has
+    /// jumped but only begun to move: `after`, the end of a step of this length, is put back to zero.
+    /// Beside what is stored elsewhere so small a motion would not be seen.
+    fn stay(&mut self, before: &[f64], after: &mut [f64], length: f64) -> Outcome {
+        self.short_step(Some(&vec![0.0; before.len()]), before, DESCENT * length, Start::Warm)?;
+        let kind = |j: usize| usize::from(self.sys.linear.row_kind[j]);
+        let largest = self.sys.largest(&[after]);
+        let motion =
+            |j: usize| self.z[j].abs() <= LESS * f64::abs(after[j]) + ROUNDING * largest[kind(j)];
+        if self.facts.storage.unknowns().all(motion) {
+            self.facts.storage.restore(&vec![0.0; before.len()], after, |_| f64::INFINITY);
+        }
+        Ok(())
+    }
+
+    /// Steps of length `2 length` and `length` from the same charges; the longer one is left out
+    /// if the two end in modes of different values.  Where so short a step is too hard, the shortest one
+    /// that could be solved stands for both.
+    pub(in crate::integrate) fn two_steps(
+        &mut self,
+        charges: Option<&[f64]>,
+        before: &[f64],
+        length: f64,
+        start: Start,
+    ) -> Result<(Short, Option<Short>), Box<Failure>> {
+        let reached = self.approach(charges, before, 2.0 * length, start)?;
+        let twice = Short { z: self.z.clone(), l: self.l.clone(), length: reached };
+        let (epoch, active) = (self.epoch, self.active.clone());
+        if reached > 2.0 * length || self.short_step(charges, before, length, Start::Warm).is_err()
+        {
+            return Ok((twice, None));
+        }
+        let once = Short { z: self.z.clone(), l: self.l.clone(), length };
+        let alike = self.epoch == epoch || {
+            let ends = [(&twice, &active[..]), (&once, &self.active)];
+            ends.iter().all(|(end, on)| self.without_voltage(end, on, &active))
+        };
+        Ok((once, alike.then_some(twice)))
+    }
+
+    /// Whether no voltage lies across the pairs that block in the mode `on` of a short step and conduct
+    /// in the other one of `active` and the present: closed switches and diodes beside each other share
+    /// their current in many ways.
+    fn without_voltage(&self, end: &Short, on: &[bool], active: &[bool]) -> bool {
+        let w = self.sys.linear.slacks_of(&end.z, &end.l);
+        let largest = w.iter().fold(self.sys.largest(&[&end.z])[0], |a, w| a.max(w.abs()));
+        let turned = active.iter().zip(&self.active).zip(on).zip(&w);
+        turned.filter(|(((a, b), on), _)| a != b && !**on).all(|(_, w)| w.abs() <= LOOSE * largest)
+    }
+
+    /// Solves a short step, if need be from an ordinary one down by steps of ever smaller length,
+    /// each starting from the last; returns the length that was reached.
+    fn approach(
+        &mut self,
+        charges: Option<&[f64]>,
+        before: &[f64],
+        target: f64,
+        start: Start,
+    ) -> Result<f64, Box<Failure>> {
+        if self.short_step(charges, before, target, start).is_ok() {
+            return Ok(target);
+        }
+        // where an ordinary step fails there is no way down; its failure can be certified, that of
+        // a very short step cannot: multipliers of size 1/length drown the data
+        let mut length = self.schedule.step_length.max(target);
+        self.short_step(charges, before, length, start)?;
+        while length > target {
+            let next = (length * DESCENT).max(target);
+            if self.short_step(charges, before, next, Start::Warm).is_err() {
+                break;
+            }
+            length = next;
+        }
+        Ok(length)
+    }
+
+    /// One theta = 1 step of length `delta` from the given charges, or from those of `before`.
+    pub(in crate::integrate) fn short_step(
+        &mut self,
+        charges: Option<&[f64]>,
+        before: &[f64],
+        delta: f64,
+        start: Start,
+    ) -> Outcome {
+        let Some(charges) = charges else {
+            let functions =
+                if self.functions_store() { self.functions_at(before) } else { Vec::new() };
+            return self.step_from(before, &functions, delta, start);
+        };
+        let k = self.stage_index(delta, true);
+        self.scratch.rhs.iter_mut().zip(charges).for_each(|(r, c)| *r = c / delta);
+        self.levels.stages[k].matrices.source_end.mul_add(1.0, &self.u0, &mut self.scratch.rhs);
+        if self.smooth.is_some() {
+            self.u1.copy_from_slice(&self.u0);
+        }
+        self.solve(k, delta, start)
+    }
+
+    /// One theta = 1 step of length `delta` from the charges of `before`, and of these values of smooth functions.
+    pub(in crate::integrate) fn step_from(
+        &mut self,
+        before: &[f64],
+        functions: &[f64],
+        delta: f64,
+        start: Start,
+    ) -> Outcome {
+        let k = self.stage_index(delta, true);
+        let matrices = &self.levels.stages[k].matrices;
+        if let Some(smooth) = &mut self.smooth {
+            smooth.set_out(matrices, before, [&self.u0, &self.u0], &mut self.scratch.rhs);
+            if smooth.newton.stores() {
+                smooth.newton.carry_functions(functions);
+            }
+            self.u1.copy_from_slice(&self.u0);
+        } else {
+            matrices.right_hand_side(before, &self.u0, &self.u0, &mut self.scratch.rhs);
+        }
+        self.solve(k, delta, start).map_err(|failure| self.with_charges(k, before, failure))?;
+        let u = std::mem::take(&mut self.u0);
+        self.sharpen(k, before, &u, &u);
+        self.u0 = u;
+        Ok(())
+    }
+
+    /// Applies the switch laws until they agree with the state; a first look at the switches has told
+    /// whether one has changed.
+    pub(in crate::integrate) fn settle_after(&mut self, mut changed: bool) -> Outcome {
+        for round in 0..MAX_REACTIONS {
+            if !changed {
+                return Ok(());
+            }
+            if self.facts.static_system || self.schedule.sweeping {
+                self.u1.copy_from_slice(&self.u0);
+                self.solve_static(Start::Warm)?;
+            } else {
+                self.impulse_or_leave()?;
+            }
+            changed = self.react_in(round);
+        }
+        if changed {
+            self.stats.chatter += 1;
+            return Err(self.unsettled());
+        }
+        Ok(())
+    }
+}

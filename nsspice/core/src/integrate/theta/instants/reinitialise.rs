@@ -1,0 +1,112 @@
+//! Jumps by the structure of the network, where it is known: no short steps, no lengths.
+
+use super::jumps::{Jump, JUMP, MAX_JUMPS};
+use crate::instant::{At, Before, Reinitialiser};
+use crate::integrate::theta::stepper::Stepper;
+use crate::integrate::theta::time_grid::slopes;
+use crate::structure::Coordinates;
+
+impl Stepper {
+    /// Tells what the storage and conductance matrices have been summed from, as (unknown, unknown or -1, value).
+    pub fn know_elements(
+        &mut self,
+        capacitors: &[(isize, isize, f64)],
+        resistors: &[(isize, isize, f64)],
+        coordinates: &Coordinates,
+    ) {
+        self.facts.coordinates = (!coordinates.are_potentials()).then(|| coordinates.clone());
+        if let (Some(smooth), Some(tree)) = (&mut self.smooth, &self.facts.coordinates) {
+            smooth.know_tree(tree);
+        }
+        for &(a, b, c) in capacitors {
+            for end in [a, b].into_iter().filter(|&end| end >= 0) {
+                self.facts.node_storage[end as usize] += c;
+            }
+        }
+        if self.smooth.is_none() && !self.facts.static_system {
+            let found = Reinitialiser::new(&self.sys.linear, capacitors, resistors, coordinates);
+            self.instants.reinitialiser = found.map(Box::new);
+        }
+    }
+
+    /// Charges and fluxes jump so that all laws hold again; currents and voltages are those right after. False if
+    /// the structure of the network is not known, or its equations were not solved: then nothing has changed.
+    pub(in crate::integrate) fn reinitialise(&mut self, charges: Option<&[f64]>) -> bool {
+        let Some(reinitialiser) = &self.instants.reinitialiser else { return false };
+        // rates of perfectly coupled windings are not known well enough behind events of steps
+        if charges.is_none() && reinitialiser.is_coupled() {
+            return false;
+        }
+        let slopes = self.source_slopes(self.time);
+        let before = charges.map_or(Before::State(&self.z), Before::Stored);
+        let sources = [&self.u0[..], &slopes];
+        let Some(found) = reinitialiser.after(before, sources, &self.roles, self.instants.felt)
+        else {
+            return false;
+        };
+        let before = std::mem::replace(&mut self.z, found.z);
+        self.l = found.l;
+        self.turn_to(&found.active);
+        let after = self.z.clone();
+        if self.noticed(charges, [&before, &after, &after], &[]) {
+            self.stats.jumps += 1;
+            if self.recorder.jumps.len() < MAX_JUMPS {
+                let [unknowns, multipliers] = found.impulses;
+                self.recorder.jumps.push(Jump {
+                    time: self.time,
+                    before,
+                    after,
+                    multipliers,
+                    unknowns,
+                    functions: Vec::new(),
+                    sources: self.u0.clone(),
+                    length: 0.0,
+                    span: 0.0,
+                    shortest: 0.0,
+                });
+            }
+        }
+        if self.recorder.outputs.needs_rates() {
+            self.recorder.rates.copy_from_slice(&found.rates);
+        }
+        self.instants.begun = Some(found.rates);
+        self.record_state();
+        true
+    }
+
+    /// Charges and fluxes stay as they are, the rest follows from them; false if they may jump, or the next mode is
+    /// not found in this way: then nothing has changed.
+    pub(in crate::integrate) fn goes_on(&mut self) -> bool {
+        let Some(mut continuous) = self.instants.continuous.take() else { return false };
+        slopes(&self.waveforms, self.time, &mut self.instants.slopes);
+        let at = At {
+            sources: [&self.u0, &self.instants.slopes],
+            roles: &self.roles,
+            active: &self.active,
+            voltage: self.sys.largest(&[&self.z])[0],
+        };
+        let found = continuous.find(&self.sys.linear, [&self.z, &self.l], at);
+        if found {
+            self.z.copy_from_slice(&continuous.z);
+            self.l.copy_from_slice(&continuous.l);
+            self.turn_to(&continuous.active);
+            if self.recorder.outputs.needs_rates() {
+                self.recorder.rates.copy_from_slice(&continuous.rates);
+            }
+            self.instants.begun = Some(continuous.rates.clone());
+            self.record_state();
+        }
+        self.instants.continuous = Some(continuous);
+        found
+    }
+
+    /// Hands the present state to the witness: a state, not a step.
+    fn record_state(&mut self) {
+        if self.recorder.witness.jumped() {
+            self.u1.copy_from_slice(&self.u0);
+            self.recorder.z_recorded.copy_from_slice(&self.z);
+            let length = JUMP * self.shortest_time();
+            self.record(-length);
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! What impulsive steps have to be short beside: the fastest times of a circuit.
+
+use super::jumps::ROUNDING;
+use crate::integrate::theta::stepper::Stepper;
+use crate::sparse::Csc;
+
+/// Times of junctions are estimates, and their charges small: beside them 1e-5 is short.
+const OF_FUNCTIONS: f64 = 1e3;
+/// Beside so many times that in which the largest voltage would move the rounding of the largest flux, a
+/// millionth shows voltages that windings alone hold to five digits.
+const OF_FLUXES: f64 = 1e11;
+
+/// An estimate of the fastest time constant [s]: largest rate at which stored quantities act on each
+/// other, directly or through one algebraic unknown, in coordinates with unit storage.
+pub(in crate::integrate) fn fastest_time(e: &Csc, g: &Csc) -> f64 {
+    let n = g.nrows;
+    let mut storage = vec![0.0; n];
+    let mut diagonal = vec![0.0; n];
+    for (matrix, out) in [(e, &mut storage), (g, &mut diagonal)] {
+        for (_, c, v) in matrix.iter().filter(|e| e.0 == e.1) {
+            out[c] = v.abs().sqrt();
+        }
+    }
+    // strongest coupling of each algebraic unknown to stored quantities, as row and as column
+    let (mut into, mut from) = (vec![0.0f64; n], vec![0.0f64; n]);
+    let mut rate = 0.0f64;
+    for (r, c, v) in g.iter() {
+        match (storage[r] > 0.0, storage[c] > 0.0) {
+            (true, true) => rate = rate.max(v.abs() / (storage[r] * storage[c])),
+            (false, true) if diagonal[r] > 0.0 => {
+                into[r] = into[r].max(v.abs() / (diagonal[r] * storage[c]));
+            }
+            (true, false) if diagonal[c] > 0.0 => {
+                from[c] = from[c].max(v.abs() / (storage[r] * diagonal[c]));
+            }
+            _ => {}
+        }
+    }
+    rate = into.iter().zip(&from).map(|(a, b)| a * b).fold(rate, f64::max);
+    1.0 / rate // infinite if nothing couples
+}
+
+/// The shortest time in which a group of capacitors as a whole moves [s]: what holds its potential may be
+/// the charge of a junction, a small part of what the group stores.
+fn time_of_groups(groups: &[Vec<usize>], e: &Csc, g: &Csc) -> f64 {
+    let mut owner = vec![None; g.nrows];
+    for (k, group) in groups.iter().enumerate() {
+        group.iter().for_each(|&j| owner[j] = Some(k));
+    }
+    // of each: what it stores for a common potential, the size of the terms of that, what it conducts
+    let mut sums = vec![[0.0; 3]; groups.len()];
+    let inside = |r: usize, c: usize| owner[r].filter(|_| owner[r] == owner[c]);
+    for (k, v) in e.iter().filter_map(|(r, c, v)| Some((inside(r, c)?, v))) {
+        sums[k][0] += v;
+        sums[k][1] += v.abs();
+    }
+    for (k, v) in g.iter().filter_map(|(r, c, v)| Some((inside(r, c)?, v))) {
+        sums[k][2] += v;
+    }
+    let tied = sums.iter().filter(|[stored, size, _]| *stored > ROUNDING * size);
+    tied.fold(f64::INFINITY, |time, [stored, _, conducted]| time.min(stored / conducted.abs()))
+}
+
+impl Stepper {
+    /// What impulsive steps have to be short beside [s]: charges of junctions move in times that the
+    /// present state tells.
+    pub(in crate::integrate) fn shortest_time(&mut self) -> f64 {
+        let known = self.schedule.step_length.min(self.facts.fastest);
+        let instant = f64::EPSILON * self.schedule.step_length; // no time at all beside the steps
+                                                                // the charge of a blocking junction may be next to nothing, and as fast
+        let held = self.smooth.as_ref().is_some_and(|smooth| smooth.newton.has_cut_sets());
+        let told = if held { self.time_of_fluxes() } else { 0.0 };
+        let (linear, u, time) = (&self.sys.linear, &self.u0, self.time);
+        let Some(smooth) = &mut self.smooth else { return known };
+        let Some(e) = smooth.stored(linear, &self.z, u, time, instant) else { return known };
+        let g = smooth.conducting(linear);
+        let time = fastest_time(&e, g).min(time_of_groups(self.facts.storage.floating(), &e, g));
+        known.min((OF_FUNCTIONS * time).max(told))
+    }
+
+    /// The time in which rounding of the largest flux is no voltage yet [s]; 0 where there is none.
+    fn time_of_fluxes(&self) -> f64 {
+        let [voltage, _] = self.sys.largest(&[&self.z]);
+        let [_, flux] = self.sys.largest(&[&self.stored_sizes(&self.z)]);
+        if flux > 0.0 && voltage > 0.0 {
+            OF_FLUXES * f64::EPSILON * flux / voltage
+        } else {
+            0.0
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn matrix(n: usize, entries: &[(usize, usize, f64)]) -> Csc {
+        Csc::from_triplets(n, n, entries)
+    }
+
+    fn near(found: f64, expected: f64) {
+        assert!((found - expected).abs() <= 4.0 * f64::EPSILON * expected, "{found} {expected}");
+    }
+
+    #[test]
+    fn the_fastest_time_of_simple_circuits() {
+        // R C, sqrt(L C), and L/R through the node of a resistor
+        near(fastest_time(&matrix(1, &[(0, 0, 3e-6)]), &matrix(1, &[(0, 0, 1e-3)])), 3e-3);
+        let swing = [(0, 1, 1.0), (1, 0, -1.0)];
+        let stored = [(0, 0, 4e-6), (1, 1, 1e-6)];
+        near(fastest_time(&matrix(2, &stored), &matrix(2, &swing)), 2e-6);
+        let node = [(0, 0, 0.5), (0, 1, 1.0), (1, 0, -1.0)];
+        near(fastest_time(&matrix(2, &[(1, 1, 6e-3)]), &matrix(2, &node)), 3e-3);
+    }
+
+    #[test]
+    fn what_nothing_couples_has_no_time() {
+        let alone = fastest_time(&matrix(1, &[(0, 0, 1.0)]), &matrix(1, &[]));
+        assert_eq!(alone, f64::INFINITY);
+    }
+}

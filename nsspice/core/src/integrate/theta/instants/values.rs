@@ -1,0 +1,307 @@
+//! Right after an instant: the values and the rates to which given charges and fluxes lead.
+//!
+//! An implicit step obeys all laws at its end, whatever its length is. So the values that belong to charges `c` are
+//! those at the end of the step that ends with them,
+//!
+//! ```text
+//! E z+ = c,   E (z+ - z-) / h + G z+ + A l+ = S u,   the signs of l+ and of all slacks,
+//! ```
+//!
+//! and `(z+ - z-) / h` are the rates right there: no limit of short lengths is taken. Where it begins is found by
+//! deferred correction: `z-` gets what the last trial has missed of `c`, of which a step short beside the times of the
+//! network leaves little (H. J. Stetter, The defect correction principle, Numer. Math. 29, 1978). Sources move on
+//! from here; the first trial begins where a step with them leads, backwards, since laws of charges and fluxes alone
+//! (capacitors across a source, inductors in series) hold in all of them and are corrected by none.
+//!
+//! Charges that no step ends with break such a law: an impulse is left.
+
+use super::jumps::{JUMP, LOOSE};
+use crate::integrate::theta::failure::{Failure, Outcome};
+use crate::integrate::theta::stepper::Stepper;
+use crate::integrate::theta::time_grid::slopes;
+use crate::mlcp::Start;
+
+/// The longest step relative to an ordinary one and to the fastest time that is known, and the least. What moves much in
+/// it is not corrected, and the next one is shorter by this factor; rounding of charges counts by the inverse. Junctions
+/// that block make times of 1e-22 s that nothing happens in.
+const AT_ONCE: f64 = 1e-6;
+const LONGEST: f64 = 1e-4;
+const LEAST: f64 = 1e-10;
+const SHORTER: f64 = 1e-2;
+/// Beside the currents of blocking junctions the first motion from rest is large in any of them.
+const TRIALS: usize = 20;
+/// Corrections, each of which has to leave at most half of what it corrects.
+const CORRECTIONS: usize = 32;
+/// The part of the largest charge that may be missed.
+pub(in crate::integrate) const HELD: f64 = 1e-12;
+/// Roundings of a sum of charges: of a node few capacitors and functions meet, of a winding few others.
+const ROUNDINGS: f64 = 16.0;
+/// The part of it, or of what moves in the step, that is missed where there is no impulse: little of what the
+/// certificate grants.
+const CLOSE: f64 = 2e-9;
+/// What a step moves by more than this part, and one shorter by a hundred by the same but for a tenth, has no time.
+const IMPULSE: f64 = 1e-3;
+const ALIKE: f64 = 0.1;
+/// Shorter steps miss no more than this part of what longer ones do, but for rounding.
+const LESS: f64 = 0.5;
+
+/// What steps from where an impulsive one led say of it, worst first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(in crate::integrate) enum Rest {
+    /// charges move as only in a jump
+    Impulsive,
+    /// no step was solved
+    Unclear,
+    /// no step ends with these charges
+    Bent,
+    /// one does
+    Calm,
+}
+
+/// The values that belong to charges.
+#[derive(Clone)]
+pub(in crate::integrate) struct Settled {
+    /// unknowns and multipliers
+    pub z: Vec<f64>,
+    pub l: Vec<f64>,
+    /// where the step began, unknowns and functions, and its length
+    pub from: Vec<f64>,
+    pub functions: Vec<f64>,
+    pub length: f64,
+    /// the part of the largest charge by which its end misses them
+    pub missed: f64,
+    /// these are its charges: but for rounding, or next to nothing of what moves in the step
+    pub calm: bool,
+}
+
+impl Settled {
+    /// Rates of what is stored.
+    pub fn rates(&self) -> impl Iterator<Item = f64> + '_ {
+        self.z.iter().zip(&self.from).map(|(end, begin)| (end - begin) / self.length)
+    }
+}
+
+/// Values at length 0 from those at length 1, 2 and 3.
+pub fn to_zero([once, twice, thrice]: [&[f64]; 3]) -> Vec<f64> {
+    let points = once.iter().zip(twice).zip(thrice);
+    points.map(|((a, b), c)| 3.0 * a - 3.0 * b + c).collect()
+}
+
+impl Stepper {
+    /// The values that belong to the charges of `after`, and what the steps say that were tried; the longest that tells.
+    pub(in crate::integrate) fn settle(
+        &mut self,
+        after: &[f64],
+        shortest: f64,
+    ) -> Result<(Option<Settled>, Rest), Box<Failure>> {
+        let slopes = self.source_slopes(self.time);
+        let scale = self.scale_of(after);
+        let (mut best, mut last): (Option<Settled>, _) = (None, f64::INFINITY);
+        let least = LEAST * shortest;
+        let mut length = (AT_ONCE * self.schedule.step_length).max(LONGEST * shortest);
+        for _ in 0..TRIALS {
+            match self.ends_with(after, scale, &slopes, length) {
+                Ok((found, moved)) => {
+                    let before = best.as_ref().map_or(f64::INFINITY, |best| best.missed);
+                    let (calm, better) = (found.calm, found.missed < before);
+                    let rounding = length < least && found.missed > LESS * before;
+                    if calm || better {
+                        best = Some(found);
+                    }
+                    // what breaks a law moves as much in a step as in a shorter one, if these are short beside all times
+                    let short = length <= JUMP * shortest;
+                    let impulse = short && moved > IMPULSE && (moved - last).abs() < ALIKE * moved;
+                    if calm || impulse || rounding {
+                        break;
+                    }
+                    last = moved;
+                }
+                // what an ordinary step cannot reach either is a conflict of sources with diodes, which shorter
+                // steps would but hide behind their multipliers
+                Err(_) if best.is_none() => {
+                    self.short_step(None, after, self.schedule.step_length, Start::Warm)?;
+                }
+                Err(_) => {}
+            }
+            length *= SHORTER;
+        }
+        let rest = best.as_ref().map_or(Rest::Unclear, |best| match best.missed {
+            _ if best.calm => Rest::Calm,
+            missed if missed <= IMPULSE => Rest::Bent,
+            _ => Rest::Impulsive,
+        });
+        Ok((best, rest))
+    }
+
+    /// The step of a length that ends with the charges of `after`, or, where corrections do not lead there, the one
+    /// that begins with them, and the part of them that this moves.
+    fn ends_with(
+        &mut self,
+        after: &[f64],
+        scale: [f64; 2],
+        slopes: &[f64],
+        length: f64,
+    ) -> Result<(Settled, f64), Box<Failure>> {
+        self.onward_step(after, slopes, length)?;
+        let ahead = self.z.clone();
+        let (onward, carried) = (self.active.clone(), self.l.clone());
+        let back = |now: &[f64], then: &[f64]| -> Vec<f64> {
+            now.iter().zip(then).map(|(now, then)| now - (then - now)).collect()
+        };
+        let correct = |from: &mut [f64], now: &[f64], then: &[f64]| {
+            from.iter_mut()
+                .zip(now.iter().zip(then))
+                .for_each(|(from, (now, then))| *from += now - then);
+        };
+        let moving = self.charges_apart(after, &ahead, scale);
+        let moved = moving[0].max(moving[1]);
+        let held = self.functions_at(after);
+        let mut from = back(after, &ahead);
+        let mut functions = back(&held, &self.functions_at(&ahead));
+        let mut best: Option<Settled> = None;
+        for _ in 0..CORRECTIONS {
+            let step = |s: &mut Stepper| s.step_from(&from, &functions, length, Start::Warm);
+            if self.exactly(step).is_err() {
+                break;
+            }
+            let (z, l) = (self.z.clone(), self.l.clone());
+            let missing = self.charges_apart(after, &z, scale);
+            let missed = missing[0].max(missing[1]);
+            // fluxes that have only begun to move tell nothing of charges
+            let little = |(missed, moved): (f64, f64)| missed <= HELD.max(CLOSE * moved);
+            if missed.is_nan() || best.as_ref().is_some_and(|best| missed >= 0.5 * best.missed) {
+                break;
+            }
+            best = Some(Settled {
+                z,
+                l,
+                from: from.clone(),
+                functions: functions.clone(),
+                length,
+                missed,
+                calm: missed <= CLOSE || missing.into_iter().zip(moving).all(little),
+            });
+            if missed <= f64::EPSILON {
+                break;
+            }
+            correct(&mut from, after, &self.z);
+            // what functions store is corrected by itself: exponentials say little of voltages
+            let then = self.functions_at(&self.z.clone());
+            correct(&mut functions, &held, &then);
+        }
+        let Some(best) = best.filter(|best| best.missed <= HELD.max(moved)) else {
+            self.short_step(None, after, length, Start::Warm)?;
+            let (z, l, from) = (self.z.clone(), self.l.clone(), after.to_vec());
+            let missed = self.charges_apart(after, &z, scale);
+            let missed = missed[0].max(missed[1]);
+            let calm = missed <= HELD;
+            return Ok((Settled { z, l, from, functions: held, length, missed, calm }, moved));
+        };
+        (self.z, self.l) = (best.z.clone(), best.l.clone());
+        // pairs that carry and bear nothing do what they do from here on
+        if self.neutral(&onward, [&ahead, &carried]) {
+            self.turn_to(&onward);
+        }
+        Ok((best, moved))
+    }
+
+    /// The largest voltage and current of what is stored and of sources: other potentials of an impulsive step are none.
+    fn scale_of(&self, after: &[f64]) -> [f64; 2] {
+        let mut driven = vec![0.0; after.len()];
+        self.sys.linear.s.mul_add(1.0, &self.u0, &mut driven);
+        let [amperes, volts] = self.sys.largest(&[&driven]);
+        let mut scale = [volts, amperes];
+        for j in self.facts.storage.unknowns() {
+            let kind = usize::from(self.sys.linear.row_kind[j]);
+            scale[kind] = scale[kind].max(after[j].abs());
+        }
+        scale
+    }
+
+    /// The largest charge and the largest flux by which two states differ, each as a part of what the largest voltage
+    /// (current) would store there: picofarads count beside farads.
+    fn charges_apart(&mut self, one: &[f64], other: &[f64], largest: [f64; 2]) -> [f64; 2] {
+        let (e, kinds) = (&self.sys.linear.e, &self.sys.linear.row_kind);
+        let scale: Vec<f64> = kinds.iter().map(|&kind| largest[usize::from(kind)]).collect();
+        let change: Vec<f64> = one.iter().zip(other).map(|(a, b)| a - b).collect();
+        let [mut gaps, mut sizes] = [(); 2].map(|()| vec![0.0; other.len()]);
+        e.mul_add(1.0, &change, &mut gaps);
+        e.abs_mul_add(&scale, &mut sizes);
+        if let Some(smooth) = self.smooth.as_mut().filter(|smooth| smooth.newton.stores()) {
+            let clock = smooth.clock(self.time);
+            let slopes = smooth.newton.stored_slopes(other, &self.u0, clock);
+            // what a blocking junction has left is nothing beside the largest charge so far, or what the largest
+            // current brings in an ordinary step
+            let passing = largest[1] * self.schedule.step_length;
+            for (row, c, slope) in slopes {
+                let stored = self.instants.largest[usize::from(kinds[row])];
+                sizes[row] += (slope.abs() * scale[c]).max(stored).max(passing);
+            }
+            smooth.add_stored_at(one, &self.u0, self.time, 1.0, &mut gaps);
+            smooth.add_stored_at(other, &self.u0, self.time, -1.0, &mut gaps);
+        }
+        // perfectly coupled inductors carry currents that their fluxes do not tell, but for rounding
+        let rounding = self.stored_sizes(&change);
+        let part = |((gap, size), rounding): ((&f64, &f64), &f64)| {
+            let open = gap.abs() - ROUNDINGS * f64::EPSILON * rounding;
+            // functions beyond all numbers obey nothing
+            let open = if open.is_nan() { f64::INFINITY } else { open.max(0.0) };
+            open / f64::max(*size, f64::MIN_POSITIVE.sqrt())
+        };
+        let parts: Vec<f64> = gaps.iter().zip(&sizes).zip(&rounding).map(part).collect();
+        let mut apart = [0.0f64; 2];
+        for (&kind, &part) in self.sys.linear.row_kind.iter().zip(&parts) {
+            let apart = &mut apart[usize::from(kind)];
+            *apart = apart.max(part);
+        }
+        apart
+    }
+
+    /// The sizes of the terms of charges and fluxes of a state.
+    pub(in crate::integrate) fn stored_sizes(&self, z: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; z.len()];
+        self.sys.linear.e.abs_mul_add(z, &mut out);
+        out
+    }
+
+    /// Slopes of the sources to the right of a time.
+    pub(in crate::integrate) fn source_slopes(&self, time: f64) -> Vec<f64> {
+        let mut found = vec![0.0; self.waveforms.len()];
+        slopes(&self.waveforms, time, &mut found);
+        found
+    }
+
+    /// A short step of this length in which the sources move on.
+    pub(in crate::integrate) fn onward_step(
+        &mut self,
+        before: &[f64],
+        slopes: &[f64],
+        length: f64,
+    ) -> Outcome {
+        let now = self.u0.clone();
+        self.u0.iter_mut().zip(slopes).for_each(|(u, slope)| *u += length * slope);
+        let found = self.short_step(None, before, length, Start::Warm);
+        self.u0 = now;
+        found
+    }
+
+    /// Whether pairs that the present mode and another one treat differently carry and bear next to nothing beside the
+    /// largest voltage and current here and in that one.
+    fn neutral(&self, other: &[bool], [z, l]: [&[f64]; 2]) -> bool {
+        let [volts, amperes] = self.sys.largest(&[&self.z, z]);
+        let slacks = [self.sys.linear.slacks_of(&self.z, &self.l), self.sys.linear.slacks_of(z, l)];
+        let nothing = |now: &[f64], then: &[f64], floor: f64| {
+            let most = now.iter().chain(then).fold(floor, |most, v| most.max(v.abs()));
+            let turned = self.active.iter().zip(other).zip(now).filter(|((a, b), _)| a != b);
+            turned.into_iter().all(|(_, v)| v.abs() <= LOOSE * most)
+        };
+        nothing(&slacks[0], &slacks[1], volts) && nothing(&self.l, l, amperes)
+    }
+
+    /// Takes what is stored from a state.
+    pub(in crate::integrate) fn take_stored(&mut self, z: &[f64]) {
+        for j in self.facts.storage.unknowns() {
+            self.z[j] = z[j];
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! What a run consists of besides its state: plain records of what belongs together.
+
+use super::events::impacts::Impacts;
+use super::events::source_controlled::Controls;
+use super::failure::Failure;
+use super::instants::jumps::Jump;
+use super::instants::storage::Storage;
+use super::outputs::Outputs;
+use super::samples::Witness;
+use super::step_length::Stage;
+use super::stepper::{Large, Plan};
+use super::time_grid::Target;
+use crate::at_threshold::Resting;
+use crate::audit::Sums;
+use crate::instant::{Continuous, Reinitialiser};
+use crate::structure::Coordinates;
+use crate::switch::Switch;
+use std::sync::Arc;
+
+/// The switches and what decides about them.
+pub struct Switching {
+    /// all of them
+    pub(in crate::integrate) switches: Arc<[Switch]>,
+    /// those that chatter, see [`crate::sampling`]
+    pub(in crate::integrate) sampled: Vec<bool>,
+    /// how far the control of each has been from its threshold
+    pub(in crate::integrate) swings: Vec<f64>,
+    /// those that rest at thresholds
+    pub(in crate::integrate) resting: Resting,
+    /// whether a control that is at its threshold is taken to stay there
+    pub(in crate::integrate) still: Vec<bool>,
+    /// the points of a sweep: each is at rest, and no time passes between them
+    pub(in crate::integrate) frozen: bool,
+    /// state of each switch's gate
+    pub(in crate::integrate) gates: Vec<bool>,
+    /// pairs that open and close by themselves
+    pub(in crate::integrate) diodes: Vec<usize>,
+    /// switches that sources decide about
+    pub(in crate::integrate) controls: Controls,
+    /// the switch that has changed last
+    pub(in crate::integrate) last_thrown: Option<usize>,
+}
+
+/// What is known of the network once and for all.
+pub struct Facts {
+    /// of each source its value, if that is constant
+    pub(in crate::integrate) constants: Vec<Option<f64>>,
+    /// nothing is stored
+    pub(in crate::integrate) static_system: bool,
+    /// of each source, whether something may jump where its slope does
+    pub(in crate::integrate) kinks: Vec<bool>,
+    /// unknowns that constant and piecewise linear sources alone determine: no step errs in them
+    pub(in crate::integrate) fixed: Vec<bool>,
+    /// which voltages the unknowns are, if not all are counted against ground
+    pub(in crate::integrate) coordinates: Option<Coordinates>,
+    /// then: the capacitances that meet in each node [F]
+    pub(in crate::integrate) node_storage: Vec<f64>,
+    /// the least and the largest conductance of a resistor [S]
+    pub(in crate::integrate) conductances: [f64; 2],
+    /// fastest time constant [s]
+    pub(in crate::integrate) fastest: f64,
+    /// groups of laws in whose sum nothing is stored, not by smooth functions either; most are one law
+    pub(in crate::integrate) at_once: Vec<Vec<usize>>,
+    /// stores, and what determines them
+    pub(in crate::integrate) storage: Storage,
+}
+
+/// What finds states right after instants at which something may jump, and what jumps are measured by.
+pub struct Instants {
+    /// jumps by the structure of the network, where it is known
+    pub(in crate::integrate) reinitialiser: Option<Box<Reinitialiser>>,
+    /// the state after instants at which nothing jumps
+    pub(in crate::integrate) continuous: Option<Box<Continuous>>,
+    /// the largest current so far, where that is looked after [A]
+    pub(in crate::integrate) felt: f64,
+    /// rates of what is stored at the present state, where a jump in closed form has just told them
+    pub(in crate::integrate) begun: Option<Vec<f64>>,
+    /// scratch: slopes of the sources
+    pub(in crate::integrate) slopes: Vec<f64>,
+    /// what charges and fluxes are measured by in jumps, and the largest so far of each kind
+    pub(in crate::integrate) weights: Vec<f64>,
+    /// the largest so far of each kind, by the weights
+    pub(in crate::integrate) heaviest: [f64; 2],
+    /// largest charge and flux at a possible jump so far
+    pub(in crate::integrate) largest: [f64; 2],
+    /// scratch: charges and fluxes on both sides of what may be a jump, and what they are measured by
+    pub(in crate::integrate) moving: [Vec<f64>; 5],
+    /// pairs that close at speed
+    pub(in crate::integrate) impacts: Impacts,
+    /// the unknowns are those before the sources or switches that changed last: no jump has been found
+    pub(in crate::integrate) stale: bool,
+}
+
+/// What is shown and kept of a run.
+pub struct Recorder {
+    /// what rows are made of
+    pub(in crate::integrate) outputs: Outputs,
+    /// rates of the unknowns, where outputs need them
+    pub(in crate::integrate) rates: Vec<f64>,
+    /// what is left for the certificate
+    pub witness: Witness,
+    /// what goes with the run for the certificate: its balance of energy
+    pub sums: Option<Box<Sums>>,
+    /// the last step ended in a jump; `left` is the row before it
+    pub(in crate::integrate) two_sided: bool,
+    /// the row before a jump
+    pub(in crate::integrate) left: Vec<f64>,
+    /// unknowns at the begin of the recorded step
+    pub(in crate::integrate) z_recorded: Vec<f64>,
+    /// from here on every step is a row, and a jump two [s]; infinite for rows of the grid only
+    pub(in crate::integrate) all_points: f64,
+    /// the row at the begin is still to come
+    pub(in crate::integrate) first_row: bool,
+    /// changes of pairs: time, pair, whether it conducts from then on
+    pub events: Vec<(f64, usize, bool)>,
+    /// recorded jumps
+    pub jumps: Vec<Jump>,
+    /// the state of the pairs that `events` leads to
+    pub(in crate::integrate) logged: Vec<bool>,
+    /// the epoch of `logged`
+    pub(in crate::integrate) logged_epoch: u64,
+}
+
+/// Work space, and what the last attempt of a step has left there.
+pub struct Scratch {
+    /// a trial: unknowns and guards
+    pub(in crate::integrate) x: Vec<f64>,
+    /// of the map of a mode
+    pub(in crate::integrate) input: Vec<f64>,
+    /// right-hand side
+    pub(in crate::integrate) rhs: Vec<f64>,
+    /// slacks
+    pub(in crate::integrate) w: Vec<f64>,
+    /// how negative a guard may be by rounding; for which mode and step length, up to which step
+    pub(in crate::integrate) noise: Vec<f64>,
+    /// for which mode and step length `noise` is known, up to which step
+    pub(in crate::integrate) noise_known: (u64, f64, u64),
+    /// the mode just tried is still new: its residuals are checked in every step
+    pub(in crate::integrate) recent: bool,
+    /// of solvers
+    pub(in crate::integrate) work: Vec<f64>,
+    /// unknowns before the step
+    pub(in crate::integrate) z_before: Vec<f64>,
+    /// multipliers before the step
+    pub(in crate::integrate) l_before: Vec<f64>,
+    /// time of the state where smooth functions were evaluated last [s]
+    pub(in crate::integrate) smooth_time: f64,
+}
+
+/// Which instants come next.
+pub struct Schedule {
+    /// all of them
+    pub(in crate::integrate) plan: Plan,
+    /// a dynamic system at the points of a sweep: its static equations are solved
+    pub(in crate::integrate) sweeping: bool,
+    /// one to be tried again
+    pub(in crate::integrate) retry: Option<Target>,
+    /// nominal step [s]
+    pub(in crate::integrate) step_length: f64,
+}
+
+/// Matrices by step length.
+pub struct Levels {
+    /// by step length
+    pub(in crate::integrate) stages: Vec<Stage>,
+    /// counts uses
+    pub(in crate::integrate) stamp: u64,
+    /// the stage used last
+    pub(in crate::integrate) last_stage: usize,
+}
+
+/// What was not solved, and what the caller thinks of it.
+pub struct Refusal {
+    /// solutions so large that they are doubtful
+    pub(in crate::integrate) large: Large,
+    /// the last failure
+    pub failure: Option<Failure>,
+}

@@ -1,0 +1,423 @@
+//! Steps of systems with smooth nonlinear terms: the same scheme, each step by Newton's method.
+
+use super::failure::{Best, Failure, Outcome};
+use super::matrices::StepMatrices;
+use super::step_length::System;
+use super::stepper::Stepper;
+use super::time_grid::{evaluate, slopes};
+use crate::descriptor::Linear;
+use crate::mlcp::{Residual, Start};
+use crate::newton::{Data, Newton, Smooth, Tracking, ASTRAY};
+use crate::sparse::Csc;
+use crate::structure::Coordinates;
+use crate::waveform::Side;
+
+/// A prediction that reaches further than this many steps back is none.
+const FARTHEST: f64 = 4.0;
+
+/// Largest part of a predicted change that may be due to its curvature.
+const BENT: f64 = 0.2;
+
+/// Newton's method and the functions at the present state.
+pub struct SmoothPart {
+    pub(in crate::integrate) newton: Newton,
+    /// functions at the present state
+    pub(in crate::integrate) f: Vec<f64>,
+    /// their rates over the last step
+    pub(in crate::integrate) rates: Vec<f64>,
+    /// `f` belongs to the present state
+    known: bool,
+    /// the time that the functions see, where the time of the stepper counts points of a sweep
+    pub(in crate::integrate) frozen: Option<f64>,
+    /// the path is followed instead of solving every point
+    pub(in crate::integrate) tracking: Option<Tracking>,
+    u_rate: Vec<f64>,
+    u_old: Vec<f64>,
+    /// state and time one step ago
+    last: Option<f64>,
+    z_last: Vec<f64>,
+    /// and two steps ago, while the motion is smooth
+    before: Option<f64>,
+    z_before: Vec<f64>,
+    /// the last solve was quick: the path has no corner here
+    calm: bool,
+    prediction: Vec<f64>,
+    scratch: Vec<f64>,
+    /// see [`Linear::conducting`]; empty until it is asked for
+    conducting: Option<Csc>,
+    /// nodes at which functions store a charge, where unknowns are voltages along a tree
+    pub(in crate::integrate) charged: Vec<bool>,
+}
+
+impl SmoothPart {
+    /// Prepares Newton's method for a system.
+    pub fn new(sys: &System, smooth: Smooth) -> SmoothPart {
+        let count = smooth.tape.program().len();
+        let n = sys.linear.g.nrows;
+        SmoothPart {
+            newton: Newton::new(
+                &sys.linear.e,
+                &sys.linear.g,
+                &sys.linear.a,
+                &sys.linear.b,
+                &sys.linear.d,
+                &sys.linear.row_kind,
+                smooth,
+                sys.tree.as_ref(),
+            ),
+            f: vec![0.0; count],
+            rates: vec![0.0; count],
+            known: false,
+            frozen: None,
+            tracking: None,
+            u_rate: vec![0.0; sys.linear.s.ncols],
+            u_old: vec![0.0; sys.linear.s.ncols],
+            last: None,
+            z_last: vec![0.0; n],
+            before: None,
+            z_before: vec![0.0; n],
+            calm: false,
+            prediction: vec![0.0; n],
+            scratch: vec![0.0; count],
+            conducting: None,
+            charged: Vec::new(),
+        }
+    }
+
+    /// Says along which tree voltages are the unknowns.
+    pub(in crate::integrate) fn know_tree(&mut self, tree: &Coordinates) {
+        self.charged = tree.touched(self.newton.stored_rows());
+    }
+
+    /// The time that the functions see.
+    pub(in crate::integrate) fn clock(&self, time: f64) -> f64 {
+        self.frozen.unwrap_or(time)
+    }
+
+    /// Predicts the state at `time` from the present one at `begin` and the two before it, and
+    /// moves on by one step.
+    fn extrapolate(&mut self, z: &[f64], begin: f64, time: f64) {
+        let reach = self.last.map_or(0.0, |last| (time - begin) / (begin - last));
+        if let (Some(last), true) = (self.last, reach > 0.0 && reach <= FARTHEST) {
+            let bend = match self.before {
+                Some(before)
+                    if self.calm && last > before && begin - last > 0.9 * (last - before) =>
+                {
+                    // second divided difference times (t - t0) (t - t1)
+                    let area = (time - begin) * (time - last) / (begin - before);
+                    [area / (begin - last), area / (last - before)]
+                }
+                _ => [0.0; 2],
+            };
+            let points = z.iter().zip(&self.z_last).zip(&self.z_before);
+            for (p, ((z, last), before)) in self.prediction.iter_mut().zip(points) {
+                let change = reach * (z - last);
+                let bent = bend[0] * (z - last) - bend[1] * (last - before);
+                // what bends as much as it moves is noise
+                *p = z + change + if bent.abs() <= BENT * change.abs() { bent } else { 0.0 };
+            }
+            self.newton.predict(&self.prediction);
+        }
+        std::mem::swap(&mut self.z_before, &mut self.z_last);
+        self.before = self.last;
+        self.z_last.copy_from_slice(z);
+        self.last = (time > begin).then_some(begin);
+    }
+
+    /// The present state has been changed from outside.
+    pub(in crate::integrate) fn forget(&mut self) {
+        self.known = false;
+        self.last = None;
+    }
+
+    /// `out += factor Q f(z)`
+    pub(in crate::integrate) fn add_stored_at(
+        &mut self,
+        z: &[f64],
+        u: &[f64],
+        time: f64,
+        factor: f64,
+        out: &mut [f64],
+    ) {
+        if self.newton.stores() {
+            let clock = self.clock(time);
+            let mut f = std::mem::take(&mut self.scratch);
+            self.newton.evaluate(z, u, clock, &mut f);
+            self.newton.add_stored(factor, &f, out);
+            self.scratch = f;
+        }
+    }
+
+    /// Begins a step from the unknowns `from`, with the sources `u` at its begin and its end: what they carry
+    /// is given to Newton's method apart, for the sums of laws.
+    pub(in crate::integrate) fn set_out(
+        &mut self,
+        matrices: &StepMatrices,
+        from: &[f64],
+        u: [&[f64]; 2],
+        rhs: &mut [f64],
+    ) {
+        rhs.fill(0.0);
+        matrices.add_sources(u[0], u[1], rhs);
+        self.newton.carry(from);
+    }
+
+    /// The storage matrix at a state; None if the functions store nothing.  What a function stores in an
+    /// unknown from which it is gone within an `instant` [s] is no storage: the diffusion charge of a
+    /// blocking junction is the exponential of minus some hundred.
+    pub(in crate::integrate) fn stored(
+        &mut self,
+        linear: &Linear,
+        z: &[f64],
+        u: &[f64],
+        t: f64,
+        instant: f64,
+    ) -> Option<Csc> {
+        if !self.newton.stores() {
+            return None;
+        }
+        let clock = self.clock(t);
+        let (mut entries, slopes): (Vec<_>, _) =
+            (linear.e.iter().collect(), self.newton.stored_slopes(z, u, clock));
+        let mut own = vec![0.0; linear.g.nrows];
+        linear.e.iter().filter(|e| e.0 == e.1).for_each(|(j, _, v)| own[j] = v);
+        let (mut left, mut held) = (vec![0.0; linear.g.nrows], vec![0.0; linear.g.nrows]);
+        linear.g.iter().filter(|e| e.0 == e.1).for_each(|(j, _, v)| held[j] = v.abs());
+        for (row, c, v) in linear.g.iter() {
+            // by what conducts, by the current that it drives through a winding or through a resistance
+            let branch = linear.row_kind[row] == 0 && linear.row_kind[c] == 1;
+            left[row] -= match (row == c, own[c] > 0.0) {
+                (true, _) => instant * v.abs(),
+                (false, true) => (instant * v) * (instant * v) / own[c],
+                (false, false) if branch && held[c] > 0.0 => instant * v * v / held[c],
+                (false, false) => 0.0,
+            };
+        }
+        for (row, _, v) in entries.iter().chain(&slopes).filter(|e| e.0 == e.1) {
+            left[*row] += v.abs();
+        }
+        entries.extend(slopes.into_iter().filter(|e| left[e.0] > 0.0 && left[e.1] > 0.0));
+        Some(Csc::from_triplets(linear.e.nrows, linear.e.ncols, &entries))
+    }
+
+    /// What conducts where all switches are closed.
+    pub(in crate::integrate) fn conducting(&mut self, linear: &Linear) -> &Csc {
+        self.conducting.get_or_insert_with(|| linear.conducting())
+    }
+
+    /// Computes the functions at the end of a step of this length, and their rates in it: it begins with `from`.
+    pub(in crate::integrate) fn after_jump(
+        &mut self,
+        z: &[f64],
+        from: &[f64],
+        u: &[f64],
+        time: f64,
+        length: f64,
+    ) {
+        let clock = self.clock(time);
+        self.newton.evaluate(z, u, clock, &mut self.f);
+        for (rate, (end, begin)) in self.rates.iter_mut().zip(self.f.iter().zip(from)) {
+            *rate = (end - begin) / length;
+        }
+        self.known = true;
+        self.last = None;
+    }
+}
+
+impl Stepper {
+    /// The state has been changed otherwise than by a solve.
+    pub(in crate::integrate) fn forget_functions(&mut self) {
+        if let Some(smooth) = &mut self.smooth {
+            smooth.forget();
+        }
+    }
+
+    /// The smooth functions of the unknowns `z` at the present time.
+    pub(in crate::integrate) fn functions_at(&mut self, z: &[f64]) -> Vec<f64> {
+        let Some(smooth) = &mut self.smooth else { return Vec::new() };
+        let clock = smooth.clock(self.time);
+        let mut f = smooth.f.clone();
+        smooth.newton.evaluate(z, &self.u0, clock, &mut f);
+        f
+    }
+
+    /// The charges and fluxes of smooth functions of the unknowns `z` in each law.
+    pub(in crate::integrate) fn stored_by_functions(&mut self, z: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; z.len()];
+        if let Some(smooth) = &mut self.smooth {
+            smooth.add_stored_at(z, &self.u0, self.time, 1.0, &mut out);
+        }
+        out
+    }
+
+    /// Gives what the functions of the state `z` store to Newton's method.
+    pub(in crate::integrate) fn carry_stored(&mut self, z: &[f64]) {
+        if self.functions_store() {
+            let f = self.functions_at(z);
+            if let Some(smooth) = &mut self.smooth {
+                smooth.newton.carry_functions(&f);
+            }
+        }
+    }
+
+    /// A failure of a step with what the unknowns `from` carry, which Newton's method is given apart.
+    pub(in crate::integrate) fn with_charges(
+        &self,
+        k: usize,
+        from: &[f64],
+        mut failure: Box<Failure>,
+    ) -> Box<Failure> {
+        if self.smooth.is_some() {
+            self.levels.stages[k].matrices.carry.mul_add(1.0, from, &mut failure.rhs);
+        }
+        failure
+    }
+
+    /// One ordinary step, predicted along the secant of the last one.
+    pub(in crate::integrate) fn take_smooth(&mut self, k: usize, length: f64) -> Outcome {
+        let begin = self.scratch.smooth_time;
+        let tracking = self.smooth.as_ref().and_then(|s| s.tracking);
+        if let (Some(tracking), true) = (tracking, length.is_infinite()) {
+            return self.follow(k, begin, tracking);
+        }
+        self.keep_for_rates();
+        let Some(smooth) = &mut self.smooth else { return Ok(()) };
+        smooth.set_out(
+            &self.levels.stages[k].matrices,
+            &self.z,
+            [&self.u0, &self.u1],
+            &mut self.scratch.rhs,
+        );
+        let wanted = length.is_finite() && smooth.newton.stores();
+        if !smooth.known && (wanted || self.recorder.outputs.needs_function_rates()) {
+            let clock = smooth.clock(begin);
+            smooth.newton.evaluate(&self.z, &self.u0, clock, &mut smooth.f);
+            smooth.known = true;
+        }
+        if wanted {
+            smooth.newton.carry_functions(&smooth.f);
+        }
+        smooth.rates.copy_from_slice(&smooth.f);
+        smooth.extrapolate(&self.z, begin, self.time);
+        self.solve(k, length, Start::Warm)
+            .map_err(|failure| self.with_charges(k, &self.z, failure))?;
+        self.finish_rates(length);
+        let Some(smooth) = &mut self.smooth else { return Ok(()) };
+        for (rate, new) in smooth.rates.iter_mut().zip(&smooth.f) {
+            *rate = if length.is_finite() { (new - *rate) / length } else { 0.0 };
+        }
+        Ok(())
+    }
+
+    /// One Euler-Newton step from the time `begin`; a static problem.
+    fn follow(&mut self, k: usize, begin: f64, tracking: Tracking) -> Outcome {
+        self.scratch.z_before.copy_from_slice(&self.z);
+        self.scratch.l_before.copy_from_slice(&self.l);
+        let Some(smooth) = &mut self.smooth else { return Ok(()) };
+        smooth.newton.set_rate(0.0);
+        let (clock, old_clock) = (smooth.clock(self.time), smooth.clock(begin));
+        let mut predictor = None;
+        let matrices = &self.levels.stages[k].matrices;
+        if tracking.by_rate && self.time > begin {
+            let h = self.time - begin;
+            evaluate(&self.waveforms, begin, Side::Right, &mut smooth.u_old);
+            slopes(&self.waveforms, begin, &mut smooth.u_rate);
+            let u = &smooth.u_old;
+            let ahead: Vec<f64> = u.iter().zip(&smooth.u_rate).map(|(u, r)| u + h * r).collect();
+            matrices.right_hand_side(&self.z, &ahead, &ahead, &mut self.scratch.rhs);
+            smooth.newton.evaluate(&self.z, &smooth.u_old, old_clock, &mut smooth.scratch);
+            let t_rate = if smooth.frozen.is_some() { 0.0 } else { 1.0 };
+            smooth.newton.add_drift(-h, &smooth.u_rate, t_rate, &mut self.scratch.rhs);
+            predictor = Some((self.scratch.rhs.clone(), old_clock));
+        }
+        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.scratch.rhs);
+        let (q, roles) = (&self.sys.linear.q[..], &self.roles[..]);
+        let here = Data { rhs: &self.scratch.rhs, u: &self.u1, t: clock, q, roles };
+        let (mut rows, mut pairs) = (0.0f64, 0.0f64);
+        for step in 0..=tracking.correctors {
+            let data = match &predictor {
+                Some((rhs, t)) if step == 0 => Data { rhs, u: &smooth.u_old, t: *t, q, roles },
+                _ => here,
+            };
+            let found = smooth.newton.linearised_step(&data, &mut self.z, &mut self.l);
+            self.stats.problems += 1;
+            self.stats.linearised += 1;
+            let Some(found) = found else {
+                let failed = smooth.newton.residual_at(&here, &self.z, &self.l);
+                return Err(self.failed(f64::INFINITY, failed.worst(), false, None));
+            };
+            (rows, pairs) = (rows.max(found.rows), pairs.max(found.complementarity));
+        }
+        let grid = smooth.newton.residual_at(&here, &self.z, &self.l);
+        let worst = grid.worst();
+        if worst > ASTRAY || worst.is_nan() {
+            self.z.copy_from_slice(&self.scratch.z_before);
+            self.l.copy_from_slice(&self.scratch.l_before);
+            return Err(self.failed(f64::INFINITY, worst, false, None));
+        }
+        smooth.newton.values(&mut smooth.f);
+        smooth.known = true;
+        self.stats.grid_residual = self.stats.grid_residual.max(worst);
+        self.scratch.smooth_time = self.time;
+        if smooth.newton.active() != self.active {
+            self.active.copy_from_slice(smooth.newton.active());
+            self.epoch += 1;
+            self.stats.mode_changes += 1;
+        }
+        self.note(Residual { rows, complementarity: pairs });
+        Ok(())
+    }
+
+    /// Lets Newton's method end at rounding for a while.
+    pub(in crate::integrate) fn exactly<T>(&mut self, solve: impl FnOnce(&mut Stepper) -> T) -> T {
+        let known = self.smooth.as_ref().map(|smooth| smooth.newton.accuracy());
+        if let Some(smooth) = &mut self.smooth {
+            smooth.newton.set_accuracy(0.0);
+        }
+        let found = solve(self);
+        if let (Some(smooth), Some(accuracy)) = (&mut self.smooth, known) {
+            smooth.newton.set_accuracy(accuracy);
+        }
+        found
+    }
+
+    /// Solves the nonlinear problem with right-hand side `rhs`, sources `u1`.
+    pub(in crate::integrate) fn solve_smooth(&mut self, length: f64, start: Start) -> Outcome {
+        let Some(smooth) = &mut self.smooth else { return Ok(()) };
+        let clock = smooth.clock(self.time);
+        smooth.newton.set_rate(1.0 / length);
+        let solved = smooth.newton.solve(
+            &self.scratch.rhs,
+            &self.u1,
+            clock,
+            &self.sys.linear.q,
+            &self.roles,
+            &mut self.z,
+            &mut self.l,
+            start,
+        );
+        match solved {
+            Ok(solved) => {
+                smooth.newton.values(&mut smooth.f);
+                smooth.known = true;
+                smooth.calm = solved.iterations <= 2;
+                self.scratch.smooth_time = self.time;
+                if smooth.newton.active() != self.active {
+                    self.active.copy_from_slice(smooth.newton.active());
+                    self.epoch += 1;
+                    self.stats.mode_changes += 1;
+                }
+                self.stats.worst_stage = self.stats.worst_stage.max(solved.stage);
+                self.stats.linearised += u64::from(solved.iterations);
+                self.note(solved.residual);
+                Ok(())
+            }
+            Err(unsolved) => {
+                self.stats.linearised += u64::from(unsolved.iterations);
+                let worst = unsolved.residual.worst();
+                let best = Best { worst_row: unsolved.worst_row, point: unsolved.point };
+                Err(self.failed(length, worst, false, Some(Box::new(best))))
+            }
+        }
+    }
+}

@@ -1,0 +1,471 @@
+//! The stepping loop: resumable, so that the caller decides when to look at rows, time and signals.
+
+use super::events::impacts::Impacts;
+use super::events::source_controlled::Controls;
+use super::instants::jumps::jump_weights;
+use super::instants::storage::Storage;
+use super::instants::time_constants::fastest_time;
+use super::outputs::{Outputs, Quantities};
+use super::records::{Facts, Instants, Levels, Recorder, Refusal, Schedule, Scratch, Switching};
+use super::samples::Witness;
+use super::smooth::SmoothPart;
+use super::step_length::{Stage, System};
+use super::time_grid::{Clock, Target};
+use crate::at_threshold::Resting;
+use crate::audit::{Balance, ITERATED};
+use crate::mlcp::{work_len, Role};
+use crate::newton::Tracking;
+use crate::source_determined::fixed_by_lines;
+use crate::structure::kinks_that_reach_storage;
+use crate::switch::Switch;
+use crate::waveform::Waveform;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Events kept in full; later ones are only counted.
+pub(in crate::integrate) const MAX_EVENTS: usize = 1 << 16;
+/// Steps between two looks at the clock.
+const LOOK: u64 = 64;
+/// Switch reactions at one instant before it is called chatter.
+pub(in crate::integrate) const MAX_REACTIONS: usize = 128;
+
+/// Instants to visit.
+pub enum Plan {
+    /// a time grid with steps and corners
+    Grid(Clock),
+    /// bare points, for static systems and sweeps
+    Points {
+        /// where
+        times: Vec<f64>,
+        /// index of the next one
+        next: usize,
+    },
+}
+
+impl Plan {
+    fn next(&mut self, waveforms: &[Waveform]) -> Option<Target> {
+        match self {
+            Plan::Grid(clock) => clock.next(waveforms),
+            Plan::Points { times, next } => {
+                let time = *times.get(*next)?;
+                *next += 1;
+                let length = f64::INFINITY;
+                Some(Target { time, label: time, length, row: true, jump: false })
+            }
+        }
+    }
+}
+
+/// Counters of a run.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Statistics {
+    /// accepted steps
+    pub steps: u64,
+    /// changes of pairs
+    pub events: u64,
+    /// solutions whose mode differs from the one before
+    pub mode_changes: u64,
+    /// steps solved by the affine map or factor of the present mode
+    pub quick_steps: u64,
+    /// complementarity problems solved by the driver
+    pub problems: u64,
+    /// steps from a mode that leaves some voltage or current undetermined
+    pub undetermined: u64,
+    /// highest driver stage needed
+    pub worst_stage: u8,
+    /// switch operations
+    pub switchings: u64,
+    /// jumps of charges or fluxes
+    pub jumps: u64,
+    /// instants at which a switch did not come to rest
+    pub chatter: u64,
+    /// worst residual of rows over all checked steps
+    pub residual_rows: f64,
+    /// worst complementarity residual over all checked steps
+    pub residual_complementarity: f64,
+    /// residual checks made
+    pub checks: u64,
+    /// problems linearised by Newton's method
+    pub linearised: u64,
+    /// worst residual of the laws at the points of a path that is followed, not solved
+    pub grid_residual: f64,
+}
+
+/// What `advance` came back with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// rows are full or the time budget is spent
+    More,
+    /// the plan is finished
+    Done,
+    /// a step was not solved; see `failure`
+    Failed,
+}
+
+/// What to do with solutions so large that the problem may be infeasible up to rounding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::integrate) enum Large {
+    /// hand them to the caller, who asks for a certificate
+    Refused,
+    /// the next one has been certified
+    Awaited,
+    /// those of this mode have been certified
+    Mode(u64),
+}
+
+/// One island in the course of its simulation.
+pub struct Stepper {
+    pub(in crate::integrate) sys: System,
+    /// Newton's method, for a system with smooth nonlinear terms
+    pub(in crate::integrate) smooth: Option<Box<SmoothPart>>,
+    pub(in crate::integrate) waveforms: Vec<Waveform>,
+    pub(in crate::integrate) time: f64,
+    pub(in crate::integrate) z: Vec<f64>,
+    pub(in crate::integrate) l: Vec<f64>,
+    pub(in crate::integrate) u0: Vec<f64>,
+    pub(in crate::integrate) u1: Vec<f64>,
+    pub(in crate::integrate) roles: Vec<Role>,
+    pub(in crate::integrate) active: Vec<bool>,
+    pub(in crate::integrate) epoch: u64,
+    /// counters
+    pub stats: Statistics,
+    /// the switches and what decides about them
+    pub(in crate::integrate) switching: Switching,
+    /// what is known of the network once and for all
+    pub(in crate::integrate) facts: Facts,
+    /// what finds states right after instants at which something may jump, and what jumps are measured by
+    pub(in crate::integrate) instants: Instants,
+    /// what is shown and kept of a run
+    pub recorder: Recorder,
+    /// work space, and what the last attempt of a step has left there
+    pub(in crate::integrate) scratch: Scratch,
+    /// which instants come next
+    pub(in crate::integrate) schedule: Schedule,
+    /// matrices by step length
+    pub(in crate::integrate) levels: Levels,
+    /// what was not solved, and what the caller thinks of it
+    pub refusal: Refusal,
+}
+
+impl Stepper {
+    /// A stepper at rest at time 0; call one of the `start_` functions next.
+    pub fn new(
+        mut sys: System,
+        waveforms: Vec<Waveform>,
+        switches: Arc<[Switch]>,
+        gates: Vec<bool>,
+        outputs: Outputs,
+    ) -> Stepper {
+        let at_once = sys.laws_without_storage();
+        let kinks = kinks_that_reach_storage(&sys.linear, sys.smooth.as_ref());
+        let smooth = sys.smooth.take().map(|smooth| Box::new(SmoothPart::new(&sys, smooth)));
+        let (n, m, p) = (sys.linear.g.nrows, sys.linear.a.ncols, waveforms.len());
+        let mut roles = vec![Role::Diode; m];
+        for (s, &gate) in switches.iter().zip(&gates) {
+            roles[s.pair] = s.role(gate);
+        }
+        let diodes: Vec<usize> = (0..m).filter(|&i| roles[i] == Role::Diode).collect();
+        let static_system = sys.linear.e.values.iter().all(|&v| v == 0.0)
+            && !smooth.as_ref().is_some_and(|s| s.newton.stores());
+        let active = roles.iter().map(|&r| r == Role::Closed).collect();
+        let impacts = Impacts::new(&sys, !diodes.is_empty() || switches.iter().any(|s| s.latching));
+        let functions = smooth.iter().flat_map(|smooth| smooth.newton.rows_of_functions());
+        let functions: Vec<usize> = functions.collect();
+        let fixed = fixed_by_lines(&sys.linear, &functions, &waveforms);
+        let controls = Controls::new(&sys.linear, functions.into_iter(), &switches);
+        let weights = jump_weights(&sys);
+        let conductances = sys.conductances();
+        Stepper {
+            switching: Switching {
+                sampled: vec![false; switches.len()],
+                swings: vec![0.0; switches.len()],
+                resting: Resting::new(switches.len()),
+                still: vec![false; switches.len()],
+                frozen: false,
+                gates,
+                diodes,
+                controls,
+                last_thrown: None,
+                switches,
+            },
+            facts: Facts {
+                constants: waveforms.iter().map(Waveform::constant).collect(),
+                static_system,
+                kinks,
+                fixed,
+                coordinates: None,
+                node_storage: vec![0.0; n],
+                conductances,
+                fastest: fastest_time(&sys.linear.e, &sys.linear.g),
+                at_once,
+                storage: Storage::new(&sys.linear.e, &sys.linear.row_kind),
+            },
+            instants: Instants {
+                reinitialiser: None,
+                continuous: None,
+                felt: 0.0,
+                begun: None,
+                slopes: vec![0.0; p],
+                weights,
+                heaviest: [0.0; 2],
+                largest: [0.0; 2],
+                moving: Default::default(),
+                impacts,
+                stale: false,
+            },
+            recorder: Recorder {
+                rates: vec![0.0; n],
+                witness: Witness::default(),
+                sums: None,
+                two_sided: false,
+                left: vec![0.0; 1 + outputs.len()],
+                z_recorded: vec![0.0; n],
+                all_points: f64::INFINITY,
+                first_row: false,
+                events: Vec::new(),
+                jumps: Vec::new(),
+                logged: vec![false; m],
+                logged_epoch: 0,
+                outputs,
+            },
+            scratch: Scratch {
+                x: vec![0.0; n + m],
+                input: Vec::new(),
+                rhs: vec![0.0; n],
+                w: vec![0.0; m],
+                noise: vec![0.0; m],
+                noise_known: (0, f64::NAN, 0),
+                recent: true,
+                work: vec![0.0; work_len(n + m)],
+                z_before: vec![0.0; n],
+                l_before: vec![0.0; m],
+                smooth_time: 0.0,
+            },
+            schedule: Schedule {
+                plan: Plan::Points { times: Vec::new(), next: 0 },
+                sweeping: false,
+                retry: None,
+                step_length: f64::INFINITY,
+            },
+            levels: Levels { stages: Vec::new(), stamp: 0, last_stage: 0 },
+            refusal: Refusal { large: Large::Refused, failure: None },
+            sys,
+            smooth,
+            waveforms,
+            time: 0.0,
+            z: vec![0.0; n],
+            l: vec![0.0; m],
+            u0: vec![0.0; p],
+            u1: vec![0.0; p],
+            roles,
+            active,
+            epoch: 1,
+            stats: Statistics::default(),
+        }
+    }
+
+    /// Number of output columns, the time included.
+    pub fn columns(&self) -> usize {
+        self.recorder.outputs.len() + 1
+    }
+
+    /// Present unknowns and multipliers.
+    pub fn state(&self) -> (&[f64], &[f64]) {
+        (&self.z, &self.l)
+    }
+
+    /// Lets smooth functions see a fixed time: in a sweep, the time counts the points.
+    pub fn freeze_time(&mut self, time: f64) {
+        self.switching.frozen = true;
+        if let Some(smooth) = &mut self.smooth {
+            smooth.frozen = Some(time);
+        }
+    }
+
+    /// Follows the path of solutions by Euler-Newton steps at the points of a static system;
+    /// `correctors` as the functions ask for if not given.
+    pub fn follow_path(&mut self, by_rate: bool, correctors: Option<usize>) {
+        if let Some(smooth) = &mut self.smooth {
+            let correctors = correctors.unwrap_or_else(|| smooth.newton.usual_correctors());
+            smooth.tracking = Some(Tracking { by_rate, correctors });
+        }
+    }
+
+    /// The balance of energy up to now, if the run is accompanied by one.
+    pub fn balance(&mut self) -> Option<Balance> {
+        self.recorder.sums.as_mut().map(|sums| sums.balance(&self.z))
+    }
+
+    /// Present time [s].
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Takes a mode for the present one.
+    pub(in crate::integrate) fn turn_to(&mut self, mode: &[bool]) {
+        if self.active != mode {
+            self.active.copy_from_slice(mode);
+            self.epoch += 1;
+        }
+    }
+
+    /// Pairs of the switches whose controls have come to rest at thresholds, and when first [s].
+    pub fn resting(&self) -> Vec<(usize, f64)> {
+        self.switching.resting.told(&self.switching.switches)
+    }
+
+    /// State of each switch's gate.
+    pub fn gates(&self) -> &[bool] {
+        &self.switching.gates
+    }
+
+    /// Distinct modes seen at the nominal step length.
+    pub fn mode_count(&self) -> usize {
+        self.levels.stages.iter().map(Stage::mode_count).max().unwrap_or(0)
+    }
+
+    /// The suspect solution was found genuine: takes it, and further ones in its mode.
+    pub fn accept_large(&mut self) {
+        self.refusal.large = Large::Awaited;
+        self.refusal.failure = None;
+    }
+
+    /// Makes every step from a time on a row, and every jump two.
+    pub fn show_all_points(&mut self, from: f64) {
+        self.recorder.all_points = from;
+    }
+
+    /// Sets the instants to visit from here on; returns the number of output rows.
+    pub fn plan(&mut self, plan: Plan, step_length: f64) -> u64 {
+        self.schedule.step_length = step_length;
+        self.schedule.plan = plan;
+        self.schedule.sweeping = matches!(self.schedule.plan, Plan::Points { .. });
+        if let (Some(smooth), false, false) =
+            (&mut self.smooth, self.schedule.sweeping, self.facts.static_system)
+        {
+            smooth.newton.set_accuracy(ITERATED);
+        }
+        match &self.schedule.plan {
+            Plan::Grid(clock) => {
+                self.recorder.first_row = clock.first_row_now();
+                clock.rows()
+            }
+            Plan::Points { times, .. } => {
+                self.recorder.first_row = false;
+                times.len() as u64
+            }
+        }
+    }
+
+    /// Computes rows into `out` until it is full, the plan ends, a step fails or `budget` is spent.
+    pub fn advance(&mut self, out: &mut [f64], budget: Duration) -> (usize, Progress) {
+        let columns = self.columns();
+        let begin = Instant::now();
+        let mut rows = 0;
+        let capacity = out.len() / columns;
+        let most = if self.recorder.all_points.is_finite() { 2 } else { 1 }; // rows that one step may add
+        let mut count: u64 = 0;
+        while rows + most <= capacity {
+            if self.recorder.first_row {
+                self.recorder.first_row = false;
+                self.write(self.time, &mut out[rows * columns..(rows + 1) * columns]);
+                rows += 1;
+                if self.recorder.witness.between(self.time) {
+                    self.note_side(self.time);
+                }
+                continue;
+            }
+            let Some(target) =
+                self.schedule.retry.take().or_else(|| self.schedule.plan.next(&self.waveforms))
+            else {
+                return (rows, Progress::Done);
+            };
+            if self.recorder.logged_epoch == 0 {
+                self.log_events(); // what the start has found is no event
+                self.recorder.events.clear();
+            }
+            let target = match self.step(&target) {
+                Ok(None) => target,
+                Ok(Some(impact)) => {
+                    let length = target.time - impact.time;
+                    self.schedule.retry = (length > 0.0).then_some(Target { length, ..target });
+                    impact
+                }
+                Err(failure) => {
+                    // back to the state before, so that the step can be taken again
+                    self.z.copy_from_slice(&self.scratch.z_before);
+                    self.l.copy_from_slice(&self.scratch.l_before);
+                    self.forget_functions();
+                    self.refusal.failure = Some(*failure);
+                    self.schedule.retry = Some(target);
+                    return (rows, Progress::Failed);
+                }
+            };
+            if self.recorder.logged_epoch != self.epoch {
+                self.log_events();
+            }
+            if self.recorder.two_sided {
+                rows += self.note_sides(&target, &mut out[rows * columns..]);
+            }
+            if target.row || target.time >= self.recorder.all_points {
+                self.write(target.label, &mut out[rows * columns..(rows + 1) * columns]);
+                rows += 1;
+            }
+            if self.recorder.witness.between(target.time) && !self.recorder.two_sided {
+                self.note_side(target.label);
+            }
+            count += 1;
+            let pause = count.is_multiple_of(LOOK) && begin.elapsed() > budget;
+            if pause || self.recorder.witness.full() {
+                break;
+            }
+        }
+        (rows, Progress::More)
+    }
+
+    /// The row before a jump goes before its row of the table, else both go to the side rows;
+    /// returns the number of rows added to the table.
+    fn note_sides(&mut self, target: &Target, out: &mut [f64]) -> usize {
+        if self.recorder.all_points.is_finite() {
+            if target.time < self.recorder.all_points {
+                return 0;
+            }
+            out[..self.recorder.left.len()].copy_from_slice(&self.recorder.left);
+            return 1;
+        }
+        self.recorder.witness.sides.extend_from_slice(&self.recorder.left);
+        self.note_side(target.label);
+        0
+    }
+
+    /// Adds the present values to the side rows.
+    fn note_side(&mut self, label: f64) {
+        let start = self.recorder.witness.sides.len();
+        let mut sides = std::mem::take(&mut self.recorder.witness.sides);
+        sides.resize(start + self.columns(), 0.0);
+        self.write(label, &mut sides[start..]);
+        self.recorder.witness.sides = sides;
+    }
+
+    /// Notes which pairs have changed since the last time.
+    pub(in crate::integrate) fn log_events(&mut self) {
+        self.recorder.logged_epoch = self.epoch;
+        for (i, (old, &new)) in self.recorder.logged.iter_mut().zip(&self.active).enumerate() {
+            if *old != new {
+                *old = new;
+                self.stats.events += 1;
+                if self.recorder.events.len() < MAX_EVENTS {
+                    self.recorder.events.push((self.time, i, new));
+                }
+            }
+        }
+    }
+
+    pub(in crate::integrate) fn write(&mut self, label: f64, row: &mut [f64]) {
+        row[0] = label;
+        let f = self.smooth.as_ref().map_or([&[][..]; 2], |s| [&s.f, &s.rates]);
+        let quantities =
+            Quantities { z: &self.z, l: &self.l, rates: &self.recorder.rates, u: &self.u0, f };
+        self.recorder.outputs.write(&quantities, &mut row[1..]);
+    }
+}

@@ -1,0 +1,399 @@
+//! Which mode follows: a chain of candidates, each proved or refuted by [`Verifier`].
+
+use super::implicit_step::{later, Implicit};
+use super::inputs::Segment;
+use super::mode::{Mode, Watch};
+use super::prepared::Prepared;
+use super::registry::{fingerprint, Id, Registry};
+use super::trajectory::Trajectory;
+use super::verify::{Finding, Scale, Verifier};
+use crate::mlcp::Role;
+use crate::switch::Switch;
+use std::sync::Arc;
+
+/// Relative lengths of implicit steps tried one after the other.
+const LENGTHS: [f64; 6] = [1.0, 1e2, 1e4, 1e-3, 1e6, 1e8];
+/// Jumps in a row at one instant.
+const PHASES: usize = 6;
+/// A mode that misses its guards by less than this, in units of noise, may be the best there is.
+const NEARLY: f64 = 1e5;
+/// How often the noise of such a mode is widened.
+const ASKED_AGAIN: usize = 4;
+
+/// A jump of the energy coordinates on the way into a mode.
+#[derive(Clone, Debug)]
+pub struct Leap {
+    /// mode whose constraints caused it
+    pub through: Id,
+    /// before it
+    pub before: Vec<f64>,
+}
+
+/// The choice.
+pub struct Picked {
+    /// number of the mode
+    pub id: Id,
+    /// the mode
+    pub mode: Arc<Mode>,
+}
+
+/// Everything a choice depends on.
+pub struct Scene<'a> {
+    /// the system
+    pub prepared: &'a Prepared,
+    /// inputs from here on
+    pub segment: &'a Segment,
+    /// longest duration of the segment
+    pub horizon: f64,
+}
+
+/// A mode that misses its guards.
+struct Candidate {
+    /// in units of their noise
+    miss: f64,
+    id: Id,
+    /// energy coordinates that it was tried from, and the jumps to there
+    from: Vec<f64>,
+    leaps: Vec<Leap>,
+}
+
+/// Work space and memory of the choice.
+#[derive(Default)]
+pub struct Picker {
+    /// the judge
+    pub verifier: Verifier,
+    /// jumps of the last choice
+    pub leaps: Vec<Leap>,
+    on: Vec<bool>,
+    gates: Vec<bool>,
+    a: Vec<f64>,
+    inputs: Vec<f64>,
+    /// best candidate so far
+    best: Option<Candidate>,
+    /// the last reason for which a mode could not be reduced
+    pub trouble: Option<String>,
+}
+
+/// Role of each pair for given switch states.
+pub fn roles(m: usize, switches: &[Switch], gates: &[bool]) -> Vec<Role> {
+    let mut out = vec![Role::Diode; m];
+    for (switch, &gate) in switches.iter().zip(gates) {
+        out[switch.pair] = switch.role(gate);
+    }
+    out
+}
+
+/// Turns pairs on and off as the switches tell for given states, but for those that are diodes.
+pub(super) fn fix(switches: &[Switch], gates: &[bool], on: &mut [bool]) {
+    for (switch, &gate) in switches.iter().zip(gates) {
+        match switch.role(gate) {
+            Role::Diode => {}
+            role => on[switch.pair] = role == Role::Closed,
+        }
+    }
+}
+
+impl Picker {
+    pub(super) fn attempt(
+        &mut self,
+        scene: &Scene,
+        registry: &mut Registry,
+        id: Id,
+        a: &[f64],
+        scale: &mut Scale,
+        path: &mut Trajectory,
+    ) -> Result<Arc<Mode>, Finding> {
+        let mode = match registry.mode(id, &scene.prepared.net, &scene.prepared.switches) {
+            Ok(mode) => mode,
+            Err(reason) => {
+                self.trouble = Some(reason);
+                return Err(Finding::Inconsistent);
+            }
+        };
+        let found = self.verifier.verify(&mode, a, scene.segment, scene.horizon, scale, path);
+        match found {
+            Finding::Good => Ok(mode),
+            other => {
+                if let Finding::Guard(_, miss) | Finding::Impulse(miss) = other {
+                    if self.best.as_ref().is_none_or(|b| miss < b.miss) {
+                        let leaps = self.leaps.clone();
+                        self.best = Some(Candidate { miss, id, from: a.to_vec(), leaps });
+                    }
+                }
+                Err(other)
+            }
+        }
+    }
+
+    /// The mode from here on. `from` is the mode so far, `cause` tells what ended it and
+    /// `crossing` which guards; `gates` are the switch states to keep. The energy coordinates
+    /// `a` move to where jumps lead before the mode is entered.
+    #[allow(clippy::too_many_arguments)] // the ingredients of a choice
+    pub fn pick(
+        &mut self,
+        scene: &Scene,
+        registry: &mut Registry,
+        implicit: &mut Implicit,
+        from: Option<Id>,
+        cause: u64,
+        crossing: &[usize],
+        gates: &[bool],
+        a: &mut [f64],
+        scale: &mut Scale,
+        path: &mut Trajectory,
+    ) -> Option<Picked> {
+        self.leaps.clear();
+        self.best = None;
+        if let Some(from) = from {
+            if let Some(id) = registry.follower(from, cause) {
+                if registry.gates(id) == gates {
+                    if let Ok(mode) = self.attempt(scene, registry, id, a, scale, path) {
+                        return Some(Picked { id, mode });
+                    }
+                }
+            }
+            if let Some(found) = self.flips(scene, registry, from, crossing, gates, a, scale, path)
+            {
+                registry.remember(from, cause, found.id);
+                return Some(found);
+            }
+        }
+        let fastest = from
+            .and_then(|id| registry.mode(id, &scene.prepared.net, &scene.prepared.switches).ok())
+            .map_or(0.0, |m| m.fastest);
+        let found = self.afresh(scene, registry, implicit, fastest, gates, a, scale, path);
+        if let (Some(from), Some(found)) = (from, &found) {
+            registry.remember(from, cause, found.id);
+        }
+        found
+    }
+
+    /// The mode so far with the guards that fail turned over: all together, then one by one.
+    #[allow(clippy::too_many_arguments)]
+    fn flips(
+        &mut self,
+        scene: &Scene,
+        registry: &mut Registry,
+        from: Id,
+        crossing: &[usize],
+        gates: &[bool],
+        a: &[f64],
+        scale: &mut Scale,
+        path: &mut Trajectory,
+    ) -> Option<Picked> {
+        let mut pairs = Vec::new();
+        if let Ok(mode) = registry.mode(from, &scene.prepared.net, &scene.prepared.switches) {
+            for &j in crossing {
+                if let Watch::Pair(i) = mode.guards.watch[j] {
+                    pairs.push(i);
+                }
+            }
+        }
+        self.gates.clear();
+        self.gates.extend_from_slice(gates);
+        let sets = if pairs.len() > 1 { 1 + pairs.len() } else { 1 };
+        for k in 0..sets {
+            self.on.clear();
+            self.on.extend_from_slice(registry.on(from));
+            fix(&scene.prepared.switches, gates, &mut self.on);
+            let chosen: &[usize] = if k == 0 { &pairs } else { &pairs[k - 1..k] };
+            for &i in chosen {
+                self.on[i] = !self.on[i];
+            }
+            let id = registry.id(&self.on, &self.gates);
+            match self.attempt(scene, registry, id, a, scale, path) {
+                Ok(mode) => return Some(Picked { id, mode }),
+                Err(Finding::Guard(..)) if k == 0 => {
+                    let found = self.neighbours(scene, registry, id, gates, a, scale, path);
+                    if found.is_some() {
+                        return found;
+                    }
+                }
+                Err(_) => {}
+            }
+        }
+        None
+    }
+
+    /// The mode that an implicit step of small length finds, possibly after jumps.
+    #[allow(clippy::too_many_arguments)]
+    pub(super) fn by_steps(
+        &mut self,
+        scene: &Scene,
+        registry: &mut Registry,
+        implicit: &mut Implicit,
+        fastest: f64,
+        gates: &[bool],
+        a: &mut [f64],
+        scale: &mut Scale,
+        path: &mut Trajectory,
+    ) -> Option<Picked> {
+        let roles = roles(scene.prepared.net.m, &scene.prepared.switches, gates);
+        let base =
+            (1e-6 * scene.horizon).min(if fastest > 0.0 { 1e-3 / fastest } else { f64::INFINITY });
+        let base = 10f64.powi(base.log10().floor() as i32);
+        let mut tried: Vec<Id> = Vec::new();
+        for length in LENGTHS {
+            let h = base * length;
+            if h > 0.1 * scene.horizon && length > 1.0 {
+                continue;
+            }
+            self.a.clear();
+            self.a.extend_from_slice(a);
+            let mut now = std::mem::take(&mut self.a);
+            self.leaps.clear();
+            let mut found = None;
+            for _ in 0..PHASES {
+                later(scene.segment, h, &mut self.inputs);
+                let taken = implicit.step(
+                    &scene.prepared.sys,
+                    &scene.prepared.net,
+                    &now,
+                    &self.inputs,
+                    &roles,
+                    h,
+                );
+                if !taken.is_ok_and(|t| !t.suspect) {
+                    break;
+                }
+                self.on.clear();
+                self.on.extend_from_slice(implicit.active());
+                let id = registry.id(&self.on, gates);
+                if tried.contains(&id) && self.leaps.is_empty() {
+                    break; // refuted from here already
+                }
+                match self.attempt(scene, registry, id, &now, scale, path) {
+                    Ok(mode) => {
+                        found = Some(Picked { id, mode });
+                        break;
+                    }
+                    Err(Finding::Guard(..)) => {
+                        if let Some(picked) =
+                            self.neighbours(scene, registry, id, gates, &now, scale, path)
+                        {
+                            found = Some(picked);
+                            break;
+                        }
+                        // the impulse is right: jump, and look again
+                        let Ok(mode) =
+                            registry.mode(id, &scene.prepared.net, &scene.prepared.switches)
+                        else {
+                            break;
+                        };
+                        if mode.impulses.is_none() {
+                            tried.push(id);
+                            break;
+                        }
+                        self.leaps.push(Leap { through: id, before: now.clone() });
+                        settle(&mode, &scene.segment.now, &mut now);
+                    }
+                    Err(_) => {
+                        tried.push(id);
+                        break;
+                    }
+                }
+            }
+            if let Some(found) = found {
+                a.copy_from_slice(&now);
+                self.a = now;
+                return Some(found);
+            }
+            self.a = now;
+        }
+        // the least violation, if it is little more than rounding
+        self.leaps.clear();
+        let Candidate { miss, id, from, leaps } = self.best.take()?;
+        let before = scale.widened;
+        let (mut miss, mut picked) = (miss, None);
+        // a guard that rises from rounding shows its sign later, by more
+        for _ in 0..ASKED_AGAIN {
+            if miss > NEARLY {
+                break;
+            }
+            scale.widened = before.max(1.0) * (2.0 * miss);
+            match self.attempt(scene, registry, id, &from, scale, path) {
+                Ok(mode) => {
+                    picked = Some(mode);
+                    break;
+                }
+                Err(Finding::Guard(_, again)) => miss *= 2.0 * again,
+                Err(_) => break,
+            }
+        }
+        if picked.is_none() || scale.widened > 1e7 {
+            scale.widened = before;
+        }
+        let mode = picked?;
+        a.copy_from_slice(&from);
+        self.leaps = leaps;
+        Some(Picked { id, mode })
+    }
+
+    /// Modes next to one whose guards fail: negative free guards turned over one after the other,
+    /// then single guards that vanish.
+    #[allow(clippy::too_many_arguments)]
+    pub(super) fn neighbours(
+        &mut self,
+        scene: &Scene,
+        registry: &mut Registry,
+        id: Id,
+        gates: &[bool],
+        a: &[f64],
+        scale: &mut Scale,
+        path: &mut Trajectory,
+    ) -> Option<Picked> {
+        let mut current = id;
+        let mut seen = vec![id];
+        for _ in 0..24 {
+            let mode =
+                registry.mode(current, &scene.prepared.net, &scene.prepared.switches).ok()?;
+            let Finding::Guard(worst, _) =
+                self.verifier.verify(&mode, a, scene.segment, scene.horizon, scale, path)
+            else {
+                break;
+            };
+            let Watch::Pair(pair) = mode.guards.watch[worst] else { break };
+            self.on.clear();
+            self.on.extend_from_slice(registry.on(current));
+            self.on[pair] = !self.on[pair];
+            let next = registry.id(&self.on, gates);
+            if seen.contains(&next) {
+                break;
+            }
+            seen.push(next);
+            current = next;
+            if let Ok(mode) = self.attempt(scene, registry, next, a, scale, path) {
+                return Some(Picked { id: next, mode });
+            }
+        }
+        let mode = registry.mode(id, &scene.prepared.net, &scene.prepared.switches).ok()?;
+        self.verifier.verify(&mode, a, scene.segment, scene.horizon, scale, path);
+        let zeros: Vec<usize> = self.verifier.zeros.iter().take(12).copied().collect();
+        for j in zeros {
+            if let Watch::Pair(pair) = mode.guards.watch[j] {
+                self.on.clear();
+                self.on.extend_from_slice(registry.on(id));
+                self.on[pair] = !self.on[pair];
+                let next = registry.id(&self.on, gates);
+                if let Ok(mode) = self.attempt(scene, registry, next, a, scale, path) {
+                    return Some(Picked { id: next, mode });
+                }
+            }
+        }
+        None
+    }
+}
+
+/// Projects energy coordinates onto the constraints of a mode.
+pub fn settle(mode: &Mode, inputs: &[f64], a: &mut [f64]) {
+    let mut x = vec![0.0; mode.n];
+    mode.enter(a, &mut x);
+    mode.leave(&x, inputs, a);
+}
+
+/// Cause of a change: a corner of the sources, or guards.
+pub fn cause_of(crossing: &[usize], gates: &[bool]) -> u64 {
+    let switches = gates.iter().enumerate().filter(|g| *g.1).map(|g| g.0);
+    let first = fingerprint(1, crossing.iter().copied());
+    fingerprint(first, switches)
+}
