@@ -16,7 +16,7 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A stretch of one line of a netlist file.
+    """A part of one line of a netlist file.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Span:
     text: str = ""
 
     def caret(self) -> str:
-        """Return the source line with carets below the stretch (long lines are cut around it)."""
+        """Return the source line with carets below the part (long lines are cut around it)."""
         text = self.text.replace("\t", " ")
         start, width = self.column - 1, max(self.length, 1)
         if len(text) > 160:  # a window around the place, so that no message floods the terminal

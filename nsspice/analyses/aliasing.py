@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import Diagnostic
 from ..problems.descriptor import Functional
-from ..solvers.stretches import Recording
+from ..solvers.intervals import Recording
 from .motion import Floats, Indices
 from .names import unit
 
@@ -35,7 +35,7 @@ _NEAR = 1e-6
 _MOST = 1 << 20
 #: signals of an island that are looked at
 _SIGNALS = 256
-#: output points in a stretch that tell all
+#: output points in an interval that tell all
 _DENSE = 8.0
 #: signals named in the warning
 _NAMED = 6
@@ -94,18 +94,18 @@ class Between:
                     (part, np.array(index), np.array(factor), np.array(column, dtype=np.intp))
                 )
 
-    def take(self, stretches: Recording) -> None:
-        """Keep the signals at the points of recorded stretches."""
+    def take(self, intervals: Recording) -> None:
+        """Keep the signals at the points of recorded intervals."""
         if not self.names or self._left <= 0:
             return
-        # nothing moves faster than a stretch is long: many output points in it tell all
-        short = stretches.end - stretches.begin < _DENSE * self._distance
+        # nothing moves faster than an interval is long: many output points in it tell all
+        short = intervals.end - intervals.begin < _DENSE * self._distance
         if not short.any():
             return
         if not self._terms:
             self._prepare()
-        time = stretches.time[short]
-        every = {"z": stretches.z, "lam": stretches.lam, "dz": stretches.rate, "u": stretches.u}
+        time = intervals.time[short]
+        every = {"z": intervals.z, "lam": intervals.lam, "dz": intervals.rate, "u": intervals.u}
         tables = {part: every[part][short] for part, *_ in self._terms}
         values = np.zeros((time.size, len(self.names)))
         for part, index, factor, column in self._terms:
@@ -115,9 +115,9 @@ class Between:
             values[:, column[starts]] += sums
         side = np.zeros(time.shape)
         side[:, 0], side[:, -1] = 1.0, -1.0
-        weight = np.abs(stretches.weight[short])
+        weight = np.abs(intervals.weight[short])
         # stages of a step that was cut at an event lie beyond its end
-        inside = (time <= stretches.end[short][:, np.newaxis]).ravel()
+        inside = (time <= intervals.end[short][:, np.newaxis]).ravel()
         points = Points(time.ravel(), side.ravel(), weight.ravel(), values)
         self.waiting.append(Points(*(v[inside] for v in points)))
         self._left -= values.size

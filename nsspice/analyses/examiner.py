@@ -14,9 +14,9 @@ from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem
 from ..solvers.audit import Auditor
 from ..solvers.compiled import shows_passive
+from ..solvers.intervals import Recording
 from ..solvers.moreau import Recorded
 from ..solvers.stepper import Jump
-from ..solvers.stretches import Recording
 from .certificate import Certificate
 from .energy import Energy, Jumped, worse
 from .impulses import delivered, start_of, stored_functions
@@ -107,24 +107,24 @@ class Examiner:
             self._stated.take_points(records.time, records.z, records.lam, records.u)
         self.auditor.check(records, self.frozen)
 
-    def take_stretches(self, stretches: Recording) -> None:
-        """Check recorded stretches of continuous solutions."""
+    def take_intervals(self, intervals: Recording) -> None:
+        """Check recorded intervals of continuous solutions."""
         if self._written is not None:
-            time = stretches.time.ravel()
-            z, u = (v.reshape(time.size, v.shape[-1]) for v in (stretches.z, stretches.u))
+            time = intervals.time.ravel()
+            z, u = (v.reshape(time.size, v.shape[-1]) for v in (intervals.z, intervals.u))
             self._written.take(time, z, u)
         for check in (self._compared, self._stated):
             if check is not None:
                 check.take_intervals(
-                    stretches.begin,
-                    stretches.end,
-                    np.isfinite(stretches.doubt),
-                    stretches.time,
-                    stretches.z,
-                    stretches.lam,
-                    stretches.u,
+                    intervals.begin,
+                    intervals.end,
+                    np.isfinite(intervals.doubt),
+                    intervals.time,
+                    intervals.z,
+                    intervals.lam,
+                    intervals.u,
                 )
-        self.auditor.check_stretches(stretches)
+        self.auditor.check_intervals(intervals)
 
     def certificate(
         self,
@@ -164,7 +164,7 @@ class Examiner:
             jumped.add(before, reached, given)
         found = audit.result()
         # what changes without a report is a jump that nobody accounts for
-        balance = found["seams"] if worse(found["seams"], balance) else balance
+        balance = found["boundaries"] if worse(found["boundaries"], balance) else balance
         energy = None
         if sums is not None:
             energy = Energy.of_run(sums, jumped, (found["steps"], steps), kept)

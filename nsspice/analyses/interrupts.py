@@ -2,7 +2,7 @@
 
 Python raises KeyboardInterrupt anywhere, also half way through writing a block of rows; a file
 could then end in a torn line.  Here the signal only sets a flag, which is looked at after every
-stretch of work.
+piece of work.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ from .watched import Watched
 
 _BEYOND = 1.1  # times the instant at which a path was lost: how far the points behind it are tried
 _FEW = 8  # implicit steps that are not worth a word
-BUDGET = 0.05  # [s] longest stretch inside the core: Ctrl-C waits no longer
+BUDGET = 0.05  # [s] longest call inside the core: Ctrl-C waits no longer
 _WAIT = 1 << 17  # numbers recorded by all islands before they are checked: many at once cost less
 _SHORT = 1e-9  # of the run
 _NEVER = 1 << 62
@@ -323,12 +323,12 @@ class IslandRunner:
             return
         if isinstance(self.stepper, ModewiseStepper | SdirkStepper):
             # first: they show how large currents and voltages become
-            stretches = self.stepper.take_stretches()
-            self.examiner.take_stretches(stretches)
+            intervals = self.stepper.take_intervals()
+            self.examiner.take_intervals(intervals)
             if self.between is not None:
-                self.between.take(stretches)
+                self.between.take(intervals)
             if self.judge is not None:
-                self.judge.take_stretches(stretches)
+                self.judge.take_intervals(intervals)
         records = self.stepper.take_records()
         self.examiner.take(records)
         if self.judge is not None:
@@ -376,7 +376,7 @@ class IslandRunner:
             start(self.circuit, self.mna, stepper, analysis, None)
             while not done:
                 _, done = stepper.advance(_ROWS, BUDGET)
-                stepper.take_stretches()
+                stepper.take_intervals()
                 stepper.take_records()
                 parts.append(stepper.take_pieces())
         except UnsolvedStep as problem:
@@ -482,7 +482,7 @@ class IslandRunner:
             why = self.stepper.trouble if isinstance(self.stepper, ModewiseStepper) else None
             reason = f"a mode could not be reduced: {why}" if why else "events piled up"
             self.note = f"implicit steps where {reason}"
-            if stats["storm"]:
+            if stats["accumulation"]:
                 self.note = "events follow too fast to be followed one by one: implicit steps"
         if self.inputs:
             self.note = "; ".join(filter(None, [driven_by(self.inputs), self.note]))

@@ -1,4 +1,4 @@
-"""The DC points of one island: stretches in which only sources change are one run of the solver."""
+"""The DC points of one island: intervals in which only sources change are one run of the solver."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .solution import IslandRun
 
 #: A source value that no deck holds, so that the swept source gets a column of its own.
 _MARK = 1.234567890123e-101
-_BUDGET = 0.05  # [s] longest stretch inside the core
+_BUDGET = 0.05  # [s] longest call inside the core
 _ROWS = 4096
 
 
@@ -70,8 +70,8 @@ class PointsOfIsland:
     def blocks(self, count: int) -> Iterator[Floats]:
         """Yield the recorded columns of all points, some rows at a time.
 
-        Stretches in which only sources change are one run of the solver, which stays close to the
-        previous point where a solution is not unique; the matrices change between stretches.
+        Intervals in which only sources change are one run of the solver, which stays close to the
+        previous point where a solution is not unique; the matrices change between intervals.
         """
         cuts = [0, count]
         if self.others:
@@ -123,7 +123,7 @@ class PointsOfIsland:
             near = stepper.state
 
     def _system(self, first: int, last: int) -> tuple[MnaSystem, DescriptorSystem]:
-        """Return the static system in which time counts the points of a stretch."""
+        """Return the static system in which time counts the points of an interval."""
         values = dict(self.values)
         temperature = self.temperature
         for name, axis in self.others.items():

@@ -20,10 +20,10 @@ from ..problems.passivity import passive
 from ..problems.regularity import Regularity, index_sets, strong_regularity
 from ..problems.tape import Tape
 from ..problems.verdict import Verdict
+from ..solvers.intervals import Recording
 from ..solvers.kinks import limits
 from ..solvers.moreau import MoreauStepper, Recorded, function_slopes
 from ..solvers.stepper import UnsolvedStep
-from ..solvers.stretches import Recording
 
 _ROWS = 150  # unknowns and pairs up to which single points are judged
 _POINTS = 100  # points judged at most
@@ -135,18 +135,18 @@ class Judge:
         self._points += left
         self._kept.append((records.z[chosen], records.u[chosen], records.lam[chosen], roles))
 
-    def take_stretches(self, stretches: Recording) -> None:
-        """Keep some points of recorded stretches."""
+    def take_intervals(self, intervals: Recording) -> None:
+        """Keep some points of recorded intervals."""
         left = _POINTS - self._points
-        time = np.asarray(stretches.time)
+        time = np.asarray(intervals.time)
         if self._large or left <= 0 or not time.size:
             return
         left, points = min(left, time.size), time.shape[1]
         k = np.arange(left) * (time.size - 1) // max(left - 1, 1)
         z, u, lam = (
-            np.reshape(v, (time.size, -1))[k] for v in (stretches.z, stretches.u, stretches.lam)
+            np.reshape(v, (time.size, -1))[k] for v in (intervals.z, intervals.u, intervals.lam)
         )
-        roles = np.asarray(stretches.roles)
+        roles = np.asarray(intervals.roles)
         self._points += k.size
         self._kept.append((z, u, lam, roles[k // points] if roles.size else None))
 

@@ -1,4 +1,4 @@
-"""Runs of an assembled problem by the compiled engines, one stretch between two restarts."""
+"""Runs of an assembled problem by the compiled engines, one interval between two restarts."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Plan:
 
 
 @dataclass(slots=True)
-class Stretch:
+class Interval:
     """What an engine left of one run.
 
     Parameters
@@ -140,7 +140,7 @@ def create(
     return MoreauStepper(system, outputs), method, note
 
 
-def run_stretch(
+def run_interval(
     assembly: Assembly,
     outputs: Sequence[Functional],
     plan: Plan,
@@ -149,7 +149,7 @@ def run_stretch(
     first_row: float = 0.0,
     contacts: Sequence[int] = (),
     fresh: bool = True,
-) -> Stretch:
+) -> Interval:
     """Run an engine from given states to the end, or until a contact is hit.
 
     Parameters
@@ -209,7 +209,7 @@ def run_stretch(
         raise _failure(assembly, problem) from problem
     if exact and stepper.statistics["fixed_steps"] > _FEW:
         note = f"implicit steps of first order where {_trouble(stepper)}"
-    return Stretch(
+    return Interval(
         np.concatenate(blocks) if blocks else np.zeros((0, 1 + len(outputs))),
         [*([] if begin is None else [begin]), *stepper.jumps],
         stepper.events,
@@ -240,10 +240,10 @@ def _consistent(assembly: Assembly, plan: Plan, z0: Floats) -> Jump | None:
     return replace(found, before=z0.copy())
 
 
-def _only(jump: Jump, outputs: Sequence[Functional], plan: Plan) -> Stretch:
-    """Return a stretch that ends with an impact at its very start."""
+def _only(jump: Jump, outputs: Sequence[Functional], plan: Plan) -> Interval:
+    """Return an interval that ends with an impact at its very start."""
     none = np.zeros(0)
-    return Stretch(
+    return Interval(
         np.zeros((0, 1 + len(outputs))),
         [jump],
         (none, none.astype(np.uintp), none.astype(bool)),
@@ -270,7 +270,7 @@ def _closed(stepper: Stepper, contacts: Sequence[int]) -> bool:
 def _check(auditor: Auditor, stepper: Stepper) -> None:
     """Hand recorded points to the check that shares no code with the engines."""
     if isinstance(stepper, ModewiseStepper | SdirkStepper):
-        auditor.check_stretches(stepper.take_stretches())
+        auditor.check_intervals(stepper.take_intervals())
     records = stepper.take_records()
     if len(records):
         auditor.check(records)

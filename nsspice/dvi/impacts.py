@@ -91,9 +91,9 @@ class Impacts:
         turn : Turn
         before : ndarray, shape (n,)
         here : float
-            Begin of the stretch, since the begin of the run [s].
+            Begin of the interval, since the begin of the run [s].
         assembly : Assembly
-            Of the stretch.
+            Of the interval.
         """
         after, impulses = before, np.zeros(len(assembly.pairs))
         coefficients, warnings = self._coefficients(turn, here, assembly)

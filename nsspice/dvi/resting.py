@@ -24,7 +24,7 @@ import numpy as np
 from ..netlist.derivative import derivative as _derivative
 from ..solvers.stepper import Jump
 from .assembly import Model
-from .engines import Stretch
+from .engines import Interval
 from .expression import Expr
 
 #: a value is zero below so many units of the terms in it
@@ -121,7 +121,7 @@ class Resting:
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """The end of a stretch: an impact, or a contact whose gap begins to accelerate downwards.
+    """The end of an interval: an impact, or a contact whose gap begins to accelerate downwards.
 
     Parameters
     ----------
@@ -141,15 +141,15 @@ class Turn:
     pressing: frozenset[str] = frozenset()
 
 
-def first_turn(part: Stretch, contacts: Mapping[int, str], closed: set[str]) -> Turn | None:
-    """Return what ends a stretch, None if nothing does.
+def first_turn(part: Interval, contacts: Mapping[int, str], closed: set[str]) -> Turn | None:
+    """Return what ends an interval, None if nothing does.
 
     A contact at the level of accelerations remains there when its force ends: its gap grows as long
     as it accelerates, and is watched itself from then on.
 
     Parameters
     ----------
-    part : Stretch
+    part : Interval
     contacts : mapping of int to str
         Pairs.
     closed : set of str

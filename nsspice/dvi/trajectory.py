@@ -14,7 +14,7 @@ from ..analyses.events import Events
 from ..analyses.solution import Impulse, IslandRun, Solution
 from ..errors import Diagnostic
 from .assembly import Assembly, Model, assemble, start_vector
-from .engines import Plan, Stretch, run_stretch
+from .engines import Interval, Plan, run_interval
 from .errors import wrong
 from .impacts import Impacts, states_of
 from .resting import first_turn
@@ -61,7 +61,7 @@ def simulate(task: Task, plan: Plan, impacts: Impacts) -> Solution:
     begun = clock.perf_counter()
     contacts = impacts.contacts
     contacts.settle({**task.start, "time": task.begin})
-    parts: list[Stretch] = []
+    parts: list[Interval] = []
     tables: list[Floats] = []
     warnings: list[Diagnostic] = []
     impulses: list[Impulse] = []
@@ -75,7 +75,7 @@ def simulate(task: Task, plan: Plan, impacts: Impacts) -> Solution:
         rest = replace(plan, stop=plan.stop - here)
         pairs = {assembly.pairs.index(name): name for name in contacts.accelerations}
         z0 = start_vector(assembly, known)
-        part = run_stretch(
+        part = run_interval(
             assembly,
             outputs,
             rest,
@@ -146,14 +146,14 @@ def simulate(task: Task, plan: Plan, impacts: Impacts) -> Solution:
 
 
 def _state_at(time: float, assembly: Assembly, plan: Plan, z0: Floats) -> Floats:
-    """Return the unknowns at an instant of a stretch, shape (n,)."""
+    """Return the unknowns at an instant of an interval, shape (n,)."""
     if time == 0.0:
         return z0
     short = replace(plan, stop=time, rows=time)
-    return run_stretch(assembly, [], short, z0, fresh=False).end[0]
+    return run_interval(assembly, [], short, z0, fresh=False).end[0]
 
 
-def _certificate(assembly: Assembly, parts: Sequence[Stretch]) -> Certificate:
+def _certificate(assembly: Assembly, parts: Sequence[Interval]) -> Certificate:
     found = []
     for part in parts:
         checks = part.checks

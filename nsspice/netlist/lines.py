@@ -56,7 +56,7 @@ class Line:
         self.pieces = pieces
 
     def span(self, start: int = 0, end: int | None = None) -> Span:
-        """Return the place of ``raw[start:end]``; a stretch over two lines is cut at the first."""
+        """Return the place of ``raw[start:end]``; a part over two lines is cut at the first."""
         if end is None:
             end = len(self.raw)
         if self.pieces is None:

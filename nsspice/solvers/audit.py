@@ -23,9 +23,9 @@ from .. import _core
 from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem
 from .compiled import compiled, core_matrix
+from .intervals import Recording
 from .moreau import Recorded
 from .stepper import Jump, Stepper
-from .stretches import Recording
 
 
 class Auditor:
@@ -90,9 +90,9 @@ class Auditor:
         """
         stepper.take_along(self._core)
 
-    def check_stretches(self, stretches: Recording) -> None:
-        """Take recorded stretches of continuous solutions into the worst errors."""
-        self._core.take_stretches(stretches)
+    def check_intervals(self, intervals: Recording) -> None:
+        """Take recorded intervals of continuous solutions into the worst errors."""
+        self._core.take_intervals(intervals)
 
     def jump_error(
         self,

@@ -333,9 +333,9 @@ class ModewiseStepper(Stepper):
         """
         self._core.hand_on(list(outputs), list(to))
 
-    def take_stretches(self) -> _core.Stretches:
-        """Return the stretches of segments recorded since the last call."""
-        return self._core.take_stretches()
+    def take_intervals(self) -> _core.Intervals:
+        """Return the intervals of segments recorded since the last call."""
+        return self._core.take_intervals()
 
     def take_records(self) -> _core.Records:
         """Return the implicit steps taken since the last call, where no mode could be proved."""

@@ -104,12 +104,12 @@ class SdirkStepper(ImplicitStepper):
         self._core.keep_pieces(list(outputs), start, stop, _POINTS)
 
     def record_all(self) -> None:
-        """Record each step, for :meth:`take_stretches`."""
+        """Record each step, for :meth:`take_intervals`."""
         self._core.record_all()
 
-    def take_stretches(self) -> _core.Stretches:
+    def take_intervals(self) -> _core.Intervals:
         """Return the steps recorded since the last call, with all their stages."""
-        return self._core.take_stretches()
+        return self._core.take_intervals()
 
     def above_two(self) -> tuple[float, list[bool]] | None:
         """Return since when [s] a mode has had an index above 2, and its conducting pairs.

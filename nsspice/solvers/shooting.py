@@ -28,11 +28,11 @@ import numpy as np
 
 from ..problems.csc import Floats
 from ..problems.descriptor import DescriptorSystem, Functional
+from .intervals import Intervals, joined
 from .moreau import function_slopes
 from .orbit import Complexes, Found, NoOrbit, State
 from .sdirk import Accuracy, SdirkStepper
 from .stepper import UnsolvedStep
-from .stretches import Stretches, joined
 
 #: how much finer steps are than those of a run: (I - Phi)^-1 enlarges their errors by the time
 #: constants in periods
@@ -193,7 +193,7 @@ class StepMap:
         assert self.period is not None
         return self._finish(self._stepper(start, accuracy, periods * self.period))
 
-    def recorded(self, start: State, period: float, longest: float) -> Stretches:
+    def recorded(self, start: State, period: float, longest: float) -> Intervals:
         """Return all steps of one period [s], none of them longer than ``longest`` [s].
 
         Raises
@@ -205,7 +205,7 @@ class StepMap:
         parts, done = [], False
         while not done:
             _, done = stepper.advance(64)
-            parts.append(Stretches.of(stepper.take_stretches()))
+            parts.append(Intervals.of(stepper.take_intervals()))
         return joined(parts)
 
     def margins(self, start: State) -> tuple[State, Floats, Floats]:

@@ -25,9 +25,9 @@ import numpy.typing as npt
 
 from ..problems.csc import Floats
 from ..problems.descriptor import DescriptorSystem
+from .intervals import Intervals
 from .moreau import all_slopes_of, function_values
 from .orbit import NoDerivative
-from .stretches import Stretches
 
 Bools = npt.NDArray[np.bool_]
 
@@ -66,7 +66,7 @@ class Tangent:
     Parameters
     ----------
     system : DescriptorSystem
-    record : Stretches
+    record : Intervals
         All steps of the period, which begins at 0.
     charges : ndarray, shape (n,)
         What is stored at its beginning.
@@ -77,7 +77,7 @@ class Tangent:
         If the steps leave parts of the period out.
     """
 
-    def __init__(self, system: DescriptorSystem, record: Stretches, charges: Floats) -> None:
+    def __init__(self, system: DescriptorSystem, record: Intervals, charges: Floats) -> None:
         self.system, self.record = system, record
         smooth = system.smooth
         none = np.zeros((system.n, 0))

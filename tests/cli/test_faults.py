@@ -50,10 +50,10 @@ def test_a_value_of_a_million_digits_is_refused_or_read_without_a_crash(process)
 
 def test_a_run_that_fails_its_certificate_exits_with_3_and_keeps_its_rows(call, monkeypatch):
     from nsspice.solvers.audit import Auditor
+    from nsspice.solvers.intervals import Intervals
     from nsspice.solvers.moreau import Records
-    from nsspice.solvers.stretches import Stretches
 
-    for name, kind in ("check", Records), ("check_stretches", Stretches):
+    for name, kind in ("check", Records), ("check_intervals", Intervals):
         check = getattr(Auditor, name)
 
         def spoilt(self, points, *rest, check=check, kind=kind):

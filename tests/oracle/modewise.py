@@ -36,7 +36,7 @@ _ROUNDING = 64.0 * np.finfo(float).eps
 
 @dataclass
 class Interval:
-    """A stretch without events: its ends, the worst negative guard, the error and its estimate."""
+    """Between two events: ends, the worst negative guard, the error and its estimate."""
 
     start: float
     stop: float
@@ -46,7 +46,7 @@ class Interval:
 
 
 class Check:
-    """Runs the engine row by row and checks the stretches between events.
+    """Runs the engine row by row and checks the intervals between events.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class Check:
         return np.array([source.value(t, "right") for source in self.sources])
 
     def intervals(self) -> list[Interval]:
-        """Return all stretches between neighbouring rows without an event."""
+        """Return all intervals between neighbouring rows without an event."""
         found = []
         before, segment = None, -1
         for _ in range(self.rows + 1):

@@ -46,7 +46,7 @@ class Motion:
 
 
 @dataclass
-class Stretch:
+class Interval:
     """What conducts from ``begin`` to ``end``; ``fired`` takes over on its side, if it is given."""
 
     begin: float
@@ -58,16 +58,16 @@ class Stretch:
     motion: Motion
 
 
-def stretches(stop: float) -> list[Stretch]:
-    """Return the stretches from the second firing, which closes the loop, to ``stop`` [s]."""
+def intervals(stop: float) -> list[Interval]:
+    """Return the intervals from the second firing, which closes the loop, to ``stop`` [s]."""
     phasor = {k: PEAK * np.exp(1j * angle) for k, angle in PHASES.items()}
     rails = {"top": "a", "bottom": "c"}
     both = CHOKE + 2 * LINE
 
-    def alone(begin: float, end: float, current: float) -> Stretch:
+    def alone(begin: float, end: float, current: float) -> Interval:
         u = phasor[rails["top"]] - phasor[rails["bottom"]]
         motion = Motion(np.array([[both]]), np.array([[LOAD]]), [u], begin, [current])
-        return Stretch(begin, end, rails["top"], rails["bottom"], "", "", motion)
+        return Interval(begin, end, rails["top"], rails["bottom"], "", "", motion)
 
     found = [alone(FIRST + SIXTH, FIRST + 2 * SIXTH, 0.0)]
     number = 2
@@ -82,14 +82,14 @@ def stretches(stop: float) -> list[Stretch]:
         K = np.array([[0.0, 0.0], [LOAD, 0.0]])
         motion = Motion(M, K, [e, u], begin, [current, 0.0])
         over = brentq(lambda t, y=motion: float(np.subtract(*y(t))), begin, end, xtol=1e-17)
-        found.append(Stretch(begin, over, rails["top"], rails["bottom"], side, fired, motion))
+        found.append(Interval(begin, over, rails["top"], rails["bottom"], side, fired, motion))
         rails[side] = fired
         found.append(alone(over, end, float(motion(over)[0])))
         number += 1
     return found
 
 
-def signals(t: float, found: list[Stretch]) -> tuple[float, float, float, float]:
+def signals(t: float, found: list[Interval]) -> tuple[float, float, float, float]:
     """Return load current and voltage, current of thyristor 1 and of phase a at one instant."""
     inside = [s for s in found if s.begin <= t < s.end]
     if not inside:

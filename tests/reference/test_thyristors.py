@@ -10,7 +10,7 @@ from fired_at_rest import FIRED_AT_REST
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle.agreement import compare
-from oracle.thyristor_bridge import signals, stretches
+from oracle.thyristor_bridge import intervals, signals
 from scipy.optimize import brentq
 
 import nsspice
@@ -23,7 +23,7 @@ OMEGA = 2 * np.pi * 50
 
 def test_the_six_pulse_bridge_at_every_row():
     run = nsspice.tran(nsspice.read(RECTIFIERS / "thyristor_bridge.net"))
-    found = stretches(0.1)
+    found = intervals(0.1)
     exact = np.array([signals(t, found) for t in run.time[:-1]])
     # rounding of 30 instants of 1e-16 s and of both programs, at 4e6 A/s and 500 V
     for column, name in enumerate(("i(l1)", "v(p,n)", "i(d1)", "i(la)")):
@@ -36,7 +36,7 @@ def test_the_bridge_by_controlled_steps(reltol: float):
     run = nsspice.tran(
         nsspice.read(RECTIFIERS / "thyristor_bridge.net"), method="sdirk", reltol=reltol
     )
-    found = stretches(0.1)
+    found = intervals(0.1)
     exact = np.array([signals(t, found)[0] for t in run.time[:-1]])
     assert np.max(np.abs(run["i(l1)"][:-1] - exact)) < 3 * reltol * np.max(exact)
 

@@ -14,7 +14,7 @@ use std::hint::black_box;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Sections of the ladder: with the node of the source and its current 15 unknowns.
+/// Sections of the stage_equations: with the node of the source and its current 15 unknowns.
 const SECTIONS: usize = 6;
 
 /// A capacitor or resistor between two nodes, -1 for ground.
@@ -22,7 +22,7 @@ type Between = (isize, isize, f64);
 
 /// A source, then sections of 1 Ohm, 1 uH and 1 uF, of the last node 10 Ohm to ground; a diode from the first
 /// capacitor to ground if asked for.
-fn ladder(diode: bool) -> (Linear, Vec<Between>, Vec<Between>) {
+fn stage_equations(diode: bool) -> (Linear, Vec<Between>, Vec<Between>) {
     let (nodes, n) = (1 + SECTIONS, 2 + 2 * SECTIONS);
     let branch = |k: usize| nodes + k; // of the source, then of the sections
     let (mut e, mut g) = (Vec::new(), Vec::new());
@@ -64,9 +64,9 @@ fn junctions(n: usize) -> Smooth {
     }
 }
 
-/// A run of the ladder behind a sine of 20 kHz: how long it took, and its steps.
+/// A run of the stage_equations behind a sine of 20 kHz: how long it took, and its steps.
 fn run(smooth: bool) -> (Duration, u64) {
-    let (linear, ..) = ladder(false);
+    let (linear, ..) = stage_equations(false);
     let (n, m, p) = linear.sizes();
     let smooth = smooth.then(|| junctions(n));
     let functions = smooth.as_ref().map_or(0, |_| 2);
@@ -116,7 +116,7 @@ fn structure(c: &mut Criterion) {
     c.bench_function("structural basis and hybrid solve", |b| {
         b.iter(|| black_box(network.hybrid().solve()))
     });
-    let (linear, capacitors, resistors) = ladder(true);
+    let (linear, capacitors, resistors) = stage_equations(true);
     let nodes = Coordinates::of_nodes(linear.g.nrows);
     let known = Reinitialiser::new(&linear, &capacitors, &resistors, &nodes);
     let known = known.expect("a plain network");

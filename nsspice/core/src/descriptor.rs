@@ -91,7 +91,7 @@ impl Linear {
 }
 
 /// Groups of laws in whose sum nothing is stored, neither by `e` nor by functions (`q`): laws without
-/// storage one by one, and those of nodes that charges tie to each other alone.
+/// storage one by one, and those of nodes that capacitors alone connect.
 pub fn sums_that_store_nothing(e: &Csc, q: &Csc) -> Vec<Vec<usize>> {
     let n = e.nrows;
     let mut together = UnionFind::new(n);
@@ -133,9 +133,9 @@ pub fn left_in_sums<'a>(
     })
 }
 
-/// Groups of laws of currents in whose sums nothing but currents of coils stands: by each group what it leaves of
+/// Groups of laws of currents in whose sums nothing but currents of inductors stands: by each group what it leaves of
 /// their columns; nothing of groups that hold more.  `others` are the matrices whose columns count as such.
-pub fn ties_of_coils(
+pub fn cut_sets_of_inductors(
     linear: &Linear,
     groups: &[Vec<usize>],
     others: &[&Csc],
@@ -145,10 +145,10 @@ pub fn ties_of_coils(
     for (k, group) in groups.iter().enumerate().filter(|e| linear.row_kind[e.1[0]] == 0) {
         group.iter().for_each(|&row| of[row] = Some(k));
     }
-    let (mut coils, mut alone) = (vec![Vec::new(); groups.len()], vec![true; groups.len()]);
+    let (mut inductors, mut alone) = (vec![Vec::new(); groups.len()], vec![true; groups.len()]);
     for (k, c, sum) in left_in_sums(&linear.g, &of, of_entries(linear.g.nrows)) {
         if linear.row_kind[c] == 1 && stores[c] {
-            coils[k].push((c, sum));
+            inductors[k].push((c, sum));
         } else {
             alone[k] = false;
         }
@@ -156,8 +156,8 @@ pub fn ties_of_coils(
     let more =
         others.iter().flat_map(|matrix| left_in_sums(matrix, &of, of_entries(linear.g.nrows)));
     more.for_each(|(k, ..)| alone[k] = false);
-    coils.iter_mut().zip(&alone).filter(|e| !e.1).for_each(|(coils, _)| coils.clear());
-    coils
+    inductors.iter_mut().zip(&alone).filter(|e| !e.1).for_each(|(inductors, _)| inductors.clear());
+    inductors
 }
 
 /// The columns in which something is stored.

@@ -10,12 +10,12 @@ mod system;
 
 use crate::audit::Taken;
 use crate::pieces::Pieces;
-use points::{PyRecords, PyStretches};
+use points::{PyIntervals, PyRecords};
 use polynomial::PyPolynomial;
 use system::{guessed, misfit, PySystem, Sizes};
 
 use crate::integrate::{Accuracy, Clock, Failure, Outputs, Part, Plan, Progress, Sdirk, Stepper};
-use crate::integrate::{System, Tableau, Witness};
+use crate::integrate::{Samples, System, Tableau};
 use crate::mlcp::{Driver, Problem, Role, Start};
 use crate::sparse::Csc;
 use crate::tape::{Program, Tape};
@@ -268,32 +268,32 @@ impl PyStepper {
     /// mode; `sides`: rows on both sides of jumps.
     fn watch(&mut self, every: u64, window: u32, sides: bool) {
         let size = self.inner.state().0.len() + self.inner.state().1.len();
-        self.inner.recorder.witness = Witness::new(every, window, sides, size);
+        self.inner.recorder.samples = Samples::new(every, window, sides, size);
     }
 
     /// Records all steps with error control, for who goes along them once more.
     fn record_all(&mut self) {
-        self.inner.recorder.witness.all = true;
+        self.inner.recorder.samples.all = true;
     }
 
     /// Keeps some outputs between two instants as polynomials through so many points of steps with error
     /// control.
     fn keep_pieces(&mut self, outputs: Vec<usize>, from_time: f64, to_time: f64, points: usize) {
-        self.inner.recorder.witness.pieces =
+        self.inner.recorder.samples.pieces =
             Pieces::new(outputs, [from_time, to_time], points.max(4));
     }
 
     /// The pieces since the last call: beginning, length and values at the points, output by output.
     fn take_pieces<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let (size, table) =
-            (self.inner.recorder.witness.pieces.size(), self.inner.recorder.witness.pieces.take());
+            (self.inner.recorder.samples.pieces.size(), self.inner.recorder.samples.pieces.take());
         let rows = table.len() / size;
         PyArray1::from_vec(py, table).reshape([rows, size])
     }
 
     /// Keeps the ends of steps of fixed length between the rows, too, within two instants.
     fn keep_between(&mut self, from_time: f64, to_time: f64) {
-        self.inner.recorder.witness.keep_between([from_time, to_time]);
+        self.inner.recorder.samples.keep_between([from_time, to_time]);
     }
 
     /// Lets the balance of energy of an auditor go with the run.
@@ -312,23 +312,23 @@ impl PyStepper {
 
     /// Numbers that wait to be taken.
     fn waiting(&self) -> usize {
-        self.inner.recorder.witness.waiting() + self.sdirk.as_ref().map_or(0, |s| s.waiting())
+        self.inner.recorder.samples.waiting() + self.sdirk.as_ref().map_or(0, |s| s.waiting())
     }
 
     /// The steps with error control recorded since the last call.
-    fn take_stretches(&mut self) -> PyStretches {
-        let taken = self.sdirk.as_mut().map_or_else(Taken::default, |s| s.take_stretches());
-        PyStretches { taken, sizes: self.sizes }
+    fn take_intervals(&mut self) -> PyIntervals {
+        let taken = self.sdirk.as_mut().map_or_else(Taken::default, |s| s.take_intervals());
+        PyIntervals { taken, sizes: self.sizes }
     }
 
     /// The recorded steps since the last call.
     fn take_records(&mut self) -> PyRecords {
-        PyRecords { records: self.inner.recorder.witness.take_records(), sizes: self.sizes }
+        PyRecords { records: self.inner.recorder.samples.take_records(), sizes: self.sizes }
     }
 
     /// Rows of both sides of jumps since the last call, flat.
     fn take_sides<'py>(&mut self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_vec(py, self.inner.recorder.witness.take_sides())
+        PyArray1::from_vec(py, self.inner.recorder.samples.take_sides())
     }
 
     fn plan_grid(
@@ -583,7 +583,7 @@ fn waveform_values<'py>(
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<PySystem>()?;
-    module.add_class::<PyStretches>()?;
+    module.add_class::<PyIntervals>()?;
     module.add_class::<PyRecords>()?;
     module.add_class::<PyPolynomial>()?;
     module.add_class::<PyStepper>()?;

@@ -9,7 +9,7 @@
 
 use crate::switch::Switch;
 
-/// Turns while events pile up that are chatter.
+/// Turns while events accumulate that are chatter.
 const AGAIN: u32 = 2;
 /// A switch that stays as it is for so many looks has ceased to chatter.
 const QUIET: u32 = 16;
@@ -33,7 +33,7 @@ pub struct Sampling {
     quiet: Vec<u32>,
     /// how far each control was from its threshold at the last look, and for how many looks it has gone away
     leaving: Vec<(f64, u32)>,
-    /// turns at thresholds since events began to pile up
+    /// turns at thresholds since events began to accumulate
     turned: Vec<u32>,
 }
 
@@ -58,12 +58,12 @@ impl Sampling {
         self.turned[switch] += 1;
     }
 
-    /// Notes that events do not pile up.
+    /// Notes that events do not accumulate.
     pub fn forget(&mut self) {
         self.turned.fill(0);
     }
 
-    /// Events have piled up at a time: samples the switches that turned again and again; false if there are
+    /// Events have accumulated at a time: samples the switches that turned again and again; false if there are
     /// none but those that are.
     pub fn begin(&mut self, time: f64) -> bool {
         let again = |&k: &usize| self.turned[k] >= AGAIN && !self.on[k];

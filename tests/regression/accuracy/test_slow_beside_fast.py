@@ -10,8 +10,8 @@ from nsspice.analyses.cards import Tran
 from nsspice.analyses.examiner import Examiner
 from nsspice.analyses.island_runner import IslandRunner
 from nsspice.analyses.settings import Settings
+from nsspice.solvers.intervals import Intervals
 from nsspice.solvers.moreau import Records
-from nsspice.solvers.stretches import Stretches
 
 #: micro-ohms and picofarads beside 0.1 H
 DECK = """rates from 2e-4 to 2e17 per second
@@ -50,7 +50,7 @@ def test_a_flux_is_the_integral_of_its_voltage() -> None:
     assert run["i(l2)"] == pytest.approx(expected, abs=2e-5)
 
 
-def recorded(text: str, method: str) -> tuple[IslandRunner, Stretches, Records | None]:
+def recorded(text: str, method: str) -> tuple[IslandRunner, Intervals, Records | None]:
     """Return the runner of a whole run, its intervals and its implicit steps."""
     circuit = nsspice.read(text)
     analysis = Tran(stop=50e-6, row_step=5e-7, uic=True)
@@ -59,9 +59,9 @@ def recorded(text: str, method: str) -> tuple[IslandRunner, Stretches, Records |
     runner.start()
     while runner.advance(1000).shape[0]:
         pass
-    stretches = Stretches.of(runner.stepper.take_stretches())
+    intervals = Intervals.of(runner.stepper.take_intervals())
     steps = None if method == "modewise" else Records.of(runner.stepper.take_records())
-    return runner, stretches, steps
+    return runner, intervals, steps
 
 
 @pytest.mark.parametrize("method", ["modewise", "sdirk"])
@@ -69,9 +69,9 @@ def test_an_inductor_is_judged_beside_its_own_voltage(method: str) -> None:
     """A run with 0.4 times the inductance does not pass: the fastest rates excuse no slow one."""
     right = recorded(DECK, method)[0].mna
     for inductance, passes in ("0.09862", True), ("0.0394", False):
-        _, stretches, steps = recorded(DECK.replace("0.09862", inductance), method)
+        _, intervals, steps = recorded(DECK.replace("0.09862", inductance), method)
         examiner = Examiner(right)
-        examiner.take_stretches(stretches)
+        examiner.take_intervals(intervals)
         if steps is not None:
             examiner.take(steps)
         certificate = examiner.certificate(1, 0)

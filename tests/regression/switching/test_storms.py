@@ -40,7 +40,7 @@ def test_what_comes_after_a_spell_does_not_depend_on_rows() -> None:
     coarse, fine = (nsspice.tran(nsspice.read(PFC.format(rows=r))) for r in ("50u", "10u"))
     for found in (coarse, fine):
         assert found.certificate.passed, found.certificate
-        assert found.stats["storm"] == 1
+        assert found.stats["accumulation"] == 1
         # the energy that the implicit steps have taken is that of a latch, not that of the output
         assert found.certificate.taken < 1e-6
     # the steps of a latch without energy decide when a pulse of some ten microseconds begins;

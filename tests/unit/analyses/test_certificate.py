@@ -17,8 +17,8 @@ from nsspice.analyses.settings import Settings
 from nsspice.problems.csc import Csc
 from nsspice.problems.descriptor import DescriptorSystem
 from nsspice.solvers.audit import Auditor
+from nsspice.solvers.intervals import Intervals
 from nsspice.solvers.moreau import Records
-from nsspice.solvers.stretches import Stretches
 
 DECK = """rectifier with a ripple
 V1 a 0 SIN(0 10 50)
@@ -142,19 +142,19 @@ def finish(runner) -> None:
 
 
 def exact(text=CHOPPER, stop=100e-6):
-    """Return the runner of a mode-wise run and its stretches, untouched."""
+    """Return the runner of a mode-wise run and its intervals, untouched."""
     circuit = nsspice.read(text)
     analysis = Tran(stop=stop, row_step=stop / 10, uic=True)
     settings = Settings("modewise", 1.0)
     runner = IslandRunner(circuit, 0, circuit.islands[0], [], analysis, settings, None, None)
     runner.start()
     finish(runner)
-    return runner, Stretches.of(runner.stepper.take_stretches())
+    return runner, Intervals.of(runner.stepper.take_intervals())
 
 
-def exact_verdict(runner, stretches) -> Certificate:
+def exact_verdict(runner, intervals) -> Certificate:
     examiner = Examiner(runner.mna)
-    examiner.take_stretches(stretches)
+    examiner.take_intervals(intervals)
     steps, sums = runner.stepper.statistics["segments"], runner.stepper.balance
     return examiner.certificate(steps, 0, runner.stepper.jumps, runner.charges, sums=sums)
 
@@ -171,31 +171,31 @@ def test_an_exact_run_passes_with_a_complete_balance():
 
 @pytest.mark.parametrize("name", ["first", "z", "rate", "lam", "u", "weight"])
 def test_a_single_wrong_number_fails_an_exact_run(name):
-    runner, stretches = exact()
-    array = getattr(stretches, name).copy()
+    runner, intervals = exact()
+    array = getattr(intervals, name).copy()
     flat = array[array.shape[0] // 2].reshape(-1)
-    # where the stretch begins only what is stored counts
+    # where the interval begins only what is stored counts
     at = runner.mna.unknowns.index("v(out)") if name == "first" else int(np.argmax(np.abs(flat)))
     flat[at] *= 1.0 + 1e-5
-    assert not exact_verdict(runner, replace(stretches, **{name: array})).passed
+    assert not exact_verdict(runner, replace(intervals, **{name: array})).passed
 
 
 def test_a_rate_that_belongs_to_another_motion_is_seen():
     """Rates and currents that agree with each other, but not with where the state goes."""
-    runner, stretches = exact()
+    runner, intervals = exact()
     k, j = 5, runner.mna.unknowns.index("v(out)")
-    z = stretches.z.copy()
+    z = intervals.z.copy()
     z[k, -1] += 1e-5 * z[k, -1, j] * (np.arange(z.shape[2]) == j)
-    assert not exact_verdict(runner, replace(stretches, z=z)).passed
+    assert not exact_verdict(runner, replace(intervals, z=z)).passed
 
 
 def test_a_conducting_diode_with_reverse_current_is_seen_in_an_exact_run():
-    runner, stretches = exact()
+    runner, intervals = exact()
     pair = runner.mna.pairs.index("d1")
-    lam = stretches.lam.copy()
-    assert stretches.lam[:, :, pair].max() > 0.01
+    lam = intervals.lam.copy()
+    assert intervals.lam[:, :, pair].max() > 0.01
     lam[3, 2, pair] = -1e-6
-    assert exact_verdict(runner, replace(stretches, lam=lam)).complementarity > 1e-6
+    assert exact_verdict(runner, replace(intervals, lam=lam)).complementarity > 1e-6
 
 
 def test_energies_of_a_charged_capacitor_are_those_of_the_book():
@@ -239,12 +239,12 @@ def test_an_exact_jump_enters_the_balance():
 
 
 def test_laws_of_long_exact_runs_are_sampled_and_energies_are_whole():
-    runner, stretches = exact(stop=20e-3)
+    runner, intervals = exact(stop=20e-3)
     segments = runner.stepper.statistics["segments"]
     assert segments > 4000
     # one in 256, after some at the beginning
-    assert 4 <= int(stretches.steps.sum()) < 24 + segments / 256
-    found = exact_verdict(runner, stretches)
+    assert 4 <= int(intervals.steps.sum()) < 24 + segments / 256
+    found = exact_verdict(runner, intervals)
     assert found.passed
     assert found.energy.complete
     assert found.energy.drift < 1e-12
@@ -264,8 +264,8 @@ def cockcroft_walton(stages=16, **values):
 
 def test_energies_of_many_large_modes_are_whole():
     """16 stages, a new mode each time; forms of each would cost several times the run."""
-    runner, stretches = exact(cockcroft_walton(), 2e-3)
-    found = exact_verdict(runner, stretches)
+    runner, intervals = exact(cockcroft_walton(), 2e-3)
+    found = exact_verdict(runner, intervals)
     assert found.passed
     e = found.energy
     assert e.complete
@@ -326,42 +326,42 @@ def stepped(text=CLAMP, stop=2e-3):
     runner.start()
     while runner.advance(1000).shape[0]:
         pass
-    return runner, Stretches.of(runner.stepper.take_stretches())
+    return runner, Intervals.of(runner.stepper.take_intervals())
 
 
-def stepped_verdict(runner, stretches) -> Certificate:
+def stepped_verdict(runner, intervals) -> Certificate:
     examiner = Examiner(runner.mna)
-    examiner.take_stretches(stretches)
+    examiner.take_intervals(intervals)
     steps = int(runner.stepper.statistics["steps"])
     sums = runner.stepper.balance
     return examiner.certificate(steps, 0, runner.stepper.jumps, runner.charges, sums=sums)
 
 
 def test_a_run_with_error_control_passes():
-    runner, stretches = stepped(stop=2e-3)
-    found = stepped_verdict(runner, stretches)
+    runner, intervals = stepped(stop=2e-3)
+    found = stepped_verdict(runner, intervals)
     assert found.passed
     assert found.energy.steps >= 64
 
 
 def test_steps_that_are_cut_at_the_threshold_of_a_switch_are_recorded_and_pass():
     """Steps do not pass over thresholds: the end of one that is cut there is no stage."""
-    runner, stretches = stepped(RELAY, stop=5e-3)
-    assert stepped_verdict(runner, stretches).passed
-    assert np.count_nonzero(stretches.weight[:, -1] > 0.0) >= 4
+    runner, intervals = stepped(RELAY, stop=5e-3)
+    assert stepped_verdict(runner, intervals).passed
+    assert np.count_nonzero(intervals.weight[:, -1] > 0.0) >= 4
 
 
 @pytest.mark.parametrize("name", ["first", "z", "rate", "lam", "u", "weight"])
 def test_a_single_wrong_number_fails_a_run_with_error_control(name):
-    runner, stretches = stepped()
-    array = getattr(stretches, name).copy()
-    row = int(np.argmax(np.abs(stretches.lam).max(axis=(1, 2))))  # where the ideal diode conducts
+    runner, intervals = stepped()
+    array = getattr(intervals, name).copy()
+    row = int(np.argmax(np.abs(intervals.lam).max(axis=(1, 2))))  # where the ideal diode conducts
     flat = array[row].reshape(-1)
     # what begins and what moves is judged for stored unknowns alone
     stored = name in ("first", "rate")
     at = runner.mna.unknowns.index("v(c)") if stored else int(np.argmax(np.abs(flat)))
     flat[at] *= 1.0 + 1e-4
-    assert not stepped_verdict(runner, replace(stretches, **{name: array})).passed
+    assert not stepped_verdict(runner, replace(intervals, **{name: array})).passed
 
 
 @pytest.mark.parametrize("order", [2, 4])

@@ -17,9 +17,9 @@ from nsspice.analyses.examiner import Examiner
 from nsspice.analyses.island_runner import IslandRunner
 from nsspice.analyses.settings import Settings
 from nsspice.cli.app import app
+from nsspice.solvers.intervals import Intervals
 from nsspice.solvers.modewise import ModewiseStepper
 from nsspice.solvers.moreau import Records
-from nsspice.solvers.stretches import Stretches
 
 #: a ball on a rigid floor: the mode in which it rests has an index above 2
 pytestmark = pytest.mark.usefixtures("runs_return")
@@ -49,54 +49,54 @@ def finished(text, method, stop, longest=None):
     runner.start()
     while runner.advance(1000).shape[0]:
         pass
-    stretches = Stretches.of(runner.stepper.take_stretches())
-    return runner, stretches, Records.of(runner.stepper.take_records())
+    intervals = Intervals.of(runner.stepper.take_intervals())
+    return runner, intervals, Records.of(runner.stepper.take_records())
 
 
-def verdict(runner, stretches, records):
+def verdict(runner, intervals, records):
     examiner = Examiner(runner.mna)
-    examiner.take_stretches(stretches)
+    examiner.take_intervals(intervals)
     examiner.take(records)
     return examiner.certificate(1, 0, runner.stepper.jumps, runner.charges)
 
 
 def test_implicit_steps_of_the_mode_wise_engine_are_all_checked():
-    runner, stretches, records = finished(IMPACT, "modewise", 2.0)
+    runner, intervals, records = finished(IMPACT, "modewise", 2.0)
     count = runner.stepper.statistics["fixed_steps"]
     assert count > 100
     assert records.time.size == count
-    assert verdict(runner, stretches, records).passed
+    assert verdict(runner, intervals, records).passed
 
 
 @pytest.mark.parametrize("name", ["z", "change", "lam", "u"])
 def test_a_wrong_implicit_step_fails(name):
-    runner, stretches, records = finished(IMPACT, "modewise", 2.0)
+    runner, intervals, records = finished(IMPACT, "modewise", 2.0)
     array = getattr(records, name).copy()
     array[array.shape[0] // 2] += 1e-6 * np.abs(array).max()
-    assert not verdict(runner, stretches, replace(records, **{name: array})).passed
+    assert not verdict(runner, intervals, replace(records, **{name: array})).passed
 
 
 def test_single_implicit_steps_of_sdirk_are_all_checked():
-    runner, stretches, records = finished(CONTROLLED, "sdirk", 0.12, 1.0)
+    runner, intervals, records = finished(CONTROLLED, "sdirk", 0.12, 1.0)
     assert runner.stepper.statistics["forced"] > 0
     # the states right after jumps stand among them, with negative lengths
     assert np.sum(records.length > 0.0) == runner.stepper.statistics["forced"]
-    assert verdict(runner, stretches, records).passed
+    assert verdict(runner, intervals, records).passed
 
 
 def test_modes_of_sdirk_that_leave_something_open_are_checked():
-    runner, stretches, records = finished(OPEN, "sdirk", 0.04, 1.0)
+    runner, intervals, records = finished(OPEN, "sdirk", 0.04, 1.0)
     assert runner.stepper.statistics["undetermined"] > 50
     both = [runner.mna.pairs.index(name) for name in ("d1", "d2")]
-    ends = stretches.lam[:, -1][:, both]
+    ends = intervals.lam[:, -1][:, both]
     # every step is recorded at first, those with current too
     assert np.sum(ends.sum(axis=1) > 0.1) > 10
-    assert verdict(runner, stretches, records).passed
+    assert verdict(runner, intervals, records).passed
     for name in "z", "rate", "lam":
-        array = getattr(stretches, name).copy()
+        array = getattr(intervals, name).copy()
         k = int(np.argmax(ends.sum(axis=1)))
         array[k, -1] += 1e-6 * np.abs(array[k, -1]).max()
-        wrong = replace(stretches, **{name: array})
+        wrong = replace(intervals, **{name: array})
         assert not verdict(runner, wrong, records).passed
 
 

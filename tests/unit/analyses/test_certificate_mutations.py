@@ -13,8 +13,8 @@ from nsspice.analyses.cards import Tran
 from nsspice.analyses.examiner import Examiner, sampling
 from nsspice.analyses.island_runner import IslandRunner
 from nsspice.analyses.settings import Settings
+from nsspice.solvers.intervals import Intervals
 from nsspice.solvers.moreau import Records
-from nsspice.solvers.stretches import Stretches
 
 #: a boost converter: switchings by a source, a diode that ends by itself, a resonance beside
 BOOST = """boost
@@ -44,30 +44,30 @@ def run(method, **values):
     while runner.advance(1000).shape[0]:
         pass
     steps = Records.of(runner.stepper.take_records()) if method != "modewise" else None
-    stretches = None
+    intervals = None
     if method != "moreau":
-        stretches = Stretches.of(runner.stepper.take_stretches())
-    return runner, steps, stretches
+        intervals = Intervals.of(runner.stepper.take_intervals())
+    return runner, steps, intervals
 
 
-def verdict(runner, steps, stretches):
+def verdict(runner, steps, intervals):
     examiner = Examiner(runner.mna)
-    if stretches is not None:
-        examiner.take_stretches(stretches)
+    if intervals is not None:
+        examiner.take_intervals(intervals)
     if steps is not None:
         examiner.take(steps)
     return examiner.certificate(1, 0, runner.stepper.jumps, runner.charges)
 
 
-def changed(method, steps, stretches, name, change):
-    """Apply a change to one array of all recorded steps, or stretches."""
+def changed(method, steps, intervals, name, change):
+    """Apply a change to one array of all recorded steps, or intervals."""
     if method == "moreau":
         array = getattr(steps, name).copy()
         change(array)
-        return replace(steps, **{name: array}), stretches
-    array = getattr(stretches, name).copy()
+        return replace(steps, **{name: array}), intervals
+    array = getattr(intervals, name).copy()
     change(array)
-    return steps, replace(stretches, **{name: array})
+    return steps, replace(intervals, **{name: array})
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -88,31 +88,31 @@ def test_the_right_run_passes(method):
     ],
 )
 def test_a_run_under_other_laws_fails(method, wrong):
-    runner, steps, stretches = run(method, **wrong)
+    runner, steps, intervals = run(method, **wrong)
     right = run(method)[0]
     runner.mna = right.mna
-    assert not verdict(runner, steps, stretches).passed
+    assert not verdict(runner, steps, intervals).passed
 
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("unknown", ["v(out)", "i(l1)"])
 def test_a_state_that_is_off_by_a_millionth_fails(method, unknown):
-    runner, steps, stretches = run(method)
+    runner, steps, intervals = run(method)
     j = runner.mna.unknowns.index(unknown)
-    steps_in_time = steps.length > 0.0 if method == "moreau" else stretches.begin >= 0.0
+    steps_in_time = steps.length > 0.0 if method == "moreau" else intervals.begin >= 0.0
     k = np.flatnonzero(steps_in_time)[steps_in_time.sum() // 2]
 
     def shift(z):
-        # one step, or one stretch, moved as a whole: its rates are as they were
+        # one step, or one interval, moved as a whole: its rates are as they were
         z[k][..., j] += 1e-6 * np.abs(z[..., j]).max()
 
-    wrong = changed(method, steps, stretches, "z", shift)
+    wrong = changed(method, steps, intervals, "z", shift)
     assert not verdict(runner, *wrong).passed
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_diode_in_the_wrong_mode_for_one_step_fails(method):
-    runner, steps, stretches = run(method)
+    runner, steps, intervals = run(method)
     pair = runner.mna.pairs.index("d1")
 
     def cut(lam):
@@ -120,7 +120,7 @@ def test_a_diode_in_the_wrong_mode_for_one_step_fails(method):
         assert conducts
         lam[conducts[len(conducts) // 2]][..., pair] = 0.0
 
-    wrong = changed(method, steps, stretches, "lam", cut)
+    wrong = changed(method, steps, intervals, "lam", cut)
     assert not verdict(runner, *wrong).passed
 
 
@@ -199,15 +199,15 @@ def test_a_diode_of_a_part_that_hardly_conducts_is_not_free_of_its_voltage():
 @pytest.mark.parametrize("unknown", ["v(out)", "i(l1)"])
 def test_a_state_that_changes_between_two_segments_fails(unknown):
     """All points of both hold: nothing but their difference tells, recorded or not."""
-    runner, _, stretches = run("modewise")
+    runner, _, intervals = run("modewise")
     segments = runner.stepper.statistics["segments"]
-    assert stretches.seams == segments > stretches.begin.size // 2
+    assert intervals.boundaries == segments > intervals.begin.size // 2
     j = runner.mna.unknowns.index(unknown)
 
     def shift(z):
         z[0, j] += 1e-6 * np.abs(z[:, j]).max()
 
-    _, wrong = changed("modewise", None, stretches, "seam_begin", shift)
+    _, wrong = changed("modewise", None, intervals, "boundary_begin", shift)
     found = verdict(runner, None, wrong)
     assert found.laws < 1e-8
     assert not found.passed

@@ -13,8 +13,8 @@ import pytest
 import nsspice
 from nsspice.analyses import regularity
 from nsspice.solvers.compiled import compiled
+from nsspice.solvers.intervals import Intervals
 from nsspice.solvers.moreau import Records
-from nsspice.solvers.stretches import Stretches
 
 RECTIFIER = """rectifier
 V1 a 0 SIN(0 10 50)
@@ -148,7 +148,7 @@ def test_what_an_engine_leaves_opens_as_arrays(text, method, monkeypatch):
     from nsspice.analyses.examiner import Examiner
 
     seen = []
-    for name, kind in ("take", Records), ("take_stretches", Stretches):
+    for name, kind in ("take", Records), ("take_intervals", Intervals):
         check = getattr(Examiner, name)
 
         def kept(self, left, check=check, kind=kind):
@@ -160,13 +160,13 @@ def test_what_an_engine_leaves_opens_as_arrays(text, method, monkeypatch):
     by_arrays = nsspice.tran(circuit, method=method)
     monkeypatch.undo()
     assert numbers(nsspice.tran(circuit, method=method)) == numbers(by_arrays)
-    stretches = Stretches.of(seen[0])
-    k, s, n = stretches.z.shape
+    intervals = Intervals.of(seen[0])
+    k, s, n = intervals.z.shape
     system = circuit.islands[0].assemble(tstep=1e-4, tstop=20e-3).system
     assert n == system.n
     assert k > 0
-    assert stretches.lam.shape == (k, s, system.m)
-    assert stretches.time.shape == stretches.weight.shape == (k, s)
+    assert intervals.lam.shape == (k, s, system.m)
+    assert intervals.time.shape == intervals.weight.shape == (k, s)
     with pytest.raises(AttributeError):
         _ = seen[0].colour
 

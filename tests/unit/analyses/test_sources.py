@@ -48,15 +48,15 @@ def recorded(text: str, method: str):
     runner.start()
     while runner.advance(1000).shape[0]:
         pass
-    stretches = None if method == "moreau" else runner.stepper.take_stretches()
-    return runner.mna, runner.stepper.take_records(), stretches
+    intervals = None if method == "moreau" else runner.stepper.take_intervals()
+    return runner.mna, runner.stepper.take_records(), intervals
 
 
-def examined(mna, records, stretches) -> Examiner:
+def examined(mna, records, intervals) -> Examiner:
     examiner = Examiner(mna, timed=True)
     examiner.take(records)
-    if stretches is not None:
-        examiner.take_stretches(stretches)
+    if intervals is not None:
+        examiner.take_intervals(intervals)
     return examiner
 
 
@@ -70,13 +70,13 @@ def test_every_engine_is_driven_by_the_waveforms(text, method):
 @pytest.mark.parametrize(("text", "method"), RUNS)
 def test_a_wrong_source_is_named(text, method):
     """One source of the deck is not that of the engine."""
-    mna, records, stretches = recorded(text, method)
+    mna, records, intervals = recorded(text, method)
     for wrong, waveform in enumerate(mna.system.waveforms):
         waveforms = list(mna.system.waveforms)
         waveforms[wrong] = replace(waveform, scale=waveform.scale * (1.0 + 1e-6))
         other = copy(mna)
         other.system = replace(mna.system, waveforms=tuple(waveforms))
-        found = examined(other, records, stretches).certificate(1, 0)
+        found = examined(other, records, intervals).certificate(1, 0)
         assert not found.passed
         assert found.laws > 1e-8
         assert found.worst == (f"v{wrong}" if wrong < 6 else "the source at node b")

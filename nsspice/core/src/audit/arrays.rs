@@ -61,7 +61,7 @@ pub(super) struct Places {
     pub algebraic: Vec<bool>,
     /// nodes whose potentials charges give: capacitors between others hold none
     pub held: Vec<bool>,
-    /// laws of currents whose sum holds at every instant: of nodes that capacitors tie together
+    /// laws of currents whose sum holds at every instant: of nodes that capacitors cut_set together
     pub groups: Vec<Vec<usize>>,
     /// those out of which a source leads: its current is what the laws sum to, with all of their rounding
     pub fed: Vec<bool>,

@@ -202,7 +202,7 @@ mod tests {
         let form = form(3, &entries, &[(0, 1, 2.0)]);
         assert_eq!((&form.pairs[..], &form.single[..]), (&[(0, 1, -1.0, 2.0)][..], &[][..]));
         assert_eq!(form.products, [(1, 2, -1e6)]);
-        // as squares: 1e12 W, of which a pico would be lost in rounding
+        // as squares: 1e12 W, of which a pico would be lost to cancellation
         let x = [1e3, 1e3, 1e-12];
         assert_eq!(form.at(|k| x[k]), -1e6 * 1e3 * 1e-12);
         assert_eq!(form.products(&[&x, &x], &[1.0, 0.5, 0.5, -3.0]), -form.at(|k| x[k]));

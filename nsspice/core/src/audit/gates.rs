@@ -30,7 +30,7 @@ impl Gates {
         Gates { switches, swings, error: 0.0, worst: None }
     }
 
-    /// Takes both ends of recorded stretches of `n` unknowns and `m` pairs; where switches are sampled their
+    /// Takes both ends of recorded intervals of `n` unknowns and `m` pairs; where switches are sampled their
     /// controls may be anywhere.
     pub(super) fn take(&mut self, all: &Taken, kinds: &[u8], m: usize) {
         if all.roles.is_empty() {

@@ -1,11 +1,11 @@
-//! Stretches of a continuous solution: its points at the nodes of a quadrature, or the stages of a
+//! Intervals of a continuous solution: its points at the nodes of a quadrature, or the stages of a
 //! Runge-Kutta step.
 
 use super::form::Form;
 use super::laws::Auditor;
 use super::points::Point;
 use super::recorded::Taken;
-use super::rounding::Grain;
+use super::rounding::RoundingUnit;
 use super::{ratio, worse, TOLERANCE};
 
 /// A closed form has the rounding of three computations of the size of an elimination: the reduction
@@ -17,7 +17,7 @@ const INSTANT: f64 = 16.0 * f64::EPSILON;
 /// States at which one motion ends and the next begins: nothing changes between them but in jumps
 /// that are reported.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Seams {
+pub struct Boundaries {
     /// largest energy of a change [J]
     changed: f64,
     /// largest stored energy [J]
@@ -29,7 +29,7 @@ fn stored(storage: &Form, z: &[f64]) -> f64 {
     0.5 * storage.at(|k| z[k]).abs()
 }
 
-impl Seams {
+impl Boundaries {
     /// The largest change as the root of its energy, relative to that of the largest energy.
     pub fn error(&self) -> f64 {
         ratio(self.changed.sqrt(), self.stored.sqrt())
@@ -37,13 +37,13 @@ impl Seams {
 }
 
 impl Auditor {
-    /// Checks recorded stretches.
-    pub fn take_stretches(&mut self, all: &Taken) {
+    /// Checks recorded intervals.
+    pub fn take_intervals(&mut self, all: &Taken) {
         let (n, m, p, s) = (self.arrays.n, self.arrays.m, self.arrays.p, all.nodes);
         let count = all.begin.len();
         let functions = self.smooth.as_ref().map_or(0, |f| f.tape.program().len());
         if let Some(sources) = &mut self.sources {
-            // stages behind the end of a step see a law of a source that has ended
+            // stages after the end of a step see a law of a source that has ended
             let rows = all.time.iter().enumerate().filter(|(i, t)| **t <= all.end[i / s]);
             sources.take(&rows.map(|(i, &t)| (t, i)).collect::<Vec<_>>(), &all.u);
         }
@@ -61,15 +61,15 @@ impl Auditor {
         self.expect(count * s);
         let known = all.known / TOLERANCE;
         if n > 0 {
-            let sides = all.seam_end.chunks_exact(n).zip(all.seam_begin.chunks_exact(n));
-            sides.for_each(|(end, begin)| self.take_seam(end, begin));
+            let sides = all.boundary_end.chunks_exact(n).zip(all.boundary_begin.chunks_exact(n));
+            sides.for_each(|(end, begin)| self.take_boundary(end, begin));
         }
         for k in 0..count {
             let h = all.end[k] - all.begin[k];
-            let grain = Grain {
+            let unit = RoundingUnit {
                 largest: self.seen.largest,
-                rate: 1.0 / all.grain[k],
-                quotients: if all.inner.is_empty() { 0.0 } else { 1.0 / all.grain[k] },
+                rate: 1.0 / all.shortest[k],
+                quotients: if all.inner.is_empty() { 0.0 } else { 1.0 / all.shortest[k] },
                 share: if all.inner.is_empty() {
                     CLOSED * self.share
                 } else {
@@ -88,7 +88,8 @@ impl Auditor {
                 let (z, l, u) = (&all.z[at(i, n)], &all.l[at(i, m)], &all.u[at(i, p)]);
                 let rate = &all.rate[at(i, n)];
                 // states may vanish wherever a motion ends
-                self.seams.stored = self.seams.stored.max(stored(&self.arrays.storage, z));
+                self.boundaries.stored =
+                    self.boundaries.stored.max(stored(&self.arrays.storage, z));
                 charge_rate.fill(0.0);
                 self.arrays.e.add(1.0, rate, &mut charge_rate);
                 if let Some(smooth) = &mut self.smooth {
@@ -104,7 +105,7 @@ impl Auditor {
                 }
                 let unsigned = all.signed[k] == 0 && i + 1 < s;
                 let point = Point { z, l, u, f: &f, roles, after_jump: false, unsigned };
-                self.point(&point, &charge_rate, &grain, &mut floor);
+                self.point(&point, &charge_rate, &unit, &mut floor);
                 if i + 1 == s {
                     self.arrays.e.add_both(1.0, z, &mut error, &mut sizes);
                     if let Some(smooth) = self.smooth.as_mut().filter(|f| !f.q.is_empty()) {
@@ -118,13 +119,13 @@ impl Auditor {
             let rounding = INSTANT * all.begin[k].abs().max(all.end[k].abs());
             self.blur(s, (rounding / h).min(1.0));
             self.judge_full();
-            self.motion(&error, &sizes, grain.share, [h, all.swing[k]]);
+            self.motion(&error, &sizes, unit.share, [h, all.swing[k]]);
             self.found.steps += u64::from(all.steps[k]);
         }
         self.judge();
     }
 
-    /// The balance of charge and flux over a stretch of length `h`; a content is known to this share
+    /// The balance of charge and flux over an interval of length `h`; a content is known to this share
     /// of what the largest voltage and current would make of it, and of what they would bring.  A
     /// closed form is a sum of terms, which may be larger than all that is left of them: what they
     /// would store without cancelling, the `swing`, could all be in this element.
@@ -146,14 +147,14 @@ impl Auditor {
     }
 
     /// Takes a state at which a motion ends, and the one at which the next begins.
-    fn take_seam(&mut self, end: &[f64], begin: &[f64]) {
+    fn take_boundary(&mut self, end: &[f64], begin: &[f64]) {
         let change: Vec<f64> = end.iter().zip(begin).map(|(a, b)| b - a).collect();
         let changed = stored(&self.arrays.storage, &change);
-        let seams = &mut self.seams;
-        if worse(changed, seams.changed) {
-            seams.changed = changed;
+        let boundaries = &mut self.boundaries;
+        if worse(changed, boundaries.changed) {
+            boundaries.changed = changed;
         }
-        seams.stored = seams
+        boundaries.stored = boundaries
             .stored
             .max(stored(&self.arrays.storage, end))
             .max(stored(&self.arrays.storage, begin));

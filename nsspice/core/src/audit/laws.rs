@@ -3,8 +3,8 @@
 use super::arrays::{Arrays, Places};
 use super::branches::Branches;
 use super::gates::Gates;
-use super::inductor_cut_sets::Ties;
-use super::intervals::Seams;
+use super::inductor_cut_sets::CutSets;
+use super::intervals::Boundaries;
 use super::matrix::Entries;
 use super::points::Block;
 use super::rounding::{share, Reach};
@@ -46,7 +46,7 @@ impl Functions {
 
     /// Adds what rounding of the values at the last point, and of the largest voltage and current
     /// there, is measured by: in laws, and over the time that rates stand for.  If that `part` of them is
-    /// as much as junctions bend over, their slopes explain any current, and none is excused.
+    /// as much as the curvature of junctions explains, their slopes explain any current, and none is excused.
     pub fn add_sizes(
         &mut self,
         kinds: &[u8],
@@ -76,7 +76,7 @@ impl Functions {
 pub(super) struct Seen {
     /// voltage and current of all points
     pub all: [f64; 2],
-    /// voltage and current, of stretches and with smooth functions
+    /// voltage and current, of intervals and with smooth functions
     pub largest: [f64; 2],
     /// value of each source, and the largest threshold of a pair [V]
     pub given: Vec<f64>,
@@ -126,13 +126,13 @@ pub struct Auditor {
     pub(super) seen: Seen,
     pub(super) block: Block,
     /// changes between one motion and the next
-    pub seams: Seams,
+    pub boundaries: Boundaries,
     /// what came of it
     pub found: Found,
     /// source values; none where records do not tell instants
     pub sources: Option<Sources>,
-    /// laws that tie coils alone
-    pub(super) ties: Option<Ties>,
+    /// inductor cut-sets
+    pub(super) cut_sets: Option<CutSets>,
     /// gates of switches; none without them
     pub gates: Option<Gates>,
 }
@@ -149,7 +149,7 @@ impl Auditor {
         let (n, m, p) = linear.sizes();
         let parts = Parts::new(linear, smooth);
         // behind junctions a charge may still rush, and what it will have done there is known less well
-        let ties = if smooth.is_none() { Ties::new(linear) } else { None };
+        let cut_sets = if smooth.is_none() { CutSets::new(linear) } else { None };
         let smooth = smooth.map(|laws| Functions {
             tape: laws.tape.clone(),
             f: Entries::new(&laws.f),
@@ -184,10 +184,10 @@ impl Auditor {
             share: share(n + m),
             seen,
             block: Block::default(),
-            seams: Seams::default(),
+            boundaries: Boundaries::default(),
             found: Found::default(),
             sources: None,
-            ties,
+            cut_sets,
             gates: None,
         }
     }

@@ -3,7 +3,7 @@
 
 use super::laws::{Auditor, Seen};
 use super::matrix::Entries;
-use super::rounding::Grain;
+use super::rounding::RoundingUnit;
 use super::{ratio, worse, TOLERANCE};
 
 /// Numbers in a block at which it is judged: what is kept of them fits into a fast cache.
@@ -53,7 +53,7 @@ pub struct Block {
     /// what currents and voltages of pairs are measured by at least
     least: Vec<Vec<[f64; 2]>>,
     /// share of rounding, and rate of what is stored
-    grain: Vec<[f64; 2]>,
+    unit: Vec<[f64; 2]>,
     /// rate of increments whose quotients the rates are
     quotients: Vec<f64>,
     /// how far multipliers and slacks may be off because instants are rounded
@@ -74,7 +74,7 @@ impl Block {
         self.slack.reserve(points * m);
         self.unsigned.reserve(points);
         self.least.reserve(points);
-        self.grain.reserve(points);
+        self.unit.reserve(points);
         self.quotients.reserve(points);
     }
 }
@@ -150,26 +150,32 @@ fn unknown_law(
 impl Auditor {
     /// Takes a point; `rates` are those of stored charge and flux, and functions have been
     /// evaluated last.  Leaves in `floor` what each law is measured by.
-    pub(super) fn point(&mut self, point: &Point, rates: &[f64], grain: &Grain, floor: &mut [f64]) {
+    pub(super) fn point(
+        &mut self,
+        point: &Point,
+        rates: &[f64],
+        unit: &RoundingUnit,
+        floor: &mut [f64],
+    ) {
         let (n, m) = (self.arrays.n, self.arrays.m);
         self.seen.given.iter_mut().zip(point.u).for_each(|(given, u)| *given = given.max(u.abs()));
         floor.fill(0.0);
         self.arrays.s.add_sizes(1.0, point.u, floor);
         if let Some(smooth) = &mut self.smooth {
             let part = self.share * TOLERANCE;
-            smooth.add_sizes(&self.arrays.kinds, &grain.largest, point.u, grain.rate, part, floor);
+            smooth.add_sizes(&self.arrays.kinds, &unit.largest, point.u, unit.rate, part, floor);
         }
         let Seen { parts, currents, .. } = &mut self.seen;
         self.reach.see_parts(&self.arrays.kinds, parts, [point.z, point.l], currents);
-        let least = self.floor(grain, floor);
+        let least = self.floor(unit, floor);
         let block = &mut self.block;
         let (rows, pairs) = (block.count * n, block.count * m);
         block.count += 1;
         block.least.push(least);
         // what is stored is put back right after a jump, and says nothing of voltages there
-        let rate = if point.after_jump { 0.0 } else { 2.0 * grain.rate };
-        block.grain.push([grain.share.max(grain.settled), rate]);
-        block.quotients.push(2.0 * grain.quotients);
+        let rate = if point.after_jump { 0.0 } else { 2.0 * unit.rate };
+        block.unit.push([unit.share.max(unit.settled), rate]);
+        block.quotients.push(2.0 * unit.quotients);
         block.error.extend_from_slice(rates);
         block.scale.extend(rates.iter().map(|r| r.abs()));
         block.floor.extend_from_slice(floor);
@@ -190,14 +196,14 @@ impl Auditor {
             point,
             sizes,
             [&self.arrays.conductances, &self.arrays.s],
-            (&self.seen.given, self.seen.threshold, grain.largest[1]),
+            (&self.seen.given, self.seen.threshold, unit.largest[1]),
             taken,
         );
         let mut tied = (0.0, None);
         if point.after_jump {
             for (group, &fed) in self.places.groups.iter().zip(&self.places.fed) {
                 let sum = |list: &[f64]| group.iter().map(|&row| list[row]).sum::<f64>();
-                let size = sum(scale).max(SMALL * grain.largest[1]);
+                let size = sum(scale).max(SMALL * unit.largest[1]);
                 let most = if fed { f64::INFINITY } else { EXCUSED / TOLERANCE * size };
                 let floor = sum(floor).min(most);
                 let found = ratio(sum(error).abs(), size.max(floor));
@@ -209,7 +215,7 @@ impl Auditor {
             stored.for_each(|(error, _)| *error = 0.0);
         }
         self.branches.see(point.z, scale);
-        self.seen.all = [0, 1].map(|kind| self.seen.all[kind].max(grain.largest[kind]));
+        self.seen.all = [0, 1].map(|kind| self.seen.all[kind].max(unit.largest[kind]));
         floor.iter_mut().zip(&*scale).for_each(|(floor, scale)| *floor = floor.max(*scale));
         block.l.extend_from_slice(point.l);
         block.w.extend_from_slice(&self.arrays.q);
@@ -232,7 +238,7 @@ impl Auditor {
         }
     }
 
-    /// The last points of the block, a stretch, belong to instants that are known up to this part
+    /// The last points of the block, an interval, belong to instants that are known up to this part
     /// of its length: multipliers and slacks may be off by that part of their changes.
     pub(super) fn blur(&mut self, points: usize, part: f64) {
         let (m, block) = (self.arrays.m, &mut self.block);
@@ -288,7 +294,7 @@ impl Auditor {
         }
         block.roles.clear();
         block.least.clear();
-        block.grain.clear();
+        block.unit.clear();
         block.quotients.clear();
         block.unsigned.clear();
         block.slack.clear();
@@ -304,16 +310,16 @@ impl Auditor {
             for (row, (error, (scale, floor))) in
                 errors.iter().zip(scales.iter().zip(floors)).enumerate()
             {
-                let grain = block.grain[k];
+                let unit = block.unit[k];
                 let most = if self.arrays.kinds[row] == 1 {
-                    let grain = [grain[0], block.quotients[k]];
-                    self.branches.floor(row, grain, &self.reach, &self.seen.all, scales)
+                    let unit = [unit[0], block.quotients[k]];
+                    self.branches.floor(row, unit, &self.reach, &self.seen.all, scales)
                 } else {
                     f64::INFINITY
                 };
                 let mut found = ratio(error.abs(), scale.max(floor.min(most)));
                 if found > TOLERANCE && worse(found, worst) {
-                    let unseen = self.unseen(row, [scales, floors], grain);
+                    let unseen = self.unseen(row, [scales, floors], unit);
                     found = ratio(error.abs(), scale.max(floor.max(unseen).min(most)));
                 }
                 if worse(found, worst) {
@@ -327,10 +333,9 @@ impl Auditor {
     }
 
     /// What a law makes of that by which its unknowns could move without being seen in their own laws.
-    fn unseen(&self, row: usize, [scales, floors]: [&[f64]; 2], grain: [f64; 2]) -> f64 {
+    fn unseen(&self, row: usize, [scales, floors]: [&[f64]; 2], unit: [f64; 2]) -> f64 {
         let terms = self.arrays.conductances.entries().filter(|e| e.0 == row && e.1 != row);
-        let move_of =
-            |j: usize| self.hidden(j, self.arrays.kinds[j], [scales[j], floors[j]], grain);
+        let move_of = |j: usize| self.hidden(j, self.arrays.kinds[j], [scales[j], floors[j]], unit);
         terms.map(|(_, j, v)| v.abs() * move_of(j)).sum()
     }
 
@@ -363,7 +368,7 @@ impl Auditor {
         let unseen = |k: usize, i: usize| {
             let sizes = |r: usize| [block.scale[k * n + r], block.floor[k * n + r]];
             let rows = self.places.touched[i].iter();
-            rows.map(|&r| self.hidden(r, 0, sizes(r), block.grain[k])).fold(0.0, f64::max)
+            rows.map(|&r| self.hidden(r, 0, sizes(r), block.unit[k])).fold(0.0, f64::max)
         };
         let (mut worst, mut place) = (self.found.complementarity, self.found.worst_pair);
         for k in (0..block.count).filter(|&k| !block.unsigned[k]) {
@@ -401,7 +406,7 @@ mod tests {
     use super::*;
     use crate::sparse::Csc;
 
-    /// A node tied to others by 2000 S in all, and a source of 325 V; currents of up to 1 A, of which a capacitor
+    /// A node connected to others by 2000 S in all, and a source of 325 V; currents of up to 1 A, of which a capacitor
     /// of the node may have `taken` some, which holds it or lies between others.
     fn law_with(potential: f64, error: f64, taken: Option<f64>, held: bool) -> Option<usize> {
         let (kinds, z) = ([0, 1], [potential, 0.3]);

@@ -12,7 +12,7 @@ pub struct Taken {
     /// see `begin`
     pub end: Vec<f64>,
     /// shortest time that rates stand for [s]
-    pub grain: Vec<f64>,
+    pub shortest: Vec<f64>,
     /// energy of the terms of a closed form if none of them cancelled [J]; 0 where there are none
     pub swing: Vec<f64>,
     /// steps of the engine that end with it
@@ -45,11 +45,11 @@ pub struct Taken {
     pub roles: Vec<u8>,
     /// unknowns that store something where one motion ends, or a reported jump, and where the next
     /// begins, (some, n): where these differ most, and where most is stored
-    pub seam_end: Vec<f64>,
-    /// see `seam_end`
-    pub seam_begin: Vec<f64>,
+    pub boundary_end: Vec<f64>,
+    /// see `boundary_end`
+    pub boundary_begin: Vec<f64>,
     /// how many were compared
-    pub seams: usize,
+    pub boundaries: usize,
 }
 
 impl Taken {
@@ -59,6 +59,6 @@ impl Taken {
             + self.l.len()
             + self.u.len()
             + self.function_rate.len()
-            + 2 * self.seam_end.len()
+            + 2 * self.boundary_end.len()
     }
 }

@@ -144,7 +144,7 @@ impl Reach {
 
 /// What rounding is measured by at a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Grain {
+pub struct RoundingUnit {
     /// largest voltage and current
     pub largest: [f64; 2],
     /// `1 / h` of the step, or of the shortest time that rates stand for
@@ -160,10 +160,10 @@ pub struct Grain {
 impl Auditor {
     /// Turns `floor`, which holds the sizes of sources and functions in each law, into what the law
     /// is measured by at least; returns the same for the currents and voltages of pairs of each part.
-    pub(super) fn floor(&self, grain: &Grain, floor: &mut [f64]) -> Vec<[f64; 2]> {
+    pub(super) fn floor(&self, unit: &RoundingUnit, floor: &mut [f64]) -> Vec<[f64; 2]> {
         let (reach, kinds, Seen { parts, currents, .. }) =
             (&self.reach, &self.arrays.kinds, &self.seen);
-        let Grain { largest, rate, share, settled, .. } = *grain;
+        let RoundingUnit { largest, rate, share, settled, .. } = *unit;
         // what underflows, a value or a product with it, is off by the rounding of the smallest
         // number (section 2.1 there)
         let largest = largest.map(|v| v.max(f64::MIN_POSITIVE));
@@ -177,7 +177,7 @@ impl Auditor {
             let largest = parts.of(row).map_or(largest, of_part);
             let acting = *own + reach.acting(row, &largest) + f64::MIN_POSITIVE;
             let stored = 2.0 * rate * reach.content(row, &largest);
-            let none = NONE * grain.largest[usize::from(1 - kind)];
+            let none = NONE * unit.largest[usize::from(1 - kind)];
             *own = (share * (acting + stored)).max(settled * acting).max(none);
             if let Some(part) = parts.of(row) {
                 let least = &mut least[part][usize::from(kind)];

@@ -76,7 +76,7 @@ impl Described {
         Described { shape: Shape::Polynomial(polynomial), scale: 1.0 }
     }
 
-    /// The value at an instant, that behind it where the waveform jumps.
+    /// The value at an instant, that after it where the waveform jumps.
     pub fn value(&self, t: f64) -> f64 {
         self.scale
             * match &self.shape {

@@ -2,7 +2,7 @@
 
 use super::laws::Auditor;
 use super::points::Point;
-use super::rounding::Grain;
+use super::rounding::RoundingUnit;
 use super::{ITERATED, TOLERANCE};
 
 /// Recorded steps, one array per quantity.
@@ -92,14 +92,14 @@ impl Auditor {
             let iterated = self.smooth.is_some() && h.is_finite();
             let share = if iterated { self.share.max(ITERATED / TOLERANCE) } else { self.share };
             // a state right after a jump is as a rule the limit of short steps, known to the tolerance: they lie on
-            // a line but for 1e-6, and what bends that little errs by less than its hundredth
+            // a line but for 1e-6, and what is curved that little errs by less than its hundredth
             let settled = if after_jump { 1.0 } else { 0.0 };
             let rate = 1.0 / size;
-            let grain = Grain { largest, rate, quotients: rate, share, settled };
+            let unit = RoundingUnit { largest, rate, quotients: rate, share, settled };
             let point = Point { z, l, u, f: &f, roles, after_jump, unsigned: false };
-            self.point(&point, &rates, &grain, &mut floor);
+            self.point(&point, &rates, &unit, &mut floor);
             if after_jump {
-                self.tie_rates(&point);
+                self.cut_set_rates(&point);
             }
             self.judge_full();
             self.found.steps += u64::from(moving);
@@ -107,10 +107,10 @@ impl Auditor {
         self.judge();
     }
 
-    /// The rates of coils that a law of currents ties to each other, right after a jump.
-    fn tie_rates(&mut self, at: &Point) {
-        let ties = self.ties.as_ref();
-        if let Some((found, row)) = ties
+    /// The rates of inductors that a law of currents cut_sets to each other, right after a jump.
+    fn cut_set_rates(&mut self, at: &Point) {
+        let cut_sets = self.cut_sets.as_ref();
+        if let Some((found, row)) = cut_sets
             .and_then(|t| t.worst([&self.arrays.conductances, &self.arrays.a, &self.arrays.s], at))
         {
             self.found.note_law(found, row);

@@ -46,11 +46,11 @@ pub struct Balance {
 
 /// How much more a step may move than all before it to count in full: what one stage beyond all bounds
 /// turns over is no measure of the run.
-const LEAP: f64 = 1e3;
+const STATE_JUMP: f64 = 1e3;
 /// Powers of two by which rounding in such steps is beyond the usual one.
 const FAR: i64 = 10;
 /// What it may be, in units of the tolerance: a hundredth of all energies.
-const LEAPS: f64 = 1e6;
+const STATE_JUMPS: f64 = 1e6;
 
 /// A step with several points.
 pub struct Points<'a> {
@@ -86,7 +86,7 @@ struct Totals {
     scheme: f64,
     /// of this, in steps over instants
     instants: f64,
-    /// all of it without signs, of a leap as much as counts
+    /// all of it without signs, of a state_jump as much as counts
     moved: f64,
     /// largest stored energy, as the sums tell it
     peak: f64,
@@ -99,12 +99,12 @@ impl Totals {
     fn add(&mut self, parts: [f64; 3], moved: f64, steps: u64, powers: &Powers, z: &[f64]) {
         let known = self.moved + self.peak;
         self.sum(parts, steps);
-        if moved <= LEAP * known {
+        if moved <= STATE_JUMP * known {
             self.moved += moved;
             self.peak = self.peak.max(self.expected().abs());
         } else {
             let energy = powers.energy(z).abs();
-            self.moved += moved.min(LEAP * (known + energy));
+            self.moved += moved.min(STATE_JUMP * (known + energy));
             self.peak = self.peak.max(energy);
         }
     }
@@ -129,7 +129,7 @@ impl Totals {
 struct Rounding {
     /// as energy, and that of steps beyond all others
     held: f64,
-    leaps: f64,
+    state_jumps: f64,
     /// sum of the binary exponents of what was told of it, and how many
     usual: (i64, i64),
     /// points and time of steps since then, and the largest voltage and current of the last point
@@ -229,8 +229,8 @@ impl Sums {
         let told = self.powers.rounding(recent, &self.rounded.present);
         let unusual = self.rounded.is_unusual(told);
         if unusual && told > self.totals.moved + self.totals.peak {
-            // where a coil loses its last current one node has kilovolts, and what is stored elsewhere none
-            self.rounded.leaps += told.min(self.powers.rounding_at(recent, [z, l, f]));
+            // where an inductor loses its last current one node has kilovolts, and what is stored elsewhere none
+            self.rounded.state_jumps += told.min(self.powers.rounding_at(recent, [z, l, f]));
         } else {
             self.rounded.held += told;
         }
@@ -328,7 +328,7 @@ impl Sums {
         self.totals.scheme
     }
 
-    /// Notes that the last step has passed over an instant, before which the scheme had taken `taken`: a winding
+    /// Notes that the last step has stepped across an instant, before which the scheme had taken `taken`: a winding
     /// that is torn off loses its energy in no time, in the step as in a jump.
     pub fn pass_over(&mut self, taken: f64) {
         self.totals.instants += self.taken() - taken;
@@ -439,7 +439,7 @@ impl Sums {
         let points = self.rounded.points as f64;
         let added = points * f64::EPSILON / TOLERANCE * self.totals.moved;
         let known = self.totals.moved + self.totals.peak + first.abs() + last.abs();
-        let scale = known + held + added + self.rounded.leaps.min(LEAPS * known);
+        let scale = known + held + added + self.rounded.state_jumps.min(STATE_JUMPS * known);
         let missing = dot(&self.missed, &self.rounded.largest);
         let error = (last - self.totals.expected()).abs() + missing;
         Balance {

@@ -199,7 +199,7 @@ impl RankOne {
         let mut kept: Vec<usize> = Vec::with_capacity(order.len());
         for j in order {
             if let Some(&i) = kept.last() {
-                // two poles that cannot be told apart: one combination takes part, the other not
+                // two poles that cannot be distinguished: one combination takes part, the other not
                 let tau = w[i].hypot(w[j]);
                 let (c, s) = (w[j] / tau, -w[i] / tau);
                 let apart = values[j] - values[i];

@@ -225,7 +225,7 @@ fn windings_with_leakage_keep_their_currents() {
 }
 
 #[test]
-fn fluxes_of_windings_jump_as_those_of_coils() {
+fn fluxes_of_windings_jump_as_those_of_inductors() {
     // the primary (1 H, 2 A) ends at a node of nothing: its current must end, and drives the secondary (4 H, k = 1)
     let mut build = Build::new(1).resistor(Some(0), None, 1.0);
     let [a, b] = [None, Some(0)].map(|node| build.branch([node, None]));

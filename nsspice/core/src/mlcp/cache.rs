@@ -57,7 +57,7 @@ struct Recent {
 }
 
 /// Factored modes.  The least recently used ones are dropped when memory runs out; of large systems
-/// only the last two modes of each level are kept (before and behind an event, solved in turn), and the
+/// only the last two modes of each level are kept (before and after an event, solved in turn), and the
 /// older one is turned into the next in place.
 pub(crate) struct ModeCache {
     entries: HashMap<Box<[u64]>, Entry, BuildHasherDefault<WordHasher>>,

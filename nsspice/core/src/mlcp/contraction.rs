@@ -1,4 +1,4 @@
-//! A mode as a contraction: conducting pairs without resistance join what they tie.
+//! A mode as a contraction: conducting pairs without resistance join what they connect.
 //!
 //! In circuits their laws `-B z = r` are sums of voltages.  Solved for the lightest unknowns they leave
 //!

@@ -29,7 +29,7 @@ const FLOOR: f64 = 1e-6;
 
 /// Residual of `x = [z; l]` for the right-hand side `f = [b; -q]`.
 ///
-/// With `grain`, no law is measured by less than that part of what the largest voltage drives through
+/// With `unit`, no law is measured by less than that part of what the largest voltage drives through
 /// its conductances (the largest current through its resistances).
 ///
 /// `terms` receives `|H| |x| + |f|`, `defect` receives `f - H x` with `H = [[K, A], [-B, D]]`
@@ -39,7 +39,7 @@ pub(crate) fn residual(
     roles: &[Role],
     f: &[f64],
     x: &[f64],
-    grain: f64,
+    unit: f64,
     terms: &mut [f64],
     defect: &mut [f64],
 ) -> Residual {
@@ -62,8 +62,8 @@ pub(crate) fn residual(
     for i in 0..n {
         let kind = model.kind(i);
         let mut scale = terms[i].max(floor[kind]);
-        if grain > 0.0 && defect[i].abs() > grain * scale {
-            scale = scale.max(grain * unknown[kind] * model.own_kind(i));
+        if unit > 0.0 && defect[i].abs() > unit * scale {
+            scale = scale.max(unit * unknown[kind] * model.own_kind(i));
         }
         rows = worse(rows, defect[i].abs(), scale);
     }

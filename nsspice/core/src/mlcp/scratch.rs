@@ -250,8 +250,8 @@ impl Scratch {
     /// makes rounding of the largest voltage (current) acceptable.
     fn rate(&mut self, coarse: bool) -> Option<Residual> {
         let Scratch { model, roles, f, x, terms, defect, .. } = self;
-        let grain = if coarse { f64::EPSILON / ACCEPT } else { 0.0 };
-        let found = residual(model, roles, f, x, grain, terms, defect);
+        let unit = if coarse { f64::EPSILON / ACCEPT } else { 0.0 };
+        let found = residual(model, roles, f, x, unit, terms, defect);
         if found.worst() < self.best_residual.worst() {
             self.best_residual = found;
         }

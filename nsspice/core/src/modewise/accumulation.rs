@@ -1,6 +1,6 @@
 //! Events that follow one another too fast.
 //!
-//! Where switches chatter they are sampled ([`crate::sampling`]); what piles up else (Zeno) is passed over by
+//! Where switches chatter they are sampled ([`crate::sampling`]); what accumulates else (Zeno) is stepped across by
 //! implicit steps ([`super::implicit_steps`]), and so are parts of a run that would take for ever.
 
 use super::implicit_steps::snapped;
@@ -8,9 +8,9 @@ use super::run::Engine;
 use crate::sampling::Sampling;
 
 /// So many events within so small a part of the run are an accumulation.
-const CROWD: usize = 40;
+const RECENT: usize = 40;
 const CROWDED: f64 = 1e-12;
-/// The same number where events have piled up already.
+/// The same number where events have accumulated already.
 const AGAIN: usize = 3;
 /// So much work (a segment, or ten intervals) within so small a part of the run means that it would
 /// take minutes or hours: the next such part is stepped, and twice as much each time that nothing has changed.
@@ -20,9 +20,9 @@ const STORM: (u64, f64) = (50_000, 2e-3);
 const INTERVAL: f64 = 5e-6;
 
 /// Parts of a run in which events follow too fast to be followed one by one.
-pub(super) struct Storm {
-    /// times of events that may pile up
-    pub crowd: Vec<f64>,
+pub(super) struct Accumulation {
+    /// times of events that may accumulate
+    pub recent: Vec<f64>,
     /// when the exact engine took over again, and the implicit step before
     pub resumed: (f64, f64),
     /// implicit steps before it is tried again, and how many of them were waited for last time
@@ -36,10 +36,10 @@ pub(super) struct Storm {
     doubled: u32,
 }
 
-impl Default for Storm {
-    fn default() -> Storm {
-        Storm {
-            crowd: Vec::new(),
+impl Default for Accumulation {
+    fn default() -> Accumulation {
+        Accumulation {
+            recent: Vec::new(),
             resumed: (f64::NEG_INFINITY, 0.0),
             pause: (0, 0),
             look: (0, 0.0),
@@ -74,63 +74,64 @@ impl Engine {
         self.control.sampling.next
     }
 
-    /// Notes an event at the present time; whether such pile up.
+    /// Notes an event at the present time; whether such accumulate.
     pub(super) fn is_crowded(&mut self) -> bool {
         let crowded = CROWDED * self.plan.stop;
-        if self.storm.crowd.last().is_some_and(|&last| self.span.time - last > crowded) {
+        if self.accumulation.recent.last().is_some_and(|&last| self.span.time - last > crowded) {
             self.control.sampling.forget();
         }
-        self.storm.crowd.push(self.span.time);
-        let again = self.span.time - self.storm.resumed.0 <= 64.0 * self.storm.resumed.1;
-        let limit = if again { AGAIN } else { CROWD };
-        if self.storm.crowd.len() <= limit {
+        self.accumulation.recent.push(self.span.time);
+        let again =
+            self.span.time - self.accumulation.resumed.0 <= 64.0 * self.accumulation.resumed.1;
+        let limit = if again { AGAIN } else { RECENT };
+        if self.accumulation.recent.len() <= limit {
             return false;
         }
-        let first = self.storm.crowd[self.storm.crowd.len() - limit];
+        let first = self.accumulation.recent[self.accumulation.recent.len() - limit];
         if self.span.time - first < crowded {
-            self.storm.crowd.clear();
+            self.accumulation.recent.clear();
             return true;
         }
-        if self.storm.crowd.len() > 4 * CROWD {
-            self.storm.crowd.drain(..2 * CROWD);
+        if self.accumulation.recent.len() > 4 * RECENT {
+            self.accumulation.recent.drain(..2 * RECENT);
         }
         false
     }
 
     /// Work of the exact engine so far.
     pub fn work(&self) -> u64 {
-        self.stats.segments + self.march.intervals / 10
+        self.stats.segments + self.event_search.intervals / 10
     }
 
     /// Looks now and then whether the run would take for ever; true if it is given up for a while.
     pub(super) fn too_fast(&mut self) -> bool {
         let work = self.work();
-        let (before, since) = self.storm.look;
+        let (before, since) = self.accumulation.look;
         if work - before < STORM.0 {
             return false;
         }
-        self.storm.look = (work, self.span.time);
+        self.accumulation.look = (work, self.span.time);
         if self.span.time - since >= STORM.1 * self.plan.stop {
             return false;
         }
-        self.storm.spell = (2.0 * self.storm.spell).max(STORM.1 * self.plan.stop);
-        self.storm.end = self.span.time + self.storm.spell;
+        self.accumulation.spell = (2.0 * self.accumulation.spell).max(STORM.1 * self.plan.stop);
+        self.accumulation.end = self.span.time + self.accumulation.spell;
         true
     }
 
     /// The exact engine takes over again.
     pub(super) fn begin_to_follow(&mut self) {
-        self.storm.look = (self.work(), self.span.time);
+        self.accumulation.look = (self.work(), self.span.time);
     }
 
     /// Whether events follow too fast at present.
-    pub(super) fn is_stormy(&self) -> bool {
-        self.span.time < self.storm.end
+    pub(super) fn accumulates_for_long(&self) -> bool {
+        self.span.time < self.accumulation.end
     }
 
     /// The longest implicit step [s].
     pub(super) fn longest_step(&self) -> f64 {
-        if self.is_stormy() {
+        if self.accumulates_for_long() {
             snapped(INTERVAL * self.plan.stop, self.plan.fixed_step)
         } else {
             self.plan.fixed_step
@@ -138,24 +139,24 @@ impl Engine {
     }
 
     /// Whether events have followed one another too fast somewhere.
-    pub fn storm(&self) -> bool {
-        self.storm.spell > 0.0
+    pub fn accumulation(&self) -> bool {
+        self.accumulation.spell > 0.0
     }
 
     /// Whether the run has just become long, or twice as long: whoever watches it may think again.
     pub(super) fn doubles(&mut self) -> bool {
-        let doubles = self.work() >> self.storm.doubled >= STORM.0;
-        self.storm.doubled += u32::from(doubles);
+        let doubles = self.work() >> self.accumulation.doubled >= STORM.0;
+        self.accumulation.doubled += u32::from(doubles);
         doubles
     }
 
     /// How often that was so.
     pub fn doublings(&self) -> u32 {
-        self.storm.doubled
+        self.accumulation.doubled
     }
 
     /// See [`Sampling::chattering`].
     pub fn chattering(&self) -> (Vec<(usize, u64, f64)>, f64) {
-        self.control.sampling.chattering(&self.prepared.switches, |k| self.witness.controls[k])
+        self.control.sampling.chattering(&self.prepared.switches, |k| self.samples.controls[k])
     }
 }

@@ -9,7 +9,7 @@ use super::mode::Mode;
 use super::registry::Id;
 use super::run::Engine;
 use super::run_state::Phase;
-use super::segment_energies::{energy, Retrace, Two};
+use super::segment_energies::{energy, SegmentEnergies, Two};
 use super::terms::Point;
 use crate::audit::{Balance, Sums};
 use crate::dense::Matrix;
@@ -20,43 +20,43 @@ const WITHIN: f64 = 0.382;
 
 /// Adds up the energies of a run.
 #[derive(Default)]
-pub(super) struct Tally {
+pub(super) struct EnergyBalance {
     pub sums: Option<Box<Sums>>,
     d: Vec<f64>,
-    retrace: Option<Box<Retrace>>,
+    segment_energies: Option<Box<SegmentEnergies>>,
 }
 
 impl Engine {
     /// Lets the balance of energy go with the run; call it before the start.
     pub fn accompany(&mut self, sums: Option<Sums>) {
-        self.tally.sums = sums.map(Box::new);
+        self.energy_balance.sums = sums.map(Box::new);
     }
 
     /// The run begins at the present energy coordinates.
-    pub(super) fn tally_start(&mut self) {
-        if let Some(sums) = &mut self.tally.sums {
+    pub(super) fn balance_start(&mut self) {
+        if let Some(sums) = &mut self.energy_balance.sums {
             sums.start(&unknowns_of(&self.prepared.net.big_r, &self.state.a));
         }
     }
 
     /// Takes the largest voltage and current from a point.
-    pub(super) fn tally_look(&mut self, z: &[f64], l: &[f64]) {
-        if let Some(sums) = &mut self.tally.sums {
+    pub(super) fn balance_look(&mut self, z: &[f64], l: &[f64]) {
+        if let Some(sums) = &mut self.energy_balance.sums {
             sums.see(z, l);
         }
     }
 
     /// The energy coordinates have jumped from `origin` to the present ones.
-    pub(super) fn tally_jump(&mut self, origin: &[f64]) {
-        if let Some(sums) = &mut self.tally.sums {
+    pub(super) fn balance_jump(&mut self, origin: &[f64]) {
+        if let Some(sums) = &mut self.energy_balance.sums {
             let r = &self.prepared.net.big_r;
             sums.jump(&unknowns_of(r, origin), &unknowns_of(r, &self.state.a));
         }
     }
 
     /// An implicit step of the length `h` has been accepted, from the present energy coordinates.
-    pub(super) fn tally_step(&mut self, h: f64, u: &[f64]) {
-        if let Some(sums) = &mut self.tally.sums {
+    pub(super) fn balance_step(&mut self, h: f64, u: &[f64]) {
+        if let Some(sums) = &mut self.energy_balance.sums {
             let from = unknowns_of(&self.prepared.net.big_r, &self.state.a);
             let (z, l, none) = (&self.implicit.z, &self.implicit.l, &[][..]);
             sums.step(h, [&from, z], l, [u, u], [none, none], false);
@@ -64,22 +64,22 @@ impl Engine {
     }
 
     /// The segment has come to its end, whose modal state and inputs are known.
-    pub(super) fn tally_segment(&mut self, id: Id, mode: &Mode) {
-        let Some(mut sums) = self.tally.sums.take() else { return };
+    pub(super) fn balance_segment(&mut self, id: Id, mode: &Mode) {
+        let Some(mut sums) = self.energy_balance.sums.take() else { return };
         let (energies, fresh) = self.energies(&mut sums, id, mode);
         sums.motion(self.motion.point.t, energies);
         if self.stats.segments.is_power_of_two() || fresh {
             self.see_end(&mut sums, mode);
             self.see_within(&mut sums, mode);
         }
-        self.tally.sums = Some(sums);
+        self.energy_balance.sums = Some(sums);
     }
 
     /// Takes the largest voltage and current at the end of the segment.
     fn see_end(&mut self, sums: &mut Sums, mode: &Mode) {
-        self.motion.segment.rates(&self.state.v, &mut self.tally.d);
+        self.motion.segment.rates(&self.state.v, &mut self.energy_balance.d);
         let (mut z, mut l) = (vec![0.0; self.prepared.net.n], vec![0.0; self.prepared.net.m]);
-        self.unknowns(mode, &self.state.x, &self.state.v, &self.tally.d, &mut z, &mut l);
+        self.unknowns(mode, &self.state.x, &self.state.v, &self.energy_balance.d, &mut z, &mut l);
         sums.see(&z, &l);
     }
 
@@ -99,7 +99,7 @@ impl Engine {
 
     /// The balance of energy up to the end of the present segment, if all of it was added up.
     pub fn balance(&mut self) -> Option<Balance> {
-        let mut sums = self.tally.sums.clone()?;
+        let mut sums = self.energy_balance.sums.clone()?;
         let mut a = self.state.a.clone();
         if let (Phase::Moving, Some((id, mode)), true) =
             (&self.span.phase, self.motion.present.clone(), self.span.time < self.plan.stop)
@@ -122,10 +122,10 @@ impl Engine {
             return ([0.0; 2], false);
         }
         let fresh = self.registry.supply(id, mode, &self.prepared.net);
-        let mut retrace = self.tally.retrace.take().unwrap_or_default();
+        let mut segment_energies = self.energy_balance.segment_energies.take().unwrap_or_default();
         let supplies = self.registry.supplies(id);
-        let found = retrace.segment(self, sums, mode, supplies, fresh);
-        self.tally.retrace = Some(retrace);
+        let found = segment_energies.segment(self, sums, mode, supplies, fresh);
+        self.energy_balance.segment_energies = Some(segment_energies);
         (found, fresh)
     }
 }

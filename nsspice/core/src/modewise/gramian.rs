@@ -9,7 +9,7 @@
 //! ```
 
 use super::block::row_norm;
-use super::modal_energies::Course;
+use super::modal_energies::ModalEnergies;
 use crate::dense::{complex, dot, Complex, Matrix};
 
 /// Terms of a series of `1 / k!`: the next one is below rounding.
@@ -43,15 +43,15 @@ fn gramian(m: &Matrix, q: &Matrix) -> [Matrix; 2] {
 /// Where the coordinates `X' = B X + forces` end, and the integral of `weights X`; forces and weights are
 /// given by the functions of which the inputs are made.
 pub fn followed(
-    course: &Course,
+    modal: &ModalEnergies,
     b: &Matrix,
     start: &[f64],
     forces: &[Vec<Complex>],
     weights: &[Vec<Complex>],
 ) -> (Vec<f64>, f64) {
-    let h = course.h;
+    let h = modal.h;
     // real functions: cosine and sine of a pair, which begin as 1 and 0
-    let own = course.bases.iter().enumerate().filter(|(_, base)| !base.mirrored);
+    let own = modal.bases.iter().enumerate().filter(|(_, base)| !base.mirrored);
     let mut places: Vec<(usize, Complex)> = Vec::new();
     for (b, base) in own {
         if base.rate.im == 0.0 {
@@ -80,7 +80,7 @@ pub fn followed(
         }
     }
     for (p, &(b, side)) in places.iter().enumerate() {
-        let (base, at) = (&course.bases[b], w + p);
+        let (base, at) = (&modal.bases[b], w + p);
         if base.line {
             m[(at, w)] = 1.0; // 1 is the first of all
         }
@@ -117,25 +117,25 @@ mod tests {
         let (start, rates) = ([1.0, -2.0], [-3.0, -40.0]);
         let drives = [[0.3, -1.0, 2.0, 0.5, -0.7], [30.0, 9.0, 0.2, -40.0, 7.0]];
         let weights = [[0.5, 0.1, -0.3, 0.2, 1.0], [-0.2, 0.6, 0.9, -1.1, 0.4]];
-        let mut course = Course::default();
+        let mut modal = ModalEnergies::default();
         for h in [1e-4, 0.03, 2.0] {
-            course.set(&segment, h);
+            modal.set(&segment, h);
             let sums = |lists: [[f64; 5]; 2]| {
                 lists.map(|list| {
-                    let mut out = vec![complex(0.0, 0.0); course.bases.len()];
-                    course.real_forces(&list, &mut out);
+                    let mut out = vec![complex(0.0, 0.0); modal.bases.len()];
+                    modal.real_forces(&list, &mut out);
                     out
                 })
             };
             let (forces, factors) = (sums(drives), sums(weights));
             let mut expected = (Vec::new(), 0.0);
             for k in 0..2 {
-                let mut steady = vec![complex(0.0, 0.0); course.bases.len()];
+                let mut steady = vec![complex(0.0, 0.0); modal.bases.len()];
                 let (rate, begin) = (complex(rates[k], 0.0), complex(start[k], 0.0));
                 let lists = [&forces[k][..], &factors[k]];
-                let [end, rest] = course.follow(rate, begin, lists, &mut steady);
+                let [end, rest] = modal.follow(rate, begin, lists, &mut steady);
                 expected.0.push(end.re);
-                expected.1 += rest.re + course.between(&factors[k], &steady).re;
+                expected.1 += rest.re + modal.between(&factors[k], &steady).re;
             }
             // mixed by a turn
             let (sin, cos) = 0.3f64.sin_cos();
@@ -155,7 +155,7 @@ mod tests {
                 out
             };
             let lists = (mixed(&forces), mixed(&factors));
-            let (end, given) = followed(&course, &both, &turned(&start), &lists.0, &lists.1);
+            let (end, given) = followed(&modal, &both, &turned(&start), &lists.0, &lists.1);
             let known = turned(&expected.0);
             assert!(
                 end.iter().zip(&known).all(|(a, b)| (a - b).abs() < 1e-13),

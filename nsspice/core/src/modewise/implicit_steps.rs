@@ -1,4 +1,4 @@
-//! Implicit steps where no mode can be proved: events that pile up (Zeno), switches that chatter,
+//! Implicit steps where no mode can be proved: events that accumulate (Zeno), switches that chatter,
 //! modes of an index above 2.  Short at first, doubled while needed; the exact engine goes on as
 //! soon as the mode of a step holds.
 
@@ -45,13 +45,14 @@ pub(super) fn snapped(h: f64, longest: f64) -> f64 {
 impl Engine {
     /// Goes on by implicit steps.
     pub(super) fn carry_on(&mut self) -> Result<(), Failure> {
-        // soon after the last time: what piles up goes on, and longer steps are in place
-        let again = self.span.time - self.storm.resumed.0 <= 64.0 * self.storm.resumed.1;
-        let wait = if again { (2 * self.storm.pause.1).clamp(1, PATIENCE) } else { 0 };
-        self.storm.pause = (wait, wait);
-        let first = if again { 2.0 * self.storm.resumed.1 } else { FIRST * self.plan.stop };
+        // soon after the last time: what accumulates goes on, and longer steps are in place
+        let again =
+            self.span.time - self.accumulation.resumed.0 <= 64.0 * self.accumulation.resumed.1;
+        let wait = if again { (2 * self.accumulation.pause.1).clamp(1, PATIENCE) } else { 0 };
+        self.accumulation.pause = (wait, wait);
+        let first = if again { 2.0 * self.accumulation.resumed.1 } else { FIRST * self.plan.stop };
         let longest = self.longest_step();
-        let h = if self.is_stormy() { longest } else { snapped(first, longest) };
+        let h = if self.accumulates_for_long() { longest } else { snapped(first, longest) };
         self.span.phase = Phase::Stepping(h);
         if self.log.open {
             return Ok(());
@@ -83,14 +84,14 @@ impl Engine {
     ) -> Result<Stepped, Failure> {
         let near = 1e-9 * h;
         let first_row = target <= self.span.time + near;
-        if self.span.corner <= self.span.time + near {
-            self.span.time = self.span.time.max(self.span.corner); // a ramp that ends here does not go on in the step
+        if self.span.breakpoint <= self.span.time + near {
+            self.span.time = self.span.time.max(self.span.breakpoint); // a ramp that ends here does not go on in the step
         }
         self.prepared.inputs.begin(self.span.time, &mut self.motion.segment);
-        if self.span.corner <= self.span.time {
-            self.span.corner = self.prepared.inputs.next_corner(self.span.time);
+        if self.span.breakpoint <= self.span.time {
+            self.span.breakpoint = self.prepared.inputs.next_breakpoint(self.span.time);
         }
-        let goal = target.min(self.span.corner).min(if self.span.time < self.plan.stop {
+        let goal = target.min(self.span.breakpoint).min(if self.span.time < self.plan.stop {
             self.plan.stop
         } else {
             f64::INFINITY
@@ -143,7 +144,7 @@ impl Engine {
                 self.stats.residual_complementarity.max(found.complementarity);
         }
         self.stats.fixed_steps += 1;
-        self.witness_implicit(reached, step, &v, &roles);
+        self.sample_implicit(reached, step, &v, &roles);
         self.state.z.copy_from_slice(&self.implicit.z);
         self.state.l.copy_from_slice(&self.implicit.l);
         let a = self.coordinates(&self.state.z);
@@ -154,7 +155,7 @@ impl Engine {
         }
         self.state.a = a;
         self.scale.see_state(&self.state.a);
-        self.witness_end();
+        self.sample_end();
         self.span.time = reached;
         let mut on: Vec<bool> = self.implicit.active().to_vec();
         let at_target = first_row || (target - self.span.time).abs() <= near;
@@ -258,8 +259,8 @@ impl Engine {
 
     /// Back to the exact engine if the mode of the step just taken holds from here on.
     fn resume(&mut self, id: usize, h: f64) {
-        if self.storm.pause.0 > 0 {
-            self.storm.pause.0 -= 1;
+        if self.accumulation.pause.0 > 0 {
+            self.accumulation.pause.0 -= 1;
             self.go_on(h);
             return;
         }
@@ -276,9 +277,9 @@ impl Engine {
                 );
                 let good =
                     found == super::verify::Finding::Good && self.picker.verifier.thrown.is_empty();
-                if good && !self.is_stormy() && !self.rest() {
+                if good && !self.accumulates_for_long() && !self.rest() {
                     self.begin_to_follow();
-                    self.storm.resumed = (self.span.time, h);
+                    self.accumulation.resumed = (self.span.time, h);
                     self.motion.present = Some((id, mode));
                     self.walk_from_here(horizon);
                     return;

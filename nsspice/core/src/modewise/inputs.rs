@@ -52,7 +52,7 @@ pub const RESOLUTION: f64 = 2.0 * f64::EPSILON;
 #[derive(Clone, Debug, Default)]
 pub struct Segment {
     /// the time of the start is known up to this [s]: it is the rounded root of a guard, most often
-    pub grain: f64,
+    pub resolution: f64,
     /// constant part: 1, then one value per input
     pub level: Vec<f64>,
     /// slopes: 0, then one per input [1/s]
@@ -102,8 +102,8 @@ pub struct Inputs {
     kinds: Vec<Kind>,
     /// per waveform: constant part and (input, factor)
     parts: Vec<(f64, Vec<(usize, f64)>)>,
-    /// work space: the next corner of each waveform that has one
-    corners: Vec<f64>,
+    /// work space: the next breakpoint of each waveform that has one
+    breakpoints: Vec<f64>,
 }
 
 impl Inputs {
@@ -156,7 +156,7 @@ impl Inputs {
                 }
             });
         }
-        Ok(Inputs { waveforms, kinds, parts, corners: Vec::new() })
+        Ok(Inputs { waveforms, kinds, parts, breakpoints: Vec::new() })
     }
 
     /// Number of inputs.
@@ -211,7 +211,7 @@ impl Inputs {
         &self.waveforms
     }
 
-    /// Evaluates all inputs on the stretch that begins at `t`.
+    /// Evaluates all inputs on the interval that begins at `t`.
     pub fn begin(&self, t: f64, out: &mut Segment) {
         let count = 1 + self.len();
         for list in [&mut out.level, &mut out.slope, &mut out.now, &mut out.rate] {
@@ -220,7 +220,7 @@ impl Inputs {
         }
         out.tones.clear();
         out.decays.clear();
-        out.grain = RESOLUTION * t.abs();
+        out.resolution = RESOLUTION * t.abs();
         out.level[0] = 1.0;
         out.now[0] = 1.0;
         out.sloped = false;
@@ -271,13 +271,13 @@ impl Inputs {
         }
     }
 
-    /// The earliest corner after `t`; corners within rounding of each other are one.
-    pub fn next_corner(&mut self, t: f64) -> f64 {
-        self.corners.clear();
-        self.corners.extend(self.waveforms.iter().filter_map(|w| w.next_corner_time(t)));
-        let first = self.corners.iter().copied().fold(f64::INFINITY, f64::min);
+    /// The earliest breakpoint after `t`; breakpoints within rounding of each other are one.
+    pub fn next_breakpoint(&mut self, t: f64) -> f64 {
+        self.breakpoints.clear();
+        self.breakpoints.extend(self.waveforms.iter().filter_map(|w| w.next_breakpoint_time(t)));
+        let first = self.breakpoints.iter().copied().fold(f64::INFINITY, f64::min);
         let same = first + 16.0 * f64::EPSILON * first.abs();
-        self.corners.iter().copied().filter(|&c| c <= same).fold(first, f64::max)
+        self.breakpoints.iter().copied().filter(|&c| c <= same).fold(first, f64::max)
     }
 
     /// Values of all waveforms at `t`.

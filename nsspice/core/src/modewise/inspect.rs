@@ -71,7 +71,7 @@ impl Engine {
         self.motion.segment.rates(&v, &mut d);
         let (mut z, mut l) = (vec![0.0; n], vec![0.0; m]);
         self.unknowns(mode, &x, &v, &d, &mut z, &mut l);
-        self.tally_look(&z, &l);
+        self.balance_look(&z, &l);
         // E z' = E R a'
         let mut rate = vec![0.0; mode.n];
         self.motion.path.state_rate(&self.motion.point, &mut rate);
@@ -162,7 +162,7 @@ impl Engine {
         );
         let (mut unknowns, mut multipliers) = (vec![0.0; n], vec![0.0; m]);
         let mut steps: Vec<(Id, Vec<f64>)> =
-            self.picker.leaps.iter().map(|l| (l.through, l.before.clone())).collect();
+            self.picker.state_jumps.iter().map(|l| (l.through, l.before.clone())).collect();
         steps.push((id, entry.to_vec()));
         for (through, mut joint) in steps {
             let Ok(mode) = self.registry.mode(through, &self.prepared.net, &self.prepared.switches)
@@ -206,8 +206,8 @@ impl Engine {
     /// Counts a jump from `origin` to the present energy coordinates.
     pub(super) fn count_jump(&mut self, origin: &[f64]) {
         self.stats.jumps += 1;
-        self.witness_end();
-        self.tally_jump(origin);
+        self.sample_end();
+        self.balance_jump(origin);
     }
 
     /// Takes note of the size of the state at the present point.

@@ -12,8 +12,8 @@ pub struct Statistics {
     pub segments: u64,
     /// changes of pairs
     pub events: u64,
-    /// corners of the sources
-    pub corners: u64,
+    /// breakpoints of the sources
+    pub breakpoints: u64,
     /// changes of the mode
     pub mode_changes: u64,
     /// segments that leave some voltage or current undetermined

@@ -3,7 +3,7 @@
 //!
 //! A coordinate obeys `X' = rate X + sum beta_c f_c` with the functions `f` of which the inputs are
 //! made: exponentials (1 among them) and `t`.  What follows them steadily, `beta_c / (rate_c - rate) f_c`,
-//! is told apart from what dies away, so that it meets the inputs' own part of a current before either is
+//! is distinguished from what dies away, so that it meets the inputs' own part of a current before either is
 //! integrated: of a source with little resistance both are large and cancel.  Where a pole is near to that of a function
 //! nothing is steady; the response and its products are divided differences of the exponential function
 //! ([`crate::dense::divided`]), in units of the length of the segment.
@@ -54,7 +54,7 @@ impl Base {
 
 /// The inputs of a segment of some length as sums of exponentials.
 #[derive(Clone, Debug, Default)]
-pub struct Course {
+pub struct ModalEnergies {
     pub h: f64,
     pub bases: Vec<Base>,
     /// input, base, factor
@@ -63,7 +63,7 @@ pub struct Course {
     products: Vec<Complex>,
 }
 
-impl Course {
+impl ModalEnergies {
     /// Takes the inputs of a segment of the length `h`.
     pub fn set(&mut self, segment: &Segment, h: f64) {
         self.h = h;
@@ -347,7 +347,7 @@ mod tests {
 
     #[test]
     fn ends_and_products_are_those_of_small_steps() {
-        let mut course = Course::default();
+        let mut modal = ModalEnergies::default();
         let rates = [
             (-3.0, 0.0),
             (-1e-7, 0.0),
@@ -366,31 +366,31 @@ mod tests {
         for (rate, swing) in rates.into_iter().flat_map(|r| [(r, 9.0), (r, 0.01)]) {
             let rate = complex(rate.0, rate.1);
             for h in [1e-6, 0.02, 0.3, 2.0] {
-                course.set(&segment(swing), h);
-                let count = course.bases.len();
+                modal.set(&segment(swing), h);
+                let count = modal.bases.len();
                 let (mut forces, mut factors) = (vec![ZERO; count], vec![ZERO; count]);
                 let pair = rate.im != 0.0;
                 if pair {
-                    course.forces(|j| complex(DRIVE[j], TURNED[j]), &mut forces);
+                    modal.forces(|j| complex(DRIVE[j], TURNED[j]), &mut forces);
                 } else {
-                    course.real_forces(&DRIVE, &mut forces);
+                    modal.real_forces(&DRIVE, &mut forces);
                 }
                 let (expected, products) = stepped(rate, swing, h);
                 let begin = complex(1.0, if pair { 0.5 } else { 0.0 });
                 let mut steady = vec![ZERO; count];
-                let [end, _] = course.follow(rate, begin, [&forces, &factors], &mut steady);
+                let [end, _] = modal.follow(rate, begin, [&forces, &factors], &mut steady);
                 let case = format!("{rate:?} {swing} {h}");
                 assert!((end - expected).abs() < 1e-11 * (1.0 + expected.abs()), "{case}");
                 for (j, product) in products.into_iter().enumerate() {
-                    course.forces(|k| complex(f64::from(u8::from(k == j)), 0.0), &mut factors);
-                    let [_, rest] = course.follow(rate, begin, [&forces, &factors], &mut steady);
-                    let found = rest + course.between(&factors, &steady);
+                    modal.forces(|k| complex(f64::from(u8::from(k == j)), 0.0), &mut factors);
+                    let [_, rest] = modal.follow(rate, begin, [&forces, &factors], &mut steady);
+                    let found = rest + modal.between(&factors, &steady);
                     let off = (found.re - product.re).abs();
                     assert!(off < 1e-11 * h * (1.0 + product.abs() / h), "{case} {j}");
                 }
                 // what two inputs have in common
-                course.real_forces(&DRIVE, &mut forces);
-                course.forces(|k| complex(f64::from(u8::from(k == 2)), 0.0), &mut factors);
+                modal.real_forces(&DRIVE, &mut forces);
+                modal.forces(|k| complex(f64::from(u8::from(k == 2)), 0.0), &mut factors);
                 let rule = |count: usize| {
                     let at = |k: usize| {
                         let v = inputs(swing, h * k as f64 / count as f64);
@@ -400,7 +400,7 @@ mod tests {
                         |odd: usize| (1..count).filter(|k| k % 2 == odd).map(at).sum::<f64>();
                     h / (3.0 * count as f64) * (at(0) + 4.0 * inner(1) + 2.0 * inner(0) + at(count))
                 };
-                let found = course.between(&factors, &forces).re;
+                let found = modal.between(&factors, &forces).re;
                 assert!((found - rule(4000)).abs() < 1e-11 * h.max(1.0), "{case}");
             }
         }

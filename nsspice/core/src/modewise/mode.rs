@@ -185,68 +185,70 @@ impl Mode {
             }
         });
         // constraints H a = F v with orthonormal rows, enforced through the columns of Hf
-        let ties = stairs.tie_rows.cols;
-        let (mut q2, yc, mut pi, ties_h, ties_f, tie_cols, solve_g);
-        if ties == 0 {
+        let constraints = stairs.constraint_rows.cols;
+        let (mut q2, yc, mut pi, constraints_h, constraints_f, constraint_cols, solve_g);
+        if constraints == 0 {
             q2 = Matrix::identity(r);
             pi = Matrix::identity(r);
             yc = Matrix::zeros(r, nv);
-            (ties_h, ties_f) = (Matrix::zeros(0, r), Matrix::zeros(0, nv));
-            tie_cols = Matrix::zeros(size, 0);
+            (constraints_h, constraints_f) = (Matrix::zeros(0, r), Matrix::zeros(0, nv));
+            constraint_cols = Matrix::zeros(size, 0);
             solve_g = Matrix::zeros(0, 0);
         } else {
-            let h0 = match &stairs.tie_demand {
+            let h0 = match &stairs.constraint_demand {
                 Some(demand) => demand.times(&net.big_r),
-                None => stairs.tie_rows.transpose_times(&kna),
+                None => stairs.constraint_rows.transpose_times(&kna),
             };
-            let f0 = stairs.tie_rows.transpose_times(&force);
+            let f0 = stairs.constraint_rows.transpose_times(&force);
             let (h0, sizes) = unit_rows(&h0);
             let (q, tri) = graded_qr(&h0.transpose());
-            let others: Vec<usize> = (ties..r).collect();
-            let firsts: Vec<usize> = (0..ties).collect();
+            let others: Vec<usize> = (constraints..r).collect();
+            let firsts: Vec<usize> = (0..constraints).collect();
             let lu = Lu::new(&tri.transpose());
             if lu.ratio < SURVIVES {
                 return Err("its constraints depend on each other".into());
             }
-            let scaled = Matrix::from_fn(ties, nv, |i, c| f0[(i, c)] / sizes[i]);
-            ties_h = q.select_cols(&firsts).transpose();
-            ties_f = lu.solve(&scaled);
+            let scaled = Matrix::from_fn(constraints, nv, |i, c| f0[(i, c)] / sizes[i]);
+            constraints_h = q.select_cols(&firsts).transpose();
+            constraints_f = lu.solve(&scaled);
             q2 = q.select_cols(&others);
             if net.passive {
-                let columns =
-                    Matrix::from_fn(size, ties, |i, j| stairs.tie_cols[(i, j)] / sizes[j]);
+                let columns = Matrix::from_fn(size, constraints, |i, j| {
+                    stairs.constraint_cols[(i, j)] / sizes[j]
+                });
                 // columns tri^-1
-                tie_cols = lu.solve(&columns.transpose()).transpose();
+                constraint_cols = lu.solve(&columns.transpose()).transpose();
                 solve_g = {
-                    let mut g = Matrix::identity(ties);
+                    let mut g = Matrix::identity(constraints);
                     g.data.iter_mut().for_each(|v| *v = -*v);
                     g
                 };
                 pi = q2.transpose();
             } else {
-                let (hf0, sizes) = unit_rows(&kan.times(&stairs.tie_cols).transpose());
+                let (hf0, sizes) = unit_rows(&kan.times(&stairs.constraint_cols).transpose());
                 let (ql, tri) = graded_qr(&hf0.transpose());
                 let lu = Lu::new(&tri.transpose());
                 if lu.ratio < SURVIVES {
                     return Err("its constraints depend on each other".into());
                 }
-                let columns =
-                    Matrix::from_fn(size, ties, |i, j| stairs.tie_cols[(i, j)] / sizes[j]);
-                tie_cols = lu.solve(&columns.transpose()).transpose();
-                let g = Lu::new(&ties_h.times(&ql.select_cols(&firsts)));
+                let columns = Matrix::from_fn(size, constraints, |i, j| {
+                    stairs.constraint_cols[(i, j)] / sizes[j]
+                });
+                constraint_cols = lu.solve(&columns.transpose()).transpose();
+                let g = Lu::new(&constraints_h.times(&ql.select_cols(&firsts)));
                 let complement = ql.select_cols(&others).transpose();
                 let square = Lu::new(&complement.times(&q2));
                 if g.ratio < SURVIVES || square.ratio < SURVIVES {
                     return Err(HIGH_INDEX.into());
                 }
-                solve_g = g.solve(&Matrix::identity(ties));
+                solve_g = g.solve(&Matrix::identity(constraints));
                 pi = square.solve(&complement);
             }
-            let hf = kan.times(&tie_cols);
+            let hf = kan.times(&constraint_cols);
             yc = if net.passive {
-                ties_h.transpose_times(&ties_f)
+                constraints_h.transpose_times(&constraints_f)
             } else {
-                hf.times(&solve_g).times(&ties_f)
+                hf.times(&solve_g).times(&constraints_f)
             };
         }
         // the regular block of the algebraic equations
@@ -285,12 +287,12 @@ impl Mode {
         let mut change = Tracked::exact(place(&Matrix::zeros(r, n), &net.rs, None));
         change.add(-1.0, &states.under(&net.split.rgr));
         change.add(-1.0, &algebraic.under(&kan));
-        if ties > 0 {
-            let mut kappa = change.under(&solve_g.times(&ties_h));
-            let zero = (Matrix::zeros(ties, n), Matrix::zeros(ties, nv));
-            let drift = place(&zero.0, &zero.1, Some(&solve_g.times(&ties_f)));
+        if constraints > 0 {
+            let mut kappa = change.under(&solve_g.times(&constraints_h));
+            let zero = (Matrix::zeros(constraints, n), Matrix::zeros(constraints, nv));
+            let drift = place(&zero.0, &zero.1, Some(&solve_g.times(&constraints_f)));
             kappa.add(-1.0, &Tracked::exact(drift));
-            algebraic.add(1.0, &kappa.under(&tie_cols));
+            algebraic.add(1.0, &kappa.under(&constraint_cols));
         }
         let mut change = change.under(&pi);
         change.clean(1);
@@ -311,16 +313,16 @@ impl Mode {
         diodes.clean(net.n + net.m);
         let fixed = switches.iter().zip(gates).filter(|(s, &gate)| s.role(gate) != Role::Diode);
         let switched: Vec<usize> = fixed.map(|(s, _)| s.pair).collect();
-        let impulses = (ties > 0).then(|| {
-            let joint = Matrix::from_fn(ties, r + nv, |i, c| {
+        let impulses = (constraints > 0).then(|| {
+            let joint = Matrix::from_fn(constraints, r + nv, |i, c| {
                 if c < r {
-                    ties_h[(i, c)]
+                    constraints_h[(i, c)]
                 } else {
-                    -ties_f[(i, c - r)]
+                    -constraints_f[(i, c - r)]
                 }
             });
             let content = Tracked::exact(solve_g.times(&joint));
-            let mut algebraic = content.under(&tie_cols);
+            let mut algebraic = content.under(&constraint_cols);
             let still = Tracked::zeros(r, r + nv);
             let mut guards = impulse_rows(net, on, &active, &still, &algebraic);
             if let Some(share) = &share {
@@ -400,7 +402,7 @@ impl Mode {
                 _ => None,
             })
             .collect();
-        let regular = ties == 0 && open == 0 && switches.is_empty() && watch.len() == net.m;
+        let regular = constraints == 0 && open == 0 && switches.is_empty() && watch.len() == net.m;
         let generation = (regular && net.symmetric && poles.len() == n).then_some(0);
         let rates = poles.iter().map(Pole::size).chain(blocks.iter().map(|b| row_norm(&b.1)));
         let fastest = rates.fold(0.0, f64::max);

@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// A segment that has been passed through.
 pub struct Passage {
     /// modes through whose constraints the state jumped on the way in
-    pub leaps: Vec<Arc<Mode>>,
+    pub state_jumps: Vec<Arc<Mode>>,
     /// the mode
     pub mode: Arc<Mode>,
     /// inputs from its start on
@@ -29,7 +29,7 @@ pub struct Passage {
     pub crossing: Vec<usize>,
 }
 
-/// How a stretch of the run ended.
+/// How an interval of the run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passed {
     /// at the time asked for
@@ -50,7 +50,7 @@ const MOST: usize = 200_000;
 pub(super) struct Trace {
     pub on: bool,
     /// jumps on the way into the segment to come
-    pub leaps: Vec<Arc<Mode>>,
+    pub state_jumps: Vec<Arc<Mode>>,
     /// an impact was resolved by implicit steps
     pub struck: bool,
     pub passages: Vec<Passage>,
@@ -93,20 +93,20 @@ impl Engine {
     }
 
     /// A mode has been entered that is left at once, since a switch reacts: its jump counts.
-    pub(super) fn trace_leaps(&mut self, mode: &Arc<Mode>, left_at_once: bool) {
+    pub(super) fn note_state_jumps(&mut self, mode: &Arc<Mode>, left_at_once: bool) {
         if !self.trace.on {
             return;
         }
-        for k in 0..self.picker.leaps.len() {
-            let through = self.picker.leaps[k].through;
+        for k in 0..self.picker.state_jumps.len() {
+            let through = self.picker.state_jumps[k].through;
             if let Ok(mode) =
                 self.registry.mode(through, &self.prepared.net, &self.prepared.switches)
             {
-                self.trace.leaps.push(mode);
+                self.trace.state_jumps.push(mode);
             }
         }
         if left_at_once && mode.impulses.is_some() {
-            self.trace.leaps.push(mode.clone());
+            self.trace.state_jumps.push(mode.clone());
         }
     }
 
@@ -115,9 +115,9 @@ impl Engine {
         if !self.trace.on {
             return;
         }
-        let leaps = std::mem::take(&mut self.trace.leaps);
+        let state_jumps = std::mem::take(&mut self.trace.state_jumps);
         self.trace.passages.push(Passage {
-            leaps,
+            state_jumps,
             mode: mode.clone(),
             inputs: self.motion.segment.clone(),
             start: self.span.time,

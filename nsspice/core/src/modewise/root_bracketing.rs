@@ -28,9 +28,9 @@ const GROUP: usize = 16;
 /// motions have decayed further, and an interval that is too long costs one look.
 const GROWTH: f64 = 3.0;
 
-/// Work space of the march.
+/// Work space of the event_search.
 #[derive(Default)]
-pub struct March {
+pub struct EventSearch {
     /// guards that fail at the end
     pub crossing: Vec<usize>,
     from: Point,
@@ -54,7 +54,7 @@ enum Verdict {
     Unclear,
 }
 
-impl March {
+impl EventSearch {
     /// Walks from 0 to `horizon`; returns the time reached. `clear[j]`: guard j is known to hold up
     /// to that time; `start` is the start of the path. `begin` is the absolute time of the start, for the resolution of time.
     #[allow(clippy::too_many_arguments)] // one per ingredient

@@ -113,7 +113,7 @@ impl Engine {
     /// Writes the next rows as far as they lie inside the segment and there is room for them;
     /// returns their number.
     pub(super) fn write_rows(&mut self, out: &mut [f64]) -> usize {
-        let last = self.span.end >= self.plan.stop && self.span.end < self.span.corner;
+        let last = self.span.end >= self.plan.stop && self.span.end < self.span.breakpoint;
         let before = self.span.end - INSTANT * self.span.end;
         let (time, end) = (self.span.time, self.span.end);
         let within = move |target: &f64| *target < before || (last && *target <= end);

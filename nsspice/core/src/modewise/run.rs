@@ -1,8 +1,8 @@
 //! The run: segment after segment, rows evaluated where they stand.
 
-use super::accumulation::Storm;
+use super::accumulation::Accumulation;
 use super::at_threshold::Control;
-use super::energy_balance::Tally;
+use super::energy_balance::EnergyBalance;
 use super::implicit_step::Implicit;
 use super::implicit_steps::Stepped;
 use super::log::{Log, Statistics};
@@ -11,10 +11,10 @@ use super::outputs::{Outputs, Spec};
 use super::passages::Trace;
 use super::prepared::Prepared;
 use super::registry::{Id, Registry};
-use super::root_bracketing::{Ending, March};
+use super::root_bracketing::{Ending, EventSearch};
 use super::rows::Table;
 use super::run_state::{Motion, Phase, Plan, Span, State};
-use super::samples::Witness;
+use super::samples::Samples;
 use super::successor::{cause_of, roles, settle, Picker, Scene};
 use super::verify::Scale;
 use crate::integrate::{by_sources, Failure, Progress};
@@ -39,16 +39,16 @@ pub struct Engine {
     pub(super) registry: Registry,
     pub(super) implicit: Implicit,
     pub(super) picker: Picker,
-    pub(super) march: March,
+    pub(super) event_search: EventSearch,
     pub(super) motion: Motion,
     pub(super) scale: Scale,
     pub(super) plan: Plan,
     pub(super) span: Span,
     pub(super) state: State,
-    pub(super) storm: Storm,
+    pub(super) accumulation: Accumulation,
     checked: Vec<bool>,
-    pub(super) witness: Witness,
-    pub(super) tally: Tally,
+    pub(super) samples: Samples,
+    pub(super) energy_balance: EnergyBalance,
     pub(super) trace: Trace,
     /// jumps and changes of pairs
     pub log: Log,
@@ -68,16 +68,16 @@ impl Engine {
             table: Table::new(Outputs::new(outputs, net, &prepared.inputs)),
             registry: Registry::new(prepared.modes.clone()),
             picker: Picker::default(),
-            march: March::default(),
+            event_search: EventSearch::default(),
             motion: Motion::default(),
             scale,
             plan: Plan { rows: RowClock::new(0.0, 1.0, 0.0), stop: 0.0, fixed_step: 1.0 },
             span: Span::default(),
             state: State::new(net, count),
-            storm: Storm::default(),
+            accumulation: Accumulation::default(),
             checked: Vec::new(),
-            witness: Witness::default(),
-            tally: Tally::default(),
+            samples: Samples::default(),
+            energy_balance: EnergyBalance::default(),
             trace: Trace::default(),
             log: Log { pairs: vec![false; net.m], ..Log::default() },
             stats: Statistics::default(),
@@ -96,7 +96,7 @@ impl Engine {
         self.plan.fixed_step = fixed_step;
         self.control.sampling = self.new_sampling();
         self.picker.verifier.seen.resize(self.prepared.switches.len(), 0.0);
-        self.witness.controls.resize(self.prepared.switches.len(), 0.0);
+        self.samples.controls.resize(self.prepared.switches.len(), 0.0);
         self.plan.rows = RowClock::new(out_start, out_step, stop);
         self.plan.rows.count()
     }
@@ -112,8 +112,8 @@ impl Engine {
         self.control.gates.copy_from_slice(gates);
         self.prepared.net.energy(charges, &mut self.state.a);
         self.scale.see_state(&self.state.a);
-        self.witness_end();
-        self.tally_start();
+        self.sample_end();
+        self.balance_start();
         self.span.time = 0.0;
         self.guess_scale();
         self.motion.present = None;
@@ -163,15 +163,15 @@ impl Engine {
         a
     }
 
-    /// Takes the inputs of a segment from here on; returns how long it may last: to a corner, the end of the run,
+    /// Takes the inputs of a segment from here on; returns how long it may last: to a breakpoint, the end of the run,
     /// or the next look at sampled switches [s].
     pub(super) fn begin_inputs(&mut self) -> f64 {
         self.prepared.inputs.begin(self.span.time, &mut self.motion.segment);
-        if self.span.corner <= self.span.time {
-            self.span.corner = self.prepared.inputs.next_corner(self.span.time);
+        if self.span.breakpoint <= self.span.time {
+            self.span.breakpoint = self.prepared.inputs.next_breakpoint(self.span.time);
         }
         let last = if self.span.time >= self.plan.stop { f64::INFINITY } else { self.plan.stop };
-        let mut horizon = self.span.corner.min(last) - self.span.time;
+        let mut horizon = self.span.breakpoint.min(last) - self.span.time;
         if !horizon.is_finite() {
             horizon = 1e-3 * self.plan.stop;
         }
@@ -210,9 +210,9 @@ impl Engine {
                 }
                 return self.carry_on();
             };
-            if picked.mode.impulses.is_some() || !self.picker.leaps.is_empty() {
-                let origin = match self.picker.leaps.first() {
-                    Some(leap) => leap.before.clone(),
+            if picked.mode.impulses.is_some() || !self.picker.state_jumps.is_empty() {
+                let origin = match self.picker.state_jumps.first() {
+                    Some(state_jump) => state_jump.before.clone(),
                     None => self.state.a.clone(),
                 };
                 let entry = self.state.a.clone();
@@ -223,7 +223,7 @@ impl Engine {
                 self.stats.mode_changes += 1;
             }
             let settled = self.picker.verifier.thrown.is_empty() && !self.rest();
-            self.trace_leaps(&picked.mode, !settled);
+            self.note_state_jumps(&picked.mode, !settled);
             self.motion.present = Some((picked.id, picked.mode));
             if settled {
                 return self.walk(horizon);
@@ -271,16 +271,16 @@ impl Engine {
 
     /// The same after implicit steps.
     pub(super) fn walk_from_here(&mut self, horizon: f64) {
-        self.storm.crowd.clear();
+        self.accumulation.recent.clear();
         self.walk(horizon).ok();
     }
 
     /// Marches through the segment that has been begun.
     fn walk(&mut self, horizon: f64) -> Result<(), Failure> {
         let Some((id, mode)) = self.motion.present.clone() else { return Ok(()) };
-        self.witness_begin(&mode);
+        self.sample_begin(&mode);
         let verifier = &self.picker.verifier;
-        let (length, ending) = self.march.walk(
+        let (length, ending) = self.event_search.walk(
             &self.motion.path,
             &verifier.start,
             &verifier.guards,
@@ -291,13 +291,15 @@ impl Engine {
         );
         self.span.ending = ending;
         self.span.end = match ending {
-            // the corner's own time, not a sum
-            Ending::Horizon if self.span.corner - self.span.time <= horizon => self.span.corner,
+            // the breakpoint's own time, not a sum
+            Ending::Horizon if self.span.breakpoint - self.span.time <= horizon => {
+                self.span.breakpoint
+            }
             Ending::Horizon => self.span.time + length,
             Ending::Crossing => self.span.time + length,
         };
         self.span.crossing.clear();
-        self.span.crossing.extend_from_slice(&self.march.crossing);
+        self.span.crossing.extend_from_slice(&self.event_search.crossing);
         self.stats.segments += 1;
         self.stats.undetermined += u64::from(mode.open > 0);
         self.table.inside.ready = false;
@@ -310,7 +312,7 @@ impl Engine {
                 self.see(&mode);
             }
         }
-        match self.march.reached(length) {
+        match self.event_search.reached(length) {
             Some(reached) => std::mem::swap(reached, &mut self.motion.point),
             None => self.motion.path.at(length, &mut self.motion.point),
         }
@@ -321,7 +323,7 @@ impl Engine {
         let fresh = !self.checked[id];
         // what begins at the end of the run serves its last row: laws count, energies hardly
         let part = if self.span.time < self.plan.stop { 1.0 } else { 0.0 };
-        self.witness_segment(&mode, part * length, fresh);
+        self.sample_segment(&mode, part * length, fresh);
         if fresh || self.stats.segments.is_multiple_of(CHECK) {
             self.checked[id] = true;
             self.motion.path.at(0.618 * length, &mut self.motion.point);
@@ -339,19 +341,21 @@ impl Engine {
         self.motion.path.state(&self.motion.point, &mut self.state.x);
         self.motion.path.inputs(&self.motion.segment, &self.motion.point, &mut self.state.v);
         self.trace_passage(&mode);
-        self.tally_segment(id, &mode);
+        self.balance_segment(id, &mode);
         self.write_pieces();
         self.note_left();
         mode.leave(&self.state.x, &self.state.v, &mut self.state.a);
         self.scale.see_state(&self.state.a);
-        self.witness_end();
+        self.sample_end();
         self.span.time = self.span.end;
         let crossing = std::mem::take(&mut self.span.crossing);
         if self.too_fast() {
             return self.carry_on();
         }
         match self.span.ending {
-            Ending::Horizon => self.stats.corners += u64::from(self.span.end >= self.span.corner),
+            Ending::Horizon => {
+                self.stats.breakpoints += u64::from(self.span.end >= self.span.breakpoint)
+            }
             Ending::Crossing => {
                 for &j in &crossing {
                     if let Watch::Switch(s) = mode.guards.watch[j] {
@@ -456,6 +460,6 @@ impl Engine {
 
     /// Intervals on which guards were judged.
     pub fn intervals(&self) -> u64 {
-        self.march.intervals
+        self.event_search.intervals
     }
 }

@@ -36,7 +36,7 @@ pub(super) struct Span {
     /// its end [s]
     pub end: f64,
     pub ending: Ending,
-    pub corner: f64,
+    pub breakpoint: f64,
     pub crossing: Vec<usize>,
 }
 
@@ -47,7 +47,7 @@ impl Default for Span {
             time: 0.0,
             end: 0.0,
             ending: Ending::Horizon,
-            corner: f64::NEG_INFINITY,
+            breakpoint: f64::NEG_INFINITY,
             crossing: Vec::new(),
         }
     }

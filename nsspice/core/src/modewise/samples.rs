@@ -1,6 +1,6 @@
 //! What a run leaves for those who check it: points of sampled segments, as they are.
 //!
-//! A segment is cut into stretches so short that a quadrature at the nodes of Gauss and Lobatto
+//! A segment is cut into intervals so short that a quadrature at the nodes of Gauss and Lobatto
 //! integrates what moves in it up to rounding; terms that have decayed no longer shorten them.
 //! Nothing is judged here.
 
@@ -32,39 +32,39 @@ const WEIGHTS: [f64; 6] = [
     0.378_474_956_297_846_9,
     1.0 / 15.0,
 ];
-/// Longest stretch in units of the time constant of a term: products of two such terms, as in
+/// Longest interval in units of the time constant of a term: products of two such terms, as in
 /// powers, are then integrated with an error of 5e-13 (2 x 0.8)^10 = 5e-11 of their size.
 const REACH: f64 = 0.8;
 /// What has decayed below the first part is measured by larger things, below the second it is
 /// rounding, also where the rest of the segment is so many of its time constants long: a quadrature
 /// takes its rate for that of a part of them.
 const SMALL: f64 = 1e-6;
-/// Price of a stretch in segments, so that records cost some hundredths of a run, and how many can be
+/// Price of an interval in segments, so that records cost some hundredths of a run, and how many can be
 /// had at once; what is left of a segment is left out.
 const PRICE: u64 = 256;
 const STOCK: u64 = 16 * PRICE;
 /// Part of it that one segment may take.
 const PART: u64 = 4;
-/// Modes whose first segment begins with a stretch that is recorded whatever it costs: reducing
+/// Modes whose first segment begins with an interval that is recorded whatever it costs: reducing
 /// each cost more.
 const FIRST_MODES: usize = 256;
 /// Segments up to which the beginning of each is compared with the end of the last motion; later one
 /// of so many, the balance of energy sees the others.
 const FEW: u64 = 64;
-const SEAMS: u64 = 8;
+const BOUNDARIES: u64 = 8;
 /// Records are handed over when they hold this many numbers.
 const FULL: usize = 1 << 18;
 
 /// The end of a motion and the beginning of the next, in energy coordinates.
 #[derive(Default)]
-struct Seam {
+struct Boundary {
     /// what it was kept for
     value: f64,
     ends: [Vec<f64>; 2],
 }
 
 /// Chooses the segments to record and keeps their points.
-pub(super) struct Witness {
+pub(super) struct Samples {
     pub watches: bool,
     tokens: u64,
     modes: usize,
@@ -78,7 +78,7 @@ pub(super) struct Witness {
     /// the largest terms of the control of each switch
     pub controls: Vec<f64>,
     /// those that differ most, and those at which most is stored
-    seams: [Seam; 2],
+    boundaries: [Boundary; 2],
     point: Point,
     x: Vec<f64>,
     v: Vec<f64>,
@@ -87,9 +87,9 @@ pub(super) struct Witness {
     b: Vec<f64>,
 }
 
-impl Default for Witness {
-    fn default() -> Witness {
-        Witness {
+impl Default for Samples {
+    fn default() -> Samples {
+        Samples {
             watches: false,
             tokens: STOCK,
             modes: 0,
@@ -98,7 +98,7 @@ impl Default for Witness {
             records: Records::default(),
             left: Vec::new(),
             controls: Vec::new(),
-            seams: Default::default(),
+            boundaries: Default::default(),
             point: Point::default(),
             x: Vec::new(),
             v: Vec::new(),
@@ -112,13 +112,13 @@ impl Default for Witness {
 impl Engine {
     /// Whether points are left for those who check the run.
     pub fn watch(&mut self, watches: bool) {
-        self.witness.watches = watches;
+        self.samples.watches = watches;
     }
 
     /// Numbers that wait to be taken.
     pub fn waiting(&self) -> usize {
-        self.witness.taken.size()
-            + self.witness.records.size()
+        self.samples.taken.size()
+            + self.samples.records.size()
             + self.table.ends.kept.as_ref().map_or(0, Vec::len)
             + self.table.pieces.waiting()
     }
@@ -129,54 +129,54 @@ impl Engine {
     }
 
     /// The points recorded since the last call.
-    pub fn take_stretches(&mut self) -> Taken {
-        let (nodes, w) = (NODES.len(), &mut self.witness);
-        for seam in w.seams.iter_mut().filter(|seam| !seam.ends[0].is_empty()) {
-            let lists = [&mut w.taken.seam_end, &mut w.taken.seam_begin];
-            for (list, a) in lists.into_iter().zip(&mut seam.ends) {
+    pub fn take_intervals(&mut self) -> Taken {
+        let (nodes, w) = (NODES.len(), &mut self.samples);
+        for boundary in w.boundaries.iter_mut().filter(|boundary| !boundary.ends[0].is_empty()) {
+            let lists = [&mut w.taken.boundary_end, &mut w.taken.boundary_begin];
+            for (list, a) in lists.into_iter().zip(&mut boundary.ends) {
                 let from = list.len();
                 list.resize(from + self.prepared.net.n, 0.0);
                 self.prepared.net.big_r.apply(a, &mut list[from..]);
                 a.clear();
             }
         }
-        std::mem::replace(&mut self.witness.taken, Taken { nodes, ..Taken::default() })
+        std::mem::replace(&mut self.samples.taken, Taken { nodes, ..Taken::default() })
     }
 
     /// The implicit steps recorded since the last call.
     pub fn take_records(&mut self) -> Records {
-        std::mem::take(&mut self.witness.records)
+        std::mem::take(&mut self.samples.records)
     }
 
     /// An implicit step of a length has been accepted, with `[1; inputs]` at its end; the energy
     /// coordinates are still those of its beginning.
-    pub(super) fn witness_implicit(&mut self, time: f64, length: f64, v: &[f64], roles: &[Role]) {
-        if !self.witness.watches {
+    pub(super) fn sample_implicit(&mut self, time: f64, length: f64, v: &[f64], roles: &[Role]) {
+        if !self.samples.watches {
             return;
         }
         let sources = self.prepared.inputs.waveforms().len();
         let u: Vec<f64> = (0..sources).map(|k| self.prepared.inputs.value_of(k, v)).collect();
-        self.tally_step(length, &u);
+        self.balance_step(length, &u);
         let mut from = vec![0.0; self.prepared.net.n];
         self.prepared.net.big_r.apply(&self.state.a, &mut from);
         let roles = if self.prepared.switches.is_empty() { &[] } else { roles };
         let (z, l) = (&self.implicit.z, &self.implicit.l);
         let roles = roles.iter().map(|&r| r as u8);
-        self.witness.records.push(time, length, &from, z, l, &u, &u, roles);
+        self.samples.records.push(time, length, &from, z, l, &u, &u, roles);
     }
 
     /// A motion has come to its end, or a jump that is reported.
-    pub(super) fn witness_end(&mut self) {
-        if self.witness.watches {
-            self.witness.left.clone_from(&self.state.a);
+    pub(super) fn sample_end(&mut self) {
+        if self.samples.watches {
+            self.samples.left.clone_from(&self.state.a);
         }
     }
 
     /// A motion begins: keeps its beginning and the end of the last one if they differ most so far,
     /// or if more is stored there than anywhere else.
-    pub(super) fn witness_begin(&mut self, mode: &Mode) {
-        let often = self.stats.segments < FEW || self.stats.segments.is_multiple_of(SEAMS);
-        let w = &mut self.witness;
+    pub(super) fn sample_begin(&mut self, mode: &Mode) {
+        let often = self.stats.segments < FEW || self.stats.segments.is_multiple_of(BOUNDARIES);
+        let w = &mut self.samples;
         if !w.watches || !often || w.left.len() != self.prepared.net.states {
             return;
         }
@@ -184,25 +184,25 @@ impl Engine {
         w.a.resize(self.prepared.net.states, 0.0);
         self.motion.path.state(&self.picker.verifier.start, &mut w.x);
         mode.leave(&w.x, &self.motion.segment.now, &mut w.a);
-        w.taken.seams += 1;
+        w.taken.boundaries += 1;
         let (mut gap, mut size) = (0.0f64, 0.0f64);
         for (left, a) in w.left.iter().zip(&w.a) {
             let found = (left - a).abs();
             gap = if worse(found, gap) { found } else { gap };
             size = size.max(left.abs());
         }
-        for (seam, value) in w.seams.iter_mut().zip([gap, size]) {
-            if seam.ends[0].is_empty() || worse(value, seam.value) {
-                seam.value = value;
-                seam.ends[0].clone_from(&w.left);
-                seam.ends[1].clone_from(&w.a);
+        for (boundary, value) in w.boundaries.iter_mut().zip([gap, size]) {
+            if boundary.ends[0].is_empty() || worse(value, boundary.value) {
+                boundary.value = value;
+                boundary.ends[0].clone_from(&w.left);
+                boundary.ends[1].clone_from(&w.a);
             }
         }
     }
 
     /// Half the square of the energy coordinates if no two terms of the closed form cancelled.
     fn swing(&mut self, mode: &Mode, length: f64) -> f64 {
-        let w = &mut self.witness;
+        let w = &mut self.samples;
         w.x.resize(mode.n, 0.0);
         self.motion.path.sizes(length, &mut w.b, &mut w.x);
         let mut square = 0.0;
@@ -216,8 +216,8 @@ impl Engine {
     }
 
     /// A segment of this length has begun; `fresh` if its mode has not been met before.
-    pub(super) fn witness_segment(&mut self, mode: &Mode, length: f64, fresh: bool) {
-        let w = &mut self.witness;
+    pub(super) fn sample_segment(&mut self, mode: &Mode, length: f64, fresh: bool) {
+        let w = &mut self.samples;
         if !w.watches {
             return;
         }
@@ -232,7 +232,7 @@ impl Engine {
             return;
         }
         let swing = self.swing(mode, length);
-        let w = &mut self.witness;
+        let w = &mut self.samples;
         let quota = w.tokens.div_ceil(PART * PRICE).min(w.tokens / PRICE) as usize;
         let most = usize::from(first).max(quota);
         let (mut begin, mut count) = (0.0, 0);
@@ -241,33 +241,33 @@ impl Engine {
             let width = self.reach(begin, length);
             let end = if begin + 1.01 * width >= length { length } else { begin + width };
             count += 1;
-            self.witness.taken.swing.push(swing);
-            self.record_stretch(mode, begin, end, length);
+            self.samples.taken.swing.push(swing);
+            self.record_interval(mode, begin, end, length);
             begin = end;
             if begin >= length {
                 break;
             }
         }
-        let w = &mut self.witness;
+        let w = &mut self.samples;
         w.tokens = w.tokens.saturating_sub(count as u64 * PRICE);
     }
 
-    /// Makes room for so many stretches.
-    fn make_room(&mut self, stretches: usize) {
-        let (n, points) = (self.prepared.net.n, stretches * NODES.len());
-        let taken = &mut self.witness.taken;
+    /// Makes room for so many intervals.
+    fn make_room(&mut self, intervals: usize) {
+        let (n, points) = (self.prepared.net.n, intervals * NODES.len());
+        let taken = &mut self.samples.taken;
         for list in [&mut taken.z, &mut taken.rate] {
             list.reserve(points * n);
         }
         taken.l.reserve(points * self.prepared.net.m);
         taken.u.reserve(points * self.prepared.inputs.waveforms().len());
-        taken.first.reserve(stretches * n);
+        taken.first.reserve(intervals * n);
         for list in [&mut taken.time, &mut taken.weight] {
             list.reserve(points);
         }
     }
 
-    /// How long the stretch that begins at `t` may be.
+    /// How long the interval that begins at `t` may be.
     fn reach(&self, t: f64, length: f64) -> f64 {
         let mut width = length - t;
         for placed in &self.motion.path.terms {
@@ -301,9 +301,9 @@ impl Engine {
         switches.fold(0.0, |most, (_, noise)| f64::max(most, *noise))
     }
 
-    fn record_stretch(&mut self, mode: &Mode, begin: f64, end: f64, length: f64) {
+    fn record_interval(&mut self, mode: &Mode, begin: f64, end: f64, length: f64) {
         let (n, m) = (self.prepared.net.n, self.prepared.net.m);
-        let mut w = std::mem::take(&mut self.witness);
+        let mut w = std::mem::take(&mut self.samples);
         let (half, middle) = (0.5 * (end - begin), 0.5 * (end + begin));
         w.x.resize(mode.n, 0.0);
         w.v.resize(self.state.v.len(), 0.0);
@@ -330,7 +330,7 @@ impl Engine {
             for (switch, size) in self.prepared.switches.iter().zip(&mut w.controls) {
                 *size = size.max(switch.size(&taken.z[z..]));
             }
-            // the segment behind the end of the run is cut
+            // the segment after the end of the run is cut
             let at_end = k == 5 && end == length && self.span.time < self.plan.stop;
             let instant = if at_end { self.span.end } else { self.span.time + t };
             self.sources_inside(instant, k == 0, &w.v, &w.d, &mut taken.u[u..]);
@@ -349,7 +349,7 @@ impl Engine {
         let taken = &mut w.taken;
         taken.begin.push(self.span.time + begin);
         taken.end.push(self.span.time + end);
-        taken.grain.push((end - begin).min(1.0 / mode.fastest));
+        taken.shortest.push((end - begin).min(1.0 / mode.fastest));
         taken.steps.push(if end == length {
             1u8.saturating_add(std::mem::take(&mut w.empty))
         } else {
@@ -362,7 +362,7 @@ impl Engine {
                 roles(m, &self.prepared.switches, &self.control.gates).iter().map(|&r| r as u8),
             );
         }
-        self.witness = w;
+        self.samples = w;
     }
 
     /// Sources inside a segment: those that the segment is driven by, unless a waveform itself says

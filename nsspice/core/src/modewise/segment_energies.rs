@@ -18,7 +18,7 @@ use super::block::row_norm;
 use super::gramian::followed;
 use super::implicit_step::later;
 use super::input_power::Supply;
-use super::modal_energies::Course;
+use super::modal_energies::ModalEnergies;
 use super::mode::Mode;
 use super::run::Engine;
 use super::spectrum::Pole;
@@ -37,8 +37,8 @@ const ZERO: Complex = complex(0.0, 0.0);
 
 /// Work space.
 #[derive(Default)]
-pub struct Retrace {
-    course: Course,
+pub struct SegmentEnergies {
+    modal: ModalEnergies,
     forces: Vec<Complex>,
     /// by function: what each input is, what follows all of them steadily in the current of each, what they give
     /// with a coordinate, and its steady part
@@ -99,7 +99,7 @@ pub(super) fn energy(mode: &Mode, x: &[f64], v: &[f64], a: &mut [f64]) -> f64 {
     0.5 * dot(a, a)
 }
 
-impl Retrace {
+impl SegmentEnergies {
     /// What is dissipated and delivered up to the present point of a segment; the laws are asked in the first
     /// one of a mode.
     pub fn segment(
@@ -111,7 +111,7 @@ impl Retrace {
         fresh: bool,
     ) -> Two {
         let (h, start) = (engine.motion.point.t, engine.motion.path.start());
-        self.course.set(&engine.motion.segment, h);
+        self.modal.set(&engine.motion.segment, h);
         self.end.resize(mode.n, 0.0);
         self.begin(supplies);
         let mut delivered = 0.0;
@@ -124,10 +124,10 @@ impl Retrace {
         self.clean((mode.n + mode.leave_v.cols) as f64);
         let count = self.weights.len();
         let rows = self.factors.chunks_exact(count).zip(self.currents.chunks_exact(count));
-        delivered += rows.map(|(u, i)| self.course.between(u, i).re).sum::<f64>();
+        delivered += rows.map(|(u, i)| self.modal.between(u, i).re).sum::<f64>();
         self.a.resize(engine.prepared.net.states, 0.0);
         let before = energy(mode, start, &engine.motion.segment.now, &mut self.a);
-        self.course.last(&mut self.v, mode.leave_v.cols);
+        self.modal.last(&mut self.v, mode.leave_v.cols);
         let after = energy(mode, &self.end, &self.v, &mut self.a);
         let mut chance = Chance(sums.steps());
         let count = if fresh { 1 } else { ASKED };
@@ -142,7 +142,7 @@ impl Retrace {
 
     /// What inputs are, and what they give to one another.
     fn begin(&mut self, supplies: &[Supply]) {
-        let count = self.course.bases.len();
+        let count = self.modal.bases.len();
         for list in [&mut self.forces, &mut self.weights, &mut self.steady] {
             list.resize(count, ZERO);
         }
@@ -154,9 +154,9 @@ impl Retrace {
         let lists = factors.zip(self.currents.chunks_exact_mut(count));
         for (supply, (factors, currents)) in supplies.iter().zip(lists) {
             let own = |j: usize| complex(f64::from(u8::from(j == supply.input)), 0.0);
-            self.course.forces(own, factors);
-            self.course.real_forces(&supply.v, currents);
-            self.course.rates(&supply.d, currents);
+            self.modal.forces(own, factors);
+            self.modal.real_forces(&supply.v, currents);
+            self.modal.rates(&supply.d, currents);
         }
         for (size, current) in self.sizes.iter_mut().zip(&self.currents) {
             *size = one_norm(*current);
@@ -170,7 +170,7 @@ impl Retrace {
         for (currents, sizes) in
             self.currents.chunks_exact_mut(count).zip(self.sizes.chunks_exact(count))
         {
-            for (b, base) in self.course.bases.iter().enumerate() {
+            for (b, base) in self.modal.bases.iter().enumerate() {
                 if base.mirrored {
                     // currents are real
                     let mean = (currents[b - 1] + currents[b].conj()).scale(0.5);
@@ -206,14 +206,14 @@ impl Retrace {
         let drive = mode.drive.row(at);
         if pair {
             let next = mode.drive.row(at + 1);
-            self.course.forces(|j| complex(drive[j], next[j]), &mut self.forces);
+            self.modal.forces(|j| complex(drive[j], next[j]), &mut self.forces);
         } else {
-            self.course.real_forces(drive, &mut self.forces);
+            self.modal.real_forces(drive, &mut self.forces);
         }
         self.weigh(supplies, |x| both(x).conj());
         let rate = complex(pole.alpha, pole.omega);
         let lists = [&self.forces[..], &self.weights];
-        let [end, given] = self.course.follow(rate, both(start), lists, &mut self.steady);
+        let [end, given] = self.modal.follow(rate, both(start), lists, &mut self.steady);
         let count = self.weights.len();
         for (c, &steady) in self.steady.iter().enumerate().filter(|(_, part)| **part != ZERO) {
             for (supply, at) in supplies.iter().zip((c..).step_by(count)) {
@@ -241,13 +241,13 @@ impl Retrace {
         let places = at..at + matrix.rows;
         let (mut forces, mut weights) = (Vec::new(), Vec::new());
         for r in places.clone() {
-            self.course.real_forces(mode.drive.row(r), &mut self.forces);
+            self.modal.real_forces(mode.drive.row(r), &mut self.forces);
             self.weigh(supplies, |x| complex(x[r], 0.0));
             forces.push(self.forces.clone());
             weights.push(self.weights.clone());
         }
         let begin = &start[places.clone()];
-        let (end, given) = followed(&self.course, matrix, begin, &forces, &weights);
+        let (end, given) = followed(&self.modal, matrix, begin, &forces, &weights);
         self.end[places].copy_from_slice(&end);
         given
     }
@@ -313,9 +313,9 @@ mod tests {
 
     const STATES: usize = 20;
 
-    /// A ladder of resistors and capacitors that a current feeds, in the middle of a segment of 0.3 s,
+    /// A stage_equations of resistors and capacitors that a current feeds, in the middle of a segment of 0.3 s,
     /// and the sums of its energies.
-    fn ladder() -> (Engine, Sums) {
+    fn stage_equations() -> (Engine, Sums) {
         let diagonal: Vec<_> = (0..STATES).map(|k| (k, k, 1.0 + 0.1 * k as f64)).collect();
         let mut acting: Vec<_> = (0..STATES).map(|k| (k, k, 2.5)).collect();
         for k in 1..STATES {
@@ -370,7 +370,7 @@ mod tests {
         energy(own, engine.motion.path.start(), &engine.motion.segment.now, &mut a);
         sums.start(&unknowns(&a));
         let supplies = Supply::all(&engine.prepared.net, mode);
-        let found = Retrace::default().segment(engine, &mut sums, mode, &supplies, true);
+        let found = SegmentEnergies::default().segment(engine, &mut sums, mode, &supplies, true);
         sums.motion(0.3, found);
         engine.motion.path.state(&engine.motion.point, &mut x);
         let mut v = vec![0.0; engine.state.v.len()];
@@ -381,7 +381,7 @@ mod tests {
 
     #[test]
     fn one_wrong_number_of_a_mode_is_noticed() {
-        let (engine, sums) = ladder();
+        let (engine, sums) = stage_equations();
         let (_, mode) = engine.motion.present.clone().unwrap_or_else(|| unreachable!());
         assert!(drift(&engine, &sums, &mode) < 1e-13);
         let spoil = |change: &dyn Fn(&mut Mode)| {

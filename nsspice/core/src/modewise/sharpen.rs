@@ -279,7 +279,7 @@ mod tests {
         }
     }
 
-    /// Two coils whose loops have no resistance, beside a fast rate: rounding makes a pair of them.
+    /// Two inductors whose loops have no resistance, beside a fast rate: rounding makes a pair of them.
     #[test]
     fn a_pair_by_rounding_keeps_both_of_its_coordinates() {
         let j = Matrix::from_fn(3, 3, |r, c| if r == 2 && c == 2 { -1e9 } else { 0.0 });

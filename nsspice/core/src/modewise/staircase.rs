@@ -14,11 +14,11 @@ use crate::rounding::of_elimination;
 /// The directions; columns live on the algebraic unknowns `[kernel part; active multipliers]`.
 pub struct Staircase {
     /// constraints: combinations of equations
-    pub tie_rows: Matrix,
+    pub constraint_rows: Matrix,
     /// what enforces them: combinations of unknowns
-    pub tie_cols: Matrix,
+    pub constraint_cols: Matrix,
     /// passive networks: the constraints as demands on the unknowns, free of cancellation
-    pub tie_demand: Option<Matrix>,
+    pub constraint_demand: Option<Matrix>,
     /// combinations of equations that must hold by themselves
     pub open_rows: Matrix,
     /// undetermined combinations of unknowns
@@ -130,16 +130,16 @@ fn by_graph(net: &Network, active: &[usize]) -> Staircase {
         add_products(&mut demand, net.loose.at.row(p), t.row(k + j), -1.0);
     }
     let found = Echelon::new(demand.clone(), 0..t.cols);
-    let tie_demand = Some(demand.select_cols(&found.pivots).transpose());
-    let tie = t.select_cols(&found.pivots);
+    let constraint_demand = Some(demand.select_cols(&found.pivots).transpose());
+    let constraint = t.select_cols(&found.pivots);
     let open = t.times(&found.kernel());
     // a regular block: drop one unknown per direction
     let dropped = Echelon::new(t.transpose(), (0..size).rev()).pivots;
     let kept: Vec<usize> = (0..size).filter(|i| !dropped.contains(i)).collect();
     Staircase {
-        tie_rows: tie.clone(),
-        tie_cols: tie,
-        tie_demand,
+        constraint_rows: constraint.clone(),
+        constraint_cols: constraint,
+        constraint_demand,
         open_rows: open.clone(),
         open_cols: open,
         rows: kept.clone(),
@@ -290,9 +290,9 @@ fn by_numbers(algebra: &Algebra) -> Result<Staircase, String> {
     let demands = clean(&left, &algebra.kna); // one row per direction
     let effects = clean(&right, &algebra.kan.transpose());
     let (left, right) = (left.value, right.value);
-    let (tie_left, open_left) = pivoted(&normalised_rows(&demands).transpose());
-    let (tie_right, open_right) = pivoted(&normalised_rows(&effects).transpose());
-    if tie_left.len() != tie_right.len() {
+    let (constraint_left, open_left) = pivoted(&normalised_rows(&demands).transpose());
+    let (constraint_right, open_right) = pivoted(&normalised_rows(&effects).transpose());
+    if constraint_left.len() != constraint_right.len() {
         return Err(HIGH_INDEX.into());
     }
     let scale = |x: &Matrix, combos: &Matrix, of: &Matrix| {
@@ -307,9 +307,9 @@ fn by_numbers(algebra: &Algebra) -> Result<Staircase, String> {
         x.times(&c)
     };
     Ok(Staircase {
-        tie_rows: left.select_cols(&tie_left),
-        tie_cols: right.select_cols(&tie_right),
-        tie_demand: None,
+        constraint_rows: left.select_cols(&constraint_left),
+        constraint_cols: right.select_cols(&constraint_right),
+        constraint_demand: None,
         open_rows: scale(&left, &open_left, &demands),
         open_cols: scale(&right, &open_right, &effects),
         rows,

@@ -2,7 +2,7 @@
 
 use super::implicit_step::Implicit;
 use super::registry::Registry;
-use super::successor::{roles, settle, Leap, Picked, Picker, Scene};
+use super::successor::{roles, settle, Picked, Picker, Scene, StateJump};
 use super::trajectory::Trajectory;
 use super::verify::{Finding, Scale};
 use crate::instant::Before;
@@ -30,14 +30,14 @@ impl Picker {
         let roles = roles(scene.prepared.net.m, &scene.prepared.switches, gates);
         let found = reinitialiser.after(Before::Stored(&charges), [&u, &slopes], &roles, 0.0)?;
         let mut now = a.to_vec();
-        self.leaps.clear();
+        self.state_jumps.clear();
         let through = found.through;
         let id = registry.id(&found.active, gates);
         if through != found.active {
             // charges pass pairs that block afterwards
             let first = registry.id(&through, gates);
             let mode = registry.mode(first, &scene.prepared.net, &scene.prepared.switches).ok()?;
-            self.leaps.push(Leap { through: first, before: now.clone() });
+            self.state_jumps.push(StateJump { through: first, before: now.clone() });
             settle(&mode, &segment.now, &mut now);
         }
         let picked = match self.attempt(scene, registry, id, &now, scale, path) {
@@ -49,7 +49,7 @@ impl Picker {
         };
         match &picked {
             Some(_) => a.copy_from_slice(&now),
-            None => self.leaps.clear(),
+            None => self.state_jumps.clear(),
         }
         picked
     }

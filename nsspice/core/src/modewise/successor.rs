@@ -22,7 +22,7 @@ const ASKED_AGAIN: usize = 4;
 
 /// A jump of the energy coordinates on the way into a mode.
 #[derive(Clone, Debug)]
-pub struct Leap {
+pub struct StateJump {
     /// mode whose constraints caused it
     pub through: Id,
     /// before it
@@ -54,7 +54,7 @@ struct Candidate {
     id: Id,
     /// energy coordinates that it was tried from, and the jumps to there
     from: Vec<f64>,
-    leaps: Vec<Leap>,
+    state_jumps: Vec<StateJump>,
 }
 
 /// Work space and memory of the choice.
@@ -63,7 +63,7 @@ pub struct Picker {
     /// the judge
     pub verifier: Verifier,
     /// jumps of the last choice
-    pub leaps: Vec<Leap>,
+    pub state_jumps: Vec<StateJump>,
     on: Vec<bool>,
     gates: Vec<bool>,
     a: Vec<f64>,
@@ -116,8 +116,8 @@ impl Picker {
             other => {
                 if let Finding::Guard(_, miss) | Finding::Impulse(miss) = other {
                     if self.best.as_ref().is_none_or(|b| miss < b.miss) {
-                        let leaps = self.leaps.clone();
-                        self.best = Some(Candidate { miss, id, from: a.to_vec(), leaps });
+                        let state_jumps = self.state_jumps.clone();
+                        self.best = Some(Candidate { miss, id, from: a.to_vec(), state_jumps });
                     }
                 }
                 Err(other)
@@ -142,7 +142,7 @@ impl Picker {
         scale: &mut Scale,
         path: &mut Trajectory,
     ) -> Option<Picked> {
-        self.leaps.clear();
+        self.state_jumps.clear();
         self.best = None;
         if let Some(from) = from {
             if let Some(id) = registry.follower(from, cause) {
@@ -241,7 +241,7 @@ impl Picker {
             self.a.clear();
             self.a.extend_from_slice(a);
             let mut now = std::mem::take(&mut self.a);
-            self.leaps.clear();
+            self.state_jumps.clear();
             let mut found = None;
             for _ in 0..PHASES {
                 later(scene.segment, h, &mut self.inputs);
@@ -259,7 +259,7 @@ impl Picker {
                 self.on.clear();
                 self.on.extend_from_slice(implicit.active());
                 let id = registry.id(&self.on, gates);
-                if tried.contains(&id) && self.leaps.is_empty() {
+                if tried.contains(&id) && self.state_jumps.is_empty() {
                     break; // refuted from here already
                 }
                 match self.attempt(scene, registry, id, &now, scale, path) {
@@ -284,7 +284,7 @@ impl Picker {
                             tried.push(id);
                             break;
                         }
-                        self.leaps.push(Leap { through: id, before: now.clone() });
+                        self.state_jumps.push(StateJump { through: id, before: now.clone() });
                         settle(&mode, &scene.segment.now, &mut now);
                     }
                     Err(_) => {
@@ -301,8 +301,8 @@ impl Picker {
             self.a = now;
         }
         // the least violation, if it is little more than rounding
-        self.leaps.clear();
-        let Candidate { miss, id, from, leaps } = self.best.take()?;
+        self.state_jumps.clear();
+        let Candidate { miss, id, from, state_jumps } = self.best.take()?;
         let before = scale.widened;
         let (mut miss, mut picked) = (miss, None);
         // a guard that rises from rounding shows its sign later, by more
@@ -325,7 +325,7 @@ impl Picker {
         }
         let mode = picked?;
         a.copy_from_slice(&from);
-        self.leaps = leaps;
+        self.state_jumps = state_jumps;
         Some(Picked { id, mode })
     }
 
@@ -391,7 +391,7 @@ pub fn settle(mode: &Mode, inputs: &[f64], a: &mut [f64]) {
     mode.leave(&x, inputs, a);
 }
 
-/// Cause of a change: a corner of the sources, or guards.
+/// Cause of a change: a breakpoint of the sources, or guards.
 pub fn cause_of(crossing: &[usize], gates: &[bool]) -> u64 {
     let switches = gates.iter().enumerate().filter(|g| *g.1).map(|g| g.0);
     let first = fingerprint(1, crossing.iter().copied());

@@ -122,7 +122,7 @@ fn vanishes(row: &[f64], bound: &[f64], segment: &Segment) -> bool {
 
 impl Verifier {
     /// Tries a mode from energy coordinates `a`. If it holds, `path`, `guards`, `noise` and `clear`
-    /// are ready for the march.
+    /// are ready for the event_search.
     pub fn verify(
         &mut self,
         mode: &Mode,
@@ -174,7 +174,7 @@ impl Verifier {
                 continue;
             }
             // a steep ramp that has just risen through zero, but for the rounding of that instant
-            let blur = segment.grain * self.looks.slope[j];
+            let blur = segment.resolution * self.looks.slope[j];
             if g < -noise && g >= -noise - blur {
                 self.noise[j] += blur;
                 self.zeros.push(j);

@@ -39,11 +39,11 @@ pub(super) struct Direct {
     block: [usize; 2],
     inside: Entries,
     /// of each column before the block what stands below the diagonal down to its end, then of each row
-    /// behind the block what stands before the diagonal
+    /// after the block what stands before the diagonal
     outside: Entries,
     /// rows of the former, columns of the latter
     before: Rows<u32>,
-    behind: Rows<u32>,
+    after: Rows<u32>,
     /// the entries outside in the mode factorised last
     values: Vec<f64>,
     /// reciprocals of the diagonal outside of the block; the least and the largest entry there
@@ -60,11 +60,11 @@ enum Entry {
     Changing,
 }
 
-/// An order of rows and columns, and how many of them come before and behind the block.
+/// An order of rows and columns, and how many of them come before and after the block.
 fn order(eq: &Equations, entry: impl Fn(usize, usize) -> Entry) -> ([Vec<usize>; 2], [usize; 2]) {
     let size = eq.size();
     let mut left = [(); 2].map(|()| (0..size).collect::<Vec<usize>>());
-    let (mut before, mut behind) = (Vec::new(), Vec::new());
+    let (mut before, mut after) = (Vec::new(), Vec::new());
     // the one entry of a line, if it is that of an unknown in a law and constant
     let only = |line: &[usize], entry: &dyn Fn(usize) -> Entry| {
         let mut all = line.iter().copied().filter(|&k| entry(k) != Entry::Nothing);
@@ -84,17 +84,17 @@ fn order(eq: &Equations, entry: impl Fn(usize, usize) -> Entry) -> ([Vec<usize>;
             None => {
                 let late = unknowns.find_map(|c| Some((only(rows, &|r| entry(r, c))?, c)));
                 let Some(pivot) = late else { break };
-                behind.push(pivot);
+                after.push(pivot);
                 pivot
             }
         };
         left[0].retain(|&r| r != found.0);
         left[1].retain(|&c| c != found.1);
     }
-    let ends = [before.len(), size - behind.len()];
+    let ends = [before.len(), size - after.len()];
     let [rows, columns] = left;
     let block = rows.into_iter().zip(columns);
-    let all = before.into_iter().chain(block).chain(behind.into_iter().rev());
+    let all = before.into_iter().chain(block).chain(after.into_iter().rev());
     let (rows, columns) = all.unzip();
     ([rows, columns], ends)
 }
@@ -131,14 +131,14 @@ impl Direct {
         let inner = end - begin;
         let mut inside = Entries { linear: vec![0.0; inner * inner], ..Entries::default() };
         let (mut inverse, mut sizes) = (vec![0.0; size], [f64::INFINITY, 0.0f64]);
-        let (mut before, mut behind) = (Vec::new(), Vec::new());
+        let (mut before, mut after) = (Vec::new(), Vec::new());
         let mut index = vec![(false, 0); linear.len()];
         for (k, &(r, c)) in place.iter().enumerate() {
             let (r, c) = (places[0][r], places[1][c]);
             let value = linear[k] * weight[k];
             if kinds[at(k)] == Entry::Nothing {
             } else if r >= end && c < r {
-                behind.push((r - end, (c as u32, k)));
+                after.push((r - end, (c as u32, k)));
             } else if c < begin && r > c {
                 before.push((c, (r as u32, k)));
             } else if r == c && !(begin..end).contains(&c) {
@@ -150,9 +150,9 @@ impl Direct {
             }
         }
         let before = Rows::new(begin, before.into_iter());
-        let behind = Rows::new(size - end, behind.into_iter());
+        let after = Rows::new(size - end, after.into_iter());
         let mut outside = Entries::default();
-        for &(_, k) in before.list.iter().chain(&behind.list) {
+        for &(_, k) in before.list.iter().chain(&after.list) {
             index[k].1 = outside.linear.len();
             outside.linear.push(linear[k] * weight[k]);
         }
@@ -170,7 +170,7 @@ impl Direct {
             block: [begin, end],
             values: outside.linear.clone(),
             before: before.map(|e| e.0),
-            behind: behind.map(|e| e.0),
+            after: after.map(|e| e.0),
             lu: DenseLu::default(),
             inside,
             outside,
@@ -227,7 +227,7 @@ impl Direct {
         // singular factors are not solved with
         let _ = self.lu.solve(&mut work[begin..end]);
         for k in end..size {
-            let columns = self.behind.row(k - end);
+            let columns = self.after.row(k - end);
             let (own, others) = values.split_at(columns.len());
             values = others;
             let terms = columns.iter().zip(own);

@@ -5,14 +5,14 @@ use super::solve::Newton;
 use crate::tape::Linearisation;
 
 impl Equations {
-    /// `out += rate E z`, sums of laws included.
+    /// `out += rate E z`, cut-set equations included.
     pub(super) fn add_carried(&self, rate: f64, z: &[f64], out: &mut [f64]) {
         for &(r, c, _, v) in &self.stored {
             out[r as usize] += rate * v * z[c as usize];
         }
     }
 
-    /// `out += rate Q f` with the functions `f`, sums of laws included.
+    /// `out += rate Q f` with the functions `f`, cut-set equations included.
     pub(super) fn add_carried_functions(
         &self,
         rate: f64,

@@ -103,7 +103,7 @@ fn chain(count: usize) -> (Newton, Csc) {
     (newton, g)
 }
 
-/// Small systems of each width and one that is not small, in both modes of a pair by turns: laws hold
+/// Small systems of each width and one that is not small, in both modes of a pair by turns: equations hold
 /// by their own sums.
 #[test]
 fn laws_hold_in_systems_of_all_widths() {

@@ -1,6 +1,6 @@
 //! The checks of the certificate as a Python class.
 
-use super::points::{PyRecords, PyStretches};
+use super::points::{PyIntervals, PyRecords};
 use super::system::{misfit, PySystem};
 use super::{invalid, Floats, Matrix};
 use crate::audit::{Auditor, Balance, Between, Gates, Sources, Steps, Sums, Taken};
@@ -118,10 +118,10 @@ impl PyAuditor {
         })
     }
 
-    /// Checks recorded stretches as an engine left them, or `nsspice.solvers.stretches.Stretches`.
-    fn take_stretches(&mut self, records: &Bound<'_, PyAny>) -> PyResult<()> {
-        if let Ok(own) = records.cast::<PyStretches>() {
-            return self.stretches(&own.get().taken);
+    /// Checks recorded intervals as an engine left them, or `nsspice.solvers.intervals.Intervals`.
+    fn take_intervals(&mut self, records: &Bound<'_, PyAny>) -> PyResult<()> {
+        if let Ok(own) = records.cast::<PyIntervals>() {
+            return self.intervals(&own.get().taken);
         }
         let floats = |name: &str| -> PyResult<Vec<f64>> {
             Ok(part::<f64>(records, name)?.as_slice()?.to_vec())
@@ -130,7 +130,7 @@ impl PyAuditor {
             Ok(part::<u8>(records, name)?.as_slice()?.to_vec())
         };
         let time = part::<f64>(records, "time")?;
-        self.stretches(&Taken {
+        self.intervals(&Taken {
             nodes: time.shape().get(1).copied().unwrap_or(0),
             known: records.getattr("known")?.extract()?,
             time: time.as_slice()?.to_vec(),
@@ -140,7 +140,7 @@ impl PyAuditor {
             roles: bytes("roles")?,
             begin: floats("begin")?,
             end: floats("end")?,
-            grain: floats("grain")?,
+            shortest: floats("shortest")?,
             swing: floats("swing")?,
             doubt: floats("doubt")?,
             first: floats("first")?,
@@ -151,9 +151,9 @@ impl PyAuditor {
             rate: floats("rate")?,
             u: floats("u")?,
             function_rate: floats("function_rate")?,
-            seam_end: floats("seam_end")?,
-            seam_begin: floats("seam_begin")?,
-            seams: 0,
+            boundary_end: floats("boundary_end")?,
+            boundary_begin: floats("boundary_begin")?,
+            boundaries: 0,
         })
     }
 
@@ -213,7 +213,7 @@ impl PyAuditor {
         out.set_item(intern!(py, "worst_row"), self.inner.found.worst_row)?;
         out.set_item(intern!(py, "worst_pair"), self.inner.found.worst_pair)?;
         out.set_item(intern!(py, "checks"), self.inner.found.checks)?;
-        out.set_item(intern!(py, "seams"), self.inner.seams.error())?;
+        out.set_item(intern!(py, "boundaries"), self.inner.boundaries.error())?;
         if let Some(sources) = &self.inner.sources {
             out.set_item(intern!(py, "sources"), sources.error)?;
             out.set_item(intern!(py, "worst_source"), sources.worst)?;
@@ -248,15 +248,15 @@ impl PyAuditor {
         Ok(())
     }
 
-    fn stretches(&mut self, all: &Taken) -> PyResult<()> {
+    fn intervals(&mut self, all: &Taken) -> PyResult<()> {
         let (n, m, p) = self.inner.sizes();
         let (k, nodes) = (all.begin.len(), all.nodes);
         let points = k * nodes;
         let either = |len: usize, full: usize| len == 0 || len == full;
-        let fits = [all.end.len(), all.grain.len(), all.swing.len(), all.doubt.len()] == [k; 4]
+        let fits = [all.end.len(), all.shortest.len(), all.swing.len(), all.doubt.len()] == [k; 4]
             && [all.steps.len(), all.signed.len()] == [k; 2]
-            && all.seam_end.len() == all.seam_begin.len()
-            && all.seam_end.len().is_multiple_of(n.max(1))
+            && all.boundary_end.len() == all.boundary_begin.len()
+            && all.boundary_end.len().is_multiple_of(n.max(1))
             && all.first.len() == k * n
             && all.first_u.len() == k * p
             && [all.time.len(), all.weight.len()] == [points; 2]
@@ -270,12 +270,20 @@ impl PyAuditor {
             return Err(invalid("the recorded arrays do not fit the system"));
         }
         let Some(tree) = &self.tree else {
-            self.inner.take_stretches(all);
+            self.inner.take_intervals(all);
             return Ok(());
         };
-        let lists = [&all.first, &all.z, &all.rate, &all.seam_end, &all.seam_begin];
-        let [first, z, rate, seam_end, seam_begin] = lists.map(|list| tree.all_potentials(list));
-        self.inner.take_stretches(&Taken { first, z, rate, seam_end, seam_begin, ..all.clone() });
+        let lists = [&all.first, &all.z, &all.rate, &all.boundary_end, &all.boundary_begin];
+        let [first, z, rate, boundary_end, boundary_begin] =
+            lists.map(|list| tree.all_potentials(list));
+        self.inner.take_intervals(&Taken {
+            first,
+            z,
+            rate,
+            boundary_end,
+            boundary_begin,
+            ..all.clone()
+        });
         Ok(())
     }
 }

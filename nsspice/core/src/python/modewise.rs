@@ -1,7 +1,7 @@
 //! The mode-wise engine as a Python class.
 
 use super::audit::{balance_dict, PyAuditor};
-use super::points::{PyRecords, PyStretches};
+use super::points::{PyIntervals, PyRecords};
 use super::polynomial::PyPolynomial;
 use super::system::{misfit, PySystem, Sizes};
 use super::{event_arrays, failure_dict, fill, invalid, EventArrays, Floats};
@@ -129,9 +129,9 @@ impl PyModewise {
         self.inner.waiting()
     }
 
-    /// The stretches recorded since the last call.
-    fn take_stretches(&mut self) -> PyStretches {
-        PyStretches { taken: self.inner.take_stretches(), sizes: self.sizes }
+    /// The intervals recorded since the last call.
+    fn take_intervals(&mut self) -> PyIntervals {
+        PyIntervals { taken: self.inner.take_intervals(), sizes: self.sizes }
     }
 
     /// The implicit steps recorded since the last call.
@@ -205,12 +205,12 @@ impl PyModewise {
         let out = PyDict::new(py);
         out.set_item(intern!(py, "fixed_steps"), s.fixed_steps)?;
         out.set_item(intern!(py, "taken"), s.taken)?;
-        out.set_item(intern!(py, "storm"), u8::from(self.inner.storm()))?;
+        out.set_item(intern!(py, "accumulation"), u8::from(self.inner.accumulation()))?;
         out.set_item(intern!(py, "doublings"), self.inner.doublings())?;
         out.set_item(intern!(py, "work"), self.inner.work())?;
         out.set_item(intern!(py, "segments"), s.segments)?;
         out.set_item(intern!(py, "events"), s.events)?;
-        out.set_item(intern!(py, "corners"), s.corners)?;
+        out.set_item(intern!(py, "breakpoints"), s.breakpoints)?;
         out.set_item(intern!(py, "mode_changes"), s.mode_changes)?;
         out.set_item(intern!(py, "modes"), self.inner.modes())?;
         out.set_item(intern!(py, "reduced"), self.inner.reduced())?;

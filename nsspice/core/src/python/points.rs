@@ -26,27 +26,27 @@ fn unknown(name: &str) -> PyErr {
     PyAttributeError::new_err(name.to_owned())
 }
 
-/// Recorded stretches with the attributes of `nsspice.solvers.stretches.Stretches`.
-#[pyclass(name = "Stretches", module = "nsspice._core", frozen)]
-pub(super) struct PyStretches {
+/// Recorded intervals with the attributes of `nsspice.solvers.intervals.Intervals`.
+#[pyclass(name = "Intervals", module = "nsspice._core", frozen)]
+pub(super) struct PyIntervals {
     pub taken: Taken,
     pub sizes: Sizes,
 }
 
 #[pymethods]
-impl PyStretches {
+impl PyIntervals {
     fn __getattr__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let t = &self.taken;
         let (k, s, [n, m, p, functions]) = (t.begin.len(), t.nodes, self.sizes);
         let inner = if t.inner.is_empty() { [0; 3] } else { [k, s, s] };
         let roles = if t.roles.is_empty() { [0, m] } else { [k, m] };
-        let seams = |values: &[f64]| [values.len() / n.max(1), n];
+        let boundaries = |values: &[f64]| [values.len() / n.max(1), n];
         match name {
-            "seams" => t.seams.into_bound_py_any(py),
+            "boundaries" => t.boundaries.into_bound_py_any(py),
             "known" => t.known.into_bound_py_any(py),
             "begin" => array(py, &t.begin, [k]),
             "end" => array(py, &t.end, [k]),
-            "grain" => array(py, &t.grain, [k]),
+            "shortest" => array(py, &t.shortest, [k]),
             "swing" => array(py, &t.swing, [k]),
             "steps" => array(py, &t.steps, [k]),
             "signed" => array(py, &t.signed, [k]),
@@ -62,8 +62,8 @@ impl PyStretches {
             "u" => array(py, &t.u, [k, s, p]),
             "function_rate" => array(py, &t.function_rate, [k, s, functions]),
             "roles" => array(py, &t.roles, roles),
-            "seam_end" => array(py, &t.seam_end, seams(&t.seam_end)),
-            "seam_begin" => array(py, &t.seam_begin, seams(&t.seam_begin)),
+            "boundary_end" => array(py, &t.boundary_end, boundaries(&t.boundary_end)),
+            "boundary_begin" => array(py, &t.boundary_begin, boundaries(&t.boundary_begin)),
             _ => Err(unknown(name)),
         }
     }

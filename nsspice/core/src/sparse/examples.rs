@@ -116,7 +116,7 @@ fn conductance(entries: &mut Vec<(usize, usize, f64)>, ends: [Option<usize>; 2],
 
 /// A voltage multiplier: capacitors two nodes apart, a diode from each node to the next, driven by
 /// a voltage source.
-pub fn ladder(cells: usize, capacitance: f64, resistance: f64) -> Circuit {
+pub fn stage_equations(cells: usize, capacitance: f64, resistance: f64) -> Circuit {
     let (input, source, n) = (cells, cells + 1, cells + 2);
     let node = |i: usize| match i {
         0 => Some(input),

@@ -7,7 +7,7 @@ use super::{Csc, Ordering};
 /// `K`.
 ///
 /// An eliminated unknown fills the diagonals of its neighbours, but good for one of them only: of
-/// two ideal diodes at a node, both conducting, the first ties the node to its other end and leaves
+/// two ideal diodes at a node, both conducting, the first connects the node to its other end and leaves
 /// nothing to the second.  So each eliminated unknown of `K` lets one waiting neighbour follow.  It
 /// may pass its turn on if that neighbour can use another one's (an augmenting path, as in
 /// bipartite matching).  A pair lets nothing follow, since it fills nothing while it blocks.  No row

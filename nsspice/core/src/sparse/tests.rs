@@ -1,5 +1,5 @@
 use super::examples::{
-    circuit, floating_with_a_source, half_bridges, ladder, random, Circuit, Rng, ORDERS,
+    circuit, floating_with_a_source, half_bridges, random, stage_equations, Circuit, Rng, ORDERS,
 };
 use super::refactor::Extent;
 use super::{Csc, Ordering, Packed, SparseLu};
@@ -206,7 +206,8 @@ fn mode_changes_agree_with_factors_made_anew() {
 fn ladders_change_modes_without_moving_a_pivot() {
     let mut rng = Rng(17);
     for (capacitance, resistance) in [(1.0, 0.0), (1e-5, 0.0), (1.0, 1e-3), (30.0, 1.0)] {
-        let (columns, full) = toggle(&ladder(300, capacitance, resistance), &mut rng, 300, 1);
+        let (columns, full) =
+            toggle(&stage_equations(300, capacitance, resistance), &mut rng, 300, 1);
         assert_eq!(full, 0);
         assert!(columns < 300 * 60, "{columns} columns in 300 mode changes");
     }
@@ -255,7 +256,7 @@ fn orders_are_permutations_and_long_chains_do_not_overflow_the_stack() {
     let a = Csc::from_triplets(n, n, &entries);
     let f = factor(&a, 0);
     assert!(check(&a, &f, &mut rng) < 1e-14);
-    let c = ladder(50_000, 1.0, 0.0);
+    let c = stage_equations(50_000, 1.0, 0.0);
     assert!(check(&c.full, &factor(&c.full, c.pairs), &mut rng) < 1e-10);
 }
 
@@ -337,13 +338,13 @@ fn what_a_matrix_leaves_open_is_held_and_all_else_solved() {
 
 #[test]
 fn laws_of_leakage_alone_are_pivots_beside_anything_larger() {
-    // two nodes in series with a coil, tied to the rest by leakage: the law of the coil, that of one node,
+    // two nodes in series with an inductor, connected to the rest by leakage: the law of the inductor, that of one node,
     // and the sum of both, in which no rounding of the current is
-    let (coil, leak) = (1e4, 1e-25);
+    let (inductor, leak) = (1e4, 1e-25);
     let entries = [
         (0, 0, 1.0),
         (0, 1, -1.0),
-        (0, 2, -coil),
+        (0, 2, -inductor),
         (1, 1, 64.0 * leak),
         (1, 2, -1e-4),
         (2, 0, leak),

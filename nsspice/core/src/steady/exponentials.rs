@@ -33,7 +33,7 @@ mod tests {
     use super::*;
     use crate::dense::{divided, Complex};
 
-    /// The divided difference is the corner of the exponential of a bidiagonal matrix.
+    /// The divided difference is the breakpoint of the exponential of a bidiagonal matrix.
     #[test]
     fn they_are_the_corner_of_a_matrix_exponential() {
         let c = complex;
@@ -54,9 +54,9 @@ mod tests {
                     m.row_mut(i)[i + 1] = c(1.0, 0.0);
                 }
             }
-            let corner = exponential(&m).row(0)[n - 1];
+            let breakpoint = exponential(&m).row(0)[n - 1];
             // squaring a norm of 28 seven times costs some 2^7 roundings of the largest entry, 1
-            assert!((divided(z) - corner).abs() < 3e-14, "{z:?}");
+            assert!((divided(z) - breakpoint).abs() < 3e-14, "{z:?}");
         }
     }
 }

@@ -23,7 +23,7 @@ impl Orbit {
         let mut x = Matrix { rows: direction.len(), cols: 1, data: direction.to_vec() };
         for (k, p) in self.passages.iter().enumerate() {
             if k == 0 {
-                for mode in &p.leaps {
+                for mode in &p.state_jumps {
                     x = mode.leave_x.times(&entering(mode, &x));
                 }
                 x = entering(&p.mode, &x);

@@ -267,7 +267,7 @@ impl Orbit {
             from.mode.leave(&ends[0], &ends[1], &mut f);
             u.iter_mut().zip(shift).for_each(|(u, t)| rank_one(u, &f, t));
         }
-        for mode in &to.leaps {
+        for mode in &to.state_jumps {
             let mut next = u.map(|u| mode.leave_x.times(&entering(mode, &u)));
             next[1].add_scaled(1.0, &mode.leave_v.times(stimuli));
             if let Some(shift) = &shift {
@@ -313,7 +313,7 @@ impl Orbit {
             return Matrix::identity(states);
         };
         let mut entry = Matrix::identity(states);
-        for mode in &first.leaps {
+        for mode in &first.state_jumps {
             entry = mode.leave_x.times(&entering(mode, &entry));
         }
         let mut out = last.mode.leave_x.clone();

@@ -232,12 +232,13 @@ impl Orbit {
     pub fn of_run(&self, drivers: &[Driver]) -> Option<[Matrix; 2]> {
         let run = self.driven(drivers)?;
         let first = self.passages.first()?;
-        let jumps = !first.leaps.is_empty() || self.events[1..].iter().any(|event| event.jumps);
+        let jumps =
+            !first.state_jumps.is_empty() || self.events[1..].iter().any(|event| event.jumps);
         if jumps && drivers.iter().flatten().any(|&output| self.rated[output]) {
             return None;
         }
         let mut a = Matrix::zeros(self.states(), drivers.len());
-        for mode in &first.leaps {
+        for mode in &first.state_jumps {
             a = mode.leave_x.times(&entering(mode, &a));
             let mut by = mode.leave_v.times(&self.stimuli);
             for r in 0..by.rows {

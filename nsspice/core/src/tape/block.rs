@@ -19,7 +19,7 @@ pub(super) struct Numbers<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct Wanted {
     pub how: Linearisation,
-    /// part of the distance over which it bends within which a member is its tangent
+    /// part of the distance over which it is curved within which a member is its tangent
     pub reach: f64,
 }
 

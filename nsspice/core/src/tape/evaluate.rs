@@ -68,7 +68,7 @@ struct Kept {
 impl Kept {
     const NOTHING: Kept = Kept { at: f64::NAN, value: 0.0, slope: 0.0 };
 
-    /// Value and slope at `x` of a function that bends over a `unit`, from the tangent within the part
+    /// Value and slope at `x` of a function that is curved over a `unit`, from the tangent within the part
     /// `reach` of that.
     #[inline]
     fn get(

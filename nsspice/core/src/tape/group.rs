@@ -93,7 +93,7 @@ impl Shape {
         junction && plain && self.frame() == [1, 1, 1, 1, 0, JUNCTION]
     }
 
-    /// What a block keeps: distance over which each member bends, inputs and outputs of the last
+    /// What a block keeps: distance over which each member is curved, inputs and outputs of the last
     /// evaluation with their links, constants, parameters.
     pub fn frame(&self) -> [usize; 6] {
         let (outputs, links) = (self.outputs.len(), self.links.len());

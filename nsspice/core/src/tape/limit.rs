@@ -7,7 +7,7 @@
 //! the old point predicts a value, and the new linearisation point is where the exponential has it.
 //! The equations are not changed: at a solution the linearisation point is the argument itself.
 
-/// So many units above its knee an exponential is entered at most.  A coil that has lost its way asks for
+/// So many units above its knee an exponential is entered at most.  An inductor that has lost its way asks for
 /// gigavolts from where the curve is flat: each unit too high costs a step down again, from one too low a
 /// single step leads to the right value.
 const HIGHEST: f64 = 4.0;
@@ -34,7 +34,7 @@ pub(super) fn exponential(x: f64, old: f64, unit: f64, knee: f64) -> f64 {
 /// What a reverse tangent asks for, as a part of the saturation current, that is a current of its own.
 const OWN: f64 = 0.5;
 
-/// The same for a junction, `expm1(x / unit)`.  On a node that nothing else ties (behind an open switch) a
+/// The same for a junction, `expm1(x / unit)`.  On a node that nothing else connects (behind an open switch) a
 /// blocking one has a tangent of 1e-20 S and less, which reaches nearly no current at megavolts only: that
 /// flows next to zero, and from the knee it would be a long way back.
 pub(super) fn junction(x: f64, old: f64, unit: f64, knee: f64) -> f64 {
@@ -105,10 +105,10 @@ mod tests {
         100
     }
 
-    /// Newton's method for a junction that takes over the ampere of a coil, which has 1e8 Ohm in a short
+    /// Newton's method for a junction that takes over the ampere of an inductor, which has 1e8 Ohm in a short
     /// step, from far below its knee; steps until it is there.
     #[test]
-    fn a_junction_takes_over_the_current_of_a_coil_at_once() {
+    fn a_junction_takes_over_the_current_of_an_inductor() {
         let (saturation, unit, far) = (1e-9, 0.02585, 1e8);
         let (knee, mut point) = (knee(saturation, unit), -12.0);
         let mut steps = 0;

@@ -1,7 +1,7 @@
 //! Parts of a program that share no instruction: the elements of a circuit.
 //!
 //! Most elements of a large circuit rest while some move.  A part whose variables are where they were
-//! at its last evaluation, up to a small part of the distance over which it bends, is its tangent.
+//! at its last evaluation, up to a small part of the distance over which it is curved, is its tangent.
 
 use super::ops::Op;
 use super::program::{Instruction, Program};
@@ -21,9 +21,9 @@ pub(super) struct Part {
     values: Vec<f64>,
     /// derivatives of the outputs: register, slot, and which of the variables
     links: Vec<(u32, u32, u32)>,
-    /// registers of the arguments of what bends, and over which distance each does; empty: unknown
+    /// registers of the arguments of what is curved, and over which distance each does; empty: unknown
     bends: Vec<(u32, f64)>,
-    /// distance over which it bends by the size of what was least at its last evaluation
+    /// distance over which it is curved by the size of what was least at its last evaluation
     least: f64,
     /// `at`, `values` and the slots belong together
     pub known: bool,
@@ -125,7 +125,7 @@ impl Part {
         }
     }
 
-    /// The distance over which some instructions bend; zero: unknown.
+    /// The distance over which some instructions are curved; zero: unknown.
     pub fn unit(program: &Program, code: Range<usize>, blunt: f64) -> f64 {
         let units = program.code[code].iter().map(|i| bends_over(program, i, blunt));
         let unit = units.fold(f64::INFINITY, f64::min);

@@ -1,4 +1,4 @@
-//! Source values as functions of time, with both limits at ideal edges and the list of corners.
+//! Source values as functions of time, with both limits at ideal edges and the list of breakpoints.
 //!
 //! Values are computed from absolute time (never integrated), so that nothing drifts.
 
@@ -10,7 +10,7 @@ pub use piecewise::PiecewiseLinear;
 pub use polynomial::Polynomial;
 pub use smooth::Smooth;
 
-/// Two instants closer than this, relative to the time, cannot be told apart.
+/// Two instants closer than this, relative to the time, cannot be distinguished.
 pub const INSTANT: f64 = 64.0 * f64::EPSILON;
 
 /// Which limit to take where a waveform jumps.
@@ -24,7 +24,7 @@ pub enum Side {
 
 /// A time at which a waveform is not smooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Corner {
+pub struct Breakpoint {
     /// when [s]
     pub time: f64,
     /// true if the value itself jumps, false for a kink
@@ -96,14 +96,14 @@ impl Waveform {
         }
     }
 
-    /// Value at `t` as if the corner (at time `corner`, the first one after `from`) were not there:
+    /// Value at `t` as if the breakpoint (at time `breakpoint`, the first one after `from`) were not there:
     /// the law that holds from `from` on is continued beyond it.
-    pub fn continued(&self, t: f64, from: f64, corner: f64) -> f64 {
+    pub fn continued(&self, t: f64, from: f64, breakpoint: f64) -> f64 {
         match self {
             Waveform::Dc(v) => *v,
             Waveform::Piecewise(p) => {
-                let (start, end) = (p.value(from, Side::Right), p.value(corner, Side::Left));
-                end + (end - start) * ((t - corner) / (corner - from))
+                let (start, end) = (p.value(from, Side::Right), p.value(breakpoint, Side::Left));
+                end + (end - start) * ((t - breakpoint) / (breakpoint - from))
             }
             Waveform::Smooth(s) => s.continued(t, from),
             Waveform::Polynomial(p) => p.continued(t, from),
@@ -114,7 +114,7 @@ impl Waveform {
     pub fn pace(&self) -> f64 {
         match self {
             Waveform::Smooth(s) => s.pace(),
-            _ => f64::INFINITY, // corners are hit anyway
+            _ => f64::INFINITY, // breakpoints are hit anyway
         }
     }
 
@@ -127,17 +127,17 @@ impl Waveform {
         }
     }
 
-    /// The first corner later than `t`.
-    pub fn next_corner(&self, t: f64) -> Option<Corner> {
+    /// The first breakpoint later than `t`.
+    pub fn next_breakpoint(&self, t: f64) -> Option<Breakpoint> {
         match self {
             Waveform::Dc(_) => None,
-            Waveform::Piecewise(p) => p.next_corner(t),
-            Waveform::Smooth(s) => s.next_corner(t),
-            Waveform::Polynomial(p) => p.next_corner(t),
+            Waveform::Piecewise(p) => p.next_breakpoint(t),
+            Waveform::Smooth(s) => s.next_breakpoint(t),
+            Waveform::Polynomial(p) => p.next_breakpoint(t),
         }
     }
 
-    /// Whether derivatives may jump at the first corner later than `t`.
+    /// Whether derivatives may jump at the first breakpoint later than `t`.
     pub fn bends(&self, t: f64) -> bool {
         match self {
             Waveform::Polynomial(p) => p.bends(t),
@@ -161,13 +161,13 @@ impl Waveform {
         }
     }
 
-    /// The time of the first corner later than `t` [s].
-    pub fn next_corner_time(&self, t: f64) -> Option<f64> {
+    /// The time of the first breakpoint later than `t` [s].
+    pub fn next_breakpoint_time(&self, t: f64) -> Option<f64> {
         match self {
             Waveform::Dc(_) => None,
             Waveform::Piecewise(p) => p.next_vertex(t),
-            Waveform::Smooth(s) => s.next_corner(t).map(|c| c.time),
-            Waveform::Polynomial(p) => p.next_corner(t).map(|c| c.time),
+            Waveform::Smooth(s) => s.next_breakpoint(t).map(|c| c.time),
+            Waveform::Polynomial(p) => p.next_breakpoint(t).map(|c| c.time),
         }
     }
 }

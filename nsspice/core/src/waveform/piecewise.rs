@@ -1,6 +1,6 @@
 //! PULSE and PWL as one law: a polygon, possibly repeated, possibly with vertical edges.
 
-use super::{Corner, Side};
+use super::{Breakpoint, Side};
 
 /// A polygon through `(time, value)`; two equal times make an ideal edge.
 #[derive(Clone, Debug)]
@@ -10,7 +10,7 @@ pub struct PiecewiseLinear {
     repeat: Option<Repeat>,
 }
 
-/// The stretch `[start, start + period]` is repeated `count` times, then the last value holds.
+/// The interval `[start, start + period]` is repeated `count` times, then the last value holds.
 #[derive(Clone, Copy, Debug)]
 struct Repeat {
     start: f64,
@@ -28,17 +28,17 @@ impl PiecewiseLinear {
     pub fn pulse(p: &[f64], scale: f64) -> Self {
         let (v1, v2, delay, rise, fall, width, period, count) =
             (p[0] * scale, p[1] * scale, p[2], p[3], p[4], p[5], p[6], p[7]);
-        let mut corners =
+        let mut breakpoints =
             vec![(0.0, v1), (rise, v2), (rise + width, v2), (rise + width + fall, v1)];
-        corners.retain(|c| c.0.is_finite());
+        breakpoints.retain(|c| c.0.is_finite());
         let repeat =
             (period.is_finite() && period > 0.0).then_some(Repeat { start: delay, period, count });
         if repeat.is_some() {
-            cut(&mut corners, period);
+            cut(&mut breakpoints, period);
         }
         PiecewiseLinear {
-            times: corners.iter().map(|c| delay + c.0).collect(),
-            values: corners.iter().map(|c| c.1).collect(),
+            times: breakpoints.iter().map(|c| delay + c.0).collect(),
+            values: breakpoints.iter().map(|c| c.1).collect(),
             repeat,
         }
     }
@@ -152,8 +152,8 @@ impl PiecewiseLinear {
     }
 
     /// The first vertex later than `t` (by more than rounding).
-    pub fn next_corner(&self, t: f64) -> Option<Corner> {
-        self.next_vertex(t).map(|time| self.corner(time))
+    pub fn next_breakpoint(&self, t: f64) -> Option<Breakpoint> {
+        self.next_vertex(t).map(|time| self.breakpoint(time))
     }
 
     /// Its time [s].
@@ -184,33 +184,33 @@ impl PiecewiseLinear {
         None
     }
 
-    /// Describes the corner at global time `time`.
-    fn corner(&self, time: f64) -> Corner {
+    /// Describes the breakpoint at global time `time`.
+    fn breakpoint(&self, time: f64) -> Breakpoint {
         let (left, right) = (self.value(time, Side::Left), self.value(time, Side::Right));
         let size = self.values.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         // an edge of a few ulp is rounding of the interpolation, not an edge
-        Corner { time, jump: (left - right).abs() > 64.0 * f64::EPSILON * size }
+        Breakpoint { time, jump: (left - right).abs() > 64.0 * f64::EPSILON * size }
     }
 }
 
 /// Cuts a polygon that starts at 0 at time `period`.
-fn cut(corners: &mut Vec<(f64, f64)>, period: f64) {
-    let Some(k) = corners.iter().position(|c| c.0 > period) else {
+fn cut(breakpoints: &mut Vec<(f64, f64)>, period: f64) {
+    let Some(k) = breakpoints.iter().position(|c| c.0 > period) else {
         return;
     };
-    let ((t0, v0), (t1, v1)) = (corners[k - 1], corners[k]);
-    corners.truncate(k);
-    corners.push((period, v0 + (v1 - v0) * (period - t0) / (t1 - t0)));
+    let ((t0, v0), (t1, v1)) = (breakpoints[k - 1], breakpoints[k]);
+    breakpoints.truncate(k);
+    breakpoints.push((period, v0 + (v1 - v0) * (period - t0) / (t1 - t0)));
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn corners(w: &PiecewiseLinear, until: f64) -> Vec<(f64, bool)> {
+    fn breakpoints(w: &PiecewiseLinear, until: f64) -> Vec<(f64, bool)> {
         let mut out = Vec::new();
         let mut t = 0.0;
-        while let Some(c) = w.next_corner(t) {
+        while let Some(c) = w.next_breakpoint(t) {
             if c.time > until {
                 break;
             }
@@ -230,7 +230,7 @@ mod tests {
             let t = t + 2e-6;
             assert_eq!((w.value(t, Side::Left), w.value(t, Side::Right)), (5.0, 0.0), "lap {k}");
         }
-        let list = corners(&w, 11.5e-6);
+        let list = breakpoints(&w, 11.5e-6);
         assert_eq!(list.len(), 5);
         assert!(list.iter().all(|c| c.1));
     }
@@ -251,7 +251,7 @@ mod tests {
         assert_eq!(w.value(0.3, Side::Right), 1.0);
         assert_eq!(w.value(1.3, Side::Right), 1.0);
         assert_eq!(w.value(2.3, Side::Right), 0.0);
-        assert!(corners(&w, 100.0).last().unwrap().0 <= 2.0);
+        assert!(breakpoints(&w, 100.0).last().unwrap().0 <= 2.0);
     }
 
     #[test]
@@ -259,7 +259,7 @@ mod tests {
         let w = PiecewiseLinear::pulse(&[0.0, 1.0, 0.0, 1.0, 0.0, 9.0, 0.5, f64::INFINITY], 1.0);
         assert!((w.value(0.5, Side::Left) - 0.5).abs() < 1e-15);
         assert_eq!(w.value(0.5, Side::Right), 0.0);
-        assert_eq!(corners(&w, 1.1), vec![(0.5, true), (1.0, true)]);
+        assert_eq!(breakpoints(&w, 1.1), vec![(0.5, true), (1.0, true)]);
     }
 
     #[test]
@@ -269,7 +269,7 @@ mod tests {
         assert_eq!(w.value(2.5, Side::Right), 1.0);
         assert_eq!(w.value(4.5, Side::Right), 1.0); // 4.5 is 2.5 of the second lap
         assert_eq!((w.value(3.0, Side::Left), w.value(3.0, Side::Right)), (0.0, 2.0));
-        assert_eq!(corners(&w, 5.0).len(), 5);
+        assert_eq!(breakpoints(&w, 5.0).len(), 5);
     }
 
     #[test]
@@ -277,6 +277,6 @@ mod tests {
         let inf = f64::INFINITY;
         let w = PiecewiseLinear::pulse(&[1.0, 2.0, 1.0, 0.0, 0.0, inf, inf, inf], 1.0);
         assert_eq!((w.value(0.0, Side::Right), w.value(1e9, Side::Right)), (1.0, 2.0));
-        assert_eq!(corners(&w, 1e12), vec![(1.0, true)]);
+        assert_eq!(breakpoints(&w, 1e12), vec![(1.0, true)]);
     }
 }

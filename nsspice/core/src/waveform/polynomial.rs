@@ -4,7 +4,7 @@
 //! Polynomials are kept by their Chebyshev coefficients, which Clenshaw's recurrence sums without loss of
 //! digits (L. N. Trefethen, *Approximation Theory and Approximation Practice* (2013), chapters 3 and 19).
 
-use super::{Corner, Side, INSTANT};
+use super::{Breakpoint, Side, INSTANT};
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
 
 /// Polynomials are accurate to this part of the largest value (see `modewise::pieces`): what differs less
@@ -163,13 +163,13 @@ impl Polynomial {
     }
 
     /// The first end of a piece later than `t`: no step overlooks what a whole piece does.
-    pub fn next_corner(&self, t: f64) -> Option<Corner> {
+    pub fn next_breakpoint(&self, t: f64) -> Option<Breakpoint> {
         let pieces = self.read();
         let next = pieces.find(t, Side::Right).map_or(0, |k| k + 1);
         match pieces.list.get(next) {
-            Some(piece) => Some(Corner { time: piece.begin, jump: piece.jump }),
+            Some(piece) => Some(Breakpoint { time: piece.begin, jump: piece.jump }),
             None if pieces.end > t + INSTANT * t.abs() => {
-                Some(Corner { time: pieces.end, jump: false })
+                Some(Breakpoint { time: pieces.end, jump: false })
             }
             None => None,
         }
@@ -214,11 +214,11 @@ mod tests {
     #[test]
     fn breakpoints_tell_jumps_and_kinks() {
         let p = example();
-        let corners: Vec<_> = [0.0, 1.0, 1.5, 3.0]
-            .map(|t| (p.next_corner(t).map(|c| (c.time, c.jump)), p.bends(t)))
+        let breakpoints: Vec<_> = [0.0, 1.0, 1.5, 3.0]
+            .map(|t| (p.next_breakpoint(t).map(|c| (c.time, c.jump)), p.bends(t)))
             .into();
         assert_eq!(
-            corners,
+            breakpoints,
             [
                 (Some((1.0, false)), true),
                 (Some((1.5, false)), false),
@@ -226,7 +226,7 @@ mod tests {
                 (Some((4.0, false)), false)
             ]
         );
-        assert_eq!(p.next_corner(4.0), None);
+        assert_eq!(p.next_breakpoint(4.0), None);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! SIN, EXP, SFFM and AM sources.
 
-use super::Corner;
+use super::Breakpoint;
 use std::f64::consts::TAU;
 
 /// A waveform without jumps.
@@ -58,7 +58,7 @@ impl Smooth {
         self.continued(t, t)
     }
 
-    /// Value at `t` of the law that holds from `from` on, past any corner in between.
+    /// Value at `t` of the law that holds from `from` on, past any breakpoint in between.
     pub fn continued(&self, t: f64, from: f64) -> f64 {
         match *self {
             Smooth::Sin { offset, amplitude, frequency, delay, damping, phase } => {
@@ -140,7 +140,7 @@ impl Smooth {
     }
 
     /// The kinks at delays.
-    pub fn next_corner(&self, t: f64) -> Option<Corner> {
+    pub fn next_breakpoint(&self, t: f64) -> Option<Breakpoint> {
         let kinks = match *self {
             Smooth::Sin { delay, .. } | Smooth::Am { delay, .. } => [delay, f64::INFINITY],
             Smooth::Exp { td1, td2, .. } => [td1, td2],
@@ -148,7 +148,7 @@ impl Smooth {
         };
         let time =
             kinks.into_iter().filter(|&k| k > t && k.is_finite()).fold(f64::INFINITY, f64::min);
-        time.is_finite().then_some(Corner { time, jump: false })
+        time.is_finite().then_some(Breakpoint { time, jump: false })
     }
 }
 
@@ -164,8 +164,8 @@ mod tests {
         let s = t - 1e-3;
         let expected = 1.0 + 2.0 * f64::exp(-10.0 * s) * (TAU * 50.0 * s + TAU / 12.0).sin();
         assert!((w.value(t) - expected).abs() < 1e-14);
-        assert_eq!(w.next_corner(0.0), Some(Corner { time: 1e-3, jump: false }));
-        assert_eq!(w.next_corner(1e-3), None);
+        assert_eq!(w.next_breakpoint(0.0), Some(Breakpoint { time: 1e-3, jump: false }));
+        assert_eq!(w.next_breakpoint(1e-3), None);
     }
 
     #[test]
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn a_law_continues_past_its_corner() {
+    fn a_law_continues_past_its_kink() {
         let w = Smooth::new("sin", &[1.0, 2.0, 50.0, 1e-3, 0.0, 30.0], 1.0).unwrap();
         assert_eq!(w.continued(2e-3, 0.0), w.value(0.0));
         assert_eq!(w.continued(2e-3, 1e-3), w.value(2e-3));

@@ -102,15 +102,15 @@ fn a_step_beyond_all_bounds_is_no_measure() {
         let mut sums = capacitors(1, 1);
         let mut z = 1.0;
         for step in 0..50 {
-            let (next, leap) = (z / 1.01, if step == 25 { beyond } else { 0.0 });
+            let (next, state_jump) = (z / 1.01, if step == 25 { beyond } else { 0.0 });
             let all = Points {
                 length: 0.01,
                 weight: &[1e-3, 1.0],
                 taken: &[0.0, 0.0, 0.0, 1.0],
-                z: &[&[leap], &[next]],
+                z: &[&[state_jump], &[next]],
                 rate: &[&[0.0], &[(next - z) / 0.01]],
                 l: &[],
-                u: &[&[leap], &[0.0]],
+                u: &[&[state_jump], &[0.0]],
                 f: &[],
                 f_rate: &[],
             };

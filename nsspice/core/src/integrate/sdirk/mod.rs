@@ -6,11 +6,11 @@
 //! and between them; where one becomes negative, each stage takes the mode that its laws ask for if the
 //! error stays small, else the step is cut by its continuous solution at the root, and the
 //! complementarity problem of a short implicit step finds the next mode.  Step lengths are taken from
-//! a ladder of powers of two, so that matrices are seldom factorised; a step that would end beyond a
-//! corner of a source is cut there.
+//! a stage_equations of powers of two, so that matrices are seldom factorised; a step that would end beyond a
+//! breakpoint of a source is cut there.
 //!
 //! Where modes change so fast that nothing can be located (accumulations), single implicit steps with
-//! complementarity pass over it; switches that chatter are sampled.
+//! complementarity step across it; switches that chatter are sampled.
 //!
 //! References: R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006; E. Hairer, G. Wanner, *Solving
 //! Ordinary Differential Equations II* (1996), sections IV.6 and VII; C. A. Kennedy, M. H. Carpenter,

@@ -80,7 +80,7 @@ impl Past {
         }
     }
 
-    /// What lies behind tells nothing of what comes.
+    /// What lies after tells nothing of what comes.
     pub fn forget(&mut self) {
         self.length = 0.0;
     }

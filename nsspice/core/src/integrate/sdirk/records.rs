@@ -5,8 +5,8 @@ use super::dense_output::limits::PointRows;
 use super::dense_output::rows::Origin;
 use super::dense_output::stored_outputs::StoredRows;
 use super::events::across_kinks::Patience;
-use super::events::fallback::Detour;
-use super::samples::Witness;
+use super::events::fallback::Fallback;
+use super::samples::Samples;
 use super::{Accuracy, Tableau};
 use crate::integrate::theta::failure::Failure;
 use crate::row_clock::RowClock;
@@ -31,7 +31,7 @@ pub struct Shown {
     /// at the ends of steps
     pub(super) points: PointRows,
     /// of the certificate
-    pub(super) witness: Witness,
+    pub(super) samples: Samples,
     /// where the rows of the present step come from, once that has been found out
     pub(super) origin: Option<Origin>,
     /// of stored quantities
@@ -56,7 +56,7 @@ pub struct Control {
     pub(super) patience: Patience,
 }
 
-/// What keeps a run from going on as usual: events that crowd, switches that find no state.
+/// What keeps a run from going on as usual: events that accumulate, switches that find no state.
 pub struct Trouble {
     /// the last event did not end the mode
     pub(super) futile: bool,
@@ -66,10 +66,10 @@ pub struct Trouble {
     pub(super) rests: (f64, usize),
     /// pairs have been made to rest since the step began
     pub(super) rested: bool,
-    /// a switch has found no state behind the last event
+    /// a switch has found no state after the last event
     pub(super) restless: Option<Box<Failure>>,
     /// what keeps the time from moving
-    pub(super) detour: Detour,
+    pub(super) fallback: Fallback,
     /// switches that chatter
     pub(super) sampling: Sampling,
 }

@@ -1,20 +1,20 @@
-//! The loop: steps, rows, corners and events, resumable.
+//! The loop: steps, rows, breakpoints and events, resumable.
 
 use super::controller::energies::{Energies, Point};
 use super::controller::errors::back;
 use super::controller::levels::LEVELS;
 use super::controller::node_errors::Nodes;
-use super::controller::stage_equations::Ladder;
+use super::controller::stage_equations::StageEquations;
 use super::counters::Counters;
 use super::dense_output::interpolation::Between;
 use super::dense_output::limits::PointRows;
 use super::dense_output::stored_outputs::StoredRows;
 use super::events::across_kinks::{Passage, Patience};
-use super::events::fallback::{Detour, FORCED_LEVEL};
+use super::events::fallback::{Fallback, FALLBACK_LEVEL};
 use super::events::guards::Scales;
 use super::events::locate::Locator;
 use super::records::{Control, Settings, Shown, Trouble};
-use super::samples::{no_length, Witness};
+use super::samples::{no_length, Samples};
 use super::step::Trial;
 use super::visited::Visited;
 use super::{Accuracy, Tableau};
@@ -50,7 +50,7 @@ const LOOK: u64 = 16;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum End {
     Plain,
-    Corner {
+    Breakpoint {
         /// nothing can jump there
         calm: bool,
     },
@@ -75,13 +75,13 @@ pub struct Sdirk {
     pub(super) shown: Shown,
     /// what decides about lengths of steps
     pub control: Control,
-    /// what keeps a run from going on as usual: events that crowd, switches that find no state
+    /// what keeps a run from going on as usual: events that accumulate, switches that find no state
     pub(super) trouble: Trouble,
     /// that of the present step
     pub(super) tableau: &'static Tableau,
     /// the modes of steps
     pub visited: Visited,
-    pub(super) ladder: Ladder,
+    pub(super) stage_equations: StageEquations,
     pub(super) scales: Scales,
     /// errors as energies, where they are asked for
     pub(super) energies: Option<Box<Energies>>,
@@ -91,7 +91,7 @@ pub struct Sdirk {
     pub(super) accepted: Option<Accepted>,
     pub(super) begun: bool,
     /// the next breakpoint of a source, and whether something may jump there
-    pub(super) corner: (f64, bool),
+    pub(super) breakpoint: (f64, bool),
     /// of each source, whether something may jump where its slope does
     kinks: Vec<bool>,
     /// this step does not continue another one
@@ -128,7 +128,7 @@ impl Sdirk {
             shown: Shown {
                 rows: RowClock::new(out_start, out_step, stop),
                 points: PointRows::default(),
-                witness: Witness::default(),
+                samples: Samples::default(),
                 origin: None,
                 stored: StoredRows::new(s),
                 between: Between::new(s),
@@ -147,7 +147,7 @@ impl Sdirk {
                 rests: (f64::NEG_INFINITY, 0),
                 rested: false,
                 restless: None,
-                detour: Detour::new(),
+                fallback: Fallback::new(),
                 sampling: Sampling::new(
                     s.switching.switches.len(),
                     longest.min(INTERVAL * (stop - s.time)),
@@ -155,14 +155,14 @@ impl Sdirk {
             },
             tableau: method.next(false),
             visited: Visited::default(),
-            ladder: Ladder::new(s, longest, method.gamma, accuracy.relative),
+            stage_equations: StageEquations::new(s, longest, method.gamma, accuracy.relative),
             scales: Scales::new(s),
             nodes: if energies.is_some() { None } else { Nodes::new(s) },
             energies,
             trial: Trial::new(s, method),
             accepted: None,
             begun: false,
-            corner: (f64::NEG_INFINITY, false),
+            breakpoint: (f64::NEG_INFINITY, false),
             kinks: s.facts.kinks.clone(),
             fresh: true,
             counters: Counters::default(),
@@ -176,7 +176,7 @@ impl Sdirk {
 
     /// Modes met at the busiest step length.
     pub fn mode_count(&self) -> usize {
-        self.ladder.levels.mode_count()
+        self.stage_equations.levels.mode_count()
     }
 
     /// See [`Sampling::chattering`].
@@ -185,13 +185,13 @@ impl Sdirk {
     }
 
     /// The steps recorded since the last call.
-    pub fn take_stretches(&mut self) -> Taken {
-        self.shown.witness.take(self.tableau, ACCEPT)
+    pub fn take_intervals(&mut self) -> Taken {
+        self.shown.samples.take(self.tableau, ACCEPT)
     }
 
     /// Numbers that wait to be taken.
     pub fn waiting(&self) -> usize {
-        self.shown.witness.taken.size()
+        self.shown.samples.taken.size()
     }
 
     /// As `Stepper::advance`.
@@ -252,7 +252,7 @@ impl Sdirk {
                 self.show_point(s); // a forced step is taken at once
             }
             count += 1;
-            let full = self.shown.witness.full() || s.recorder.witness.full();
+            let full = self.shown.samples.full() || s.recorder.samples.full();
             if full || count.is_multiple_of(LOOK) && begin.elapsed() > budget {
                 break;
             }
@@ -262,7 +262,7 @@ impl Sdirk {
         (rows, if done { Progress::Done } else { Progress::More })
     }
 
-    /// A row this near to the end of a step belongs to it: the corner of a source and the multiple of the
+    /// A row this near to the end of a step belongs to it: the breakpoint of a source and the multiple of the
     /// row distance that are one instant differ by rounding.
     pub(super) fn at_once(&self, time: f64) -> f64 {
         1e-12 * self.trial.length + 2.0 * f64::EPSILON * time
@@ -272,7 +272,7 @@ impl Sdirk {
     pub(super) fn begin_step(&mut self, s: &mut Stepper, known: bool) {
         (self.shown.origin, self.fresh) = (None, !known);
         if !known {
-            self.ladder.deepest = LEVELS - 1;
+            self.stage_equations.deepest = LEVELS - 1;
         }
         let (n, m) = (s.z.len(), s.l.len());
         self.scales.note(s, &s.z, &s.l);
@@ -296,11 +296,11 @@ impl Sdirk {
         for (i, guard) in guards.iter_mut().enumerate() {
             *guard = if s.active[i] { s.l[i] } else { s.scratch.w[i] };
         }
-        self.ladder.begin(s, &self.scales);
-        if self.corner.0 <= s.time {
-            self.corner = next_breakpoint(&s.waveforms, &self.kinks, s.time);
+        self.stage_equations.begin(s, &self.scales);
+        if self.breakpoint.0 <= s.time {
+            self.breakpoint = next_breakpoint(&s.waveforms, &self.kinks, s.time);
         }
-        self.trial.corner = self.corner.0;
+        self.trial.breakpoint = self.breakpoint.0;
     }
 
     /// Rows at the end of a step that has been finished, where they are wanted.
@@ -312,9 +312,9 @@ impl Sdirk {
 
     /// Where the next step ends at the latest [s], and how.
     pub(super) fn target(&self) -> (f64, End) {
-        let (corner, jump) = self.corner;
-        let plain = if corner <= self.settings.stop {
-            (corner, End::Corner { calm: !jump })
+        let (breakpoint, jump) = self.breakpoint;
+        let plain = if breakpoint <= self.settings.stop {
+            (breakpoint, End::Breakpoint { calm: !jump })
         } else {
             (self.settings.stop, End::Plain)
         };
@@ -334,22 +334,22 @@ impl Sdirk {
         let (target, at_target) = self.target();
         let remaining = target - s.time;
         loop {
-            let crowded = self.trouble.detour.is_crowded(s.time);
+            let crowded = self.trouble.fallback.is_crowded(s.time);
             if crowded && self.sample(s) {
                 return self.step(s);
             }
-            if crowded || self.control.level >= self.ladder.deepest {
+            if crowded || self.control.level >= self.stage_equations.deepest {
                 return self.force(s);
             }
             let mut level = self.control.level;
-            while level + 1 < self.ladder.deepest
-                && self.ladder.length(level + 1) >= remaining * (1.0 - 1e-9)
+            while level + 1 < self.stage_equations.deepest
+                && self.stage_equations.length(level + 1) >= remaining * (1.0 - 1e-9)
             {
                 level += 1;
             }
-            let (ladder, tableau) = (&mut self.ladder, self.tableau);
-            if let Err(broken) = self.trial.compute(s, ladder, tableau, level) {
-                if std::mem::take(&mut self.ladder.hidden) && level > 0 {
+            let (stage_equations, tableau) = (&mut self.stage_equations, self.tableau);
+            if let Err(broken) = self.trial.compute(s, stage_equations, tableau, level) {
+                if std::mem::take(&mut self.stage_equations.hidden) && level > 0 {
                     self.control.level = level - 1;
                     continue;
                 }
@@ -381,9 +381,9 @@ impl Sdirk {
                 continue;
             }
             let limit = if whole { 1.0 } else { remaining / self.trial.length };
-            let (ladder, scales) = (&mut self.ladder, &self.scales);
+            let (stage_equations, scales) = (&mut self.stage_equations, &self.scales);
             let trial = &mut self.trial;
-            let mut locator = Locator { s, ladder, scales, tableau, trial };
+            let mut locator = Locator { s, stage_equations, scales, tableau, trial };
             let found = locator.violation(limit);
             let passage = found.map(|(_, depth)| self.pass(s, level, depth));
             let (passed, error) = match passage {
@@ -396,9 +396,9 @@ impl Sdirk {
                 continue;
             }
             if let (Some((high, _)), false) = (found, passed) {
-                let (ladder, scales) = (&mut self.ladder, &self.scales);
+                let (stage_equations, scales) = (&mut self.stage_equations, &self.scales);
                 let trial = &mut self.trial;
-                let mut locator = Locator { s, ladder, scales, tableau, trial };
+                let mut locator = Locator { s, stage_equations, scales, tableau, trial };
                 let theta = locator.end_of_mode(high);
                 let theta = locator.arrival(theta).unwrap_or(theta);
                 // the continuous solution of a first step begins where it does to the tolerance only, which
@@ -407,8 +407,8 @@ impl Sdirk {
                     self.control.level = level + 3;
                     continue;
                 }
-                let little = self.ladder.length(FORCED_LEVEL);
-                self.trouble.detour.note_event(s.time + theta * self.trial.length, little);
+                let little = self.stage_equations.length(FALLBACK_LEVEL);
+                self.trouble.fallback.note_event(s.time + theta * self.trial.length, little);
                 self.trouble.troubled = s.time;
                 if self.trouble.futile && theta < EARLY {
                     // the mode did not end here: look closer
@@ -430,9 +430,9 @@ impl Sdirk {
                     (self.shown.rows.meet(s.time + length, length), End::Plain)
                 };
                 self.accepted = Some(Accepted { theta: limit, time, end });
-                let clear = self.ladder.length(FORCED_LEVEL);
+                let clear = self.stage_equations.length(FALLBACK_LEVEL);
                 if whole && (time > self.trouble.troubled + clear || passed) {
-                    self.trouble.detour.note_progress();
+                    self.trouble.fallback.note_progress();
                     self.trouble.sampling.forget();
                     self.trouble.futile = false;
                 }
@@ -448,8 +448,8 @@ impl Sdirk {
                 self.control.level = self.control.level.saturating_sub(1);
             }
             s.stats.steps += 1;
-            s.stats.undetermined += u64::from(std::mem::take(&mut self.ladder.open));
-            self.counters.matrices = self.ladder.levels.made;
+            s.stats.undetermined += u64::from(std::mem::take(&mut self.stage_equations.open));
+            self.counters.matrices = self.stage_equations.levels.made;
             self.certify(s);
             self.visited.note(&s.active, s.time);
             return Ok(());
@@ -470,10 +470,10 @@ impl Sdirk {
         for (i, (g, (&active, &role))) in guards.iter_mut().zip(pairs).enumerate() {
             // a step that is going to be cut may end beyond the root of a guard
             let sign = trial.crossing || role == crate::mlcp::Role::Diode && active;
-            *g = self.ladder.resistances.multiplier(i, *g, active, role, sign);
+            *g = self.stage_equations.resistances.multiplier(i, *g, active, role, sign);
         }
         let base = &trial.stages.bases[last];
-        let found = self.ladder.residual(s, trial.level, base, &trial.at.u, z, guards);
+        let found = self.stage_equations.residual(s, trial.level, base, &trial.at.u, z, guards);
         // what has decayed to rounding of the past has no digits left to be judged
         let noise = |v: &[f64]| v.iter().all(|v| v.abs() <= DECAYED * self.scales.biggest());
         let whole = self.accepted.is_some_and(|a| a.theta == 1.0) && !(noise(z) && noise(guards));
@@ -488,15 +488,15 @@ impl Sdirk {
         if accepted.theta == 1.0 {
             self.trial.take_end(self.tableau);
         } else {
-            self.trial.evaluate(s, &mut self.ladder, self.tableau, accepted.theta);
+            self.trial.evaluate(s, &mut self.stage_equations, self.tableau, accepted.theta);
             if self.trial.crossing {
-                self.trial.mode.clone_from(&self.ladder.met);
+                self.trial.mode.clone_from(&self.stage_equations.met);
             }
         }
         let event = accepted.end == End::Event;
-        let (trial, ladder, tableau) = (&self.trial, &self.ladder, self.tableau);
-        self.shown.witness.step(s, trial, ladder, tableau, accepted.theta, accepted.time);
-        self.shown.witness.sum_up(s, trial, ladder, tableau, accepted.theta);
+        let (trial, stage_equations, tableau) = (&self.trial, &self.stage_equations, self.tableau);
+        self.shown.samples.step(s, trial, stage_equations, tableau, accepted.theta, accepted.time);
+        self.shown.samples.sum_up(s, trial, stage_equations, tableau, accepted.theta);
         // a mode that ends where it begins has not been: its values may obey no sign, and are not shown
         let empty = event && no_length(self.trial.start, accepted.time, self.trial.length);
         if empty {
@@ -507,7 +507,7 @@ impl Sdirk {
         s.z.copy_from_slice(z);
         let pairs = guards.iter().zip(s.active.iter().zip(&s.roles));
         for (i, (l, (&g, (&active, &role)))) in s.l.iter_mut().zip(pairs).enumerate() {
-            *l = ladder.resistances.multiplier(i, g, active, role, trial.crossing);
+            *l = stage_equations.resistances.multiplier(i, g, active, role, trial.crossing);
         }
         if s.recorder.outputs.needs_rates() {
             s.recorder.rates.copy_from_slice(&self.trial.at.slope[..n]);
@@ -521,18 +521,18 @@ impl Sdirk {
             smooth.rates.copy_from_slice(&self.trial.at.slope[n..]);
         }
         // where the slope of a source jumps and nothing else can, the step goes on
-        let calm = accepted.end == (End::Corner { calm: true });
+        let calm = accepted.end == (End::Breakpoint { calm: true });
         if calm {
             evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
         }
         let goes_on = match accepted.end {
             End::Plain | End::Look => true,
-            End::Corner { calm } => calm && !s.sources_turn(),
+            End::Breakpoint { calm } => calm && !s.sources_turn(),
             End::Event => false,
         };
         let plain = goes_on && turned.is_empty();
         if !empty && !plain {
-            self.scales.note(s, &s.z, &s.l); // behind a plain end the next step does
+            self.scales.note(s, &s.z, &s.l); // after a plain end the next step does
         }
         if self.trial.crossing {
             self.enter_mode(s);
@@ -553,7 +553,7 @@ impl Sdirk {
                 turned.extend(self.reach(s, accepted.theta));
             }
             turned.iter().for_each(|&k| s.throw(k));
-            if event && turned.is_empty() && s.time < self.corner.0 {
+            if event && turned.is_empty() && s.time < self.breakpoint.0 {
                 self.turn(s);
             } else {
                 self.restart(s);

@@ -1,6 +1,6 @@
 //! What a run leaves for those who check it: sampled steps with all their stages.
 
-use super::controller::stage_equations::Ladder;
+use super::controller::stage_equations::StageEquations;
 use super::step::Trial;
 use super::tableau::{Tableau, MOST};
 use crate::audit::{Points, Taken};
@@ -82,7 +82,7 @@ pub fn no_length(start: f64, end: f64, tried: f64) -> bool {
 
 /// Chooses the steps to record and keeps them.
 #[derive(Default)]
-pub struct Witness {
+pub struct Samples {
     spent: u64,
     seen: u64,
     /// steps without length since the last record
@@ -94,7 +94,7 @@ pub struct Witness {
     multipliers: Vec<f64>,
 }
 
-impl Witness {
+impl Samples {
     /// True when the records should be taken.
     pub fn full(&self) -> bool {
         self.taken.size() >= FULL
@@ -119,12 +119,12 @@ impl Witness {
         }
     }
 
-    /// Adds an accepted step to the balance of energy of `s`, as [`Witness::step`] would record it.
+    /// Adds an accepted step to the balance of energy of `s`, as [`Samples::step`] would record it.
     pub fn sum_up(
         &mut self,
         s: &mut Stepper,
         trial: &Trial,
-        ladder: &Ladder,
+        stage_equations: &StageEquations,
         tableau: &'static Tableau,
         theta: f64,
     ) {
@@ -146,8 +146,9 @@ impl Witness {
             (rate[place], f_rate[place]) = rates.split_at(n);
             let guards = x[n..n + m].iter().zip(s.active.iter().zip(&s.roles));
             let open = trial.stages.open[i];
-            let multiplier =
-                |(i, (&g, (&on, &role)))| ladder.resistances.multiplier(i, g, on, role, open);
+            let multiplier = |(i, (&g, (&on, &role)))| {
+                stage_equations.resistances.multiplier(i, g, on, role, open)
+            };
             self.multipliers.extend(guards.enumerate().map(multiplier));
         }
         sums.points(
@@ -172,7 +173,7 @@ impl Witness {
         &mut self,
         s: &Stepper,
         trial: &Trial,
-        ladder: &Ladder,
+        stage_equations: &StageEquations,
         tableau: &'static Tableau,
         theta: f64,
         end: f64,
@@ -183,7 +184,7 @@ impl Witness {
         }
         self.seen += 1;
         let affordable = self.spent + PRICE <= STOCK + self.seen;
-        if !(s.recorder.witness.all || s.recorder.witness.watches() && affordable) {
+        if !(s.recorder.samples.all || s.recorder.samples.watches() && affordable) {
             return;
         }
         self.spent += PRICE;
@@ -193,7 +194,7 @@ impl Witness {
         let taken = &mut self.taken;
         taken.begin.push(trial.start);
         taken.end.push(end);
-        taken.grain.push(tableau.gamma * h);
+        taken.shortest.push(tableau.gamma * h);
         taken.swing.push(0.0);
         taken.steps.push(1u8.saturating_add(std::mem::take(&mut self.empty)));
         taken.signed.push(0); // inner stages are of low order
@@ -215,8 +216,9 @@ impl Witness {
             taken.z.extend_from_slice(&x[..n]);
             let guards = x[n..n + m].iter().zip(s.active.iter().zip(&s.roles));
             let open = trial.stages.open[i];
-            let multiplier =
-                |(i, (&g, (&on, &role)))| ladder.resistances.multiplier(i, g, on, role, open);
+            let multiplier = |(i, (&g, (&on, &role)))| {
+                stage_equations.resistances.multiplier(i, g, on, role, open)
+            };
             taken.l.extend(guards.enumerate().map(multiplier));
             taken.u.extend_from_slice(if inside { &trial.stages.inputs[i] } else { &trial.at.u });
             taken.rate.extend_from_slice(&rates[..n]);

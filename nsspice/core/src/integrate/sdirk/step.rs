@@ -2,7 +2,7 @@
 
 use super::combine::{add_rates, scaled_difference};
 use super::controller::estimate::Estimate;
-use super::controller::stage_equations::{Fit, Ladder, StageProblem};
+use super::controller::stage_equations::{Fit, StageEquations, StageProblem};
 use super::predict::Beginning;
 use super::tableau::{Tableau, MOST};
 use crate::integrate::theta::outputs::Quantities;
@@ -15,8 +15,8 @@ use crate::waveform::{Side, Waveform, INSTANT};
 const TRIED: u32 = 4;
 const DEEP: usize = 24;
 
-/// How the equations of a stage are solved: [`Ladder::solve`] or [`Ladder::cross`].
-type Way = fn(&mut Ladder, &mut Stepper, StageProblem, &mut [f64]) -> Fit;
+/// How the equations of a stage are solved: [`StageEquations::solve`] or [`StageEquations::cross`].
+type Way = fn(&mut StageEquations, &mut Stepper, StageProblem, &mut [f64]) -> Fit;
 
 /// The stages of a step.
 pub struct Stages {
@@ -53,8 +53,8 @@ pub struct Trial {
     pub length: f64,
     /// which matrices
     pub level: usize,
-    /// first corner of a source after the begin [s]
-    pub corner: f64,
+    /// first breakpoint of a source after the begin [s]
+    pub breakpoint: f64,
     /// steps from here that had no solution
     pub unsolved: u32,
     /// unknowns, guards and functions at the begin
@@ -92,19 +92,19 @@ pub struct Broken {
     pub at: f64,
 }
 
-/// Sources at a time after `start`: behind their next breakpoint, `corner`, as they would go on without it.
+/// Sources at a time after `start`: after their next breakpoint, `breakpoint`, as they would go on without it.
 pub(in crate::integrate) fn sources(
     waveforms: &[Waveform],
     t: f64,
     start: f64,
-    corner: f64,
+    breakpoint: f64,
     u: &mut [f64],
 ) {
-    // within rounding of an edge at the begin the step is behind it
+    // within rounding of an edge at the begin the step is after it
     let known = INSTANT * t.abs();
-    let side = if t - start <= known && corner - t > known { Side::Right } else { Side::Left };
+    let side = if t - start <= known && breakpoint - t > known { Side::Right } else { Side::Left };
     for (u, w) in u.iter_mut().zip(waveforms) {
-        *u = if t <= corner { w.value(t, side) } else { w.continued(t, start, corner) };
+        *u = if t <= breakpoint { w.value(t, side) } else { w.continued(t, start, breakpoint) };
     }
 }
 
@@ -117,7 +117,7 @@ impl Trial {
             start: 0.0,
             length: 0.0,
             level: 0,
-            corner: f64::INFINITY,
+            breakpoint: f64::INFINITY,
             unsolved: 0,
             first: vec![0.0; n + m + p],
             stages: Stages {
@@ -147,9 +147,9 @@ impl Trial {
     /// How a point is solved.
     fn way(&self) -> Way {
         if self.crossing {
-            Ladder::cross
+            StageEquations::cross
         } else {
-            Ladder::solve
+            StageEquations::solve
         }
     }
 
@@ -157,14 +157,14 @@ impl Trial {
     pub fn compute(
         &mut self,
         s: &mut Stepper,
-        ladder: &mut Ladder,
+        stage_equations: &mut StageEquations,
         tableau: &Tableau,
         level: usize,
     ) -> Result<(), Broken> {
         let (n, m) = (self.n, self.m);
         self.level = level;
         self.beginning.beside.forget();
-        self.length = ladder.length(level);
+        self.length = stage_equations.length(level);
         self.samples.iter_mut().for_each(|sample| sample.theta = None);
         self.crossed = false;
         let solve = self.way();
@@ -177,7 +177,7 @@ impl Trial {
         for i in tableau.first()..tableau.stages() {
             let t = self.start + tableau.c[i] * h;
             let u = &mut self.stages.inputs[i];
-            sources(&s.waveforms, t, self.start, self.corner, u);
+            sources(&s.waveforms, t, self.start, self.breakpoint, u);
             let (done, rest) = self.stages.ends.split_at_mut(i);
             let (base, x) = (&mut self.stages.bases[i], &mut rest[0]);
             base[..n].copy_from_slice(&self.first[..n]);
@@ -191,13 +191,17 @@ impl Trial {
                 }
                 smooth.newton.be_brief(level >= DEEP || self.unsolved < TRIED);
             }
-            let fit =
-                solve(ladder, s, StageProblem { level, t, from: base, u, near, keeps: true }, x);
+            let fit = solve(
+                stage_equations,
+                s,
+                StageProblem { level, t, from: base, u, near, keeps: true },
+                x,
+            );
             if fit == Fit::Contradiction {
                 return Err(Broken { at: tableau.c[i] });
             }
             if self.crossing {
-                self.mode.clone_from(&ladder.met);
+                self.mode.clone_from(&stage_equations.met);
                 self.crossed |= self.mode != s.active;
             }
             self.stages.open[i] = fit == Fit::Open;
@@ -211,14 +215,19 @@ impl Trial {
     /// The estimated error of each unknown: the rates weighted, and, where the method
     /// asks for it, smoothed by one solve with the matrix of the stages so that it stays bounded for
     /// stiff parts and leaves constrained unknowns alone.
-    pub fn estimate(&mut self, s: &mut Stepper, ladder: &mut Ladder, tableau: &Tableau) {
+    pub fn estimate(
+        &mut self,
+        s: &mut Stepper,
+        stage_equations: &mut StageEquations,
+        tableau: &Tableau,
+    ) {
         let last = tableau.stages() - 1;
         let (base, end) = (&self.stages.bases[last], &self.stages.ends[last]);
         self.from.copy_from_slice(base);
         add_rates(self.length, tableau.error, &self.stages.rates, &mut self.from);
         self.estimate.begin(&self.from, base);
         if s.smooth.is_some() {
-            self.estimate.smooth(s, ladder, self.level);
+            self.estimate.smooth(s, stage_equations, self.level);
         } else {
             // of a step from mode to mode, in the last
             let mut turn = |s: &mut Stepper| {
@@ -230,7 +239,11 @@ impl Trial {
             turn(s);
             let (x, t) = (&mut self.at.x, self.start + self.length);
             let (level, near, u) = (self.level, &end[..], &self.stages.inputs[last][..]);
-            ladder.solve(s, StageProblem { level, t, from: &self.from, u, near, keeps: true }, x);
+            stage_equations.solve(
+                s,
+                StageProblem { level, t, from: &self.from, u, near, keeps: true },
+                x,
+            );
             turn(s);
             self.estimate.compare(x, end);
         }
@@ -238,17 +251,34 @@ impl Trial {
     }
 
     /// Adds to the estimate what the continuous solution has beyond Hermite's cubic.
-    pub fn look_inside(&mut self, s: &mut Stepper, ladder: &mut Ladder, tableau: &Tableau) {
+    pub fn look_inside(
+        &mut self,
+        s: &mut Stepper,
+        stage_equations: &mut StageEquations,
+        tableau: &Tableau,
+    ) {
         if !tableau.inside.is_empty() {
             let (level, weights) = (self.level, tableau.inside);
-            self.estimate.look_inside(s, ladder, level, self.length, weights, &self.stages.rates);
+            self.estimate.look_inside(
+                s,
+                stage_equations,
+                level,
+                self.length,
+                weights,
+                &self.stages.rates,
+            );
         }
     }
 
     /// Adds to the estimate how far the continuous solution is from the state with which it begins, where
     /// the rates there do not count: it shows what changes faster than the stages follow.
-    pub fn look_back(&mut self, s: &mut Stepper, ladder: &mut Ladder, tableau: &Tableau) {
-        let found = self.evaluate(s, ladder, tableau, 0.0) != Fit::Contradiction;
+    pub fn look_back(
+        &mut self,
+        s: &mut Stepper,
+        stage_equations: &mut StageEquations,
+        tableau: &Tableau,
+    ) {
+        let found = self.evaluate(s, stage_equations, tableau, 0.0) != Fit::Contradiction;
         let (x, first) = (&self.at.x[..self.n], &self.first[..self.n]);
         self.estimate.look_back(s, found.then_some(x), first);
     }
@@ -256,7 +286,7 @@ impl Trial {
     /// The sources at `theta`, into `at`.
     pub fn look_up_sources(&mut self, s: &Stepper, theta: f64) {
         let t = self.start + theta * self.length;
-        sources(&s.waveforms, t, self.start, self.corner, &mut self.at.u);
+        sources(&s.waveforms, t, self.start, self.breakpoint, &mut self.at.u);
     }
 
     /// Keeps the point at `theta`, evaluated last, as one of the samples.
@@ -283,7 +313,7 @@ impl Trial {
     pub fn evaluate(
         &mut self,
         s: &mut Stepper,
-        ladder: &mut Ladder,
+        stage_equations: &mut StageEquations,
         tableau: &Tableau,
         theta: f64,
     ) -> Fit {
@@ -305,12 +335,12 @@ impl Trial {
             smooth.newton.predict(self.beginning.of_point(theta, h, &value, first, rates));
         }
         let t = if theta == 1.0 { self.start + h } else { self.start + theta * h };
-        sources(&s.waveforms, t, self.start, self.corner, &mut self.at.u);
+        sources(&s.waveforms, t, self.start, self.breakpoint, &mut self.at.u);
         let near = &self.stages.ends[tableau.stages() - 1];
         let solve = self.way();
         let (level, from, u) = (self.level, &self.from[..], &self.at.u[..]);
         let fit = solve(
-            ladder,
+            stage_equations,
             s,
             StageProblem { level, t, from, u, near, keeps: false },
             &mut self.at.x,
@@ -327,12 +357,12 @@ impl Trial {
     }
 
     /// The outputs at the point evaluated last.
-    pub fn write(&mut self, s: &mut Stepper, ladder: &Ladder, row: &mut [f64]) {
+    pub fn write(&mut self, s: &mut Stepper, stage_equations: &StageEquations, row: &mut [f64]) {
         let (z, rest) = self.at.x.split_at_mut(self.n);
         let (guards, f) = rest.split_at_mut(self.m);
         let pairs = s.active.iter().zip(&s.roles);
         for (i, (g, (&active, &role))) in guards.iter_mut().zip(pairs).enumerate() {
-            *g = ladder.resistances.multiplier(i, *g, active, role, self.crossing);
+            *g = stage_equations.resistances.multiplier(i, *g, active, role, self.crossing);
         }
         let (rates, slope) = self.at.slope.split_at(self.n);
         s.recorder

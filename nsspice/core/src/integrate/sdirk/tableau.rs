@@ -11,7 +11,7 @@ pub const DEGREE: usize = 4;
 /// A point near which the solution is known when a stage is to be solved.
 #[derive(Clone, Copy, Debug)]
 pub enum Node {
-    /// the end of a stage of the step before, or, behind them, its begin
+    /// the end of a stage of the step before, or, after them, its begin
     Past(usize),
     /// the begin of the step
     Begin,
@@ -48,7 +48,7 @@ pub struct Tableau {
     pub middle: usize,
     /// from which points each stage is predicted
     pub predictors: &'static [&'static [Node]],
-    /// the method of the first step after a jump or corner, where the rates at its begin are not known
+    /// the method of the first step after a jump or breakpoint, where the rates at its begin are not known
     pub starter: Option<&'static Tableau>,
 }
 
@@ -76,8 +76,8 @@ const WEIGHT2: f64 = 0.1;
 /// Two stages, order two (Alexander 1977).
 pub static SECOND: Tableau = Tableau { starter: Some(&START2), ..TWO };
 
-/// The same, of which the first step after a jump or corner has to show that it begins where the motion
-/// does: the smoothed estimate forgives the decay of a coil onto an open switch, which turns a diode on.
+/// The same, of which the first step after a jump or breakpoint has to show that it begins where the motion
+/// does: the smoothed estimate forgives the decay of an inductor onto an open switch, which turns a diode on.
 static START2: Tableau = TWO;
 
 const TWO: Tableau = Tableau {
@@ -187,7 +187,7 @@ pub static FOURTH: Tableau = Tableau {
 };
 
 /// Five stages, order four, continuous solution of order three (Hairer & Wanner, *Solving Ordinary
-/// Differential Equations II*, section IV.6), behind a first stage that counts for nothing, so that
+/// Differential Equations II*, section IV.6), after a first stage that counts for nothing, so that
 /// it has as many as [`FOURTH`].
 pub static START: Tableau = Tableau {
     order: 4,

@@ -43,7 +43,7 @@ impl Stepper {
                     .map_err(|f| *f)?;
             }
             if !self.react_in(round) {
-                if self.recorder.witness.watches() {
+                if self.recorder.samples.watches() {
                     self.recorder.z_recorded.copy_from_slice(&self.z);
                     self.record(f64::INFINITY);
                 }

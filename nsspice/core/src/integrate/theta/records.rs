@@ -6,7 +6,7 @@ use super::failure::Failure;
 use super::instants::jumps::Jump;
 use super::instants::storage::Storage;
 use super::outputs::Outputs;
-use super::samples::Witness;
+use super::samples::Samples;
 use super::step_length::Stage;
 use super::stepper::{Large, Plan};
 use super::time_grid::Target;
@@ -98,7 +98,7 @@ pub struct Recorder {
     /// rates of the unknowns, where outputs need them
     pub(in crate::integrate) rates: Vec<f64>,
     /// what is left for the certificate
-    pub witness: Witness,
+    pub samples: Samples,
     /// what goes with the run for the certificate: its balance of energy
     pub sums: Option<Box<Sums>>,
     /// the last step ended in a jump; `left` is the row before it

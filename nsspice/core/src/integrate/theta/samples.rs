@@ -66,7 +66,7 @@ impl Records {
 
 /// Chooses the steps to record and keeps them.
 #[derive(Clone, Debug, Default)]
-pub struct Witness {
+pub struct Samples {
     /// one of this many steps is recorded; 0 records none
     every: u64,
     /// steps recorded after a change of mode
@@ -92,13 +92,13 @@ pub struct Witness {
     pub seen: u64,
 }
 
-impl Witness {
+impl Samples {
     /// Records every `every`-th step and `window` steps from each change of mode; `size` is the
     /// number of unknowns and pairs: in large circuits changes that follow each other closely
     /// are sampled.
-    pub fn new(every: u64, window: u32, keep_sides: bool, size: usize) -> Witness {
+    pub fn new(every: u64, window: u32, keep_sides: bool, size: usize) -> Samples {
         let price = PRICE + (size / 8) as u64;
-        Witness { every, window, price, tokens: STOCK, keep_sides, ..Witness::default() }
+        Samples { every, window, price, tokens: STOCK, keep_sides, ..Samples::default() }
     }
 
     /// Keeps points between the rows, too, within two instants.
@@ -183,7 +183,7 @@ mod tests {
 
     #[test]
     fn every_change_of_mode_is_recorded_and_every_eighth_step() {
-        let mut w = Witness::new(8, 2, false, 3);
+        let mut w = Samples::new(8, 2, false, 3);
         let mut kept = Vec::new();
         for step in 1..=40u64 {
             let epoch = 1 + step / 20; // changes in step 20
@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn changes_in_every_step_of_a_large_circuit_are_sampled() {
-        let mut w = Witness::new(128, 1, false, 8 * 992);
+        let mut w = Samples::new(128, 1, false, 8 * 992);
         let kept = (1..=200_000u64).filter(|&k| w.wants(k - 1) | w.changed(k)).count();
         assert!(kept < 200_000 / 128 + (200_000 + 1024 * 32) / 1024 + 8, "{kept}");
     }

@@ -39,7 +39,7 @@ pub struct SmoothPart {
     /// and two steps ago, while the motion is smooth
     before: Option<f64>,
     z_before: Vec<f64>,
-    /// the last solve was quick: the path has no corner here
+    /// the last solve was quick: the path has no breakpoint here
     calm: bool,
     prediction: Vec<f64>,
     scratch: Vec<f64>,
@@ -113,7 +113,7 @@ impl SmoothPart {
             for (p, ((z, last), before)) in self.prediction.iter_mut().zip(points) {
                 let change = reach * (z - last);
                 let bent = bend[0] * (z - last) - bend[1] * (last - before);
-                // what bends as much as it moves is noise
+                // what is curved as much as it moves is noise
                 *p = z + change + if bent.abs() <= BENT * change.abs() { bent } else { 0.0 };
             }
             self.newton.predict(&self.prediction);
@@ -149,7 +149,7 @@ impl SmoothPart {
     }
 
     /// Begins a step from the unknowns `from`, with the sources `u` at its begin and its end: what they carry
-    /// is given to Newton's method apart, for the sums of laws.
+    /// is given to Newton's method apart, for the cut-set equations.
     pub(in crate::integrate) fn set_out(
         &mut self,
         matrices: &StepMatrices,

@@ -84,7 +84,7 @@ impl Stepper {
             if let Some(cut) = cut {
                 self.u0.copy_from_slice(&self.u1);
                 let before = self.z.clone();
-                self.enter(None, before.clone(), cut.leap);
+                self.enter(None, before.clone(), cut.state_jump);
                 if let Some(sums) = &mut self.recorder.sums {
                     sums.jump(&before, &self.z);
                 }
@@ -109,7 +109,7 @@ impl Stepper {
                 self.recorder.two_sided = true;
             }
             self.settle_after(changed)?;
-            if changed && !dynamic && self.recorder.witness.watches() {
+            if changed && !dynamic && self.recorder.samples.watches() {
                 self.recorder.z_recorded.copy_from_slice(&self.z);
                 self.record(f64::INFINITY);
             }
@@ -120,7 +120,7 @@ impl Stepper {
 
     /// True if rows on both sides of a jump are wanted.
     fn shows_sides(&self) -> bool {
-        self.recorder.witness.keep_sides || self.recorder.all_points.is_finite()
+        self.recorder.samples.keep_sides || self.recorder.all_points.is_finite()
     }
 
     /// The row before a possible jump, with the sources before it.
@@ -153,7 +153,7 @@ impl Stepper {
     /// Keeps the state if it is asked for at the end of the step.
     fn begin_step(&mut self) -> Begun {
         self.stats.steps += 1;
-        let wanted = self.recorder.witness.wants(self.epoch);
+        let wanted = self.recorder.samples.wants(self.epoch);
         if wanted || self.recorder.sums.as_ref().is_some_and(|s| s.asks_for_begin()) {
             self.scratch.z_before.copy_from_slice(&self.z);
         }
@@ -162,7 +162,7 @@ impl Stepper {
 
     fn end_step(&mut self, begun: Begun, length: f64) {
         // a mode that changed within the step was found by the driver, which keeps the old state
-        if begun.wanted || self.recorder.witness.changed(self.epoch) {
+        if begun.wanted || self.recorder.samples.changed(self.epoch) {
             self.recorder.z_recorded.copy_from_slice(&self.scratch.z_before);
             self.record(length);
         }
@@ -211,10 +211,10 @@ impl Stepper {
         Ok(())
     }
 
-    /// Hands the step to the witness: from `z_recorded` and u0 to z and u1.
+    /// Hands the step to the samples: from `z_recorded` and u0 to z and u1.
     pub(in crate::integrate) fn record(&mut self, length: f64) {
         let roles = if self.switching.switches.is_empty() { &[] } else { &self.roles[..] };
-        self.recorder.witness.records.push(
+        self.recorder.samples.records.push(
             self.time,
             length,
             &self.recorder.z_recorded,

@@ -7,7 +7,7 @@ use super::instants::storage::Storage;
 use super::instants::time_constants::fastest_time;
 use super::outputs::{Outputs, Quantities};
 use super::records::{Facts, Instants, Levels, Recorder, Refusal, Schedule, Scratch, Switching};
-use super::samples::Witness;
+use super::samples::Samples;
 use super::smooth::SmoothPart;
 use super::step_length::{Stage, System};
 use super::time_grid::{Clock, Target};
@@ -31,7 +31,7 @@ pub(in crate::integrate) const MAX_REACTIONS: usize = 128;
 
 /// Instants to visit.
 pub enum Plan {
-    /// a time grid with steps and corners
+    /// a time grid with steps and breakpoints
     Grid(Clock),
     /// bare points, for static systems and sweeps
     Points {
@@ -215,7 +215,7 @@ impl Stepper {
             },
             recorder: Recorder {
                 rates: vec![0.0; n],
-                witness: Witness::default(),
+                samples: Samples::default(),
                 sums: None,
                 two_sided: false,
                 left: vec![0.0; 1 + outputs.len()],
@@ -370,7 +370,7 @@ impl Stepper {
                 self.recorder.first_row = false;
                 self.write(self.time, &mut out[rows * columns..(rows + 1) * columns]);
                 rows += 1;
-                if self.recorder.witness.between(self.time) {
+                if self.recorder.samples.between(self.time) {
                     self.note_side(self.time);
                 }
                 continue;
@@ -411,12 +411,12 @@ impl Stepper {
                 self.write(target.label, &mut out[rows * columns..(rows + 1) * columns]);
                 rows += 1;
             }
-            if self.recorder.witness.between(target.time) && !self.recorder.two_sided {
+            if self.recorder.samples.between(target.time) && !self.recorder.two_sided {
                 self.note_side(target.label);
             }
             count += 1;
             let pause = count.is_multiple_of(LOOK) && begin.elapsed() > budget;
-            if pause || self.recorder.witness.full() {
+            if pause || self.recorder.samples.full() {
                 break;
             }
         }
@@ -433,18 +433,18 @@ impl Stepper {
             out[..self.recorder.left.len()].copy_from_slice(&self.recorder.left);
             return 1;
         }
-        self.recorder.witness.sides.extend_from_slice(&self.recorder.left);
+        self.recorder.samples.sides.extend_from_slice(&self.recorder.left);
         self.note_side(target.label);
         0
     }
 
     /// Adds the present values to the side rows.
     fn note_side(&mut self, label: f64) {
-        let start = self.recorder.witness.sides.len();
-        let mut sides = std::mem::take(&mut self.recorder.witness.sides);
+        let start = self.recorder.samples.sides.len();
+        let mut sides = std::mem::take(&mut self.recorder.samples.sides);
         sides.resize(start + self.columns(), 0.0);
         self.write(label, &mut sides[start..]);
-        self.recorder.witness.sides = sides;
+        self.recorder.samples.sides = sides;
     }
 
     /// Notes which pairs have changed since the last time.

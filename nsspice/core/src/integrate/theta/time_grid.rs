@@ -1,7 +1,7 @@
-//! Which instants are visited: the output grid, its subdivision into steps, and source corners.
+//! Which instants are visited: the output grid, its subdivision into steps, and source breakpoints.
 //!
 //! Times are computed by multiplication from the start of a piece, never by adding up steps, and
-//! corners are hit exactly; a corner off the grid costs one short step to it and one to the grid.
+//! breakpoints are hit exactly; a breakpoint off the grid costs one short step to it and one to the grid.
 
 use crate::row_clock::RowClock;
 use crate::waveform::{Side, Waveform};
@@ -9,7 +9,7 @@ use crate::waveform::{Side, Waveform};
 /// The next instant to step to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    /// end of the step [s]; a corner's own time where there is one
+    /// end of the step [s]; a breakpoint's own time where there is one
     pub time: f64,
     /// the time an output row here is labelled with: the grid's
     pub label: f64,
@@ -27,7 +27,7 @@ pub(in crate::integrate) const SAME: f64 = 16.0 * f64::EPSILON;
 /// No output rows within a piece.
 const NEVER: u64 = u64::MAX;
 
-/// A uniform stretch of steps `origin + k length`, `k = 1..=count`.
+/// A uniform interval of steps `origin + k length`, `k = 1..=count`.
 #[derive(Clone, Debug)]
 struct Piece {
     origin: f64,
@@ -52,9 +52,9 @@ pub struct Clock {
     /// number of that output row in the present piece
     row: u64,
     now: f64,
-    /// next corner of any source and whether it is a jump; infinite if there is none
-    corner: (f64, bool),
-    /// the last target was a corner inside a grid step
+    /// next breakpoint of any source and whether it is a jump; infinite if there is none
+    breakpoint: (f64, bool),
+    /// the last target was a breakpoint inside a grid step
     inside: bool,
     rows: u64,
     first_row_now: bool,
@@ -109,7 +109,7 @@ impl Clock {
             until_row: 0,
             row: 1,
             now: start,
-            corner: (f64::NEG_INFINITY, false),
+            breakpoint: (f64::NEG_INFINITY, false),
             inside: false,
             rows: rows.count(),
             first_row_now: out_start <= start,
@@ -152,24 +152,24 @@ impl Clock {
         } else {
             piece.origin + k as f64 * h
         };
-        if self.corner.0 <= self.now {
-            self.corner = next_corner(waveforms, self.now);
+        if self.breakpoint.0 <= self.now {
+            self.breakpoint = first_breakpoint(waveforms, self.now);
         }
         let near = 1e-9 * h;
         let mut target = Target { time: grid, label: grid, length: h, row: at_row, jump: false };
-        let (corner, jump) = self.corner;
-        if corner < grid - near {
-            let length = corner - self.now;
-            target = Target { time: corner, label: corner, length, row: false, jump };
+        let (breakpoint, jump) = self.breakpoint;
+        if breakpoint < grid - near {
+            let length = breakpoint - self.now;
+            target = Target { time: breakpoint, label: breakpoint, length, row: false, jump };
             self.inside = true;
         } else {
             if self.inside {
                 target.length = grid - self.now;
                 self.inside = false;
             }
-            if corner <= grid + near {
-                // keep the corner's own time: sources are evaluated there
-                target.time = corner;
+            if breakpoint <= grid + near {
+                // keep the breakpoint's own time: sources are evaluated there
+                target.time = breakpoint;
                 target.jump = jump;
             }
             self.next += 1;
@@ -190,13 +190,13 @@ impl Clock {
     }
 }
 
-/// Earliest corner of all sources after `t`; corners within rounding of each other are one.
-pub(in crate::integrate) fn next_corner(waveforms: &[Waveform], t: f64) -> (f64, bool) {
-    let corners: Vec<_> = waveforms.iter().filter_map(|w| w.next_corner(t)).collect();
-    let first = corners.iter().map(|c| c.time).fold(f64::INFINITY, f64::min);
+/// Earliest breakpoint of all sources after `t`; breakpoints within rounding of each other are one.
+pub(in crate::integrate) fn first_breakpoint(waveforms: &[Waveform], t: f64) -> (f64, bool) {
+    let breakpoints: Vec<_> = waveforms.iter().filter_map(|w| w.next_breakpoint(t)).collect();
+    let first = breakpoints.iter().map(|c| c.time).fold(f64::INFINITY, f64::min);
     let same = first + SAME * first.abs();
     // the latest of the merged instants: a value taken there is past every one of the edges
-    let merged = || corners.iter().filter(|c| c.time <= same);
+    let merged = || breakpoints.iter().filter(|c| c.time <= same);
     (merged().map(|c| c.time).fold(first, f64::max), merged().any(|c| c.jump))
 }
 
@@ -206,8 +206,8 @@ pub(in crate::integrate) fn next_breakpoint(
     kinks: &[bool],
     t: f64,
 ) -> (f64, bool) {
-    let (time, jump) = next_corner(waveforms, t);
-    let here = |w: &Waveform| w.next_corner_time(t).is_some_and(|c| c <= time) && w.bends(t);
+    let (time, jump) = first_breakpoint(waveforms, t);
+    let here = |w: &Waveform| w.next_breakpoint_time(t).is_some_and(|c| c <= time) && w.bends(t);
     (time, jump || waveforms.iter().zip(kinks).any(|(w, &kink)| kink && here(w)))
 }
 
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn corners_off_the_grid_are_hit_exactly() {
+    fn breakpoints_off_the_grid_are_hit_exactly() {
         let pulse = [0.0, 1.0, 0.33, 0.0, 0.0, 0.21, 10.0, f64::INFINITY];
         let source = Waveform::new("pulse", &pulse, f64::NAN, 1.0).unwrap();
         let mut clock = Clock::grid(0.0, 1.0, 0.1, 0.0, 0.1);
@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn corners_on_the_grid_make_no_extra_step() {
+    fn breakpoints_on_the_grid_make_no_extra_step() {
         let pulse = [0.0, 1.0, 0.3, 0.0, 0.0, 0.2, 10.0, f64::INFINITY];
         let source = Waveform::new("pulse", &pulse, f64::NAN, 1.0).unwrap();
         let mut clock = Clock::grid(0.0, 1.0, 0.1, 0.0, 0.1);

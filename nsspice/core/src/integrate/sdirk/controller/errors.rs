@@ -29,14 +29,14 @@ impl Sdirk {
 
     /// Estimated error of the trial step relative to what is allowed.
     pub(in crate::integrate::sdirk) fn error(&mut self, s: &mut Stepper) -> f64 {
-        self.trial.estimate(s, &mut self.ladder, self.tableau);
+        self.trial.estimate(s, &mut self.stage_equations, self.tableau);
         if self.tableau.looks_back() {
-            self.trial.look_back(s, &mut self.ladder, self.tableau);
+            self.trial.look_back(s, &mut self.stage_equations, self.tableau);
         } else if self.fresh || s.smooth.is_some() || self.trial.crossing || self.energies.is_some()
         {
             // what a step damps moves its inside, not its end: ringing, and what decays within the first
             // step of a mode; elsewhere the motion in a mode is smooth: the ends of steps tell enough
-            self.trial.look_inside(s, &mut self.ladder, self.tableau);
+            self.trial.look_inside(s, &mut self.stage_equations, self.tableau);
         }
         let end = &self.trial.stages.ends[self.tableau.stages() - 1];
         let mut largest = self.scales.largest;
@@ -46,8 +46,8 @@ impl Sdirk {
         }
         let allowed = [self.settings.accuracy.voltage, self.settings.accuracy.current];
         // within the first of the longest steps little of the ranges has been seen: they go on as now
-        let young = s.time < self.settings.start + self.ladder.longest;
-        let ahead = if young { self.ladder.longest / self.trial.length } else { 0.0 };
+        let young = s.time < self.settings.start + self.stage_equations.longest;
+        let ahead = if young { self.stage_equations.longest / self.trial.length } else { 0.0 };
         if let Some(energies) = &mut self.energies {
             let (z, f) = (&end[..s.z.len()], &end[s.z.len() + s.l.len()..]);
             let slopes = s.smooth.as_ref().map_or(&[][..], |smooth| smooth.newton.slopes());
@@ -59,13 +59,13 @@ impl Sdirk {
             let (e, ends) = (&s.sys.linear.e, [&self.trial.first[..n], &end[..n]]);
             nodes.take(
                 e,
-                &self.ladder.stored,
+                &self.stage_equations.stored,
                 [&self.trial.estimate.errors, &self.trial.estimate.charged.errors],
                 ends,
             );
         }
         // what sources alone determine is no result of the step
-        for &j in self.ladder.stored.iter().filter(|&&j| !s.facts.fixed[j]) {
+        for &j in self.stage_equations.stored.iter().filter(|&&j| !s.facts.fixed[j]) {
             let kind = usize::from(s.sys.linear.row_kind[j]);
             let beyond = ahead * (end[j] - self.trial.first[j]).abs();
             let small = if self.trial.estimate.constrained[j] { 1.0 } else { SMALL };
@@ -116,10 +116,10 @@ impl Sdirk {
     /// as let the ends of longer steps fall on rows, which then cost nothing.
     pub(in crate::integrate::sdirk) fn grown(&self, level: usize, up: usize, time: f64) -> usize {
         let falls = |level: usize| {
-            let steps = (time - self.shown.rows.start()) / self.ladder.length(level);
+            let steps = (time - self.shown.rows.start()) / self.stage_equations.length(level);
             (steps - steps.round()).abs() <= SAME_PLACE
         };
-        let steps = self.shown.rows.step() / self.ladder.longest;
+        let steps = self.shown.rows.step() / self.stage_equations.longest;
         let meets = steps.round() >= 1.0 && (steps - steps.round()).abs() <= SAME_PLACE;
         let top = level.saturating_sub(up);
         if !(meets && falls(level)) {
@@ -140,7 +140,7 @@ impl Sdirk {
         stored.fill(0.0);
         smooth.newton.add_stored(1.0, &end[n + m..], stored);
         let most = s.sys.largest(&[stored]);
-        let mut linear = self.ladder.stored.iter().filter(|&&j| terms[j] > 0.0);
+        let mut linear = self.stage_equations.stored.iter().filter(|&&j| terms[j] > 0.0);
         let rests = linear.all(|&j| {
             let kind = usize::from(s.sys.linear.row_kind[j]);
             let came = (most[kind] / diagonals.storage[j]).max(most[1 - kind] / *length);

@@ -1,6 +1,6 @@
 //! The estimated error of a step, and what it is known from.
 
-use super::stage_equations::Ladder;
+use super::stage_equations::StageEquations;
 use crate::integrate::sdirk::combine::add_rates;
 use crate::integrate::sdirk::tableau::{Tableau, FIRST};
 use crate::integrate::theta::stepper::Stepper;
@@ -88,8 +88,8 @@ impl Estimate {
     }
 
     /// Smooths them by the equations of the smooth stage solved last.
-    pub fn smooth(&mut self, s: &mut Stepper, ladder: &mut Ladder, level: usize) {
-        ladder.respond(s, level, &self.raw, &mut self.errors);
+    pub fn smooth(&mut self, s: &mut Stepper, stage_equations: &mut StageEquations, level: usize) {
+        stage_equations.respond(s, level, &self.raw, &mut self.errors);
     }
 
     /// Takes as smoothed errors how far the stage solved from them is from the `end` of the step.
@@ -171,7 +171,7 @@ impl Estimate {
     pub fn look_inside(
         &mut self,
         s: &mut Stepper,
-        ladder: &mut Ladder,
+        stage_equations: &mut StageEquations,
         level: usize,
         h: f64,
         weights: &[f64],
@@ -185,7 +185,7 @@ impl Estimate {
         s.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
         self.smoothed.fill(0.0);
         if self.mixed {
-            ladder.respond(s, level, &self.raw, &mut self.smoothed);
+            stage_equations.respond(s, level, &self.raw, &mut self.smoothed);
         }
         if self.at_charged_nodes(s, |estimate| &estimate.smoothed) {
             let both = self.charged.errors.iter_mut().zip(&self.charged.plain);

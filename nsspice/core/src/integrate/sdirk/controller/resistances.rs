@@ -48,7 +48,7 @@ impl Resistances {
         }
     }
 
-    /// Guards from multipliers in `x`, see [`super::stage_equations::Ladder::solve_open`].
+    /// Guards from multipliers in `x`, see [`super::stage_equations::StageEquations::solve_open`].
     pub fn encode(&self, s: &mut Stepper, x: &mut [f64]) {
         let (z, l) = x.split_at_mut(s.z.len());
         s.sys.linear.slacks(z, l, &mut s.scratch.w);

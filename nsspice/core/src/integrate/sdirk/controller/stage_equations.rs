@@ -15,7 +15,7 @@ const USES_FOR_MAP: u32 = 3;
 /// A solution at most so many times as large as the point from which it was sought hides no conflict.
 const ORDINARY: f64 = 2.0;
 /// The step lengths `longest 2^-level` and what belongs to each.
-pub struct Ladder {
+pub struct StageEquations {
     /// longest step [s]
     pub longest: f64,
     gamma: f64,
@@ -65,7 +65,7 @@ pub struct StageProblem<'a> {
     pub u: &'a [f64],
     /// the point to begin with, or to stay close to where the mode leaves something open
     pub near: &'a [f64],
-    /// of a step, whose curve must not know of what comes behind the end of the mode
+    /// of a step, whose curve must not know of what comes after the end of the mode
     pub keeps: bool,
 }
 
@@ -80,9 +80,9 @@ pub enum Fit {
     Contradiction,
 }
 
-impl Ladder {
+impl StageEquations {
     /// Steps of at most `longest`, whose error may be `relative` to each unknown.
-    pub fn new(s: &Stepper, longest: f64, gamma: f64, relative: f64) -> Ladder {
+    pub fn new(s: &Stepper, longest: f64, gamma: f64, relative: f64) -> StageEquations {
         let size = s.z.len() + s.l.len();
         let e = &s.sys.linear.e;
         let mut stored: Vec<usize> =
@@ -92,7 +92,7 @@ impl Ladder {
             stored.sort_unstable();
             stored.dedup();
         }
-        Ladder {
+        StageEquations {
             longest,
             gamma,
             levels: Levels::new(size, relative),
@@ -227,7 +227,7 @@ impl Ladder {
     }
 
     /// Where a solution in another mode stores something else, what is stored goes on in the present one: its guards
-    /// tell that it has ended, and the curve to the instant at which it did so must not know of what comes behind.
+    /// tell that it has ended, and the curve to the instant at which it did so must not know of what comes after.
     fn keeps_mode(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> bool {
         let StageProblem { level, from, u, .. } = problem;
         let n = s.z.len();
@@ -253,7 +253,7 @@ impl Ladder {
     }
 
     /// Whether the present mode, in which the last stage has been solved too, has a point next to `near` that obeys
-    /// all signs up to rounding: then no other one is sought.  In a large system [`Ladder::solve_signs`] tells.
+    /// all signs up to rounding: then no other one is sought.  In a large system [`StageEquations::solve_signs`] tells.
     fn stays(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> bool {
         let StageProblem { level, from, u, .. } = problem;
         if x.len() > OPEN || self.met != s.active {
@@ -365,7 +365,7 @@ impl Ladder {
     }
 
     /// As `solve`, but in whatever mode the laws ask for at this instant; `met` tells which one.  The
-    /// guards are those of [`Ladder::solve_open`].
+    /// guards are those of [`StageEquations::solve_open`].
     pub fn cross(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
         if s.smooth.is_some() {
             return self.solve_smooth(s, problem, x, true);

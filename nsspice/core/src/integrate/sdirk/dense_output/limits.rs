@@ -12,7 +12,7 @@ pub struct PointRows {
 impl PointRows {
     /// Before anything may jump: the row with the sources `s.u1`.
     pub fn note_left(&mut self, s: &mut Stepper) {
-        if !s.recorder.witness.keep_sides && s.time < s.recorder.all_points {
+        if !s.recorder.samples.keep_sides && s.time < s.recorder.all_points {
             return;
         }
         if !self.rows.open() {
@@ -31,7 +31,7 @@ impl PointRows {
         let mut right = vec![0.0; s.columns()];
         s.write(s.time, &mut right);
         self.rows.left(&right); // nothing could jump here if there is no row before it
-        let home = match &mut s.recorder.witness.sides {
+        let home = match &mut s.recorder.samples.sides {
             _ if all => Home::Table,
             sides => Home::Beside(sides),
         };

@@ -1,6 +1,6 @@
 //! When rows are written, and where those inside a step come from.
 
-use crate::integrate::sdirk::controller::stage_equations::{Fit, Ladder};
+use crate::integrate::sdirk::controller::stage_equations::{Fit, StageEquations};
 use crate::integrate::sdirk::run::Sdirk;
 use crate::integrate::sdirk::samples::no_length;
 use crate::integrate::sdirk::step::Trial;
@@ -27,7 +27,7 @@ pub(in crate::integrate::sdirk) enum Origin {
 pub(in crate::integrate::sdirk) struct Inside<'a> {
     pub s: &'a mut Stepper,
     pub trial: &'a mut Trial,
-    pub ladder: &'a mut Ladder,
+    pub stage_equations: &'a mut StageEquations,
     pub tableau: &'a Tableau,
     /// where it ends, as a part of the step that was tried
     pub end: f64,
@@ -40,8 +40,8 @@ pub(in crate::integrate::sdirk) struct Inside<'a> {
 impl Inside<'_> {
     /// The outputs at the part `theta` of the step by the laws; true if these could be solved.
     pub fn by_laws(&mut self, theta: f64, row: &mut [f64]) -> bool {
-        let fit = self.trial.evaluate(self.s, self.ladder, self.tableau, theta);
-        self.trial.write(self.s, self.ladder, row);
+        let fit = self.trial.evaluate(self.s, self.stage_equations, self.tableau, theta);
+        self.trial.write(self.s, self.stage_equations, row);
         fit == Fit::Solved
     }
 }
@@ -63,7 +63,7 @@ impl Sdirk {
                 break;
             }
             self.write_at(s, label, row);
-            if s.recorder.witness.keep_sides {
+            if s.recorder.samples.keep_sides {
                 self.shown.points.see(row);
             }
             self.shown.rows.advance();
@@ -79,7 +79,7 @@ impl Sdirk {
         if no_length(start, end, self.trial.length) {
             return;
         }
-        if let Some([from, to]) = s.recorder.witness.pieces.wanted(start, end) {
+        if let Some([from, to]) = s.recorder.samples.pieces.wanted(start, end) {
             let mut row = vec![0.0; s.columns()];
             self.cut(s, [from, to], &mut row, HALVINGS);
         }
@@ -87,7 +87,7 @@ impl Sdirk {
 
     /// Keeps a part of the accepted step, in halves where one polynomial does not follow the outputs.
     fn cut(&mut self, s: &mut Stepper, [from, to]: [f64; 2], row: &mut [f64], halvings: usize) {
-        let mut pieces = std::mem::take(&mut s.recorder.witness.pieces);
+        let mut pieces = std::mem::take(&mut s.recorder.samples.pieces);
         pieces.begin(from, to - from);
         let mut solved = true;
         for point in 0..pieces.places.len() {
@@ -112,7 +112,7 @@ impl Sdirk {
         } else {
             pieces.drop_last();
         }
-        s.recorder.witness.pieces = pieces;
+        s.recorder.samples.pieces = pieces;
         if !follows {
             self.cut(s, [from, middle], row, halvings - 1);
             self.cut(s, [middle, to], row, halvings - 1);
@@ -132,8 +132,8 @@ impl Sdirk {
             Origin::Between => self.shown.between.write(s, &mut self.trial, theta, outputs),
             Origin::Continuous => self.shown.stored.write(s, &mut self.trial, theta, outputs),
             Origin::Laws => {
-                let fit = self.trial.evaluate(s, &mut self.ladder, self.tableau, theta);
-                self.trial.write(s, &self.ladder, outputs);
+                let fit = self.trial.evaluate(s, &mut self.stage_equations, self.tableau, theta);
+                self.trial.write(s, &self.stage_equations, outputs);
                 return fit == Fit::Solved;
             }
         }
@@ -144,9 +144,10 @@ impl Sdirk {
     fn find_origin(&mut self, s: &mut Stepper, theta: f64) -> Origin {
         let end = self.accepted.map_or(1.0, |a| a.theta);
         let rows = (end - theta) * self.trial.length / self.shown.rows.step();
-        let (trial, ladder, tableau) = (&mut self.trial, &mut self.ladder, self.tableau);
+        let (trial, stage_equations, tableau) =
+            (&mut self.trial, &mut self.stage_equations, self.tableau);
         let tolerance = self.settings.accuracy.relative;
-        let mut step = Inside { s, trial, ladder, tableau, end, rows, tolerance };
+        let mut step = Inside { s, trial, stage_equations, tableau, end, rows, tolerance };
         let origin = if self.shown.stored.plain(&mut step) {
             Origin::Continuous
         } else if self.shown.between.serves(&mut step) {

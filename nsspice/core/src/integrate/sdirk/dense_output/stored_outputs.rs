@@ -122,7 +122,7 @@ fn stored_outputs(s: &Stepper) -> Option<(Vec<Sum>, Vec<Sum>)> {
     if !outputs.iter().all(|[unknowns, _]| fit(&mut groups, unknowns)) {
         return None;
     }
-    // a loop of capacitors and voltage laws ties what they store
+    // a loop of capacitors and voltage laws connects what they store
     let mut tied = true;
     for r in (0..n).filter(|&r| kind[r] == 1 && !stores[r]) {
         let law = linear.g.iter().filter(|g| g.0 == r && g.2 != 0.0 && kind[g.1] == 0);

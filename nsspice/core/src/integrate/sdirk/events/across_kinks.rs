@@ -77,8 +77,8 @@ impl Patience {
 
 impl Sdirk {
     /// Tries the step at `level`, in which the mode ends by a guard this negative, as one from mode to
-    /// mode.  Behind a change of mode it is always tried: what such a step says of the instant at which the
-    /// next pair changes is of low order, and diodes often change one right behind the other.
+    /// mode.  After a change of mode it is always tried: what such a step says of the instant at which the
+    /// next pair changes is of low order, and diodes often change one right after the other.
     pub(in crate::integrate::sdirk) fn pass(
         &mut self,
         s: &mut Stepper,
@@ -91,14 +91,14 @@ impl Sdirk {
         if self.settings.accuracy.relative >= 1.0
             || latched
             || !(first || self.control.patience.tries())
-            || !self.control.patience.leads_on(s.time, self.ladder.longest)
+            || !self.control.patience.leads_on(s.time, self.stage_equations.longest)
         {
             return Passage::Closed;
         }
         let tableau = self.tableau;
         let tied = self.control.tied.clone();
         self.trial.crossing = true;
-        let solved = self.trial.compute(s, &mut self.ladder, tableau, level).is_ok();
+        let solved = self.trial.compute(s, &mut self.stage_equations, tableau, level).is_ok();
         let scales = &self.scales;
         let turns = |s: &Stepper, stages: &[Vec<f64>]| {
             stages.iter().any(|x| scales.switches_turn(s, &x[..s.z.len()]))
@@ -108,7 +108,7 @@ impl Sdirk {
         // a control that the new mode holds at its threshold has come there when the old one ended
         let sound = solved && shows && !turns(s, &self.trial.stages.ends) && !self.comes_to_rest(s);
         let error = if sound { self.error(s) } else { f64::INFINITY };
-        // what is a rate in one mode and tied by the laws in the other has no kink but a jump
+        // what is a rate in one mode and fixed by the laws in the other has no kink but a jump
         let error = if self.control.tied == tied { error } else { f64::INFINITY };
         let near = error <= NARROWED;
         if !first {
@@ -123,7 +123,7 @@ impl Sdirk {
             return Passage::Narrow((0.5 * (error / SHARE).log2()).ceil() as usize);
         }
         // what was solved before is solved again
-        let _ = self.trial.compute(s, &mut self.ladder, tableau, level);
+        let _ = self.trial.compute(s, &mut self.stage_equations, tableau, level);
         Passage::Closed
     }
 
@@ -150,7 +150,7 @@ impl Sdirk {
     fn instants(&mut self, s: &mut Stepper, changed: &[usize]) -> Vec<(f64, usize, bool)> {
         let around: Vec<_> = changed.iter().map(|&i| self.around(s, i)).collect();
         let kept = self.trial.at.clone();
-        let (mode, open) = (self.trial.mode.clone(), self.ladder.open);
+        let (mode, open) = (self.trial.mode.clone(), self.stage_equations.open);
         let found = changed.iter().zip(around).map(|(&i, bracket)| {
             // Newton's method would have to begin anew at each point
             let part = if s.smooth.is_some() { on_line(bracket) } else { self.root(s, i, bracket) };
@@ -158,7 +158,7 @@ impl Sdirk {
         });
         let found = found.collect();
         self.trial.at = kept;
-        self.ladder.open = open;
+        self.stage_equations.open = open;
         found
     }
 
@@ -176,19 +176,19 @@ impl Sdirk {
     /// Where the guard of a pair vanishes between two points, by the continuous solution: secants (Illinois), and
     /// halves where one has not halved the bracket: on both sides of zero the guard has different units.
     fn root(&mut self, s: &mut Stepper, i: usize, bracket: [(f64, f64); 2]) -> f64 {
-        let [mut before, mut behind] = bracket;
+        let [mut before, mut beyond] = bracket;
         let mut width = f64::INFINITY;
         for _ in 0..LOOKS {
-            let slow = behind.0 - before.0 > 0.5 * width;
-            width = behind.0 - before.0;
-            let secant = on_line([before, behind]);
-            let inside = secant > before.0 && secant < behind.0 && !slow;
-            let theta = if inside { secant } else { 0.5 * (before.0 + behind.0) };
+            let slow = beyond.0 - before.0 > 0.5 * width;
+            width = beyond.0 - before.0;
+            let secant = on_line([before, beyond]);
+            let inside = secant > before.0 && secant < beyond.0 && !slow;
+            let theta = if inside { secant } else { 0.5 * (before.0 + beyond.0) };
             if width <= CLOSE {
                 break;
             }
-            let (ladder, tableau) = (&mut self.ladder, self.tableau);
-            if self.trial.evaluate(s, ladder, tableau, theta) == Fit::Contradiction {
+            let (stage_equations, tableau) = (&mut self.stage_equations, self.tableau);
+            if self.trial.evaluate(s, stage_equations, tableau, theta) == Fit::Contradiction {
                 break;
             }
             let guard = self.trial.at.x[s.z.len() + i];
@@ -197,17 +197,17 @@ impl Sdirk {
             }
             if guard > 0.0 {
                 before = (theta, guard);
-                behind.1 *= 0.5;
+                beyond.1 *= 0.5;
             } else {
-                behind = (theta, guard);
+                beyond = (theta, guard);
                 before.1 *= 0.5;
             }
         }
-        on_line([before, behind])
+        on_line([before, beyond])
     }
 }
 
 /// Where a line through two points vanishes.
-fn on_line([before, behind]: [(f64, f64); 2]) -> f64 {
-    before.0 + (behind.0 - before.0) * before.1 / (before.1 - behind.1)
+fn on_line([before, beyond]: [(f64, f64); 2]) -> f64 {
+    before.0 + (beyond.0 - before.0) * before.1 / (before.1 - beyond.1)
 }

@@ -75,7 +75,7 @@ impl Locator<'_> {
             there = (there + BEYOND * VIOLATED * there / begin.abs()).min(end);
             let middle = 0.5 * (there + end);
             let change = self.control(k, end) - self.control(k, middle);
-            let moves = MOVES * (end - middle) * self.trial.length / self.ladder.longest;
+            let moves = MOVES * (end - middle) * self.trial.length / self.stage_equations.longest;
             if change.abs() <= moves && first.is_none_or(|first| there < first) {
                 first = Some(there);
             }
@@ -89,7 +89,7 @@ impl Sdirk {
     pub(in crate::integrate::sdirk) fn stays(&self, s: &Stepper, k: usize) -> bool {
         let n = s.z.len();
         let stages = &self.trial.stages.ends[self.tableau.first()..self.tableau.stages()];
-        let moves = MOVES * self.trial.length / self.ladder.longest;
+        let moves = MOVES * self.trial.length / self.stage_equations.longest;
         let margin = |x: &[f64]| self.scales.control_margin(s, k, &x[..n]);
         let begin = margin(&self.trial.first);
         let near = |x: &Vec<f64>| {
@@ -122,7 +122,7 @@ impl Sdirk {
         let last = &self.trial.stages.ends[self.tableau.stages() - 1];
         let [begin, end, later] = [&self.trial.first, &self.trial.at.x, last]
             .map(|x| self.scales.control_margin(s, k, &x[..n]));
-        // an event right behind the begin of the step shows no motion
+        // an event right after the begin of the step shows no motion
         let change = if (end - begin).abs() > ROUNDED { end - begin } else { later - begin };
         begin.abs() <= VIOLATED && change > 0.0
     }
@@ -152,9 +152,9 @@ impl Sdirk {
         if s.switching.switches.is_empty() {
             return None;
         }
-        let (ladder, scales) = (&mut self.ladder, &self.scales);
+        let (stage_equations, scales) = (&mut self.stage_equations, &self.scales);
         let (tableau, trial) = (self.tableau, &mut self.trial);
-        Locator { s, ladder, scales, tableau, trial }.arrival(end)
+        Locator { s, stage_equations, scales, tableau, trial }.arrival(end)
     }
 
     /// Turns the gates whose controls stay at their thresholds throughout the trial step, and begins again where
@@ -194,8 +194,10 @@ impl Sdirk {
             if !(0..s.switching.switches.len()).any(waits) || self.trouble.restless.is_some() {
                 return;
             }
-            let (ladder, tableau) = (&mut self.ladder, self.tableau);
-            if self.trial.compute(s, ladder, tableau, TRIAL).is_err() || !self.turn_at_rest(s) {
+            let (stage_equations, tableau) = (&mut self.stage_equations, self.tableau);
+            if self.trial.compute(s, stage_equations, tableau, TRIAL).is_err()
+                || !self.turn_at_rest(s)
+            {
                 return;
             }
         }

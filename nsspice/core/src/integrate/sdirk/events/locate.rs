@@ -1,7 +1,7 @@
 //! The first instant of a step at which a guard becomes negative.
 
 use super::guards::{Scales, VIOLATED};
-use crate::integrate::sdirk::controller::stage_equations::{Fit, Ladder};
+use crate::integrate::sdirk::controller::stage_equations::{Fit, StageEquations};
 use crate::integrate::sdirk::step::Trial;
 use crate::integrate::sdirk::tableau::{Tableau, MOST as STAGES};
 use crate::integrate::theta::stepper::Stepper;
@@ -26,7 +26,7 @@ fn violated(margin: f64) -> bool {
 /// Computes points of one trial step and their margins.
 pub struct Locator<'a> {
     pub s: &'a mut Stepper,
-    pub ladder: &'a mut Ladder,
+    pub stage_equations: &'a mut StageEquations,
     pub scales: &'a Scales,
     pub tableau: &'a Tableau,
     pub trial: &'a mut Trial,
@@ -35,13 +35,13 @@ pub struct Locator<'a> {
 impl Locator<'_> {
     /// Margin at `theta`; where the laws of the mode contradict each other it counts as negative.
     pub fn margin(&mut self, theta: f64) -> f64 {
-        match self.trial.evaluate(self.s, self.ladder, self.tableau, theta) {
+        match self.trial.evaluate(self.s, self.stage_equations, self.tableau, theta) {
             Fit::Solved | Fit::Open => self.scales.margin(self.s, &self.trial.at.x),
             Fit::Contradiction => f64::NEG_INFINITY,
         }
     }
 
-    /// A place within `(0, end]` behind the end of the mode, and how negative a guard is there, relative
+    /// A place within `(0, end]` after the end of the mode, and how negative a guard is there, relative
     /// to its scale; None if the mode lasts.
     pub fn violation(&mut self, end: f64) -> Option<(f64, f64)> {
         if self.s.switching.diodes.is_empty() && self.s.switching.switches.is_empty() {

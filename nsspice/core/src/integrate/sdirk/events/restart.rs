@@ -1,6 +1,6 @@
-//! Behind an event: the next mode; and single implicit steps over what cannot be located.
+//! After an event: the next mode; and single implicit steps over what cannot be located.
 
-use super::fallback::FORCED_LEVEL;
+use super::fallback::FALLBACK_LEVEL;
 use super::guards::VIOLATED;
 use crate::integrate::sdirk::controller::levels::SMALL;
 use crate::integrate::sdirk::run::Sdirk;
@@ -17,7 +17,7 @@ use crate::waveform::Side;
 const SHARE: f64 = 0.1;
 
 impl Sdirk {
-    /// Finds the mode behind the end of one at which pairs change but no switch: in passive networks
+    /// Finds the mode after the end of one at which pairs change but no switch: in passive networks
     /// nothing jumps there.
     pub(in crate::integrate::sdirk) fn turn(&mut self, s: &mut Stepper) {
         if self.settings.accuracy.relative >= 1.0 {
@@ -29,7 +29,7 @@ impl Sdirk {
             return s.unlatch();
         }
         let scales = &self.scales;
-        match s.turn(self.trial.length, self.corner.0, |s| scales.obeyed(s)) {
+        match s.turn(self.trial.length, self.breakpoint.0, |s| scales.obeyed(s)) {
             Turn::Begun => s.log_events(),
             Turn::Step(length, end) if self.is_short(s, length, &end) => {
                 self.show_point(s); // nothing jumps here
@@ -81,7 +81,7 @@ impl Sdirk {
     /// its last stage, known to what is stored by `u`: over the next step that may count for no more than the
     /// residual of a stage.  A step that a breakpoint has cut to nearly nothing misses this.
     pub(in crate::integrate::sdirk) fn resolves_rates(&self) -> bool {
-        let next = self.ladder.length(self.control.level);
+        let next = self.stage_equations.length(self.control.level);
         let stage = self.tableau.gamma * self.trial.length;
         f64::EPSILON * next <= ACCEPT * stage
     }
@@ -127,12 +127,12 @@ impl Sdirk {
         s.settle_after(true).is_ok()
     }
 
-    /// Samples the switches that have made events pile up; false if there are none.
+    /// Samples the switches that have made events accumulate; false if there are none.
     pub(in crate::integrate::sdirk) fn sample(&mut self, s: &mut Stepper) -> bool {
-        // the rounding of an instant is passed over by one implicit step
-        let any = self.trouble.detour.has_returned() && self.trouble.sampling.begin(s.time);
+        // the rounding of an instant is stepped across by one implicit step
+        let any = self.trouble.fallback.has_returned() && self.trouble.sampling.begin(s.time);
         if any {
-            self.trouble.detour.note_progress();
+            self.trouble.fallback.note_progress();
             s.switching.sampled.clone_from(&self.trouble.sampling.on);
         }
         any
@@ -154,7 +154,7 @@ impl Sdirk {
     }
 
     /// The sampled switches that turn at the end of a step: at an instant at which they look at their controls,
-    /// or behind one that an implicit step has passed over.
+    /// or after one that an implicit step has stepped across.
     pub(in crate::integrate::sdirk) fn look(&mut self, s: &mut Stepper) -> Vec<usize> {
         if !self.trouble.sampling.looks(s.time) {
             return Vec::new();
@@ -184,7 +184,7 @@ impl Sdirk {
         if self.trouble.rested || !large || !self.trial.stages.open[last] {
             return false;
         }
-        let met = &self.ladder.met;
+        let met = &self.stage_equations.met;
         let zero = |x: &[f64], i: usize| self.scales.at_zero(i, s.active[i], x[n + i]);
         let rests = |&i: &usize| {
             met[i] != s.active[i]
@@ -200,14 +200,14 @@ impl Sdirk {
         if !resting.is_empty() {
             self.trouble.rested = true;
             s.epoch += 1;
-            self.ladder.resting.extend(resting.iter().map(|&i| (i, s.active[i])));
+            self.stage_equations.resting.extend(resting.iter().map(|&i| (i, s.active[i])));
         }
         self.trouble.rested
     }
 
-    /// Notes that a step from `time` has failed; whether an implicit one has to pass over what is there.
+    /// Notes that a step from `time` has failed; whether an implicit one has to step across what is there.
     pub(in crate::integrate::sdirk) fn is_stuck(&mut self, time: f64) -> bool {
-        self.trouble.detour.is_stuck(time, self.ladder.length(FORCED_LEVEL))
+        self.trouble.fallback.is_stuck(time, self.stage_equations.length(FALLBACK_LEVEL))
     }
 
     /// A single implicit step with complementarity, over what cannot be located.
@@ -215,21 +215,21 @@ impl Sdirk {
         &mut self,
         s: &mut Stepper,
     ) -> Result<(), Box<Failure>> {
-        let target = self.corner.0.min(self.settings.stop);
+        let target = self.breakpoint.0.min(self.settings.stop);
         let remaining = target - s.time;
-        let level = self.trouble.detour.enter(s.time);
-        let level = self.ladder.sound(s, level);
-        let wanted = self.ladder.stage_length(level);
+        let level = self.trouble.fallback.enter(s.time);
+        let level = self.stage_equations.sound(s, level);
+        let wanted = self.stage_equations.stage_length(level);
         let length = if wanted >= remaining * (1.0 - 1e-9) { remaining } else { wanted };
-        let at_corner = length == remaining && target == self.corner.0;
+        let at_breakpoint = length == remaining && target == self.breakpoint.0;
         self.implicit(s, length, if length == remaining { target } else { s.time + length })?;
         self.counters.forced += 1;
-        self.trouble.detour.leave(s.time, length);
+        self.trouble.fallback.leave(s.time, length);
         self.trouble.futile = false;
-        self.control.level = self.control.level.min(FORCED_LEVEL);
+        self.control.level = self.control.level.min(FALLBACK_LEVEL);
         let turned = self.look(s);
         turned.iter().for_each(|&k| s.throw(k));
-        if at_corner {
+        if at_breakpoint {
             evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
             self.restart(s);
         } else {
@@ -277,11 +277,11 @@ impl Sdirk {
         }
         let taken = s.recorder.sums.as_mut().map(|sums| sums.taken());
         s.sum_up(length, true);
-        let instant = length <= self.ladder.stage_length(FORCED_LEVEL);
+        let instant = length <= self.stage_equations.stage_length(FALLBACK_LEVEL);
         if let (true, Some(sums), Some(taken)) = (instant, &mut s.recorder.sums, taken) {
             sums.pass_over(taken);
         }
-        if s.recorder.witness.watches() {
+        if s.recorder.samples.watches() {
             s.recorder.z_recorded.copy_from_slice(&from);
             s.record(length);
         }
@@ -297,9 +297,9 @@ impl Sdirk {
     /// The rows inside a single implicit step from `begin`, with the row `before` there: it is a line.
     fn write_between(&mut self, s: &mut Stepper, begin: f64, before: &[f64]) {
         let length = s.time - begin;
-        if let Some([from, to]) = s.recorder.witness.pieces.wanted(begin, s.time) {
+        if let Some([from, to]) = s.recorder.samples.pieces.wanted(begin, s.time) {
             s.write_left(s.time);
-            s.recorder.witness.pieces.line([from, to], Some(&before[1..]), &s.recorder.left[1..]);
+            s.recorder.samples.pieces.line([from, to], Some(&before[1..]), &s.recorder.left[1..]);
         }
         while self.shown.rows.time() < s.time - 1e-12 * length {
             let label = self.shown.rows.time();

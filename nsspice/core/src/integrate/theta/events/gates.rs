@@ -2,14 +2,14 @@
 
 use crate::integrate::theta::step::ACCEPT;
 use crate::integrate::theta::stepper::{Stepper, MAX_REACTIONS};
-use crate::integrate::theta::time_grid::{evaluate, next_corner, SAME};
+use crate::integrate::theta::time_grid::{evaluate, first_breakpoint, SAME};
 use crate::mlcp::{Role, Start};
 use crate::switch::{Slack, ROUNDING};
 use crate::waveform::Side;
 
 /// A current below this part of the largest is rounding.
 const NO_CURRENT: f64 = 1e-12;
-/// How far ahead a control at its threshold is looked at, as a part of the time to the next corner or of a step.
+/// How far ahead a control at its threshold is looked at, as a part of the time to the next breakpoint or of a step.
 const AHEAD: f64 = 1e-3;
 /// Rounds in which all switches turn together.
 const TOGETHER: usize = MAX_REACTIONS / 2;
@@ -124,7 +124,7 @@ impl Stepper {
 
     /// To what a control is known.
     fn slack(&self, k: usize) -> Slack {
-        // Newton's method ends where its laws hold well enough: right behind an event the control is at
+        // Newton's method ends where its equations hold well enough: right after an event the control is at
         // its threshold up to that, on either side
         let known = if self.smooth.is_some() { ACCEPT } else { ROUNDING };
         // gates that cross their thresholds together do so in one step, whatever rounding of the time tells
@@ -175,8 +175,8 @@ impl Stepper {
         let (z, l, u, active) =
             (self.z.clone(), self.l.clone(), self.u0.clone(), self.active.clone());
         let time = self.time;
-        let corner = next_corner(&self.waveforms, time).0;
-        let room = if corner.is_finite() { corner - time } else { self.swing_of_time() };
+        let breakpoint = first_breakpoint(&self.waveforms, time).0;
+        let room = if breakpoint.is_finite() { breakpoint - time } else { self.swing_of_time() };
         self.time = time + AHEAD * room;
         evaluate(&self.waveforms, self.time, Side::Right, &mut self.u0);
         self.u1.copy_from_slice(&self.u0);

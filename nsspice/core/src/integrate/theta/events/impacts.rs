@@ -7,7 +7,7 @@
 //! and the next one.  So a step in which such a pair changes is cut where it does: the impulsive step
 //! follows there, and if anything jumps, the rest of the step goes on from where it led.
 
-use crate::integrate::theta::instants::jumps::{Leap, IMPACT};
+use crate::integrate::theta::instants::jumps::{StateJump, IMPACT};
 use crate::integrate::theta::step_length::{Stage, System};
 use crate::integrate::theta::stepper::Stepper;
 use crate::integrate::theta::time_grid::{evaluate, Target};
@@ -67,7 +67,7 @@ pub struct Cut {
     /// its end
     pub target: Target,
     /// the impulsive step from there
-    pub leap: Leap,
+    pub state_jump: StateJump,
 }
 
 /// Where a step began.
@@ -139,13 +139,14 @@ impl Stepper {
         self.solve_step(length).ok()?;
         let state = (self.z.clone(), self.l.clone(), self.recorder.rates.clone());
         let sources = std::mem::replace(&mut self.u0, self.u1.clone());
-        let leap = self.find_leap(None, IMPACT, Start::Warm).ok();
+        let state_jump = self.find_state_jump(None, IMPACT, Start::Warm).ok();
         self.u0 = sources;
-        let leap = leap.filter(|l| self.noticed(None, [&state.0, &l.first, &l.after], &[]))?;
+        let state_jump =
+            state_jump.filter(|l| self.noticed(None, [&state.0, &l.first, &l.after], &[]))?;
         (self.z, self.l, self.recorder.rates) = state;
         let label = if whole { target.label } else { time };
         let cut = Target { time, label, length, row: whole && target.row, jump: false };
-        Some(Cut { target: cut, leap })
+        Some(Cut { target: cut, state_jump })
     }
 
     /// Whether a pair that changes in this mode meets something that moves: its slack follows its

@@ -3,7 +3,7 @@
 //!
 //! In a short step the current of a capacitor is `C (v1 - v0) / h`, and one unit in the last place of
 //! its voltages may be amperes.  What comes into one of its nodes and leaves by the other one is lost in
-//! that.  The law of all nodes that capacitors tie together has no such current:
+//! that.  The law of all nodes that capacitors connect has no such current:
 //!
 //! ```text
 //! sum over the group (G z + A l - S u) = 0,   v_j - v_i as they are,   all laws without storage

@@ -15,7 +15,7 @@ use crate::mlcp::Start;
 /// Ratio of the lengths tried.
 const LONGER: f64 = 8.0;
 
-/// What was found behind an instant at which guards vanish.
+/// What was found after an instant at which guards vanish.
 pub(in crate::integrate) enum Turn {
     /// something may jump here: the state is as it was
     Jump,
@@ -29,12 +29,12 @@ pub(in crate::integrate) enum Turn {
 }
 
 impl Stepper {
-    /// Finds the mode behind an instant at which guards vanish, from steps of at most `longest` whose ends are
-    /// `lawful`; sources have no breakpoint before the time `corner`.
+    /// Finds the mode after an instant at which guards vanish, from steps of at most `longest` whose ends are
+    /// `lawful`; sources have no breakpoint before the time `breakpoint`.
     pub(in crate::integrate) fn turn(
         &mut self,
         longest: f64,
-        corner: f64,
+        breakpoint: f64,
         lawful: impl Fn(&Stepper) -> bool,
     ) -> Turn {
         if self.instants.impacts.active || self.smooth.is_some() || self.facts.storage.tight() {
@@ -45,7 +45,7 @@ impl Stepper {
         let shortest = self.schedule.step_length.min(self.facts.fastest);
         let mut length = FIRST * shortest;
         while length <= longest {
-            sources(&self.waveforms, self.time + length, self.time, corner, &mut self.u0);
+            sources(&self.waveforms, self.time + length, self.time, breakpoint, &mut self.u0);
             let solved = self.short_step(None, &z, length, Start::Warm).is_ok();
             self.u0.copy_from_slice(&now);
             // what charges in so short a step round off decides about no pair
@@ -71,11 +71,13 @@ impl Stepper {
         let mode = self.active.clone();
         self.z.copy_from_slice(z);
         // what should vanish, but does not quite where the last mode ended, is thrown out
-        let Ok(leap) = self.leap(None, JUMP, shortest, Start::Warm) else { return false };
+        let Ok(state_jump) = self.state_jump(None, JUMP, shortest, Start::Warm) else {
+            return false;
+        };
         if self.active != mode {
             return false;
         }
-        self.enter(None, z.to_vec(), leap);
+        self.enter(None, z.to_vec(), state_jump);
         if let Some(sums) = &mut self.recorder.sums {
             sums.jump(z, &self.z);
         }

@@ -2,9 +2,9 @@
 //!
 //! Impulsive steps are short beside the time constants of a circuit.  What ends motion between two set-valued
 //! elements is no time constant: a voltage drives the current of a small inductance to where the next
-//! diode takes over, in nanoseconds, and a step longer than that ends behind it whatever its length.
+//! diode takes over, in nanoseconds, and a step longer than that ends after it whatever its length.
 
-use super::jumps::{Leap, JUMP, NO_JUMP, ROUNDING};
+use super::jumps::{StateJump, JUMP, NO_JUMP, ROUNDING};
 use super::values::{Rest, Settled};
 use crate::integrate::theta::stepper::Stepper;
 use crate::mlcp::Start;
@@ -16,7 +16,7 @@ const ALIKE: f64 = 0.1;
 
 /// Where a jump has led, less what the rates right after it move during the one short step, of the length
 /// `span`, that had to show it.
-pub(in crate::integrate) fn behind(
+pub(in crate::integrate) fn values_after(
     after: &[f64],
     span: f64,
     settled: Option<&Settled>,
@@ -44,15 +44,15 @@ impl Stepper {
     }
 
     /// Whether an impulsive step has moved anything but as motion does.
-    pub(in crate::integrate) fn leapt(
+    pub(in crate::integrate) fn has_jumped(
         &mut self,
         charges: Option<&[f64]>,
         before: &[f64],
-        leap: &Leap,
+        state_jump: &StateJump,
     ) -> bool {
         let mut largest = self.instants.largest;
-        let begun = behind(&leap.after, leap.span, leap.settled.as_ref());
-        let sides = [before, &leap.first, &begun];
+        let begun = values_after(&state_jump.after, state_jump.span, state_jump.settled.as_ref());
+        let sides = [before, &state_jump.first, &begun];
         self.moved(sides, charges, NO_JUMP, None, &mut largest, &[])
     }
 
@@ -131,25 +131,25 @@ impl Stepper {
         &mut self,
         charges: Option<&[f64]>,
         begun: &(Vec<f64>, Vec<f64>),
-        mut leap: Leap,
+        mut state_jump: StateJump,
         shortest: f64,
         start: Start,
-    ) -> Leap {
+    ) -> StateJump {
         // what junctions end has no time constant that is known: a step short beside all that are
         // may be long beside it, and its square is no jump
         let shortest_part = if self.smooth.is_some() { AGAIN * JUMP } else { JUMP };
-        while leap.part > shortest_part && self.leapt(charges, &begun.0, &leap) {
+        while state_jump.part > shortest_part && self.has_jumped(charges, &begun.0, &state_jump) {
             (self.z, self.l) = begun.clone();
-            let part = (AGAIN * leap.part).max(shortest_part);
-            let Ok(next) = self.leap(charges, part, shortest, start) else { break };
-            if self.alike(charges, &begun.0, [&leap, &next])
-                || next.rest < leap.rest.min(Rest::Bent)
+            let part = (AGAIN * state_jump.part).max(shortest_part);
+            let Ok(next) = self.state_jump(charges, part, shortest, start) else { break };
+            if self.alike(charges, &begun.0, [&state_jump, &next])
+                || next.rest < state_jump.rest.min(Rest::Bent)
             {
                 break;
             }
-            leap = next;
+            state_jump = next;
         }
-        leap
+        state_jump
     }
 
     /// What follows from the present charges and fluxes, if laws leave them where they are.
@@ -157,7 +157,7 @@ impl Stepper {
         &mut self,
         begun: &(Vec<f64>, Vec<f64>),
         shortest: f64,
-    ) -> Option<Leap> {
+    ) -> Option<StateJump> {
         let (mut before, multipliers) = begun.clone();
         self.facts.storage.project(&mut before);
         let (settled, rest) = self.settle(&before, shortest).ok()?;
@@ -165,7 +165,7 @@ impl Stepper {
         let impulses = [before.len(), multipliers.len(), functions].map(|len| vec![0.0; len]);
         let first = before.clone();
         let [length, span] = [0.0; 2];
-        let still = Leap {
+        let still = StateJump {
             first,
             part: 0.0,
             after: before,
@@ -181,9 +181,14 @@ impl Stepper {
     }
 
     /// Whether two impulsive steps from the state `before` have moved the same.
-    fn alike(&mut self, charges: Option<&[f64]>, before: &[f64], leaps: [&Leap; 2]) -> bool {
+    fn alike(
+        &mut self,
+        charges: Option<&[f64]>,
+        before: &[f64],
+        state_jumps: [&StateJump; 2],
+    ) -> bool {
         let old = charges.map_or_else(|| self.stored_at(before), <[f64]>::to_vec);
-        let [once, again] = leaps.map(|leap| self.stored_at(&leap.after));
+        let [once, again] = state_jumps.map(|state_jump| self.stored_at(&state_jump.after));
         let kinds = &self.sys.linear.row_kind;
         let largest = |a: &[f64], b: &[f64], of: usize| {
             let rows = a.iter().zip(b).zip(kinds).filter(|row| usize::from(*row.1) == of);

@@ -1,6 +1,6 @@
 //! Jumps of charges and fluxes: the impulsive step, and what switches do at one instant.
 
-use super::jump_test::behind;
+use super::jump_test::values_after;
 use super::values::{Rest, Settled, HELD};
 use crate::integrate::theta::failure::{Failure, Outcome};
 use crate::integrate::theta::step_length::System;
@@ -82,7 +82,7 @@ pub(in crate::integrate) struct Short {
 }
 
 /// What an impulsive step has done.
-pub(in crate::integrate) struct Leap {
+pub(in crate::integrate) struct StateJump {
     /// unknowns at the end of the shortest step, and at length 0
     pub first: Vec<f64>,
     /// length of the first steps, relative to the shortest time
@@ -102,24 +102,24 @@ pub(in crate::integrate) struct Leap {
     pub rest: Rest,
 }
 
-impl Leap {
-    /// The part of the largest charge by which what it led to breaks the laws that tie charges.
+impl StateJump {
+    /// The part of the largest charge by which what it led to breaks the equations that connect charges.
     fn missed(&self) -> f64 {
         self.settled.as_ref().map_or(0.0, |settled| settled.missed)
     }
 
     /// This step and the one from where it led.
-    fn and(self, next: Leap, leapt: bool) -> Leap {
+    fn and(self, next: StateJump, has_jumped: bool) -> StateJump {
         let sum =
             |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a + b).collect() };
         // of mere motion in both, the sum
         let motion = || next.first.iter().zip(&self.after).map(|(a, b)| a - b);
-        let first = if leapt {
+        let first = if has_jumped {
             next.after.clone()
         } else {
             self.first.iter().zip(motion()).map(|(a, b)| a + b).collect()
         };
-        Leap {
+        StateJump {
             first,
             impulses: [0, 1, 2].map(|k| sum(&self.impulses[k], &next.impulses[k])),
             length: self.length + next.length,
@@ -154,7 +154,7 @@ impl Stepper {
         Ok(())
     }
 
-    /// The implicit impulsive step: charges and fluxes jump so that all laws hold again.
+    /// The implicit impulsive step: charges and fluxes jump so that all equations hold again.
     ///
     /// Very short steps from the same charges, extrapolated to length 0, move the stored
     /// quantities; longer ones from there, extrapolated too, give the finite values of currents and
@@ -170,8 +170,8 @@ impl Stepper {
         }
         let before = self.z.clone();
         let part = if charges.is_none() && self.instants.impacts.active { IMPACT } else { JUMP };
-        let leap = self.find_leap(charges, part, start)?;
-        self.enter(charges, before, leap);
+        let state_jump = self.find_state_jump(charges, part, start)?;
+        self.enter(charges, before, state_jump);
         Ok(())
     }
 
@@ -182,12 +182,12 @@ impl Stepper {
 
     /// The impulsive step from the present state, which is left undefined; the first steps have
     /// this part of the shortest time.
-    pub(in crate::integrate) fn find_leap(
+    pub(in crate::integrate) fn find_state_jump(
         &mut self,
         charges: Option<&[f64]>,
         part: f64,
         start: Start,
-    ) -> Result<Leap, Box<Failure>> {
+    ) -> Result<StateJump, Box<Failure>> {
         let shortest = self.shortest_time();
         let begun = (self.z.clone(), self.l.clone());
         let stored = charges.map_or_else(|| self.stored_at(&begun.0), <[f64]>::to_vec);
@@ -200,46 +200,49 @@ impl Stepper {
             }
             (self.z, self.l) = begun.clone();
         }
-        let leap = self.leap(charges, part, shortest, start)?;
-        let mut leap = self.without_motion(charges, &begun, leap, shortest, start);
+        let state_jump = self.state_jump(charges, part, shortest, start)?;
+        let mut state_jump = self.without_motion(charges, &begun, state_jump, shortest, start);
         // what only begins to move misses nothing
-        let mut leapt = self.leapt(charges, &begun.0, &leap);
+        let mut has_jumped = self.has_jumped(charges, &begun.0, &state_jump);
         // a gap closes at the end of the step, not at its begin: what it had left is speed that the next one does not see
-        if leapt && charges.is_none() && self.instants.impacts.active {
-            (self.z, self.l) = (leap.after.clone(), leap.multipliers.clone());
-            if let Ok(next) = self.leap(None, part, shortest, Start::Warm) {
-                leap = leap.and(next, true);
+        if has_jumped && charges.is_none() && self.instants.impacts.active {
+            (self.z, self.l) = (state_jump.after.clone(), state_jump.multipliers.clone());
+            if let Ok(next) = self.state_jump(None, part, shortest, Start::Warm) {
+                state_jump = state_jump.and(next, true);
             }
         }
         // the residual of so short a step is relative to multipliers of size 1/length, and may hide
         // a voltage; seen from where it led, it is in plain sight
-        let mut rest = leap.rest;
+        let mut rest = state_jump.rest;
         // from rest a longer step moves more, and what rounding sends through megohms looks calm there
         let resting = charges.is_some_and(|charges| charges.iter().all(|q| *q == 0.0));
         for part in CONTINUED {
-            // less is hidden where the first step was long; junctions have much to hide only behind a jump
+            // less is hidden where the first step was long; junctions have much to hide only after a jump
             let calm = rest == Rest::Calm;
-            if calm || leap.part >= IMPACT || (self.smooth.is_some() || resting) && !leapt {
+            if calm
+                || state_jump.part >= IMPACT
+                || (self.smooth.is_some() || resting) && !has_jumped
+            {
                 break;
             }
-            (self.z, self.l) = (leap.after.clone(), leap.multipliers.clone());
-            let Ok(next) = self.leap(None, part, shortest, Start::Warm) else { continue };
+            (self.z, self.l) = (state_jump.after.clone(), state_jump.multipliers.clone());
+            let Ok(next) = self.state_jump(None, part, shortest, Start::Warm) else { continue };
             let found = next.rest;
-            if found < rest || found == rest && next.missed() >= leap.missed() {
+            if found < rest || found == rest && next.missed() >= state_jump.missed() {
                 continue;
             }
             rest = found;
-            leapt |= self.leapt(None, &leap.after, &next);
-            leap = leap.and(next, leapt);
+            has_jumped |= self.has_jumped(None, &state_jump.after, &next);
+            state_jump = state_jump.and(next, has_jumped);
         }
         // motion of so long a step has to come once more
         let moved = rest >= Rest::Bent;
-        let still = if charges.is_none() && self.instants.impacts.active && !leapt && moved {
+        let still = if charges.is_none() && self.instants.impacts.active && !has_jumped && moved {
             self.unmoved(&begun, shortest)
         } else {
             None
         };
-        Ok(still.unwrap_or(leap))
+        Ok(still.unwrap_or(state_jump))
     }
 
     /// Goes where an impulsive step has led, and notes what jumped.
@@ -247,11 +250,11 @@ impl Stepper {
         &mut self,
         charges: Option<&[f64]>,
         before: Vec<f64>,
-        leap: Leap,
+        state_jump: StateJump,
     ) {
-        let Leap { first, after, impulses, length, span, shortest, settled, .. } = leap;
+        let StateJump { first, after, impulses, length, span, shortest, settled, .. } = state_jump;
         let values = settled.as_ref().map_or(&[][..], |s| &s.z);
-        let begun = behind(&after, span, settled.as_ref());
+        let begun = values_after(&after, span, settled.as_ref());
         if self.noticed(charges, [&before, &first, &begun], values) {
             self.stats.jumps += 1;
             if self.recorder.jumps.len() < MAX_JUMPS {
@@ -294,7 +297,7 @@ impl Stepper {
             smooth.after_jump(&self.z, &settled.functions, u, time, settled.length);
         }
         self.tie_groups();
-        if self.recorder.witness.jumped() {
+        if self.recorder.samples.jumped() {
             self.u1.copy_from_slice(&self.u0);
             // a state, not a step; the short one tells what its rounding is measured by
             let ahead = settled.rates().zip(&settled.z).map(|(rate, z)| z + settled.length * rate);
@@ -305,20 +308,20 @@ impl Stepper {
 
     /// Moves charges and fluxes by a very short step (this part of `shortest`), then shows what
     /// currents and voltages they lead to.
-    pub(in crate::integrate) fn leap(
+    pub(in crate::integrate) fn state_jump(
         &mut self,
         charges: Option<&[f64]>,
         part: f64,
         shortest: f64,
         start: Start,
-    ) -> Result<Leap, Box<Failure>> {
+    ) -> Result<StateJump, Box<Failure>> {
         let (before, multipliers) = (self.z.clone(), self.l.clone());
         let mut part = part;
         let (mut once, mut twice) = self.two_steps(charges, &before, part * shortest, start)?;
         let mut after = limit(&once.z, twice.as_ref().map(|t| &t.z));
         let linear = !self.functions_store();
         let scale = if linear { self.instants.largest } else { self.scale_of_charges(&once) };
-        let mut bend = self.bend_of_charges(&once, twice.as_ref(), &after, scale);
+        let mut bend = self.curvature_of_charges(&once, twice.as_ref(), &after, scale);
         let mut shorter = part;
         for _ in 0..STRAIGHTER {
             if bend <= ROUNDING {
@@ -328,7 +331,7 @@ impl Stepper {
             let steps = self.two_steps(charges, &before, shorter * shortest, Start::Warm);
             let Ok(steps) = steps else { break };
             let end = limit(&steps.0.z, steps.1.as_ref().map(|t| &t.z));
-            let found = self.bend_of_charges(&steps.0, steps.1.as_ref(), &end, scale);
+            let found = self.curvature_of_charges(&steps.0, steps.1.as_ref(), &end, scale);
             if found <= bend && self.no_more_impulsive(&once, &steps.0) {
                 ((once, twice), after, part, bend) = (steps, end, shorter, found);
             }
@@ -363,7 +366,7 @@ impl Stepper {
             smooth.newton.predict(&once.z); // junctions that had to turn have done so there
         }
         let (settled, rest) = self.settle(&after, shortest)?;
-        Ok(Leap {
+        Ok(StateJump {
             first: once.z,
             part,
             after,
@@ -394,7 +397,7 @@ impl Stepper {
 
     /// How far the charges of junctions are from going as straight through two short steps to length 0 as the
     /// unknowns do, beside a scale: they are exponentials of voltages.
-    fn bend_of_charges(
+    fn curvature_of_charges(
         &mut self,
         once: &Short,
         twice: Option<&Short>,

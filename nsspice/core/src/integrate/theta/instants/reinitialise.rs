@@ -29,11 +29,11 @@ impl Stepper {
         }
     }
 
-    /// Charges and fluxes jump so that all laws hold again; currents and voltages are those right after. False if
+    /// Charges and fluxes jump so that all equations hold again; currents and voltages are those right after. False if
     /// the structure of the network is not known, or its equations were not solved: then nothing has changed.
     pub(in crate::integrate) fn reinitialise(&mut self, charges: Option<&[f64]>) -> bool {
         let Some(reinitialiser) = &self.instants.reinitialiser else { return false };
-        // rates of perfectly coupled windings are not known well enough behind events of steps
+        // rates of perfectly coupled windings are not known well enough after events of steps
         if charges.is_none() && reinitialiser.is_coupled() {
             return false;
         }
@@ -100,9 +100,9 @@ impl Stepper {
         found
     }
 
-    /// Hands the present state to the witness: a state, not a step.
+    /// Hands the present state to the samples: a state, not a step.
     fn record_state(&mut self) {
-        if self.recorder.witness.jumped() {
+        if self.recorder.samples.jumped() {
             self.u1.copy_from_slice(&self.u0);
             self.recorder.z_recorded.copy_from_slice(&self.z);
             let length = JUMP * self.shortest_time();

@@ -142,7 +142,7 @@ impl Stepper {
         slopes: &[f64],
         length: f64,
     ) -> Result<(Settled, f64), Box<Failure>> {
-        self.onward_step(after, slopes, length)?;
+        self.next_step(after, slopes, length)?;
         let ahead = self.z.clone();
         let (onward, carried) = (self.active.clone(), self.l.clone());
         let back = |now: &[f64], then: &[f64]| -> Vec<f64> {
@@ -272,7 +272,7 @@ impl Stepper {
     }
 
     /// A short step of this length in which the sources move on.
-    pub(in crate::integrate) fn onward_step(
+    pub(in crate::integrate) fn next_step(
         &mut self,
         before: &[f64],
         slopes: &[f64],

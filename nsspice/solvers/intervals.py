@@ -1,4 +1,4 @@
-"""Stretches of a continuous solution, which engines record for the certificate."""
+"""Intervals of a continuous solution, which engines record for the certificate."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from ..problems.csc import Floats
 
 
 @dataclass(frozen=True, slots=True)
-class Stretches:
-    """k stretches with s points each: nodes of a quadrature, or stages of a Runge-Kutta step.
+class Intervals:
+    """k intervals with s points each: nodes of a quadrature, or stages of a Runge-Kutta step.
 
     Engines return them as objects of the compiled core with these attributes, whose arrays are
     created when they are first read; this class can also be filled and changed in Python.
@@ -23,7 +23,7 @@ class Stretches:
     ----------
     begin, end : ndarray, shape (k,)
         [s]
-    grain : ndarray, shape (k,)
+    shortest : ndarray, shape (k,)
         Shortest time that the rates stand for [s].
     swing : ndarray, shape (k,)
         Energy of the terms of a closed form if none of them cancelled [J]; 0 for a step.
@@ -48,11 +48,11 @@ class Stretches:
         Rates of the smooth functions.
     roles : ndarray of uint8, shape (k, m), or empty
         0 complementary pair, 1 closed, 2 open; empty if all are complementary.
-    seam_end, seam_begin : ndarray, shape (some, n)
+    boundary_end, boundary_begin : ndarray, shape (some, n)
         Unknowns where one motion ends, or a reported jump, and where the next one begins; nothing
         but what is stored counts.  Of all that were compared those that differ most, and those at
         which most is stored.
-    seams : int
+    boundaries : int
         How many were compared.
     known : float
         Relative residual to which an iteration has solved the points; 0 for a closed form.
@@ -60,7 +60,7 @@ class Stretches:
 
     begin: Floats
     end: Floats
-    grain: Floats
+    shortest: Floats
     swing: Floats
     steps: npt.NDArray[np.uint8]
     signed: npt.NDArray[np.uint8]
@@ -76,28 +76,28 @@ class Stretches:
     u: Floats
     function_rate: Floats
     roles: npt.NDArray[np.uint8]
-    seam_end: Floats
-    seam_begin: Floats
-    seams: int
+    boundary_end: Floats
+    boundary_begin: Floats
+    boundaries: int
     known: float
 
     @classmethod
-    def of(cls, stretches: _core.Stretches) -> Stretches:
+    def of(cls, intervals: _core.Intervals) -> Intervals:
         """Return what an engine has left in the form that can be altered."""
-        return cls(*(getattr(stretches, field.name) for field in fields(cls)))
+        return cls(*(getattr(intervals, field.name) for field in fields(cls)))
 
 
-def joined(parts: Sequence[Stretches]) -> Stretches:
+def joined(parts: Sequence[Intervals]) -> Intervals:
     """Return recordings that follow each other as one, without their interval boundaries."""
     filled = [part for part in parts if part.begin.size] or list(parts[:1])
     tables = {
         field.name: np.concatenate([getattr(part, field.name) for part in filled])
-        for field in fields(Stretches)
-        if field.name not in ("seams", "known")
+        for field in fields(Intervals)
+        if field.name not in ("boundaries", "known")
     }
-    total = sum(part.seams for part in parts)
-    return Stretches(**tables, seams=total, known=max(part.known for part in parts))
+    total = sum(part.boundaries for part in parts)
+    return Intervals(**tables, boundaries=total, known=max(part.known for part in parts))
 
 
 #: as an engine left them, or made by hand
-Recording = Stretches | _core.Stretches
+Recording = Intervals | _core.Intervals
