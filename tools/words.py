@@ -1,6 +1,7 @@
 """Words that an outsider cannot look up, and the field's own: `python tools/words.py [FILE ...]`.
 
-Exits with 1 if a page uses one of them.  Without arguments all pages of the documentation are read.
+Exits with 1 if one of them is used.  Without arguments all pages of the documentation and all
+comments of the compiled core are read.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
+CORE = ROOT / "nsspice" / "core" / "src"
 
 #: titles of netlists and figures of measurements, written by tools
 GENERATED = {"work-precision.md", "hard-cases.md"}
@@ -61,12 +63,26 @@ def pages_of(root: Path) -> list[Path]:
     return [page for page in pages if page.name not in GENERATED]
 
 
+def comments_of(source: str) -> str:
+    """Return the comments of Rust code, line by line.
+
+    Examples
+    --------
+    >>> comments_of("let coils = 1; // of the core\\n/// # Errors")
+    ' of the core\\n # Errors'
+    """
+    lines = (line.partition("//")[2].lstrip("/!") for line in source.split("\n"))
+    return "\n".join(lines)
+
+
 def main(names: list[str]) -> int:
     """Print what was found in the files; return the exit code."""
-    pages = [Path(n) for n in names] or pages_of(ROOT)
+    files = [Path(n) for n in names] or [*pages_of(ROOT), *sorted(CORE.rglob("*.rs"))]
     count = 0
-    for page in pages:
-        for line, word, field in findings(page.read_text("utf-8")):
+    for page in files:
+        text = page.read_text("utf-8")
+        text = comments_of(text) if page.suffix == ".rs" else text
+        for line, word, field in findings(text):
             print(f"{page}:{line}: {word!r}: say {field}")
             count += 1
     return 1 if count else 0

@@ -1,4 +1,4 @@
-//! Passive networks that show it at once: pairs that meet the unknowns as these meet them, and diagonals
+//! Passive networks that show it directly: pairs that meet the unknowns as these meet them, and diagonals
 //! that outweigh their rows.
 
 use crate::descriptor::Linear;

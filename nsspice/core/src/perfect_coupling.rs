@@ -1,4 +1,4 @@
-//! Windings without leakage: ratios of voltages in the place of some of their laws.
+//! Perfectly coupled inductors: ratios of voltages in the place of some of their laws.
 //!
 //! The inductances of perfectly coupled windings are a singular matrix: their fluxes are those of fewer
 //! currents.  So multiples of the laws of some windings, added to those of the others, leave nothing

@@ -26,7 +26,7 @@ impl UnionFind {
         i != j
     }
 
-    /// The sets of some numbers, each as a list, in the order of what stands for them.
+    /// The sets of some numbers, each as a list, in the order of their representatives.
     pub fn groups(&mut self, members: impl Iterator<Item = usize>) -> Vec<Vec<usize>> {
         let mut groups = vec![Vec::new(); self.0.len()];
         members.for_each(|k| groups[self.root(k)].push(k));

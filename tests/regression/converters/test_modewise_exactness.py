@@ -152,7 +152,7 @@ def test_three_coupled_windings():
     assert np.abs(sol["v(t)"] - 3.0 * v).max() < 1e-12
 
 
-def test_coincident_edges_are_one_corner():
+def test_coincident_edges_are_one_breakpoint():
     """Two gates of one clock written differently: no sliver with both switches open."""
     text = (
         "edges\nV1 p 0 10\nS1 p a g1 0 SW\nS2 a 0 g2 0 SW\nL1 a 0 1m IC=0\n"
@@ -161,7 +161,7 @@ def test_coincident_edges_are_one_corner():
     )
     sol = run(text, 100e-6, 100)
     assert sol["i(l1)"][-1] == pytest.approx(10 * 0.4e-6 * 100 / 1e-3, rel=1e-12)
-    assert sol.stats["corners"] == 200
+    assert sol.stats["breakpoints"] == 200
     assert not sol.impulses
 
 

@@ -264,7 +264,7 @@ impl Auditor {
     }
 
     /// Judges the points taken so far once they are many: the memory of a block is bounded, whatever
-    /// was handed over at once.
+    /// was handed over in one call.
     pub(super) fn judge_full(&mut self) {
         if self.block.error.len() + self.block.l.len() >= FULL {
             self.judge();

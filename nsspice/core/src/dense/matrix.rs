@@ -266,7 +266,7 @@ pub fn norm(v: &[f64]) -> f64 {
     v.iter().fold(0.0f64, |m, x| m.hypot(*x))
 }
 
-/// The larger of two numbers by a comparison, which passes over NaN as `max` does and costs less.
+/// The larger of two numbers by a comparison, which skips NaN as `max` does and costs less.
 #[inline(always)]
 pub fn larger(a: f64, b: f64) -> f64 {
     if a > b {
@@ -276,7 +276,7 @@ pub fn larger(a: f64, b: f64) -> f64 {
     }
 }
 
-/// LU factors of a square matrix with row scaling, for many right-hand sides at once.
+/// LU factors of a square matrix with row scaling, for many right-hand sides together.
 #[derive(Clone, Debug)]
 pub struct Lu {
     lu: Matrix,

@@ -532,7 +532,7 @@ mod tests {
         let found = after(&linear, &[3.0, 3.0, 0.0], [3.0, 7.0], &[Role::Closed], &[true]).unwrap();
         // 7 V/s on 1 F, and 1.5 A through the resistor
         assert_eq!((found.z[2], found.rates[0], found.l[0]), (-8.5, 7.0, 1.5));
-        // 2 V at once are a jump
+        // 2 V within no time are a jump
         assert!(after(&linear, &[3.0, 3.0, 0.0], [5.0, 0.0], &[Role::Closed], &[true]).is_none());
     }
 }

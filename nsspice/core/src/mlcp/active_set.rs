@@ -12,7 +12,7 @@ use super::scratch::{Scale, Scratch};
 /// one pair per iteration).
 const ITERATIONS: usize = 12;
 
-/// A front is not wider than so many pairs: where more change at once, and their number has not come to a
+/// A front is not wider than so many pairs: where more change simultaneously, and their number has not come to a
 /// new low for `ITERATIONS`, they go to and fro.
 const FRONT: usize = 4;
 

@@ -1,6 +1,6 @@
 //! Block principal pivoting for the strongly monotone problems of the proximal iteration.
 //!
-//! All pairs of the wrong sign change sides at once (Kostreva 1978, Judice & Pires 1994); if their
+//! All pairs of the wrong sign change sides simultaneously (Kostreva 1978, Judice & Pires 1994); if their
 //! number does not fall for a while, only the last one does, which is finite for P-matrices.  It
 //! works on the factored mode equations, sparse or dense, and never forms the m x m matrix.
 

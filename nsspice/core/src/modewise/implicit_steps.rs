@@ -57,7 +57,7 @@ impl Engine {
         if self.log.open {
             return Ok(());
         }
-        // a first state has to exist: the step is taken at once, without a row
+        // a first state has to exist: the step is taken immediately, without a row
         let mut none = Vec::new();
         self.implicit_step(h, f64::INFINITY, &mut none).map(|_| ())
     }
@@ -209,7 +209,7 @@ impl Engine {
 
     /// Refuses switches that have no state at this instant, after a step of the given length.
     ///
-    /// What slides along a threshold by what is stored agrees with the state that it leads to at once,
+    /// What slides along a threshold by what is stored agrees with the state that it leads to immediately,
     /// or else where it is looked at for a shorter time; a switch that takes its own control across its
     /// threshold whatever the time comes back to where it was again and again.
     fn find_rest(&mut self, step: f64) -> Result<(), Failure> {

@@ -92,7 +92,7 @@ impl Engine {
         &self.control.gates
     }
 
-    /// A mode has been entered that is left at once, since a switch reacts: its jump counts.
+    /// A mode has been entered that is left immediately, since a switch reacts: its jump counts.
     pub(super) fn note_state_jumps(&mut self, mode: &Arc<Mode>, left_at_once: bool) {
         if !self.trace.on {
             return;

@@ -40,7 +40,7 @@ const REACH: f64 = 0.8;
 /// takes its rate for that of a part of them.
 const SMALL: f64 = 1e-6;
 /// Price of an interval in segments, so that records cost some hundredths of a run, and how many can be
-/// had at once; what is left of a segment is left out.
+/// kept between two calls; what is left of a segment is left out.
 const PRICE: u64 = 256;
 const STOCK: u64 = 16 * PRICE;
 /// Part of it that one segment may take.

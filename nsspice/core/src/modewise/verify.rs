@@ -1,4 +1,4 @@
-//! Is a mode the right one from here on?  Consistency, impulses, values, and what follows at once.
+//! Is a mode the right one from here on?  Consistency, impulses, values, and what follows immediately.
 
 use super::bundle::{Bundle, Looks};
 use super::inputs::Segment;
@@ -64,7 +64,7 @@ pub enum Finding {
     Inconsistent,
     /// entering it needs an impulse of the wrong sign; how wrong, relative to the tolerance
     Impulse(f64),
-    /// a guard is negative at once, or soon: which, how much in units of its noise
+    /// a guard is negative immediately, or soon: which, how much in units of its noise
     Guard(usize, f64),
 }
 

@@ -38,8 +38,8 @@ pub(super) struct Direct {
     /// where the block begins and ends
     block: [usize; 2],
     inside: Entries,
-    /// of each column before the block what stands below the diagonal down to its end, then of each row
-    /// after the block what stands before the diagonal
+    /// of each column before the block what comes below the diagonal down to its end, then of each row
+    /// after the block what comes before the diagonal
     outside: Entries,
     /// rows of the former, columns of the latter
     before: Rows<u32>,
@@ -52,7 +52,7 @@ pub(super) struct Direct {
     lu: DenseLu,
 }
 
-/// What stands in an entry of the Jacobian.
+/// What comes in an entry of the Jacobian.
 #[derive(Clone, Copy, PartialEq)]
 enum Entry {
     Nothing,

@@ -4,7 +4,7 @@ use super::solve::Newton;
 use crate::mlcp::Residual;
 use crate::tape::Linearisation;
 
-/// Iterations from which on a static point is looked at once more.
+/// Iterations from which on a static point is looked at again.
 const SLOW: u32 = 8;
 /// Relative residual that is rounding: what a step makes of it says nothing, where slopes vanish.
 const ROUNDED: f64 = 1e-13;

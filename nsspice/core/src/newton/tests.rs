@@ -136,7 +136,7 @@ fn laws_hold_in_systems_of_all_widths() {
 }
 
 /// `V -- s -- 1 kOhm -- o`, a junction from o to ground: the law of the source comes first and its current
-/// last, and what is left between them gives the same solution as all laws at once.
+/// last, and what is left between them gives the same solution as all laws together.
 #[test]
 fn triangular_ends_of_a_jacobian_are_not_factorised() {
     let ops = [code("unknown"), code("junction")];

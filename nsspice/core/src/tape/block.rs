@@ -309,7 +309,7 @@ fn run<const W: usize>(
             return;
         }
         Kind::Max | Kind::Min => {
-            // at a tie the first of max and the second of min, as in `functions::binary`
+            // where both are equal the first of max and the second of min, as in `functions::binary`
             let largest = step.kind == Kind::Max;
             let own: Lanes<W> =
                 each(|i| f64::from(u8::from(if largest { a[i] >= b[i] } else { a[i] < b[i] })));

@@ -98,7 +98,7 @@ pub(super) fn binary(op: Op, x: f64, y: f64) -> (f64, f64, f64) {
             let value = if x == 0.0 { 0.0 } else { size.powf(y).copysign(x) };
             (value, y * size.powf(y - 1.0), log_part(value, size))
         }
-        // at a tie the slope of the second, which lies ahead for max(x, 0) and min(0, x)
+        // where both are equal the slope of the second, which lies ahead for max(x, 0) and min(0, x)
         Min if x.is_nan() || y.is_nan() => (f64::NAN, 0.0, 0.0),
         Max if x.is_nan() || y.is_nan() => (f64::NAN, 0.0, 0.0),
         Min if x < y => (x, 1.0, 0.0),

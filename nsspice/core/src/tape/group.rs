@@ -101,7 +101,7 @@ impl Shape {
     }
 }
 
-/// Members that are evaluated at once.
+/// Members that are evaluated together.
 pub(super) const WIDE: usize = 4;
 
 /// Parts of one shape, in blocks of four; the last one is repeated to fill the last block.

@@ -65,7 +65,7 @@ pub(super) fn two_sided(x: f64, old: f64) -> f64 {
 }
 
 /// The next linearisation point of a function whose domain ends at `edge`: no more than a tenth of
-/// the way there is left over at once.
+/// the way there is left in one step.
 pub(super) fn domain(x: f64, old: f64, edge: f64) -> f64 {
     let room = old - edge;
     if x > edge && x - edge >= 0.1 * room {

@@ -114,7 +114,7 @@ impl Part {
         parts
     }
 
-    /// Sets the distances over which the part bends, the unit of junctions multiplied by `blunt`.
+    /// Sets the distances over which the part is curved, the unit of junctions multiplied by `blunt`.
     pub fn measure(&mut self, program: &Program, blunt: f64) {
         self.known = false;
         let code = program.code[self.code.clone()].iter();
@@ -138,7 +138,7 @@ impl Part {
     }
 
     /// Whether the part is its tangent: it has moved by less than `reach` of the distance over which it
-    /// bends by as much as it is.
+    /// is curved by as much as it is large.
     pub fn rests(&self, registers: &[f64], reach: f64) -> bool {
         let far = reach * self.least;
         let near = |(&v, at): (&u32, &f64)| (registers[v as usize] - at).abs() <= far;

@@ -249,7 +249,7 @@ impl Sdirk {
                 return (rows, Progress::Failed);
             }
             if self.accepted.is_none() {
-                self.show_point(s); // a forced step is taken at once
+                self.show_point(s); // a forced step is accepted immediately
             }
             count += 1;
             let full = self.shown.samples.full() || s.recorder.samples.full();

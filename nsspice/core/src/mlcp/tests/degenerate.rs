@@ -122,7 +122,7 @@ fn bridge_from_cold() {
 
 #[test]
 fn capacitor_jump_lands_in_one_step() {
-    // 10 V source, diode, capacitor at 0 V, no resistance: the charge C 10 flows at once
+    // 10 V source, diode, capacitor at 0 V, no resistance: the charge C 10 flows immediately
     let mut net = Net::new(2);
     net.voltage(1, 0, 10.0).diode(1, 2).capacitor(2, 0, 1e9, 0.0);
     let a = net.solve().unwrap();

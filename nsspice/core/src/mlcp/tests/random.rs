@@ -192,7 +192,7 @@ fn positive_definite_problems_agree_with_enumeration() {
         let roles = vec![Role::Diode; m];
         let mut l = vec![0.0; m];
         driver.solve(&[], &q, &roles, &mut [], &mut l, Start::Cold).unwrap();
-        // of a P-matrix exactly one mode (up to ties) solves the problem
+        // of a P-matrix exactly one mode (but for equal ones) solves the problem
         let best = (0u32..1 << m)
             .filter_map(|mode| {
                 let (_, x, w) = in_mode(&mut driver, &d, &q, mode);

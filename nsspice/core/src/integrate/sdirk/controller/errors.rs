@@ -18,7 +18,7 @@ const SAME_PLACE: f64 = 1e-6;
 
 /// Most by which the error of the next step is expected to rise.
 const STEEPEST: f64 = 4.0;
-/// A step is taken again at most so many levels shorter at once.
+/// A step is taken again at most so many levels shorter in one go.
 const BACK: usize = 3;
 
 impl Sdirk {

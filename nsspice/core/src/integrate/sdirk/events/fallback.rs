@@ -93,7 +93,7 @@ impl Fallback {
         self.left > 0 || self.events > most
     }
 
-    /// Whether the events that accumulate began to do so at once after an implicit step: what it has stepped across
+    /// Whether the events that accumulate began to do so immediately after an implicit step: what it has stepped across
     /// is still there.  The length of that step is the only measure; that of the run says nothing of it.
     pub fn has_returned(&self) -> bool {
         self.events > 0 && self.since - self.last.0 <= BURST * self.last.1

@@ -4,7 +4,7 @@
 //! network is positive real, and behaves like `s`, 1 or `1/s` at high frequencies.  Controlled sources
 //! can put more integrations between a pair and its own condition (force, speed, gap): it then
 //! closes while what it stops still moves.  An ordinary step would spread the impact over its length
-//! and the next one.  So a step in which such a pair changes is cut where it does: the impulsive step
+//! and the next one.  So a step in which such a pair changes is cut where it does: the reinitialising step
 //! follows there, and if anything jumps, the rest of the step goes on from where it led.
 
 use crate::integrate::theta::instants::jumps::{StateJump, IMPACT};
@@ -66,7 +66,7 @@ fn passive(sys: &System) -> bool {
 pub struct Cut {
     /// its end
     pub target: Target,
-    /// the impulsive step from there
+    /// the reinitialising step from there
     pub state_jump: StateJump,
 }
 
@@ -129,7 +129,7 @@ impl Stepper {
         let length = part * begin.length;
         let whole = begin.length - length < REST * begin.length;
         if whole && target.jump {
-            return None; // an impulsive step follows anyway
+            return None; // an reinitialising step follows anyway
         }
         let time = if whole { target.time } else { begin.time + length };
         evaluate(&self.waveforms, time, Side::Left, &mut self.u1);

@@ -1,6 +1,6 @@
-//! Jump or motion: what an impulsive step moved has to be the same in a shorter one.
+//! Jump or motion: what an reinitialising step moved has to be the same in a shorter one.
 //!
-//! Impulsive steps are short beside the time constants of a circuit.  What ends motion between two set-valued
+//! Reinitialising steps are short beside the time constants of a circuit.  What ends motion between two set-valued
 //! elements is no time constant: a voltage drives the current of a small inductance to where the next
 //! diode takes over, in nanoseconds, and a step longer than that ends after it whatever its length.
 
@@ -43,7 +43,7 @@ impl Stepper {
         out
     }
 
-    /// Whether an impulsive step has moved anything but as motion does.
+    /// Whether an reinitialising step has moved anything but as motion does.
     pub(in crate::integrate) fn has_jumped(
         &mut self,
         charges: Option<&[f64]>,
@@ -125,7 +125,7 @@ impl Stepper {
         found
     }
 
-    /// An impulsive step from the state `begun` that has moved something, or a shorter one in which most of
+    /// An reinitialising step from the state `begun` that has moved something, or a shorter one in which most of
     /// that did not move.
     pub(in crate::integrate) fn without_motion(
         &mut self,
@@ -180,7 +180,7 @@ impl Stepper {
         (rest == Rest::Calm).then_some(still)
     }
 
-    /// Whether two impulsive steps from the state `before` have moved the same.
+    /// Whether two reinitialising steps from the state `before` have moved the same.
     fn alike(
         &mut self,
         charges: Option<&[f64]>,

@@ -1,4 +1,4 @@
-//! Jumps of charges and fluxes: the impulsive step, and what switches do at one instant.
+//! Jumps of charges and fluxes: the reinitialising step, and what switches do at one instant.
 
 use super::jump_test::values_after;
 use super::values::{Rest, Settled, HELD};
@@ -7,7 +7,7 @@ use crate::integrate::theta::step_length::System;
 use crate::integrate::theta::stepper::{Stepper, MAX_REACTIONS};
 use crate::mlcp::Start;
 
-/// Length of an impulsive step relative to the nominal step and to the fastest time constant: short
+/// Length of an reinitialising step relative to the nominal step and to the fastest time constant: short
 /// enough that nothing but the jump happens in it, long enough that `E/h` does not drown `G`.
 pub(in crate::integrate) const JUMP: f64 = 1e-8;
 /// The same where a gap may close at speed: its rounding counts by the inverse of this, what is not
@@ -16,11 +16,11 @@ pub(in crate::integrate) const IMPACT: f64 = 1e-5;
 /// A stored unknown that differs by more than this from what the jump left is not determined by what
 /// is stored: the potential of a floating capacitor.
 pub(in crate::integrate) const LOOSE: f64 = 1e-6;
-/// Ratio of lengths on the way down to a short step that is too hard at once.
+/// Ratio of lengths on the way down to a short step that is too hard in one go.
 const DESCENT: f64 = 1e-2;
 /// A change that a step shorter by that ratio reduces to this part was motion.
 const LESS: f64 = 0.1;
-/// How often impulsive steps are made shorter by that ratio; those in which charges of junctions go most
+/// How often reinitialising steps are made shorter by that ratio; those in which charges of junctions go most
 /// straight are taken.
 const STRAIGHTER: usize = 4;
 const SHORTER: f64 = 0.1;
@@ -28,7 +28,7 @@ const SHORTER: f64 = 0.1;
 pub(in crate::integrate) const NO_JUMP: f64 = 1e-9;
 /// Rounding of voltages and currents, relative to the largest.
 pub(in crate::integrate) const ROUNDING: f64 = 1e-13;
-/// An impulsive step that its own end contradicts is continued from there by longer ones, in which
+/// An reinitialising step that its own end contradicts is continued from there by longer ones, in which
 /// less can hide.
 const CONTINUED: [f64; 3] = [JUMP, 1e-6, 1e-4];
 /// Two short steps that end this near to each other have led to values, not to impulses.
@@ -81,7 +81,7 @@ pub(in crate::integrate) struct Short {
     pub length: f64,
 }
 
-/// What an impulsive step has done.
+/// What an reinitialising step has done.
 pub(in crate::integrate) struct StateJump {
     /// unknowns at the end of the shortest step, and at length 0
     pub first: Vec<f64>,
@@ -154,7 +154,7 @@ impl Stepper {
         Ok(())
     }
 
-    /// The implicit impulsive step: charges and fluxes jump so that all equations hold again.
+    /// The implicit reinitialising step: charges and fluxes jump so that all equations hold again.
     ///
     /// Very short steps from the same charges, extrapolated to length 0, move the stored
     /// quantities; longer ones from there, extrapolated too, give the finite values of currents and
@@ -180,7 +180,7 @@ impl Stepper {
         self.smooth.as_ref().is_some_and(|smooth| smooth.newton.stores())
     }
 
-    /// The impulsive step from the present state, which is left undefined; the first steps have
+    /// The reinitialising step from the present state, which is left undefined; the first steps have
     /// this part of the shortest time.
     pub(in crate::integrate) fn find_state_jump(
         &mut self,
@@ -245,7 +245,7 @@ impl Stepper {
         Ok(still.unwrap_or(state_jump))
     }
 
-    /// Goes where an impulsive step has led, and notes what jumped.
+    /// Goes where an reinitialising step has led, and notes what jumped.
     pub(in crate::integrate) fn enter(
         &mut self,
         charges: Option<&[f64]>,

@@ -16,7 +16,7 @@ pub struct Storage {
     floating: Vec<Vec<usize>>,
     /// the others
     fixed: Vec<usize>,
-    /// windings without leakage
+    /// perfectly coupled inductors
     tight: Vec<Tight>,
 }
 
@@ -74,12 +74,12 @@ impl Storage {
         Storage { floating, fixed: fixed.into_iter().flatten().collect(), tight }
     }
 
-    /// Whether there are windings without leakage.
+    /// Whether there are perfectly coupled inductors.
     pub fn tight(&self) -> bool {
         !self.tight.is_empty()
     }
 
-    /// Takes out of `z`, the state right after a jump, the currents of windings without leakage that
+    /// Takes out of `z`, the state right after a jump, the currents of perfectly coupled inductors that
     /// no flux depends on: they carry impulses.
     pub fn project(&self, z: &mut [f64]) {
         for tight in &self.tight {

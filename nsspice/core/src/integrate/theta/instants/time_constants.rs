@@ -1,4 +1,4 @@
-//! What impulsive steps have to be short beside: the fastest times of a circuit.
+//! What reinitialising steps have to be short beside: the fastest times of a circuit.
 
 use super::jumps::ROUNDING;
 use crate::integrate::theta::stepper::Stepper;
@@ -62,7 +62,7 @@ fn time_of_groups(groups: &[Vec<usize>], e: &Csc, g: &Csc) -> f64 {
 }
 
 impl Stepper {
-    /// What impulsive steps have to be short beside [s]: charges of junctions move in times that the
+    /// What reinitialising steps have to be short beside [s]: charges of junctions move in times that the
     /// present state tells.
     pub(in crate::integrate) fn shortest_time(&mut self) -> f64 {
         let known = self.schedule.step_length.min(self.facts.fastest);
