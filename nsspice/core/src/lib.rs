@@ -28,4 +28,5 @@ mod rounding;
 mod row_clock;
 mod sampling;
 mod source_determined;
+mod tolerances;
 mod union_find;

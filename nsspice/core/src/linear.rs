@@ -1,6 +1,7 @@
 //! One interface to the dense and the sparse LU factorisation.
 
 use crate::dense::DenseLu;
+use crate::rounding::OF_SOLUTION;
 use crate::sparse::{Csc, Extent, Ordering, Packed, SparseLu};
 use std::sync::Arc;
 
@@ -8,9 +9,6 @@ use std::sync::Arc;
 /// factorisation is the faster one up to about 40 unknowns, and partial pivoting the more accurate
 /// one; the sparse solve takes about 0.6 of the time of the dense one at any size.
 pub const DENSE_LIMIT: usize = 32;
-
-/// A column of which less than this part survives elimination depends on those before it.
-pub const SURVIVES: f64 = 1e-13;
 
 /// A pivot below this part of the terms that it is the sum of is their rounding, and that of the entries that were
 /// summed before.
@@ -66,7 +64,8 @@ impl Sizes {
         given.resize(n, false);
         for &(count, c, v) in last.iter() {
             given[c as usize] |= count == 1;
-            alone.push(count == 1 && v > SURVIVES * columns[c as usize]);
+            // less of a column does not survive elimination
+            alone.push(count == 1 && v > OF_SOLUTION * columns[c as usize]);
         }
         rows.clear();
         rows.resize(n, 0.0);
@@ -92,7 +91,7 @@ impl Sizes {
         column: usize,
         candidates: impl Iterator<Item = (usize, f64)> + Clone,
     ) -> Option<usize> {
-        let drowned = |(row, v)| SURVIVES * self.part(v, row) > 1.0;
+        let drowned = |(row, v)| OF_SOLUTION * self.part(v, row) > 1.0;
         if !self.given[column] || !candidates.clone().any(drowned) {
             return None;
         }

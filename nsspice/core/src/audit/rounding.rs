@@ -30,10 +30,6 @@ use super::TOLERANCE;
 use crate::rounding::of_elimination;
 use crate::structure::Parts;
 
-/// Beside the largest current (voltage) one of this part is none, whatever its law makes of smaller ones: times
-/// the tolerance, far below all ranges of values.
-const NONE: f64 = f64::EPSILON;
-
 /// The rounding of elimination with so many equations, in units of the tolerance.
 pub(super) fn share(size: usize) -> f64 {
     of_elimination(size) / TOLERANCE
@@ -177,7 +173,8 @@ impl Auditor {
             let largest = parts.of(row).map_or(largest, of_part);
             let acting = *own + reach.acting(row, &largest) + f64::MIN_POSITIVE;
             let stored = 2.0 * rate * reach.content(row, &largest);
-            let none = NONE * unit.largest[usize::from(1 - kind)];
+            // times the tolerance, far below all ranges of values: whatever the law makes of smaller ones
+            let none = f64::EPSILON * unit.largest[usize::from(1 - kind)];
             *own = (share * (acting + stored)).max(settled * acting).max(none);
             if let Some(part) = parts.of(row) {
                 let least = &mut least[part][usize::from(kind)];

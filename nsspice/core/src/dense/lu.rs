@@ -1,6 +1,7 @@
 //! LU factorisation of a small dense matrix with partial pivoting.
 
-use crate::linear::{Singular, Sizes, LOST, SURVIVES, TRACE};
+use crate::linear::{Singular, Sizes, LOST, TRACE};
+use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
 
 /// `P A = L U`, stored over `A` column by column; refactoring reuses the storage.
@@ -164,7 +165,8 @@ impl DenseLu {
                 } else {
                     pivot(column, k)
                 };
-                let small = self.hold > 0.0 && k < last && best <= SURVIVES * self.sizes.column(k);
+                let small =
+                    self.hold > 0.0 && k < last && best <= OF_SOLUTION * self.sizes.column(k);
                 // beside large entries that cancel nothing, a small pivot has all of its digits
                 if !small || best > (LOST * self.terms(k, p)).max(TRACE * self.sizes.column(k)) {
                     break (p, best);

@@ -18,12 +18,8 @@ use crate::descriptor::Linear;
 use crate::linear::{ordering, Factor};
 use crate::mlcp::{work_len, Driver, Problem, Role};
 use crate::sparse::Csc;
+use crate::tolerances::{ACCEPT, NO_JUMP};
 use std::sync::Arc;
-
-/// Rates are known to the unit roundoff by the part that survives elimination: as well as the equations of a step.
-const SURVIVES: f64 = f64::EPSILON / 1e-10;
-/// A source that moves a stored voltage by less than this part of the largest makes no jump.
-const NO_JUMP: f64 = 1e-9;
 
 /// A stored voltage that a source gives: its unknown, the unknown of the current of the source and its law, and what
 /// the one is multiplied by there and the other in the law of the currents.
@@ -223,7 +219,9 @@ impl Continuous {
         });
         let matrix = Csc::from_triplets(f, f, &entries.collect::<Vec<_>>());
         let storage = Factor::new(&matrix, &Arc::new(ordering(&matrix, 0)));
-        let regular = f == 0 || storage.singular().is_none() && storage.pivot_ratio() > SURVIVES;
+        // rates are known to the unit roundoff by the part that survives: as well as equations are to be
+        let regular =
+            f == 0 || storage.singular().is_none() && storage.pivot_ratio() > f64::EPSILON / ACCEPT;
         let finite = scale.iter().all(|s| s.is_finite() && *s > 0.0);
         if !(regular && finite) {
             return None;

@@ -7,6 +7,7 @@
 use super::cache::fingerprint;
 use super::residual::Residual;
 use super::scratch::{Scale, Scratch};
+use crate::rounding::OF_SOLUTION;
 
 /// Iterations granted for few pairs; large networks get more (a front of switching diodes moves
 /// one pair per iteration).
@@ -15,9 +16,6 @@ const ITERATIONS: usize = 12;
 /// A front is not wider than so many pairs: where more change simultaneously, and their number has not come to a
 /// new low for `ITERATIONS`, they go to and fro.
 const FRONT: usize = 4;
-
-/// Residuals below this need no refinement.
-const FINE: f64 = 1e-13;
 
 /// Starts from `start` and the active set already in `s.active`; true if `s.x` solves the problem.
 pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
@@ -32,7 +30,7 @@ pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
         let mut changes = s.identify(scale);
         if changes == 0 {
             let found = s.judge_strictly();
-            if !regular || found.is_some_and(|f| f.worst() <= FINE) {
+            if !regular || found.is_some_and(|f| f.worst() <= OF_SOLUTION) {
                 return found;
             }
         }

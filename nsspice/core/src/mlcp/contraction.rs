@@ -11,8 +11,8 @@
 //! zero.
 
 use super::model::Model;
-use super::modes::SINGULAR;
 use crate::dense::{equilibrate, Echelon, LeastNorm, Lu, Matrix};
+use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
 
 /// Unknowns and pairs beyond which dense matrices take too long.
@@ -145,7 +145,7 @@ impl Contraction {
         }
         let reduced = contract(model, &unknowns, &laws, &others);
         let lu = Lu::new(&reduced);
-        let solver = if lu.ratio > SINGULAR {
+        let solver = if lu.ratio > OF_SOLUTION {
             Solver::Regular(lu)
         } else {
             let (row, column) = equilibrate(&reduced);

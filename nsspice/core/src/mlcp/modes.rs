@@ -4,12 +4,11 @@ use super::contraction::{Contraction, MOST, STEP_WORK};
 use super::model::Model;
 use crate::dense::LeastNorm;
 use crate::linear::{Factor, DENSE_LIMIT};
+use crate::rounding::OF_SOLUTION;
 use crate::sparse::{Csc, Extent, Packed};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use std::sync::{Arc, OnceLock};
 
-/// A mode is singular if less than this part of a pivot survives cancellation.
-pub(super) const SINGULAR: f64 = 1e-13;
 /// Up to this many unknowns other singular modes are solved by their pseudo-inverse, whose making costs their cube.
 const DENSE: usize = 40;
 const SWEEPS: usize = 8;
@@ -82,7 +81,8 @@ impl ModeFactor {
             model: model.clone(),
             active: active.into(),
             mu: LEVELS[level],
-            regular: factor.pivot_ratio() > SINGULAR,
+            // a mode is singular if no more than that survives cancellation in a pivot
+            regular: factor.pivot_ratio() > OF_SOLUTION,
             factor,
             nearest: OnceLock::new(),
             turns: AtomicU32::new(0),
@@ -118,10 +118,10 @@ impl ModeFactor {
         rows.extend((0..active.len()).filter(differ).map(|i| self.model.n + i));
         self.active.copy_from_slice(active);
         let extent = self.factor.refactor_rows(jacobian, rows);
-        if self.factor.pivot_ratio() <= SINGULAR && extent != Extent::Full {
+        if self.factor.pivot_ratio() <= OF_SOLUTION && extent != Extent::Full {
             self.factor.factor(jacobian); // the old order of pivots may be to blame
         }
-        self.regular = self.factor.pivot_ratio() > SINGULAR;
+        self.regular = self.factor.pivot_ratio() > OF_SOLUTION;
         self.nearest = OnceLock::new();
         self.uses.store(0, Relaxed);
         self.packed = OnceLock::new();

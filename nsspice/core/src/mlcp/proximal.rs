@@ -9,6 +9,7 @@ use super::modes::LEVELS;
 use super::residual::Residual;
 use super::scratch::Scratch;
 use super::{lemke, pivoting, polish};
+use crate::rounding::OF_SOLUTION;
 
 /// (level, centred at the previous solution, outer iterations).  Small weights move far in one
 /// iteration where the solution is far from its data; large ones are safe against rounding.
@@ -67,7 +68,7 @@ pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
                     *l = l.max(0.0);
                 }
             }
-            let still = step <= 1e-13 * reach;
+            let still = step <= OF_SOLUTION * reach;
             if POLISH_AT.contains(&k) || still {
                 if let Some(found) = polish::polish(s, &centre) {
                     return Some(found);

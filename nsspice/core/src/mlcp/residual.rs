@@ -2,6 +2,7 @@
 
 use super::model::Model;
 use super::problem::Role;
+use crate::tolerances::FLOOR;
 
 /// Relative violations of a mixed complementarity problem; both are 0 at a solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,10 +23,6 @@ impl Residual {
         self.rows.max(self.complementarity)
     }
 }
-
-/// A row is judged against its own terms, but not against less than this part of the largest row
-/// of its kind: rows in which nothing flows would otherwise turn rounding into failure.
-const FLOOR: f64 = 1e-6;
 
 /// Residual of `x = [z; l]` for the right-hand side `f = [b; -q]`.
 ///

@@ -5,10 +5,10 @@ use super::model::Model;
 use super::modes::{work_len, ModeFactor, NEAREST};
 use super::problem::Role;
 use super::residual::{residual, Residual};
+use crate::rounding::OF_SOLUTION;
+use crate::tolerances::ACCEPT;
 use std::sync::Arc;
 
-/// Largest residual of an accepted solution.
-const ACCEPT: f64 = 1e-10;
 /// Largest defect of an accepted solution, as a part of the data.  Far out along a direction that
 /// never arrives, residuals relative to the point itself fade away although no solution exists.
 const ACCEPT_DATA: f64 = 1e-6;
@@ -17,10 +17,6 @@ const ACCEPT_DATA: f64 = 1e-6;
 const NO_DATA: f64 = 0.01;
 /// No smaller residual is asked for: rounding.
 const ROUNDING: f64 = 1e-11;
-/// Unknowns below this part of the largest (in the scaled system) may be rounding.
-const NOTHING: f64 = 1e-13;
-/// Sign tests ignore violations below this part of the terms they are the sum of.
-const SIGN: f64 = 1e-13;
 
 /// Slacks (multipliers) that should vanish are flaws from this part of the terms of their own on,
 const FLAW: f64 = 1e-9;
@@ -172,8 +168,8 @@ impl Scratch {
         let largest = |v: &[f64]| v.iter().fold(0.0f64, |a, b| a.max(b.abs()));
         let (current, voltage) = (largest(&x[n..]), largest(&terms[n..]));
         // what rounding makes of the largest voltage grows with the number of unknowns
-        let network = SIGN.min(4.0 * f64::EPSILON * (n + m) as f64);
-        let part = if scale == Scale::Own { SIGN } else { network };
+        let network = OF_SOLUTION.min(4.0 * f64::EPSILON * (n + m) as f64);
+        let part = if scale == Scale::Own { OF_SOLUTION } else { network };
         let mut changes = 0;
         for i in (0..m).filter(|&i| self.roles[i] == Role::Diode) {
             let flip = if self.active[i] {
@@ -206,7 +202,7 @@ impl Scratch {
             } else {
                 self.terms[n + i]
             };
-            *out = SIGN * size;
+            *out = OF_SOLUTION * size;
         }
     }
 
@@ -231,7 +227,8 @@ impl Scratch {
         let before = &mut work[..x.len()];
         before.copy_from_slice(x);
         for (v, s) in x.iter_mut().zip(&model.scale) {
-            if (*v / s).abs() <= NOTHING * largest {
+            // in the scaled system this may be rounding of the largest
+            if (*v / s).abs() <= OF_SOLUTION * largest {
                 *v = 0.0;
             }
         }

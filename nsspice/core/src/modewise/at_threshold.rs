@@ -3,8 +3,8 @@
 use super::mode::{Mode, Watch};
 use super::run::Engine;
 use super::terms::Point;
-use super::verify::NOISE;
 use crate::at_threshold::{Resting, FADED};
+use crate::rounding::OF_SOLUTION;
 use crate::sampling::Sampling;
 
 /// Where a segment is looked at for controls that have decayed by its end.
@@ -47,7 +47,7 @@ impl Engine {
             if self.control.sampling.on[s] {
                 continue;
             }
-            let (switch, swing) = (&self.prepared.switches[s], noise / NOISE);
+            let (switch, swing) = (&self.prepared.switches[s], noise / OF_SOLUTION);
             self.control.resting.note(s, switch, swing, self.span.time);
             if self.control.resting.turns(s, switch, self.control.gates[s], swing) {
                 self.throw(s);
@@ -72,7 +72,7 @@ impl Engine {
             let distance = guards.value(j, &self.motion.point);
             self.control.resting.see(s, distance, noise);
             // at the end of a steep edge rounding of the instant is more than that of the control
-            if distance.abs() <= FADED * noise / NOISE {
+            if distance.abs() <= FADED * noise / OF_SOLUTION {
                 self.motion.path.at(LATE * length, &mut late);
                 self.control.resting.pass(s, guards.value(j, &late), noise, before);
             }

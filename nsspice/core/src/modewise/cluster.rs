@@ -3,7 +3,7 @@
 
 use super::orthogonal::full_qr;
 use crate::dense::{balance, complex, norm, Complex, Eigen, Lu, Matrix};
-use crate::linear::SURVIVES;
+use crate::rounding::OF_SOLUTION;
 
 /// Relative distance of eigenvalues that are taken together.
 const CLOSE: f64 = 1e-2;
@@ -53,7 +53,7 @@ fn split(columns: &Matrix) -> (Matrix, Matrix, bool) {
     let (q, r) = full_qr(columns);
     let diagonal = |k: usize| r[(k, k)].abs();
     let most = (0..r.cols).map(diagonal).fold(0.0, f64::max);
-    let poor = (0..r.cols).any(|k| diagonal(k) <= SURVIVES * most);
+    let poor = (0..r.cols).any(|k| diagonal(k) <= OF_SOLUTION * most);
     (q.columns(0, r.cols), q.columns(r.cols, q.cols - r.cols), poor)
 }
 

@@ -6,8 +6,8 @@ use super::implicit_step::later;
 use super::inspect::MAX_JUMPS;
 use super::run::Engine;
 use super::successor::roles;
-use super::verify::NOISE;
 use crate::integrate::to_zero;
+use crate::rounding::OF_SOLUTION;
 
 /// Lengths of the first of the steps, relative to the segment that follows.
 const PARTS: [f64; 2] = [1e-6, 1e-8];
@@ -47,7 +47,7 @@ impl Engine {
         let bend = norm(&|i| first[i] - 2.0 * second[i] + third[i]);
         let change = norm(&|i| a[i] - self.state.a[i]);
         let clear = bend <= BEND * self.scale.a && bend <= CLEAR * change;
-        if !clear || change <= NOISE * self.scale.a {
+        if !clear || change <= OF_SOLUTION * self.scale.a {
             return false;
         }
         let before = self.unknowns_from(&self.state.a);

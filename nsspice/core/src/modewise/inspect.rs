@@ -5,8 +5,8 @@ use super::registry::Id;
 use super::run::Engine;
 use super::run_state::Phase;
 use super::successor::{fix, roles};
-use super::verify::NOISE;
 use crate::integrate::Jump;
+use crate::rounding::OF_SOLUTION;
 use crate::waveform::Side;
 use std::sync::Arc;
 
@@ -139,7 +139,7 @@ impl Engine {
     /// energy coordinates before it.
     pub(super) fn note_jump(&mut self, mode: &Arc<Mode>, id: Id, origin: &[f64], entry: &[f64]) {
         let change = self.state.a.iter().zip(origin).fold(0.0f64, |m, (x, y)| m.hypot(x - y));
-        if change <= NOISE * self.scale.a {
+        if change <= OF_SOLUTION * self.scale.a {
             return;
         }
         self.count_jump(origin);

@@ -4,7 +4,7 @@ use super::guard_rows::impulse_rows;
 use super::network::Network;
 use super::tracked::Tracked;
 use crate::dense::{Lu, Matrix};
-use crate::linear::SURVIVES;
+use crate::rounding::OF_SOLUTION;
 
 /// How undetermined directions are chosen: least multipliers and slacks (equal sharing), and among
 /// those the least unknowns.
@@ -45,7 +45,7 @@ impl Share {
         let second = if hidden.cols > 0 && moves {
             let tall = hidden_unknowns.clone();
             let gram = tall.transpose_times(&tall);
-            if Lu::new(&gram).ratio > SURVIVES {
+            if Lu::new(&gram).ratio > OF_SOLUTION {
                 hidden.times(&least(&tall))
             } else {
                 Matrix::zeros(open.cols, net.n)

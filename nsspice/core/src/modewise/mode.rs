@@ -17,8 +17,8 @@ use super::spectrum::{Pole, Spectrum};
 use super::staircase::{Algebra, Staircase};
 use super::tracked::Tracked;
 use crate::dense::{add_scaled, dot, larger, norm, Lu, Matrix};
-use crate::linear::SURVIVES;
 use crate::mlcp::Role;
+use crate::rounding::OF_SOLUTION;
 use crate::switch::Switch;
 
 /// What a guard watches.
@@ -205,7 +205,7 @@ impl Mode {
             let others: Vec<usize> = (constraints..r).collect();
             let firsts: Vec<usize> = (0..constraints).collect();
             let lu = Lu::new(&tri.transpose());
-            if lu.ratio < SURVIVES {
+            if lu.ratio < OF_SOLUTION {
                 return Err("its constraints depend on each other".into());
             }
             let scaled = Matrix::from_fn(constraints, nv, |i, c| f0[(i, c)] / sizes[i]);
@@ -228,7 +228,7 @@ impl Mode {
                 let (hf0, sizes) = unit_rows(&kan.times(&stairs.constraint_cols).transpose());
                 let (ql, tri) = graded_qr(&hf0.transpose());
                 let lu = Lu::new(&tri.transpose());
-                if lu.ratio < SURVIVES {
+                if lu.ratio < OF_SOLUTION {
                     return Err("its constraints depend on each other".into());
                 }
                 let columns = Matrix::from_fn(size, constraints, |i, j| {
@@ -238,7 +238,7 @@ impl Mode {
                 let g = Lu::new(&constraints_h.times(&ql.select_cols(&firsts)));
                 let complement = ql.select_cols(&others).transpose();
                 let square = Lu::new(&complement.times(&q2));
-                if g.ratio < SURVIVES || square.ratio < SURVIVES {
+                if g.ratio < OF_SOLUTION || square.ratio < OF_SOLUTION {
                     return Err(HIGH_INDEX.into());
                 }
                 solve_g = g.solve(&Matrix::identity(constraints));

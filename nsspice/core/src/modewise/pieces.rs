@@ -6,15 +6,13 @@
 use super::run::Engine;
 use super::run_state::Phase;
 use crate::pieces::Pieces;
-use crate::rounding::UNIT;
+use crate::rounding::{OF_SOLUTION, UNIT};
 
 /// Points of a piece.
 pub const POINTS: usize = 12;
 /// Length of a piece in time constants of a term: the polynomial through the points errs by
 /// `2 (1.4 / 4)^12 / 12! = 1.4e-14` of it at most.
 const REACH: f64 = 1.4;
-/// The last of the coefficients may be so large beside the values; the others fall from there.
-const FLAT: f64 = 1e-13;
 /// A piece is tried that is so many times as long as the last one.
 const GROWTH: f64 = 4.0;
 
@@ -71,7 +69,8 @@ impl Engine {
             self.write_inside(at + pieces.places[point] * width, row);
             pieces.put(point, &row[1..]);
         }
-        pieces.follows(FLAT, f64::EPSILON)
+        // the coefficients fall from the last one on that is looked at
+        pieces.follows(OF_SOLUTION, f64::EPSILON)
     }
 
     /// How long a piece from a time on may be at least, whatever takes part.

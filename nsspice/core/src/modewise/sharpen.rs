@@ -15,8 +15,9 @@
 //! matrix `L + V^-1 R` of their rows and columns.
 
 use super::block::row_norm;
-use super::spectrum::{Pole, Spectrum, CONDITION, OFF};
+use super::spectrum::{Pole, Spectrum, CONDITION};
 use crate::dense::{complex, eigen, Complex, Lu, Matrix};
+use crate::tolerances::ACCEPT;
 use crate::union_find::UnionFind;
 use std::ops::Range;
 
@@ -199,7 +200,7 @@ pub(super) fn sharpened(j: &Matrix, mut spectrum: Spectrum) -> Option<Spectrum> 
     let mut rest = j.times(&spectrum.from_modal);
     rest.add_scaled(-1.0, &turned(&spectrum.from_modal, &spectrum.poles));
     let condition = row_norm(&spectrum.from_modal) * row_norm(&spectrum.to_modal);
-    (rest.max_abs() <= OFF * j.max_abs() && condition < CONDITION).then_some(spectrum)
+    (rest.max_abs() <= ACCEPT * j.max_abs() && condition < CONDITION).then_some(spectrum)
 }
 
 #[cfg(test)]

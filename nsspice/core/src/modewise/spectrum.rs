@@ -5,6 +5,7 @@ use super::cluster::clustered;
 use super::scales::Scales;
 use super::sharpen::sharpened;
 use crate::dense::{complex, eigen, eigen_symmetric, Complex, Eigen, Lu, Matrix};
+use crate::tolerances::ACCEPT;
 use crate::union_find::UnionFind;
 
 /// Condition of the eigenvectors above which the closed form loses too many digits.
@@ -18,10 +19,6 @@ const SPREAD: f64 = 1e6;
 
 /// Rounding of an entry, some ten terms.
 const SYMMETRIC: f64 = 1e-14;
-
-/// What the equations of an eigenvector may be off by, in units of the largest entry of J: a
-/// hundredth of what the laws may be.
-pub(super) const OFF: f64 = 1e-2 * crate::audit::TOLERANCE;
 
 /// Largest entry of `J V - V L` for vectors of unit size, `L` the eigenvalues, in units of that of J.
 fn backward_error(j: &Matrix, found: &Eigen) -> f64 {
@@ -99,7 +96,7 @@ fn slow_half(j: &Matrix, fast: &Eigen) -> Option<(Eigen, Matrix, f64)> {
     let vectors = Matrix::from_fn(n, n, |r, c| columns[c][r]);
     let both = Eigen { values, vectors };
     // where J is singular but for rounding, its inverse may not have a single digit
-    (backward_error(j, &both) <= OFF).then_some((both, inverse, split))
+    (backward_error(j, &both) <= ACCEPT).then_some((both, inverse, split))
 }
 
 /// Whether a matrix is symmetric but for the rounding of each entry and of the rates that it couples: what an
@@ -238,7 +235,7 @@ impl Spectrum {
                 return Some(sharp);
             }
         }
-        if backward_error(j, &found) > OFF {
+        if backward_error(j, &found) > ACCEPT {
             return whole();
         }
         let (found, slow) = match slow_half(j, &found) {

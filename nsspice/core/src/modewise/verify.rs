@@ -6,6 +6,7 @@ use super::mode::{Mode, Watch};
 use super::terms::Point;
 use super::trajectory::Trajectory;
 use crate::dense::{dot, norm};
+use crate::rounding::OF_SOLUTION;
 
 /// Largest values so far, against which rounding is judged.
 #[derive(Clone, Debug, Default)]
@@ -19,9 +20,6 @@ pub struct Scale {
     /// factor on all noise, above 1 where a mode had to be accepted within it
     pub widened: f64,
 }
-
-/// What rounding leaves of a guard, as a part of its terms.
-pub const NOISE: f64 = 1e-13;
 
 /// Squares of numbers below this lose digits.
 const SMALL: f64 = 1e-140;
@@ -254,7 +252,7 @@ impl Verifier {
             let whole = size.x * scale.a + inputs + rates;
             let kind = usize::from(mode.guards.slack[j]);
             floor[kind] = floor[kind].max(1e-15 * whole * widened);
-            let noise = NOISE * whole + 2e-15 * size.bound * scale.a + 4e-15 * sum;
+            let noise = OF_SOLUTION * whole + 2e-15 * size.bound * scale.a + 4e-15 * sum;
             self.noise.push((noise * widened).max(f64::MIN_POSITIVE));
         }
         for (noise, &slack) in self.noise.iter_mut().zip(&mode.guards.slack) {

@@ -10,11 +10,8 @@ use super::equations::Equations;
 use super::linear::Assembly;
 use super::state::{flows_round, State, DRIVEN};
 use crate::mlcp::Role;
+use crate::tolerances::ACCEPT;
 
-/// What a law bears as rounding of its terms.
-const BORNE: f64 = f64::EPSILON;
-/// A larger part of the terms is no rounding: no solution of this mode would be accepted.
-const REAL: f64 = 1e-10;
 /// Laws that leave so much of each other have no solution here, however large other voltages are.
 const GROSS: f64 = 1e-3;
 /// What a held column moves by itself if the Jacobian without it is singular: all of it.
@@ -32,8 +29,9 @@ impl State {
         let mut combinations = self.combinations(n, assembly);
         while let Some((c, y)) = combinations.pop() {
             let Some((place, most, rest)) = self.weigh(n, &y) else { return };
-            if most == 0.0 || rest.is_nan() || rest.abs() > BORNE * most {
-                if rest.abs() > REAL * most {
+            // a part of the terms that would not be accepted is no rounding of them
+            if most == 0.0 || rest.is_nan() || rest.abs() > f64::EPSILON * most {
+                if rest.abs() > ACCEPT * most {
                     self.contradicted.push(c);
                 }
                 continue; // what is held has to move

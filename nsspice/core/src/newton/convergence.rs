@@ -1,23 +1,19 @@
 //! How far a point is from solving the equations, free of units and of scale.
 
-use super::equations::{Equations, FLOOR, FOUR};
+use super::equations::{Equations, FOUR};
 use super::linear::{Assembly, NO_SLOPE};
 use super::residuals::SMALL;
 use crate::dense::{each, larger, widest};
 use crate::mlcp::{Residual, Role};
+use crate::rounding::{OF_EQUATION, UNIT};
 use crate::tape::Tape;
+use crate::tolerances::FLOOR;
 
-/// What rounding of the unknowns by a few units may do to a row, through steep functions, is no
-/// defect.
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Nor is it an excuse where it leaves less than this of the terms, or as much of a thermal voltage open: at
 /// teravolts, junctions carry anything.
 const KNOWN: f64 = 0.1;
 /// But for currents below this part of the largest: those of leakage are rounded by less than counts.
 const SLIGHT: f64 = 1e-3;
-
-/// A defect of this part of its terms is rounding of one of them.
-const NOTHING: f64 = 0.5 * f64::EPSILON;
 
 widest! {
     /// See [`Balance::shares`].
@@ -104,7 +100,7 @@ impl Balance {
     /// Whether rounding of such a voltage leaves it known to a thermal voltage: else the currents of junctions
     /// are not known at all, and it would excuse whatever they miss.
     fn resolved(&self, voltage: f64) -> bool {
-        ROUNDING * voltage <= KNOWN * self.sharpest
+        OF_EQUATION * voltage <= KNOWN * self.sharpest
     }
 
     /// Relative violations of the rows of the unknowns, `B` blocks of four, or all there are if that is 0.
@@ -168,7 +164,7 @@ impl Balance {
     ) -> (f64, usize, bool) {
         let shares = &self.shares[..eq.n];
         let ratio = |i: usize| {
-            let rounding = ROUNDING * Self::steepness(assembly, tape, x, i);
+            let rounding = OF_EQUATION * Self::steepness(assembly, tape, x, i);
             // a law that is one function alone may vanish, which counts in steps only
             let slight = || eq.kind(i) == 0 && rounding <= SLIGHT * branch;
             let farthest = |flat| Self::farthest(assembly, tape, x, i, flat);
@@ -188,7 +184,7 @@ impl Balance {
         let first = shares.iter().position(|s| s == top).unwrap_or(0);
         let mut worst = ratio(first);
         for (i, &share) in shares.iter().enumerate() {
-            if share > larger(worst.0, NOTHING) && i != first {
+            if share > larger(worst.0, UNIT) && i != first {
                 let here = ratio(i);
                 if here.0 > worst.0 {
                     worst = here;
@@ -217,7 +213,7 @@ impl Balance {
             _ => shares::<0>(self, eq, x),
         };
         let top = shares.top;
-        let (rows, worst_row, unknown) = if top <= NOTHING {
+        let (rows, worst_row, unknown) = if top <= UNIT {
             (0.0, 0, false)
         } else if top <= enough {
             (top, 0, false)

@@ -7,7 +7,7 @@
 use super::equations::Equations;
 use super::linear::{Derivative, Rows};
 use crate::dense::DenseLu;
-use crate::linear::SURVIVES;
+use crate::rounding::OF_SOLUTION;
 
 /// Numbers as functions of the derivatives.
 #[derive(Default)]
@@ -198,7 +198,8 @@ impl Direct {
             }
         });
         let [least, greatest] = lu.extremes();
-        lu.singular().is_none() && least.min(self.sizes[0]) > SURVIVES * greatest.max(self.sizes[1])
+        lu.singular().is_none()
+            && least.min(self.sizes[0]) > OF_SOLUTION * greatest.max(self.sizes[1])
     }
 
     /// `x := J^-1 x` in physical units in the mode factorised last.

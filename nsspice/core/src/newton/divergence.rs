@@ -2,12 +2,11 @@
 
 use super::solve::Newton;
 use crate::mlcp::Residual;
+use crate::rounding::OF_SOLUTION;
 use crate::tape::Linearisation;
 
 /// Iterations from which on a static point is looked at again.
 const SLOW: u32 = 8;
-/// Relative residual that is rounding: what a step makes of it says nothing, where slopes vanish.
-const ROUNDED: f64 = 1e-13;
 /// Part of the largest voltage or current that a solution does not move by.
 const MOVES: f64 = 1e-3;
 
@@ -18,7 +17,7 @@ impl Newton {
     /// Near a regular solution Newton's method squares its error, so that a small residual leaves
     /// nothing to move.
     pub(super) fn runs_away(&mut self, found: Residual) -> bool {
-        if self.state.iterations < SLOW || found.worst() <= ROUNDED {
+        if self.state.iterations < SLOW || found.worst() <= OF_SOLUTION {
             return false;
         }
         let (x, active) = (self.state.x.clone(), self.state.active.clone());

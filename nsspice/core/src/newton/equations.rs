@@ -5,15 +5,13 @@ use crate::linear::ordering;
 use crate::sparse::{Csc, Ordering};
 use crate::structure::Coordinates;
 use crate::tape::{Linearisation, Tape};
+use crate::tolerances::FLOOR;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Where no resistor tells what a usual conductance is [S].
 const CONDUCTANCE: f64 = 1e-3;
 
-/// Rows are not judged against less than this part of what the largest voltage and the largest current
-/// would make of them: so far unknowns are rounded.
-pub(super) const FLOOR: f64 = 1e-6;
 /// Rows that are balanced at a time.
 pub(super) const FOUR: usize = 4;
 

@@ -3,8 +3,9 @@
 use super::direct::{Direct, Parts};
 use super::equations::{Equations, Part};
 use super::residuals::Laws;
-use crate::linear::{Factor, SURVIVES};
+use crate::linear::Factor;
 use crate::mlcp::equilibrate;
+use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
 
 /// Conductances below this part of the usual one do not count in the scaling.
@@ -374,7 +375,7 @@ impl Assembly {
                 } else {
                     factor.refactor(&self.jacobian);
                 }
-                if factor.pivot_ratio() <= SURVIVES {
+                if factor.pivot_ratio() <= OF_SOLUTION {
                     factor.factor(&self.jacobian); // the old order of pivots may be to blame
                 }
             }
@@ -393,7 +394,7 @@ impl Assembly {
         if hold > 0.0 {
             ratio > 0.0
         } else {
-            ratio > SURVIVES
+            ratio > OF_SOLUTION
         }
     }
 

@@ -11,6 +11,7 @@ use crate::mlcp::{Residual, Role, Start};
 use crate::sparse::Csc;
 use crate::structure::Coordinates;
 use crate::tape::{Linearisation, Tape};
+use crate::tolerances::ACCEPT;
 use std::sync::Arc;
 
 /// Relative residual at which the iteration ends.
@@ -21,8 +22,6 @@ const GUESSED: f64 = 0.1;
 const COARSEST: f64 = 1e-11;
 /// An expected residual is relied upon if it is this part of what ends the iteration.
 const SURE: f64 = 0.1;
-/// Largest relative residual of an accepted solution: where rounding allows no better.
-const ACCEPT: f64 = 1e-10;
 /// A first step with a Jacobian of old that ends with more than this has led away.
 const ASTRAY: f64 = 1e-3;
 /// Guesses that are not judged after one that was not good enough: in a circuit at rest they are.

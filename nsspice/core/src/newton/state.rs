@@ -4,9 +4,8 @@ use super::convergence::{Balance, Judgement};
 use super::equations::Equations;
 use super::linear::Assembly;
 use crate::mlcp::Role;
+use crate::rounding::OF_SOLUTION;
 
-/// Signs ignore violations below this part of the terms they are the sum of.
-const SIGN: f64 = 1e-13;
 /// Pivots that keep unknowns near where they are if the linearised equations leave them open: the
 /// rounding of the equations moves them no further than by its quotient with the first.
 const HOLD: [f64; 4] = [0.0, 1e-9, 1e-6, 1e-3];
@@ -291,10 +290,10 @@ pub(super) fn flip(eq: &Equations, assembly: &Assembly, s: &mut State) -> bool {
     for i in (0..eq.m).filter(|&i| s.problem.roles[i] == Role::Diode) {
         let wrong = if s.active[i] {
             let l = s.trial[n + i];
-            l < 0.0 && l < -SIGN * multiplier_terms(eq, assembly, &s.balance.terms, i)
+            l < 0.0 && l < -OF_SOLUTION * multiplier_terms(eq, assembly, &s.balance.terms, i)
         } else {
             let (w, size) = slack(eq, assembly, &s.problem.q, &s.trial, i);
-            w < -SIGN * size
+            w < -OF_SOLUTION * size
         };
         if wrong {
             s.active[i] = !s.active[i];

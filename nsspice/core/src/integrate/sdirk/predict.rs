@@ -3,9 +3,7 @@
 use super::combine::add_rates;
 use super::tableau::{Node, Tableau, MOST};
 use crate::dense::add_scaled;
-
-/// Points of a past step do not tell what happens so many times its length later.
-const FARTHEST: f64 = 4.0;
+use crate::integrate::theta::smooth::FARTHEST;
 
 /// Where Newton's method begins.
 pub struct Beginning {

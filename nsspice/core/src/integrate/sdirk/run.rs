@@ -21,11 +21,12 @@ use super::{Accuracy, Tableau};
 use crate::audit::Taken;
 use crate::instant::Continuous;
 use crate::integrate::theta::failure::Failure;
-use crate::integrate::theta::step::ACCEPT;
 use crate::integrate::theta::stepper::{Progress, Stepper};
 use crate::integrate::theta::time_grid::{evaluate, known, next_breakpoint};
+use crate::rounding::OF_SOLUTION;
 use crate::row_clock::RowClock;
 use crate::sampling::Sampling;
+use crate::tolerances::ACCEPT;
 use crate::waveform::Side;
 use std::time::{Duration, Instant};
 
@@ -41,8 +42,6 @@ const INTERVAL: f64 = 2e-5;
 const EARLY: f64 = 0.05;
 /// An event earlier than this is one at the begin of the step.
 const AT_ONCE: f64 = 1e-9;
-/// Values below this part of the largest so far are rounding errors.
-const DECAYED: f64 = 1e-13;
 /// Steps between two looks at the clock, and between two checks of the residual.
 const LOOK: u64 = 16;
 
@@ -475,7 +474,7 @@ impl Sdirk {
         let base = &trial.stages.bases[last];
         let found = self.stage_equations.residual(s, trial.level, base, &trial.at.u, z, guards);
         // what has decayed to rounding of the past has no digits left to be judged
-        let noise = |v: &[f64]| v.iter().all(|v| v.abs() <= DECAYED * self.scales.biggest());
+        let noise = |v: &[f64]| v.iter().all(|v| v.abs() <= OF_SOLUTION * self.scales.biggest());
         let whole = self.accepted.is_some_and(|a| a.theta == 1.0) && !(noise(z) && noise(guards));
         if whole || found.worst() <= ACCEPT {
             s.note(found);

@@ -1,6 +1,7 @@
 //! The matrices of one step length, and the equations of a step in a mode.
 
 use crate::mlcp::ModeFactor;
+use crate::rounding::OF_EQUATION;
 use crate::sparse::Csc;
 
 /// The part of what has come into a store that a map may lose.
@@ -142,7 +143,7 @@ impl StepMatrices {
             let (indices, values) = self.a_rows.col(i);
             let carried = indices.iter().zip(values).filter(|(&j, _)| active[j]);
             let flow = work[i] - moved.sum::<f64>() - carried.map(|(&j, v)| v * l[j]).sum::<f64>();
-            (flow - came).abs() > LOST * came.abs() + 16.0 * f64::EPSILON * held
+            (flow - came).abs() > LOST * came.abs() + OF_EQUATION * held
         })
     }
 

@@ -13,7 +13,7 @@ use crate::structure::Coordinates;
 use crate::waveform::Side;
 
 /// A prediction that reaches further than this many steps back is none.
-const FARTHEST: f64 = 4.0;
+pub(in crate::integrate) const FARTHEST: f64 = 4.0;
 
 /// Largest part of a predicted change that may be due to its curvature.
 const BENT: f64 = 0.2;

@@ -8,6 +8,7 @@ use super::step_length::{Stage, ROUNDED};
 use super::stepper::{Large, Stepper};
 use super::time_grid::{evaluate, Target};
 use crate::mlcp::{Residual, Start};
+use crate::tolerances::ACCEPT;
 use crate::waveform::Side;
 use std::mem::take;
 
@@ -23,12 +24,7 @@ const EACH: usize = 200;
 /// Steps between two checks of the residual of quick steps, and how many are checked at first.
 const CHECK: u64 = 64;
 const NEW_MODE: u32 = 4;
-/// Largest residual of an accepted step.
-pub(in crate::integrate) const ACCEPT: f64 = 1e-10;
 
-/// Negative guards beyond this part of the largest guard are the driver's work; below, a look at
-/// each one's own terms comes first, which costs less.
-const NEARLY: f64 = 1e-10;
 /// Steps for which the sizes of rounding errors serve before they are computed again.
 const NOISE_LASTS: u64 = 16;
 
@@ -363,8 +359,9 @@ impl Stepper {
         if known && self.switching.diodes.iter().all(|&i| guards[i] >= -self.scratch.noise[i]) {
             return Quick::Holds;
         }
+        // below what is accepted a look at the terms of each comes first, which costs less than the driver
         let largest = guards.iter().fold(0.0f64, |a, g| a.max(g.abs()));
-        if self.switching.diodes.iter().all(|&i| guards[i] >= -NEARLY * largest) {
+        if self.switching.diodes.iter().all(|&i| guards[i] >= -ACCEPT * largest) {
             return Quick::Nearly;
         }
         Quick::Fails

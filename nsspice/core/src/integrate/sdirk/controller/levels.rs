@@ -2,6 +2,7 @@
 
 use crate::integrate::theta::step_length::{Probe, Stage};
 use crate::integrate::theta::stepper::Stepper;
+use crate::rounding::OF_EQUATION;
 
 /// Levels of the stage_equations: the shortest step is 2^-44 of the longest.
 pub const LEVELS: usize = 45;
@@ -12,7 +13,6 @@ pub const DIGITS: f64 = 1e-12;
 /// Rounding of what is stored, as a part of the error that a step may have in a small unknown, and
 /// relative to the largest where that is less than rounding.
 const FINEST: f64 = 0.1;
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Steps from this level on are so short that what is stored may hide what the rest conducts.
 const SHORT: usize = 16;
 /// Memory for matrices and factors of all levels [numbers], roughly.
@@ -60,7 +60,7 @@ impl Levels {
         let kinds = s.sys.linear.row_kind.iter().enumerate();
         Probe {
             z: kinds.map(|(j, &kind)| scale(kind) * size(j)).collect(),
-            finest: (self.finest * SMALL).max(ROUNDING),
+            finest: (self.finest * SMALL).max(OF_EQUATION),
         }
     }
 

@@ -5,10 +5,10 @@ use super::resistances::Resistances;
 use super::winding_ratios::Ratios;
 use crate::integrate::sdirk::events::guards::{Scales, VIOLATED};
 use crate::integrate::theta::matrices::{Ends, OPEN};
-use crate::integrate::theta::step::ACCEPT;
 use crate::integrate::theta::step_length::{Stage, ROUNDED};
 use crate::integrate::theta::stepper::Stepper;
 use crate::mlcp::{Role, Start};
+use crate::tolerances::ACCEPT;
 
 /// A mode earns its affine map at this many solves.
 const USES_FOR_MAP: u32 = 3;

@@ -6,14 +6,10 @@
 //! tells.
 
 use crate::descriptor::Linear;
-use crate::integrate::theta::step::ACCEPT;
 use crate::integrate::theta::stepper::Stepper;
 use crate::perfect_coupling::{laws_without_storage, Multiples};
 use crate::sparse::Csc;
-
-/// Rounding of the fluxes over the length of the step: of each the unit roundoff at both of its ends.  Beside that a
-/// ratio holds as any law of an accepted step does, to [`ACCEPT`] of the voltages.
-const FLUXES: f64 = f64::EPSILON;
+use crate::tolerances::ACCEPT;
 
 type Row = Vec<(usize, f64)>;
 
@@ -36,7 +32,8 @@ impl Ratio {
     fn missed(&self, [z, l, u]: [&[f64]; 3], length: f64, voltage: f64) -> bool {
         let error = dot(&self.s, u) - dot(&self.g, z) - dot(&self.a, l);
         let fluxes: f64 = self.e.iter().map(|&(j, size)| size * z[j].abs()).sum();
-        error.abs() > ACCEPT * voltage + FLUXES * fluxes / length
+        // as any equation of an accepted step, but for rounding of the fluxes at both of its ends
+        error.abs() > ACCEPT * voltage + f64::EPSILON * fluxes / length
     }
 }
 

@@ -8,6 +8,7 @@
 use super::polynomial::{basis, Basis, Curve, POWERS as POINTS};
 use super::rows::Inside;
 use super::source_outputs::Driven;
+use super::NEAR;
 use crate::integrate::sdirk::step::Trial;
 use crate::integrate::theta::stepper::Stepper;
 use std::f64::consts::PI;
@@ -17,8 +18,6 @@ use std::f64::consts::PI;
 const LOOKS: [usize; 3] = [1, POINTS / 2, POINTS - 1];
 /// With fewer rows in a step all of them are solved for.
 const WORTH: f64 = 2.0 * (POINTS + LOOKS.len()) as f64;
-/// Largest distance of the polynomial from the laws, as a part of the tolerance.
-const NEAR: f64 = 0.1;
 
 /// The rows of one step.
 pub struct Between {

@@ -1,5 +1,6 @@
 //! When rows are written, and where those inside a step come from.
 
+use super::NEAR;
 use crate::integrate::sdirk::controller::stage_equations::{Fit, StageEquations};
 use crate::integrate::sdirk::run::Sdirk;
 use crate::integrate::sdirk::samples::no_length;
@@ -7,8 +8,6 @@ use crate::integrate::sdirk::step::Trial;
 use crate::integrate::sdirk::tableau::Tableau;
 use crate::integrate::theta::stepper::Stepper;
 
-/// Last coefficients of a polynomial that follows the outputs, as a part of the tolerance.
-const NEAR: f64 = 0.1;
 /// A step is halved so often at most: a law that has a kink inside has one in a part of a thousandth.
 const HALVINGS: usize = 10;
 

@@ -4,6 +4,7 @@
 use super::polynomial::Curve;
 use super::rows::Inside;
 use super::source_outputs::Driven;
+use super::NEAR;
 use crate::integrate::sdirk::step::Trial;
 use crate::integrate::theta::outputs::Sum;
 use crate::integrate::theta::stepper::Stepper;
@@ -11,8 +12,6 @@ use crate::union_find::UnionFind;
 
 /// With fewer rows than this in a step it is not worth while to look.
 const WORTH: f64 = 3.0;
-/// Largest distance of the polynomial from the laws, as a part of the tolerance.
-const NEAR: f64 = 0.1;
 
 /// Decides for each step whether its rows may come from the polynomial alone.  Of parts that are
 /// stiffer than the step is short it tells less than the laws do.

@@ -5,6 +5,7 @@ use super::guards::VIOLATED;
 use super::locate::Locator;
 use crate::integrate::sdirk::run::Sdirk;
 use crate::integrate::theta::stepper::Stepper;
+use crate::rounding::OF_EQUATION;
 
 /// Halvings of the bracket around the instant at which a control comes to its threshold.
 const HALVINGS: usize = 50;
@@ -13,8 +14,6 @@ const BEYOND: f64 = 4.0;
 /// A control that would move by more than this part of its scale in the longest step does not rest: in a short
 /// step nothing moves visibly.
 const MOVES: f64 = 1e-6;
-/// Rounding of a control, relative to its scale.
-const ROUNDED: f64 = 16.0 * f64::EPSILON;
 /// Level of the trial step at the begin of a motion: rounding of solutions (1e-12) is still no motion.
 const TRIAL: usize = 10;
 /// Rounds of gates that turn at one instant because their controls rest.
@@ -123,7 +122,7 @@ impl Sdirk {
         let [begin, end, later] = [&self.trial.first, &self.trial.at.x, last]
             .map(|x| self.scales.control_margin(s, k, &x[..n]));
         // an event right after the begin of the step shows no motion
-        let change = if (end - begin).abs() > ROUNDED { end - begin } else { later - begin };
+        let change = if (end - begin).abs() > OF_EQUATION { end - begin } else { later - begin };
         begin.abs() <= VIOLATED && change > 0.0
     }
 

@@ -2,12 +2,11 @@
 //! their part of the network ([`Parts`]).
 
 use crate::integrate::theta::stepper::Stepper;
+use crate::rounding::OF_EQUATION;
 use crate::structure::Parts;
 
 /// A guard counts as negative beyond this part of its scale.
 pub const VIOLATED: f64 = 1e-11;
-/// Rounding of a control, as a part of the largest voltage or current.
-const ROUNDED: f64 = 16.0 * f64::EPSILON;
 /// A parabola errs by less than this part of its height.
 const CLOSE: f64 = 0.05;
 
@@ -232,7 +231,7 @@ impl Scales {
         let (switch, threshold) =
             (&s.switching.switches[k], s.switching.switches[k].edge(s.switching.gates[k]).0);
         // its own size: the voltage of an instant elsewhere is no measure of a gate
-        let rounded = ROUNDED / VIOLATED * self.largest[usize::from(self.control[k])];
+        let rounded = OF_EQUATION / VIOLATED * self.largest[usize::from(self.control[k])];
         let own = switch.control.iter().map(|&(j, c)| c.abs() * self.unknown[j]).sum::<f64>();
         own.max(threshold.abs()).max(rounded).max(f64::MIN_POSITIVE)
     }

@@ -7,10 +7,10 @@ use crate::integrate::sdirk::run::Sdirk;
 use crate::integrate::theta::failure::Failure;
 use crate::integrate::theta::instants::commutation::Turn;
 use crate::integrate::theta::matrices::OPEN;
-use crate::integrate::theta::step::ACCEPT;
 use crate::integrate::theta::stepper::Stepper;
 use crate::integrate::theta::time_grid::evaluate;
 use crate::mlcp::{Role, Start};
+use crate::tolerances::ACCEPT;
 use crate::waveform::Side;
 
 /// A step that errs by less than this part of the tolerance may be an implicit one.

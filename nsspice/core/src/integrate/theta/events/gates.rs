@@ -1,10 +1,10 @@
 //! The gates of switches: which turn where the unknowns are now.
 
-use crate::integrate::theta::step::ACCEPT;
 use crate::integrate::theta::stepper::{Stepper, MAX_REACTIONS};
 use crate::integrate::theta::time_grid::{evaluate, first_breakpoint, SAME};
 use crate::mlcp::{Role, Start};
 use crate::switch::{Slack, ROUNDING};
+use crate::tolerances::ACCEPT;
 use crate::waveform::Side;
 
 /// A current below this part of the largest is rounding.

@@ -4,10 +4,12 @@
 //! elements is no time constant: a voltage drives the current of a small inductance to where the next
 //! diode takes over, in nanoseconds, and a step longer than that ends after it whatever its length.
 
-use super::jumps::{StateJump, JUMP, NO_JUMP, ROUNDING};
+use super::jumps::{StateJump, JUMP};
 use super::values::{Rest, Settled};
 use crate::integrate::theta::stepper::Stepper;
 use crate::mlcp::Start;
+use crate::rounding::OF_SOLUTION;
+use crate::tolerances::NO_JUMP;
 
 /// Ratio of lengths at which a jump is looked at again.
 const AGAIN: f64 = 1e-3;
@@ -117,7 +119,7 @@ impl Stepper {
             let kind = usize::from(kind);
             let (change, moved) = (new[i] - old[i], once[i] - old[i]);
             weight(i) * change.abs() > share * largest_so_far[kind]
-                && change.abs() > ROUNDING * noise[i].max(most[kind])
+                && change.abs() > OF_SOLUTION * noise[i].max(most[kind])
                 && change.abs() > 0.1 * moved.abs()
                 && change.signum() == moved.signum()
         });

@@ -6,6 +6,7 @@ use crate::integrate::theta::failure::{Failure, Outcome};
 use crate::integrate::theta::step_length::System;
 use crate::integrate::theta::stepper::{Stepper, MAX_REACTIONS};
 use crate::mlcp::Start;
+use crate::rounding::OF_SOLUTION;
 
 /// Length of an reinitialising step relative to the nominal step and to the fastest time constant: short
 /// enough that nothing but the jump happens in it, long enough that `E/h` does not drown `G`.
@@ -24,10 +25,6 @@ const LESS: f64 = 0.1;
 /// straight are taken.
 const STRAIGHTER: usize = 4;
 const SHORTER: f64 = 0.1;
-/// Changes below this part of the largest charge (or flux) so far are no jump.
-pub(in crate::integrate) const NO_JUMP: f64 = 1e-9;
-/// Rounding of voltages and currents, relative to the largest.
-pub(in crate::integrate) const ROUNDING: f64 = 1e-13;
 /// An reinitialising step that its own end contradicts is continued from there by longer ones, in which
 /// less can hide.
 const CONTINUED: [f64; 3] = [JUMP, 1e-6, 1e-4];
@@ -324,7 +321,7 @@ impl Stepper {
         let mut bend = self.curvature_of_charges(&once, twice.as_ref(), &after, scale);
         let mut shorter = part;
         for _ in 0..STRAIGHTER {
-            if bend <= ROUNDING {
+            if bend <= OF_SOLUTION {
                 break;
             }
             shorter *= SHORTER;
@@ -426,8 +423,9 @@ impl Stepper {
         self.short_step(Some(&vec![0.0; before.len()]), before, DESCENT * length, Start::Warm)?;
         let kind = |j: usize| usize::from(self.sys.linear.row_kind[j]);
         let largest = self.sys.largest(&[after]);
-        let motion =
-            |j: usize| self.z[j].abs() <= LESS * f64::abs(after[j]) + ROUNDING * largest[kind(j)];
+        let motion = |j: usize| {
+            self.z[j].abs() <= LESS * f64::abs(after[j]) + OF_SOLUTION * largest[kind(j)]
+        };
         if self.facts.storage.unknowns().all(motion) {
             self.facts.storage.restore(&vec![0.0; before.len()], after, |_| f64::INFINITY);
         }

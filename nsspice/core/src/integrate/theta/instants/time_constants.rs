@@ -1,7 +1,7 @@
 //! What reinitialising steps have to be short beside: the fastest times of a circuit.
 
-use super::jumps::ROUNDING;
 use crate::integrate::theta::stepper::Stepper;
+use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
 
 /// Times of junctions are estimates, and their charges small: beside them 1e-5 is short.
@@ -57,7 +57,7 @@ fn time_of_groups(groups: &[Vec<usize>], e: &Csc, g: &Csc) -> f64 {
     for (k, v) in g.iter().filter_map(|(r, c, v)| Some((inside(r, c)?, v))) {
         sums[k][2] += v;
     }
-    let tied = sums.iter().filter(|[stored, size, _]| *stored > ROUNDING * size);
+    let tied = sums.iter().filter(|[stored, size, _]| *stored > OF_SOLUTION * size);
     tied.fold(f64::INFINITY, |time, [stored, _, conducted]| time.min(stored / conducted.abs()))
 }
 

@@ -20,6 +20,7 @@ use crate::integrate::theta::failure::{Failure, Outcome};
 use crate::integrate::theta::stepper::Stepper;
 use crate::integrate::theta::time_grid::slopes;
 use crate::mlcp::Start;
+use crate::rounding::OF_EQUATION;
 
 /// The longest step relative to an ordinary one and to the fastest time that is known, and the least. What moves much in
 /// it is not corrected, and the next one is shorter by this factor; rounding of charges counts by the inverse. Junctions
@@ -34,8 +35,6 @@ const TRIALS: usize = 20;
 const CORRECTIONS: usize = 32;
 /// The part of the largest charge that may be missed.
 pub(in crate::integrate) const HELD: f64 = 1e-12;
-/// Roundings of a sum of charges: of a node few capacitors and functions meet, of a winding few others.
-const ROUNDINGS: f64 = 16.0;
 /// The part of it, or of what moves in the step, that is missed where there is no impulse: little of what the
 /// certificate grants.
 const CLOSE: f64 = 2e-9;
@@ -243,7 +242,8 @@ impl Stepper {
         // perfectly coupled inductors carry currents that their fluxes do not tell, but for rounding
         let rounding = self.stored_sizes(&change);
         let part = |((gap, size), rounding): ((&f64, &f64), &f64)| {
-            let open = gap.abs() - ROUNDINGS * f64::EPSILON * rounding;
+            // of a node few capacitors and functions meet, of a winding few others
+            let open = gap.abs() - OF_EQUATION * rounding;
             // functions beyond all numbers obey nothing
             let open = if open.is_nan() { f64::INFINITY } else { open.max(0.0) };
             open / f64::max(*size, f64::MIN_POSITIVE.sqrt())
