@@ -204,10 +204,14 @@ fn attempt(network: &Network, ways: &[OneWay], closed: &[bool]) -> Option<Trial>
         Law::Fixed(fixed) => f64::abs(voltage - fixed) > rounding[1],
         Law::Weighted { .. } | Law::Loose(_) | Law::Led => false,
     };
-    // what windings bring to a core that stores nothing cancels
+    // what windings bring to a core that stores nothing cancels: else it would have no way but the loose branch, whose
+    // voltage would be beyond all numbers; where nothing flows at all the voltage alone tells
     let is_loose = |&at: &usize| matches!(mode.laws[at], Law::Loose(_));
     let cores = if mode.turns.is_empty() { 0 } else { first };
-    let idle = |at: usize| flow.current[at].abs() <= rounding[0];
+    let firm = |at: &usize| matches!(mode.laws[*at], Law::Fixed(_) | Law::Weighted { .. });
+    let firm = (0..first).filter(firm).fold(offsets, |most, at| most.max(flow.voltage[at].abs()));
+    let idle =
+        |at: usize| flow.current[at].abs() <= rounding[0] || SUMS * flow.voltage[at].abs() <= firm;
     let cut_off = hybrid.cut_off || !(0..cores).filter(is_loose).all(idle);
     if !is_wound(&mode, &flow, &potentials, sizes[1]) {
         return None;

@@ -33,10 +33,7 @@ impl Stepper {
     /// the structure of the network is not known, or its equations were not solved: then nothing has changed.
     pub(in crate::integrate) fn reinitialise(&mut self, charges: Option<&[f64]>) -> bool {
         let Some(reinitialiser) = &self.instants.reinitialiser else { return false };
-        // rates of perfectly coupled windings are not known well enough after events of steps
-        if charges.is_none() && reinitialiser.is_coupled() {
-            return false;
-        }
+        let coupled = charges.is_none() && reinitialiser.is_coupled();
         let slopes = self.source_slopes(self.time);
         let before = charges.map_or(Before::State(&self.z), Before::Stored);
         let sources = [&self.u0[..], &slopes];
@@ -44,11 +41,16 @@ impl Stepper {
         else {
             return false;
         };
-        let before = std::mem::replace(&mut self.z, found.z);
+        let (before, after) = (self.z.clone(), found.z);
+        let jumps = self.noticed(charges, [&before, &after, &after], &[]);
+        // after events of steps rates of perfectly coupled inductors are known to rounding of their fluxes alone
+        if coupled && !jumps {
+            return false;
+        }
+        self.z.clone_from(&after);
         self.l = found.l;
         self.turn_to(&found.active);
-        let after = self.z.clone();
-        if self.noticed(charges, [&before, &after, &after], &[]) {
+        if jumps {
             self.stats.jumps += 1;
             if self.recorder.jumps.len() < MAX_JUMPS {
                 let [unknowns, multipliers] = found.impulses;
@@ -69,7 +71,7 @@ impl Stepper {
         if self.recorder.outputs.needs_rates() {
             self.recorder.rates.copy_from_slice(&found.rates);
         }
-        self.instants.begun = Some(found.rates);
+        self.instants.begun = (!coupled).then_some(found.rates);
         self.record_state();
         true
     }
