@@ -10,10 +10,6 @@ use std::sync::Arc;
 /// one; the sparse solve takes about 0.6 of the time of the dense one at any size.
 pub const DENSE_LIMIT: usize = 32;
 
-/// A pivot below this part of the terms that it is the sum of is their rounding, and that of the entries that were
-/// summed before.
-pub const LOST: f64 = 4.0 * f64::EPSILON;
-
 /// Below this part of its column a pivot is none, even if nothing was lost on the way: rounding of right-hand
 /// sides would move the unknown out of all bounds.
 pub const TRACE: f64 = 1e-30;

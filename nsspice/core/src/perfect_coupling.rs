@@ -6,11 +6,9 @@
 //! divided by the length, would be volts in its place, and no leakage limits the current that these
 //! drive: 0.07 Vs in 1e-17 s have a rounding error of 0.8 V.
 
+use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
 use crate::union_find::UnionFind;
-
-/// Charges and fluxes that sum to this part of their sizes sum to zero: less is lost in their assembly.
-pub(crate) const LOST: f64 = 1e-12;
 
 /// A law to which multiples of others are added, in which nothing is stored then.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,7 +54,7 @@ pub fn laws_without_storage(e: &Csc, row_kind: &[u8]) -> Vec<Multiples> {
         let mut rest: Vec<usize> = (0..count).collect();
         loop {
             let size = |k: usize| left[k][k].abs();
-            let counts = (0..rest.len()).filter(|&at| size(rest[at]) > LOST * own[rest[at]]);
+            let counts = (0..rest.len()).filter(|&at| size(rest[at]) > OF_SOLUTION * own[rest[at]]);
             let most = counts.max_by(|&a, &b| size(rest[a]).total_cmp(&size(rest[b])));
             let Some(pivot) = most.map(|at| rest.swap_remove(at)) else { break };
             for &k in &rest {

@@ -6,9 +6,6 @@
 
 use crate::mlcp::Role;
 
-/// What rounding leaves of a control, as a part of its terms.
-pub const ROUNDING: f64 = 8.0 * f64::EPSILON;
-
 /// How far a control may lie beyond a threshold that it has not crossed.
 #[derive(Clone, Copy, Debug)]
 pub struct Slack {
@@ -131,6 +128,7 @@ impl Switch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rounding::OF_EQUATION;
 
     #[test]
     fn a_thyristor_stays_on_while_it_conducts() {
@@ -144,13 +142,13 @@ mod tests {
             at_threshold: AtThreshold::Reached,
         };
         assert_eq!([false, true].map(|gate| switch.role(gate)), [Role::Open, Role::Diode]);
-        assert!(!switch.turns(false, &[2.0], Slack::of_terms(ROUNDING), false));
-        assert!(switch.turns(false, &[2.1], Slack::of_terms(ROUNDING), false));
-        assert!(!switch.turns(true, &[0.0], Slack::of_terms(ROUNDING), true));
-        assert!(switch.turns(true, &[0.0], Slack::of_terms(ROUNDING), false));
+        assert!(!switch.turns(false, &[2.0], Slack::of_terms(OF_EQUATION), false));
+        assert!(switch.turns(false, &[2.1], Slack::of_terms(OF_EQUATION), false));
+        assert!(!switch.turns(true, &[0.0], Slack::of_terms(OF_EQUATION), true));
+        assert!(switch.turns(true, &[0.0], Slack::of_terms(OF_EQUATION), false));
         switch.latching = false;
         assert_eq!(switch.role(true), Role::Closed);
-        assert!(switch.turns(true, &[0.0], Slack::of_terms(ROUNDING), true));
+        assert!(switch.turns(true, &[0.0], Slack::of_terms(OF_EQUATION), true));
     }
 
     #[test]
@@ -166,13 +164,14 @@ mod tests {
         };
         assert_eq!([false, true].map(|gate| switch.role(gate)), [Role::Closed, Role::Open]);
         for value in [1.1 - 4e-16, 1.1, 1.1 + 4e-16] {
-            let turns = |gate| switch.turns(gate, &[value, 1.0], Slack::of_terms(ROUNDING), false);
+            let turns =
+                |gate| switch.turns(gate, &[value, 1.0], Slack::of_terms(OF_EQUATION), false);
             assert!(![false, true].into_iter().any(turns));
         }
-        assert!(switch.turns(false, &[1.2, 1.0], Slack::of_terms(ROUNDING), false));
-        assert!(switch.turns(true, &[1.0, 1.0], Slack::of_terms(ROUNDING), false));
+        assert!(switch.turns(false, &[1.2, 1.0], Slack::of_terms(OF_EQUATION), false));
+        assert!(switch.turns(true, &[1.0, 1.0], Slack::of_terms(OF_EQUATION), false));
         // unknowns that are known less well cross it later
-        assert!(switch.turns(false, &[1.1 + 1e-11, 1.0], Slack::of_terms(ROUNDING), false));
+        assert!(switch.turns(false, &[1.1 + 1e-11, 1.0], Slack::of_terms(OF_EQUATION), false));
         assert!(!switch.turns(false, &[1.1 + 1e-11, 1.0], Slack::of_terms(1e-10), false));
     }
 

@@ -7,12 +7,11 @@ use super::points::Point;
 use super::recorded::Taken;
 use super::rounding::RoundingUnit;
 use super::{ratio, worse, TOLERANCE};
+use crate::waveform::INSTANT;
 
 /// A closed form has the rounding of three computations of the size of an elimination: the reduction
 /// to states, their decomposition, and the way back to the unknowns.
 const CLOSED: f64 = 3.0;
-/// An event is known to this part of its instant.
-const INSTANT: f64 = 16.0 * f64::EPSILON;
 
 /// States at which one motion ends and the next begins: nothing changes between them but in jumps
 /// that are reported.

@@ -1,7 +1,7 @@
 //! LU factorisation of a small dense matrix with partial pivoting.
 
-use crate::linear::{Singular, Sizes, LOST, TRACE};
-use crate::rounding::OF_SOLUTION;
+use crate::linear::{Singular, Sizes, TRACE};
+use crate::rounding::{OF_EQUATION, OF_SOLUTION};
 use crate::sparse::Csc;
 
 /// `P A = L U`, stored over `A` column by column; refactoring reuses the storage.
@@ -168,7 +168,9 @@ impl DenseLu {
                 let small =
                     self.hold > 0.0 && k < last && best <= OF_SOLUTION * self.sizes.column(k);
                 // beside large entries that cancel nothing, a small pivot has all of its digits
-                if !small || best > (LOST * self.terms(k, p)).max(TRACE * self.sizes.column(k)) {
+                if !small
+                    || best > (OF_EQUATION * self.terms(k, p)).max(TRACE * self.sizes.column(k))
+                {
                     break (p, best);
                 }
                 last -= 1;

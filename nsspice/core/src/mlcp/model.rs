@@ -4,6 +4,7 @@ use super::equilibrate::equilibrate;
 use super::problem::Problem;
 use crate::dominance::dominates;
 use crate::linear::{ordering, DENSE_LIMIT};
+use crate::rounding::OF_SOLUTION;
 use crate::sparse::{Csc, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -186,7 +187,6 @@ fn factor_bytes(matrix: &Csc) -> usize {
 /// Cholesky with diagonal pivoting on the symmetric part; beyond 600 unknowns only diagonal
 /// dominance is tried.
 fn positive_semidefinite(matrix: &Csc) -> bool {
-    const TOLERANCE: f64 = 1e-12;
     if dominates(matrix) {
         return true;
     }
@@ -207,12 +207,12 @@ fn positive_semidefinite(matrix: &Csc) -> bool {
     {
         let p = left.swap_remove(at);
         let pivot = s[p * n + p];
-        if pivot <= TOLERANCE {
-            // all remaining diagonals are at most TOLERANCE: the rest must vanish altogether
+        if pivot <= OF_SOLUTION {
+            // all remaining diagonals are at most that: the rest must vanish altogether
             left.push(p);
-            let root = TOLERANCE.sqrt();
+            let root = OF_SOLUTION.sqrt();
             return left.iter().all(|&i| {
-                s[i * n + i] >= -TOLERANCE && left.iter().all(|&j| s[i * n + j].abs() <= root)
+                s[i * n + i] >= -OF_SOLUTION && left.iter().all(|&j| s[i * n + j].abs() <= root)
             });
         }
         for &i in &left {

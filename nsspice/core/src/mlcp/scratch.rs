@@ -18,12 +18,8 @@ const NO_DATA: f64 = 0.01;
 /// No smaller residual is asked for: rounding.
 const ROUNDING: f64 = 1e-11;
 
-/// Slacks (multipliers) that should vanish are flaws from this part of the terms of their own on,
+/// Slacks (multipliers) that should vanish are flaws from this part of the terms of their own on.
 const FLAW: f64 = 1e-9;
-/// unless they are rounding of the largest voltage (multiplier) of the pairs,
-const FINE: f64 = 1e-12;
-/// or of what meets in the rows.
-const FINEST: f64 = 1e-14;
 
 /// Against which size rounding errors are judged in sign tests.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -287,8 +283,9 @@ impl Scratch {
         for (i, &size) in terms[..n].iter().enumerate() {
             rows[model.kind(i)] = rows[model.kind(i)].max(size);
         }
-        let current = (FINE * largest(&x[n..])).max(FINEST * rows[0]);
-        let voltage = (FINE * largest(&terms[n..])).max(FINEST * rows[1]);
+        // unless they are rounding of the largest of the pairs, or of what meets in the rows
+        let current = OF_SOLUTION * largest(&x[n..]).max(rows[0]);
+        let voltage = OF_SOLUTION * largest(&terms[n..]).max(rows[1]);
         roles.iter().enumerate().all(|(i, role)| {
             let (l, w) = (x[n + i], -defect[n + i]);
             let current = current.max(FLAW * model.multiplier_terms(i, terms));

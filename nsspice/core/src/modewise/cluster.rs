@@ -11,8 +11,6 @@ const CLOSE: f64 = 1e-2;
 const SHIFT: (f64, usize) = (0.1, 8);
 /// Newton steps; three are usual.
 const STEPS: usize = 12;
-/// What may be left of a subspace that is invariant but for rounding.
-const REST: f64 = 1e-14;
 
 /// Eigenvalues `i` and `k` belong together: close, or conjugate to one that is, or both zero.
 fn together(values: &[Complex], zero: f64, i: usize, k: usize) -> bool {
@@ -122,7 +120,7 @@ fn refined(x: &Matrix, center: Complex, start: &Matrix) -> Option<(Matrix, Matri
     let (rest, basis, matrix) = best?;
     let mean = (0..w).map(|k| matrix[(k, k)]).sum::<f64>() / w as f64;
     let same = (mean - center.re).abs() <= CLOSE * center.abs() + rounding(x);
-    (same && rest <= REST * n as f64 * size).then_some((basis, matrix))
+    (same && rest <= OF_SOLUTION * n as f64 * size).then_some((basis, matrix))
 }
 
 /// The same in coordinates of similar size, for the digits of small parts of the vectors.

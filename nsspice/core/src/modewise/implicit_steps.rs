@@ -9,7 +9,8 @@ use super::run_state::Phase;
 use super::successor::{fix, roles};
 use crate::integrate::Failure;
 use crate::mlcp::{Role, Unsolved};
-use crate::switch::{Slack, ROUNDING};
+use crate::rounding::OF_EQUATION;
+use crate::switch::Slack;
 
 /// What an implicit step has left in the row it was given.
 pub(super) enum Stepped {
@@ -196,7 +197,7 @@ impl Engine {
     /// Turns the switches that the present unknowns and the pairs that conduct turn.
     fn react(&mut self, on: &[bool]) -> bool {
         let mut turned = false;
-        let slack = Slack::of_terms(ROUNDING);
+        let slack = Slack::of_terms(OF_EQUATION);
         for k in 0..self.prepared.switches.len() {
             let switch = &self.prepared.switches[k];
             if switch.turns(self.control.gates[k], &self.state.z, slack, on[switch.pair]) {

@@ -6,7 +6,7 @@
 
 use crate::dense::{complex, Complex, Matrix};
 use crate::sparse::Csc;
-use crate::waveform::{Side, Smooth, Waveform};
+use crate::waveform::{Side, Smooth, Waveform, INSTANT};
 use std::f64::consts::TAU;
 
 /// What an input does.
@@ -276,7 +276,7 @@ impl Inputs {
         self.breakpoints.clear();
         self.breakpoints.extend(self.waveforms.iter().filter_map(|w| w.next_breakpoint_time(t)));
         let first = self.breakpoints.iter().copied().fold(f64::INFINITY, f64::min);
-        let same = first + 16.0 * f64::EPSILON * first.abs();
+        let same = first + INSTANT * first.abs();
         self.breakpoints.iter().copied().filter(|&c| c <= same).fold(first, f64::max)
     }
 

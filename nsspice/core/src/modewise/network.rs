@@ -9,6 +9,7 @@
 use super::inputs::Inputs;
 use crate::dense::{eigen_symmetric, Differences, Echelon, Matrix};
 use crate::descriptor::Linear;
+use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
 use crate::structure::{Coordinates, Edge};
 
@@ -166,8 +167,8 @@ fn energy_basis(base: &Matrix, m: &Matrix) -> Result<(Matrix, Matrix), String> {
     if values.iter().any(|&v| v < -1e-9) {
         return Err("a stored energy is negative".into());
     }
-    let kept: Vec<usize> = (0..r).filter(|&k| values[k] > 1e-12).collect();
-    let lost: Vec<usize> = (0..r).filter(|&k| values[k] <= 1e-12).collect();
+    let kept: Vec<usize> = (0..r).filter(|&k| values[k] > OF_SOLUTION).collect();
+    let lost: Vec<usize> = (0..r).filter(|&k| values[k] <= OF_SOLUTION).collect();
     let mut good = vectors.select_cols(&kept);
     for i in 0..r {
         for (c, &k) in kept.iter().enumerate() {

@@ -5,6 +5,7 @@ use super::cluster::clustered;
 use super::scales::Scales;
 use super::sharpen::sharpened;
 use crate::dense::{complex, eigen, eigen_symmetric, Complex, Eigen, Lu, Matrix};
+use crate::rounding::OF_SOLUTION;
 use crate::tolerances::ACCEPT;
 use crate::union_find::UnionFind;
 
@@ -16,9 +17,6 @@ const PLAIN: usize = 24;
 
 /// Spread of the eigenvalues above which the slow ones are taken from the inverse.
 const SPREAD: f64 = 1e6;
-
-/// Rounding of an entry, some ten terms.
-const SYMMETRIC: f64 = 1e-14;
 
 /// Largest entry of `J V - V L` for vectors of unit size, `L` the eigenvalues, in units of that of J.
 fn backward_error(j: &Matrix, found: &Eigen) -> f64 {
@@ -106,7 +104,8 @@ fn is_symmetric(j: &Matrix) -> bool {
         (0..r).all(|c| {
             let (one, other) = (j[(r, c)], j[(c, r)]);
             let rates = (j[(r, r)].abs() * j[(c, c)].abs()).sqrt();
-            (one - other).abs() <= SYMMETRIC * one.abs().max(other.abs()).max(rates)
+            // what elimination has left of them may differ by its rounding
+            (one - other).abs() <= OF_SOLUTION * one.abs().max(other.abs()).max(rates)
         })
     })
 }

@@ -6,7 +6,8 @@
 //! stand in the place of all that passes those: `i(V) + i(L) = 0`, without the charges of junctions behind both,
 //! whose rounding in a short step is amperes.
 
-use crate::perfect_coupling::{laws_without_storage, Multiples, LOST};
+use crate::perfect_coupling::{laws_without_storage, Multiples};
+use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
 use crate::structure::Coordinates;
 
@@ -99,7 +100,7 @@ impl Combined {
         let [sums, sizes] =
             [terms, sizes].map(|all| Csc::from_triplets(matrix.nrows, matrix.ncols, &all));
         let left = sums.iter().zip(sizes.iter());
-        let left = left.filter(|(sum, size)| sum.2 == size.2 || sum.2.abs() > LOST * size.2);
+        let left = left.filter(|(sum, size)| sum.2 == size.2 || sum.2.abs() > OF_SOLUTION * size.2);
         left.map(|(sum, _)| sum).collect()
     }
 

@@ -4,7 +4,7 @@ use super::convergence::{Balance, Judgement};
 use super::equations::Equations;
 use super::linear::Assembly;
 use crate::mlcp::Role;
-use crate::rounding::OF_SOLUTION;
+use crate::rounding::{OF_EQUATION, OF_SOLUTION};
 
 /// Pivots that keep unknowns near where they are if the linearised equations leave them open: the
 /// rounding of the equations moves them no further than by its quotient with the first.
@@ -16,10 +16,6 @@ const REACH: f64 = 2.0;
 /// A current that goes round drives no voltage but what rounding makes of the held pivots, and nothing
 /// that is stored.
 pub(super) const DRIVEN: f64 = 1e-6;
-/// Voltages below this part of what else is given, in the scaled system, say nothing.
-const TRACE: f64 = 1e-12;
-/// Sums of the currents of functions that are off by less than this part of them hold.
-const ROUNDED: f64 = 2.0 * f64::EPSILON;
 /// An unknown that is stopped there so many times in a row may go farther: twice as far, then 8, 128 and
 /// 32,768 times, as far as an amplifier of open loop gets from rest.
 const INSIST: u8 = 3;
@@ -88,7 +84,7 @@ impl Limits {
         }
         let bound = |size: f64| if size > 0.0 { REACH * size } else { f64::INFINITY };
         // beside large currents a trace of a voltage is the rounding of what came before
-        (bound(if seen > TRACE * scaled { voltage } else { 0.0 }), bound(scaled))
+        (bound(if seen > OF_SOLUTION * scaled { voltage } else { 0.0 }), bound(scaled))
     }
 }
 
@@ -174,7 +170,7 @@ impl State {
         // rounding of what blocking junctions let through would move the potential, for which nothing else has a
         // slope, by volts
         for &row in &eq.places.leaks {
-            if self.step[row].abs() <= ROUNDED * self.balance.terms[row] {
+            if self.step[row].abs() <= OF_EQUATION * self.balance.terms[row] {
                 self.step[row] = 0.0;
             }
         }

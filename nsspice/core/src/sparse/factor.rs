@@ -7,7 +7,8 @@
 
 use super::lu::Entry;
 use super::{Csc, SparseLu};
-use crate::linear::{LOST, TRACE};
+use crate::linear::TRACE;
+use crate::rounding::OF_EQUATION;
 
 /// The diagonal entry is the pivot if it reaches this part of the largest candidate in a row that
 /// no mode change touches ...
@@ -277,7 +278,8 @@ impl SparseLu {
         row: impl Fn(usize) -> u32,
         p: usize,
     ) -> bool {
-        let rounding = |terms: f64| pivot <= (LOST * terms).max(TRACE * scale);
+        // of the terms that a pivot is the sum of, and of the entries that were summed before
+        let rounding = |terms: f64| pivot <= (OF_EQUATION * terms).max(TRACE * scale);
         self.hold > 0.0
             && pivot <= SUSPECT * scale
             && (rounding(terms) || rounding(self.summed(a, k, row, p)))

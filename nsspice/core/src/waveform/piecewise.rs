@@ -1,6 +1,6 @@
 //! PULSE and PWL as one law: a polygon, possibly repeated, possibly with vertical edges.
 
-use super::{Breakpoint, Side};
+use super::{Breakpoint, Side, INSTANT};
 
 /// A polygon through `(time, value)`; two equal times make an ideal edge.
 #[derive(Clone, Debug)]
@@ -20,7 +20,7 @@ struct Repeat {
 
 /// Rounding of a sum of times of this size: two instants closer than this are one.
 fn slack(t: f64) -> f64 {
-    32.0 * f64::EPSILON * t.abs()
+    INSTANT * t.abs()
 }
 
 impl PiecewiseLinear {

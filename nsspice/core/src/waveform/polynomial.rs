@@ -5,11 +5,8 @@
 //! digits (L. N. Trefethen, *Approximation Theory and Approximation Practice* (2013), chapters 3 and 19).
 
 use super::{Breakpoint, Side, INSTANT};
+use crate::rounding::OF_SOLUTION;
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
-
-/// Polynomials are accurate to this part of the largest value (see `modewise::pieces`): what differs less
-/// on both sides of a breakpoint does not jump.
-const ACCURATE: f64 = 1e-12;
 
 /// A piecewise polynomial that the block that computes it and those that read it share.
 #[derive(Clone, Debug, Default)]
@@ -100,7 +97,8 @@ impl Polynomial {
             count => pieces.at(count - 1, begin).0,
         };
         let right = chebyshev(coefficients, -1.0).0;
-        let jump = kink && (right - left).abs() > ACCURATE * pieces.largest.max(left.abs());
+        // polynomials follow values to that part of the largest (see `modewise::pieces`): less is no jump
+        let jump = kink && (right - left).abs() > OF_SOLUTION * pieces.largest.max(left.abs());
         pieces.coefficients.extend_from_slice(coefficients);
         pieces.list.push(Piece { begin, length, kink, jump, first });
         pieces.end = begin + length;

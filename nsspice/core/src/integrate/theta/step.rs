@@ -4,10 +4,11 @@ use super::events::impacts::Cut;
 use super::failure::{Best, Failure, Outcome};
 use super::matrices::Ends;
 use super::outputs::Quantities;
-use super::step_length::{Stage, ROUNDED};
+use super::step_length::Stage;
 use super::stepper::{Large, Stepper};
 use super::time_grid::{evaluate, Target};
 use crate::mlcp::{Residual, Start};
+use crate::rounding::OF_SOLUTION;
 use crate::tolerances::ACCEPT;
 use crate::waveform::Side;
 use std::mem::take;
@@ -273,7 +274,7 @@ impl Stepper {
             ends,
             &mut self.scratch.x,
             &mut self.scratch.work,
-        ) || self.sys.apart(&self.z, &self.scratch.x, base) <= ROUNDED
+        ) || self.sys.apart(&self.z, &self.scratch.x, base) <= OF_SOLUTION
         {
             return;
         }

@@ -6,14 +6,12 @@ use super::refine::defect;
 use crate::descriptor::{sums_that_store_nothing, Linear};
 use crate::mlcp::{Driver, ModeFactor, Problem};
 use crate::newton::Smooth;
+use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
 use crate::structure::Coordinates;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Where the step equations and those for increments differ by more than this part, the former have
-/// lost digits.
-pub(in crate::integrate) const ROUNDED: f64 = 1e-12;
 /// Increments that are wrong by more than this part: the mode is singular up to rounding.
 const UNSOUND: f64 = 1e-2;
 
@@ -302,7 +300,8 @@ impl Stage {
         let plain = known.is_none().then(|| x.to_vec());
         matrices.sharpen(&factor, active, ends, x, work);
         if let Some(plain) = plain {
-            let better = sys.apart(&plain, x, ends.z0) > ROUNDED;
+            // the step equations have lost digits beside those for increments
+            let better = sys.apart(&plain, x, ends.z0) > OF_SOLUTION;
             if !better {
                 x.copy_from_slice(&plain);
             }
@@ -341,7 +340,7 @@ impl Stage {
             }
             let apart = sys.apart(&plain, &sharp, &probe.z);
             let lost = sys.stored_apart(&plain, &sharp, &probe.z) > probe.finest;
-            increments = Some(apart > ROUNDED || lost);
+            increments = Some(apart > OF_SOLUTION || lost);
         }
         let slot = self.slot(active, epoch);
         (slot.increments, slot.unsound) = (increments, unsound);

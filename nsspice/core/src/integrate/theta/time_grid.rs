@@ -4,7 +4,7 @@
 //! breakpoints are hit exactly; a breakpoint off the grid costs one short step to it and one to the grid.
 
 use crate::row_clock::RowClock;
-use crate::waveform::{Side, Waveform};
+use crate::waveform::{Side, Waveform, INSTANT};
 
 /// The next instant to step to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,9 +20,6 @@ pub struct Target {
     /// a source jumps at the end
     pub jump: bool,
 }
-
-/// Instants this close to each other, relative to the time, are one.
-pub(in crate::integrate) const SAME: f64 = 16.0 * f64::EPSILON;
 
 /// No output rows within a piece.
 const NEVER: u64 = u64::MAX;
@@ -194,7 +191,7 @@ impl Clock {
 pub(in crate::integrate) fn first_breakpoint(waveforms: &[Waveform], t: f64) -> (f64, bool) {
     let breakpoints: Vec<_> = waveforms.iter().filter_map(|w| w.next_breakpoint(t)).collect();
     let first = breakpoints.iter().map(|c| c.time).fold(f64::INFINITY, f64::min);
-    let same = first + SAME * first.abs();
+    let same = first + INSTANT * first.abs();
     // the latest of the merged instants: a value taken there is past every one of the edges
     let merged = || breakpoints.iter().filter(|c| c.time <= same);
     (merged().map(|c| c.time).fold(first, f64::max), merged().any(|c| c.jump))

@@ -12,11 +12,9 @@
 use crate::integrate::sdirk::tableau::Tableau;
 use crate::integrate::theta::stepper::Stepper;
 use crate::newton::StoredFunction;
+use crate::rounding::of_entries;
 use crate::sparse::Csc;
 use crate::union_find::UnionFind;
-
-/// Row sums of the storage matrix below this part of their terms are their rounding, and no capacitance to ground.
-const ROUNDING: f64 = 1e-12;
 
 /// A capacitance between two unknowns, or to ground.
 #[derive(Clone, Copy, Debug)]
@@ -104,7 +102,9 @@ fn capacitors(stored: &Csc, kinds: &[u8]) -> Vec<Capacitor> {
             found.push(Capacitor { ends: (r, Some(c)), value: v.abs() });
         }
     }
-    let grounded = (0..stored.nrows).filter(|&j| f64::abs(sum[j]) > ROUNDING * size[j]);
+    // row sums that are rounding are no capacitance to ground
+    let rounding = of_entries(stored.nrows);
+    let grounded = (0..stored.nrows).filter(|&j| f64::abs(sum[j]) > rounding * size[j]);
     found.extend(grounded.map(|j| Capacitor { ends: (j, None), value: f64::abs(sum[j]) }));
     found
 }

@@ -7,9 +7,8 @@ use crate::integrate::sdirk::events::across_kinks::NOTICED;
 use crate::integrate::sdirk::run::Sdirk;
 use crate::integrate::sdirk::step::Trial;
 use crate::integrate::theta::stepper::Stepper;
+use crate::rounding::OF_EQUATION;
 
-/// Rounding of an estimated error: that of the largest voltage (current), in the rates of all stages.
-const ROUNDING: f64 = 32.0 * f64::EPSILON;
 /// So many times what Newton's method leaves open, less than a thousandth of the tolerance, is no motion.
 const STILL: f64 = 256.0;
 
@@ -80,7 +79,8 @@ impl Sdirk {
                 Some(energies) => energies.size(j, self.trial.estimate.errors[j], range),
                 None => range,
             };
-            let rounding = ROUNDING * self.trial.estimate.terms[j].max(largest[kind]);
+            // of the largest voltage (current), in the rates of the stages
+            let rounding = OF_EQUATION * self.trial.estimate.terms[j].max(largest[kind]);
             let ratio = slope.abs()
                 / (self.settings.accuracy.relative * size
                     + allowed[kind]

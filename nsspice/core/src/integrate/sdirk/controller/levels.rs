@@ -2,14 +2,12 @@
 
 use crate::integrate::theta::step_length::{Probe, Stage};
 use crate::integrate::theta::stepper::Stepper;
-use crate::rounding::OF_EQUATION;
+use crate::rounding::{OF_EQUATION, OF_SOLUTION};
 
 /// Levels of the stage_equations: the shortest step is 2^-44 of the longest.
 pub const LEVELS: usize = 45;
 /// Size below which an unknown is small beside the others of its kind.
 pub const SMALL: f64 = 1e-3;
-/// A map that differs more than this from refined solutions is not used.
-pub const DIGITS: f64 = 1e-12;
 /// Rounding of what is stored, as a part of the error that a step may have in a small unknown, and
 /// relative to the largest where that is less than rounding.
 const FINEST: f64 = 0.1;
@@ -75,7 +73,8 @@ impl Levels {
                 }
             }
             let mut stage = Stage::new(&s.sys, length, true, &s.facts.constants);
-            let matters = self.finest < DIGITS / SMALL || level >= SHORT;
+            // a map that differs by more from refined solutions is not used
+            let matters = self.finest < OF_SOLUTION / SMALL || level >= SHORT;
             if matters {
                 stage.probe = Some(self.probe(s, resistance));
             }

@@ -1,13 +1,14 @@
 //! The stage equations of a fixed mode at each step length.
 
-use super::levels::{Levels, DIGITS, LEVELS};
+use super::levels::{Levels, LEVELS};
 use super::resistances::Resistances;
 use super::winding_ratios::Ratios;
 use crate::integrate::sdirk::events::guards::{Scales, VIOLATED};
 use crate::integrate::theta::matrices::{Ends, OPEN};
-use crate::integrate::theta::step_length::{Stage, ROUNDED};
+use crate::integrate::theta::step_length::Stage;
 use crate::integrate::theta::stepper::Stepper;
 use crate::mlcp::{Role, Start};
+use crate::rounding::OF_SOLUTION;
 use crate::tolerances::ACCEPT;
 
 /// A mode earns its affine map at this many solves.
@@ -213,7 +214,7 @@ impl StageEquations {
                 s.scratch.input.extend(inputs.ends.iter().map(|&j| u[j]));
                 let mut mapped = x.to_vec();
                 map.apply(&s.scratch.input, &mut mapped);
-                slot.trusted = !lost && s.sys.apart(x, &mapped, from) <= DIGITS;
+                slot.trusted = !lost && s.sys.apart(x, &mapped, from) <= OF_SOLUTION;
             }
             return Fit::Solved;
         }
@@ -242,7 +243,7 @@ impl StageEquations {
         if keeps {
             let (z, l) = own.split_at(n);
             let rows = stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l).rows;
-            keeps = rows <= ACCEPT && s.sys.stored_apart(z, x, &from[..n]) > ROUNDED;
+            keeps = rows <= ACCEPT && s.sys.stored_apart(z, x, &from[..n]) > OF_SOLUTION;
         }
         if keeps {
             x.copy_from_slice(&own);
@@ -352,7 +353,7 @@ impl StageEquations {
         sharp.copy_from_slice(x);
         let ends = Ends { z0: &from[..n], u0: u, u1: u };
         if stage.matrices.sharpen(&factor, &active, ends, &mut sharp, &mut s.scratch.work)
-            && s.sys.apart(x, &sharp, from) > ROUNDED
+            && s.sys.apart(x, &sharp, from) > OF_SOLUTION
         {
             let (z, l) = sharp.split_at(n);
             let found = stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l);

@@ -1,14 +1,13 @@
 //! The gates of switches: which turn where the unknowns are now.
 
 use crate::integrate::theta::stepper::{Stepper, MAX_REACTIONS};
-use crate::integrate::theta::time_grid::{evaluate, first_breakpoint, SAME};
+use crate::integrate::theta::time_grid::{evaluate, first_breakpoint};
 use crate::mlcp::{Role, Start};
-use crate::switch::{Slack, ROUNDING};
+use crate::rounding::{OF_EQUATION, OF_SOLUTION};
+use crate::switch::Slack;
 use crate::tolerances::ACCEPT;
-use crate::waveform::Side;
+use crate::waveform::{Side, INSTANT};
 
-/// A current below this part of the largest is rounding.
-const NO_CURRENT: f64 = 1e-12;
 /// How far ahead a control at its threshold is looked at, as a part of the time to the next breakpoint or of a step.
 const AHEAD: f64 = 1e-3;
 /// Rounds in which all switches turn together.
@@ -126,9 +125,9 @@ impl Stepper {
     fn slack(&self, k: usize) -> Slack {
         // Newton's method ends where its equations hold well enough: right after an event the control is at
         // its threshold up to that, on either side
-        let known = if self.smooth.is_some() { ACCEPT } else { ROUNDING };
+        let known = if self.smooth.is_some() { ACCEPT } else { OF_EQUATION };
         // gates that cross their thresholds together do so in one step, whatever rounding of the time tells
-        let blur = SAME * self.time / self.schedule.step_length;
+        let blur = INSTANT * self.time / self.schedule.step_length;
         Slack { part: known.max(blur), swing: self.switching.swings[k] }
     }
 
@@ -231,7 +230,7 @@ impl Stepper {
         }
         let [voltage, current] = self.sys.largest(&[&self.z]);
         let largest = self.l.iter().fold(current, |a, l| a.max(l.abs()));
-        self.l[pair] > NO_CURRENT * largest + f64::EPSILON * self.facts.conductances[1] * voltage
+        self.l[pair] > OF_SOLUTION * largest + f64::EPSILON * self.facts.conductances[1] * voltage
     }
 
     /// Turns a switch.

@@ -3,9 +3,10 @@
 use std::iter::empty;
 
 use crate::descriptor::Linear;
+use crate::rounding::OF_EQUATION;
 use crate::source_determined::{given_by_sources, Given};
 use crate::sparse::Csc;
-use crate::switch::{Slack, Switch, ROUNDING};
+use crate::switch::{Slack, Switch};
 
 /// How the controls of switches follow from the sources.
 #[derive(Clone, Debug, Default)]
@@ -77,7 +78,9 @@ pub fn by_sources(
     let mut z = vec![f64::NAN; linear.g.nrows];
     controls.fill(&linear.s, u, &mut z);
     let states = switches.iter().zip(before).enumerate().map(|(k, (switch, &gate))| {
-        controls.decide(k).then(|| gate != switch.turns(gate, &z, Slack::of_terms(ROUNDING), false))
+        controls
+            .decide(k)
+            .then(|| gate != switch.turns(gate, &z, Slack::of_terms(OF_EQUATION), false))
     });
     states.collect()
 }

@@ -13,11 +13,10 @@ use super::storage::Storage;
 use crate::descriptor::Linear;
 use crate::integrate::theta::stepper::Stepper;
 use crate::mlcp::{Driver, Problem, Start};
+use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
 
-/// Parts of its terms by which the law of a group may be missed.
-const HOLDS: f64 = 1e-12;
-/// A correction that leaves more than this part of that is none.
+/// A correction that leaves more than this part of what is missed is none.
 const BETTER: f64 = 0.1;
 
 /// The laws at an instant: where those of the unknowns go.
@@ -118,7 +117,7 @@ impl Stepper {
         }
         let instant = Instant::new(&self.sys.linear, &self.facts.storage);
         let before = instant.missed(&self.z, &self.l, &self.u0);
-        if before.iter().all(|[rest, size]| rest.abs() <= HOLDS * size) {
+        if before.iter().all(|[rest, size]| rest.abs() <= OF_SOLUTION * size) {
             return;
         }
         let [right, q] = instant.right(&self.z, &self.u0);
@@ -130,7 +129,7 @@ impl Stepper {
         let z = instant.unknowns(&x, &self.z);
         let after = instant.missed(&z, &l, &self.u0);
         let better = |(new, old): (&[f64; 2], &[f64; 2])| {
-            new[0].abs() <= (BETTER * old[0].abs()).max(HOLDS * old[1])
+            new[0].abs() <= (BETTER * old[0].abs()).max(OF_SOLUTION * old[1])
         };
         if solved && after.iter().zip(&before).all(better) {
             (self.z, self.l) = (z, l);

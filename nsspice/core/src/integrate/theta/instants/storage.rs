@@ -2,12 +2,11 @@
 
 use crate::dense::{eigen_symmetric, Matrix};
 use crate::descriptor::stored_groups;
+use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
 
 /// Windings that are looked at together.
 const MOST: usize = 64;
-/// Eigenvalues of even inductances that are none.
-const ROUNDING: f64 = 1e-12;
 
 /// The unknowns that store something, in groups that store together.
 #[derive(Clone, Debug, Default)]
@@ -46,7 +45,8 @@ impl Tight {
         let size = group.len();
         let even = Matrix::from_fn(size, size, |a, b| own[(a, b)] / (scale[a] * scale[b]));
         let (values, vectors) = eigen_symmetric(&even)?;
-        let lost: Vec<usize> = (0..size).filter(|&k| values[k] <= ROUNDING).collect();
+        // eigenvalues that are none
+        let lost: Vec<usize> = (0..size).filter(|&k| values[k] <= OF_SOLUTION).collect();
         if lost.is_empty() {
             return None;
         }
