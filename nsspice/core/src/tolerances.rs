@@ -12,3 +12,15 @@ pub const FLOOR: f64 = 1e-6;
 /// Changes below this part of the largest charge (flux, voltage) are no jump: ten times what an equation of an accepted
 /// solution may be off by, a tenth of what the certificate grants.
 pub const NO_JUMP: f64 = 1e-9;
+
+/// What is to be clearly less than another quantity, or to agree with it, is so to a decade: no such comparison then
+/// hangs on the factor of two or three by which norms, estimates of errors and weights are uncertain.
+pub const CLEARLY: f64 = 0.1;
+
+/// An iteration makes progress while a round leaves no more than this part of what was there: ten digits then
+/// take some thirty rounds, about as many as are granted.
+pub const PROGRESS: f64 = 0.5;
+
+/// Ratio of rates or of sizes whose larger part, rounded as a solution is, leaves the smaller one known no better than
+/// the certificate asks.
+pub const LOST_BEYOND: f64 = crate::audit::TOLERANCE / crate::rounding::OF_SOLUTION;

@@ -7,10 +7,9 @@ use super::problem::{Problem, Role, Start};
 use super::residual::{residual, Residual};
 use super::scratch::Scratch;
 use super::{active_set, exhaustive, interior, proximal};
+use crate::tolerances::ACCEPT;
 use std::sync::Arc;
 
-/// A solution of this size relative to the data is suspect.
-const SUSPECT: f64 = 1e10;
 /// The same for solutions found by following a path, which may lead nowhere.
 const SUSPECT_PATH: f64 = 1e6;
 
@@ -101,8 +100,9 @@ impl Driver {
             stage,
             iterations: s.iterations,
             residual,
+            // what is accepted of so large a solution may be all of the data
             needs_certificate: s.growth()
-                > if stage == 1 && !s.doubtful { SUSPECT } else { SUSPECT_PATH },
+                > if stage == 1 && !s.doubtful { 1.0 / ACCEPT } else { SUSPECT_PATH },
             flawed,
         })
     }
@@ -127,7 +127,7 @@ impl Driver {
         start_at(s, z, l);
         s.active.copy_from_slice(active);
         s.solve_mode();
-        let sound = s.judge_strictly().is_some() && s.growth() <= SUSPECT;
+        let sound = s.judge_strictly().is_some() && s.growth() <= 1.0 / ACCEPT;
         let guard = |i: usize| if s.active[i] { s.x[n + i] } else { -s.defect[n + i] };
         let solved = sound && (0..s.model.m).all(|i| roles[i] != Role::Diode || holds(i, guard(i)));
         if solved {
@@ -158,7 +158,7 @@ impl Driver {
         let near = finite && active_set::solve(s).is_some();
         let solved = near || finite && proximal::solve(s).is_some();
         let sound =
-            solved && !s.doubtful && s.growth() <= if near { SUSPECT } else { SUSPECT_PATH };
+            solved && !s.doubtful && s.growth() <= if near { 1.0 / ACCEPT } else { SUSPECT_PATH };
         if sound {
             z.copy_from_slice(&s.x[..n]);
             l.copy_from_slice(&s.x[n..]);

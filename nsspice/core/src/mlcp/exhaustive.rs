@@ -8,7 +8,7 @@ use super::lemke;
 use super::polish;
 use super::problem::Role;
 use super::residual::Residual;
-use super::scratch::Scratch;
+use super::scratch::{Scratch, ACCEPT_DATA};
 use crate::dense::LeastNorm;
 use crate::sparse::Csc;
 
@@ -18,8 +18,6 @@ const ENUMERATION: usize = 14;
 /// nothing has solved.
 const PROVED: usize = 160;
 const LEMKE_LIMIT: usize = 300;
-/// What laws that contradict each other leave of their terms.
-const CONTRADICTED: f64 = 1e-6;
 const COVERS: usize = 11;
 
 /// True if `s.x` solves the problem.
@@ -49,7 +47,8 @@ fn contradicts(s: &Scratch) -> bool {
         .map(|row| if role(row) == Role::Closed { s.f[row] * s.model.scale[row] } else { 0.0 })
         .collect();
     let (mut x, mut work) = (vec![0.0; size], vec![0.0; size]);
-    LeastNorm::new(&laws).is_some_and(|laws| laws.correct(&right, &mut x, &mut work) > CONTRADICTED)
+    // they leave more of the data than any accepted solution
+    LeastNorm::new(&laws).is_some_and(|laws| laws.correct(&right, &mut x, &mut work) > ACCEPT_DATA)
 }
 
 fn cover(s: &mut Scratch) -> Option<Residual> {

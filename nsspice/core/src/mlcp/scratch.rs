@@ -6,17 +6,15 @@ use super::modes::{work_len, ModeFactor, NEAREST};
 use super::problem::Role;
 use super::residual::{residual, Residual};
 use crate::rounding::OF_SOLUTION;
-use crate::tolerances::ACCEPT;
+use crate::tolerances::{ACCEPT, CLEARLY};
 use std::sync::Arc;
 
 /// Largest defect of an accepted solution, as a part of the data.  Far out along a direction that
 /// never arrives, residuals relative to the point itself fade away although no solution exists.
-const ACCEPT_DATA: f64 = 1e-6;
+pub(super) const ACCEPT_DATA: f64 = 1e-6;
 /// What is off by such a part of the data is no solution of a problem that is not monotone; of others, relations
 /// tell whether there is one.
 const NO_DATA: f64 = 0.01;
-/// No smaller residual is asked for: rounding.
-const ROUNDING: f64 = 1e-11;
 
 /// Slacks (multipliers) that should vanish are flaws from this part of the terms of their own on.
 const FLAW: f64 = 1e-9;
@@ -249,7 +247,8 @@ impl Scratch {
             self.best_residual = found;
         }
         let growth = self.growth();
-        let limit = ACCEPT.min((ACCEPT_DATA / growth).max(ROUNDING));
+        // no less is asked for: that may be rounding
+        let limit = ACCEPT.min((ACCEPT_DATA / growth).max(CLEARLY * ACCEPT));
         let hidden = found.worst() * growth > NO_DATA && growth.is_finite();
         if hidden && found.worst() <= limit && !self.model.monotone() {
             return None;

@@ -9,9 +9,7 @@
 
 use crate::dense::{dot, norm, Matrix};
 use crate::rounding::{of_elimination, UNIT};
-
-/// Ratio of the rates of two groups between which digits would be lost.
-const APART: f64 = 1e5;
+use crate::tolerances::LOST_BEYOND;
 
 /// An orthogonal matrix whose first columns are the directions of the motions that algebraic unknowns
 /// damp fastest; None where rates are not far apart, or where the coordinates are already like that.
@@ -26,7 +24,8 @@ pub(super) fn fastest_first(indirect: &Matrix, direct: &Matrix) -> Option<Matrix
         let rest = |r: usize| norm(&rows.row(r)[k..]);
         let fastest = (0..rows.rows).max_by(|&a, &b| rest(a).total_cmp(&rest(b)))?;
         let rate = rest(fastest);
-        if let Some(last) = rates.last().filter(|last| rate * APART <= **last) {
+        // digits of the slower group would be lost beside the faster one
+        if let Some(last) = rates.last().filter(|last| rate * LOST_BEYOND <= **last) {
             cuts.push((k, *last, turn.clone()));
         }
         if rates.first().is_some_and(|first| rate <= of_elimination(n) * first) || rate == 0.0 {
@@ -48,7 +47,7 @@ pub(super) fn fastest_first(indirect: &Matrix, direct: &Matrix) -> Option<Matrix
     }
     let apart = |(cut, rate, turn): &(usize, f64, Matrix)| {
         let others = turn.columns(*cut, n - cut);
-        others.transpose_times(&direct.times(&others)).max_abs() * APART <= *rate
+        others.transpose_times(&direct.times(&others)).max_abs() * LOST_BEYOND <= *rate
     };
     let (cut, _, turn) = cuts.into_iter().rev().find(apart)?;
     // a direction that deviates so little from an axis leaves its square, rounding, on the others

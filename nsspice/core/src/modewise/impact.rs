@@ -8,6 +8,7 @@ use super::run::Engine;
 use super::successor::roles;
 use crate::integrate::to_zero;
 use crate::rounding::OF_SOLUTION;
+use crate::tolerances::CLEARLY;
 
 /// Lengths of the first of the steps, relative to the segment that follows.
 const PARTS: [f64; 2] = [1e-6, 1e-8];
@@ -16,7 +17,6 @@ const FASTEST: f64 = 1e-3;
 /// The ends of the steps deviate from a line by no more than this part of the largest value, and by
 /// no more than a tenth of what jumps.
 const BEND: f64 = 1e-6;
-const CLEAR: f64 = 0.1;
 
 impl Engine {
     /// Jumps from the present state if short steps show that it does; false if it stays.
@@ -46,7 +46,7 @@ impl Engine {
         let [first, second, third] = of(0);
         let bend = norm(&|i| first[i] - 2.0 * second[i] + third[i]);
         let change = norm(&|i| a[i] - self.state.a[i]);
-        let clear = bend <= BEND * self.scale.a && bend <= CLEAR * change;
+        let clear = bend <= BEND * self.scale.a && bend <= CLEARLY * change;
         if !clear || change <= OF_SOLUTION * self.scale.a {
             return false;
         }

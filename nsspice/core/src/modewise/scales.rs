@@ -14,13 +14,12 @@
 
 use super::block::row_norm;
 use crate::dense::{Lu, Matrix};
+use crate::tolerances::CLEARLY;
 
 /// Ratio of the rates of two groups that are decoupled.
 const APART: f64 = 1e-6;
 /// Steps of the iterations, of which each leaves that part of the error.
 const STEPS: usize = 4;
-/// How much of one group the vectors of the other may have: they are far from parallel then.
-const MIXED: f64 = 0.1;
 
 /// Slow and fast coordinates with what couples their motions.
 pub(super) struct Scales {
@@ -94,7 +93,8 @@ impl Scales {
                 break;
             }
         }
-        (row_norm(&y) <= MIXED && row_norm(&z) <= MIXED).then_some(Scales {
+        // the vectors of the groups are far from parallel then
+        (row_norm(&y) <= CLEARLY && row_norm(&z) <= CLEARLY).then_some(Scales {
             slow,
             fast,
             y,

@@ -17,12 +17,10 @@
 use super::block::row_norm;
 use super::spectrum::{Pole, Spectrum, CONDITION};
 use crate::dense::{complex, eigen, Complex, Lu, Matrix};
-use crate::tolerances::ACCEPT;
+use crate::tolerances::{ACCEPT, CLEARLY};
 use crate::union_find::UnionFind;
 use std::ops::Range;
 
-/// Corrections of vectors up to this are small.
-const SMALL: f64 = 0.1;
 /// Steps: most end after two, as the equations hold.
 const STEPS: usize = 8;
 /// Steps that may take vectors apart that are mixed: in those that are left, nothing is to be found.
@@ -92,7 +90,8 @@ fn within(p: &mut Matrix, found: &Matrix, pair: &Pole) {
     }
     let along = 0.25 * (found[(k, k)] - found[(n, n)]) / pair.omega;
     let across = -0.25 * (found[(k, n)] + found[(n, k)]) / pair.omega;
-    if along.abs().max(across.abs()) <= SMALL {
+    // squares of such corrections are a hundredth of what they are
+    if along.abs().max(across.abs()) <= CLEARLY {
         (p[(k, k)], p[(n, n)]) = (across, -across);
         (p[(k, n)], p[(n, k)]) = (along, along);
     }
@@ -115,7 +114,7 @@ fn corrections(found: &Matrix, poles: &[Pole]) -> (Matrix, Vec<usize>) {
             }
             let rate = |pole: &Pole| complex(pole.alpha, pole.omega);
             let part = response(rate(a), rate(b), &part);
-            if part.max_abs() > SMALL || !part.finite() {
+            if part.max_abs() > CLEARLY || !part.finite() {
                 mixed.join(i, k);
                 continue;
             }

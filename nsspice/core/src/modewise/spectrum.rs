@@ -15,9 +15,6 @@ pub(super) const CONDITION: f64 = 1e6;
 /// Number of states up to which the exponential of the whole matrix stands in for missing eigenvectors.
 const PLAIN: usize = 24;
 
-/// Spread of the eigenvalues above which the slow ones are taken from the inverse.
-const SPREAD: f64 = 1e6;
-
 /// Largest entry of `J V - V L` for vectors of unit size, `L` the eigenvalues, in units of that of J.
 fn backward_error(j: &Matrix, found: &Eigen) -> f64 {
     let (v, image) = (&found.vectors, j.times(&found.vectors));
@@ -49,7 +46,8 @@ fn slow_half(j: &Matrix, fast: &Eigen) -> Option<(Eigen, Matrix, f64)> {
     let mut order = sizes(&fast.values);
     order.sort_by(f64::total_cmp);
     let (least, most) = (order[0], order[n - 1]);
-    if most <= SPREAD * least {
+    // beyond, as many digits of the slow ones are lost: they are taken from the inverse
+    if most <= CONDITION * least {
         return None;
     }
     let factor = Lu::new(j);

@@ -9,14 +9,13 @@ use super::trajectory::Trajectory;
 use super::verify::{Finding, Scale, Verifier};
 use crate::mlcp::Role;
 use crate::switch::Switch;
+use crate::tolerances::LOST_BEYOND;
 use std::sync::Arc;
 
 /// Relative lengths of implicit steps tried one after the other.
 const LENGTHS: [f64; 6] = [1.0, 1e2, 1e4, 1e-3, 1e6, 1e8];
 /// Jumps in a row at one instant.
 const PHASES: usize = 6;
-/// A mode that misses its guards by less than this, in units of noise, may be the best there is.
-const NEARLY: f64 = 1e5;
 /// How often the noise of such a mode is widened.
 const ASKED_AGAIN: usize = 4;
 
@@ -307,7 +306,8 @@ impl Picker {
         let (mut miss, mut picked) = (miss, None);
         // a guard that rises from rounding shows its sign later, by more
         for _ in 0..ASKED_AGAIN {
-            if miss > NEARLY {
+            // in units of noise: one that misses its guards by less may be the best there is
+            if miss > LOST_BEYOND {
                 break;
             }
             scale.widened = before.max(1.0) * (2.0 * miss);

@@ -7,12 +7,10 @@ use crate::dense::{each, larger, widest};
 use crate::mlcp::{Residual, Role};
 use crate::rounding::{OF_EQUATION, UNIT};
 use crate::tape::Tape;
-use crate::tolerances::FLOOR;
+use crate::tolerances::{CLEARLY, FLOOR};
 
-/// Nor is it an excuse where it leaves less than this of the terms, or as much of a thermal voltage open: at
-/// teravolts, junctions carry anything.
-const KNOWN: f64 = 0.1;
-/// But for currents below this part of the largest: those of leakage are rounded by less than counts.
+/// Rounding excuses what is clearly more than that, or currents below this part of the largest: those of leakage are
+/// rounded by less than counts.
 const SLIGHT: f64 = 1e-3;
 
 widest! {
@@ -100,7 +98,7 @@ impl Balance {
     /// Whether rounding of such a voltage leaves it known to a thermal voltage: else the currents of junctions
     /// are not known at all, and it would excuse whatever they miss.
     fn resolved(&self, voltage: f64) -> bool {
-        OF_EQUATION * voltage <= KNOWN * self.sharpest
+        OF_EQUATION * voltage <= CLEARLY * self.sharpest
     }
 
     /// Relative violations of the rows of the unknowns, `B` blocks of four, or all there are if that is 0.
@@ -168,11 +166,12 @@ impl Balance {
             // a law that is one function alone may vanish, which counts in steps only
             let slight = || eq.kind(i) == 0 && rounding <= SLIGHT * branch;
             let farthest = |flat| Self::farthest(assembly, tape, x, i, flat);
-            let whole = rounding <= KNOWN * self.sizes[i] || slight();
+            // nor is it an excuse where it leaves nothing of the terms: at teravolts, junctions carry anything
+            let whole = rounding <= CLEARLY * self.sizes[i] || slight();
             let known = whole || assembly.rate == 0.0 && self.resolved(farthest(false));
             let open = match self.lenient {
                 Some(most) if eq.kind(i) == 0 && self.resolved(farthest(true)) => {
-                    (NO_SLOPE * farthest(true) * eq.reference[i]).min(KNOWN * most)
+                    (NO_SLOPE * farthest(true) * eq.reference[i]).min(CLEARLY * most)
                 }
                 _ => 0.0,
             };

@@ -10,11 +10,10 @@ use super::convergence::Judgement;
 use super::solve::{Newton, Pull};
 use crate::mlcp::Residual;
 use crate::tape::{Linearisation, Program};
+use crate::tolerances::PROGRESS;
 
 /// Iterations that are not looked at: most solutions need no more.
 const SETTLED: usize = 3;
-/// A step that turns the defects over has to leave no more of them.
-const ENOUGH: f64 = 0.5;
 /// Halvings of one step: beyond rounding, where laws jump.
 const HALVINGS: usize = 64;
 
@@ -76,7 +75,7 @@ impl Newton {
         let n = self.eq.n;
         if self.turns.known {
             let (along, size) = self.turns.compare(&self.state.balance.defect[..n]);
-            if along < 0.0 && size > ENOUGH * self.turns.size {
+            if along < 0.0 && size > PROGRESS * self.turns.size {
                 found = self.between(pull).unwrap_or(found);
             }
         }
@@ -107,7 +106,7 @@ impl Newton {
             self.evaluate_at_x(Linearisation::Exact, pull);
             let s = &self.state;
             let (along, size) = self.turns.compare(&s.balance.defect[..n]);
-            if size <= ENOUGH * self.turns.size {
+            if size <= PROGRESS * self.turns.size {
                 self.tape.set_points(&points);
                 self.evaluate_at_x(Linearisation::Careful, pull);
                 return Some(self.judge());

@@ -11,17 +11,11 @@ use crate::mlcp::{Residual, Role, Start};
 use crate::sparse::Csc;
 use crate::structure::Coordinates;
 use crate::tape::{Linearisation, Tape};
-use crate::tolerances::ACCEPT;
+use crate::tolerances::{ACCEPT, CLEARLY, PROGRESS};
 use std::sync::Arc;
 
 /// Relative residual at which the iteration ends.
 const DONE: f64 = 1e-14;
-/// Part of it for a guess, which nothing has improved yet.
-const GUESSED: f64 = 0.1;
-/// The largest that may be asked for: well below what is accepted.
-const COARSEST: f64 = 1e-11;
-/// An expected residual is relied upon if it is this part of what ends the iteration.
-const SURE: f64 = 0.1;
 /// A first step with a Jacobian of old that ends with more than this has led away.
 const ASTRAY: f64 = 1e-3;
 /// Guesses that are not judged after one that was not good enough: in a circuit at rest they are.
@@ -30,9 +24,8 @@ const UNJUDGED: u8 = 7;
 const ITERATIONS: usize = 40;
 /// The same where others may be found more easily.
 const BRIEF: usize = 10;
-/// From a good start, so many times as long while the worst defect falls to this part each time.
+/// From a good start, so many times as long while the worst defect makes [`PROGRESS`].
 const PATIENCE: usize = 3;
-const FALLS: f64 = 0.5;
 /// Rounds in a row in which rounding leaves nothing known of the worst law: there is no way back.
 const LOST: usize = 4;
 
@@ -156,7 +149,7 @@ impl Newton {
     /// Lets the iteration end at a relative residual; it stays between what rounding allows and a
     /// tenth of what is accepted.  With 0 the iteration goes on while it helps.
     pub fn set_accuracy(&mut self, accuracy: f64) {
-        self.accuracy = if accuracy > 0.0 { accuracy.clamp(DONE, COARSEST) } else { 0.0 };
+        self.accuracy = if accuracy > 0.0 { accuracy.clamp(DONE, CLEARLY * ACCEPT) } else { 0.0 };
         self.tape.set_accuracy(self.accuracy);
     }
 
@@ -409,7 +402,8 @@ impl Newton {
                 self.advance_again();
                 continue;
             }
-            let done = if round == 0 { GUESSED * accuracy } else { accuracy };
+            // a guess has been improved by nothing yet
+            let done = if round == 0 { CLEARLY * accuracy } else { accuracy };
             let mut found = self.judge_to(done);
             if before == 0.0 && self.goes_back(&found) {
                 self.evaluate_at_x(how, pull);
@@ -474,7 +468,7 @@ impl Newton {
             if round + 1 >= limit {
                 let row = found.worst_row;
                 let defect = self.state.balance.defect[row].abs();
-                let falls = row == last.0 && defect <= FALLS * last.1;
+                let falls = row == last.0 && defect <= PROGRESS * last.1;
                 last = (row, defect);
                 if round == most || round >= limit && !falls {
                     break;
@@ -486,7 +480,8 @@ impl Newton {
             let near = if round == 0 {
                 self.assemblies[self.present].steady
             } else {
-                2.0 * worst / before * worst <= SURE * accuracy
+                // an expected residual is relied upon if it is clearly below what ends the iteration
+                2.0 * worst / before * worst <= CLEARLY * accuracy
             };
             before = worst;
             if round == 0 {

@@ -20,6 +20,7 @@ use super::visited::Visited;
 use super::{Accuracy, Tableau};
 use crate::audit::Taken;
 use crate::instant::Continuous;
+use crate::integrate::theta::events::impacts::REST;
 use crate::integrate::theta::failure::Failure;
 use crate::integrate::theta::stepper::{Progress, Stepper};
 use crate::integrate::theta::time_grid::{evaluate, known, next_breakpoint};
@@ -40,8 +41,6 @@ const INTERVAL: f64 = 2e-5;
 /// An event this early in a step (as a part of it), where the mode does not end, is looked for again
 /// with a shorter step.
 const EARLY: f64 = 0.05;
-/// An event earlier than this is one at the begin of the step.
-const AT_ONCE: f64 = 1e-9;
 /// Steps between two looks at the clock, and between two checks of the residual.
 const LOOK: u64 = 16;
 
@@ -402,7 +401,7 @@ impl Sdirk {
                 let theta = locator.arrival(theta).unwrap_or(theta);
                 // the continuous solution of a first step begins where it does to the tolerance only, which
                 // would decide how long what chatters stays in either mode
-                if tableau.looks_back() && (AT_ONCE..EARLY).contains(&theta) && !fixed {
+                if tableau.looks_back() && (REST..EARLY).contains(&theta) && !fixed {
                     self.control.level = level + 3;
                     continue;
                 }

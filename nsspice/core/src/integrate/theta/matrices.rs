@@ -3,9 +3,8 @@
 use crate::mlcp::ModeFactor;
 use crate::rounding::OF_EQUATION;
 use crate::sparse::Csc;
+use crate::tolerances::NO_JUMP;
 
-/// The part of what has come into a store that a map may lose.
-const LOST: f64 = 1e-9;
 /// Singular modes of up to so many unknowns and pairs are solved for increments too, and unsound ones
 /// with sums.
 pub(in crate::integrate) const OPEN: usize = 160;
@@ -143,7 +142,8 @@ impl StepMatrices {
             let (indices, values) = self.a_rows.col(i);
             let carried = indices.iter().zip(values).filter(|(&j, _)| active[j]);
             let flow = work[i] - moved.sum::<f64>() - carried.map(|(&j, v)| v * l[j]).sum::<f64>();
-            (flow - came).abs() > LOST * came.abs() + OF_EQUATION * held
+            // what a map loses of what came into a store is to be no jump
+            (flow - came).abs() > NO_JUMP * came.abs() + OF_EQUATION * held
         })
     }
 

@@ -3,7 +3,7 @@
 use super::energies::Point;
 use super::estimate::Estimate;
 use super::levels::SMALL;
-use crate::integrate::sdirk::events::across_kinks::NOTICED;
+use crate::integrate::sdirk::events::across_kinks::{CLOSE, NOTICED};
 use crate::integrate::sdirk::run::Sdirk;
 use crate::integrate::sdirk::step::Trial;
 use crate::integrate::theta::stepper::Stepper;
@@ -11,9 +11,6 @@ use crate::rounding::OF_EQUATION;
 
 /// So many times what Newton's method leaves open, less than a thousandth of the tolerance, is no motion.
 const STILL: f64 = 256.0;
-
-/// Instants that differ by so small a part of a step are one.
-const SAME_PLACE: f64 = 1e-6;
 
 /// Most by which the error of the next step is expected to rise.
 const STEEPEST: f64 = 4.0;
@@ -117,10 +114,10 @@ impl Sdirk {
     pub(in crate::integrate::sdirk) fn grown(&self, level: usize, up: usize, time: f64) -> usize {
         let falls = |level: usize| {
             let steps = (time - self.shown.rows.start()) / self.stage_equations.length(level);
-            (steps - steps.round()).abs() <= SAME_PLACE
+            (steps - steps.round()).abs() <= CLOSE
         };
         let steps = self.shown.rows.step() / self.stage_equations.longest;
-        let meets = steps.round() >= 1.0 && (steps - steps.round()).abs() <= SAME_PLACE;
+        let meets = steps.round() >= 1.0 && (steps - steps.round()).abs() <= CLOSE;
         let top = level.saturating_sub(up);
         if !(meets && falls(level)) {
             return top;

@@ -3,14 +3,12 @@
 use crate::integrate::theta::step_length::{Probe, Stage};
 use crate::integrate::theta::stepper::Stepper;
 use crate::rounding::{OF_EQUATION, OF_SOLUTION};
+use crate::tolerances::CLEARLY;
 
 /// Levels of the stage_equations: the shortest step is 2^-44 of the longest.
 pub const LEVELS: usize = 45;
 /// Size below which an unknown is small beside the others of its kind.
 pub const SMALL: f64 = 1e-3;
-/// Rounding of what is stored, as a part of the error that a step may have in a small unknown, and
-/// relative to the largest where that is less than rounding.
-const FINEST: f64 = 0.1;
 /// Steps from this level on are so short that what is stored may hide what the rest conducts.
 const SHORT: usize = 16;
 /// Memory for matrices and factors of all levels [numbers], roughly.
@@ -30,7 +28,7 @@ pub struct Levels {
     stamp: u64,
     /// stages assembled
     pub made: u64,
-    /// see [`FINEST`]
+    /// rounding of what is stored, as a part of the error that a step may have in a small unknown
     finest: f64,
 }
 
@@ -42,7 +40,7 @@ impl Levels {
             most: (BUDGET / (200 * size + 1)).clamp(4, LEVELS),
             stamp: 0,
             made: 0,
-            finest: FINEST * relative,
+            finest: CLEARLY * relative,
         }
     }
 

@@ -8,9 +8,9 @@
 use super::polynomial::{basis, Basis, Curve, POWERS as POINTS};
 use super::rows::Inside;
 use super::source_outputs::Driven;
-use super::NEAR;
 use crate::integrate::sdirk::step::Trial;
 use crate::integrate::theta::stepper::Stepper;
+use crate::tolerances::CLEARLY;
 use std::f64::consts::PI;
 
 /// Points between those of the polynomial at which it is compared with the laws: the first, the middle and
@@ -85,7 +85,7 @@ impl Between {
             let solved = step.by_laws(part(at), exact);
             curve.write(at, plain);
             let mut outputs = exact.iter().zip(&*plain).zip(&*largest);
-            solved && outputs.all(|((a, b), size)| (a - b).abs() <= NEAR * step.tolerance * size)
+            solved && outputs.all(|((a, b), size)| (a - b).abs() <= CLEARLY * step.tolerance * size)
         })
     }
 

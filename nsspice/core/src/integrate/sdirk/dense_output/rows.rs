@@ -1,12 +1,12 @@
 //! When rows are written, and where those inside a step come from.
 
-use super::NEAR;
 use crate::integrate::sdirk::controller::stage_equations::{Fit, StageEquations};
 use crate::integrate::sdirk::run::Sdirk;
 use crate::integrate::sdirk::samples::no_length;
 use crate::integrate::sdirk::step::Trial;
 use crate::integrate::sdirk::tableau::Tableau;
 use crate::integrate::theta::stepper::Stepper;
+use crate::tolerances::CLEARLY;
 
 /// A step is halved so often at most: a law that has a kink inside has one in a part of a thousandth.
 const HALVINGS: usize = 10;
@@ -101,7 +101,7 @@ impl Sdirk {
         let middle = 0.5 * (from + to);
         // where the laws have no solution in the course of a step, halves of it have none either
         let last = halvings == 0 || !solved || !(from < middle && middle < to);
-        let floor = NEAR * self.settings.accuracy.relative;
+        let floor = CLEARLY * self.settings.accuracy.relative;
         let follows = last || pieces.follows(0.0, floor);
         if last {
             pieces.straighten(0.0, floor);

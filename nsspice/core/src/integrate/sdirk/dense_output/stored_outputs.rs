@@ -4,10 +4,10 @@
 use super::polynomial::Curve;
 use super::rows::Inside;
 use super::source_outputs::Driven;
-use super::NEAR;
 use crate::integrate::sdirk::step::Trial;
 use crate::integrate::theta::outputs::Sum;
 use crate::integrate::theta::stepper::Stepper;
+use crate::tolerances::CLEARLY;
 use crate::union_find::UnionFind;
 
 /// With fewer rows than this in a step it is not worth while to look.
@@ -53,7 +53,7 @@ impl StoredRows {
         let mut near = true;
         for ((a, b), largest) in self.exact.iter().zip(&plain).zip(&mut self.largest) {
             *largest = largest.max(a.abs());
-            near &= (a - b).abs() <= NEAR * step.tolerance * *largest;
+            near &= (a - b).abs() <= CLEARLY * step.tolerance * *largest;
         }
         self.plain = plain;
         near

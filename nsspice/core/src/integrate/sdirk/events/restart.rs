@@ -10,11 +10,8 @@ use crate::integrate::theta::matrices::OPEN;
 use crate::integrate::theta::stepper::Stepper;
 use crate::integrate::theta::time_grid::evaluate;
 use crate::mlcp::{Role, Start};
-use crate::tolerances::ACCEPT;
+use crate::tolerances::{ACCEPT, CLEARLY};
 use crate::waveform::Side;
-
-/// A step that errs by less than this part of the tolerance may be an implicit one.
-const SHARE: f64 = 0.1;
 
 impl Sdirk {
     /// Finds the mode after the end of one at which pairs change but no switch: in passive networks
@@ -51,7 +48,8 @@ impl Sdirk {
         let moved: Vec<f64> = end.iter().zip(&s.z).map(|(a, b)| a - b).collect();
         let (mut charges, mut allowed) = (vec![0.0; n], vec![0.0; n]);
         e.mul_add(1.0, &moved, &mut charges);
-        let share = SHARE * self.settings.accuracy.relative * self.trial.length / length;
+        // an implicit step may be one that errs by clearly less than the tolerance
+        let share = CLEARLY * self.settings.accuracy.relative * self.trial.length / length;
         let sizes = (0..n).map(|j| self.scales.size(j, end[j], 0.0)).zip(&s.sys.linear.row_kind);
         let least = |kind: &u8| SMALL * self.scales.largest[usize::from(*kind)];
         let sizes: Vec<f64> = sizes.map(|(size, kind)| share * size.max(least(kind))).collect();

@@ -23,8 +23,8 @@ const POWER: f64 = 1.5;
 /// Problems solved to find an instant, and the width at which the search ends.
 const MOST: usize = 60;
 const NARROW: f64 = 4.0 * f64::EPSILON;
-/// A rest of a step shorter than this part of it is none.
-const REST: f64 = 1e-9;
+/// A rest of a step shorter than this part of it is none, and an event earlier than that is one at its begin.
+pub(in crate::integrate) const REST: f64 = 1e-9;
 
 /// Which pairs may bring an impact.
 #[derive(Clone, Debug, Default)]

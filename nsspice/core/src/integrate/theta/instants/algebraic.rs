@@ -15,9 +15,7 @@ use crate::integrate::theta::stepper::Stepper;
 use crate::mlcp::{Driver, Problem, Start};
 use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
-
-/// A correction that leaves more than this part of what is missed is none.
-const BETTER: f64 = 0.1;
+use crate::tolerances::CLEARLY;
 
 /// The laws at an instant: where those of the unknowns go.
 struct Instant<'a> {
@@ -129,7 +127,8 @@ impl Stepper {
         let z = instant.unknowns(&x, &self.z);
         let after = instant.missed(&z, &l, &self.u0);
         let better = |(new, old): (&[f64; 2], &[f64; 2])| {
-            new[0].abs() <= (BETTER * old[0].abs()).max(OF_SOLUTION * old[1])
+            // a correction that leaves more is none
+            new[0].abs() <= (CLEARLY * old[0].abs()).max(OF_SOLUTION * old[1])
         };
         if solved && after.iter().zip(&before).all(better) {
             (self.z, self.l) = (z, l);

@@ -9,12 +9,10 @@ use super::values::{Rest, Settled};
 use crate::integrate::theta::stepper::Stepper;
 use crate::mlcp::Start;
 use crate::rounding::OF_SOLUTION;
-use crate::tolerances::NO_JUMP;
+use crate::tolerances::{CLEARLY, NO_JUMP};
 
 /// Ratio of lengths at which a jump is looked at again.
 const AGAIN: f64 = 1e-3;
-/// The part of what moved by which the two may differ.
-const ALIKE: f64 = 0.1;
 
 /// Where a jump has led, less what the rates right after it move during the one short step, of the length
 /// `span`, that had to show it.
@@ -120,7 +118,7 @@ impl Stepper {
             let (change, moved) = (new[i] - old[i], once[i] - old[i]);
             weight(i) * change.abs() > share * largest_so_far[kind]
                 && change.abs() > OF_SOLUTION * noise[i].max(most[kind])
-                && change.abs() > 0.1 * moved.abs()
+                && change.abs() > CLEARLY * moved.abs()
                 && change.signum() == moved.signum()
         });
         self.instants.moving = lists;
@@ -199,7 +197,7 @@ impl Stepper {
         (0..2).all(|kind| {
             let moved = largest(&once, &old, kind);
             moved <= NO_JUMP * self.instants.largest[kind]
-                || largest(&once, &again, kind) <= ALIKE * moved
+                || largest(&once, &again, kind) <= CLEARLY * moved
         })
     }
 }

@@ -7,6 +7,7 @@ use crate::integrate::theta::step_length::System;
 use crate::integrate::theta::stepper::{Stepper, MAX_REACTIONS};
 use crate::mlcp::Start;
 use crate::rounding::OF_SOLUTION;
+use crate::tolerances::CLEARLY;
 
 /// Length of an reinitialising step relative to the nominal step and to the fastest time constant: short
 /// enough that nothing but the jump happens in it, long enough that `E/h` does not drown `G`.
@@ -18,9 +19,7 @@ pub(in crate::integrate) const IMPACT: f64 = 1e-5;
 /// is stored: the potential of a floating capacitor.
 pub(in crate::integrate) const LOOSE: f64 = 1e-6;
 /// Ratio of lengths on the way down to a short step that is too hard in one go.
-const DESCENT: f64 = 1e-2;
-/// A change that a step shorter by that ratio reduces to this part was motion.
-const LESS: f64 = 0.1;
+pub(in crate::integrate) const DESCENT: f64 = 1e-2;
 /// How often reinitialising steps are made shorter by that ratio; those in which charges of junctions go most
 /// straight are taken.
 const STRAIGHTER: usize = 4;
@@ -423,8 +422,9 @@ impl Stepper {
         self.short_step(Some(&vec![0.0; before.len()]), before, DESCENT * length, Start::Warm)?;
         let kind = |j: usize| usize::from(self.sys.linear.row_kind[j]);
         let largest = self.sys.largest(&[after]);
+        // between an impulse, which stays, and motion, which falls with the length
         let motion = |j: usize| {
-            self.z[j].abs() <= LESS * f64::abs(after[j]) + OF_SOLUTION * largest[kind(j)]
+            self.z[j].abs() <= CLEARLY * f64::abs(after[j]) + OF_SOLUTION * largest[kind(j)]
         };
         if self.facts.storage.unknowns().all(motion) {
             self.facts.storage.restore(&vec![0.0; before.len()], after, |_| f64::INFINITY);

@@ -15,20 +15,20 @@
 //!
 //! Charges that no step ends with break such a law: an impulse is left.
 
-use super::jumps::{JUMP, LOOSE};
+use super::jumps::{DESCENT, JUMP, LOOSE};
 use crate::integrate::theta::failure::{Failure, Outcome};
 use crate::integrate::theta::stepper::Stepper;
 use crate::integrate::theta::time_grid::slopes;
 use crate::mlcp::Start;
 use crate::rounding::{OF_EQUATION, OF_SOLUTION};
+use crate::tolerances::{CLEARLY, PROGRESS};
 
 /// The longest step relative to an ordinary one and to the fastest time that is known, and the least. What moves much in
-/// it is not corrected, and the next one is shorter by this factor; rounding of charges counts by the inverse. Junctions
+/// it is not corrected, and the next one is shorter by [`DESCENT`]; rounding of charges counts by the inverse. Junctions
 /// that block make times of 1e-22 s that nothing happens in.
 const AT_ONCE: f64 = 1e-6;
 const LONGEST: f64 = 1e-4;
 const LEAST: f64 = 1e-10;
-const SHORTER: f64 = 1e-2;
 /// Beside the currents of blocking junctions the first motion from rest is large in any of them.
 const TRIALS: usize = 20;
 /// Corrections, each of which has to leave at most half of what it corrects.
@@ -41,9 +41,6 @@ pub(in crate::integrate) const HELD: f64 = 10.0 * OF_SOLUTION;
 const CLOSE: f64 = 2e-9;
 /// What a step moves by more than this part, and one shorter by a hundred by the same but for a tenth, has no time.
 const IMPULSE: f64 = 1e-3;
-const ALIKE: f64 = 0.1;
-/// Shorter steps miss no more than this part of what longer ones do, but for rounding.
-const LESS: f64 = 0.5;
 
 /// What steps from where an impulsive one led say of it, worst first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -104,13 +101,15 @@ impl Stepper {
                 Ok((found, moved)) => {
                     let before = best.as_ref().map_or(f64::INFINITY, |best| best.missed);
                     let (calm, better) = (found.calm, found.missed < before);
-                    let rounding = length < least && found.missed > LESS * before;
+                    // shorter steps miss less than longer ones do, but for rounding
+                    let rounding = length < least && found.missed > PROGRESS * before;
                     if calm || better {
                         best = Some(found);
                     }
                     // what breaks a law moves as much in a step as in a shorter one, if these are short beside all times
                     let short = length <= JUMP * shortest;
-                    let impulse = short && moved > IMPULSE && (moved - last).abs() < ALIKE * moved;
+                    let impulse =
+                        short && moved > IMPULSE && (moved - last).abs() < CLEARLY * moved;
                     if calm || impulse || rounding {
                         break;
                     }
@@ -123,7 +122,7 @@ impl Stepper {
                 }
                 Err(_) => {}
             }
-            length *= SHORTER;
+            length *= DESCENT;
         }
         let rest = best.as_ref().map_or(Rest::Unclear, |best| match best.missed {
             _ if best.calm => Rest::Calm,
@@ -169,7 +168,8 @@ impl Stepper {
             let missed = missing[0].max(missing[1]);
             // fluxes that have only begun to move tell nothing of charges
             let little = |(missed, moved): (f64, f64)| missed <= HELD.max(CLOSE * moved);
-            if missed.is_nan() || best.as_ref().is_some_and(|best| missed >= 0.5 * best.missed) {
+            if missed.is_nan() || best.as_ref().is_some_and(|best| missed >= PROGRESS * best.missed)
+            {
                 break;
             }
             best = Some(Settled {
