@@ -9,6 +9,8 @@ use crate::sampling::Sampling;
 
 /// So many events within so small a part of the run are an accumulation.
 const RECENT: usize = 40;
+/// See [`RECENT`]: with a decade less, spirals of infinitely many switchings end in rounding of instants before they are
+/// noticed.
 const CROWDED: f64 = 1e-12;
 /// The same number where events have accumulated already.
 const AGAIN: usize = 3;

@@ -23,6 +23,7 @@ const MOST: u32 = 16;
 /// So many trials of steps over ends of modes within this part of the longest step lead nowhere: where a
 /// conflict is still below the tolerance, two modes take turns.
 const TURNS: u32 = 64;
+/// See [`TURNS`]: with two decades more no event of the tests is found elsewhere.
 const NOWHERE: f64 = 1e-6;
 
 /// The instant at which a guard vanished in such a step, which nothing but the list of events tells, is wanted to this

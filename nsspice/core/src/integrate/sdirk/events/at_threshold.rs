@@ -14,7 +14,7 @@ const BEYOND: f64 = 4.0;
 /// A control that would move by more than this part of its scale in the longest step does not rest: in a short
 /// step nothing moves visibly.
 const MOVES: f64 = 1e-6;
-/// Level of the trial step at the begin of a motion: rounding of solutions (1e-12) is still no motion.
+/// Level of the trial step at the begin of a motion: rounding of solutions is still no motion.
 const TRIAL: usize = 10;
 /// Rounds of gates that turn at one instant because their controls rest.
 const ROUNDS: usize = 8;

@@ -16,6 +16,7 @@ const AGAIN: u32 = 2;
 /// Soon is within so many lengths of the last one; so long these events may take.  A step that overshoots the
 /// threshold may take far longer to come back.
 const SOON: f64 = 4096.0;
+/// See [`SOON`]: five lengths for each of [`IN_A_ROW`] events.
 const BURST: f64 = 64.0;
 /// Most implicit steps in a row before others are tried.
 const PATIENCE: u32 = 8;

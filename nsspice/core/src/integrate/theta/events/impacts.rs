@@ -22,6 +22,7 @@ const LENGTHS: [f64; 2] = [1e-4, 2e-4];
 const POWER: f64 = 1.5;
 /// Problems solved to find an instant, and the width at which the search ends.
 const MOST: usize = 60;
+/// See [`MOST`]: the rounding of an instant, which is a sum of two, at both ends.
 const NARROW: f64 = 4.0 * f64::EPSILON;
 /// A rest of a step shorter than this part of it is none, and an event earlier than that is one at its begin.
 pub(in crate::integrate) const REST: f64 = 1e-9;

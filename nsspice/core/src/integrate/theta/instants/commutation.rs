@@ -5,14 +5,14 @@
 //! enough for the change to show: what has just become zero is zero up to rounding after a shorter one.
 //! The sources move on in it: where all that is stored is constant, they alone end a mode.
 
-/// The first, relative to the shortest time.
+/// The first, relative to the shortest time: it moves by that part, far above rounding of what has just become zero.
 const FIRST: f64 = 2e-4;
 use super::jumps::JUMP;
 use crate::integrate::sdirk::sources;
 use crate::integrate::theta::stepper::Stepper;
 use crate::mlcp::Start;
 
-/// Ratio of the lengths tried.
+/// Ratio of the lengths tried: any finds the same mode, and with this one five lengths span four decades.
 const LONGER: f64 = 8.0;
 
 /// What was found after an instant at which guards vanish.

@@ -11,7 +11,8 @@ use crate::mlcp::Start;
 use crate::rounding::OF_SOLUTION;
 use crate::tolerances::{CLEARLY, NO_JUMP};
 
-/// Ratio of lengths at which a jump is looked at again.
+/// Ratio of lengths at which a jump is looked at again: motion falls by that, a jump stays, and the two are distinguished by
+/// [`CLEARLY`], which is between them with a decade or more on either side.
 const AGAIN: f64 = 1e-3;
 
 /// Where a jump has led, less what the rates right after it move during the one short step, of the length

@@ -23,11 +23,13 @@ use crate::mlcp::Start;
 use crate::rounding::{OF_EQUATION, OF_SOLUTION};
 use crate::tolerances::{CLEARLY, PROGRESS};
 
-/// The longest step relative to an ordinary one and to the fastest time that is known, and the least. What moves much in
-/// it is not corrected, and the next one is shorter by [`DESCENT`]; rounding of charges counts by the inverse. Junctions
-/// that block make times of 1e-22 s that nothing happens in.
+/// The longest step, beside an ordinary one: what moves much in it is not corrected, and the next one is shorter by
+/// [`DESCENT`].  Junctions that block make times of 1e-22 s that nothing happens in, beside which no step is short.
 const AT_ONCE: f64 = 1e-6;
+/// The same beside the fastest time that is known: each correction then leaves that part of what it corrects, and three
+/// of them lead from the charges of a volt to [`HELD`].
 const LONGEST: f64 = 1e-4;
+/// The least beside that time: rounding of charges counts by the inverse, so that six digits of the rates are left.
 const LEAST: f64 = 1e-10;
 /// Beside the currents of blocking junctions the first motion from rest is large in any of them.
 const TRIALS: usize = 20;
