@@ -213,11 +213,6 @@ impl Driver {
     pub fn active(&self) -> &[bool] {
         &self.scratch.active
     }
-
-    /// Sizes of unknowns and multipliers that make entries of the matrix alike, powers of two.
-    pub fn scale(&self) -> &[f64] {
-        &self.scratch.model.scale
-    }
 }
 
 /// Begins at a point, and stays near it where the laws leave something open.

@@ -1,16 +1,12 @@
 //! One step of the iteration: the linearised problem.
 
 use super::driver;
-use super::equations::Part;
 use super::solve::{Newton, Pull};
 use super::state::{fingerprint, flip, slack, Problem, State};
 use crate::mlcp::Role;
-use crate::tape::Linearisation;
 
 /// Rounds of the active-set iteration before the driver takes over.
 const ROUNDS: usize = 12;
-/// Rates obey each law to this part of its terms; those of leakage, by which nothing moves, not much better.
-const KNOWN: f64 = 1e-5;
 
 impl Newton {
     /// The solution of the equations linearised at the solution found last (or just before it) for changes of
@@ -36,53 +32,6 @@ impl Newton {
             }
         }
         out.copy_from_slice(&s.step[..n]);
-    }
-
-    /// The rates of unknowns and multipliers at a state `[z, u, u']` and time in the present mode, from what laws
-    /// that store something miss and what sources drive into all; none if the mode does not determine them.
-    pub fn rates(
-        &mut self,
-        [z, u, u_rate]: [&[f64]; 3],
-        time: f64,
-        [missed, driven]: [&[f64]; 2],
-    ) -> Option<Vec<f64>> {
-        let n = self.eq.n;
-        self.tape.evaluate(z, u, time, Linearisation::Exact);
-        let (mut own, mut all) = (missed.to_vec(), driven.to_vec());
-        self.add_drift(-1.0, u_rate, 1.0, &mut all);
-        let Newton { eq, tape, assemblies, present, state: s, .. } = self;
-        let assembly = &mut assemblies[*present];
-        for list in [&mut own, &mut all] {
-            eq.combined.combine(list, &mut s.work);
-        }
-        let mut stores = vec![false; n];
-        eq.stored.iter().for_each(|e| stores[e.0 as usize] = true);
-        let charges = eq.terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Law);
-        charges.for_each(|t| stores[t.row as usize] = true);
-        s.balance.defect.fill(0.0);
-        for (row, (own, all)) in own.iter().zip(&all).enumerate() {
-            let own = if stores[row] { assembly.rate * own } else { 0.0 };
-            s.balance.defect[row] = own + all;
-        }
-        assembly.linearise(tape.slopes());
-        s.direct = false;
-        s.x.fill(0.0);
-        // beside the storage of a short increment elimination may lose a law in which little stands
-        let solved = s.solve_mode(eq, assembly, tape.slopes());
-        let known = solved && assembly.missed_by(eq, &s.balance.defect, &s.step) <= KNOWN;
-        known.then(|| s.step.clone())
-    }
-
-    /// The rates of the functions from those of unknowns and sources, at the point evaluated last.
-    pub fn function_rates(&self, z_rate: &[f64], u_rate: &[f64], out: &mut [f64]) {
-        let (n, slopes) = (self.eq.n, self.tape.slopes());
-        let rate = |variable: usize| match variable.checked_sub(n) {
-            None => z_rate[variable],
-            Some(k) => u_rate.get(k).copied().unwrap_or(1.0), // of the time
-        };
-        for (k, out) in out.iter_mut().enumerate() {
-            *out = self.tape.derivatives(k).map(|(j, slot)| slopes[slot] * rate(j)).sum();
-        }
     }
 
     /// Whether the mode is given, and that of the Jacobian factored last.

@@ -10,8 +10,6 @@ use crate::sparse::Csc;
 
 /// Conductances below this part of the usual one do not count in the scaling.
 pub(super) const NO_SLOPE: f64 = 1e-18;
-/// A smaller part of the largest voltage (current) is rounding.
-const TRACE: f64 = 1e-10;
 /// Largest scaled entry with which open columns are told from small ones; a column whose entries are below
 /// its inverse looks open, too, if it was scaled while a junction conducted far more.
 const BADLY_SCALED: f64 = 1e6;
@@ -218,31 +216,6 @@ impl Assembly {
         for at in self.jacobian.colptr[c]..self.jacobian.colptr[c + 1] {
             out[self.jacobian.rowidx[at]] += factor * self.values[at];
         }
-    }
-
-    /// How far `x` is from solving the laws, as a part of their terms, or of what rounding of the largest voltage
-    /// and current makes of these.
-    pub fn missed_by(&self, eq: &Equations, right: &[f64], x: &[f64]) -> f64 {
-        let n = eq.n;
-        let mut largest = [0.0f64; 2];
-        for (c, x) in x[..n].iter().enumerate() {
-            let most = &mut largest[eq.kind(c)];
-            *most = most.max(x.abs());
-        }
-        let mut left = right[..n].to_vec();
-        let mut sizes: Vec<f64> = left.iter().map(|v| v.abs()).collect();
-        for (c, &x) in x.iter().enumerate() {
-            let least = if c < n { TRACE * largest[eq.kind(c)] } else { 0.0 };
-            for at in self.jacobian.colptr[c]..self.jacobian.colptr[c + 1] {
-                let (row, value) = (self.jacobian.rowidx[at], self.values[at]);
-                if row < n {
-                    left[row] -= value * x;
-                    sizes[row] += value.abs() * x.abs().max(least);
-                }
-            }
-        }
-        let parts = left.iter().zip(&sizes).filter(|row| *row.0 != 0.0);
-        parts.fold(0.0, |worst, (left, size)| f64::max(worst, left.abs() / size))
     }
 
     /// Scales the present Jacobian so that its entries come near one; false if it already is.

@@ -33,15 +33,6 @@ impl Newton {
         }
     }
 
-    /// `out += F f` with the functions `f`, and the sizes of these terms.
-    pub fn add_flowing(&self, f: &[f64], out: &mut [f64], sizes: &mut [f64]) {
-        for t in self.eq.terms.iter().filter(|t| t.f != 0.0 && t.part != Part::Sum) {
-            let term = t.f * f[t.function as usize];
-            out[t.row as usize] += term;
-            sizes[t.row as usize] += term.abs();
-        }
-    }
-
     /// Whether windings alone hold the potential of some nodes.
     pub fn has_cut_sets(&self) -> bool {
         self.eq.combined.has_cut_sets()

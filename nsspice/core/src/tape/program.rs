@@ -249,11 +249,6 @@ impl Program {
         units.fold(f64::INFINITY, f64::min)
     }
 
-    /// Number of unknowns.
-    pub fn unknowns(&self) -> usize {
-        self.unknowns
-    }
-
     /// Number of sources.
     pub fn sources(&self) -> usize {
         self.sources

@@ -131,11 +131,6 @@ impl Clock {
         self.first_row_now
     }
 
-    /// Present time.
-    pub fn now(&self) -> f64 {
-        self.now
-    }
-
     /// The next instant, or None at the end of the run.
     pub fn next(&mut self, waveforms: &[Waveform]) -> Option<Target> {
         let piece = self.pieces.get(self.piece)?;
