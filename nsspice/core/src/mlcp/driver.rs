@@ -16,8 +16,6 @@ const SUSPECT_PATH: f64 = 1e6;
 /// Solves a sequence of problems with equal matrices.
 pub struct Driver {
     scratch: Scratch,
-    /// the next warm start begins with the active set at hand
-    given: bool,
 }
 
 /// A solved problem.
@@ -52,7 +50,7 @@ impl Driver {
 
     /// The same of matrices that have been prepared before.
     pub(crate) fn of(model: Arc<Model>) -> Driver {
-        Driver { scratch: Scratch::new(model), given: false }
+        Driver { scratch: Scratch::new(model) }
     }
 
     /// Solves `K z + A l = rhs`, `w = q - B z + D l`, every pair in its role.
@@ -75,9 +73,7 @@ impl Driver {
         match start {
             Start::Warm => {
                 start_at(s, z, l);
-                if !std::mem::take(&mut self.given) {
-                    s.activate_from_signs();
-                }
+                s.activate_from_signs();
             }
             Start::Cold => {
                 s.start.fill(0.0);
@@ -105,36 +101,6 @@ impl Driver {
                 > if stage == 1 && !s.doubtful { 1.0 / ACCEPT } else { SUSPECT_PATH },
             flawed,
         })
-    }
-
-    /// Solves the equations of one mode, which agrees with the roles, next to `z`, `l`; these are left alone
-    /// unless that solves the problem and each guard (multiplier of an active pair, slack of another)
-    /// `holds`.
-    #[allow(clippy::too_many_arguments)]
-    pub fn solve_in(
-        &mut self,
-        active: &[bool],
-        rhs: &[f64],
-        q: &[f64],
-        roles: &[Role],
-        z: &mut [f64],
-        l: &mut [f64],
-        holds: impl Fn(usize, f64) -> bool,
-    ) -> bool {
-        let s = &mut self.scratch;
-        let n = s.model.n;
-        load(s, rhs, q, roles);
-        start_at(s, z, l);
-        s.active.copy_from_slice(active);
-        s.solve_mode();
-        let sound = s.judge_strictly().is_some() && s.growth() <= 1.0 / ACCEPT;
-        let guard = |i: usize| if s.active[i] { s.x[n + i] } else { -s.defect[n + i] };
-        let solved = sound && (0..s.model.m).all(|i| roles[i] != Role::Diode || holds(i, guard(i)));
-        if solved {
-            z.copy_from_slice(&s.x[..n]);
-            l.copy_from_slice(&s.x[n..]);
-        }
-        solved
     }
 
     /// `solve` by the first two stages alone, from a mode that agrees with the roles: who asks has another way to
@@ -170,13 +136,6 @@ impl Driver {
     pub fn mode_factor(&mut self, active: &[bool]) -> Arc<ModeFactor> {
         let s = &mut self.scratch;
         s.cache.get(&s.model, 0, active)
-    }
-
-    /// The next warm start begins with this active set, which agrees with its roles, instead of that of
-    /// the signs: where pairs rest on their laws, with neither current nor voltage, signs are rounding.
-    pub fn begin_with(&mut self, active: &[bool]) {
-        self.scratch.active.copy_from_slice(active);
-        self.given = true;
     }
 
     /// Whether factored modes are kept.  Otherwise (large systems) the last one is turned into the

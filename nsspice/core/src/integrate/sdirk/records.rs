@@ -64,8 +64,6 @@ pub struct Trouble {
     pub(super) troubled: f64,
     /// when gates have last turned because their controls rest [s], and how often at that instant
     pub(super) rests: (f64, usize),
-    /// pairs have been made to rest since the step began
-    pub(super) rested: bool,
     /// a switch has found no state after the last event
     pub(super) restless: Option<Box<Failure>>,
     /// what keeps the time from moving

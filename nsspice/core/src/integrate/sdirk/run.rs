@@ -143,7 +143,6 @@ impl Sdirk {
                 futile: false,
                 troubled: f64::NEG_INFINITY,
                 rests: (f64::NEG_INFINITY, 0),
-                rested: false,
                 restless: None,
                 fallback: Fallback::new(),
                 sampling: Sampling::new(
@@ -278,7 +277,6 @@ impl Sdirk {
         self.note_controls(s);
         self.trial.start = s.time;
         self.trial.unsolved = 0;
-        self.trouble.rested = false;
         let (z, guards) = self.trial.first.split_at_mut(n);
         let (guards, f) = guards.split_at_mut(m);
         match &mut s.smooth {
@@ -294,7 +292,7 @@ impl Sdirk {
         for (i, guard) in guards.iter_mut().enumerate() {
             *guard = if s.active[i] { s.l[i] } else { s.scratch.w[i] };
         }
-        self.stage_equations.begin(s, &self.scales);
+        self.stage_equations.begin(&s.active, &self.scales);
         if self.breakpoint.0 <= s.time {
             self.breakpoint = next_breakpoint(&s.waveforms, &self.kinks, s.time);
         }
@@ -357,9 +355,6 @@ impl Sdirk {
                 if self.is_stuck(s.time) {
                     return self.force(s);
                 }
-                continue;
-            }
-            if self.rest(s) {
                 continue;
             }
             if self.turn_at_rest(s) {

@@ -1,7 +1,7 @@
 //! The degenerate networks that ideal elements make legal, and those without a solution.
 
 use super::circuits::{close, Net};
-use crate::mlcp::{Driver, Start};
+use crate::mlcp::Start;
 
 #[test]
 fn half_wave_conducts_and_blocks() {
@@ -202,40 +202,4 @@ fn currents_that_vanish_are_no_failure() {
     let a = net.solve().unwrap();
     close(a.z[3], 2.0, 1e-12);
     close(a.z[4], 3.0, 1e-12);
-}
-
-#[test]
-fn a_mode_that_leaves_a_node_open_leaves_it_where_it_is_while_the_signs_hold() {
-    let mut net = Net::new(2);
-    net.voltage(1, 0, -2.0).diode(1, 2).diode(2, 0);
-    let mut driver = Driver::new(net.problem());
-    let solve = |driver: &mut Driver, middle: f64| {
-        let (mut z, mut l) = (vec![-1.5, middle, 0.3], vec![0.0; 2]);
-        let (begin, holds) = (z.clone(), |_: usize, guard: f64| guard >= -1e-11);
-        let (b, q) = (&net.b, &net.q);
-        let solved = driver.solve_in(&[false; 2], b, q, &net.roles, &mut z, &mut l, holds);
-        assert!(solved || z == begin, "a failure must not move");
-        (solved, z)
-    };
-    let (solved, z) = solve(&mut driver, -0.7);
-    assert!(solved);
-    close(z[0], -2.0, 1e-15);
-    close(z[1], -0.7, 1e-12);
-    close(z[2], 0.0, 1e-15);
-    // at 0.1 V the second diode would bear that voltage forward
-    assert!(!solve(&mut driver, 0.1).0);
-}
-
-#[test]
-fn a_warm_start_may_begin_with_a_given_mode() {
-    // at rest between both diodes, either may be the one that holds the middle node
-    let mut net = Net::new(2);
-    net.voltage(1, 0, 0.0).diode(1, 2).diode(2, 0);
-    let mut driver = Driver::new(net.problem());
-    for mode in [[true, false], [false, true]] {
-        driver.begin_with(&mode);
-        let (mut z, mut l) = (vec![0.0; 3], vec![0.0; 2]);
-        driver.solve(&net.b, &net.q, &net.roles, &mut z, &mut l, Start::Warm).unwrap();
-        assert_eq!(driver.active(), mode);
-    }
 }

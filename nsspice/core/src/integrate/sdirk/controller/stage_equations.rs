@@ -3,7 +3,7 @@
 use super::levels::{Levels, LEVELS};
 use super::resistances::Resistances;
 use super::winding_ratios::Ratios;
-use crate::integrate::sdirk::events::guards::{Scales, VIOLATED};
+use crate::integrate::sdirk::events::guards::Scales;
 use crate::integrate::theta::matrices::{Ends, OPEN};
 use crate::integrate::theta::step_length::Stage;
 use crate::integrate::theta::stepper::Stepper;
@@ -37,10 +37,6 @@ pub struct StageEquations {
     pub met: Vec<bool>,
     /// the mode of a stage since the last step has left something open
     pub open: bool,
-    /// pairs that have been made to rest on their laws, active or not, see `Sdirk::rest`
-    pub resting: Vec<(usize, bool)>,
-    /// sizes of the guards of each pair: inactive, active
-    sizes: Vec<[f64; 2]>,
     candidate: Candidate,
 }
 
@@ -105,8 +101,6 @@ impl StageEquations {
             stored,
             met: Vec::new(),
             open: false,
-            resting: Vec::new(),
-            sizes: Vec::new(),
             candidate: Candidate {
                 x: vec![0.0; size],
                 active: vec![false; s.l.len()],
@@ -116,18 +110,10 @@ impl StageEquations {
     }
 
     /// Takes notice of the point where a step begins.
-    pub fn begin(&mut self, s: &Stepper, scales: &Scales) {
+    pub fn begin(&mut self, active: &[bool], scales: &Scales) {
         self.resistances.begin(scales);
-        self.met.clone_from(&s.active);
-        let at_rest =
-            |i: usize| scales.at_zero(i, true, s.l[i]) && scales.at_zero(i, false, s.scratch.w[i]);
-        self.resting.retain(|&(i, active)| s.active[i] == active && at_rest(i));
-        self.sizes.clear();
-        if s.z.len() + s.l.len() <= OPEN {
-            return;
-        }
-        let sizes = |i| [false, true].map(|active| scales.of_pair(i, active));
-        self.sizes.extend((0..s.active.len()).map(sizes));
+        self.met.clear();
+        self.met.extend_from_slice(active);
     }
 
     /// Step length of a level [s].
@@ -185,7 +171,6 @@ impl StageEquations {
             return Fit::Contradiction;
         }
         if sound.is_some() {
-            self.open |= !self.resting.is_empty(); // what they hold is not unique
             let stage = self.stage_of(s, level);
             let slot = stage.slot(&s.active, s.epoch);
             slot.uses += 1;
@@ -254,7 +239,7 @@ impl StageEquations {
     }
 
     /// Whether the present mode, in which the last stage has been solved too, has a point next to `near` that obeys
-    /// all signs up to rounding: then no other one is sought.  In a large system [`StageEquations::solve_signs`] tells.
+    /// all signs up to rounding: then no other one is sought.
     fn stays(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> bool {
         let StageProblem { level, from, u, .. } = problem;
         if x.len() > OPEN || self.met != s.active {
@@ -298,10 +283,7 @@ impl StageEquations {
         x.copy_from_slice(near);
         self.resistances.decode(&mut x[s.z.len()..], &s.active, &s.roles);
         if !self.stays(s, problem, x) {
-            let met = std::mem::take(&mut self.met);
-            let solved = self.solve_signs(s, level, &met, x);
-            self.met = met;
-            if !solved {
+            if !self.solve_signs(s, level, x) {
                 return Fit::Contradiction;
             }
             self.sharpen(s, problem, x);
@@ -315,30 +297,16 @@ impl StageEquations {
         Fit::Open
     }
 
-    /// Solves a complementarity problem from `x`.  In a large system this is one system of equations as
-    /// long as what is open may stay where it is: in the mode met last, if that lets pairs rest on their
-    /// laws, else in the present one.
-    fn solve_signs(&mut self, s: &mut Stepper, level: usize, met: &[bool], x: &mut [f64]) -> bool {
-        let large = x.len() > OPEN;
-        let sizes = std::mem::take(&mut self.sizes);
+    /// Solves a complementarity problem from `x`.
+    fn solve_signs(&mut self, s: &mut Stepper, level: usize, x: &mut [f64]) -> bool {
         let driver = &mut self.stage_of(s, level).driver;
-        let (q, (z, l)) = (&s.sys.linear.q, x.split_at_mut(s.z.len()));
-        let resting = large && met != s.active && driver.mode_factor(met).regular();
-        let mode = if resting { met } else { &s.active };
-        let holds = |i: usize, guard: f64| guard >= -VIOLATED * sizes[i][usize::from(mode[i])];
-        let stays = large && driver.solve_in(mode, &s.scratch.rhs, q, &s.roles, z, l, holds);
-        if resting && !stays {
-            driver.begin_with(met);
-        }
+        let (z, l) = x.split_at_mut(s.z.len());
         let most = ORDINARY * size(z).max(size(l));
         // beside the voltages of inductors in a very short step a conflict hides; a longer one tells.  What was
         // there before hides none, however little is stored by now
-        let solved = stays
-            || driver.solve(&s.scratch.rhs, q, &s.roles, z, l, Start::Warm).is_ok_and(|found| {
-                !found.flawed && (!found.needs_certificate || size(z).max(size(l)) <= most)
-            });
-        self.sizes = sizes;
-        solved
+        driver.solve(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l, Start::Warm).is_ok_and(
+            |found| !found.flawed && (!found.needs_certificate || size(z).max(size(l)) <= most),
+        )
     }
 
     /// Improves a solution in the mode in which it has been found, which is `met` from now on.

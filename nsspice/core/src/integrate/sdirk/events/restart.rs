@@ -6,10 +6,9 @@ use crate::integrate::sdirk::controller::levels::SMALL;
 use crate::integrate::sdirk::run::Sdirk;
 use crate::integrate::theta::failure::Failure;
 use crate::integrate::theta::instants::commutation::Turn;
-use crate::integrate::theta::matrices::OPEN;
 use crate::integrate::theta::stepper::Stepper;
 use crate::integrate::theta::time_grid::evaluate;
-use crate::mlcp::{Role, Start};
+use crate::mlcp::Start;
 use crate::tolerances::{ACCEPT, CLEARLY};
 use crate::waveform::Side;
 
@@ -170,37 +169,6 @@ impl Sdirk {
             s.switching.sampled.clone_from(&self.trouble.sampling.on);
         }
         turned
-    }
-
-    /// Where the mode of a trial step leaves something open (what blocking bridges float between), stages
-    /// are complementarity problems: their solution lets pairs rest on their laws, with neither current nor
-    /// voltage.  Takes those that do so from the begin of the step on as the solution has them, which leaves
-    /// less open or nothing; true if the step has to be computed again.
-    pub(in crate::integrate::sdirk) fn rest(&mut self, s: &mut Stepper) -> bool {
-        let (n, last) = (s.z.len(), self.tableau.stages() - 1);
-        let large = n + s.l.len() > OPEN && s.smooth.is_none();
-        if self.trouble.rested || !large || !self.trial.stages.open[last] {
-            return false;
-        }
-        let met = &self.stage_equations.met;
-        let zero = |x: &[f64], i: usize| self.scales.at_zero(i, s.active[i], x[n + i]);
-        let rests = |&i: &usize| {
-            met[i] != s.active[i]
-                && s.roles[i] == Role::Diode
-                && zero(&self.trial.first, i)
-                && zero(&self.trial.stages.ends[last], i)
-        };
-        let resting: Vec<usize> = (0..met.len()).filter(rests).collect();
-        for &i in &resting {
-            s.active[i] = met[i];
-            self.trial.first[n + i] = 0.0;
-        }
-        if !resting.is_empty() {
-            self.trouble.rested = true;
-            s.epoch += 1;
-            self.stage_equations.resting.extend(resting.iter().map(|&i| (i, s.active[i])));
-        }
-        self.trouble.rested
     }
 
     /// Notes that a step from `time` has failed; whether an implicit one has to step across what is there.
