@@ -152,7 +152,7 @@ impl Sdirk {
             },
             tableau: method.next(false),
             visited: Visited::default(),
-            stage_equations: StageEquations::new(s, longest, method.gamma, accuracy.relative),
+            stage_equations: StageEquations::new(s, longest, method.gamma),
             scales: Scales::new(s),
             nodes: if energies.is_some() { None } else { Nodes::new(s) },
             energies,

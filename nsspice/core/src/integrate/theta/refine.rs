@@ -78,24 +78,6 @@ pub fn refine(
     }
 }
 
-/// How far `x = [z; l]` is from the solution of a mode, by a way to solve it, relative to its size.  The residual
-/// takes what is stored and what conducts one after the other: in their sum, of which the factors were
-/// made, one may have vanished beside the other.
-pub fn defect(
-    matrices: &StepMatrices,
-    active: &[bool],
-    rhs: &[f64],
-    x: &[f64],
-    solve: impl FnOnce(&mut [f64]),
-) -> f64 {
-    let exact: Vec<_> = x.iter().map(|&high| Twofold { high, low: 0.0 }).collect();
-    let mut step = vec![0.0; x.len()];
-    residual(matrices, active, rhs, &exact, &mut step);
-    solve(&mut step);
-    let largest = |v: &[f64]| v[..matrices.n].iter().fold(0.0f64, |a, v| a.max(v.abs()));
-    largest(&step) / largest(x).max(f64::MIN_POSITIVE)
-}
-
 fn residual(matrices: &StepMatrices, active: &[bool], rhs: &[f64], x: &[Twofold], out: &mut [f64]) {
     let n = matrices.n;
     let (z, l) = x.split_at(n);

@@ -2,7 +2,6 @@
 
 use super::affine_map::{MapInputs, ModeMap, MAX_ENTRIES};
 use super::matrices::{Ends, StepMatrices};
-use super::refine::defect;
 use crate::descriptor::{sums_that_store_nothing, Linear};
 use crate::mlcp::{Driver, ModeFactor, Problem};
 use crate::newton::Smooth;
@@ -11,9 +10,6 @@ use crate::sparse::Csc;
 use crate::structure::Coordinates;
 use std::collections::HashMap;
 use std::sync::Arc;
-
-/// Increments that are wrong by more than this part: the mode is singular up to rounding.
-const UNSOUND: f64 = 1e-2;
 
 /// The system as assembled from a circuit.
 pub struct System {
@@ -106,19 +102,6 @@ pub struct Slot {
     pub trusted: bool,
     /// whether it is solved for increments, once that is known
     pub increments: Option<bool>,
-    /// its equations are singular up to rounding
-    pub unsound: bool,
-    /// the probe has told how it has to be solved
-    pub probed: bool,
-}
-
-/// A state in which all that is stored is large, so that rounding shows in all modes.
-#[derive(Clone)]
-pub struct Probe {
-    /// its unknowns
-    pub z: Vec<f64>,
-    /// rounding of what is stored that matters, relative to the probe
-    pub finest: f64,
 }
 
 /// The active set as a bit pattern.
@@ -151,8 +134,6 @@ pub struct Stage {
     present: Option<(u64, usize)>,
     /// last use, for eviction
     pub stamp: u64,
-    /// what rounding is measured with, if that of what is stored matters
-    pub probe: Option<Probe>,
 }
 
 /// Memory for maps and factors of one stage [number of f64].
@@ -226,7 +207,6 @@ impl Stage {
             budget: MODE_BUDGET,
             present: None,
             stamp: 0,
-            probe: None,
         }
     }
 
@@ -253,8 +233,6 @@ impl Stage {
                     uses: 0,
                     trusted: true,
                     increments: None,
-                    unsound: false,
-                    probed: false,
                 });
                 self.modes.insert(key, self.slots.len() - 1);
                 self.slots.len() - 1
@@ -308,72 +286,6 @@ impl Stage {
             // the short steps of each jump have other charges, and rounding, than those of the last one
             self.slot(active, epoch).increments = (better || !self.impulsive).then_some(better);
         }
-    }
-
-    /// Learns from the probe how the present mode has to be solved.
-    pub fn probe(
-        &mut self,
-        sys: &System,
-        active: &[bool],
-        epoch: u64,
-        inputs: usize,
-        work: &mut [f64],
-    ) {
-        self.slot(active, epoch).probed = true;
-        let Some(probe) = self.probe.clone() else { return };
-        let factor = self.factor(active, epoch);
-        let none = vec![0.0; inputs];
-        let ends = Ends { z0: &probe.z, u0: &none, u1: &none };
-        let mut rhs = vec![0.0; self.matrices.n + self.matrices.m];
-        self.matrices.increment(ends, active, &mut rhs);
-        let (mut unsound, mut increments) = (false, None);
-        if factor.regular() {
-            let mut plain = rhs.clone();
-            self.matrices.solve(&factor, active, ends, true, &mut plain, work);
-            let mut sharp = rhs.clone();
-            factor.solve(&mut sharp, work);
-            let solve = |x: &mut [f64]| factor.solve(x, work);
-            let missed = defect(&self.matrices, active, &rhs, &sharp, solve);
-            unsound = missed > UNSOUND || missed.is_nan();
-            for (x, z) in sharp.iter_mut().zip(&probe.z) {
-                *x += z;
-            }
-            let apart = sys.apart(&plain, &sharp, &probe.z);
-            let lost = sys.stored_apart(&plain, &sharp, &probe.z) > probe.finest;
-            increments = Some(apart > OF_SOLUTION || lost);
-        }
-        let slot = self.slot(active, epoch);
-        (slot.increments, slot.unsound) = (increments, unsound);
-    }
-
-    /// Whether the map of the present mode has too much rounding for the probe.
-    pub fn map_loses(
-        &mut self,
-        sys: &System,
-        active: &[bool],
-        epoch: u64,
-        work: &mut [f64],
-    ) -> bool {
-        let Some(probe) = self.probe.clone() else { return false };
-        let factor = self.factor(active, epoch);
-        let size = self.matrices.n + self.matrices.m;
-        let none = vec![0.0; self.matrices.source_end.ncols];
-        let zero = vec![0.0; self.matrices.n];
-        // what is constant drops out of the differences
-        let mut exact = [vec![0.0; size], vec![0.0; size]];
-        let mut mapped = exact.clone();
-        for (k, z0) in [&probe.z, &zero].into_iter().enumerate() {
-            let ends = Ends { z0, u0: &none, u1: &none };
-            self.matrices.sharpen(&factor, active, ends, &mut exact[k], work);
-            let mut input: Vec<f64> = self.inputs.carried.iter().map(|&j| z0[j]).collect();
-            input.resize(self.inputs.len(), 0.0);
-            if let Some(map) = &self.slot(active, epoch).map {
-                map.apply(&input, &mut mapped[k]);
-            }
-        }
-        let difference =
-            |[a, b]: [Vec<f64>; 2]| -> Vec<f64> { a.iter().zip(&b).map(|(a, b)| a - b).collect() };
-        sys.stored_apart(&difference(exact), &difference(mapped), &probe.z) > probe.finest
     }
 
     /// Lets go of the factor of the present mode if the driver wants to turn it into another one.

@@ -1,16 +1,12 @@
 //! Matrices of the step lengths in use.
 
-use crate::integrate::theta::step_length::{Probe, Stage};
+use crate::integrate::theta::step_length::Stage;
 use crate::integrate::theta::stepper::Stepper;
-use crate::rounding::{OF_EQUATION, OF_SOLUTION};
-use crate::tolerances::CLEARLY;
 
 /// Levels of the stage_equations: the shortest step is 2^-44 of the longest.
 pub const LEVELS: usize = 45;
 /// Size below which an unknown is small beside the others of its kind.
 pub const SMALL: f64 = 1e-3;
-/// Steps from this level on are so short that what is stored may hide what the rest conducts.
-const SHORT: usize = 16;
 /// Memory for matrices and factors of all levels [numbers], roughly.
 const BUDGET: usize = 40_000_000;
 
@@ -28,19 +24,16 @@ pub struct Levels {
     stamp: u64,
     /// stages assembled
     pub made: u64,
-    /// rounding of what is stored, as a part of the error that a step may have in a small unknown
-    finest: f64,
 }
 
 impl Levels {
-    /// For `size` unknowns and pairs, whose error may be `relative` to each unknown.
-    pub fn new(size: usize, relative: f64) -> Levels {
+    /// For `size` unknowns and pairs.
+    pub fn new(size: usize) -> Levels {
         Levels {
             all: (0..LEVELS).map(|_| None).collect(),
             most: (BUDGET / (200 * size + 1)).clamp(4, LEVELS),
             stamp: 0,
             made: 0,
-            finest: CLEARLY * relative,
         }
     }
 
@@ -49,19 +42,8 @@ impl Levels {
         self.all.iter().flatten().map(|r| r.stage.mode_count()).max().unwrap_or(0)
     }
 
-    /// Largest voltages and currents everywhere, which are to each other as `resistance` [Ohm].
-    fn probe(&self, s: &Stepper, resistance: f64) -> Probe {
-        let size = |j: usize| 0.5 + 0.5 * (0.618 * (j + 1) as f64).fract();
-        let scale = |kind: u8| if kind == 0 { resistance } else { 1.0 };
-        let kinds = s.sys.linear.row_kind.iter().enumerate();
-        Probe {
-            z: kinds.map(|(j, &kind)| scale(kind) * size(j)).collect(),
-            finest: (self.finest * SMALL).max(OF_EQUATION),
-        }
-    }
-
-    /// The implicit step of a level, of this length [s]; see `probe`.
-    pub fn at(&mut self, s: &Stepper, level: usize, length: f64, resistance: f64) -> &mut Stage {
+    /// The implicit step of a level, of this length [s].
+    pub fn at(&mut self, s: &Stepper, level: usize, length: f64) -> &mut Stage {
         self.stamp += 1;
         if self.all[level].is_none() {
             let used = |k: &usize| self.all[*k].as_ref().map_or(u64::MAX, |r| r.stamp);
@@ -70,12 +52,7 @@ impl Levels {
                     self.all[oldest] = None;
                 }
             }
-            let mut stage = Stage::new(&s.sys, length, true, &s.facts.constants);
-            // a map that differs by more from refined solutions is not used
-            let matters = self.finest < OF_SOLUTION / SMALL || level >= SHORT;
-            if matters {
-                stage.probe = Some(self.probe(s, resistance));
-            }
+            let stage = Stage::new(&s.sys, length, true, &s.facts.constants);
             self.all[level] = Some(Box::new(Level { stage, epoch: s.epoch, stamp: 0 }));
             self.made += 1;
         }

@@ -6,23 +6,18 @@ use crate::mlcp::Role;
 
 /// Voltages by currents [Ohm], to compare multipliers with slacks.
 pub struct Resistances {
-    /// the largest voltage by the largest current
-    pub all: f64,
-    /// the same by the currents beside each pair
+    /// the largest voltage by the currents beside each pair
     beside: Vec<f64>,
 }
 
 impl Resistances {
     pub fn new(pairs: usize) -> Resistances {
-        Resistances { all: 1.0, beside: vec![1.0; pairs] }
+        Resistances { beside: vec![1.0; pairs] }
     }
 
     /// Takes notice of the point where a step begins.
     pub fn begin(&mut self, scales: &Scales) {
-        let [voltage, current] = scales.largest;
-        if voltage > 0.0 && current > 0.0 {
-            self.all = voltage / current;
-        }
+        let [voltage, _] = scales.largest;
         for (i, resistance) in self.beside.iter_mut().enumerate() {
             let current = scales.current_beside(i);
             if voltage > 0.0 && current > 0.0 {

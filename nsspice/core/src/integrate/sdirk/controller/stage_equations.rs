@@ -78,8 +78,8 @@ pub enum Fit {
 }
 
 impl StageEquations {
-    /// Steps of at most `longest`, whose error may be `relative` to each unknown.
-    pub fn new(s: &Stepper, longest: f64, gamma: f64, relative: f64) -> StageEquations {
+    /// Steps of at most `longest`.
+    pub fn new(s: &Stepper, longest: f64, gamma: f64) -> StageEquations {
         let size = s.z.len() + s.l.len();
         let e = &s.sys.linear.e;
         let mut stored: Vec<usize> =
@@ -92,7 +92,7 @@ impl StageEquations {
         StageEquations {
             longest,
             gamma,
-            levels: Levels::new(size, relative),
+            levels: Levels::new(size),
             roles: Vec::new(),
             resistances: Resistances::new(s.l.len()),
             deepest: LEVELS - 1,
@@ -128,28 +128,7 @@ impl StageEquations {
 
     fn stage_of(&mut self, s: &Stepper, level: usize) -> &mut Stage {
         let length = self.stage_length(level);
-        self.levels.at(s, level, length, self.resistances.all)
-    }
-
-    /// The deepest level up to `level` at which the present mode is sound.
-    pub fn sound(&mut self, s: &mut Stepper, level: usize) -> usize {
-        if s.smooth.is_some() {
-            return level;
-        }
-        let level = level.min(self.deepest - 1);
-        (1..=level).rev().find(|&level| self.solvable(s, level) != Some(false)).unwrap_or(0)
-    }
-
-    /// Whether steps of this level are long enough for the present mode; nothing if it leaves something
-    /// open.
-    fn solvable(&mut self, s: &mut Stepper, level: usize) -> Option<bool> {
-        let stage = self.stage_of(s, level);
-        if !stage.slot(&s.active, s.epoch).probed {
-            stage.probe(&s.sys, &s.active, s.epoch, s.u0.len(), &mut s.scratch.work);
-        }
-        let slot = stage.slot(&s.active, s.epoch);
-        let unsound = slot.unsound;
-        stage.factor(&s.active, s.epoch).regular().then_some(!unsound)
+        self.levels.at(s, level, length)
     }
 
     /// One implicit step in the present mode, whatever the signs of its guards; `x` takes unknowns, guards
@@ -165,13 +144,8 @@ impl StageEquations {
     fn solve_linear(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
         let StageProblem { level, from, u, .. } = problem;
         let n = s.z.len();
-        let sound = self.solvable(s, level);
-        if !sound.unwrap_or(true) {
-            self.deepest = self.deepest.min(level);
-            return Fit::Contradiction;
-        }
-        if sound.is_some() {
-            let stage = self.stage_of(s, level);
+        let stage = self.stage_of(s, level);
+        if stage.factor(&s.active, s.epoch).regular() {
             let slot = stage.slot(&s.active, s.epoch);
             slot.uses += 1;
             let fresh = slot.map.is_none() && slot.uses == USES_FOR_MAP;
@@ -190,7 +164,6 @@ impl StageEquations {
             let ends = Ends { z0: &from[..n], u0: u, u1: u };
             stage.solve_mode(&s.sys, &s.active, s.epoch, ends, refined, x, &mut s.scratch.work);
             stage.matrices.guards(x, &s.active, true, &mut s.scratch.w);
-            let lost = fresh && stage.map_loses(&s.sys, &s.active, s.epoch, &mut s.scratch.work);
             let (inputs, slot) = stage.inputs_and_slot(&s.active, s.epoch);
             if let (Some(map), true) = (&slot.map, fresh) {
                 // modes in which a large part and a small one meet lose digits in the map
@@ -199,7 +172,7 @@ impl StageEquations {
                 s.scratch.input.extend(inputs.ends.iter().map(|&j| u[j]));
                 let mut mapped = x.to_vec();
                 map.apply(&s.scratch.input, &mut mapped);
-                slot.trusted = !lost && s.sys.apart(x, &mapped, from) <= OF_SOLUTION;
+                slot.trusted = s.sys.apart(x, &mapped, from) <= OF_SOLUTION;
             }
             return Fit::Solved;
         }

@@ -184,7 +184,7 @@ impl Sdirk {
         let target = self.breakpoint.0.min(self.settings.stop);
         let remaining = target - s.time;
         let level = self.trouble.fallback.enter(s.time);
-        let level = self.stage_equations.sound(s, level);
+        let level = level.min(self.stage_equations.deepest - 1);
         let wanted = self.stage_equations.stage_length(level);
         let length = if wanted >= remaining * (1.0 - 1e-9) { remaining } else { wanted };
         let at_breakpoint = length == remaining && target == self.breakpoint.0;
