@@ -8,8 +8,7 @@
 
 use super::equations::Equations;
 use super::linear::Assembly;
-use super::state::{flows_round, State, DRIVEN};
-use crate::mlcp::Role;
+use super::state::State;
 use crate::tolerances::ACCEPT;
 
 /// Laws that leave so much of each other have no solution here, however large other voltages are.
@@ -83,35 +82,7 @@ impl State {
                 let amount = self.step[c] / moved[c];
                 let turned = if sum < 0.0 { -amount } else { amount };
                 add(turned - amount, &moved, &mut self.step);
-                let more = self.until_one_blocks(eq, assembly, &moved, turned);
-                add(more, &moved, &mut self.step);
             }
-        }
-    }
-
-    /// How much more of what has `moved` by `turned` blocks a diode: a voltage that drives a current round a
-    /// loop of ideal elements is held by nothing else.  A held pivot is some resistance, by which a microvolt would
-    /// move the current of a diode by milliamperes in each step, and Newton's method would give up before.
-    fn until_one_blocks(
-        &self,
-        eq: &Equations,
-        assembly: &Assembly,
-        moved: &[f64],
-        turned: f64,
-    ) -> f64 {
-        let (n, flows) = (eq.n, flows_round(eq, assembly, moved));
-        let Some(flows) = flows.filter(|_| turned != 0.0) else { return 0.0 };
-        let diodes = (0..eq.m).filter(|&i| self.problem.roles[i] == Role::Diode && self.active[i]);
-        let falling = diodes.map(|i| (i, turned.signum() * moved[n + i])).filter(|&(i, rate)| {
-            rate < 0.0 && rate.abs() / assembly.scaling.columns[n + i] > DRIVEN * flows
-        });
-        let left = falling.map(|(i, rate)| (self.x[n + i] + self.step[n + i]) / -rate);
-        let least = left.fold(f64::INFINITY, f64::min);
-        // it ends as far on the other side
-        if least > 0.0 && least.is_finite() {
-            2.0 * turned.signum() * least
-        } else {
-            0.0
         }
     }
 

@@ -15,7 +15,7 @@ const HOLD: [f64; 4] = [0.0, 1e-9, 1e-6, 1e-3];
 const REACH: f64 = 2.0;
 /// A current that goes round drives no voltage but what rounding makes of the held pivots, and nothing
 /// that is stored.
-pub(super) const DRIVEN: f64 = 1e-6;
+const DRIVEN: f64 = 1e-6;
 /// An unknown that is stopped there so many times in a row may go farther: twice as far, then 8, 128 and
 /// 32,768 times, as far as an amplifier of open loop gets from rest.
 const INSIST: u8 = 3;
@@ -242,7 +242,7 @@ impl State {
             }
             let round = self.goes_with(eq, assembly, c, current);
             // leakage that a voltage drives, below the rounding of all, is open, too, but it has a cause
-            if flows_round(eq, assembly, &round).is_some() {
+            if flows_round(eq, assembly, &round) {
                 let part = -current / round[c];
                 let ends = self.step.iter_mut().zip(&round).zip(&eq.places.bare);
                 ends.filter(|e| *e.1).for_each(|((step, v), _)| *step += part * v);
@@ -251,15 +251,14 @@ impl State {
     }
 }
 
-/// The largest of the currents by which unknowns differ, in the scaled system, if they go round in a loop of ideal
-/// elements and nothing else differs.
-pub(super) fn flows_round(eq: &Equations, assembly: &Assembly, round: &[f64]) -> Option<f64> {
+/// Whether unknowns differ by currents that go round in a loop of ideal elements, and nothing else differs.
+fn flows_round(eq: &Equations, assembly: &Assembly, round: &[f64]) -> bool {
     let (mut flows, mut rest) = (0.0f64, 0.0f64);
     for ((v, scale), &bare) in round.iter().zip(&assembly.scaling.columns).zip(&eq.places.bare) {
         let largest = if bare { &mut flows } else { &mut rest };
         *largest = largest.max((v / scale).abs());
     }
-    (rest <= DRIVEN * flows).then_some(flows)
+    rest <= DRIVEN * flows
 }
 
 /// Slack of pair `i` at `x` and the size of its terms.
