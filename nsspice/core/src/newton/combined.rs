@@ -18,8 +18,6 @@ pub(super) struct Combined {
     /// of each law those to which it is added, with its factor, and whether others are added to it
     with: Vec<Vec<(usize, f64)>>,
     changed: Vec<bool>,
-    /// an inductor is a branch of the tree, with others behind: nothing heavier leads there
-    cut_sets: bool,
     /// laws that do nothing but give the current of a source, and those of the cut-sets behind them, which come
     /// first
     sources: Vec<(usize, usize)>,
@@ -35,7 +33,7 @@ impl Combined {
     ) -> Combined {
         let mut laws = laws_without_storage(e, row_kind);
         laws.retain(|law| !functional[law.row]);
-        let (mut cut_sets, mut sources) = (false, Vec::new());
+        let mut sources = Vec::new();
         if let Some(tree) = tree {
             let branch = branches(g, row_kind);
             let own: Vec<bool> = branch.iter().map(Option::is_some).collect();
@@ -49,7 +47,6 @@ impl Combined {
             let mut behind = vec![Vec::new(); g.nrows];
             for (other, &own) in own.iter().enumerate() {
                 if let Ok(row) = usize::try_from(tree.before(other)) {
-                    cut_sets |= branch[row].is_some_and(|current| stores[current]);
                     behind[row].extend(own.then_some((other, -1.0)));
                 }
             }
@@ -64,12 +61,7 @@ impl Combined {
             changed[law.row] = true;
             law.others.iter().for_each(|&(other, factor)| with[other].push((law.row, factor)));
         }
-        Combined { laws, with, changed, cut_sets, sources }
-    }
-
-    /// Whether inductors alone hold the potential of some nodes.
-    pub fn has_cut_sets(&self) -> bool {
-        self.cut_sets
+        Combined { laws, with, changed, sources }
     }
 
     /// Adds the sizes of the terms at a node of a source that are no terms of its cut-set: its current is known

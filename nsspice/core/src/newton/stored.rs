@@ -33,11 +33,6 @@ impl Newton {
         }
     }
 
-    /// Whether windings alone hold the potential of some nodes.
-    pub fn has_cut_sets(&self) -> bool {
-        self.eq.combined.has_cut_sets()
-    }
-
     /// The next solve is an implicit step from the unknowns `z`: adds the charges and fluxes that they
     /// carry, times the rate, to the laws, which its right-hand side then has to leave out.  In sums of
     /// laws they would leave nothing but their rounding.

@@ -6,10 +6,6 @@ use crate::sparse::Csc;
 
 /// Times of junctions are estimates, and their charges small: beside them 1e-5 is short.
 const OF_FUNCTIONS: f64 = 1e3;
-/// Beside so many times that in which the largest voltage would move the rounding of the largest flux, a
-/// millionth shows voltages that windings alone hold to five digits.
-const OF_FLUXES: f64 = 1e11;
-
 /// An estimate of the fastest time constant [s]: largest rate at which stored quantities act on each
 /// other, directly or through one algebraic unknown, in coordinates with unit storage.
 pub(in crate::integrate) fn fastest_time(e: &Csc, g: &Csc) -> f64 {
@@ -68,25 +64,12 @@ impl Stepper {
         let known = self.schedule.step_length.min(self.facts.fastest);
         let instant = f64::EPSILON * self.schedule.step_length; // no time at all beside the steps
                                                                 // the charge of a blocking junction may be next to nothing, and as fast
-        let held = self.smooth.as_ref().is_some_and(|smooth| smooth.newton.has_cut_sets());
-        let told = if held { self.time_of_fluxes() } else { 0.0 };
         let (linear, u, time) = (&self.sys.linear, &self.u0, self.time);
         let Some(smooth) = &mut self.smooth else { return known };
         let Some(e) = smooth.stored(linear, &self.z, u, time, instant) else { return known };
         let g = smooth.conducting(linear);
         let time = fastest_time(&e, g).min(time_of_groups(self.facts.storage.floating(), &e, g));
-        known.min((OF_FUNCTIONS * time).max(told))
-    }
-
-    /// The time in which rounding of the largest flux is no voltage yet [s]; 0 where there is none.
-    fn time_of_fluxes(&self) -> f64 {
-        let [voltage, _] = self.sys.largest(&[&self.z]);
-        let [_, flux] = self.sys.largest(&[&self.stored_sizes(&self.z)]);
-        if flux > 0.0 && voltage > 0.0 {
-            OF_FLUXES * f64::EPSILON * flux / voltage
-        } else {
-            0.0
-        }
+        known.min(OF_FUNCTIONS * time)
     }
 }
 
