@@ -332,12 +332,6 @@ impl Stepper {
                 ((once, twice), after, part, bend) = (steps, end, shorter, found);
             }
         }
-        let none = |q: &[f64]| q.iter().all(|q| *q == 0.0);
-        let at_rest = || linear && self.facts.storage.unknowns().all(|j| before[j] == 0.0);
-        if twice.is_none() && charges.map_or_else(at_rest, none) {
-            // a step that is too hard tells nothing
-            let _ = self.stay(&before, &mut after, once.length);
-        }
         self.facts.storage.project(&mut after);
         if linear {
             // with junctions charges depend on potentials
@@ -413,23 +407,6 @@ impl Stepper {
         let bends = self.sys.largest(&[&bends]);
         let share = |kind: usize| if bends[kind] > 0.0 { bends[kind] / scale[kind] } else { 0.0 };
         share(0).max(share(1))
-    }
-
-    /// From rest, where a much shorter step moves all that is stored in proportion less, nothing has
-    /// jumped but only begun to move: `after`, the end of a step of this length, is put back to zero.
-    /// Beside what is stored elsewhere so small a motion would not be seen.
-    fn stay(&mut self, before: &[f64], after: &mut [f64], length: f64) -> Outcome {
-        self.short_step(Some(&vec![0.0; before.len()]), before, DESCENT * length, Start::Warm)?;
-        let kind = |j: usize| usize::from(self.sys.linear.row_kind[j]);
-        let largest = self.sys.largest(&[after]);
-        // between an impulse, which stays, and motion, which falls with the length
-        let motion = |j: usize| {
-            self.z[j].abs() <= CLEARLY * f64::abs(after[j]) + OF_SOLUTION * largest[kind(j)]
-        };
-        if self.facts.storage.unknowns().all(motion) {
-            self.facts.storage.restore(&vec![0.0; before.len()], after, |_| f64::INFINITY);
-        }
-        Ok(())
     }
 
     /// Steps of length `2 length` and `length` from the same charges; the longer one is left out
