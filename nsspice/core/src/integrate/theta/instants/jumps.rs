@@ -24,9 +24,6 @@ pub(in crate::integrate) const DESCENT: f64 = 1e-2;
 /// straight are taken.
 const STRAIGHTER: usize = 4;
 const SHORTER: f64 = 0.1;
-/// An reinitialising step that its own end contradicts is continued from there by longer ones, in which
-/// less can hide.
-const CONTINUED: [f64; 3] = [JUMP, 1e-6, 1e-4];
 /// Two short steps that end this near to each other have led to values, not to impulses.
 const PLAIN: f64 = 1e-3;
 /// Jumps kept in full; later ones are only counted.
@@ -99,11 +96,6 @@ pub(in crate::integrate) struct StateJump {
 }
 
 impl StateJump {
-    /// The part of the largest charge by which what it led to breaks the equations that connect charges.
-    fn missed(&self) -> f64 {
-        self.settled.as_ref().map_or(0.0, |settled| settled.missed)
-    }
-
     /// This step and the one from where it led.
     fn and(self, next: StateJump, has_jumped: bool) -> StateJump {
         let sum =
@@ -199,7 +191,7 @@ impl Stepper {
         let state_jump = self.state_jump(charges, part, shortest, start)?;
         let mut state_jump = self.without_motion(charges, &begun, state_jump, shortest, start);
         // what only begins to move misses nothing
-        let mut has_jumped = self.has_jumped(charges, &begun.0, &state_jump);
+        let has_jumped = self.has_jumped(charges, &begun.0, &state_jump);
         // a gap closes at the end of the step, not at its begin: what it had left is speed that the next one does not see
         if has_jumped && charges.is_none() && self.instants.impacts.active {
             (self.z, self.l) = (state_jump.after.clone(), state_jump.multipliers.clone());
@@ -207,32 +199,8 @@ impl Stepper {
                 state_jump = state_jump.and(next, true);
             }
         }
-        // the residual of so short a step is relative to multipliers of size 1/length, and may hide
-        // a voltage; seen from where it led, it is in plain sight
-        let mut rest = state_jump.rest;
-        // from rest a longer step moves more, and what rounding sends through megohms looks calm there
-        let resting = charges.is_some_and(|charges| charges.iter().all(|q| *q == 0.0));
-        for part in CONTINUED {
-            // less is hidden where the first step was long; junctions have much to hide only after a jump
-            let calm = rest == Rest::Calm;
-            if calm
-                || state_jump.part >= IMPACT
-                || (self.smooth.is_some() || resting) && !has_jumped
-            {
-                break;
-            }
-            (self.z, self.l) = (state_jump.after.clone(), state_jump.multipliers.clone());
-            let Ok(next) = self.state_jump(None, part, shortest, Start::Warm) else { continue };
-            let found = next.rest;
-            if found < rest || found == rest && next.missed() >= state_jump.missed() {
-                continue;
-            }
-            rest = found;
-            has_jumped |= self.has_jumped(None, &state_jump.after, &next);
-            state_jump = state_jump.and(next, has_jumped);
-        }
         // motion of so long a step has to come once more
-        let moved = rest >= Rest::Bent;
+        let moved = state_jump.rest >= Rest::Bent;
         let still = if charges.is_none() && self.instants.impacts.active && !has_jumped && moved {
             self.unmoved(&begun, shortest)
         } else {
