@@ -1,7 +1,7 @@
 //! How far a point is from solving the equations, free of units and of scale.
 
 use super::equations::{Equations, FOUR};
-use super::linear::{Assembly, NO_SLOPE};
+use super::linear::Assembly;
 use super::residuals::SMALL;
 use crate::dense::{each, larger, widest};
 use crate::mlcp::{Residual, Role};
@@ -40,9 +40,6 @@ pub(super) struct Balance {
     shares: Vec<f64>,
     /// currents beside which those of a row are rounded, where it has pairs that conduct
     carried: Vec<f64>,
-    /// laws of currents are judged against the largest, and those of leakage not at all where they have no
-    /// slope left: it is left open, up to a part of this current
-    pub lenient: Option<f64>,
     /// least thermal voltage of a junction
     sharpest: f64,
 }
@@ -62,7 +59,7 @@ impl Balance {
         let zeros = vec![0.0; eq.padded()];
         let [defect, terms, sizes, shares, carried] = [(); 5].map(|()| zeros.clone());
         let sharpest = tape.program().sharpest();
-        Balance { defect, terms, sizes, shares, carried, lenient: None, sharpest }
+        Balance { defect, terms, sizes, shares, carried, sharpest }
     }
 
     /// Computes both at `x = [z; l]` from the last evaluation of the tape.
@@ -87,11 +84,11 @@ impl Balance {
         entries.map(|e| (e.factor * slopes[e.slot as usize] * x[e.column as usize]).abs()).sum()
     }
 
-    /// The largest voltage at the junctions in a row, with or without those that are `flat` there.
-    fn farthest(assembly: &Assembly, tape: &Tape, x: &[f64], row: usize, flat: bool) -> f64 {
+    /// The largest voltage at the junctions in a row that conducts there.
+    fn farthest(assembly: &Assembly, tape: &Tape, x: &[f64], row: usize) -> f64 {
         let slopes = tape.slopes();
         let entries = assembly.entries.row(row).iter();
-        let acting = entries.filter(|e| flat || slopes[e.slot as usize] != 0.0);
+        let acting = entries.filter(|e| slopes[e.slot as usize] != 0.0);
         acting.fold(0.0f64, |most, e| most.max(x[e.column as usize].abs()))
     }
 
@@ -118,11 +115,6 @@ impl Balance {
             }
             current = largest.into_iter().fold(current, larger);
             self.carried.fill(0.0);
-            if self.lenient.is_some() {
-                // beside what flows, not beside terms that an impulse makes large and that cancel
-                let flows = x[eq.n..].iter().fold(branch, |most, l| larger(l.abs(), most));
-                eq.places.nodes.iter().for_each(|&row| self.carried[row as usize] = flows);
-            }
             for (c, _) in x[eq.n..].iter().enumerate().filter(|l| *l.1 != 0.0) {
                 let (rows, values) = eq.a.col(c);
                 rows.iter()
@@ -165,17 +157,11 @@ impl Balance {
             let rounding = OF_EQUATION * Self::steepness(assembly, tape, x, i);
             // a law that is one function alone may vanish, which counts in steps only
             let slight = || eq.kind(i) == 0 && rounding <= SLIGHT * branch;
-            let farthest = |flat| Self::farthest(assembly, tape, x, i, flat);
             // nor is it an excuse where it leaves nothing of the terms: at teravolts, junctions carry anything
             let whole = rounding <= CLEARLY * self.sizes[i] || slight();
-            let known = whole || assembly.rate == 0.0 && self.resolved(farthest(false));
-            let open = match self.lenient {
-                Some(most) if eq.kind(i) == 0 && self.resolved(farthest(true)) => {
-                    (NO_SLOPE * farthest(true) * eq.reference[i]).min(CLEARLY * most)
-                }
-                _ => 0.0,
-            };
-            let excess = self.defect[i].abs() - if known { rounding } else { 0.0 } - open;
+            let known = whole
+                || assembly.rate == 0.0 && self.resolved(Self::farthest(assembly, tape, x, i));
+            let excess = self.defect[i].abs() - if known { rounding } else { 0.0 };
             let ratio = if excess <= 0.0 { 0.0 } else { excess / self.sizes[i] };
             (if ratio < f64::INFINITY { ratio } else { f64::INFINITY }, i, !known)
         };

@@ -9,7 +9,7 @@ use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
 
 /// Conductances below this part of the usual one do not count in the scaling.
-pub(super) const NO_SLOPE: f64 = 1e-18;
+const NO_SLOPE: f64 = 1e-18;
 /// Largest scaled entry with which open columns are told from small ones; a column whose entries are below
 /// its inverse looks open, too, if it was scaled while a junction conducted far more.
 const BADLY_SCALED: f64 = 1e6;

@@ -193,7 +193,7 @@ impl Newton {
                 s.x[n..].copy_from_slice(l);
                 self.warm().or_else(|| self.afresh())
             }
-            Start::Cold => self.cold(),
+            Start::Cold => homotopy::first(self),
         };
         self.predicted = false;
         let found = found.filter(|found| {
@@ -265,22 +265,12 @@ impl Newton {
         }
     }
 
-    /// From nothing.
-    fn cold(&mut self) -> Option<Judgement> {
-        homotopy::first(self).or_else(|| {
-            self.without_leakage(|newton| {
-                homotopy::begin_at_zero(newton);
-                homotopy::from_knees(newton)
-            })
-        })
-    }
-
     /// A static solution that no way from the last one leads to: the branch may have ended.
     fn afresh(&mut self) -> Option<Judgement> {
         if self.assemblies[self.present].rate != 0.0 {
             return None; // a step begins where the last one has ended
         }
-        self.cold()
+        homotopy::first(self)
     }
 
     /// From `state.x`, the last solution, by way of the prediction if there is one.
@@ -312,27 +302,7 @@ impl Newton {
         }
         self.restore();
         let begin = self.state.x.clone();
-        homotopy::follow(self, &begin).or_else(|| {
-            self.without_leakage(|newton| {
-                newton.restore();
-                newton.iterate(ITERATIONS, None, Linearisation::Careful)
-            })
-        })
-    }
-
-    /// A last resort: a blocking junction behind an open switch, or between others that block, has no slope in
-    /// the range of numbers by which its node could find to where its leakage vanishes.
-    fn without_leakage(
-        &mut self,
-        solve: impl FnOnce(&mut Newton) -> Option<Judgement>,
-    ) -> Option<Judgement> {
-        // what a source drives is no leakage
-        let driven = |&i: &u32| self.state.problem.right[i as usize].abs();
-        let driven = self.eq.places.nodes.iter().map(driven).fold(0.0, f64::max);
-        self.state.balance.lenient = Some(if driven > 0.0 { driven } else { f64::INFINITY });
-        let found = solve(self);
-        self.state.balance.lenient = None;
-        found
+        homotopy::follow(self, &begin)
     }
 
     /// Goes back to where a warm start began.
@@ -501,7 +471,6 @@ impl Newton {
         // the problem itself, with all its laws
         if pull.is_none()
             && !self.tape.is_blunt()
-            && s.balance.lenient.is_none()
             && s.best.0.residual.worst() <= s.nearest.0.residual.worst()
         {
             // the last point shows where the search has gone
