@@ -199,14 +199,7 @@ impl Stepper {
                 state_jump = state_jump.and(next, true);
             }
         }
-        // motion of so long a step has to come once more
-        let moved = state_jump.rest >= Rest::Bent;
-        let still = if charges.is_none() && self.instants.impacts.active && !has_jumped && moved {
-            self.unmoved(&begun, shortest)
-        } else {
-            None
-        };
-        Ok(still.unwrap_or(state_jump))
+        Ok(state_jump)
     }
 
     /// Goes where an reinitialising step has led, and notes what jumped.
