@@ -24,8 +24,6 @@ pub(in crate::integrate) const DESCENT: f64 = 1e-2;
 /// straight are taken.
 const STRAIGHTER: usize = 4;
 const SHORTER: f64 = 0.1;
-/// Two short steps that end this near to each other have led to values, not to impulses.
-const PLAIN: f64 = 1e-3;
 /// Jumps kept in full; later ones are only counted.
 pub(in crate::integrate) const MAX_JUMPS: usize = 4096;
 
@@ -311,11 +309,6 @@ impl Stepper {
         self.l.copy_from_slice(&multipliers);
         self.z.copy_from_slice(&before);
         self.take_stored(&after);
-        let apart = |twice: &Short| self.sys.apart(&once.z, &twice.z, &before);
-        let plain = twice.as_ref().is_some_and(|twice| apart(twice) <= PLAIN);
-        if let (Some(smooth), true, Start::Warm) = (&mut self.smooth, plain, start) {
-            smooth.newton.predict(&once.z); // junctions that had to turn have done so there
-        }
         let (settled, rest) = self.settle(&after, shortest)?;
         Ok(StateJump {
             first: once.z,
