@@ -95,18 +95,11 @@ pub(in crate::integrate) struct StateJump {
 
 impl StateJump {
     /// This step and the one from where it led.
-    fn and(self, next: StateJump, has_jumped: bool) -> StateJump {
+    fn and(self, next: StateJump) -> StateJump {
         let sum =
             |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a + b).collect() };
-        // of mere motion in both, the sum
-        let motion = || next.first.iter().zip(&self.after).map(|(a, b)| a - b);
-        let first = if has_jumped {
-            next.after.clone()
-        } else {
-            self.first.iter().zip(motion()).map(|(a, b)| a + b).collect()
-        };
         StateJump {
-            first,
+            first: next.after.clone(),
             impulses: [0, 1, 2].map(|k| sum(&self.impulses[k], &next.impulses[k])),
             length: self.length + next.length,
             span: self.span + next.span,
@@ -188,13 +181,12 @@ impl Stepper {
         }
         let state_jump = self.state_jump(charges, part, shortest, start)?;
         let mut state_jump = self.without_motion(charges, &begun, state_jump, shortest, start);
-        // what only begins to move misses nothing
-        let has_jumped = self.has_jumped(charges, &begun.0, &state_jump);
         // a gap closes at the end of the step, not at its begin: what it had left is speed that the next one does not see
-        if has_jumped && charges.is_none() && self.instants.impacts.active {
+        let strikes = charges.is_none() && self.instants.impacts.active;
+        if strikes && self.has_jumped(charges, &begun.0, &state_jump) {
             (self.z, self.l) = (state_jump.after.clone(), state_jump.multipliers.clone());
             if let Ok(next) = self.state_jump(None, part, shortest, Start::Warm) {
-                state_jump = state_jump.and(next, true);
+                state_jump = state_jump.and(next);
             }
         }
         Ok(state_jump)
