@@ -7,7 +7,6 @@ use crate::integrate::theta::step_length::System;
 use crate::integrate::theta::stepper::{Stepper, MAX_REACTIONS};
 use crate::mlcp::Start;
 use crate::rounding::OF_SOLUTION;
-use crate::tolerances::CLEARLY;
 
 /// Length of an reinitialising step relative to the nominal step and to the fastest time constant: short
 /// enough that nothing but the jump happens in it, long enough that `E/h` does not drown `G`.
