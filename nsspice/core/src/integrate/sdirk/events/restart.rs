@@ -2,14 +2,13 @@
 
 use super::fallback::FALLBACK_LEVEL;
 use super::guards::VIOLATED;
-use crate::integrate::sdirk::controller::levels::SMALL;
 use crate::integrate::sdirk::run::Sdirk;
 use crate::integrate::theta::failure::Failure;
 use crate::integrate::theta::instants::commutation::Turn;
 use crate::integrate::theta::stepper::Stepper;
 use crate::integrate::theta::time_grid::evaluate;
 use crate::mlcp::Start;
-use crate::tolerances::{ACCEPT, CLEARLY};
+use crate::tolerances::ACCEPT;
 use crate::waveform::Side;
 
 impl Sdirk {
@@ -27,35 +26,10 @@ impl Sdirk {
         let scales = &self.scales;
         match s.turn(self.trial.length, self.breakpoint.0, |s| scales.obeyed(s)) {
             Turn::Begun => s.log_events(),
-            Turn::Step(length, end) if self.is_short(s, length, &end) => {
-                self.show_point(s); // nothing jumps here
-                if self.implicit(s, length, s.time + length).is_err() {
-                    self.restart(s);
-                }
-                s.log_events();
-            }
-            Turn::Step(..) | Turn::Nothing => {} // the next step looks closer
+            Turn::Nothing => {} // the next step looks closer
             Turn::Jump => self.restart(s),
         }
         s.unlatch();
-    }
-
-    /// Whether a step may be an implicit one: of what it moves it errs by the part that its length is of
-    /// the length in which rates change.
-    fn is_short(&self, s: &Stepper, length: f64, end: &[f64]) -> bool {
-        let (n, e) = (end.len(), &s.sys.linear.e);
-        let moved: Vec<f64> = end.iter().zip(&s.z).map(|(a, b)| a - b).collect();
-        let (mut charges, mut allowed) = (vec![0.0; n], vec![0.0; n]);
-        e.mul_add(1.0, &moved, &mut charges);
-        // an implicit step may be one that errs by clearly less than the tolerance
-        let share = CLEARLY * self.settings.accuracy.relative * self.trial.length / length;
-        let sizes = (0..n).map(|j| self.scales.size(j, end[j], 0.0)).zip(&s.sys.linear.row_kind);
-        let least = |kind: &u8| SMALL * self.scales.largest[usize::from(*kind)];
-        let sizes: Vec<f64> = sizes.map(|(size, kind)| share * size.max(least(kind))).collect();
-        e.abs_mul_add(&sizes, &mut allowed);
-        let near = charges.iter().zip(&allowed).all(|(moved, allowed)| moved.abs() <= *allowed);
-        let remaining = self.target().0 - s.time;
-        near && length < 0.5 * remaining
     }
 
     /// The next step does not continue another one.

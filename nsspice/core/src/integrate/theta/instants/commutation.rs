@@ -5,13 +5,13 @@
 //! enough for the change to show: what has just become zero is zero up to rounding after a shorter one.
 //! The sources move on in it: where all that is stored is constant, they alone end a mode.
 
-/// The first, relative to the shortest time: it moves by that part, far above rounding of what has just become zero.
-const FIRST: f64 = 2e-4;
 use super::jumps::JUMP;
 use crate::integrate::sdirk::sources;
 use crate::integrate::theta::stepper::Stepper;
 use crate::mlcp::Start;
 
+/// The first, relative to the shortest time: it moves by that part, far above rounding of what has just become zero.
+const FIRST: f64 = 2e-4;
 /// Ratio of the lengths tried: any finds the same mode, and with this one five lengths span four decades.
 const LONGER: f64 = 8.0;
 
@@ -19,13 +19,10 @@ const LONGER: f64 = 8.0;
 pub(in crate::integrate) enum Turn {
     /// something may jump here: the state is as it was
     Jump,
-    /// no change: the state is as it was
+    /// no change that so short steps tell: the state is as it was
     Nothing,
     /// the next mode, and the values with which it begins
     Begun,
-    /// a step of this length [s] ends in the next mode, with these unknowns; shorter ones do not tell, and
-    /// the state is as it was
-    Step(f64, Vec<f64>),
 }
 
 impl Stepper {
@@ -50,7 +47,6 @@ impl Stepper {
             self.u0.copy_from_slice(&now);
             // what charges in so short a step round off decides about no pair
             let turned = solved && self.active != active && lawful(self);
-            let end = self.z.clone();
             if turned && self.begin_mode(&z, shortest) {
                 return Turn::Begun;
             }
@@ -58,7 +54,7 @@ impl Stepper {
             self.l.copy_from_slice(&l);
             self.turn_to(&active);
             if turned {
-                return Turn::Step(length, end);
+                return Turn::Nothing;
             }
             length *= LONGER;
         }
