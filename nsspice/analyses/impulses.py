@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -35,6 +35,7 @@ def jumps_of(
     state: tuple[Floats, Floats],
     start: tuple[Floats, float] | None = None,
     tolerance: float = 0.0,
+    initial: Mapping[str, float] | None = None,
 ) -> list[JumpReport]:
     """Return what moved in each jump, and the impulses of elements that moved it.
 
@@ -52,6 +53,8 @@ def jumps_of(
     tolerance : float
         A jump that changes no store by more than this part of what it holds is not told: where the
         laws of a mode tie stores, it mends the error of the steps before.
+    initial : mapping, optional
+        Voltages of nodes by name with which the run began [V], for capacitors without ``IC=``.
     """
     system = mna.system
     is_current = np.array([name.startswith("i(") for name in mna.unknowns], dtype=bool)
@@ -88,9 +91,38 @@ def jumps_of(
             ]
         if jumped:
             reached, given = system.stored_energy(jump.after), delivered(mna, jump)
-            stores = _stores(mna, jump, charges, after)
+            stores = _stores(mna, jump, charges, after, initial or {})
             found.append(JumpReport(jump.time, energy, reached, given, stores, impulses))
     return found
+
+
+def shared_at_start(
+    mna: MnaSystem, given: Mapping[str, float], reached: Floats, energy: float
+) -> JumpReport | None:
+    """Return what is lost where capacitors in parallel begin with unequal voltages.
+
+    The sum of their charges stays, ``(C1 + C2) v = C1 v1 + C2 v2``: no law sees a jump.
+
+    Parameters
+    ----------
+    mna : MnaSystem
+    given : mapping
+        Initial voltages of nodes by name [V], for capacitors without ``IC=``.
+    reached : ndarray, shape (n,)
+        The state with which the run begins.
+    energy : float
+        Of the capacitors and inductors by their initial values [J].
+    """
+    left = mna.system.stored_energy(reached)
+    if not energy - left > _ROUNDING * energy:
+        return None
+    stores = []
+    for store in mna.capacitors:
+        old = mna.initial_voltage(store.name, given)
+        new = sum(c * float(reached[j]) for j, c in store.functional.z)
+        if abs(new - old) > _SHARE * max(abs(new), abs(old)):
+            stores.append(Moved(store.name, store.value * old, store.value * new, "A s"))
+    return JumpReport(0.0, energy, left, 0.0, stores, []) if stores else None
 
 
 def _weights(system: DescriptorSystem) -> Floats:
@@ -157,7 +189,9 @@ def _fluxes(mna: MnaSystem, jump: Jump, change: Floats) -> Iterator[tuple[str, f
             yield device.name, sum(c * float(jump.unknowns[j]) for j, c in terms)
 
 
-def _stores(mna: MnaSystem, jump: Jump, charges: Floats, after: Floats) -> list[Moved]:
+def _stores(
+    mna: MnaSystem, jump: Jump, charges: Floats, after: Floats, initial: Mapping[str, float]
+) -> list[Moved]:
     """Return charge (flux) of each capacitor (inductor) that the jump changed.
 
     The flux of a winding is that of all currents that share it.
@@ -170,7 +204,7 @@ def _stores(mna: MnaSystem, jump: Jump, charges: Floats, after: Floats) -> list[
             for z in (jump.before, jump.after)
         )
         if not begun:  # the run begins with this jump: the initial value of the deck
-            old = store.value * (store.ic or 0.0)
+            old = store.value * mna.initial_voltage(store.name, initial)
         capacitors.append(Moved(store.name, old, new, "A s"))
     for store in mna.inductors:
         row = mna.layout.branches[store.name]

@@ -48,7 +48,7 @@ def start(
     UnsolvedStep
         If there is no such state.
     """
-    held = _voltages(circuit.deck.initial, mna)
+    held = initial_voltages(circuit, mna)
     near = None
     if step is not None and analysis.uic:
         charges, energy = mna.initial_state(held)
@@ -66,6 +66,11 @@ def start(
         return _stored(mna.system, point) if step is not None and stepper.jumps else None
     stepper.start_charges(0.0, charges, step, near)
     return charges, energy
+
+
+def initial_voltages(circuit: Circuit, mna: MnaSystem) -> dict[str, float]:
+    """Return the voltages of ``.ic`` by node [V]."""
+    return _voltages(circuit.deck.initial, mna)
 
 
 def guess_of(

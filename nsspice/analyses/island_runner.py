@@ -28,8 +28,8 @@ from .events import Events
 from .examiner import Examiner, sampling
 from .failure import chatter, high_index, lost_path, named_failure, resting, unbounded
 from .following import PATH_METHODS, Following, of_linearised
-from .impulses import jumps_of
-from .initial import start
+from .impulses import jumps_of, shared_at_start
+from .initial import initial_voltages, start
 from .method import POINTS, Choice, choose, choose_static, unless_modewise
 from .motion import Pieces, turning_points
 from .periodic_sources import continued
@@ -90,6 +90,7 @@ class IslandRunner:
         self.width = len(names)
         self._names, self._watched = names, watched
         self.charges: tuple[Floats, float] | None = None
+        self._shared: JumpReport | None = None
         self._planned = 0
         self._held: Floats | None = None
         self._high: tuple[float, list[bool]] | None = None
@@ -244,6 +245,9 @@ class IslandRunner:
                 self.circuit, self.mna, problem, starting=True, given=analysis.uic
             ) from problem
         deck = self.circuit.deck
+        if analysis.uic and self.charges is not None and not self.stepper.jumps:
+            given, state = initial_voltages(self.circuit, self.mna), self.stepper.beginning[0]
+            self._shared = shared_at_start(self.mna, given, state, self.charges[1])
         if self.step is not None and (deck.initial or deck.nodesets):
             self._unkept = unkept(self.circuit, self.mna, self.stepper.beginning[0], analysis.uic)
 
@@ -263,14 +267,16 @@ class IslandRunner:
     def jumps(self) -> tuple[list[JumpReport], int]:
         """Return the jumps so far, with the impulses of elements, and how many are not told."""
         jumps = self.stepper.jumps
+        shared = [] if self._shared is None else [self._shared]
         if self.step is None or not jumps:
-            return [], 0
+            return shared, 0
         state = self.stepper.state
         # an exact jump takes no time; a stepper's is spread over a part of a step
         step = 0.0 if self.method == "modewise" else self.step
         tolerance = _MENDED * self.settings.reltol if self.method == "sdirk" else 0.0
-        told = jumps_of(self.mna, jumps, step, state, self.charges, tolerance)
-        return told, len(jumps) - len(told)
+        given = initial_voltages(self.circuit, self.mna)
+        told = jumps_of(self.mna, jumps, step, state, self.charges, tolerance, given)
+        return shared + told, len(jumps) - len(told)
 
     def certificate(self) -> Certificate:
         """Return the verdict on the run so far."""
@@ -286,6 +292,10 @@ class IslandRunner:
             self.stepper.balance,
         )
         energy = certificate.energy
+        if energy is not None and self._shared is not None:
+            lost = self._shared.lost
+            energy = replace(energy, stored=energy.stored - lost, lost=energy.lost + lost)
+            certificate = replace(certificate, energy=energy)
         if exact and energy is not None:
             taken, granted = energy.share(float(stats["taken"])), TAKEN_BESIDE_EXACT
             certificate = replace(certificate, taken=taken, granted=granted)

@@ -196,10 +196,7 @@ class MnaSystem:
             if not device.stores_energy and device.letter != "k":
                 continue
             if isinstance(device, Capacitor):
-                a, b = device.nodes
-                voltage = device.ic
-                if voltage is None:
-                    voltage = _node_voltage(ic, a) - _node_voltage(ic, b)
+                voltage = _initial_voltage(device, ic)
                 charge = voltage * device.capacitance(layout)
                 energy += 0.5 * voltage * charge
                 for index, share in device.charged(layout, charge):
@@ -221,6 +218,11 @@ class MnaSystem:
                 for index, share in device.initial_charges(layout, voltage_of):
                     result[index] += share
         return self._with_controls(np.array(result)), energy
+
+    def initial_voltage(self, name: str, ic: Mapping[str, float]) -> float:
+        """Return the voltage with which a capacitor begins by ``IC=`` or ``.ic`` [V]."""
+        device = next(d for d in self.devices if d.name == name)
+        return _initial_voltage(device, ic) if isinstance(device, Capacitor) else 0.0
 
     def _with_controls(self, charges: Floats) -> Floats:
         """Return charges and fluxes with those of rows whose sources read the rate of a store.
@@ -251,6 +253,13 @@ def _current(ic: Mapping[str, float], inductor: Inductor) -> float:
 def _node_voltage(ic: Mapping[str, float], node: str) -> float:
     """Return the initial voltage of a node, by its name or as ``v(node)``."""
     return ic.get(node, ic.get(f"v({node})", 0.0))
+
+
+def _initial_voltage(device: Capacitor, ic: Mapping[str, float]) -> float:
+    """Return the voltage with which a capacitor begins: its own, or that of its nodes."""
+    a, b = device.nodes
+    own = device.ic
+    return own if own is not None else _node_voltage(ic, a) - _node_voltage(ic, b)
 
 
 def _smooth(stamper: Stamper, n: int) -> SmoothTerms:

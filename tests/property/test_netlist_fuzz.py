@@ -406,10 +406,11 @@ def test_derivatives_agree_with_central_differences(text: str, values: dict[str,
         slopes.append((at(h) - at(-h)) / (2 * h))
     assume(all(math.isfinite(s) and abs(s) < 1e4 for s in slopes))
     assume(abs(at(0.0)) < 1e4)
-    # two step sizes agree: no corner, no pole and no cancellation near this point
+    # two step sizes agree: no kink, no pole and no cancellation near this point
     assume(abs(slopes[0] - slopes[1]) <= 1e-5 * (1 + abs(slopes[0])))
     one_sided = [(at(s * 1e-4) - at(0.0)) / (s * 1e-4) for s in (1.0, -1.0)]
-    assume(abs(one_sided[0] - one_sided[1]) <= 0.05 * (1 + abs(slopes[0])))
+    # at a kink the central difference errs by half of theirs
+    assume(abs(one_sided[0] - one_sided[1]) <= 1e-3 * (1 + abs(slopes[0])))
     derivative = expression.derivative("v(a)")
     exact = [derivative.evaluate({**values, "v(a)": values["v(a)"] + s}) for s in (0, 1e-6, -1e-6)]
     assume(not math.isnan(exact[0]))  # at the end of a domain, as sqrt(x - x)

@@ -159,8 +159,8 @@ impl Balance {
             let slight = || eq.kind(i) == 0 && rounding <= SLIGHT * branch;
             // nor is it an excuse where it leaves nothing of the terms: at teravolts, junctions carry anything
             let whole = rounding <= CLEARLY * self.sizes[i] || slight();
-            let known = whole
-                || assembly.rate == 0.0 && self.resolved(Self::farthest(assembly, tape, x, i));
+            // where nothing else flows, what rounding of the voltages drives through charges is no current either
+            let known = whole || self.resolved(Self::farthest(assembly, tape, x, i));
             let excess = self.defect[i].abs() - if known { rounding } else { 0.0 };
             let ratio = if excess <= 0.0 { 0.0 } else { excess / self.sizes[i] };
             (if ratio < f64::INFINITY { ratio } else { f64::INFINITY }, i, !known)

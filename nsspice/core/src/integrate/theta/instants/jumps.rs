@@ -235,8 +235,13 @@ impl Stepper {
         self.l.copy_from_slice(&settled.l);
         if settled.missed <= HELD || settled.calm && !self.facts.storage.tight() {
             // what is stored stays to its last digit; currents that a shared flux does not tell belong to the end of
-            // the step, and where that misses more than rounding so do the others: their sums hold there
-            self.facts.storage.restore(&after, &mut self.z, |_| f64::INFINITY);
+            // the step, and where that misses more than rounding so do the others: their sums hold there. So does a
+            // picofarad across a closed switch, of which the charges beside it tell nothing
+            let least = HELD.max(settled.missed);
+            let slack = self.scale_of(&after).map(|largest| least * largest);
+            let kinds = &self.sys.linear.row_kind;
+            let slack = |j: usize| slack[usize::from(kinds[j])];
+            self.facts.storage.restore(&after, &mut self.z, slack);
         }
         let (u, time) = (&self.u0, self.time);
         if let Some(smooth) = &mut self.smooth {
