@@ -34,7 +34,9 @@ class DMVI(DVI):
     within : mapping of multipliers to sets
         K; the whole space where it says nothing.
 
-    Source: T. Roubal (2015), (2.2), with the signs of phi corrected.
+    References
+    ----------
+    T. Roubal (2015), (2.2), with the signs of phi corrected.
 
     Examples
     --------

@@ -69,6 +69,8 @@ class SecondOrderCone:
     mu : float
         Half opening, such as a coefficient of friction; positive.
 
+    Notes
+    -----
     With one tangential component it is a polyhedron, ``|t| <= mu n``; with more it is not.
 
     Examples

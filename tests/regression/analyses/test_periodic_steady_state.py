@@ -305,18 +305,3 @@ R4 e 0 100
     (found,) = caught.value.diagnostics
     assert found.code == "NS3060"
     assert "d1, d2" in found.message
-
-
-def test_two_state_converters_take_milliseconds() -> None:
-    import time
-
-    network = with_pss("converters/buck.net")
-    nsspice.pss(network)
-    best = min(_timed(network, time.perf_counter) for _ in range(5))
-    assert best < 0.02
-
-
-def _timed(network: nsspice.Circuit, now) -> float:  # type: ignore[no-untyped-def]
-    begin = now()
-    nsspice.pss(network, row_step=1e-6)
-    return now() - begin
