@@ -1,7 +1,7 @@
 //! Jumps of charges and fluxes: the reinitialising step, and what switches do at one instant.
 
 use super::jump_test::values_after;
-use super::values::{Rest, Settled, HELD};
+use super::values::{Rest, Settled, CLOSE, HELD};
 use crate::integrate::theta::failure::{Failure, Outcome};
 use crate::integrate::theta::step_length::System;
 use crate::integrate::theta::stepper::{Stepper, MAX_REACTIONS};
@@ -236,9 +236,8 @@ impl Stepper {
         if settled.missed <= HELD || settled.calm && !self.facts.storage.tight() {
             // what is stored stays to its last digit; currents that a shared flux does not tell belong to the end of
             // the step, and where that misses more than rounding so do the others: their sums hold there. So does a
-            // picofarad across a closed switch, of which the charges beside it tell nothing
-            let least = HELD.max(settled.missed);
-            let slack = self.scale_of(&after).map(|largest| least * largest);
+            // picofarad across a closed switch, of which the charges beside it tell nothing: more than the certificate grants
+            let slack = self.scale_of(&after).map(|largest| CLOSE * largest);
             let kinds = &self.sys.linear.row_kind;
             let slack = |j: usize| slack[usize::from(kinds[j])];
             self.facts.storage.restore(&after, &mut self.z, slack);

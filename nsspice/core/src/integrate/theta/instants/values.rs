@@ -40,7 +40,7 @@ const CORRECTIONS: usize = 32;
 pub(in crate::integrate) const HELD: f64 = 10.0 * OF_SOLUTION;
 /// The part of it, or of what moves in the step, that is missed where there is no impulse: little of what the
 /// certificate grants.
-const CLOSE: f64 = 2e-9;
+pub(in crate::integrate) const CLOSE: f64 = 2e-9;
 /// What a step moves by more than this part, and one shorter by a hundred by the same but for a tenth, has no time.
 const IMPULSE: f64 = 1e-3;
 
