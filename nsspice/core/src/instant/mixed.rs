@@ -6,8 +6,16 @@
 //! most and opens those whose currents would turn round (*Solving Least Squares Problems*, 1974, chapter 23).
 //! A branch that closed ones join already is violated by nothing, so that the closed ones never form a loop.
 //! Each mode has a forest of its own in which its closed branches are fixed ones.
+//!
+//! Where each of them has a resistance the solution is the only one, and block pivoting, which closes and opens all
+//! branches of the wrong sign together, finds it in a few modes instead of one for each branch (J. J. Judice, F. M. Pires,
+//! *A block principal pivoting algorithm for large-scale strictly monotone linear complementarity problems*, Comput. Oper.
+//! Res. 21 (1994) 587).
 
 use crate::structure::{Flow, Hybrid, Law, Network, SUMS};
+
+/// Rounds of block pivoting in which no fewer branches are of the wrong sign, before it is given up.
+const PATIENCE: usize = 3;
 
 /// A one-way branch.
 #[derive(Clone, Copy, Debug)]
@@ -75,6 +83,46 @@ impl Trial {
 /// Solves a network whose branches, loose ones included, join all nodes; nothing if no solution was found that obeys
 /// all signs.
 pub fn solve(network: &Network, ways: &[OneWay]) -> Option<Mixed> {
+    let (closed, trial) = by_blocks(network, ways).or_else(|| one_by_one(network, ways))?;
+    if trial.cut_off {
+        return None;
+    }
+    let Trial { flow, carried, slack, potentials, rounding, .. } = trial;
+    let [current_rounding, rounding] = rounding;
+    let is_loose = |at: &usize| matches!(network.laws[*at], Law::Loose(_));
+    let all = (0..network.laws.len()).filter(is_loose);
+    let loose = all.map(|at| flow.current[at].abs()).sum();
+    Some(Mixed { flow, closed, carried, slack, potentials, rounding, current_rounding, loose })
+}
+
+/// The mode by block pivoting; nothing where it goes to and fro, or branches without resistance might form loops.
+fn by_blocks(network: &Network, ways: &[OneWay]) -> Option<(Vec<bool>, Trial)> {
+    if ways.iter().any(|way| way.series == 0.0) {
+        return None;
+    }
+    let mut closed = vec![false; ways.len()];
+    let (mut fewest, mut patience) = (usize::MAX, PATIENCE);
+    loop {
+        let trial = attempt(network, ways, &closed)?;
+        let reversed = (0..ways.len()).filter(|&k| closed[k] && trial.carried[k] < 0.0);
+        let reversed: Vec<usize> = reversed.collect();
+        let violated = violated(ways, &trial, &closed, &[]);
+        let wrong = reversed.len() + violated.len();
+        if wrong == 0 {
+            return Some((closed, trial));
+        }
+        if wrong < fewest {
+            (fewest, patience) = (wrong, PATIENCE);
+        } else {
+            patience = patience.checked_sub(1)?;
+        }
+        reversed.into_iter().for_each(|k| closed[k] = false);
+        violated.into_iter().for_each(|(k, _)| closed[k] = true);
+    }
+}
+
+/// The mode by closing one branch after the other.
+fn one_by_one(network: &Network, ways: &[OneWay]) -> Option<(Vec<bool>, Trial)> {
     let m = ways.len();
     let (mut closed, mut present) = (vec![false; m], vec![0.0; m]);
     // branches that were violated by rounding alone
@@ -82,25 +130,8 @@ pub fn solve(network: &Network, ways: &[OneWay]) -> Option<Mixed> {
     let mut trial = attempt(network, ways, &closed)?;
     // each round ends nearer to the solution than the one before; rounding may undo that
     for _ in 0..3 * m + 1 {
-        let Some(next) = worst(ways, &trial, &closed, &passed) else {
-            if trial.cut_off {
-                return None;
-            }
-            let Trial { flow, carried, slack, potentials, rounding, .. } = trial;
-            let [current_rounding, rounding] = rounding;
-            let is_loose = |at: &usize| matches!(network.laws[*at], Law::Loose(_));
-            let all = (0..network.laws.len()).filter(is_loose);
-            let loose = all.map(|at| flow.current[at].abs()).sum();
-            return Some(Mixed {
-                flow,
-                closed,
-                carried,
-                slack,
-                potentials,
-                rounding,
-                current_rounding,
-                loose,
-            });
+        let Some(&(next, _)) = violated(ways, &trial, &closed, &passed).first() else {
+            return Some((closed, trial));
         };
         if trial.hybrid.moves(ways[next].ends) || ways[next].series > 0.0 {
             closed[next] = true;
@@ -135,12 +166,15 @@ pub fn solve(network: &Network, ways: &[OneWay]) -> Option<Mixed> {
     None
 }
 
-/// The open branch that is violated most.
-fn worst(ways: &[OneWay], trial: &Trial, closed: &[bool], passed: &[bool]) -> Option<usize> {
-    let open = (0..ways.len()).filter(|&k| !closed[k] && !passed[k]);
+/// The open branches that are violated, most first, and by how much.
+fn violated(ways: &[OneWay], trial: &Trial, closed: &[bool], passed: &[bool]) -> Vec<(usize, f64)> {
+    let passed = |k: usize| passed.get(k).is_some_and(|passed| *passed);
+    let open = (0..ways.len()).filter(|&k| !closed[k] && !passed(k));
     let violated = open.filter(|&k| trial.slack[k] < -trial.rounding[1]);
-    let weighted = |k: usize| trial.slack[k] * trial.hybrid.stiffness(ways[k].ends);
-    violated.min_by(|&a, &b| weighted(a).total_cmp(&weighted(b)))
+    let weighted = |k: usize| (k, trial.slack[k] * trial.hybrid.stiffness(ways[k].ends));
+    let mut out: Vec<_> = violated.map(weighted).collect();
+    out.sort_by(|a, b| a.1.total_cmp(&b.1));
+    out
 }
 
 /// Lets a branch take over the current of the closed ones between its ends, until the first of these carries
