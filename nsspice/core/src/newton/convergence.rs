@@ -42,6 +42,8 @@ pub(super) struct Balance {
     carried: Vec<f64>,
     /// least thermal voltage of a junction
     sharpest: f64,
+    /// functions store charges
+    charges: bool,
 }
 
 /// A verdict.
@@ -59,7 +61,8 @@ impl Balance {
         let zeros = vec![0.0; eq.padded()];
         let [defect, terms, sizes, shares, carried] = [(); 5].map(|()| zeros.clone());
         let sharpest = tape.program().sharpest();
-        Balance { defect, terms, sizes, shares, carried, sharpest }
+        let charges = eq.terms.iter().any(|term| term.q != 0.0);
+        Balance { defect, terms, sizes, shares, carried, sharpest, charges }
     }
 
     /// Computes both at `x = [z; l]` from the last evaluation of the tape.
@@ -160,7 +163,8 @@ impl Balance {
             // nor is it an excuse where it leaves nothing of the terms: at teravolts, junctions carry anything
             let whole = rounding <= CLEARLY * self.sizes[i] || slight();
             // where nothing else flows, what rounding of the voltages drives through charges is no current either
-            let known = whole || self.resolved(Self::farthest(assembly, tape, x, i));
+            let rests = assembly.rate == 0.0 || self.charges;
+            let known = whole || rests && self.resolved(Self::farthest(assembly, tape, x, i));
             let excess = self.defect[i].abs() - if known { rounding } else { 0.0 };
             let ratio = if excess <= 0.0 { 0.0 } else { excess / self.sizes[i] };
             (if ratio < f64::INFINITY { ratio } else { f64::INFINITY }, i, !known)

@@ -236,11 +236,11 @@ impl Stepper {
         if settled.missed <= HELD || settled.calm && !self.facts.storage.tight() {
             // what is stored stays to its last digit; currents that a shared flux does not tell belong to the end of
             // the step, and where that misses more than rounding so do the others: their sums hold there. So does a
-            // picofarad across a closed switch, of which the charges beside it tell nothing: more than the certificate grants
-            let slack = self.scale_of(&after);
-            let slack = slack.map(|most| if most > 0.0 { CLOSE * most } else { f64::INFINITY });
+            // picofarad across a closed switch, of which charges beside it tell nothing: more than the certificate grants
+            let [volts, _] = self.scale_of(&after);
+            let most = if volts > 0.0 { CLOSE * volts } else { f64::INFINITY };
             let kinds = &self.sys.linear.row_kind;
-            let slack = |j: usize| slack[usize::from(kinds[j])];
+            let slack = |j: usize| if kinds[j] == 0 { most } else { f64::INFINITY };
             self.facts.storage.restore(&after, &mut self.z, slack);
         }
         let (u, time) = (&self.u0, self.time);
