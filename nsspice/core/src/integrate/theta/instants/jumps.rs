@@ -182,13 +182,17 @@ impl Stepper {
         let mut state_jump = self.without_motion(charges, &begun, state_jump, shortest, start);
         // a gap closes at the end of the step, not at its begin: what it had left is speed that the next one does not see
         let strikes = charges.is_none() && self.instants.impacts.active;
-        if strikes && self.has_jumped(charges, &begun.0, &state_jump) {
+        let struck = strikes && self.has_jumped(charges, &begun.0, &state_jump);
+        if struck {
             (self.z, self.l) = (state_jump.after.clone(), state_jump.multipliers.clone());
             if let Ok(next) = self.state_jump(None, part, shortest, Start::Warm) {
                 state_jump = state_jump.and(next);
             }
         }
-        Ok(state_jump)
+        // motion of so long a step has to come once more
+        let moved = strikes && !struck && state_jump.rest >= Rest::Bent;
+        let still = if moved { self.unmoved(&begun, shortest) } else { None };
+        Ok(still.unwrap_or(state_jump))
     }
 
     /// Goes where an reinitialising step has led, and notes what jumped.
