@@ -116,9 +116,9 @@ def shared_at_start(
     left = mna.system.stored_energy(reached)
     if not energy - left > _ROUNDING * energy:
         return None
-    stores = []
+    stores, initial = [], mna.initial_voltages(given)
     for store in mna.capacitors:
-        old = mna.initial_voltage(store.name, given)
+        old = initial[store.name]
         new = sum(c * float(reached[j]) for j, c in store.functional.z)
         if abs(new - old) > _SHARE * max(abs(new), abs(old)):
             stores.append(Moved(store.name, store.value * old, store.value * new, "A s"))
@@ -197,6 +197,7 @@ def _stores(
     The flux of a winding is that of all currents that share it.
     """
     begun = np.linalg.norm(jump.before) > 0.0
+    given = {} if begun else mna.initial_voltages(initial)
     capacitors, inductors = [], []
     for store in mna.capacitors:
         old, new = (
@@ -204,7 +205,7 @@ def _stores(
             for z in (jump.before, jump.after)
         )
         if not begun:  # the run begins with this jump: the initial value of the deck
-            old = store.value * mna.initial_voltage(store.name, initial)
+            old = store.value * given[store.name]
         capacitors.append(Moved(store.name, old, new, "A s"))
     for store in mna.inductors:
         row = mna.layout.branches[store.name]

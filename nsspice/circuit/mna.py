@@ -219,10 +219,10 @@ class MnaSystem:
                     result[index] += share
         return self._with_controls(np.array(result)), energy
 
-    def initial_voltage(self, name: str, ic: Mapping[str, float]) -> float:
-        """Return the voltage with which a capacitor begins by ``IC=`` or ``.ic`` [V]."""
-        device = next(d for d in self.devices if d.name == name)
-        return _initial_voltage(device, ic) if isinstance(device, Capacitor) else 0.0
+    def initial_voltages(self, ic: Mapping[str, float]) -> dict[str, float]:
+        """Return the voltage with which each capacitor begins by ``IC=`` or ``.ic`` [V]."""
+        capacitors = (d for d in self.devices if isinstance(d, Capacitor))
+        return {device.name: _initial_voltage(device, ic) for device in capacitors}
 
     def _with_controls(self, charges: Floats) -> Floats:
         """Return charges and fluxes with those of rows whose sources read the rate of a store.

@@ -80,15 +80,15 @@ impl Sizes {
         }
     }
 
-    /// The row that gives a column and contains nothing else, where the column would drown all else in another one
+    /// The row that gives a column and contains nothing else, where the column would hide all else in another one
     /// of the candidates, as the current of an open switch does in a law of leakages.
     pub fn own_row(
         &self,
         column: usize,
         candidates: impl Iterator<Item = (usize, f64)> + Clone,
     ) -> Option<usize> {
-        let drowned = |(row, v)| OF_SOLUTION * self.part(v, row) > 1.0;
-        if !self.given[column] || !candidates.clone().any(drowned) {
+        let hidden = |(row, v)| OF_SOLUTION * self.part(v, row) > 1.0;
+        if !self.given[column] || !candidates.clone().any(hidden) {
             return None;
         }
         candidates.filter(|c| c.1 != 0.0).map(|c| c.0).find(|&row| self.alone[row])

@@ -1,6 +1,7 @@
 //! The problems of an instant one after the other, see the module.
 
 use super::mixed::OneWay;
+use crate::dense::{Echelon, Matrix};
 use crate::descriptor::Linear;
 use crate::mlcp::Role;
 use crate::sparse::Csc;
@@ -76,6 +77,37 @@ impl Reinitialiser {
     /// Whether inductors are coupled.
     pub fn is_coupled(&self) -> bool {
         !self.elements.groups.is_empty()
+    }
+
+    /// Whether sources, capacitors and closed switches (`closed`, by pair) form a loop through perfectly coupled
+    /// inductors: what these then fix twice may jump.  In such a loop a winding's law depends on the others.
+    pub fn loops_through_windings(&self, closed: &[bool]) -> bool {
+        let elements = &self.elements;
+        let tight: Vec<&Coupled> = elements.groups.iter().filter(|g| !g.leaks()).collect();
+        let shut = |b: &&Branch| b.value == 0.0 && b.index.is_some_and(|pair| closed[pair]);
+        let fixed = elements.voltages.iter().chain(&elements.capacitors);
+        let fixed: Vec<&Branch> = fixed.chain(elements.pairs.iter().filter(shut)).collect();
+        let wound: Vec<(&Coupled, usize)> =
+            tight.iter().flat_map(|g| (0..g.windings.len()).map(move |k| (*g, k))).collect();
+        let rank = |rows: usize| {
+            let mut law = Matrix::zeros(rows, elements.nodes);
+            let ends = fixed.iter().map(|b| b.ends);
+            let ends = ends.chain(wound.iter().map(|(g, k)| g.windings[*k].ends));
+            for (row, [plus, minus]) in ends.take(rows).enumerate() {
+                law[(row, plus)] += 1.0;
+                law[(row, minus)] -= 1.0;
+            }
+            for (row, (group, k)) in wound.iter().enumerate().take(rows - fixed.len()) {
+                let largest = (0..group.windings.len()).map(|k| group.turns(k, 0).abs());
+                let largest = largest.fold(f64::MIN_POSITIVE, f64::max);
+                for core in 0..group.cores() {
+                    law[(fixed.len() + row, group.first + core)] -= group.turns(*k, core) / largest;
+                }
+            }
+            // potentials are counted against ground, the last node
+            Echelon::new(law, 0..elements.nodes - 1).pivots.len()
+        };
+        rank(fixed.len() + wound.len()) < rank(fixed.len()) + wound.len()
     }
 
     /// The state right after an instant, with the sources `u`, their slopes and the roles of all pairs; nothing if

@@ -70,7 +70,7 @@ impl Stepper {
         self.settle_after(true).map_err(|f| *f)
     }
 
-    /// Starts from stored charges and fluxes `E z(0-)` by an reinitialising step; the first entry of
+    /// Starts from stored charges and fluxes `E z(0-)` by a reinitialising step; the first entry of
     /// `jumps` tells what it moved.  Of several solutions the one near a guess is approached.
     pub fn start_charges(
         &mut self,

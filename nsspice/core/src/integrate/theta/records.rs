@@ -7,7 +7,7 @@ use super::instants::jumps::Jump;
 use super::instants::storage::Storage;
 use super::outputs::Outputs;
 use super::samples::Samples;
-use super::step_length::Stage;
+use super::step_length::{ModeKey, Stage};
 use super::stepper::{Large, Plan};
 use super::time_grid::Target;
 use crate::at_threshold::Resting;
@@ -15,6 +15,7 @@ use crate::audit::Sums;
 use crate::instant::{Continuous, Reinitialiser};
 use crate::structure::Coordinates;
 use crate::switch::Switch;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// The switches and what decides about them.
@@ -69,6 +70,8 @@ pub struct Facts {
 pub struct Instants {
     /// jumps by the structure of the network, where it is known
     pub(in crate::integrate) reinitialiser: Option<Box<Reinitialiser>>,
+    /// by the closed switches, whether they form loops through perfectly coupled inductors
+    pub(in crate::integrate) looped: HashMap<ModeKey, bool>,
     /// the state after instants at which nothing jumps
     pub(in crate::integrate) continuous: Option<Box<Continuous>>,
     /// the largest current so far, where that is looked after [A]

@@ -19,6 +19,7 @@ use crate::source_determined::fixed_by_lines;
 use crate::structure::kinks_that_reach_storage;
 use crate::switch::Switch;
 use crate::waveform::Waveform;
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -202,6 +203,7 @@ impl Stepper {
             },
             instants: Instants {
                 reinitialiser: None,
+                looped: HashMap::new(),
                 continuous: None,
                 felt: 0.0,
                 begun: None,

@@ -130,7 +130,7 @@ impl Stepper {
         let length = part * begin.length;
         let whole = begin.length - length < REST * begin.length;
         if whole && target.jump {
-            return None; // an reinitialising step follows anyway
+            return None; // a reinitialising step follows anyway
         }
         let time = if whole { target.time } else { begin.time + length };
         evaluate(&self.waveforms, time, Side::Left, &mut self.u1);

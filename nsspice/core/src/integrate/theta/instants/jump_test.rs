@@ -1,4 +1,4 @@
-//! Jump or motion: what an reinitialising step moved has to be the same in a shorter one.
+//! Jump or motion: what a reinitialising step moved has to be the same in a shorter one.
 //!
 //! Reinitialising steps are short beside the time constants of a circuit.  What ends motion between two set-valued
 //! elements is no time constant: a voltage drives the current of a small inductance to where the next
@@ -44,7 +44,7 @@ impl Stepper {
         out
     }
 
-    /// Whether an reinitialising step has moved anything but as motion does.
+    /// Whether a reinitialising step has moved anything but as motion does.
     pub(in crate::integrate) fn has_jumped(
         &mut self,
         charges: Option<&[f64]>,
@@ -126,7 +126,7 @@ impl Stepper {
         found
     }
 
-    /// An reinitialising step from the state `begun` that has moved something, or a shorter one in which most of
+    /// A reinitialising step from the state `begun` that has moved something, or a shorter one in which most of
     /// that did not move.
     pub(in crate::integrate) fn without_motion(
         &mut self,

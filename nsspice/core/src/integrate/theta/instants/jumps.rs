@@ -8,7 +8,7 @@ use crate::integrate::theta::stepper::{Stepper, MAX_REACTIONS};
 use crate::mlcp::Start;
 use crate::rounding::OF_SOLUTION;
 
-/// Length of an reinitialising step relative to the nominal step and to the fastest time constant: short
+/// Length of a reinitialising step relative to the nominal step and to the fastest time constant: short
 /// enough that nothing but the jump happens in it, long enough that `E/h` does not drown `G`.
 pub(in crate::integrate) const JUMP: f64 = 1e-8;
 /// The same where a gap may close at speed: its rounding counts by the inverse of this, what is not
@@ -71,7 +71,7 @@ pub(in crate::integrate) struct Short {
     pub length: f64,
 }
 
-/// What an reinitialising step has done.
+/// What a reinitialising step has done.
 pub(in crate::integrate) struct StateJump {
     /// unknowns at the end of the shortest step, and at length 0
     pub first: Vec<f64>,
@@ -195,7 +195,7 @@ impl Stepper {
         Ok(still.unwrap_or(state_jump))
     }
 
-    /// Goes where an reinitialising step has led, and notes what jumped.
+    /// Goes where a reinitialising step has led, and notes what jumped.
     pub(in crate::integrate) fn enter(
         &mut self,
         charges: Option<&[f64]>,

@@ -2,8 +2,10 @@
 
 use super::jumps::{Jump, JUMP, MAX_JUMPS};
 use crate::instant::{At, Before, Reinitialiser};
+use crate::integrate::theta::step_length::mode_key;
 use crate::integrate::theta::stepper::Stepper;
 use crate::integrate::theta::time_grid::slopes;
+use crate::mlcp::Role;
 use crate::structure::Coordinates;
 
 impl Stepper {
@@ -34,6 +36,13 @@ impl Stepper {
     pub(in crate::integrate) fn reinitialise(&mut self, charges: Option<&[f64]>) -> bool {
         let Some(reinitialiser) = &self.instants.reinitialiser else { return false };
         let coupled = charges.is_none() && reinitialiser.is_coupled();
+        if coupled {
+            let closed: Vec<bool> = self.roles.iter().map(|&role| role == Role::Closed).collect();
+            let looped = self.instants.looped.entry(mode_key(&closed));
+            if !*looped.or_insert_with(|| reinitialiser.loops_through_windings(&closed)) {
+                return false;
+            }
+        }
         let slopes = self.source_slopes(self.time);
         let before = charges.map_or(Before::State(&self.z), Before::Stored);
         let sources = [&self.u0[..], &slopes];

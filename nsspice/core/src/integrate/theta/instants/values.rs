@@ -207,7 +207,7 @@ impl Stepper {
         Ok((best, moved))
     }
 
-    /// The largest voltage and current of what is stored and of sources: other potentials of an reinitialising step are none.
+    /// The largest voltage and current of what is stored and of sources: other potentials of a reinitialising step are none.
     pub(in crate::integrate) fn scale_of(&self, after: &[f64]) -> [f64; 2] {
         let mut driven = vec![0.0; after.len()];
         self.sys.linear.s.mul_add(1.0, &self.u0, &mut driven);
