@@ -122,7 +122,7 @@ impl Sdirk {
         }
         let energies = accuracy.energy.then(|| Energies::new(s)).flatten().map(Box::new);
         Sdirk {
-            settings: Settings { method, accuracy, start: s.time, stop },
+            settings: Settings { method, accuracy, start: s.state.time, stop },
             shown: Shown {
                 rows: RowClock::new(out_start, out_step, stop),
                 points: PointRows::default(),
@@ -135,7 +135,7 @@ impl Sdirk {
                 level: if fixed { 0 } else { FIRST_LEVEL },
                 last_error: (longest, 0.0),
                 erring: 0,
-                tied: vec![false; s.z.len()],
+                tied: vec![false; s.state.z.len()],
                 unbounded: None,
                 patience: Patience::default(),
             },
@@ -147,7 +147,7 @@ impl Sdirk {
                 fallback: Fallback::new(),
                 sampling: Sampling::new(
                     s.switching.switches.len(),
-                    longest.min(INTERVAL * (stop - s.time)),
+                    longest.min(INTERVAL * (stop - s.state.time)),
                 ),
             },
             tableau: method.next(false),
@@ -227,21 +227,21 @@ impl Sdirk {
                 self.show_point(s);
                 continue;
             }
-            if self.shown.rows.time() <= s.time + self.at_once(s.time) {
+            if self.shown.rows.time() <= s.state.time + self.at_once(s.state.time) {
                 s.write(self.shown.rows.time(), row);
                 self.shown.rows.advance();
                 rows += 1;
                 continue;
             }
-            if s.time >= self.settings.stop {
+            if s.state.time >= self.settings.stop {
                 return (rows, Progress::Done);
             }
             // another block has to go on first
-            if known(&s.waveforms) <= s.time {
+            if known(&s.waveforms) <= s.state.time {
                 return (rows, Progress::More);
             }
             if let Err(failure) = self.step(s) {
-                self.visited.note(&s.active, s.time);
+                self.visited.note(&s.state.active, s.state.time);
                 s.refusal.failure = Some(*failure);
                 return (rows, Progress::Failed);
             }
@@ -271,30 +271,30 @@ impl Sdirk {
         if !known {
             self.stage_equations.deepest = LEVELS - 1;
         }
-        let (n, m) = (s.z.len(), s.l.len());
-        self.scales.note(s, &s.z, &s.l);
+        let (n, m) = (s.state.z.len(), s.state.l.len());
+        self.scales.note(s, &s.state.z, &s.state.l);
         s.see_controls();
         self.note_controls(s);
-        self.trial.start = s.time;
+        self.trial.start = s.state.time;
         self.trial.unsolved = 0;
         let (z, guards) = self.trial.first.split_at_mut(n);
         let (guards, f) = guards.split_at_mut(m);
         match &mut s.smooth {
             Some(smooth) if known => f.copy_from_slice(&smooth.f),
-            Some(smooth) => smooth.newton.evaluate(&s.z, &s.u0, s.time, f),
+            Some(smooth) => smooth.newton.evaluate(&s.state.z, &s.state.u0, s.state.time, f),
             None => {}
         }
-        z.copy_from_slice(&s.z);
+        z.copy_from_slice(&s.state.z);
         if let Some(energies) = &mut self.energies {
-            energies.note(Point { z, f }, s.time);
+            energies.note(Point { z, f }, s.state.time);
         }
-        s.sys.linear.slacks(&s.z, &s.l, &mut s.scratch.w);
+        s.sys.linear.slacks(&s.state.z, &s.state.l, &mut s.scratch.w);
         for (i, guard) in guards.iter_mut().enumerate() {
-            *guard = if s.active[i] { s.l[i] } else { s.scratch.w[i] };
+            *guard = if s.state.active[i] { s.state.l[i] } else { s.scratch.w[i] };
         }
-        self.stage_equations.begin(&s.active, &self.scales);
-        if self.breakpoint.0 <= s.time {
-            self.breakpoint = next_breakpoint(&s.waveforms, &self.kinks, s.time);
+        self.stage_equations.begin(&s.state.active, &self.scales);
+        if self.breakpoint.0 <= s.state.time {
+            self.breakpoint = next_breakpoint(&s.waveforms, &self.kinks, s.state.time);
         }
         self.trial.breakpoint = self.breakpoint.0;
     }
@@ -302,7 +302,7 @@ impl Sdirk {
     /// Rows at the end of a step that has been finished, where they are wanted.
     pub(super) fn show_point(&mut self, s: &mut Stepper) {
         let next = self.shown.rows.time();
-        let row = ((next - s.time).abs() <= 1e-9 * self.trial.length).then_some(next);
+        let row = ((next - s.state.time).abs() <= 1e-9 * self.trial.length).then_some(next);
         self.shown.points.note_right(s, row);
     }
 
@@ -328,9 +328,9 @@ impl Sdirk {
         }
         let fixed = self.settings.accuracy.relative >= 1.0;
         let (target, at_target) = self.target();
-        let remaining = target - s.time;
+        let remaining = target - s.state.time;
         loop {
-            let crowded = self.trouble.fallback.is_crowded(s.time);
+            let crowded = self.trouble.fallback.is_crowded(s.state.time);
             if crowded && self.sample(s) {
                 return self.step(s);
             }
@@ -352,7 +352,7 @@ impl Sdirk {
                 self.control.level = level + if broken.at < 0.5 { 2 } else { 1 };
                 self.trial.unsolved += 1;
                 // a law that jumps against the motion has no solution near the jump, at any length
-                if self.is_stuck(s.time) {
+                if self.is_stuck(s.state.time) {
                     return self.force(s);
                 }
                 continue;
@@ -367,8 +367,8 @@ impl Sdirk {
                 self.counters.rejected += 1;
                 self.control.level = level + back(error, self.tableau.error_order);
                 // nor has a junction whose last charge is torn out by a winding: its voltage has no bound
-                if self.is_stuck(s.time) {
-                    self.control.unbounded.get_or_insert((self.control.erring, s.time));
+                if self.is_stuck(s.state.time) {
+                    self.control.unbounded.get_or_insert((self.control.erring, s.state.time));
                     return self.force(s);
                 }
                 continue;
@@ -401,26 +401,26 @@ impl Sdirk {
                     continue;
                 }
                 let little = self.stage_equations.length(FALLBACK_LEVEL);
-                self.trouble.fallback.note_event(s.time + theta * self.trial.length, little);
-                self.trouble.troubled = s.time;
+                self.trouble.fallback.note_event(s.state.time + theta * self.trial.length, little);
+                self.trouble.troubled = s.state.time;
                 if self.trouble.futile && theta < EARLY {
                     // the mode did not end here: look closer
                     self.control.level = level + 3;
                     continue;
                 }
                 self.counters.located += 1;
-                let time = (s.time + theta * self.trial.length).min(target);
+                let time = (s.state.time + theta * self.trial.length).min(target);
                 self.accepted = Some(Accepted { theta, time, end: End::Event });
             } else if let Some(theta) = if passed { None } else { self.arrives(s, limit) } {
                 self.counters.located += 1;
-                let time = (s.time + theta * self.trial.length).min(target);
+                let time = (s.state.time + theta * self.trial.length).min(target);
                 self.accepted = Some(Accepted { theta, time, end: End::Event });
             } else {
                 let (time, end) = if to_target {
                     (target, at_target)
                 } else {
                     let length = self.trial.length;
-                    (self.shown.rows.meet(s.time + length, length), End::Plain)
+                    (self.shown.rows.meet(s.state.time + length, length), End::Plain)
                 };
                 self.accepted = Some(Accepted { theta: limit, time, end });
                 let clear = self.stage_equations.length(FALLBACK_LEVEL);
@@ -444,7 +444,7 @@ impl Sdirk {
             s.stats.undetermined += u64::from(std::mem::take(&mut self.stage_equations.open));
             self.counters.matrices = self.stage_equations.levels.made;
             self.certify(s);
-            self.visited.note(&s.active, s.time);
+            self.visited.note(&s.state.active, s.state.time);
             return Ok(());
         }
     }
@@ -455,11 +455,11 @@ impl Sdirk {
         if s.smooth.is_some() || s.stats.steps > 8 && !s.stats.steps.is_multiple_of(4 * LOOK) {
             return;
         }
-        let (n, last) = (s.z.len(), self.tableau.stages() - 1);
+        let (n, last) = (s.state.z.len(), self.tableau.stages() - 1);
         let trial = &mut self.trial;
         trial.take_end(self.tableau);
         let (z, guards) = trial.at.x.split_at_mut(n);
-        let pairs = s.active.iter().zip(&s.roles);
+        let pairs = s.state.active.iter().zip(&s.state.roles);
         for (i, (g, (&active, &role))) in guards.iter_mut().zip(pairs).enumerate() {
             // a step that is going to be cut may end beyond the root of a guard
             let sign = trial.crossing || role == crate::mlcp::Role::Diode && active;
@@ -477,7 +477,7 @@ impl Sdirk {
 
     /// Moves the state to the end of the accepted step.
     fn finish(&mut self, s: &mut Stepper, accepted: Accepted) {
-        let (n, m) = (s.z.len(), s.l.len());
+        let (n, m) = (s.state.z.len(), s.state.l.len());
         if accepted.theta == 1.0 {
             self.trial.take_end(self.tableau);
         } else {
@@ -493,21 +493,21 @@ impl Sdirk {
         // a mode that ends where it begins has not been: its values may obey no sign, and are not shown
         let empty = event && no_length(self.trial.start, accepted.time, self.trial.length);
         if empty {
-            s.u1.copy_from_slice(&self.trial.at.u);
+            s.state.u1.copy_from_slice(&self.trial.at.u);
             self.shown.points.note_left(s);
         }
         let (z, guards) = self.trial.at.x.split_at(n);
-        s.z.copy_from_slice(z);
-        let pairs = guards.iter().zip(s.active.iter().zip(&s.roles));
-        for (i, (l, (&g, (&active, &role)))) in s.l.iter_mut().zip(pairs).enumerate() {
+        s.state.z.copy_from_slice(z);
+        let pairs = guards.iter().zip(s.state.active.iter().zip(&s.state.roles));
+        for (i, (l, (&g, (&active, &role)))) in s.state.l.iter_mut().zip(pairs).enumerate() {
             *l = stage_equations.resistances.multiplier(i, g, active, role, trial.crossing);
         }
         if s.recorder.outputs.needs_rates() {
             s.recorder.rates.copy_from_slice(&self.trial.at.slope[..n]);
         }
-        s.time = accepted.time;
+        s.state.time = accepted.time;
         let mut turned = self.look(s);
-        s.scratch.smooth_time = s.time;
+        s.scratch.smooth_time = s.state.time;
         s.forget_functions();
         if let Some(smooth) = &mut s.smooth {
             smooth.f.copy_from_slice(&self.trial.at.x[n + m..]);
@@ -516,7 +516,7 @@ impl Sdirk {
         // where the slope of a source jumps and nothing else can, the step goes on
         let calm = accepted.end == (End::Breakpoint { calm: true });
         if calm {
-            evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
+            evaluate(&s.waveforms, s.state.time, Side::Right, &mut s.state.u0);
         }
         let goes_on = match accepted.end {
             End::Plain | End::Look => true,
@@ -525,7 +525,7 @@ impl Sdirk {
         };
         let plain = goes_on && turned.is_empty();
         if !empty && !plain {
-            self.scales.note(s, &s.z, &s.l); // after a plain end the next step does
+            self.scales.note(s, &s.state.z, &s.state.l); // after a plain end the next step does
         }
         if self.trial.crossing {
             self.enter_mode(s);
@@ -535,23 +535,23 @@ impl Sdirk {
             self.trial.continue_rates();
         }
         if plain && !calm {
-            s.u0.copy_from_slice(&self.trial.at.u);
+            s.state.u0.copy_from_slice(&self.trial.at.u);
         } else if !plain {
-            s.u1.copy_from_slice(&self.trial.at.u);
+            s.state.u1.copy_from_slice(&self.trial.at.u);
             self.shown.points.note_left(s);
-            evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
-            let before = s.active.clone();
+            evaluate(&s.waveforms, s.state.time, Side::Right, &mut s.state.u0);
+            let before = s.state.active.clone();
             s.instants.begun = None;
             if event {
                 turned.extend(self.reach(s, accepted.theta));
             }
             turned.iter().for_each(|&k| s.throw(k));
-            if event && turned.is_empty() && s.time < self.breakpoint.0 {
+            if event && turned.is_empty() && s.state.time < self.breakpoint.0 {
                 self.turn(s);
             } else {
                 self.restart(s);
             }
-            self.trouble.futile = event && before == s.active;
+            self.trouble.futile = event && before == s.state.active;
         }
         if s.smooth.is_some() {
             self.trial.leave(self.tableau, accepted.theta, plain && !calm);

@@ -129,7 +129,7 @@ impl Samples {
         theta: f64,
     ) {
         let Some(sums) = &mut s.recorder.sums else { return };
-        let (n, m) = (s.z.len(), s.l.len());
+        let (n, m) = (s.state.z.len(), s.state.l.len());
         let Weights { count, own, taken, .. } = &self.weights(tableau, theta);
         let [mut z, mut rate, mut u, mut f, mut f_rate] = [[&[][..]; POINTS]; 5];
         self.multipliers.clear();
@@ -144,7 +144,7 @@ impl Samples {
             u[place] = sources;
             (z[place], f[place]) = (&x[..n], &x[n + m..]);
             (rate[place], f_rate[place]) = rates.split_at(n);
-            let guards = x[n..n + m].iter().zip(s.active.iter().zip(&s.roles));
+            let guards = x[n..n + m].iter().zip(s.state.active.iter().zip(&s.state.roles));
             let open = trial.stages.open[i];
             let multiplier = |(i, (&g, (&on, &role)))| {
                 stage_equations.resistances.multiplier(i, g, on, role, open)
@@ -188,7 +188,7 @@ impl Samples {
             return;
         }
         self.spent += PRICE;
-        let (n, m) = (s.z.len(), s.l.len());
+        let (n, m) = (s.state.z.len(), s.state.l.len());
         let (stages, h) = (tableau.stages(), trial.length);
         let Weights { own, inner, .. } = self.weights(tableau, theta);
         let taken = &mut self.taken;
@@ -200,10 +200,10 @@ impl Samples {
         taken.signed.push(0); // inner stages are of low order
         taken.doubt.push(if s.switching.sampled.contains(&true) { f64::INFINITY } else { 0.0 });
         taken.first.extend_from_slice(&trial.first[..n]);
-        taken.first_u.extend_from_slice(&s.u0);
+        taken.first_u.extend_from_slice(&s.state.u0);
         taken.weight.extend(own[..=stages].iter().map(|w| h * w));
         if !s.switching.switches.is_empty() {
-            taken.roles.extend(s.roles.iter().map(|&r| r as u8));
+            taken.roles.extend(s.state.roles.iter().map(|&r| r as u8));
         }
         for i in 0..=stages {
             let inside = i < stages;
@@ -214,7 +214,7 @@ impl Samples {
             let rates = if inside { &trial.stages.rates[i] } else { &trial.at.slope };
             taken.time.push(t);
             taken.z.extend_from_slice(&x[..n]);
-            let guards = x[n..n + m].iter().zip(s.active.iter().zip(&s.roles));
+            let guards = x[n..n + m].iter().zip(s.state.active.iter().zip(&s.state.roles));
             let open = trial.stages.open[i];
             let multiplier = |(i, (&g, (&on, &role)))| {
                 stage_equations.resistances.multiplier(i, g, on, role, open)

@@ -110,7 +110,7 @@ pub(in crate::integrate) fn sources(
 
 impl Trial {
     pub fn new(s: &Stepper, tableau: &Tableau) -> Trial {
-        let (n, m) = (s.z.len(), s.l.len());
+        let (n, m) = (s.state.z.len(), s.state.l.len());
         let p = s.smooth.as_ref().map_or(0, |smooth| smooth.f.len());
         let many = |len: usize| vec![vec![0.0; len]; tableau.stages()];
         Trial {
@@ -123,7 +123,7 @@ impl Trial {
             stages: Stages {
                 ends: many(n + m + p),
                 bases: many(n + p),
-                inputs: many(s.u0.len()),
+                inputs: many(s.state.u0.len()),
                 rates: many(n + p),
                 open: vec![false; tableau.stages() + 1],
             },
@@ -136,7 +136,7 @@ impl Trial {
             at: CurvePoint {
                 x: vec![0.0; n + m + p],
                 slope: vec![0.0; n + p],
-                u: vec![0.0; s.u0.len()],
+                u: vec![0.0; s.state.u0.len()],
             },
             samples: Default::default(),
             n,
@@ -172,7 +172,7 @@ impl Trial {
         let rate = 1.0 / (tableau.gamma * h);
         if tableau.first() > 0 {
             self.stages.ends[0].copy_from_slice(&self.first);
-            self.stages.inputs[0].copy_from_slice(&s.u0);
+            self.stages.inputs[0].copy_from_slice(&s.state.u0);
         }
         for i in tableau.first()..tableau.stages() {
             let t = self.start + tableau.c[i] * h;
@@ -202,7 +202,7 @@ impl Trial {
             }
             if self.crossing {
                 self.mode.clone_from(&stage_equations.met);
-                self.crossed |= self.mode != s.active;
+                self.crossed |= self.mode != s.state.active;
             }
             self.stages.open[i] = fit == Fit::Open;
             let (rates, function_rates) = self.stages.rates[i].split_at_mut(n);
@@ -232,8 +232,8 @@ impl Trial {
             // of a step from mode to mode, in the last
             let mut turn = |s: &mut Stepper| {
                 if self.crossing {
-                    std::mem::swap(&mut self.mode, &mut s.active);
-                    s.epoch += 1;
+                    std::mem::swap(&mut self.mode, &mut s.state.active);
+                    s.state.epoch += 1;
                 }
             };
             turn(s);
@@ -360,7 +360,7 @@ impl Trial {
     pub fn write(&mut self, s: &mut Stepper, stage_equations: &StageEquations, row: &mut [f64]) {
         let (z, rest) = self.at.x.split_at_mut(self.n);
         let (guards, f) = rest.split_at_mut(self.m);
-        let pairs = s.active.iter().zip(&s.roles);
+        let pairs = s.state.active.iter().zip(&s.state.roles);
         for (i, (g, (&active, &role))) in guards.iter_mut().zip(pairs).enumerate() {
             *g = stage_equations.resistances.multiplier(i, *g, active, role, self.crossing);
         }

@@ -13,13 +13,13 @@ impl Stepper {
     fn begin_near(&mut self, guess: Guess) -> Start {
         match guess {
             Some((z, l)) => {
-                self.z.copy_from_slice(z);
-                self.l.copy_from_slice(l);
+                self.state.z.copy_from_slice(z);
+                self.state.l.copy_from_slice(l);
                 Start::Warm
             }
             None => {
-                self.z.fill(0.0);
-                self.l.fill(0.0);
+                self.state.z.fill(0.0);
+                self.state.l.fill(0.0);
                 Start::Cold
             }
         }
@@ -28,10 +28,10 @@ impl Stepper {
     /// Starts from the solution of the static equations (capacitors open, inductors shorted) with the
     /// sources as they are before any ideal edge at this time; see [`Stepper::leave_dc`].
     pub fn start_dc(&mut self, time: f64, guess: Guess) -> Result<(), Failure> {
-        self.time = time;
-        evaluate(&self.waveforms, time, Side::Left, &mut self.u0);
+        self.state.time = time;
+        evaluate(&self.waveforms, time, Side::Left, &mut self.state.u0);
         let start = self.begin_near(guess);
-        self.u1.copy_from_slice(&self.u0);
+        self.state.u1.copy_from_slice(&self.state.u0);
         self.recorder.rates.fill(0.0);
         // an open switch may be the only way for a current
         self.throw_by_sources();
@@ -44,7 +44,7 @@ impl Stepper {
             }
             if !self.react_in(round) {
                 if self.recorder.samples.watches() {
-                    self.recorder.z_recorded.copy_from_slice(&self.z);
+                    self.recorder.z_recorded.copy_from_slice(&self.state.z);
                     self.record(f64::INFINITY);
                 }
                 return Ok(());
@@ -60,11 +60,11 @@ impl Stepper {
 
     /// Lets the ideal edges of sources at the start act on the static solution.
     pub fn leave_dc(&mut self) -> Result<(), Failure> {
-        evaluate(&self.waveforms, self.time, Side::Right, &mut self.u1);
-        if self.u1 == self.u0 {
+        evaluate(&self.waveforms, self.state.time, Side::Right, &mut self.state.u1);
+        if self.state.u1 == self.state.u0 {
             return Ok(());
         }
-        self.u0.copy_from_slice(&self.u1);
+        self.state.u0.copy_from_slice(&self.state.u1);
         self.switching.still.fill(self.facts.static_system);
         self.throw_by_sources();
         self.settle_after(true).map_err(|f| *f)
@@ -79,11 +79,11 @@ impl Stepper {
         step: f64,
         guess: Guess,
     ) -> Result<(), Failure> {
-        self.time = time;
+        self.state.time = time;
         self.schedule.step_length = step;
-        evaluate(&self.waveforms, time, Side::Right, &mut self.u0);
-        self.z.fill(0.0);
-        self.l.fill(0.0);
+        evaluate(&self.waveforms, time, Side::Right, &mut self.state.u0);
+        self.state.z.fill(0.0);
+        self.state.l.fill(0.0);
         if self.facts.static_system {
             return self.start_dc(time, guess);
         }

@@ -20,6 +20,7 @@ pub(super) mod records;
 pub(super) mod refine;
 pub(super) mod samples;
 pub(super) mod smooth;
+pub(super) mod state;
 pub(super) mod step;
 pub(super) mod step_length;
 pub(super) mod stepper;

@@ -235,9 +235,9 @@ impl Stepper {
     /// The smooth functions of the unknowns `z` at the present time.
     pub(in crate::integrate) fn functions_at(&mut self, z: &[f64]) -> Vec<f64> {
         let Some(smooth) = &mut self.smooth else { return Vec::new() };
-        let clock = smooth.clock(self.time);
+        let clock = smooth.clock(self.state.time);
         let mut f = smooth.f.clone();
-        smooth.newton.evaluate(z, &self.u0, clock, &mut f);
+        smooth.newton.evaluate(z, &self.state.u0, clock, &mut f);
         f
     }
 
@@ -245,7 +245,7 @@ impl Stepper {
     pub(in crate::integrate) fn stored_by_functions(&mut self, z: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; z.len()];
         if let Some(smooth) = &mut self.smooth {
-            smooth.add_stored_at(z, &self.u0, self.time, 1.0, &mut out);
+            smooth.add_stored_at(z, &self.state.u0, self.state.time, 1.0, &mut out);
         }
         out
     }
@@ -284,23 +284,23 @@ impl Stepper {
         let Some(smooth) = &mut self.smooth else { return Ok(()) };
         smooth.set_out(
             &self.levels.stages[k].matrices,
-            &self.z,
-            [&self.u0, &self.u1],
+            &self.state.z,
+            [&self.state.u0, &self.state.u1],
             &mut self.scratch.rhs,
         );
         let wanted = length.is_finite() && smooth.newton.stores();
         if !smooth.known && (wanted || self.recorder.outputs.needs_function_rates()) {
             let clock = smooth.clock(begin);
-            smooth.newton.evaluate(&self.z, &self.u0, clock, &mut smooth.f);
+            smooth.newton.evaluate(&self.state.z, &self.state.u0, clock, &mut smooth.f);
             smooth.known = true;
         }
         if wanted {
             smooth.newton.carry_functions(&smooth.f);
         }
         smooth.rates.copy_from_slice(&smooth.f);
-        smooth.extrapolate(&self.z, begin, self.time);
+        smooth.extrapolate(&self.state.z, begin, self.state.time);
         self.solve(k, length, Start::Warm)
-            .map_err(|failure| self.with_charges(k, &self.z, failure))?;
+            .map_err(|failure| self.with_charges(k, &self.state.z, failure))?;
         self.finish_rates(length);
         let Some(smooth) = &mut self.smooth else { return Ok(()) };
         for (rate, new) in smooth.rates.iter_mut().zip(&smooth.f) {
@@ -311,57 +311,62 @@ impl Stepper {
 
     /// One Euler-Newton step from the time `begin`; a static problem.
     fn follow(&mut self, k: usize, begin: f64, tracking: Tracking) -> Outcome {
-        self.scratch.z_before.copy_from_slice(&self.z);
-        self.scratch.l_before.copy_from_slice(&self.l);
+        self.scratch.z_before.copy_from_slice(&self.state.z);
+        self.scratch.l_before.copy_from_slice(&self.state.l);
         let Some(smooth) = &mut self.smooth else { return Ok(()) };
         smooth.newton.set_rate(0.0);
-        let (clock, old_clock) = (smooth.clock(self.time), smooth.clock(begin));
+        let (clock, old_clock) = (smooth.clock(self.state.time), smooth.clock(begin));
         let mut predictor = None;
         let matrices = &self.levels.stages[k].matrices;
-        if tracking.by_rate && self.time > begin {
-            let h = self.time - begin;
+        if tracking.by_rate && self.state.time > begin {
+            let h = self.state.time - begin;
             evaluate(&self.waveforms, begin, Side::Right, &mut smooth.u_old);
             slopes(&self.waveforms, begin, &mut smooth.u_rate);
             let u = &smooth.u_old;
             let ahead: Vec<f64> = u.iter().zip(&smooth.u_rate).map(|(u, r)| u + h * r).collect();
-            matrices.right_hand_side(&self.z, &ahead, &ahead, &mut self.scratch.rhs);
-            smooth.newton.evaluate(&self.z, &smooth.u_old, old_clock, &mut smooth.scratch);
+            matrices.right_hand_side(&self.state.z, &ahead, &ahead, &mut self.scratch.rhs);
+            smooth.newton.evaluate(&self.state.z, &smooth.u_old, old_clock, &mut smooth.scratch);
             let t_rate = if smooth.frozen.is_some() { 0.0 } else { 1.0 };
             smooth.newton.add_drift(-h, &smooth.u_rate, t_rate, &mut self.scratch.rhs);
             predictor = Some((self.scratch.rhs.clone(), old_clock));
         }
-        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.scratch.rhs);
-        let (q, roles) = (&self.sys.linear.q[..], &self.roles[..]);
-        let here = Data { rhs: &self.scratch.rhs, u: &self.u1, t: clock, q, roles };
+        matrices.right_hand_side(
+            &self.state.z,
+            &self.state.u0,
+            &self.state.u1,
+            &mut self.scratch.rhs,
+        );
+        let (q, roles) = (&self.sys.linear.q[..], &self.state.roles[..]);
+        let here = Data { rhs: &self.scratch.rhs, u: &self.state.u1, t: clock, q, roles };
         let (mut rows, mut pairs) = (0.0f64, 0.0f64);
         for step in 0..=tracking.correctors {
             let data = match &predictor {
                 Some((rhs, t)) if step == 0 => Data { rhs, u: &smooth.u_old, t: *t, q, roles },
                 _ => here,
             };
-            let found = smooth.newton.linearised_step(&data, &mut self.z, &mut self.l);
+            let found = smooth.newton.linearised_step(&data, &mut self.state.z, &mut self.state.l);
             self.stats.problems += 1;
             self.stats.linearised += 1;
             let Some(found) = found else {
-                let failed = smooth.newton.residual_at(&here, &self.z, &self.l);
+                let failed = smooth.newton.residual_at(&here, &self.state.z, &self.state.l);
                 return Err(self.failed(f64::INFINITY, failed.worst(), false, None));
             };
             (rows, pairs) = (rows.max(found.rows), pairs.max(found.complementarity));
         }
-        let grid = smooth.newton.residual_at(&here, &self.z, &self.l);
+        let grid = smooth.newton.residual_at(&here, &self.state.z, &self.state.l);
         let worst = grid.worst();
         if worst > ASTRAY || worst.is_nan() {
-            self.z.copy_from_slice(&self.scratch.z_before);
-            self.l.copy_from_slice(&self.scratch.l_before);
+            self.state.z.copy_from_slice(&self.scratch.z_before);
+            self.state.l.copy_from_slice(&self.scratch.l_before);
             return Err(self.failed(f64::INFINITY, worst, false, None));
         }
         smooth.newton.values(&mut smooth.f);
         smooth.known = true;
         self.stats.grid_residual = self.stats.grid_residual.max(worst);
-        self.scratch.smooth_time = self.time;
-        if smooth.newton.active() != self.active {
-            self.active.copy_from_slice(smooth.newton.active());
-            self.epoch += 1;
+        self.scratch.smooth_time = self.state.time;
+        if smooth.newton.active() != self.state.active {
+            self.state.active.copy_from_slice(smooth.newton.active());
+            self.state.epoch += 1;
             self.stats.mode_changes += 1;
         }
         self.note(Residual { rows, complementarity: pairs });
@@ -384,16 +389,16 @@ impl Stepper {
     /// Solves the nonlinear problem with right-hand side `rhs`, sources `u1`.
     pub(in crate::integrate) fn solve_smooth(&mut self, length: f64, start: Start) -> Outcome {
         let Some(smooth) = &mut self.smooth else { return Ok(()) };
-        let clock = smooth.clock(self.time);
+        let clock = smooth.clock(self.state.time);
         smooth.newton.set_rate(1.0 / length);
         let solved = smooth.newton.solve(
             &self.scratch.rhs,
-            &self.u1,
+            &self.state.u1,
             clock,
             &self.sys.linear.q,
-            &self.roles,
-            &mut self.z,
-            &mut self.l,
+            &self.state.roles,
+            &mut self.state.z,
+            &mut self.state.l,
             start,
         );
         match solved {
@@ -401,10 +406,10 @@ impl Stepper {
                 smooth.newton.values(&mut smooth.f);
                 smooth.known = true;
                 smooth.calm = solved.iterations <= 2;
-                self.scratch.smooth_time = self.time;
-                if smooth.newton.active() != self.active {
-                    self.active.copy_from_slice(smooth.newton.active());
-                    self.epoch += 1;
+                self.scratch.smooth_time = self.state.time;
+                if smooth.newton.active() != self.state.active {
+                    self.state.active.copy_from_slice(smooth.newton.active());
+                    self.state.epoch += 1;
                     self.stats.mode_changes += 1;
                 }
                 self.stats.worst_stage = self.stats.worst_stage.max(solved.stage);

@@ -55,23 +55,23 @@ impl Stepper {
         target: &Target,
     ) -> Result<Option<Target>, Box<Failure>> {
         let mut reached = None;
-        self.time = target.time;
+        self.state.time = target.time;
         self.recorder.two_sided = false;
         if self.facts.static_system || self.schedule.sweeping {
             if target.jump && self.shows_sides() {
-                evaluate(&self.waveforms, target.time, Side::Left, &mut self.u0);
-                self.u1.copy_from_slice(&self.u0);
+                evaluate(&self.waveforms, target.time, Side::Left, &mut self.state.u0);
+                self.state.u1.copy_from_slice(&self.state.u0);
                 self.take(f64::INFINITY)?;
                 self.write_left(target.label);
                 self.recorder.two_sided = true;
             }
-            evaluate(&self.waveforms, target.time, Side::Right, &mut self.u0);
-            self.u1.copy_from_slice(&self.u0);
+            evaluate(&self.waveforms, target.time, Side::Right, &mut self.state.u0);
+            self.state.u1.copy_from_slice(&self.state.u0);
             if let Err(failure) = self.take(f64::INFINITY) {
                 self.search(failure, |s| s.solve_static(Start::Cold))?;
             }
         } else {
-            evaluate(&self.waveforms, target.time, Side::Left, &mut self.u1);
+            evaluate(&self.waveforms, target.time, Side::Left, &mut self.state.u1);
             let cut = self.take_to(target)?;
             self.instants.stale = false;
             if (target.jump || cut.is_some()) && self.shows_sides() {
@@ -79,19 +79,19 @@ impl Stepper {
                 self.recorder.two_sided = true;
             }
             if let Some(cut) = cut {
-                self.u0.copy_from_slice(&self.u1);
-                let before = self.z.clone();
+                self.state.u0.copy_from_slice(&self.state.u1);
+                let before = self.state.z.clone();
                 self.enter(None, before.clone(), cut.state_jump);
                 if let Some(sums) = &mut self.recorder.sums {
-                    sums.jump(&before, &self.z);
+                    sums.jump(&before, &self.state.z);
                 }
                 reached = Some(cut.target);
             } else if target.jump {
-                evaluate(&self.waveforms, target.time, Side::Right, &mut self.u0);
+                evaluate(&self.waveforms, target.time, Side::Right, &mut self.state.u0);
                 self.throw_by_sources();
                 self.impulse_or_leave()?;
             } else {
-                self.u0.copy_from_slice(&self.u1);
+                self.state.u0.copy_from_slice(&self.state.u1);
             }
         }
         if !self.switching.switches.is_empty() {
@@ -107,7 +107,7 @@ impl Stepper {
             }
             self.settle_after(changed)?;
             if changed && !dynamic && self.recorder.samples.watches() {
-                self.recorder.z_recorded.copy_from_slice(&self.z);
+                self.recorder.z_recorded.copy_from_slice(&self.state.z);
                 self.record(f64::INFINITY);
             }
             self.note_controls();
@@ -124,8 +124,13 @@ impl Stepper {
     pub(in crate::integrate) fn write_left(&mut self, label: f64) {
         self.recorder.left[0] = label;
         let f = self.smooth.as_ref().map_or([&[][..]; 2], |s| [&s.f, &s.rates]);
-        let quantities =
-            Quantities { z: &self.z, l: &self.l, rates: &self.recorder.rates, u: &self.u1, f };
+        let quantities = Quantities {
+            z: &self.state.z,
+            l: &self.state.l,
+            rates: &self.recorder.rates,
+            u: &self.state.u1,
+            f,
+        };
         self.recorder.outputs.write(&quantities, &mut self.recorder.left[1..]);
     }
 
@@ -140,9 +145,9 @@ impl Stepper {
     /// One ordinary step to a target, or to an impact before it.
     fn take_to(&mut self, target: &Target) -> Result<Option<Cut>, Box<Failure>> {
         let begun = self.begin_step();
-        self.instants.impacts.begin(&self.active);
+        self.instants.impacts.begin(&self.state.active);
         self.solve_step(target.length)?;
-        let cut = if self.epoch == begun.epoch { None } else { self.cut_at_impact(target) };
+        let cut = if self.state.epoch == begun.epoch { None } else { self.cut_at_impact(target) };
         self.end_step(begun, cut.as_ref().map_or(target.length, |c| c.target.length));
         Ok(cut)
     }
@@ -150,21 +155,21 @@ impl Stepper {
     /// Keeps the state if it is asked for at the end of the step.
     fn begin_step(&mut self) -> Begun {
         self.stats.steps += 1;
-        let wanted = self.recorder.samples.wants(self.epoch);
+        let wanted = self.recorder.samples.wants(self.state.epoch);
         if wanted || self.recorder.sums.as_ref().is_some_and(|s| s.asks_for_begin()) {
-            self.scratch.z_before.copy_from_slice(&self.z);
+            self.scratch.z_before.copy_from_slice(&self.state.z);
         }
-        Begun { wanted, problems: self.stats.problems, epoch: self.epoch }
+        Begun { wanted, problems: self.stats.problems, epoch: self.state.epoch }
     }
 
     fn end_step(&mut self, begun: Begun, length: f64) {
         // a mode that changed within the step was found by the driver, which keeps the old state
-        if begun.wanted || self.recorder.samples.changed(self.epoch) {
+        if begun.wanted || self.recorder.samples.changed(self.state.epoch) {
             self.recorder.z_recorded.copy_from_slice(&self.scratch.z_before);
             self.record(length);
         }
         if length.is_finite() {
-            let new = self.stats.problems > begun.problems || self.epoch != begun.epoch;
+            let new = self.stats.problems > begun.problems || self.state.epoch != begun.epoch;
             self.sum_up(length, new);
         }
     }
@@ -173,8 +178,9 @@ impl Stepper {
     pub(in crate::integrate) fn sum_up(&mut self, length: f64, new: bool) {
         let Some(sums) = &mut self.recorder.sums else { return };
         let f = self.smooth.as_ref().map_or([&[][..]; 2], |s| [&s.f, &s.rates]);
-        let (sides, sources) = ([&self.scratch.z_before[..], &self.z], [&self.u0[..], &self.u1]);
-        sums.step(length, sides, &self.l, sources, f, new);
+        let (sides, sources) =
+            ([&self.scratch.z_before[..], &self.state.z], [&self.state.u0[..], &self.state.u1]);
+        sums.step(length, sides, &self.state.l, sources, f, new);
     }
 
     /// Finds the end of a step: by the affine map or factor of the mode, else by the driver.
@@ -191,18 +197,26 @@ impl Stepper {
         if accepted {
             self.stats.quick_steps += 1;
             self.keep_for_rates();
-            let (z, guards) = self.scratch.x.split_at(self.z.len());
-            self.z.copy_from_slice(z);
-            multipliers(guards, &self.active, &mut self.l);
+            let (z, guards) = self.scratch.x.split_at(self.state.z.len());
+            self.state.z.copy_from_slice(z);
+            multipliers(guards, &self.state.active, &mut self.state.l);
         } else {
             let matrices = &self.levels.stages[k].matrices;
-            matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.scratch.rhs);
+            matrices.right_hand_side(
+                &self.state.z,
+                &self.state.u0,
+                &self.state.u1,
+                &mut self.scratch.rhs,
+            );
             self.keep_for_rates();
             self.solve(k, length, Start::Warm)?;
-            let (base, u0, u1) =
-                (take(&mut self.scratch.z_before), take(&mut self.u0), take(&mut self.u1));
+            let (base, u0, u1) = (
+                take(&mut self.scratch.z_before),
+                take(&mut self.state.u0),
+                take(&mut self.state.u1),
+            );
             self.sharpen(k, &base, &u0, &u1);
-            (self.scratch.z_before, self.u0, self.u1) = (base, u0, u1);
+            (self.scratch.z_before, self.state.u0, self.state.u1) = (base, u0, u1);
         }
         self.finish_rates(length);
         Ok(())
@@ -210,15 +224,15 @@ impl Stepper {
 
     /// Hands the step to the samples: from `z_recorded` and u0 to z and u1.
     pub(in crate::integrate) fn record(&mut self, length: f64) {
-        let roles = if self.switching.switches.is_empty() { &[] } else { &self.roles[..] };
+        let roles = if self.switching.switches.is_empty() { &[] } else { &self.state.roles[..] };
         self.recorder.samples.records.push(
-            self.time,
+            self.state.time,
             length,
             &self.recorder.z_recorded,
-            &self.z,
-            &self.l,
-            &self.u0,
-            &self.u1,
+            &self.state.z,
+            &self.state.l,
+            &self.state.u0,
+            &self.state.u1,
             roles.iter().map(|&r| r as u8),
         );
     }
@@ -231,26 +245,31 @@ impl Stepper {
             return true;
         }
         let matrices = &self.levels.stages[k].matrices;
-        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.scratch.rhs);
+        matrices.right_hand_side(
+            &self.state.z,
+            &self.state.u0,
+            &self.state.u1,
+            &mut self.scratch.rhs,
+        );
         let found = self.residual_of_trial(k);
         let stage = &mut self.levels.stages[k];
         if found.worst() <= ACCEPT {
-            let ends = Ends { z0: &self.z, u0: &self.u0, u1: &self.u1 };
-            if stage.slot(&self.active, self.epoch).map.is_some()
+            let ends = Ends { z0: &self.state.z, u0: &self.state.u0, u1: &self.state.u1 };
+            if stage.slot(&self.state.active, self.state.epoch).map.is_some()
                 && stage.matrices.loses_charge(
                     ends,
-                    &self.active,
+                    &self.state.active,
                     &self.scratch.x,
                     &mut self.scratch.work,
                 )
             {
-                stage.slot(&self.active, self.epoch).map = None;
+                stage.slot(&self.state.active, self.state.epoch).map = None;
                 return false;
             }
             self.note(found);
             return true;
         }
-        stage.slot(&self.active, self.epoch).trusted = false;
+        stage.slot(&self.state.active, self.state.epoch).trusted = false;
         false
     }
 
@@ -261,28 +280,28 @@ impl Stepper {
         if self.smooth.is_some() || self.levels.stages[k].length.is_infinite() {
             return;
         }
-        let n = self.z.len();
-        self.scratch.x[..n].copy_from_slice(&self.z);
-        self.scratch.x[n..].copy_from_slice(&self.l);
+        let n = self.state.z.len();
+        self.scratch.x[..n].copy_from_slice(&self.state.z);
+        self.scratch.x[n..].copy_from_slice(&self.state.l);
         let stage = &mut self.levels.stages[k];
-        let factor = stage.factor(&self.active, self.epoch);
+        let factor = stage.factor(&self.state.active, self.state.epoch);
         let matrices = &stage.matrices;
         let ends = Ends { z0: base, u0, u1 };
         if !matrices.sharpen(
             &factor,
-            &self.active,
+            &self.state.active,
             ends,
             &mut self.scratch.x,
             &mut self.scratch.work,
-        ) || self.sys.apart(&self.z, &self.scratch.x, base) <= OF_SOLUTION
+        ) || self.sys.apart(&self.state.z, &self.scratch.x, base) <= OF_SOLUTION
         {
             return;
         }
-        matrices.guards(&mut self.scratch.x, &self.active, true, &mut self.scratch.w);
+        matrices.guards(&mut self.scratch.x, &self.state.active, true, &mut self.scratch.w);
         if self.signs_hold(k) {
-            let (z, guards) = self.scratch.x.split_at(self.z.len());
-            self.z.copy_from_slice(z);
-            multipliers(guards, &self.active, &mut self.l);
+            let (z, guards) = self.scratch.x.split_at(self.state.z.len());
+            self.state.z.copy_from_slice(z);
+            multipliers(guards, &self.state.active, &mut self.state.l);
         }
     }
 
@@ -290,39 +309,44 @@ impl Stepper {
     /// network at rest they are zero up to noise of either sign.
     fn approve_signs(&mut self, k: usize) -> bool {
         let matrices = &self.levels.stages[k].matrices;
-        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.scratch.rhs);
+        matrices.right_hand_side(
+            &self.state.z,
+            &self.state.u0,
+            &self.state.u1,
+            &mut self.scratch.rhs,
+        );
         self.signs_hold(k)
     }
 
     /// The residual of `x`, unknowns and guards, in the present mode with the right-hand side `rhs`.
     fn residual_of_trial(&mut self, k: usize) -> Residual {
         let scratch = &mut self.scratch;
-        let (z, guards) = scratch.x.split_at(self.z.len());
-        multipliers(guards, &self.active, &mut scratch.w);
+        let (z, guards) = scratch.x.split_at(self.state.z.len());
+        multipliers(guards, &self.state.active, &mut scratch.w);
         let driver = &mut self.levels.stages[k].driver;
-        driver.residual(&scratch.rhs, &self.sys.linear.q, &self.roles, z, &scratch.w)
+        driver.residual(&scratch.rhs, &self.sys.linear.q, &self.state.roles, z, &scratch.w)
     }
 
     /// Whether `x` satisfies the laws of the present mode with the right-hand side `rhs`.
     pub(in crate::integrate) fn signs_hold(&mut self, k: usize) -> bool {
         let found = self.residual_of_trial(k);
         let stage = &mut self.levels.stages[k];
-        let guards = &self.scratch.x[self.z.len()..];
-        stage.driver.sign_tolerances(&self.active, &mut self.scratch.noise);
+        let guards = &self.scratch.x[self.state.z.len()..];
+        stage.driver.sign_tolerances(&self.state.active, &mut self.scratch.noise);
         let sure = |&i: &usize| guards[i] >= -self.scratch.noise[i];
         if found.worst() > ACCEPT || !self.switching.diodes.iter().all(sure) {
             return false;
         }
-        self.scratch.noise_known = (self.epoch, stage.length, self.stats.steps + NOISE_LASTS);
+        self.scratch.noise_known = (self.state.epoch, stage.length, self.stats.steps + NOISE_LASTS);
         self.note(found);
         true
     }
 
     /// Tries the present mode: leaves unknowns and guards in `x` and tells whether the guards hold.
     fn quick(&mut self, k: usize) -> Quick {
-        let n = self.z.len();
+        let n = self.state.z.len();
         let stage = &mut self.levels.stages[k];
-        let (inputs, slot) = stage.inputs_and_slot(&self.active, self.epoch);
+        let (inputs, slot) = stage.inputs_and_slot(&self.state.active, self.state.epoch);
         if !slot.trusted {
             return Quick::Fails;
         }
@@ -330,24 +354,24 @@ impl Stepper {
         self.scratch.recent = slot.uses <= NEW_MODE;
         if let Some(map) = &slot.map {
             self.scratch.input.clear();
-            self.scratch.input.extend(inputs.carried.iter().map(|&j| self.z[j]));
-            self.scratch.input.extend(inputs.ends.iter().map(|&j| self.u1[j]));
-            self.scratch.input.extend(inputs.starts.iter().map(|&j| self.u0[j]));
+            self.scratch.input.extend(inputs.carried.iter().map(|&j| self.state.z[j]));
+            self.scratch.input.extend(inputs.ends.iter().map(|&j| self.state.u1[j]));
+            self.scratch.input.extend(inputs.starts.iter().map(|&j| self.state.u0[j]));
             map.apply(&self.scratch.input, &mut self.scratch.x);
         } else {
             let due = slot.uses == USES_FOR_MAP;
-            let factor = stage.factor(&self.active, self.epoch);
+            let factor = stage.factor(&self.state.active, self.state.epoch);
             if !factor.regular() {
                 self.stats.undetermined += 1;
                 return Quick::Fails; // consistency has to be checked: the driver's work
             }
-            let ends = Ends { z0: &self.z, u0: &self.u0, u1: &self.u1 };
+            let ends = Ends { z0: &self.state.z, u0: &self.state.u0, u1: &self.state.u1 };
             let (x, work) = (&mut self.scratch.x, &mut self.scratch.work);
-            stage.solve_mode(&self.sys, &self.active, self.epoch, ends, false, x, work);
+            stage.solve_mode(&self.sys, &self.state.active, self.state.epoch, ends, false, x, work);
             let matrices = &stage.matrices;
-            matrices.guards(&mut self.scratch.x, &self.active, true, &mut self.scratch.w);
+            matrices.guards(&mut self.scratch.x, &self.state.active, true, &mut self.scratch.w);
             if due {
-                stage.make_map(&self.active, self.epoch, &mut self.scratch.work);
+                stage.make_map(&self.state.active, self.state.epoch, &mut self.scratch.work);
             }
         }
         // NaN fails the comparison and goes to the driver, which names the trouble
@@ -356,7 +380,8 @@ impl Stepper {
             return Quick::Holds;
         }
         let (epoch, length, until) = self.scratch.noise_known;
-        let known = epoch == self.epoch && length == stage.length && self.stats.steps <= until;
+        let known =
+            epoch == self.state.epoch && length == stage.length && self.stats.steps <= until;
         if known && self.switching.diodes.iter().all(|&i| guards[i] >= -self.scratch.noise[i]) {
             return Quick::Holds;
         }
@@ -371,8 +396,8 @@ impl Stepper {
     /// Solves the complementarity problem with right-hand side `rhs` at stage `k`.
     pub(in crate::integrate) fn solve(&mut self, k: usize, length: f64, start: Start) -> Outcome {
         self.stats.problems += 1;
-        self.scratch.z_before.copy_from_slice(&self.z);
-        self.scratch.l_before.copy_from_slice(&self.l);
+        self.scratch.z_before.copy_from_slice(&self.state.z);
+        self.scratch.l_before.copy_from_slice(&self.state.l);
         if self.smooth.is_some() {
             return self.solve_smooth(length, start);
         }
@@ -381,9 +406,9 @@ impl Stepper {
         let solved = stage.driver.solve(
             &self.scratch.rhs,
             &self.sys.linear.q,
-            &self.roles,
-            &mut self.z,
-            &mut self.l,
+            &self.state.roles,
+            &mut self.state.z,
+            &mut self.state.l,
             start,
         );
         let (residual, suspect) = match solved {
@@ -402,16 +427,16 @@ impl Stepper {
                 let known = match self.refusal.large {
                     Large::Refused => false,
                     Large::Awaited => true,
-                    Large::Mode(epoch) => epoch == self.epoch && found == self.active,
+                    Large::Mode(epoch) => epoch == self.state.epoch && found == self.state.active,
                 };
                 if !solved.needs_certificate || known {
-                    if found != self.active {
-                        self.active.copy_from_slice(found);
-                        self.epoch += 1;
+                    if found != self.state.active {
+                        self.state.active.copy_from_slice(found);
+                        self.state.epoch += 1;
                         self.stats.mode_changes += 1;
                     }
                     if solved.needs_certificate {
-                        self.refusal.large = Large::Mode(self.epoch);
+                        self.refusal.large = Large::Mode(self.state.epoch);
                     }
                     self.note(solved.residual);
                     return Ok(());
@@ -420,8 +445,8 @@ impl Stepper {
             }
             Err(unsolved) => (unsolved.residual.worst(), false),
         };
-        self.z.copy_from_slice(&self.scratch.z_before);
-        self.l.copy_from_slice(&self.scratch.l_before);
+        self.state.z.copy_from_slice(&self.scratch.z_before);
+        self.state.l.copy_from_slice(&self.scratch.l_before);
         Err(self.failed(length, residual, suspect, None))
     }
 
@@ -434,10 +459,10 @@ impl Stepper {
         best: Option<Box<Best>>,
     ) -> Box<Failure> {
         Box::new(Failure {
-            time: self.time,
+            time: self.state.time,
             length,
             rhs: self.scratch.rhs.clone(),
-            roles: self.roles.iter().map(|&r| r as u8).collect(),
+            roles: self.state.roles.iter().map(|&r| r as u8).collect(),
             residual,
             suspect,
             best,
@@ -448,26 +473,31 @@ impl Stepper {
     /// A switch has found no state.
     pub(in crate::integrate) fn unsettled(&self) -> Box<Failure> {
         let pair = self.switching.last_thrown.map(|k| self.switching.switches[k].pair);
-        Box::new(Failure::restless(self.time, pair))
+        Box::new(Failure::restless(self.state.time, pair))
     }
 
     pub(in crate::integrate) fn solve_static(&mut self, start: Start) -> Outcome {
         let k = self.stage_index(f64::INFINITY, false);
         let matrices = &self.levels.stages[k].matrices;
-        matrices.right_hand_side(&self.z, &self.u0, &self.u1, &mut self.scratch.rhs);
+        matrices.right_hand_side(
+            &self.state.z,
+            &self.state.u0,
+            &self.state.u1,
+            &mut self.scratch.rhs,
+        );
         self.solve(k, f64::INFINITY, start)?;
         Ok(())
     }
 
     pub(in crate::integrate) fn keep_for_rates(&mut self) {
         if self.recorder.outputs.needs_rates() {
-            self.recorder.rates.copy_from_slice(&self.z);
+            self.recorder.rates.copy_from_slice(&self.state.z);
         }
     }
 
     pub(in crate::integrate) fn finish_rates(&mut self, length: f64) {
         if self.recorder.outputs.needs_rates() {
-            for (rate, z) in self.recorder.rates.iter_mut().zip(&self.z) {
+            for (rate, z) in self.recorder.rates.iter_mut().zip(&self.state.z) {
                 *rate = (z - *rate) / length;
             }
         }
@@ -506,7 +536,7 @@ impl Stepper {
         }
         let alike = |k: &usize| self.levels.stages[*k].impulsive == impulsive;
         let kept = (0..self.levels.stages.len()).filter(alike);
-        let size = self.z.len() + self.l.len();
+        let size = self.state.z.len() + self.state.l.len();
         let most = (BUDGET / (EACH * size + 1)).clamp(FEWEST[usize::from(impulsive)], MOST);
         if kept.clone().count() >= most {
             let oldest = kept.min_by_key(|&k| self.levels.stages[k].stamp).unwrap_or(0);

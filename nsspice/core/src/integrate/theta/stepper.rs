@@ -9,6 +9,7 @@ use super::outputs::{Outputs, Quantities};
 use super::records::{Facts, Instants, Levels, Recorder, Refusal, Schedule, Scratch, Switching};
 use super::samples::Samples;
 use super::smooth::SmoothPart;
+use super::state::State;
 use super::step_length::{Stage, System};
 use super::time_grid::{Clock, Target};
 use crate::at_threshold::Resting;
@@ -120,14 +121,8 @@ pub struct Stepper {
     /// Newton's method, for a system with smooth nonlinear terms
     pub(in crate::integrate) smooth: Option<Box<SmoothPart>>,
     pub(in crate::integrate) waveforms: Vec<Waveform>,
-    pub(in crate::integrate) time: f64,
-    pub(in crate::integrate) z: Vec<f64>,
-    pub(in crate::integrate) l: Vec<f64>,
-    pub(in crate::integrate) u0: Vec<f64>,
-    pub(in crate::integrate) u1: Vec<f64>,
-    pub(in crate::integrate) roles: Vec<Role>,
-    pub(in crate::integrate) active: Vec<bool>,
-    pub(in crate::integrate) epoch: u64,
+    /// where the run is
+    pub(in crate::integrate) state: State,
     /// counters
     pub stats: Statistics,
     /// the switches and what decides about them
@@ -168,7 +163,6 @@ impl Stepper {
         let diodes: Vec<usize> = (0..m).filter(|&i| roles[i] == Role::Diode).collect();
         let static_system = sys.linear.e.values.iter().all(|&v| v == 0.0)
             && !smooth.as_ref().is_some_and(|s| s.newton.stores());
-        let active = roles.iter().map(|&r| r == Role::Closed).collect();
         let impacts = Impacts::new(&sys, !diodes.is_empty() || switches.iter().any(|s| s.latching));
         let functions = smooth.iter().flat_map(|smooth| smooth.newton.rows_of_functions());
         let functions: Vec<usize> = functions.collect();
@@ -254,14 +248,7 @@ impl Stepper {
             sys,
             smooth,
             waveforms,
-            time: 0.0,
-            z: vec![0.0; n],
-            l: vec![0.0; m],
-            u0: vec![0.0; p],
-            u1: vec![0.0; p],
-            roles,
-            active,
-            epoch: 1,
+            state: State::at_rest(roles, [n, p]),
             stats: Statistics::default(),
         }
     }
@@ -273,7 +260,7 @@ impl Stepper {
 
     /// Present unknowns and multipliers.
     pub fn state(&self) -> (&[f64], &[f64]) {
-        (&self.z, &self.l)
+        (&self.state.z, &self.state.l)
     }
 
     /// Lets smooth functions see a fixed time: in a sweep, the time counts the points.
@@ -295,20 +282,12 @@ impl Stepper {
 
     /// The balance of energy up to now, if the run is accompanied by one.
     pub fn balance(&mut self) -> Option<Balance> {
-        self.recorder.sums.as_mut().map(|sums| sums.balance(&self.z))
+        self.recorder.sums.as_mut().map(|sums| sums.balance(&self.state.z))
     }
 
     /// Present time [s].
     pub fn time(&self) -> f64 {
-        self.time
-    }
-
-    /// Takes a mode for the present one.
-    pub(in crate::integrate) fn turn_to(&mut self, mode: &[bool]) {
-        if self.active != mode {
-            self.active.copy_from_slice(mode);
-            self.epoch += 1;
-        }
+        self.state.time
     }
 
     /// Pairs of the switches whose controls have come to rest at thresholds, and when first [s].
@@ -370,10 +349,10 @@ impl Stepper {
         while rows + most <= capacity {
             if self.recorder.first_row {
                 self.recorder.first_row = false;
-                self.write(self.time, &mut out[rows * columns..(rows + 1) * columns]);
+                self.write(self.state.time, &mut out[rows * columns..(rows + 1) * columns]);
                 rows += 1;
-                if self.recorder.samples.between(self.time) {
-                    self.note_side(self.time);
+                if self.recorder.samples.between(self.state.time) {
+                    self.note_side(self.state.time);
                 }
                 continue;
             }
@@ -395,15 +374,15 @@ impl Stepper {
                 }
                 Err(failure) => {
                     // back to the state before, so that the step can be taken again
-                    self.z.copy_from_slice(&self.scratch.z_before);
-                    self.l.copy_from_slice(&self.scratch.l_before);
+                    self.state.z.copy_from_slice(&self.scratch.z_before);
+                    self.state.l.copy_from_slice(&self.scratch.l_before);
                     self.forget_functions();
                     self.refusal.failure = Some(*failure);
                     self.schedule.retry = Some(target);
                     return (rows, Progress::Failed);
                 }
             };
-            if self.recorder.logged_epoch != self.epoch {
+            if self.recorder.logged_epoch != self.state.epoch {
                 self.log_events();
             }
             if self.recorder.two_sided {
@@ -451,13 +430,14 @@ impl Stepper {
 
     /// Notes which pairs have changed since the last time.
     pub(in crate::integrate) fn log_events(&mut self) {
-        self.recorder.logged_epoch = self.epoch;
-        for (i, (old, &new)) in self.recorder.logged.iter_mut().zip(&self.active).enumerate() {
+        self.recorder.logged_epoch = self.state.epoch;
+        for (i, (old, &new)) in self.recorder.logged.iter_mut().zip(&self.state.active).enumerate()
+        {
             if *old != new {
                 *old = new;
                 self.stats.events += 1;
                 if self.recorder.events.len() < MAX_EVENTS {
-                    self.recorder.events.push((self.time, i, new));
+                    self.recorder.events.push((self.state.time, i, new));
                 }
             }
         }
@@ -466,8 +446,13 @@ impl Stepper {
     pub(in crate::integrate) fn write(&mut self, label: f64, row: &mut [f64]) {
         row[0] = label;
         let f = self.smooth.as_ref().map_or([&[][..]; 2], |s| [&s.f, &s.rates]);
-        let quantities =
-            Quantities { z: &self.z, l: &self.l, rates: &self.recorder.rates, u: &self.u0, f };
+        let quantities = Quantities {
+            z: &self.state.z,
+            l: &self.state.l,
+            rates: &self.recorder.rates,
+            u: &self.state.u0,
+            f,
+        };
         self.recorder.outputs.write(&quantities, &mut row[1..]);
     }
 }

@@ -42,15 +42,15 @@ impl Sdirk {
         }
         let allowed = [self.settings.accuracy.voltage, self.settings.accuracy.current];
         // within the first of the longest steps little of the ranges has been seen: they go on as now
-        let young = s.time < self.settings.start + self.stage_equations.longest;
+        let young = s.state.time < self.settings.start + self.stage_equations.longest;
         let ahead = if young { self.stage_equations.longest / self.trial.length } else { 0.0 };
         if let Some(energies) = &mut self.energies {
-            let (z, f) = (&end[..s.z.len()], &end[s.z.len() + s.l.len()..]);
+            let (z, f) = (&end[..s.state.z.len()], &end[s.state.z.len() + s.state.l.len()..]);
             let slopes = s.smooth.as_ref().map_or(&[][..], |smooth| smooth.newton.slopes());
             energies.weigh(Point { z, f }, slopes, ahead, self.trial.length);
         }
         let mut worst = 0.0f64;
-        let n = s.z.len();
+        let n = s.state.z.len();
         if let Some(nodes) = &mut self.nodes {
             let (e, ends) = (&s.sys.linear.e, [&self.trial.first[..n], &end[..n]]);
             nodes.take(
@@ -129,7 +129,7 @@ impl Sdirk {
     /// the charges of junctions flows somewhere, too.
     fn is_still(&mut self, s: &Stepper) -> bool {
         let Some(smooth) = &s.smooth else { return false };
-        let (n, m) = (s.z.len(), s.l.len());
+        let (n, m) = (s.state.z.len(), s.state.l.len());
         let part = STILL * smooth.newton.accuracy().max(f64::EPSILON);
         let Trial { first, stages, length, estimate, .. } = &mut self.trial;
         let Estimate { terms, diagonals, stored, .. } = estimate;

@@ -48,7 +48,7 @@ pub struct Estimate {
 
 impl Estimate {
     pub fn new(s: &Stepper) -> Estimate {
-        let n = s.z.len();
+        let n = s.state.z.len();
         let p = s.smooth.as_ref().map_or(0, |smooth| smooth.f.len());
         let mut storage = vec![0.0; n];
         for (_, c, v) in s.sys.linear.e.iter().filter(|e| e.0 == e.1) {

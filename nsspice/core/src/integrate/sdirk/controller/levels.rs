@@ -53,15 +53,15 @@ impl Levels {
                 }
             }
             let stage = Stage::new(&s.sys, length, true, &s.facts.constants);
-            self.all[level] = Some(Box::new(Level { stage, epoch: s.epoch, stamp: 0 }));
+            self.all[level] = Some(Box::new(Level { stage, epoch: s.state.epoch, stamp: 0 }));
             self.made += 1;
         }
         let stamp = self.stamp;
         let kept = self.all[level].as_mut().unwrap_or_else(|| unreachable!("just made"));
         kept.stamp = stamp;
-        if kept.epoch != s.epoch {
+        if kept.epoch != s.state.epoch {
             kept.stage.release(); // so that a large factor can be turned into the next in place
-            kept.epoch = s.epoch;
+            kept.epoch = s.state.epoch;
         }
         &mut kept.stage
     }

@@ -24,13 +24,13 @@ pub struct Nodes {
 impl Nodes {
     /// Nothing where the unknowns are potentials.
     pub fn new(s: &Stepper) -> Option<Nodes> {
-        let zeros = vec![0.0; s.z.len()];
+        let zeros = vec![0.0; s.state.z.len()];
         Some(Nodes {
             tree: s.facts.coordinates.clone()?,
             storage: s.facts.node_storage.clone(),
             charged: match &s.smooth {
                 Some(smooth) => smooth.charged.clone(),
-                None => vec![false; s.z.len()],
+                None => vec![false; s.state.z.len()],
             },
             errors: zeros.clone(),
             first: zeros.clone(),

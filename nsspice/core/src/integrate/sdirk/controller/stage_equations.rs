@@ -80,7 +80,7 @@ pub enum Fit {
 impl StageEquations {
     /// Steps of at most `longest`.
     pub fn new(s: &Stepper, longest: f64, gamma: f64) -> StageEquations {
-        let size = s.z.len() + s.l.len();
+        let size = s.state.z.len() + s.state.l.len();
         let e = &s.sys.linear.e;
         let mut stored: Vec<usize> =
             (0..e.ncols).filter(|&j| e.col(j).1.iter().any(|&v| v != 0.0)).collect();
@@ -94,7 +94,7 @@ impl StageEquations {
             gamma,
             levels: Levels::new(size),
             roles: Vec::new(),
-            resistances: Resistances::new(s.l.len()),
+            resistances: Resistances::new(s.state.l.len()),
             deepest: LEVELS - 1,
             hidden: false,
             ratios: if s.smooth.is_some() { Ratios::default() } else { Ratios::new(&s.sys.linear) },
@@ -103,8 +103,8 @@ impl StageEquations {
             open: false,
             candidate: Candidate {
                 x: vec![0.0; size],
-                active: vec![false; s.l.len()],
-                noise: vec![0.0; s.l.len()],
+                active: vec![false; s.state.l.len()],
+                noise: vec![0.0; s.state.l.len()],
             },
         }
     }
@@ -143,16 +143,16 @@ impl StageEquations {
     /// The same without smooth functions.
     fn solve_linear(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
         let StageProblem { level, from, u, .. } = problem;
-        let n = s.z.len();
+        let n = s.state.z.len();
         let stage = self.stage_of(s, level);
-        if stage.factor(&s.active, s.epoch).regular() {
-            let slot = stage.slot(&s.active, s.epoch);
+        if stage.factor(&s.state.active, s.state.epoch).regular() {
+            let slot = stage.slot(&s.state.active, s.state.epoch);
             slot.uses += 1;
             let fresh = slot.map.is_none() && slot.uses == USES_FOR_MAP;
             if fresh {
-                stage.make_map(&s.active, s.epoch, &mut s.scratch.work);
+                stage.make_map(&s.state.active, s.state.epoch, &mut s.scratch.work);
             }
-            let (inputs, slot) = stage.inputs_and_slot(&s.active, s.epoch);
+            let (inputs, slot) = stage.inputs_and_slot(&s.state.active, s.state.epoch);
             if let (Some(map), true, false) = (&slot.map, slot.trusted, fresh) {
                 s.scratch.input.clear();
                 s.scratch.input.extend(inputs.carried.iter().map(|&j| from[j]));
@@ -162,9 +162,17 @@ impl StageEquations {
             }
             let refined = !slot.trusted || fresh;
             let ends = Ends { z0: &from[..n], u0: u, u1: u };
-            stage.solve_mode(&s.sys, &s.active, s.epoch, ends, refined, x, &mut s.scratch.work);
-            stage.matrices.guards(x, &s.active, true, &mut s.scratch.w);
-            let (inputs, slot) = stage.inputs_and_slot(&s.active, s.epoch);
+            stage.solve_mode(
+                &s.sys,
+                &s.state.active,
+                s.state.epoch,
+                ends,
+                refined,
+                x,
+                &mut s.scratch.work,
+            );
+            stage.matrices.guards(x, &s.state.active, true, &mut s.scratch.w);
+            let (inputs, slot) = stage.inputs_and_slot(&s.state.active, s.state.epoch);
             if let (Some(map), true) = (&slot.map, fresh) {
                 // modes in which a large part and a small one meet lose digits in the map
                 s.scratch.input.clear();
@@ -178,7 +186,7 @@ impl StageEquations {
         }
         self.open = true;
         let fit = self.solve_open(s, problem, x);
-        let keeps = problem.keeps && fit == Fit::Open && self.met != s.active;
+        let keeps = problem.keeps && fit == Fit::Open && self.met != s.state.active;
         if keeps && self.keeps_mode(s, problem, x) {
             return Fit::Solved;
         }
@@ -189,23 +197,24 @@ impl StageEquations {
     /// tell that it has ended, and the curve to the instant at which it did so must not know of what comes after.
     fn keeps_mode(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> bool {
         let StageProblem { level, from, u, .. } = problem;
-        let n = s.z.len();
+        let n = s.state.z.len();
         let mut own = std::mem::take(&mut self.candidate.x);
         own.copy_from_slice(x);
-        self.resistances.decode(&mut own[n..], &s.active, &s.roles);
+        self.resistances.decode(&mut own[n..], &s.state.active, &s.state.roles);
         let stage = self.stage_of(s, level);
-        let factor = stage.factor(&s.active, s.epoch);
+        let factor = stage.factor(&s.state.active, s.state.epoch);
         let ends = Ends { z0: &from[..n], u0: u, u1: u };
         let mut keeps =
-            stage.matrices.sharpen(&factor, &s.active, ends, &mut own, &mut s.scratch.work);
+            stage.matrices.sharpen(&factor, &s.state.active, ends, &mut own, &mut s.scratch.work);
         if keeps {
             let (z, l) = own.split_at(n);
-            let rows = stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l).rows;
+            let rows =
+                stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.state.roles, z, l).rows;
             keeps = rows <= ACCEPT && s.sys.stored_apart(z, x, &from[..n]) > OF_SOLUTION;
         }
         if keeps {
             x.copy_from_slice(&own);
-            stage.matrices.guards(x, &s.active, true, &mut s.scratch.w);
+            stage.matrices.guards(x, &s.state.active, true, &mut s.scratch.w);
         }
         self.candidate.x = own;
         keeps
@@ -215,25 +224,26 @@ impl StageEquations {
     /// all signs up to rounding: then no other one is sought.
     fn stays(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> bool {
         let StageProblem { level, from, u, .. } = problem;
-        if x.len() > OPEN || self.met != s.active {
+        if x.len() > OPEN || self.met != s.state.active {
             return false;
         }
-        let n = s.z.len();
+        let n = s.state.z.len();
         let most = ORDINARY * size(x);
         let mut own = std::mem::take(&mut self.candidate.x);
         let mut noise = std::mem::take(&mut self.candidate.noise);
         own.copy_from_slice(x);
         let stage = self.stage_of(s, level);
-        let factor = stage.factor(&s.active, s.epoch);
+        let factor = stage.factor(&s.state.active, s.state.epoch);
         let ends = Ends { z0: &from[..n], u0: u, u1: u };
         let mut stays =
-            stage.matrices.sharpen(&factor, &s.active, ends, &mut own, &mut s.scratch.work);
+            stage.matrices.sharpen(&factor, &s.state.active, ends, &mut own, &mut s.scratch.work);
         if stays {
             let (z, l) = own.split_at(n);
-            let found = stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l);
-            stage.driver.sign_tolerances(&s.active, &mut noise);
+            let found =
+                stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.state.roles, z, l);
+            stage.driver.sign_tolerances(&s.state.active, &mut noise);
             s.sys.linear.slacks(z, l, &mut s.scratch.w);
-            let guard = |i: usize| if s.active[i] { l[i] } else { s.scratch.w[i] };
+            let guard = |i: usize| if s.state.active[i] { l[i] } else { s.scratch.w[i] };
             stays = found.worst() <= ACCEPT
                 && size(&own) <= most
                 && s.switching.diodes.iter().all(|&i| guard(i) >= -noise[i]);
@@ -254,7 +264,7 @@ impl StageEquations {
         stage.matrices.right_hand_side(from, u, u, &mut s.scratch.rhs);
         stage.release();
         x.copy_from_slice(near);
-        self.resistances.decode(&mut x[s.z.len()..], &s.active, &s.roles);
+        self.resistances.decode(&mut x[s.state.z.len()..], &s.state.active, &s.state.roles);
         if !self.stays(s, problem, x) {
             if !self.solve_signs(s, level, x) {
                 return Fit::Contradiction;
@@ -273,11 +283,11 @@ impl StageEquations {
     /// Solves a complementarity problem from `x`.
     fn solve_signs(&mut self, s: &mut Stepper, level: usize, x: &mut [f64]) -> bool {
         let driver = &mut self.stage_of(s, level).driver;
-        let (z, l) = x.split_at_mut(s.z.len());
+        let (z, l) = x.split_at_mut(s.state.z.len());
         let most = ORDINARY * size(z).max(size(l));
         // beside the voltages of inductors in a very short step a conflict hides; a longer one tells.  What was
         // there before hides none, however little is stored by now
-        driver.solve(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l, Start::Warm).is_ok_and(
+        driver.solve(&s.scratch.rhs, &s.sys.linear.q, &s.state.roles, z, l, Start::Warm).is_ok_and(
             |found| !found.flawed && (!found.needs_certificate || size(z).max(size(l)) <= most),
         )
     }
@@ -285,7 +295,7 @@ impl StageEquations {
     /// Improves a solution in the mode in which it has been found, which is `met` from now on.
     fn sharpen(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) {
         let StageProblem { level, from, u, .. } = problem;
-        let n = s.z.len();
+        let n = s.state.z.len();
         let (mut sharp, mut active) =
             (std::mem::take(&mut self.candidate.x), std::mem::take(&mut self.candidate.active));
         let stage = self.stage_of(s, level);
@@ -297,7 +307,8 @@ impl StageEquations {
             && s.sys.apart(x, &sharp, from) > OF_SOLUTION
         {
             let (z, l) = sharp.split_at(n);
-            let found = stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l);
+            let found =
+                stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.state.roles, z, l);
             if found.worst() <= ACCEPT {
                 x.copy_from_slice(&sharp);
             }
@@ -312,8 +323,8 @@ impl StageEquations {
         if s.smooth.is_some() {
             return self.solve_smooth(s, problem, x, true);
         }
-        let n = s.z.len();
-        if self.met != s.active && n + s.l.len() > OPEN {
+        let n = s.state.z.len();
+        if self.met != s.state.active && n + s.state.l.len() > OPEN {
             return self.solve_open(s, problem, x); // its mode is the next one's rather than the first
         }
         let fit = self.solve(s, problem, x);
@@ -321,7 +332,7 @@ impl StageEquations {
             return fit;
         }
         if fit == Fit::Solved && s.switching.diodes.iter().all(|&i| x[n + i] >= 0.0) {
-            self.met.clone_from(&s.active);
+            self.met.clone_from(&s.state.active);
             return Fit::Open;
         }
         self.solve_open(s, problem, x)
@@ -336,11 +347,11 @@ impl StageEquations {
         free: bool,
     ) -> Fit {
         let StageProblem { level, t, from, u, near, .. } = problem;
-        let (n, m) = (s.z.len(), s.l.len());
+        let (n, m) = (s.state.z.len(), s.state.l.len());
         let rate = 1.0 / self.stage_length(level);
         self.roles.clear();
         let fixed = |active| if active { Role::Closed } else { Role::Open };
-        let roles = s.roles.iter().zip(&s.active);
+        let roles = s.state.roles.iter().zip(&s.state.active);
         self.roles.extend(roles.map(|(&role, &a)| if free { role } else { fixed(a) }));
         let roles = std::mem::take(&mut self.roles);
         s.scratch.rhs.fill(0.0);
@@ -348,7 +359,7 @@ impl StageEquations {
         x.copy_from_slice(near);
         let (z, rest) = x.split_at_mut(n);
         let (l, f) = rest.split_at_mut(m);
-        self.resistances.decode(l, &s.active, &roles);
+        self.resistances.decode(l, &s.state.active, &roles);
         let Some(smooth) = &mut s.smooth else { return Fit::Contradiction };
         let newton = &mut smooth.newton;
         newton.set_rate(rate);
@@ -369,7 +380,7 @@ impl StageEquations {
                 }
                 s.note(solved.residual);
                 s.sys.linear.slacks(z, l, &mut s.scratch.w);
-                let blocked = l.iter_mut().zip(&s.scratch.w).zip(&s.active).filter(|l| !*l.1);
+                let blocked = l.iter_mut().zip(&s.scratch.w).zip(&s.state.active).filter(|l| !*l.1);
                 blocked.for_each(|((guard, &w), _)| *guard = w);
                 Fit::Solved
             }
@@ -383,7 +394,7 @@ impl StageEquations {
     /// The change of the unknowns that a change `raw` of what is stored (unknowns, then functions)
     /// would make in the smooth stage solved last, to first order.
     pub fn respond(&mut self, s: &mut Stepper, level: usize, raw: &[f64], out: &mut [f64]) {
-        let n = s.z.len();
+        let n = s.state.z.len();
         let rate = 1.0 / self.stage_length(level);
         let Some(smooth) = &mut s.smooth else { return };
         smooth.newton.set_rate(rate);
@@ -402,7 +413,7 @@ impl StageEquations {
     ) -> crate::mlcp::Residual {
         let stage = self.stage_of(s, level);
         stage.matrices.right_hand_side(from, u, u, &mut s.scratch.rhs);
-        stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.roles, z, l)
+        stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.state.roles, z, l)
     }
 }
 

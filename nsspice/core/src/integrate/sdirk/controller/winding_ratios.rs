@@ -63,8 +63,8 @@ impl Ratios {
         if self.0.is_empty() {
             return false;
         }
-        let (z, l) = x.split_at(s.z.len());
-        let [voltage, _] = s.sys.largest(&[z, &s.z]);
+        let (z, l) = x.split_at(s.state.z.len());
+        let [voltage, _] = s.sys.largest(&[z, &s.state.z]);
         let slacks = s.sys.linear.slacks_of(z, l);
         let mut across = mode.iter().zip(slacks).filter(|e| *e.0).map(|e| e.1.abs());
         self.0.iter().any(|ratio| ratio.missed([z, l, u], length, voltage))

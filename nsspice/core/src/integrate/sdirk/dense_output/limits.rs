@@ -10,13 +10,13 @@ pub struct PointRows {
 }
 
 impl PointRows {
-    /// Before anything may jump: the row with the sources `s.u1`.
+    /// Before anything may jump: the row with the sources `s.state.u1`.
     pub fn note_left(&mut self, s: &mut Stepper) {
-        if !s.recorder.samples.keep_sides && s.time < s.recorder.all_points {
+        if !s.recorder.samples.keep_sides && s.state.time < s.recorder.all_points {
             return;
         }
         if !self.rows.open() {
-            s.write_left(s.time);
+            s.write_left(s.state.time);
             self.rows.left(&s.recorder.left);
         }
     }
@@ -24,18 +24,18 @@ impl PointRows {
     /// At the end of a step: the row with the state as it is now; `row` is the table's own row
     /// there, if there is one.
     pub fn note_right(&mut self, s: &mut Stepper, row: Option<f64>) {
-        let all = s.time >= s.recorder.all_points;
+        let all = s.state.time >= s.recorder.all_points;
         if !all && !self.rows.open() {
             return;
         }
         let mut right = vec![0.0; s.columns()];
-        s.write(s.time, &mut right);
+        s.write(s.state.time, &mut right);
         self.rows.left(&right); // nothing could jump here if there is no row before it
         let home = match &mut s.recorder.samples.sides {
             _ if all => Home::Table,
             sides => Home::Beside(sides),
         };
-        self.rows.right(Some(&right), s.time, row, home);
+        self.rows.right(Some(&right), s.state.time, row, home);
     }
 
     /// Takes notice of a row of the table.

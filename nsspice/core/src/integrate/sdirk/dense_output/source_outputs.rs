@@ -50,9 +50,9 @@ impl Driven {
 fn driven_unknowns(s: &Stepper) -> Vec<Option<Sum>> {
     let linear = &s.sys.linear;
     let functions = s.smooth.iter().flat_map(|smooth| smooth.newton.rows_of_functions());
-    let mut by_law: Vec<Sum> = vec![Vec::new(); s.z.len()];
+    let mut by_law: Vec<Sum> = vec![Vec::new(); s.state.z.len()];
     linear.s.iter().filter(|e| e.2 != 0.0).for_each(|(row, j, v)| by_law[row].push((j, v)));
-    let mut known: Vec<Option<Sum>> = vec![None; s.z.len()];
+    let mut known: Vec<Option<Sum>> = vec![None; s.state.z.len()];
     for given in given_by_sources(linear, functions, |row| linear.row_kind[row] == 1) {
         let mut sum: Sum = by_law[given.row].iter().map(|&(j, v)| (j, v / given.factor)).collect();
         for &(k, v) in &given.others {

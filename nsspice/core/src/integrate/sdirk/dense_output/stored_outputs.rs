@@ -80,7 +80,7 @@ impl StoredRows {
 fn stored_outputs(s: &Stepper) -> Option<(Vec<Sum>, Vec<Sum>)> {
     s.smooth.as_ref()?;
     let linear = &s.sys.linear;
-    let (n, kind) = (s.z.len(), &linear.row_kind);
+    let (n, kind) = (s.state.z.len(), &linear.row_kind);
     // unknowns joined by capacitors, and ground: in each group all differences are stored
     let (mut groups, ground) = (UnionFind::new(n + 1), n);
     let mut rest = vec![0.0; n]; // what the capacitors of a node lead to ground

@@ -92,7 +92,7 @@ impl Sdirk {
         if self.settings.accuracy.relative >= 1.0
             || latched
             || !(first || self.control.patience.tries())
-            || !self.control.patience.leads_on(s.time, self.stage_equations.longest)
+            || !self.control.patience.leads_on(s.state.time, self.stage_equations.longest)
         {
             return Passage::Closed;
         }
@@ -102,7 +102,7 @@ impl Sdirk {
         let solved = self.trial.compute(s, &mut self.stage_equations, tableau, level).is_ok();
         let scales = &self.scales;
         let turns = |s: &Stepper, stages: &[Vec<f64>]| {
-            stages.iter().any(|x| scales.switches_turn(s, &x[..s.z.len()]))
+            stages.iter().any(|x| scales.switches_turn(s, &x[..s.state.z.len()]))
         };
         // no stage in another mode: the guard dips below zero between them
         let shows = self.trial.crossed || depth <= SHARE * self.settings.accuracy.relative;
@@ -130,19 +130,19 @@ impl Sdirk {
 
     /// Takes the mode at the end of a step from mode to mode, and notes when its pairs changed.
     pub(in crate::integrate::sdirk) fn enter_mode(&mut self, s: &mut Stepper) {
-        let changed = |i: &usize| s.active[*i] != self.trial.mode[*i];
-        let changed: Vec<usize> = (0..s.active.len()).filter(changed).collect();
+        let changed = |i: &usize| s.state.active[*i] != self.trial.mode[*i];
+        let changed: Vec<usize> = (0..s.state.active.len()).filter(changed).collect();
         if !changed.is_empty() {
             let mut changes: Vec<_> = self.instants(s, &changed);
             changes.sort_by(|a, b| a.0.total_cmp(&b.0));
-            s.active.copy_from_slice(&self.trial.mode);
-            s.epoch += 1;
+            s.state.active.copy_from_slice(&self.trial.mode);
+            s.state.epoch += 1;
             s.stats.mode_changes += 1;
             s.stats.events += changes.len() as u64;
             let room = MAX_EVENTS.saturating_sub(s.recorder.events.len());
             s.recorder.events.extend(changes.into_iter().take(room));
-            s.recorder.logged.copy_from_slice(&s.active);
-            s.recorder.logged_epoch = s.epoch;
+            s.recorder.logged.copy_from_slice(&s.state.active);
+            s.recorder.logged_epoch = s.state.epoch;
         }
         self.trial.crossing = false;
     }
@@ -155,7 +155,7 @@ impl Sdirk {
         let found = changed.iter().zip(around).map(|(&i, bracket)| {
             // Newton's method would have to begin anew at each point
             let part = if s.smooth.is_some() { on_line(bracket) } else { self.root(s, i, bracket) };
-            ((self.trial.start + part * self.trial.length).min(s.time), i, mode[i])
+            ((self.trial.start + part * self.trial.length).min(s.state.time), i, mode[i])
         });
         let found = found.collect();
         self.trial.at = kept;
@@ -165,7 +165,7 @@ impl Sdirk {
 
     /// Two points of the step between which the guard of a pair vanished: their places, and the guards there.
     fn around(&self, s: &Stepper, i: usize) -> [(f64, f64); 2] {
-        let (trial, tableau, guard) = (&self.trial, self.tableau, s.z.len() + i);
+        let (trial, tableau, guard) = (&self.trial, self.tableau, s.state.z.len() + i);
         let mut points: Vec<(f64, f64)> = vec![(0.0, trial.first[guard].max(0.0))];
         let stages = tableau.first()..tableau.stages();
         points.extend(stages.map(|k| (tableau.c[k], trial.stages.ends[k][guard])));
@@ -192,8 +192,8 @@ impl Sdirk {
             if self.trial.evaluate(s, stage_equations, tableau, theta) == Fit::Contradiction {
                 break;
             }
-            let guard = self.trial.at.x[s.z.len() + i];
-            if self.scales.at_zero(i, s.active[i], guard) {
+            let guard = self.trial.at.x[s.state.z.len() + i];
+            if self.scales.at_zero(i, s.state.active[i], guard) {
                 return theta;
             }
             if guard > 0.0 {

@@ -23,7 +23,7 @@ impl Locator<'_> {
     /// How far the control of a switch is from its threshold at `theta`, relative to its scale.
     fn control(&mut self, k: usize, theta: f64) -> f64 {
         self.margin(theta);
-        self.scales.control_margin(self.s, k, &self.trial.at.x[..self.s.z.len()])
+        self.scales.control_margin(self.s, k, &self.trial.at.x[..self.s.state.z.len()])
     }
 
     /// Whether it is there.
@@ -35,7 +35,7 @@ impl Locator<'_> {
     fn that_are_there(&mut self, switches: &mut Vec<usize>, theta: f64) {
         if !switches.is_empty() {
             self.margin(theta);
-            let z = &self.trial.at.x[..self.s.z.len()];
+            let z = &self.trial.at.x[..self.s.state.z.len()];
             switches.retain(|&k| self.scales.control_margin(self.s, k, z).abs() <= VIOLATED);
         }
     }
@@ -43,7 +43,7 @@ impl Locator<'_> {
     /// When, within `(0, end)`, the control of a switch first comes to the threshold that turns its gate, to stay
     /// there up to `end`.
     pub fn arrival(&mut self, end: f64) -> Option<f64> {
-        let (s, n) = (&*self.s, self.s.z.len());
+        let (s, n) = (&*self.s, self.s.state.z.len());
         let margin = |x: &[f64], k: usize| self.scales.control_margin(s, k, &x[..n]);
         let last = &self.trial.stages.ends[self.tableau.stages() - 1];
         let may_come = |&k: &usize| {
@@ -86,7 +86,7 @@ impl Locator<'_> {
 impl Sdirk {
     /// Whether the control of a switch stays at its threshold throughout the trial step.
     pub(in crate::integrate::sdirk) fn stays(&self, s: &Stepper, k: usize) -> bool {
-        let n = s.z.len();
+        let n = s.state.z.len();
         let stages = &self.trial.stages.ends[self.tableau.first()..self.tableau.stages()];
         let moves = MOVES * self.trial.length / self.stage_equations.longest;
         let margin = |x: &[f64]| self.scales.control_margin(s, k, &x[..n]);
@@ -100,7 +100,7 @@ impl Sdirk {
 
     /// Whether the control of a switch has come to its threshold by the end of the trial step.
     pub(in crate::integrate::sdirk) fn comes_to_rest(&self, s: &Stepper) -> bool {
-        let n = s.z.len();
+        let n = s.state.z.len();
         let last = &self.trial.stages.ends[self.tableau.stages() - 1];
         let comes = |k: usize| {
             let margin = |x: &[f64]| self.scales.control_margin(s, k, &x[..n]).abs();
@@ -117,7 +117,7 @@ impl Sdirk {
     /// Whether the control of a switch was at its threshold when the step began, and leaves it on the side on which
     /// the gate does not turn.
     pub(in crate::integrate::sdirk) fn leaves(&self, s: &Stepper, k: usize) -> bool {
-        let n = s.z.len();
+        let n = s.state.z.len();
         let last = &self.trial.stages.ends[self.tableau.stages() - 1];
         let [begin, end, later] = [&self.trial.first, &self.trial.at.x, last]
             .map(|x| self.scales.control_margin(s, k, &x[..n]));
@@ -134,7 +134,7 @@ impl Sdirk {
                 continue;
             }
             let (switches, gate) = (s.switching.switches.clone(), s.switching.gates[k]);
-            s.switching.resting.note(k, &switches[k], 1.0, s.time);
+            s.switching.resting.note(k, &switches[k], 1.0, s.state.time);
             if s.switching.resting.turns(k, &switches[k], gate, 1.0) {
                 found.push(k);
             }
@@ -159,7 +159,7 @@ impl Sdirk {
     /// Turns the gates whose controls stay at their thresholds throughout the trial step, and begins again where
     /// they lead; whether there are any.
     pub(in crate::integrate::sdirk) fn turn_at_rest(&mut self, s: &mut Stepper) -> bool {
-        let rounds = if self.trouble.rests.0 == s.time { self.trouble.rests.1 } else { 0 };
+        let rounds = if self.trouble.rests.0 == s.state.time { self.trouble.rests.1 } else { 0 };
         if s.switching.switches.is_empty() || rounds >= ROUNDS {
             return false; // turned, they take their controls back where they were
         }
@@ -167,7 +167,7 @@ impl Sdirk {
         if turned.is_empty() {
             return false;
         }
-        self.trouble.rests = (s.time, rounds + 1);
+        self.trouble.rests = (s.state.time, rounds + 1);
         turned.iter().for_each(|&k| s.throw(k));
         self.restart(s);
         let known = self.knows_rates(s);
@@ -179,7 +179,7 @@ impl Sdirk {
     /// Does the same at the begin of a motion, by a short trial step.
     pub(in crate::integrate::sdirk) fn begin_at_rest(&mut self, s: &mut Stepper) {
         for _ in 0..ROUNDS {
-            let n = s.z.len();
+            let n = s.state.z.len();
             let waits = |k: usize| {
                 let margin = self.scales.control_margin(s, k, &self.trial.first[..n]);
                 let turns = s.switching.resting.turns(
@@ -205,7 +205,7 @@ impl Sdirk {
     /// Notes where the controls are at the begin of a step.
     pub(in crate::integrate::sdirk) fn note_controls(&self, s: &mut Stepper) {
         for k in 0..s.switching.switches.len() {
-            let margin = self.scales.control_margin(s, k, &s.z);
+            let margin = self.scales.control_margin(s, k, &s.state.z);
             if margin.is_finite() {
                 s.switching.resting.see(k, margin, VIOLATED);
             }

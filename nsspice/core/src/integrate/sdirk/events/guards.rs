@@ -43,7 +43,7 @@ fn least(a: f64, b: f64) -> f64 {
 
 impl Scales {
     pub fn new(s: &Stepper) -> Scales {
-        let (n, m) = (s.z.len(), s.l.len());
+        let (n, m) = (s.state.z.len(), s.state.l.len());
         let kinds = &s.sys.linear.row_kind;
         let multiplier = (0..m).map(|i| {
             let (rows, _) = s.sys.linear.a.col(i);
@@ -168,10 +168,10 @@ impl Scales {
 
     /// Whether pairs obey their signs at the present state.
     pub fn obeyed(&self, s: &Stepper) -> bool {
-        let slacks = s.sys.linear.slacks_of(&s.z, &s.l);
+        let slacks = s.sys.linear.slacks_of(&s.state.z, &s.state.l);
         s.switching.diodes.iter().all(|&i| {
-            let guard = if s.active[i] { s.l[i] } else { slacks[i] };
-            guard >= -VIOLATED * self.of_pair(i, s.active[i])
+            let guard = if s.state.active[i] { s.state.l[i] } else { slacks[i] };
+            guard >= -VIOLATED * self.of_pair(i, s.state.active[i])
         })
     }
 
@@ -191,8 +191,9 @@ impl Scales {
 
     /// All guards relative to their scales: pairs, then switches.
     fn margins<'a>(&'a self, s: &'a Stepper, x: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
-        let (z, guards) = x.split_at(s.z.len());
-        let pairs = s.switching.diodes.iter().map(|&i| guards[i] / self.of_pair(i, s.active[i]));
+        let (z, guards) = x.split_at(s.state.z.len());
+        let pairs =
+            s.switching.diodes.iter().map(|&i| guards[i] / self.of_pair(i, s.state.active[i]));
         pairs.chain((0..s.switching.switches.len()).map(|k| self.switch_margin(s, k, z)))
     }
 
@@ -204,7 +205,7 @@ impl Scales {
 
     /// How many switches have reached the thresholds that change them at a point.
     pub fn turned(&self, s: &Stepper, x: &[f64]) -> usize {
-        let z = &x[..s.z.len()];
+        let z = &x[..s.state.z.len()];
         (0..s.switching.switches.len()).filter(|&k| self.switch_margin(s, k, z) < 0.0).count()
     }
 
@@ -220,7 +221,7 @@ impl Scales {
     /// The same of any switch; infinite where it does not matter.
     pub fn control_margin(&self, s: &Stepper, k: usize, z: &[f64]) -> f64 {
         let (switch, gate) = (&s.switching.switches[k], s.switching.gates[k]);
-        if switch.held(gate, s.active[switch.pair]) {
+        if switch.held(gate, s.state.active[switch.pair]) {
             return f64::INFINITY;
         }
         switch.distance(gate, z) / self.of_control(s, k)
@@ -254,7 +255,7 @@ impl Scales {
     /// How far the control of a switch was from its threshold in the part `theta` of a step, about, relative
     /// to its scale.
     pub fn excursion(&self, s: &Stepper, k: usize, stages: &[Vec<f64>], theta: f64) -> f64 {
-        let margins = stages.iter().map(|x| self.control_margin(s, k, &x[..s.z.len()]).abs());
+        let margins = stages.iter().map(|x| self.control_margin(s, k, &x[..s.state.z.len()]).abs());
         theta * margins.fold(0.0, f64::max)
     }
 
@@ -272,7 +273,7 @@ impl Scales {
     /// Where, between three samples at the places `at`, some guard may dip below zero although it is
     /// positive at the samples: the place of the deepest dip of the parabolas, of those that come near.
     pub fn dip(&self, s: &Stepper, at: [f64; 3], x: [&[f64]; 3]) -> Option<f64> {
-        let n = s.z.len();
+        let n = s.state.z.len();
         let mut deepest: Option<(f64, f64)> = None;
         let mut look = |g: [f64; 3]| {
             // Newton's form on the three samples
@@ -292,7 +293,7 @@ impl Scales {
             }
         };
         for &i in &s.switching.diodes {
-            let scale = self.of_pair(i, s.active[i]);
+            let scale = self.of_pair(i, s.state.active[i]);
             look(x.map(|x| x[n + i] / scale));
         }
         for k in 0..s.switching.switches.len() {

@@ -64,11 +64,11 @@ impl Sdirk {
         (s.instants.begun, s.instants.felt) = (None, self.scales.largest[1]);
         // a failure is left to the next step, which can be certified
         let _ = s.impulse_or_leave();
-        let (z, l) = (s.z.clone(), s.l.clone());
+        let (z, l) = (s.state.z.clone(), s.state.l.clone());
         let changed = s.react();
         if let Err(failure) = s.settle_after(changed) {
             if !(failure.restless.is_some() && self.calm(s, (&z, &l))) {
-                (s.z, s.l) = (z, l);
+                (s.state.z, s.state.l) = (z, l);
                 self.trouble.restless = failure.restless.map(|_| failure);
             }
         }
@@ -86,22 +86,22 @@ impl Sdirk {
     /// Samples the switches that come to no rest at an instant if the tolerance does not tell on which side of
     /// its threshold any of them is, and begins once more from `before`; false if there is no such solution.
     fn calm(&mut self, s: &mut Stepper, before: (&[f64], &[f64])) -> bool {
-        let near = self.scales.near(s, &s.z, self.settings.accuracy.relative);
+        let near = self.scales.near(s, &s.state.z, self.settings.accuracy.relative);
         if !s.turning().all(|k| near.contains(&k)) {
             return false;
         }
-        self.trouble.sampling.sample(&near, s.time);
-        self.trouble.sampling.begin(s.time);
+        self.trouble.sampling.sample(&near, s.state.time);
+        self.trouble.sampling.begin(s.state.time);
         s.switching.sampled.clone_from(&self.trouble.sampling.on);
-        s.z.copy_from_slice(before.0);
-        s.l.copy_from_slice(before.1);
+        s.state.z.copy_from_slice(before.0);
+        s.state.l.copy_from_slice(before.1);
         s.settle_after(true).is_ok()
     }
 
     /// Samples the switches that have made events accumulate; false if there are none.
     pub(in crate::integrate::sdirk) fn sample(&mut self, s: &mut Stepper) -> bool {
         // the rounding of an instant is stepped across by one implicit step
-        let any = self.trouble.fallback.has_returned() && self.trouble.sampling.begin(s.time);
+        let any = self.trouble.fallback.has_returned() && self.trouble.sampling.begin(s.state.time);
         if any {
             self.trouble.fallback.note_progress();
             s.switching.sampled.clone_from(&self.trouble.sampling.on);
@@ -112,7 +112,7 @@ impl Sdirk {
     /// The switches whose thresholds have been reached at `point`, the part `theta` of the step.  Those that have
     /// left them by less than the tolerance since may chatter.
     pub(in crate::integrate::sdirk) fn reach(&mut self, s: &Stepper, theta: f64) -> Vec<usize> {
-        let mut reached = self.scales.reached(s, &self.trial.at.x[..s.z.len()]);
+        let mut reached = self.scales.reached(s, &self.trial.at.x[..s.state.z.len()]);
         // what was there all the time, or leaves it on this side, has not come
         reached.retain(|&k| !self.stays(s, k) && !self.leaves(s, k));
         for &k in &reached {
@@ -127,11 +127,11 @@ impl Sdirk {
     /// The sampled switches that turn at the end of a step: at an instant at which they look at their controls,
     /// or after one that an implicit step has stepped across.
     pub(in crate::integrate::sdirk) fn look(&mut self, s: &mut Stepper) -> Vec<usize> {
-        if !self.trouble.sampling.looks(s.time) {
+        if !self.trouble.sampling.looks(s.state.time) {
             return Vec::new();
         }
         let mut turned = Vec::new();
-        for (k, margin) in self.scales.sampled(s, &s.z) {
+        for (k, margin) in self.scales.sampled(s, &s.state.z) {
             if margin < -VIOLATED {
                 turned.push(k);
                 self.trouble.sampling.turn(k, -margin * self.scales.of_control(s, k));
@@ -156,21 +156,21 @@ impl Sdirk {
         s: &mut Stepper,
     ) -> Result<(), Box<Failure>> {
         let target = self.breakpoint.0.min(self.settings.stop);
-        let remaining = target - s.time;
-        let level = self.trouble.fallback.enter(s.time);
+        let remaining = target - s.state.time;
+        let level = self.trouble.fallback.enter(s.state.time);
         let level = level.min(self.stage_equations.deepest - 1);
         let wanted = self.stage_equations.stage_length(level);
         let length = if wanted >= remaining * (1.0 - 1e-9) { remaining } else { wanted };
         let at_breakpoint = length == remaining && target == self.breakpoint.0;
-        self.implicit(s, length, if length == remaining { target } else { s.time + length })?;
+        self.implicit(s, length, if length == remaining { target } else { s.state.time + length })?;
         self.counters.forced += 1;
-        self.trouble.fallback.leave(s.time, length);
+        self.trouble.fallback.leave(s.state.time, length);
         self.trouble.futile = false;
         self.control.level = self.control.level.min(FALLBACK_LEVEL);
         let turned = self.look(s);
         turned.iter().for_each(|&k| s.throw(k));
         if at_breakpoint {
-            evaluate(&s.waveforms, s.time, Side::Right, &mut s.u0);
+            evaluate(&s.waveforms, s.state.time, Side::Right, &mut s.state.u0);
             self.restart(s);
         } else {
             let changed = s.react() || !turned.is_empty();
@@ -183,12 +183,12 @@ impl Sdirk {
 
     /// An implicit step of a length to its `end`.
     fn implicit(&mut self, s: &mut Stepper, length: f64, end: f64) -> Result<(), Box<Failure>> {
-        let time = s.time;
-        evaluate(&s.waveforms, end, Side::Left, &mut s.u1);
+        let time = s.state.time;
+        evaluate(&s.waveforms, end, Side::Left, &mut s.state.u1);
         let mut before = vec![0.0; s.columns()];
         s.write(time, &mut before);
         let k = s.stage_index(length, true);
-        let (from, u) = (s.z.clone(), s.u1.clone());
+        let (from, u) = (s.state.z.clone(), s.state.u1.clone());
         let matrices = &s.levels.stages[k].matrices;
         if let Some(smooth) = &mut s.smooth {
             smooth.set_out(matrices, &from, [&u, &u], &mut s.scratch.rhs);
@@ -197,20 +197,20 @@ impl Sdirk {
         }
         s.carry_stored(&from);
         s.forget_functions();
-        s.time = end;
+        s.state.time = end;
         // its record tells no rates: they follow from the charges of both ends, however short it is
         if let Err(failure) = s.exactly(|s| s.solve(k, length, Start::Warm)) {
-            s.time = time;
+            s.state.time = time;
             return Err(s.with_charges(k, &from, failure));
         }
         s.sharpen(k, &from, &u, &u);
         if s.recorder.outputs.needs_rates() {
-            for ((rate, z), old) in s.recorder.rates.iter_mut().zip(&s.z).zip(&from) {
+            for ((rate, z), old) in s.recorder.rates.iter_mut().zip(&s.state.z).zip(&from) {
                 *rate = (z - old) / length;
             }
         }
         if let Some(smooth) = &mut s.smooth {
-            let old = &self.trial.first[s.z.len() + s.l.len()..];
+            let old = &self.trial.first[s.state.z.len() + s.state.l.len()..];
             for (rate, (new, old)) in smooth.rates.iter_mut().zip(smooth.f.iter().zip(old)) {
                 *rate = (new - old) / length;
             }
@@ -230,18 +230,18 @@ impl Sdirk {
         self.tableau = self.settings.method.next(false);
         self.write_between(s, time, &before);
         self.shown.points.note_left(s);
-        s.u0.copy_from_slice(&s.u1);
+        s.state.u0.copy_from_slice(&s.state.u1);
         Ok(())
     }
 
     /// The rows inside a single implicit step from `begin`, with the row `before` there: it is a line.
     fn write_between(&mut self, s: &mut Stepper, begin: f64, before: &[f64]) {
-        let length = s.time - begin;
-        if let Some([from, to]) = s.recorder.samples.pieces.wanted(begin, s.time) {
-            s.write_left(s.time);
+        let length = s.state.time - begin;
+        if let Some([from, to]) = s.recorder.samples.pieces.wanted(begin, s.state.time) {
+            s.write_left(s.state.time);
             s.recorder.samples.pieces.line([from, to], Some(&before[1..]), &s.recorder.left[1..]);
         }
-        while self.shown.rows.time() < s.time - 1e-12 * length {
+        while self.shown.rows.time() < s.state.time - 1e-12 * length {
             let label = self.shown.rows.time();
             let part = ((label - begin) / length).max(0.0);
             s.write_left(label);

@@ -23,8 +23,12 @@ impl Stepper {
         let open: Vec<usize> = (0..self.switching.switches.len())
             .filter(|&k| !self.switching.controls.decide(k) && !self.switching.sampled[k])
             .collect();
-        let before =
-            (self.switching.gates.clone(), self.z.clone(), self.l.clone(), self.stats.switchings);
+        let before = (
+            self.switching.gates.clone(),
+            self.state.z.clone(),
+            self.state.l.clone(),
+            self.stats.switchings,
+        );
         let tried = open.len().min(MOST);
         let mut states: Vec<u32> = (1..1u32 << tried).collect();
         states.sort_by_key(|state| state.count_ones());
@@ -34,8 +38,8 @@ impl Stepper {
                     self.throw(k);
                 }
             }
-            self.z.fill(0.0);
-            self.l.fill(0.0);
+            self.state.z.fill(0.0);
+            self.state.l.fill(0.0);
             if solve(self).is_ok() && self.agrees(&before.0) {
                 return Ok(());
             }
@@ -45,7 +49,7 @@ impl Stepper {
                 self.throw(k);
             }
         }
-        (_, self.z, self.l, self.stats.switchings) = before;
+        (_, self.state.z, self.state.l, self.stats.switchings) = before;
         // what Newton's method does not find may be there all the same
         if open.len() > MOST || self.smooth.is_some() {
             for &k in &open {
@@ -60,7 +64,8 @@ impl Stepper {
     fn agrees(&mut self, before: &[bool]) -> bool {
         self.see_controls();
         (0..self.switching.switches.len()).all(|k| {
-            let left = || self.switching.switches[k].distance(before[k], &self.z) <= self.known(k);
+            let left =
+                || self.switching.switches[k].distance(before[k], &self.state.z) <= self.known(k);
             !self.would_turn(k) && (self.switching.gates[k] == before[k] || left())
         })
     }

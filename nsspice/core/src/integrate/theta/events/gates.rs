@@ -17,8 +17,9 @@ impl Stepper {
     /// Takes notice of how far controls are from their thresholds.
     pub(in crate::integrate) fn see_controls(&mut self) {
         for (k, swing) in self.switching.swings.iter_mut().enumerate() {
-            *swing = swing
-                .max(self.switching.switches[k].distance(self.switching.gates[k], &self.z).abs());
+            *swing = swing.max(
+                self.switching.switches[k].distance(self.switching.gates[k], &self.state.z).abs(),
+            );
         }
     }
 
@@ -27,7 +28,7 @@ impl Stepper {
         self.see_controls();
         let mut changed = false;
         for k in 0..self.switching.switches.len() {
-            if self.turns(k, &self.z) {
+            if self.turns(k, &self.state.z) {
                 self.throw(k);
                 // a thyristor that opens carries no current: nothing else changes
                 changed |= !self.switching.switches[k].latching
@@ -46,7 +47,7 @@ impl Stepper {
         }
         self.see_controls();
         let turning: Vec<usize> = self.turning().collect();
-        let closed = |&&k: &&usize| self.active[self.switching.switches[k].pair];
+        let closed = |&&k: &&usize| self.state.active[self.switching.switches[k].pair];
         let chosen = turning.iter().find(closed).or(turning.first()).copied();
         if let Some(k) = chosen {
             self.throw(k);
@@ -69,8 +70,8 @@ impl Stepper {
         if !self.switching.controls.any() {
             return Vec::new();
         }
-        let mut z = self.z.clone();
-        self.switching.controls.fill(&self.sys.linear.s, &self.u0, &mut z);
+        let mut z = self.state.z.clone();
+        self.switching.controls.fill(&self.sys.linear.s, &self.state.u0, &mut z);
         let turned = |&k: &usize| self.switching.controls.decide(k) && self.turns(k, &z);
         (0..self.switching.switches.len()).filter(turned).collect()
     }
@@ -78,7 +79,7 @@ impl Stepper {
     /// Opens the thyristors that conduct no more; that changes nothing else.
     pub(in crate::integrate) fn unlatch(&mut self) {
         for k in 0..self.switching.switches.len() {
-            if self.latched(k) && self.turns(k, &self.z) {
+            if self.latched(k) && self.turns(k, &self.state.z) {
                 self.throw(k);
             }
         }
@@ -91,7 +92,7 @@ impl Stepper {
 
     /// The switches that turn where the unknowns are now.
     pub(in crate::integrate) fn turning(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.switching.switches.len()).filter(|&k| self.turns(k, &self.z))
+        (0..self.switching.switches.len()).filter(|&k| self.turns(k, &self.state.z))
     }
 
     /// Whether a switch turns where the unknowns are `z`; not one that is sampled.
@@ -113,12 +114,12 @@ impl Stepper {
 
     /// Whether a switch turns where the unknowns are now.
     pub(in crate::integrate) fn would_turn(&self, k: usize) -> bool {
-        self.turns(k, &self.z)
+        self.turns(k, &self.state.z)
     }
 
     /// To what the control of a switch is known where the unknowns are now.
     pub(in crate::integrate) fn known(&self, k: usize) -> f64 {
-        self.switching.switches[k].known(&self.z, self.slack(k))
+        self.switching.switches[k].known(&self.state.z, self.slack(k))
     }
 
     /// To what a control is known.
@@ -127,15 +128,15 @@ impl Stepper {
         // its threshold up to that, on either side
         let known = if self.smooth.is_some() { ACCEPT } else { OF_EQUATION };
         // gates that cross their thresholds together do so in one step, whatever rounding of the time tells
-        let blur = INSTANT * self.time / self.schedule.step_length;
+        let blur = INSTANT * self.state.time / self.schedule.step_length;
         Slack { part: known.max(blur), swing: self.switching.swings[k] }
     }
 
     /// Whether the control of a switch is at the threshold that turns its gate.
     fn is_at_threshold(&self, k: usize) -> bool {
         let switch = &self.switching.switches[k];
-        let distance = switch.distance(self.switching.gates[k], &self.z);
-        distance.abs() <= switch.known(&self.z, self.slack(k)) && !self.latched(k)
+        let distance = switch.distance(self.switching.gates[k], &self.state.z);
+        distance.abs() <= switch.known(&self.state.z, self.slack(k)) && !self.latched(k)
     }
 
     /// Looks which controls stay at their thresholds: in a step, those that were there at its begin; at a point of
@@ -162,7 +163,7 @@ impl Stepper {
         for k in 0..self.switching.switches.len() {
             if self.switching.still[k] && self.is_at_threshold(k) {
                 let swing = self.fading_swing(k);
-                self.switching.resting.note(k, &self.switching.switches[k], swing, self.time);
+                self.switching.resting.note(k, &self.switching.switches[k], swing, self.state.time);
             }
         }
     }
@@ -171,25 +172,29 @@ impl Stepper {
     fn look_ahead(&mut self) {
         let there: Vec<usize> =
             (0..self.switching.switches.len()).filter(|&k| self.is_at_threshold(k)).collect();
-        let (z, l, u, active) =
-            (self.z.clone(), self.l.clone(), self.u0.clone(), self.active.clone());
-        let time = self.time;
+        let (z, l, u, active) = (
+            self.state.z.clone(),
+            self.state.l.clone(),
+            self.state.u0.clone(),
+            self.state.active.clone(),
+        );
+        let time = self.state.time;
         let breakpoint = first_breakpoint(&self.waveforms, time).0;
         let room = if breakpoint.is_finite() { breakpoint - time } else { self.swing_of_time() };
-        self.time = time + AHEAD * room;
-        evaluate(&self.waveforms, self.time, Side::Right, &mut self.u0);
-        self.u1.copy_from_slice(&self.u0);
+        self.state.time = time + AHEAD * room;
+        evaluate(&self.waveforms, self.state.time, Side::Right, &mut self.state.u0);
+        self.state.u1.copy_from_slice(&self.state.u0);
         if self.solve_static(Start::Warm).is_ok() {
             for k in there {
                 self.switching.still[k] = self.switching.still[k] || self.is_at_threshold(k);
             }
         }
-        self.time = time;
-        self.z.copy_from_slice(&z);
-        self.l.copy_from_slice(&l);
-        self.u0.copy_from_slice(&u);
-        self.u1.copy_from_slice(&u);
-        self.turn_to(&active);
+        self.state.time = time;
+        self.state.z.copy_from_slice(&z);
+        self.state.l.copy_from_slice(&l);
+        self.state.u0.copy_from_slice(&u);
+        self.state.u1.copy_from_slice(&u);
+        self.state.turn_to(&active);
         self.forget_functions();
     }
 
@@ -209,7 +214,7 @@ impl Stepper {
         if step.is_finite() {
             step
         } else {
-            self.time.max(1.0)
+            self.state.time.max(1.0)
         }
     }
 
@@ -217,20 +222,25 @@ impl Stepper {
     pub(in crate::integrate) fn note_controls(&mut self) {
         for k in 0..self.switching.switches.len() {
             let switch = &self.switching.switches[k];
-            let known = switch.known(&self.z, self.slack(k));
-            self.switching.resting.see(k, switch.distance(self.switching.gates[k], &self.z), known);
+            let known = switch.known(&self.state.z, self.slack(k));
+            self.switching.resting.see(
+                k,
+                switch.distance(self.switching.gates[k], &self.state.z),
+                known,
+            );
         }
     }
 
     /// Whether a thyristor carries a current: one that has come to zero up to rounding is none.
     fn carries(&self, k: usize) -> bool {
         let pair = self.switching.switches[k].pair;
-        if !(self.latched(k) && self.active[pair]) {
+        if !(self.latched(k) && self.state.active[pair]) {
             return false;
         }
-        let [voltage, current] = self.sys.largest(&[&self.z]);
-        let largest = self.l.iter().fold(current, |a, l| a.max(l.abs()));
-        self.l[pair] > OF_SOLUTION * largest + f64::EPSILON * self.facts.conductances[1] * voltage
+        let [voltage, current] = self.sys.largest(&[&self.state.z]);
+        let largest = self.state.l.iter().fold(current, |a, l| a.max(l.abs()));
+        self.state.l[pair]
+            > OF_SOLUTION * largest + f64::EPSILON * self.facts.conductances[1] * voltage
     }
 
     /// Turns a switch.
@@ -243,9 +253,9 @@ impl Stepper {
             self.switching.switches[k].pair,
             self.switching.switches[k].role(self.switching.gates[k]),
         );
-        self.roles[pair] = role;
-        self.active[pair] = role == Role::Closed;
-        self.epoch += 1;
+        self.state.roles[pair] = role;
+        self.state.active[pair] = role == Role::Closed;
+        self.state.epoch += 1;
         if self.switching.switches[k].latching {
             self.switching.diodes.retain(|&i| i != pair);
             if role == Role::Diode {

@@ -87,12 +87,17 @@ impl Stepper {
             return None;
         }
         let before = std::mem::take(&mut self.instants.impacts.before);
-        let turned = self.switching.diodes.iter().copied().filter(|&i| before[i] != self.active[i]);
+        let turned =
+            self.switching.diodes.iter().copied().filter(|&i| before[i] != self.state.active[i]);
         let changed: Vec<usize> = turned.collect();
-        let kept =
-            (self.z.clone(), self.l.clone(), self.active.clone(), self.recorder.rates.clone());
+        let kept = (
+            self.state.z.clone(),
+            self.state.l.clone(),
+            self.state.active.clone(),
+            self.recorder.rates.clone(),
+        );
         let (begun, u1) =
-            ((self.scratch.z_before.clone(), self.scratch.l_before.clone()), self.u1.clone());
+            ((self.scratch.z_before.clone(), self.scratch.l_before.clone()), self.state.u1.clone());
         let begin = Begin {
             time: target.time - target.length,
             length: target.length,
@@ -109,10 +114,10 @@ impl Stepper {
         parts.sort_by(f64::total_cmp);
         let cut = parts.into_iter().find_map(|part| self.cut_at(part, &before, &begin, target));
         if cut.is_none() {
-            (self.z, self.l, self.recorder.rates) = (kept.0, kept.1, kept.3);
-            self.turn_to(&kept.2);
-            self.u1 = u1;
-            self.time = target.time;
+            (self.state.z, self.state.l, self.recorder.rates) = (kept.0, kept.1, kept.3);
+            self.state.turn_to(&kept.2);
+            self.state.u1 = u1;
+            self.state.time = target.time;
         }
         (self.scratch.z_before, self.scratch.l_before) = begun;
         self.instants.impacts.before = before;
@@ -133,18 +138,18 @@ impl Stepper {
             return None; // a reinitialising step follows anyway
         }
         let time = if whole { target.time } else { begin.time + length };
-        evaluate(&self.waveforms, time, Side::Left, &mut self.u1);
-        (self.z, self.l) = (begin.z.clone(), begin.l.clone());
-        self.turn_to(before);
-        self.time = time;
+        evaluate(&self.waveforms, time, Side::Left, &mut self.state.u1);
+        (self.state.z, self.state.l) = (begin.z.clone(), begin.l.clone());
+        self.state.turn_to(before);
+        self.state.time = time;
         self.solve_step(length).ok()?;
-        let state = (self.z.clone(), self.l.clone(), self.recorder.rates.clone());
-        let sources = std::mem::replace(&mut self.u0, self.u1.clone());
+        let state = (self.state.z.clone(), self.state.l.clone(), self.recorder.rates.clone());
+        let sources = std::mem::replace(&mut self.state.u0, self.state.u1.clone());
         let state_jump = self.find_state_jump(None, IMPACT, Start::Warm).ok();
-        self.u0 = sources;
+        self.state.u0 = sources;
         let state_jump =
             state_jump.filter(|l| self.noticed(None, [&state.0, &l.first, &l.after], &[]))?;
-        (self.z, self.l, self.recorder.rates) = state;
+        (self.state.z, self.state.l, self.recorder.rates) = state;
         let label = if whole { target.label } else { time };
         let cut = Target { time, label, length, row: whole && target.row, jump: false };
         Some(Cut { target: cut, state_jump })
@@ -166,7 +171,7 @@ impl Stepper {
 
     /// Slack of a pair per unit of its multiplier in a short step, the other pairs as in a mode.
     fn response(&mut self, i: usize, mode: &[bool], length: f64) -> f64 {
-        let n = self.z.len();
+        let n = self.state.z.len();
         let mut mode = mode.to_vec();
         mode[i] = false;
         let mut stage = Stage::new(&self.sys, length, true, &self.facts.constants);
@@ -238,11 +243,11 @@ impl Stepper {
     /// Guard of a pair at the end of a part of the step, in which it is held as it was at its begin.
     fn margin(&mut self, i: usize, conducts: bool, begin: &Begin, part: f64) -> Option<f64> {
         let length = part * begin.length;
-        evaluate(&self.waveforms, begin.time + length, Side::Left, &mut self.u1);
+        evaluate(&self.waveforms, begin.time + length, Side::Left, &mut self.state.u1);
         let mut stage = Stage::new(&self.sys, length, false, &self.facts.constants);
         let mut rhs = vec![0.0; begin.z.len()];
-        stage.matrices.right_hand_side(&begin.z, &self.u0, &self.u1, &mut rhs);
-        let mut roles = self.roles.clone();
+        stage.matrices.right_hand_side(&begin.z, &self.state.u0, &self.state.u1, &mut rhs);
+        let mut roles = self.state.roles.clone();
         roles[i] = if conducts { Role::Closed } else { Role::Open };
         let (mut z, mut l) = (begin.z.clone(), begin.l.clone());
         let start = Start::Warm;

@@ -114,24 +114,24 @@ impl Stepper {
             return;
         }
         let instant = Instant::new(&self.sys.linear, &self.facts.storage);
-        let before = instant.missed(&self.z, &self.l, &self.u0);
+        let before = instant.missed(&self.state.z, &self.state.l, &self.state.u0);
         if before.iter().all(|[rest, size]| rest.abs() <= OF_SOLUTION * size) {
             return;
         }
-        let [right, q] = instant.right(&self.z, &self.u0);
-        let (mut x, mut l) = (self.z.clone(), self.l.clone());
+        let [right, q] = instant.right(&self.state.z, &self.state.u0);
+        let (mut x, mut l) = (self.state.z.clone(), self.state.l.clone());
         instant.given().for_each(|j| x[j] = 0.0);
         let mut driver = Driver::new(instant.problem());
-        let found = driver.solve(&right, &q, &self.roles, &mut x, &mut l, Start::Warm);
+        let found = driver.solve(&right, &q, &self.state.roles, &mut x, &mut l, Start::Warm);
         let solved = found.is_ok_and(|found| !found.flawed && !found.needs_certificate);
-        let z = instant.unknowns(&x, &self.z);
-        let after = instant.missed(&z, &l, &self.u0);
+        let z = instant.unknowns(&x, &self.state.z);
+        let after = instant.missed(&z, &l, &self.state.u0);
         let better = |(new, old): (&[f64; 2], &[f64; 2])| {
             // a correction that leaves more is none
             new[0].abs() <= (CLEARLY * old[0].abs()).max(OF_SOLUTION * old[1])
         };
         if solved && after.iter().zip(&before).all(better) {
-            (self.z, self.l) = (z, l);
+            (self.state.z, self.state.l) = (z, l);
         }
     }
 }

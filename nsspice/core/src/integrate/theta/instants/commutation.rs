@@ -37,22 +37,29 @@ impl Stepper {
         if self.instants.impacts.active || self.smooth.is_some() || self.facts.storage.tight() {
             return Turn::Jump;
         }
-        let (z, l, active) = (self.z.clone(), self.l.clone(), self.active.clone());
-        let now = self.u0.clone();
+        let (z, l, active) =
+            (self.state.z.clone(), self.state.l.clone(), self.state.active.clone());
+        let now = self.state.u0.clone();
         let shortest = self.schedule.step_length.min(self.facts.fastest);
         let mut length = FIRST * shortest;
         while length <= longest {
-            sources(&self.waveforms, self.time + length, self.time, breakpoint, &mut self.u0);
+            sources(
+                &self.waveforms,
+                self.state.time + length,
+                self.state.time,
+                breakpoint,
+                &mut self.state.u0,
+            );
             let solved = self.short_step(None, &z, length, Start::Warm).is_ok();
-            self.u0.copy_from_slice(&now);
+            self.state.u0.copy_from_slice(&now);
             // what charges in so short a step round off decides about no pair
-            let turned = solved && self.active != active && lawful(self);
+            let turned = solved && self.state.active != active && lawful(self);
             if turned && self.begin_mode(&z, shortest) {
                 return Turn::Begun;
             }
-            self.z.copy_from_slice(&z);
-            self.l.copy_from_slice(&l);
-            self.turn_to(&active);
+            self.state.z.copy_from_slice(&z);
+            self.state.l.copy_from_slice(&l);
+            self.state.turn_to(&active);
             if turned {
                 return Turn::Nothing;
             }
@@ -64,18 +71,18 @@ impl Stepper {
     /// The values at the begin of the mode just found, from shorter steps that stay in it; false if
     /// there are none.
     fn begin_mode(&mut self, z: &[f64], shortest: f64) -> bool {
-        let mode = self.active.clone();
-        self.z.copy_from_slice(z);
+        let mode = self.state.active.clone();
+        self.state.z.copy_from_slice(z);
         // what should vanish, but does not quite where the last mode ended, is thrown out
         let Ok(state_jump) = self.state_jump(None, JUMP, shortest, Start::Warm) else {
             return false;
         };
-        if self.active != mode {
+        if self.state.active != mode {
             return false;
         }
         self.enter(None, z.to_vec(), state_jump);
         if let Some(sums) = &mut self.recorder.sums {
-            sums.jump(z, &self.z);
+            sums.jump(z, &self.state.z);
         }
         true
     }

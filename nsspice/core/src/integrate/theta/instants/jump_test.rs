@@ -33,7 +33,7 @@ impl Stepper {
         out.resize(z.len(), 0.0);
         self.sys.linear.e.mul_add(1.0, z, out);
         if let Some(smooth) = &mut self.smooth {
-            smooth.add_stored_at(z, &self.u0, self.time, 1.0, out);
+            smooth.add_stored_at(z, &self.state.u0, self.state.time, 1.0, out);
         }
     }
 
@@ -140,7 +140,7 @@ impl Stepper {
         // may be long beside it, and its square is no jump
         let shortest_part = if self.smooth.is_some() { AGAIN * JUMP } else { JUMP };
         while state_jump.part > shortest_part && self.has_jumped(charges, &begun.0, &state_jump) {
-            (self.z, self.l) = begun.clone();
+            (self.state.z, self.state.l) = begun.clone();
             let part = (AGAIN * state_jump.part).max(shortest_part);
             let Ok(next) = self.state_jump(charges, part, shortest, start) else { break };
             if self.alike(charges, &begun.0, [&state_jump, &next])

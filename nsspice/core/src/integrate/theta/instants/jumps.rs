@@ -120,14 +120,14 @@ impl Stepper {
     /// A jump at the present time; where the impulsive problem has no solution the next ordinary
     /// step has to resolve it.
     pub(in crate::integrate) fn impulse_or_leave(&mut self) -> Outcome {
-        let (z, l) = (self.z.clone(), self.l.clone());
+        let (z, l) = (self.state.z.clone(), self.state.l.clone());
         self.instants.stale = self.impulse(None, Start::Warm).is_err();
         if self.instants.stale {
-            self.z = z;
-            self.l = l;
+            self.state.z = z;
+            self.state.l = l;
             self.forget_functions();
         } else if let Some(sums) = &mut self.recorder.sums {
-            sums.jump(&z, &self.z);
+            sums.jump(&z, &self.state.z);
         }
         Ok(())
     }
@@ -146,7 +146,7 @@ impl Stepper {
         if charges.is_none() && self.goes_on() || self.reinitialise(charges) {
             return Ok(());
         }
-        let before = self.z.clone();
+        let before = self.state.z.clone();
         let part = if charges.is_none() && self.instants.impacts.active { IMPACT } else { JUMP };
         let state_jump = self.find_state_jump(charges, part, start)?;
         self.enter(charges, before, state_jump);
@@ -167,7 +167,7 @@ impl Stepper {
         start: Start,
     ) -> Result<StateJump, Box<Failure>> {
         let shortest = self.shortest_time();
-        let begun = (self.z.clone(), self.l.clone());
+        let begun = (self.state.z.clone(), self.state.l.clone());
         let stored = charges.map_or_else(|| self.stored_at(&begun.0), <[f64]>::to_vec);
         let now = self.sys.largest(&[&stored]);
         self.instants.largest = [0, 1].map(|kind| self.instants.largest[kind].max(now[kind]));
@@ -176,7 +176,7 @@ impl Stepper {
             if let Some(still) = self.unmoved(&begun, shortest) {
                 return Ok(still);
             }
-            (self.z, self.l) = begun.clone();
+            (self.state.z, self.state.l) = begun.clone();
         }
         let state_jump = self.state_jump(charges, part, shortest, start)?;
         let mut state_jump = self.without_motion(charges, &begun, state_jump, shortest, start);
@@ -184,7 +184,8 @@ impl Stepper {
         let strikes = charges.is_none() && self.instants.impacts.active;
         let struck = strikes && self.has_jumped(charges, &begun.0, &state_jump);
         if struck {
-            (self.z, self.l) = (state_jump.after.clone(), state_jump.multipliers.clone());
+            (self.state.z, self.state.l) =
+                (state_jump.after.clone(), state_jump.multipliers.clone());
             if let Ok(next) = self.state_jump(None, part, shortest, Start::Warm) {
                 state_jump = state_jump.and(next);
             }
@@ -210,13 +211,13 @@ impl Stepper {
             if self.recorder.jumps.len() < MAX_JUMPS {
                 let [unknowns, multipliers, functions] = impulses;
                 self.recorder.jumps.push(Jump {
-                    time: self.time,
+                    time: self.state.time,
                     before,
                     after: after.clone(),
                     multipliers,
                     unknowns,
                     functions,
-                    sources: self.u0.clone(),
+                    sources: self.state.u0.clone(),
                     length,
                     span,
                     shortest,
@@ -224,7 +225,7 @@ impl Stepper {
             }
         }
         let Some(settled) = settled else {
-            self.z.copy_from_slice(&after);
+            self.state.z.copy_from_slice(&after);
             self.forget_functions();
             return;
         };
@@ -235,8 +236,8 @@ impl Stepper {
                 .zip(settled.rates())
                 .for_each(|(rate, found)| *rate = found);
         }
-        self.z.copy_from_slice(&settled.z);
-        self.l.copy_from_slice(&settled.l);
+        self.state.z.copy_from_slice(&settled.z);
+        self.state.l.copy_from_slice(&settled.l);
         if settled.missed <= HELD || settled.calm && !self.facts.storage.tight() {
             // what is stored stays to its last digit; currents that a shared flux does not tell belong to the end of
             // the step, and where that misses more than rounding so do the others: their sums hold there. So does a
@@ -245,15 +246,15 @@ impl Stepper {
             let most = if volts > 0.0 { CLOSE * volts } else { f64::INFINITY };
             let kinds = &self.sys.linear.row_kind;
             let slack = |j: usize| if kinds[j] == 0 { most } else { f64::INFINITY };
-            self.facts.storage.restore(&after, &mut self.z, slack);
+            self.facts.storage.restore(&after, &mut self.state.z, slack);
         }
-        let (u, time) = (&self.u0, self.time);
+        let (u, time) = (&self.state.u0, self.state.time);
         if let Some(smooth) = &mut self.smooth {
-            smooth.after_jump(&self.z, &settled.functions, u, time, settled.length);
+            smooth.after_jump(&self.state.z, &settled.functions, u, time, settled.length);
         }
         self.tie_groups();
         if self.recorder.samples.jumped() {
-            self.u1.copy_from_slice(&self.u0);
+            self.state.u1.copy_from_slice(&self.state.u0);
             // a state, not a step; the short one tells what its rounding is measured by
             let ahead = settled.rates().zip(&settled.z).map(|(rate, z)| z + settled.length * rate);
             self.recorder.z_recorded.iter_mut().zip(ahead).for_each(|(recorded, z)| *recorded = z);
@@ -270,7 +271,7 @@ impl Stepper {
         shortest: f64,
         start: Start,
     ) -> Result<StateJump, Box<Failure>> {
-        let (before, multipliers) = (self.z.clone(), self.l.clone());
+        let (before, multipliers) = (self.state.z.clone(), self.state.l.clone());
         let mut part = part;
         let (mut once, mut twice) = self.two_steps(charges, &before, part * shortest, start)?;
         let mut after = limit(&once.z, twice.as_ref().map(|t| &t.z));
@@ -306,8 +307,8 @@ impl Stepper {
         let length = once.length;
         let span = if twice.is_some() { 0.0 } else { length };
         // what the laws leave open keeps the value it had: densities of impulses are no values
-        self.l.copy_from_slice(&multipliers);
-        self.z.copy_from_slice(&before);
+        self.state.l.copy_from_slice(&multipliers);
+        self.state.z.copy_from_slice(&before);
         self.take_stored(&after);
         let (settled, rest) = self.settle(&after, shortest)?;
         Ok(StateJump {
@@ -350,7 +351,7 @@ impl Stepper {
     ) -> f64 {
         let smooth = self.smooth.as_mut().filter(|smooth| smooth.newton.stores());
         let (Some(smooth), Some(twice)) = (smooth, twice) else { return 0.0 };
-        let (u, time) = (&self.u0, self.time);
+        let (u, time) = (&self.state.u0, self.state.time);
         let mut bends = vec![0.0; after.len()];
         for (z, weight) in [(&once.z[..], 2.0), (&twice.z, -1.0), (after, -1.0)] {
             smooth.add_stored_at(z, u, time, weight, &mut bends);
@@ -374,15 +375,15 @@ impl Stepper {
         start: Start,
     ) -> Result<(Short, Option<Short>), Box<Failure>> {
         let reached = self.approach(charges, before, 2.0 * length, start)?;
-        let twice = Short { z: self.z.clone(), l: self.l.clone(), length: reached };
-        let (epoch, active) = (self.epoch, self.active.clone());
+        let twice = Short { z: self.state.z.clone(), l: self.state.l.clone(), length: reached };
+        let (epoch, active) = (self.state.epoch, self.state.active.clone());
         if reached > 2.0 * length || self.short_step(charges, before, length, Start::Warm).is_err()
         {
             return Ok((twice, None));
         }
-        let once = Short { z: self.z.clone(), l: self.l.clone(), length };
-        let alike = self.epoch == epoch || {
-            let ends = [(&twice, &active[..]), (&once, &self.active)];
+        let once = Short { z: self.state.z.clone(), l: self.state.l.clone(), length };
+        let alike = self.state.epoch == epoch || {
+            let ends = [(&twice, &active[..]), (&once, &self.state.active)];
             ends.iter().all(|(end, on)| self.without_voltage(end, on, &active))
         };
         Ok((once, alike.then_some(twice)))
@@ -394,7 +395,7 @@ impl Stepper {
     fn without_voltage(&self, end: &Short, on: &[bool], active: &[bool]) -> bool {
         let w = self.sys.linear.slacks_of(&end.z, &end.l);
         let largest = w.iter().fold(self.sys.largest(&[&end.z])[0], |a, w| a.max(w.abs()));
-        let turned = active.iter().zip(&self.active).zip(on).zip(&w);
+        let turned = active.iter().zip(&self.state.active).zip(on).zip(&w);
         turned.filter(|(((a, b), on), _)| a != b && !**on).all(|(_, w)| w.abs() <= LOOSE * largest)
     }
 
@@ -439,9 +440,13 @@ impl Stepper {
         };
         let k = self.stage_index(delta, true);
         self.scratch.rhs.iter_mut().zip(charges).for_each(|(r, c)| *r = c / delta);
-        self.levels.stages[k].matrices.source_end.mul_add(1.0, &self.u0, &mut self.scratch.rhs);
+        self.levels.stages[k].matrices.source_end.mul_add(
+            1.0,
+            &self.state.u0,
+            &mut self.scratch.rhs,
+        );
         if self.smooth.is_some() {
-            self.u1.copy_from_slice(&self.u0);
+            self.state.u1.copy_from_slice(&self.state.u0);
         }
         self.solve(k, delta, start)
     }
@@ -457,18 +462,23 @@ impl Stepper {
         let k = self.stage_index(delta, true);
         let matrices = &self.levels.stages[k].matrices;
         if let Some(smooth) = &mut self.smooth {
-            smooth.set_out(matrices, before, [&self.u0, &self.u0], &mut self.scratch.rhs);
+            smooth.set_out(
+                matrices,
+                before,
+                [&self.state.u0, &self.state.u0],
+                &mut self.scratch.rhs,
+            );
             if smooth.newton.stores() {
                 smooth.newton.carry_functions(functions);
             }
-            self.u1.copy_from_slice(&self.u0);
+            self.state.u1.copy_from_slice(&self.state.u0);
         } else {
-            matrices.right_hand_side(before, &self.u0, &self.u0, &mut self.scratch.rhs);
+            matrices.right_hand_side(before, &self.state.u0, &self.state.u0, &mut self.scratch.rhs);
         }
         self.solve(k, delta, start).map_err(|failure| self.with_charges(k, before, failure))?;
-        let u = std::mem::take(&mut self.u0);
+        let u = std::mem::take(&mut self.state.u0);
         self.sharpen(k, before, &u, &u);
-        self.u0 = u;
+        self.state.u0 = u;
         Ok(())
     }
 
@@ -480,7 +490,7 @@ impl Stepper {
                 return Ok(());
             }
             if self.facts.static_system || self.schedule.sweeping {
-                self.u1.copy_from_slice(&self.u0);
+                self.state.u1.copy_from_slice(&self.state.u0);
                 self.solve_static(Start::Warm)?;
             } else {
                 self.impulse_or_leave()?;

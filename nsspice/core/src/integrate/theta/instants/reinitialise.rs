@@ -37,40 +37,42 @@ impl Stepper {
         let Some(reinitialiser) = &self.instants.reinitialiser else { return false };
         let coupled = charges.is_none() && reinitialiser.is_coupled();
         if coupled {
-            let closed: Vec<bool> = self.roles.iter().map(|&role| role == Role::Closed).collect();
+            let closed: Vec<bool> =
+                self.state.roles.iter().map(|&role| role == Role::Closed).collect();
             let looped = self.instants.looped.entry(mode_key(&closed));
             if !*looped.or_insert_with(|| reinitialiser.loops_through_windings(&closed)) {
                 return false;
             }
         }
-        let slopes = self.source_slopes(self.time);
-        let before = charges.map_or(Before::State(&self.z), Before::Stored);
-        let sources = [&self.u0[..], &slopes];
-        let Some(found) = reinitialiser.after(before, sources, &self.roles, self.instants.felt)
+        let slopes = self.source_slopes(self.state.time);
+        let before = charges.map_or(Before::State(&self.state.z), Before::Stored);
+        let sources = [&self.state.u0[..], &slopes];
+        let Some(found) =
+            reinitialiser.after(before, sources, &self.state.roles, self.instants.felt)
         else {
             return false;
         };
-        let (before, after) = (self.z.clone(), found.z);
+        let (before, after) = (self.state.z.clone(), found.z);
         let jumps = self.noticed(charges, [&before, &after, &after], &[]);
         // after events of steps rates of perfectly coupled inductors are known to rounding of their fluxes alone
         if coupled && !jumps {
             return false;
         }
-        self.z.clone_from(&after);
-        self.l = found.l;
-        self.turn_to(&found.active);
+        self.state.z.clone_from(&after);
+        self.state.l = found.l;
+        self.state.turn_to(&found.active);
         if jumps {
             self.stats.jumps += 1;
             if self.recorder.jumps.len() < MAX_JUMPS {
                 let [unknowns, multipliers] = found.impulses;
                 self.recorder.jumps.push(Jump {
-                    time: self.time,
+                    time: self.state.time,
                     before,
                     after,
                     multipliers,
                     unknowns,
                     functions: Vec::new(),
-                    sources: self.u0.clone(),
+                    sources: self.state.u0.clone(),
                     length: 0.0,
                     span: 0.0,
                     shortest: 0.0,
@@ -89,18 +91,18 @@ impl Stepper {
     /// not found in this way: then nothing has changed.
     pub(in crate::integrate) fn goes_on(&mut self) -> bool {
         let Some(mut continuous) = self.instants.continuous.take() else { return false };
-        slopes(&self.waveforms, self.time, &mut self.instants.slopes);
+        slopes(&self.waveforms, self.state.time, &mut self.instants.slopes);
         let at = At {
-            sources: [&self.u0, &self.instants.slopes],
-            roles: &self.roles,
-            active: &self.active,
-            voltage: self.sys.largest(&[&self.z])[0],
+            sources: [&self.state.u0, &self.instants.slopes],
+            roles: &self.state.roles,
+            active: &self.state.active,
+            voltage: self.sys.largest(&[&self.state.z])[0],
         };
-        let found = continuous.find(&self.sys.linear, [&self.z, &self.l], at);
+        let found = continuous.find(&self.sys.linear, [&self.state.z, &self.state.l], at);
         if found {
-            self.z.copy_from_slice(&continuous.z);
-            self.l.copy_from_slice(&continuous.l);
-            self.turn_to(&continuous.active);
+            self.state.z.copy_from_slice(&continuous.z);
+            self.state.l.copy_from_slice(&continuous.l);
+            self.state.turn_to(&continuous.active);
             if self.recorder.outputs.needs_rates() {
                 self.recorder.rates.copy_from_slice(&continuous.rates);
             }
@@ -114,8 +116,8 @@ impl Stepper {
     /// Hands the present state to the samples: a state, not a step.
     fn record_state(&mut self) {
         if self.recorder.samples.jumped() {
-            self.u1.copy_from_slice(&self.u0);
-            self.recorder.z_recorded.copy_from_slice(&self.z);
+            self.state.u1.copy_from_slice(&self.state.u0);
+            self.recorder.z_recorded.copy_from_slice(&self.state.z);
             let length = JUMP * self.shortest_time();
             self.record(-length);
         }

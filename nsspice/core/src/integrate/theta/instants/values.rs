@@ -93,7 +93,7 @@ impl Stepper {
         after: &[f64],
         shortest: f64,
     ) -> Result<(Option<Settled>, Rest), Box<Failure>> {
-        let slopes = self.source_slopes(self.time);
+        let slopes = self.source_slopes(self.state.time);
         let scale = self.scale_of(after);
         let (mut best, mut last): (Option<Settled>, _) = (None, f64::INFINITY);
         let least = LEAST * shortest;
@@ -144,8 +144,8 @@ impl Stepper {
         length: f64,
     ) -> Result<(Settled, f64), Box<Failure>> {
         self.next_step(after, slopes, length)?;
-        let ahead = self.z.clone();
-        let (onward, carried) = (self.active.clone(), self.l.clone());
+        let ahead = self.state.z.clone();
+        let (onward, carried) = (self.state.active.clone(), self.state.l.clone());
         let back = |now: &[f64], then: &[f64]| -> Vec<f64> {
             now.iter().zip(then).map(|(now, then)| now - (then - now)).collect()
         };
@@ -165,7 +165,7 @@ impl Stepper {
             if self.exactly(step).is_err() {
                 break;
             }
-            let (z, l) = (self.z.clone(), self.l.clone());
+            let (z, l) = (self.state.z.clone(), self.state.l.clone());
             let missing = self.charges_apart(after, &z, scale);
             let missed = missing[0].max(missing[1]);
             // fluxes that have only begun to move tell nothing of charges
@@ -186,23 +186,23 @@ impl Stepper {
             if missed <= f64::EPSILON {
                 break;
             }
-            correct(&mut from, after, &self.z);
+            correct(&mut from, after, &self.state.z);
             // what functions store is corrected by itself: exponentials say little of voltages
-            let then = self.functions_at(&self.z.clone());
+            let then = self.functions_at(&self.state.z.clone());
             correct(&mut functions, &held, &then);
         }
         let Some(best) = best.filter(|best| best.missed <= HELD.max(moved)) else {
             self.short_step(None, after, length, Start::Warm)?;
-            let (z, l, from) = (self.z.clone(), self.l.clone(), after.to_vec());
+            let (z, l, from) = (self.state.z.clone(), self.state.l.clone(), after.to_vec());
             let missed = self.charges_apart(after, &z, scale);
             let missed = missed[0].max(missed[1]);
             let calm = missed <= HELD;
             return Ok((Settled { z, l, from, functions: held, length, missed, calm }, moved));
         };
-        (self.z, self.l) = (best.z.clone(), best.l.clone());
+        (self.state.z, self.state.l) = (best.z.clone(), best.l.clone());
         // pairs that carry and bear nothing do what they do from here on
         if self.neutral(&onward, [&ahead, &carried]) {
-            self.turn_to(&onward);
+            self.state.turn_to(&onward);
         }
         Ok((best, moved))
     }
@@ -210,7 +210,7 @@ impl Stepper {
     /// The largest voltage and current of what is stored and of sources: other potentials of a reinitialising step are none.
     pub(in crate::integrate) fn scale_of(&self, after: &[f64]) -> [f64; 2] {
         let mut driven = vec![0.0; after.len()];
-        self.sys.linear.s.mul_add(1.0, &self.u0, &mut driven);
+        self.sys.linear.s.mul_add(1.0, &self.state.u0, &mut driven);
         let [amperes, volts] = self.sys.largest(&[&driven]);
         let mut scale = [volts, amperes];
         for j in self.facts.storage.unknowns() {
@@ -230,8 +230,8 @@ impl Stepper {
         e.mul_add(1.0, &change, &mut gaps);
         e.abs_mul_add(&scale, &mut sizes);
         if let Some(smooth) = self.smooth.as_mut().filter(|smooth| smooth.newton.stores()) {
-            let clock = smooth.clock(self.time);
-            let slopes = smooth.newton.stored_slopes(other, &self.u0, clock);
+            let clock = smooth.clock(self.state.time);
+            let slopes = smooth.newton.stored_slopes(other, &self.state.u0, clock);
             // what a blocking junction has left is nothing beside the largest charge so far, or what the largest
             // current brings in an ordinary step
             let passing = largest[1] * self.schedule.step_length;
@@ -239,8 +239,8 @@ impl Stepper {
                 let stored = self.instants.largest[usize::from(kinds[row])];
                 sizes[row] += (slope.abs() * scale[c]).max(stored).max(passing);
             }
-            smooth.add_stored_at(one, &self.u0, self.time, 1.0, &mut gaps);
-            smooth.add_stored_at(other, &self.u0, self.time, -1.0, &mut gaps);
+            smooth.add_stored_at(one, &self.state.u0, self.state.time, 1.0, &mut gaps);
+            smooth.add_stored_at(other, &self.state.u0, self.state.time, -1.0, &mut gaps);
         }
         // perfectly coupled inductors carry currents that their fluxes do not tell, but for rounding
         let rounding = self.stored_sizes(&change);
@@ -281,30 +281,33 @@ impl Stepper {
         slopes: &[f64],
         length: f64,
     ) -> Outcome {
-        let now = self.u0.clone();
-        self.u0.iter_mut().zip(slopes).for_each(|(u, slope)| *u += length * slope);
+        let now = self.state.u0.clone();
+        self.state.u0.iter_mut().zip(slopes).for_each(|(u, slope)| *u += length * slope);
         let found = self.short_step(None, before, length, Start::Warm);
-        self.u0 = now;
+        self.state.u0 = now;
         found
     }
 
     /// Whether pairs that the present mode and another one treat differently carry and bear next to nothing beside the
     /// largest voltage and current here and in that one.
     fn neutral(&self, other: &[bool], [z, l]: [&[f64]; 2]) -> bool {
-        let [volts, amperes] = self.sys.largest(&[&self.z, z]);
-        let slacks = [self.sys.linear.slacks_of(&self.z, &self.l), self.sys.linear.slacks_of(z, l)];
+        let [volts, amperes] = self.sys.largest(&[&self.state.z, z]);
+        let slacks = [
+            self.sys.linear.slacks_of(&self.state.z, &self.state.l),
+            self.sys.linear.slacks_of(z, l),
+        ];
         let nothing = |now: &[f64], then: &[f64], floor: f64| {
             let most = now.iter().chain(then).fold(floor, |most, v| most.max(v.abs()));
-            let turned = self.active.iter().zip(other).zip(now).filter(|((a, b), _)| a != b);
+            let turned = self.state.active.iter().zip(other).zip(now).filter(|((a, b), _)| a != b);
             turned.into_iter().all(|(_, v)| v.abs() <= LOOSE * most)
         };
-        nothing(&slacks[0], &slacks[1], volts) && nothing(&self.l, l, amperes)
+        nothing(&slacks[0], &slacks[1], volts) && nothing(&self.state.l, l, amperes)
     }
 
     /// Takes what is stored from a state.
     pub(in crate::integrate) fn take_stored(&mut self, z: &[f64]) {
         for j in self.facts.storage.unknowns() {
-            self.z[j] = z[j];
+            self.state.z[j] = z[j];
         }
     }
 }
