@@ -84,7 +84,7 @@ fn run(smooth: bool) -> (Duration, u64) {
     let mut rows = vec![0.0; 16 * stepper.columns()];
     let begin = Instant::now();
     while matches!(sdirk.advance(&mut stepper, &mut rows, Duration::MAX).1, Progress::More) {}
-    (begin.elapsed(), stepper.stats.steps)
+    (begin.elapsed(), stepper.statistics().steps)
 }
 
 /// The time of so many units of a run, of which `count` tells how many one has.

@@ -389,7 +389,7 @@ impl PyStepper {
     }
 
     fn failure<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        self.inner.refusal.failure.as_ref().map(|f| failure_dict(py, f)).transpose()
+        self.inner.failure.as_ref().map(|f| failure_dict(py, f)).transpose()
     }
 
     fn accept_large(&mut self) {
@@ -452,7 +452,7 @@ impl PyStepper {
     }
 
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let s = &self.inner.stats;
+        let s = self.inner.statistics();
         let out = PyDict::new(py);
         out.set_item("steps", s.steps)?;
         out.set_item("events", s.events)?;

@@ -87,7 +87,7 @@ fn run(floating: bool, stop: f64) -> (u64, u64) {
     let mut rows = vec![0.0; 16 * stepper.columns()];
     let before = ASKED.load(Relaxed);
     while matches!(sdirk.advance(&mut stepper, &mut rows, Duration::MAX).1, Progress::More) {}
-    (ASKED.load(Relaxed) - before, stepper.stats.steps)
+    (ASKED.load(Relaxed) - before, stepper.statistics().steps)
 }
 
 #[test]

@@ -13,6 +13,7 @@ pub use theta::instants::jumps::Jump;
 pub use theta::instants::values::to_zero;
 pub use theta::outputs::{Outputs, Part};
 pub use theta::samples::{Records, Samples};
+pub use theta::statistics::Statistics;
 pub use theta::step_length::System;
-pub use theta::stepper::{Plan, Progress, Statistics, Stepper};
+pub use theta::stepper::{Plan, Progress, Stepper};
 pub use theta::time_grid::{Clock, Target};

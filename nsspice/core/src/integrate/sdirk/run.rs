@@ -112,13 +112,13 @@ impl Sdirk {
         let pace = s.waveforms.iter().map(|w| w.pace()).fold(f64::INFINITY, f64::min);
         let fixed = accuracy.relative >= 1.0;
         let longest = if fixed { longest } else { longest.min(pace) };
-        if let (Some(smooth), false) = (&mut s.smooth, fixed) {
+        if let (Some(smooth), false) = (&mut s.solver.smooth, fixed) {
             smooth.newton.set_accuracy(STAGE_ACCURACY * accuracy.relative);
         }
         s.schedule.step_length = longest;
         s.schedule.sweeping = false;
-        if s.smooth.is_none() && !s.facts.static_system {
-            s.instants.continuous = Continuous::new(&s.sys.linear).map(Box::new);
+        if s.solver.smooth.is_none() && !s.facts.static_system {
+            s.instants.continuous = Continuous::new(&s.solver.sys.linear).map(Box::new);
         }
         let energies = accuracy.energy.then(|| Energies::new(s)).flatten().map(Box::new);
         Sdirk {
@@ -242,7 +242,7 @@ impl Sdirk {
             }
             if let Err(failure) = self.step(s) {
                 self.visited.note(&s.state.active, s.state.time);
-                s.refusal.failure = Some(*failure);
+                s.failure = Some(*failure);
                 return (rows, Progress::Failed);
             }
             if self.accepted.is_none() {
@@ -279,7 +279,7 @@ impl Sdirk {
         self.trial.unsolved = 0;
         let (z, guards) = self.trial.first.split_at_mut(n);
         let (guards, f) = guards.split_at_mut(m);
-        match &mut s.smooth {
+        match &mut s.solver.smooth {
             Some(smooth) if known => f.copy_from_slice(&smooth.f),
             Some(smooth) => smooth.newton.evaluate(&s.state.z, &s.state.u0, s.state.time, f),
             None => {}
@@ -288,9 +288,9 @@ impl Sdirk {
         if let Some(energies) = &mut self.energies {
             energies.note(Point { z, f }, s.state.time);
         }
-        s.sys.linear.slacks(&s.state.z, &s.state.l, &mut s.scratch.w);
+        s.solver.sys.linear.slacks(&s.state.z, &s.state.l, &mut s.solver.scratch.w);
         for (i, guard) in guards.iter_mut().enumerate() {
-            *guard = if s.state.active[i] { s.state.l[i] } else { s.scratch.w[i] };
+            *guard = if s.state.active[i] { s.state.l[i] } else { s.solver.scratch.w[i] };
         }
         self.stage_equations.begin(&s.state.active, &self.scales);
         if self.breakpoint.0 <= s.state.time {
@@ -440,8 +440,9 @@ impl Sdirk {
             if fixed {
                 self.control.level = self.control.level.saturating_sub(1);
             }
-            s.stats.steps += 1;
-            s.stats.undetermined += u64::from(std::mem::take(&mut self.stage_equations.open));
+            s.solver.stats.steps += 1;
+            s.solver.stats.undetermined +=
+                u64::from(std::mem::take(&mut self.stage_equations.open));
             self.counters.matrices = self.stage_equations.levels.made;
             self.certify(s);
             self.visited.note(&s.state.active, s.state.time);
@@ -452,7 +453,9 @@ impl Sdirk {
     /// Checks the residual of the last stage now and then.
     fn certify(&mut self, s: &mut Stepper) {
         // Newton's method checks every solution
-        if s.smooth.is_some() || s.stats.steps > 8 && !s.stats.steps.is_multiple_of(4 * LOOK) {
+        if s.solver.smooth.is_some()
+            || s.solver.stats.steps > 8 && !s.solver.stats.steps.is_multiple_of(4 * LOOK)
+        {
             return;
         }
         let (n, last) = (s.state.z.len(), self.tableau.stages() - 1);
@@ -471,7 +474,7 @@ impl Sdirk {
         let noise = |v: &[f64]| v.iter().all(|v| v.abs() <= OF_SOLUTION * self.scales.biggest());
         let whole = self.accepted.is_some_and(|a| a.theta == 1.0) && !(noise(z) && noise(guards));
         if whole || found.worst() <= ACCEPT {
-            s.note(found);
+            s.solver.note(found);
         }
     }
 
@@ -507,9 +510,9 @@ impl Sdirk {
         }
         s.state.time = accepted.time;
         let mut turned = self.look(s);
-        s.scratch.smooth_time = s.state.time;
-        s.forget_functions();
-        if let Some(smooth) = &mut s.smooth {
+        s.solver.scratch.smooth_time = s.state.time;
+        s.solver.forget_functions();
+        if let Some(smooth) = &mut s.solver.smooth {
             smooth.f.copy_from_slice(&self.trial.at.x[n + m..]);
             smooth.rates.copy_from_slice(&self.trial.at.slope[n..]);
         }
@@ -553,7 +556,7 @@ impl Sdirk {
             }
             self.trouble.futile = event && before == s.state.active;
         }
-        if s.smooth.is_some() {
+        if s.solver.smooth.is_some() {
             self.trial.leave(self.tableau, accepted.theta, plain && !calm);
         }
         if plain {

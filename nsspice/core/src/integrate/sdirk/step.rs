@@ -111,7 +111,7 @@ pub(in crate::integrate) fn sources(
 impl Trial {
     pub fn new(s: &Stepper, tableau: &Tableau) -> Trial {
         let (n, m) = (s.state.z.len(), s.state.l.len());
-        let p = s.smooth.as_ref().map_or(0, |smooth| smooth.f.len());
+        let p = s.solver.smooth.as_ref().map_or(0, |smooth| smooth.f.len());
         let many = |len: usize| vec![vec![0.0; len]; tableau.stages()];
         Trial {
             start: 0.0,
@@ -185,7 +185,7 @@ impl Trial {
             add_rates(h, tableau.a[i], &self.stages.rates, base);
             // the last stage but one is a good beginning for Newton's method
             let near = done.last().unwrap_or(&self.first);
-            if let Some(smooth) = &mut s.smooth {
+            if let Some(smooth) = &mut s.solver.smooth {
                 if let Some(guess) = self.beginning.of_stage(tableau, i, h, &self.first, done) {
                     smooth.newton.predict(guess);
                 }
@@ -226,7 +226,7 @@ impl Trial {
         self.from.copy_from_slice(base);
         add_rates(self.length, tableau.error, &self.stages.rates, &mut self.from);
         self.estimate.begin(&self.from, base);
-        if s.smooth.is_some() {
+        if s.solver.smooth.is_some() {
             self.estimate.smooth(s, stage_equations, self.level);
         } else {
             // of a step from mode to mode, in the last
@@ -329,7 +329,7 @@ impl Trial {
         self.from[n..].copy_from_slice(&self.first[n + m..]);
         let weights: [f64; MOST] = std::array::from_fn(|j| h * value[j] - stage * slope[j]);
         add_rates(1.0, &weights, &self.stages.rates, &mut self.from);
-        if let Some(smooth) = &mut s.smooth {
+        if let Some(smooth) = &mut s.solver.smooth {
             // all unknowns lie near the polynomial through the stages
             let (first, rates) = (&self.first[..n], &self.stages.rates);
             smooth.newton.predict(self.beginning.of_point(theta, h, &value, first, rates));
@@ -345,7 +345,7 @@ impl Trial {
             StageProblem { level, t, from, u, near, keeps: false },
             &mut self.at.x,
         );
-        if s.smooth.is_some() && fit != Fit::Contradiction {
+        if s.solver.smooth.is_some() && fit != Fit::Contradiction {
             self.beginning.keep(theta, &self.at.x);
         }
         self.stages.open[tableau.stages()] = fit == Fit::Open;

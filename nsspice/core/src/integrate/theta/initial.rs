@@ -38,9 +38,13 @@ impl Stepper {
         self.switching.still.fill(true);
         for round in 0..MAX_REACTIONS {
             // nothing stored holds the nodes at which next to nothing flows
-            if let Err(failure) = self.exactly(|s| s.solve_static(start)) {
-                self.search(failure, |s| s.exactly(|s| s.solve_static(Start::Cold)))
-                    .map_err(|f| *f)?;
+            if let Err(failure) =
+                self.solver.exactly(|solver| solver.solve_static(&mut self.state, start))
+            {
+                self.search(failure, |s| {
+                    s.solver.exactly(|solver| solver.solve_static(&mut s.state, Start::Cold))
+                })
+                .map_err(|f| *f)?;
             }
             if !self.react_in(round) {
                 if self.recorder.samples.watches() {
@@ -50,7 +54,7 @@ impl Stepper {
                 return Ok(());
             }
         }
-        self.stats.chatter += 1;
+        self.solver.stats.chatter += 1;
         if self.facts.static_system {
             return Err(*self.unsettled());
         }
@@ -92,12 +96,12 @@ impl Stepper {
         // those that have changed, not by a second jump from where the wrong ones led
         for round in 0..MAX_REACTIONS {
             self.recorder.jumps.clear();
-            self.stats.jumps = 0;
+            self.solver.stats.jumps = 0;
             let start = self.begin_near(guess);
             if let Err(failure) = self.impulse(Some(charges), start) {
                 let again = |s: &mut Stepper| {
                     s.recorder.jumps.clear();
-                    s.stats.jumps = 0;
+                    s.solver.stats.jumps = 0;
                     s.impulse(Some(charges), Start::Cold)
                 };
                 self.search(failure, again).map_err(|f| *f)?;
@@ -106,7 +110,7 @@ impl Stepper {
                 return Ok(());
             }
         }
-        self.stats.chatter += 1;
+        self.solver.stats.chatter += 1;
         Ok(())
     }
 }

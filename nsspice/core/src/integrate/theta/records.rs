@@ -2,17 +2,17 @@
 
 use super::events::impacts::Impacts;
 use super::events::source_controlled::Controls;
-use super::failure::Failure;
 use super::instants::jumps::Jump;
 use super::instants::storage::Storage;
 use super::outputs::Outputs;
 use super::samples::Samples;
 use super::step_length::{ModeKey, Stage};
-use super::stepper::{Large, Plan};
+use super::stepper::Plan;
 use super::time_grid::Target;
 use crate::at_threshold::Resting;
 use crate::audit::Sums;
 use crate::instant::{Continuous, Reinitialiser};
+use crate::mlcp::work_len;
 use crate::structure::Coordinates;
 use crate::switch::Switch;
 use std::collections::HashMap;
@@ -34,18 +34,32 @@ pub struct Switching {
     pub(in crate::integrate) frozen: bool,
     /// state of each switch's gate
     pub(in crate::integrate) gates: Vec<bool>,
-    /// pairs that open and close by themselves
-    pub(in crate::integrate) diodes: Vec<usize>,
     /// switches that sources decide about
     pub(in crate::integrate) controls: Controls,
     /// the switch that has changed last
     pub(in crate::integrate) last_thrown: Option<usize>,
 }
 
+impl Switching {
+    /// All of them with the state of each gate; none has been looked at.
+    pub fn new(switches: Arc<[Switch]>, gates: Vec<bool>, controls: Controls) -> Switching {
+        let count = switches.len();
+        Switching {
+            switches,
+            sampled: vec![false; count],
+            swings: vec![0.0; count],
+            resting: Resting::new(count),
+            still: vec![false; count],
+            frozen: false,
+            gates,
+            controls,
+            last_thrown: None,
+        }
+    }
+}
+
 /// What is known of the network once and for all.
 pub struct Facts {
-    /// of each source its value, if that is constant
-    pub(in crate::integrate) constants: Vec<Option<f64>>,
     /// nothing is stored
     pub(in crate::integrate) static_system: bool,
     /// of each source, whether something may jump where its slope does
@@ -94,6 +108,26 @@ pub struct Instants {
     pub(in crate::integrate) stale: bool,
 }
 
+impl Instants {
+    /// For a network with `sources`, in which charges and fluxes are measured by weights.
+    pub fn new(impacts: Impacts, weights: Vec<f64>, sources: usize) -> Instants {
+        Instants {
+            reinitialiser: None,
+            looped: HashMap::new(),
+            continuous: None,
+            felt: 0.0,
+            begun: None,
+            slopes: vec![0.0; sources],
+            weights,
+            heaviest: [0.0; 2],
+            largest: [0.0; 2],
+            moving: Default::default(),
+            impacts,
+            stale: false,
+        }
+    }
+}
+
 /// What is shown and kept of a run.
 pub struct Recorder {
     /// what rows are made of
@@ -124,6 +158,27 @@ pub struct Recorder {
     pub(in crate::integrate) logged_epoch: u64,
 }
 
+impl Recorder {
+    /// For `n` unknowns and `m` pairs.
+    pub fn new(outputs: Outputs, [n, m]: [usize; 2]) -> Recorder {
+        Recorder {
+            rates: vec![0.0; n],
+            samples: Samples::default(),
+            sums: None,
+            two_sided: false,
+            left: vec![0.0; 1 + outputs.len()],
+            z_recorded: vec![0.0; n],
+            all_points: f64::INFINITY,
+            first_row: false,
+            events: Vec::new(),
+            jumps: Vec::new(),
+            logged: vec![false; m],
+            logged_epoch: 0,
+            outputs,
+        }
+    }
+}
+
 /// Work space, and what the last attempt of a step has left there.
 pub struct Scratch {
     /// a trial: unknowns and guards
@@ -150,6 +205,25 @@ pub struct Scratch {
     pub(in crate::integrate) smooth_time: f64,
 }
 
+impl Scratch {
+    /// For `n` unknowns and `m` pairs.
+    pub fn new([n, m]: [usize; 2]) -> Scratch {
+        Scratch {
+            x: vec![0.0; n + m],
+            input: Vec::new(),
+            rhs: vec![0.0; n],
+            w: vec![0.0; m],
+            noise: vec![0.0; m],
+            noise_known: (0, f64::NAN, 0),
+            recent: true,
+            work: vec![0.0; work_len(n + m)],
+            z_before: vec![0.0; n],
+            l_before: vec![0.0; m],
+            smooth_time: 0.0,
+        }
+    }
+}
+
 /// Which instants come next.
 pub struct Schedule {
     /// all of them
@@ -170,12 +244,4 @@ pub struct Levels {
     pub(in crate::integrate) stamp: u64,
     /// the stage used last
     pub(in crate::integrate) last_stage: usize,
-}
-
-/// What was not solved, and what the caller thinks of it.
-pub struct Refusal {
-    /// solutions so large that they are doubtful
-    pub(in crate::integrate) large: Large,
-    /// the last failure
-    pub failure: Option<Failure>,
 }

@@ -2,15 +2,16 @@
 
 use super::failure::{Best, Failure, Outcome};
 use super::matrices::StepMatrices;
+use super::solver::Solver;
+use super::state::State;
 use super::step_length::System;
-use super::stepper::Stepper;
 use super::time_grid::{evaluate, slopes};
 use crate::descriptor::Linear;
 use crate::mlcp::{Residual, Start};
 use crate::newton::{Data, Newton, Smooth, Tracking, ASTRAY};
 use crate::sparse::Csc;
 use crate::structure::Coordinates;
-use crate::waveform::Side;
+use crate::waveform::{Side, Waveform};
 
 /// A prediction that reaches further than this many steps back is none.
 pub(in crate::integrate) const FARTHEST: f64 = 4.0;
@@ -31,8 +32,11 @@ pub struct SmoothPart {
     pub(in crate::integrate) frozen: Option<f64>,
     /// the path is followed instead of solving every point
     pub(in crate::integrate) tracking: Option<Tracking>,
+    /// of the sources where a step begins, their slopes and values
     u_rate: Vec<f64>,
     u_old: Vec<f64>,
+    /// rates of the functions are wanted
+    rated: bool,
     /// state and time one step ago
     last: Option<f64>,
     z_last: Vec<f64>,
@@ -50,8 +54,8 @@ pub struct SmoothPart {
 }
 
 impl SmoothPart {
-    /// Prepares Newton's method for a system.
-    pub fn new(sys: &System, smooth: Smooth) -> SmoothPart {
+    /// Prepares Newton's method for a system; rates of its functions may be wanted.
+    pub fn new(sys: &System, smooth: Smooth, rated: bool) -> SmoothPart {
         let count = smooth.tape.program().len();
         let n = sys.linear.g.nrows;
         SmoothPart {
@@ -70,6 +74,7 @@ impl SmoothPart {
             known: false,
             frozen: None,
             tracking: None,
+            rated,
             u_rate: vec![0.0; sys.linear.s.ncols],
             u_old: vec![0.0; sys.linear.s.ncols],
             last: None,
@@ -87,6 +92,14 @@ impl SmoothPart {
     /// Says along which tree voltages are the unknowns.
     pub(in crate::integrate) fn know_tree(&mut self, tree: &Coordinates) {
         self.charged = tree.touched(self.newton.stored_rows());
+    }
+
+    /// What the path follower has to know of the sources where a step begins.
+    pub(in crate::integrate) fn see_sources(&mut self, waveforms: &[Waveform], begin: f64) {
+        if self.tracking.is_some_and(|tracking| tracking.by_rate) {
+            evaluate(waveforms, begin, Side::Right, &mut self.u_old);
+            slopes(waveforms, begin, &mut self.u_rate);
+        }
     }
 
     /// The time that the functions see.
@@ -224,7 +237,12 @@ impl SmoothPart {
     }
 }
 
-impl Stepper {
+impl Solver {
+    /// Whether some charge is a function of the unknowns: then charges depend on potentials.
+    pub(in crate::integrate) fn functions_store(&self) -> bool {
+        self.smooth.as_ref().is_some_and(|smooth| smooth.newton.stores())
+    }
+
     /// The state has been changed otherwise than by a solve.
     pub(in crate::integrate) fn forget_functions(&mut self) {
         if let Some(smooth) = &mut self.smooth {
@@ -233,27 +251,31 @@ impl Stepper {
     }
 
     /// The smooth functions of the unknowns `z` at the present time.
-    pub(in crate::integrate) fn functions_at(&mut self, z: &[f64]) -> Vec<f64> {
+    pub(in crate::integrate) fn functions_at(&mut self, state: &State, z: &[f64]) -> Vec<f64> {
         let Some(smooth) = &mut self.smooth else { return Vec::new() };
-        let clock = smooth.clock(self.state.time);
+        let clock = smooth.clock(state.time);
         let mut f = smooth.f.clone();
-        smooth.newton.evaluate(z, &self.state.u0, clock, &mut f);
+        smooth.newton.evaluate(z, &state.u0, clock, &mut f);
         f
     }
 
     /// The charges and fluxes of smooth functions of the unknowns `z` in each law.
-    pub(in crate::integrate) fn stored_by_functions(&mut self, z: &[f64]) -> Vec<f64> {
+    pub(in crate::integrate) fn stored_by_functions(
+        &mut self,
+        state: &State,
+        z: &[f64],
+    ) -> Vec<f64> {
         let mut out = vec![0.0; z.len()];
         if let Some(smooth) = &mut self.smooth {
-            smooth.add_stored_at(z, &self.state.u0, self.state.time, 1.0, &mut out);
+            smooth.add_stored_at(z, &state.u0, state.time, 1.0, &mut out);
         }
         out
     }
 
-    /// Gives what the functions of the state `z` store to Newton's method.
-    pub(in crate::integrate) fn carry_stored(&mut self, z: &[f64]) {
+    /// Gives what the functions of the unknowns `z` store to Newton's method.
+    pub(in crate::integrate) fn carry_stored(&mut self, state: &State, z: &[f64]) {
         if self.functions_store() {
-            let f = self.functions_at(z);
+            let f = self.functions_at(state, z);
             if let Some(smooth) = &mut self.smooth {
                 smooth.newton.carry_functions(&f);
             }
@@ -273,132 +295,24 @@ impl Stepper {
         failure
     }
 
-    /// One ordinary step, predicted along the secant of the last one.
-    pub(in crate::integrate) fn take_smooth(&mut self, k: usize, length: f64) -> Outcome {
-        let begin = self.scratch.smooth_time;
-        let tracking = self.smooth.as_ref().and_then(|s| s.tracking);
-        if let (Some(tracking), true) = (tracking, length.is_infinite()) {
-            return self.follow(k, begin, tracking);
-        }
-        self.keep_for_rates();
-        let Some(smooth) = &mut self.smooth else { return Ok(()) };
-        smooth.set_out(
-            &self.levels.stages[k].matrices,
-            &self.state.z,
-            [&self.state.u0, &self.state.u1],
-            &mut self.scratch.rhs,
-        );
-        let wanted = length.is_finite() && smooth.newton.stores();
-        if !smooth.known && (wanted || self.recorder.outputs.needs_function_rates()) {
-            let clock = smooth.clock(begin);
-            smooth.newton.evaluate(&self.state.z, &self.state.u0, clock, &mut smooth.f);
-            smooth.known = true;
-        }
-        if wanted {
-            smooth.newton.carry_functions(&smooth.f);
-        }
-        smooth.rates.copy_from_slice(&smooth.f);
-        smooth.extrapolate(&self.state.z, begin, self.state.time);
-        self.solve(k, length, Start::Warm)
-            .map_err(|failure| self.with_charges(k, &self.state.z, failure))?;
-        self.finish_rates(length);
-        let Some(smooth) = &mut self.smooth else { return Ok(()) };
-        for (rate, new) in smooth.rates.iter_mut().zip(&smooth.f) {
-            *rate = if length.is_finite() { (new - *rate) / length } else { 0.0 };
-        }
-        Ok(())
-    }
-
-    /// One Euler-Newton step from the time `begin`; a static problem.
-    fn follow(&mut self, k: usize, begin: f64, tracking: Tracking) -> Outcome {
-        self.scratch.z_before.copy_from_slice(&self.state.z);
-        self.scratch.l_before.copy_from_slice(&self.state.l);
-        let Some(smooth) = &mut self.smooth else { return Ok(()) };
-        smooth.newton.set_rate(0.0);
-        let (clock, old_clock) = (smooth.clock(self.state.time), smooth.clock(begin));
-        let mut predictor = None;
-        let matrices = &self.levels.stages[k].matrices;
-        if tracking.by_rate && self.state.time > begin {
-            let h = self.state.time - begin;
-            evaluate(&self.waveforms, begin, Side::Right, &mut smooth.u_old);
-            slopes(&self.waveforms, begin, &mut smooth.u_rate);
-            let u = &smooth.u_old;
-            let ahead: Vec<f64> = u.iter().zip(&smooth.u_rate).map(|(u, r)| u + h * r).collect();
-            matrices.right_hand_side(&self.state.z, &ahead, &ahead, &mut self.scratch.rhs);
-            smooth.newton.evaluate(&self.state.z, &smooth.u_old, old_clock, &mut smooth.scratch);
-            let t_rate = if smooth.frozen.is_some() { 0.0 } else { 1.0 };
-            smooth.newton.add_drift(-h, &smooth.u_rate, t_rate, &mut self.scratch.rhs);
-            predictor = Some((self.scratch.rhs.clone(), old_clock));
-        }
-        matrices.right_hand_side(
-            &self.state.z,
-            &self.state.u0,
-            &self.state.u1,
-            &mut self.scratch.rhs,
-        );
-        let (q, roles) = (&self.sys.linear.q[..], &self.state.roles[..]);
-        let here = Data { rhs: &self.scratch.rhs, u: &self.state.u1, t: clock, q, roles };
-        let (mut rows, mut pairs) = (0.0f64, 0.0f64);
-        for step in 0..=tracking.correctors {
-            let data = match &predictor {
-                Some((rhs, t)) if step == 0 => Data { rhs, u: &smooth.u_old, t: *t, q, roles },
-                _ => here,
-            };
-            let found = smooth.newton.linearised_step(&data, &mut self.state.z, &mut self.state.l);
-            self.stats.problems += 1;
-            self.stats.linearised += 1;
-            let Some(found) = found else {
-                let failed = smooth.newton.residual_at(&here, &self.state.z, &self.state.l);
-                return Err(self.failed(f64::INFINITY, failed.worst(), false, None));
-            };
-            (rows, pairs) = (rows.max(found.rows), pairs.max(found.complementarity));
-        }
-        let grid = smooth.newton.residual_at(&here, &self.state.z, &self.state.l);
-        let worst = grid.worst();
-        if worst > ASTRAY || worst.is_nan() {
-            self.state.z.copy_from_slice(&self.scratch.z_before);
-            self.state.l.copy_from_slice(&self.scratch.l_before);
-            return Err(self.failed(f64::INFINITY, worst, false, None));
-        }
-        smooth.newton.values(&mut smooth.f);
-        smooth.known = true;
-        self.stats.grid_residual = self.stats.grid_residual.max(worst);
-        self.scratch.smooth_time = self.state.time;
-        if smooth.newton.active() != self.state.active {
-            self.state.active.copy_from_slice(smooth.newton.active());
-            self.state.epoch += 1;
-            self.stats.mode_changes += 1;
-        }
-        self.note(Residual { rows, complementarity: pairs });
-        Ok(())
-    }
-
-    /// Lets Newton's method end at rounding for a while.
-    pub(in crate::integrate) fn exactly<T>(&mut self, solve: impl FnOnce(&mut Stepper) -> T) -> T {
-        let known = self.smooth.as_ref().map(|smooth| smooth.newton.accuracy());
-        if let Some(smooth) = &mut self.smooth {
-            smooth.newton.set_accuracy(0.0);
-        }
-        let found = solve(self);
-        if let (Some(smooth), Some(accuracy)) = (&mut self.smooth, known) {
-            smooth.newton.set_accuracy(accuracy);
-        }
-        found
-    }
-
     /// Solves the nonlinear problem with right-hand side `rhs`, sources `u1`.
-    pub(in crate::integrate) fn solve_smooth(&mut self, length: f64, start: Start) -> Outcome {
+    pub(in crate::integrate) fn solve_smooth(
+        &mut self,
+        state: &mut State,
+        length: f64,
+        start: Start,
+    ) -> Outcome {
         let Some(smooth) = &mut self.smooth else { return Ok(()) };
-        let clock = smooth.clock(self.state.time);
+        let clock = smooth.clock(state.time);
         smooth.newton.set_rate(1.0 / length);
         let solved = smooth.newton.solve(
             &self.scratch.rhs,
-            &self.state.u1,
+            &state.u1,
             clock,
             &self.sys.linear.q,
-            &self.state.roles,
-            &mut self.state.z,
-            &mut self.state.l,
+            &state.roles,
+            &mut state.z,
+            &mut state.l,
             start,
         );
         match solved {
@@ -406,10 +320,10 @@ impl Stepper {
                 smooth.newton.values(&mut smooth.f);
                 smooth.known = true;
                 smooth.calm = solved.iterations <= 2;
-                self.scratch.smooth_time = self.state.time;
-                if smooth.newton.active() != self.state.active {
-                    self.state.active.copy_from_slice(smooth.newton.active());
-                    self.state.epoch += 1;
+                self.scratch.smooth_time = state.time;
+                if smooth.newton.active() != state.active {
+                    state.active.copy_from_slice(smooth.newton.active());
+                    state.epoch += 1;
                     self.stats.mode_changes += 1;
                 }
                 self.stats.worst_stage = self.stats.worst_stage.max(solved.stage);
@@ -421,8 +335,117 @@ impl Stepper {
                 self.stats.linearised += u64::from(unsolved.iterations);
                 let worst = unsolved.residual.worst();
                 let best = Best { worst_row: unsolved.worst_row, point: unsolved.point };
-                Err(self.failed(length, worst, false, Some(Box::new(best))))
+                Err(self.failed(state, length, worst, false, Some(Box::new(best))))
             }
         }
+    }
+
+    /// Lets Newton's method end at rounding for a while.
+    pub(in crate::integrate) fn exactly<T>(&mut self, solve: impl FnOnce(&mut Solver) -> T) -> T {
+        let known = self.smooth.as_ref().map(|smooth| smooth.newton.accuracy());
+        if let Some(smooth) = &mut self.smooth {
+            smooth.newton.set_accuracy(0.0);
+        }
+        let found = solve(self);
+        if let (Some(smooth), Some(accuracy)) = (&mut self.smooth, known) {
+            smooth.newton.set_accuracy(accuracy);
+        }
+        found
+    }
+
+    /// One Euler-Newton step from the time `begin`; a static problem.
+    fn follow(&mut self, state: &mut State, k: usize, begin: f64, tracking: Tracking) -> Outcome {
+        self.scratch.z_before.copy_from_slice(&state.z);
+        self.scratch.l_before.copy_from_slice(&state.l);
+        let Some(smooth) = &mut self.smooth else { return Ok(()) };
+        smooth.newton.set_rate(0.0);
+        let (clock, old_clock) = (smooth.clock(state.time), smooth.clock(begin));
+        let mut predictor = None;
+        let matrices = &self.levels.stages[k].matrices;
+        if tracking.by_rate && state.time > begin {
+            let h = state.time - begin;
+            let u = &smooth.u_old;
+            let ahead: Vec<f64> = u.iter().zip(&smooth.u_rate).map(|(u, r)| u + h * r).collect();
+            matrices.right_hand_side(&state.z, &ahead, &ahead, &mut self.scratch.rhs);
+            smooth.newton.evaluate(&state.z, &smooth.u_old, old_clock, &mut smooth.scratch);
+            let t_rate = if smooth.frozen.is_some() { 0.0 } else { 1.0 };
+            smooth.newton.add_drift(-h, &smooth.u_rate, t_rate, &mut self.scratch.rhs);
+            predictor = Some((self.scratch.rhs.clone(), old_clock));
+        }
+        matrices.right_hand_side(&state.z, &state.u0, &state.u1, &mut self.scratch.rhs);
+        let (q, roles) = (&self.sys.linear.q[..], &state.roles[..]);
+        let here = Data { rhs: &self.scratch.rhs, u: &state.u1, t: clock, q, roles };
+        let (mut rows, mut pairs) = (0.0f64, 0.0f64);
+        for step in 0..=tracking.correctors {
+            let data = match &predictor {
+                Some((rhs, t)) if step == 0 => Data { rhs, u: &smooth.u_old, t: *t, q, roles },
+                _ => here,
+            };
+            let found = smooth.newton.linearised_step(&data, &mut state.z, &mut state.l);
+            self.stats.problems += 1;
+            self.stats.linearised += 1;
+            let Some(found) = found else {
+                let failed = smooth.newton.residual_at(&here, &state.z, &state.l);
+                return Err(self.failed(state, f64::INFINITY, failed.worst(), false, None));
+            };
+            (rows, pairs) = (rows.max(found.rows), pairs.max(found.complementarity));
+        }
+        let grid = smooth.newton.residual_at(&here, &state.z, &state.l);
+        let worst = grid.worst();
+        if worst > ASTRAY || worst.is_nan() {
+            state.z.copy_from_slice(&self.scratch.z_before);
+            state.l.copy_from_slice(&self.scratch.l_before);
+            return Err(self.failed(state, f64::INFINITY, worst, false, None));
+        }
+        smooth.newton.values(&mut smooth.f);
+        smooth.known = true;
+        self.stats.grid_residual = self.stats.grid_residual.max(worst);
+        self.scratch.smooth_time = state.time;
+        if smooth.newton.active() != state.active {
+            state.active.copy_from_slice(smooth.newton.active());
+            state.epoch += 1;
+            self.stats.mode_changes += 1;
+        }
+        self.note(Residual { rows, complementarity: pairs });
+        Ok(())
+    }
+
+    /// One ordinary step, predicted along the secant of the last one.
+    pub(in crate::integrate) fn take_smooth(
+        &mut self,
+        state: &mut State,
+        k: usize,
+        length: f64,
+    ) -> Outcome {
+        let begin = self.scratch.smooth_time;
+        let tracking = self.smooth.as_ref().and_then(|s| s.tracking);
+        if let (Some(tracking), true) = (tracking, length.is_infinite()) {
+            return self.follow(state, k, begin, tracking);
+        }
+        let Some(smooth) = &mut self.smooth else { return Ok(()) };
+        smooth.set_out(
+            &self.levels.stages[k].matrices,
+            &state.z,
+            [&state.u0, &state.u1],
+            &mut self.scratch.rhs,
+        );
+        let wanted = length.is_finite() && smooth.newton.stores();
+        if !smooth.known && (wanted || smooth.rated) {
+            let clock = smooth.clock(begin);
+            smooth.newton.evaluate(&state.z, &state.u0, clock, &mut smooth.f);
+            smooth.known = true;
+        }
+        if wanted {
+            smooth.newton.carry_functions(&smooth.f);
+        }
+        smooth.rates.copy_from_slice(&smooth.f);
+        smooth.extrapolate(&state.z, begin, state.time);
+        self.solve(state, k, length, Start::Warm)
+            .map_err(|failure| self.with_charges(k, &state.z, failure))?;
+        let Some(smooth) = &mut self.smooth else { return Ok(()) };
+        for (rate, new) in smooth.rates.iter_mut().zip(&smooth.f) {
+            *rate = if length.is_finite() { (new - *rate) / length } else { 0.0 };
+        }
+        Ok(())
     }
 }

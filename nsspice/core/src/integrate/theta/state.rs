@@ -17,6 +17,8 @@ pub struct State {
     pub u1: Vec<f64>,
     /// what each pair is: a diode, a closed or an open switch
     pub roles: Vec<Role>,
+    /// pairs that open and close by themselves
+    pub diodes: Vec<usize>,
     /// the mode: which pairs conduct
     pub active: Vec<bool>,
     /// changes whenever the mode does, or what a switch is
@@ -32,6 +34,7 @@ impl State {
             l: vec![0.0; roles.len()],
             u0: vec![0.0; p],
             u1: vec![0.0; p],
+            diodes: (0..roles.len()).filter(|&i| roles[i] == Role::Diode).collect(),
             active: roles.iter().map(|&r| r == Role::Closed).collect(),
             roles,
             epoch: 1,

@@ -2,25 +2,25 @@
 
 use super::events::impacts::Impacts;
 use super::events::source_controlled::Controls;
+use super::failure::Failure;
 use super::instants::jumps::jump_weights;
 use super::instants::storage::Storage;
 use super::instants::time_constants::fastest_time;
 use super::outputs::{Outputs, Quantities};
-use super::records::{Facts, Instants, Levels, Recorder, Refusal, Schedule, Scratch, Switching};
-use super::samples::Samples;
+use super::records::{Facts, Instants, Recorder, Schedule, Switching};
 use super::smooth::SmoothPart;
+use super::solver::{Large, Solver};
 use super::state::State;
+use super::statistics::Statistics;
 use super::step_length::{Stage, System};
 use super::time_grid::{Clock, Target};
-use crate::at_threshold::Resting;
 use crate::audit::{Balance, ITERATED};
-use crate::mlcp::{work_len, Role};
+use crate::mlcp::Role;
 use crate::newton::Tracking;
 use crate::source_determined::fixed_by_lines;
 use crate::structure::kinks_that_reach_storage;
 use crate::switch::Switch;
 use crate::waveform::Waveform;
-use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -58,41 +58,6 @@ impl Plan {
     }
 }
 
-/// Counters of a run.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Statistics {
-    /// accepted steps
-    pub steps: u64,
-    /// changes of pairs
-    pub events: u64,
-    /// solutions whose mode differs from the one before
-    pub mode_changes: u64,
-    /// steps solved by the affine map or factor of the present mode
-    pub quick_steps: u64,
-    /// complementarity problems solved by the driver
-    pub problems: u64,
-    /// steps from a mode that leaves some voltage or current undetermined
-    pub undetermined: u64,
-    /// highest driver stage needed
-    pub worst_stage: u8,
-    /// switch operations
-    pub switchings: u64,
-    /// jumps of charges or fluxes
-    pub jumps: u64,
-    /// instants at which a switch did not come to rest
-    pub chatter: u64,
-    /// worst residual of rows over all checked steps
-    pub residual_rows: f64,
-    /// worst complementarity residual over all checked steps
-    pub residual_complementarity: f64,
-    /// residual checks made
-    pub checks: u64,
-    /// problems linearised by Newton's method
-    pub linearised: u64,
-    /// worst residual of the laws at the points of a path that is followed, not solved
-    pub grid_residual: f64,
-}
-
 /// What `advance` came back with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
@@ -104,27 +69,13 @@ pub enum Progress {
     Failed,
 }
 
-/// What to do with solutions so large that the problem may be infeasible up to rounding.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::integrate) enum Large {
-    /// hand them to the caller, who asks for a certificate
-    Refused,
-    /// the next one has been certified
-    Awaited,
-    /// those of this mode have been certified
-    Mode(u64),
-}
-
 /// One island in the course of its simulation.
 pub struct Stepper {
-    pub(in crate::integrate) sys: System,
-    /// Newton's method, for a system with smooth nonlinear terms
-    pub(in crate::integrate) smooth: Option<Box<SmoothPart>>,
-    pub(in crate::integrate) waveforms: Vec<Waveform>,
+    /// the equations, and what solves them
+    pub(in crate::integrate) solver: Solver,
     /// where the run is
     pub(in crate::integrate) state: State,
-    /// counters
-    pub stats: Statistics,
+    pub(in crate::integrate) waveforms: Vec<Waveform>,
     /// the switches and what decides about them
     pub(in crate::integrate) switching: Switching,
     /// what is known of the network once and for all
@@ -133,14 +84,10 @@ pub struct Stepper {
     pub(in crate::integrate) instants: Instants,
     /// what is shown and kept of a run
     pub recorder: Recorder,
-    /// work space, and what the last attempt of a step has left there
-    pub(in crate::integrate) scratch: Scratch,
     /// which instants come next
     pub(in crate::integrate) schedule: Schedule,
-    /// matrices by step length
-    pub(in crate::integrate) levels: Levels,
-    /// what was not solved, and what the caller thinks of it
-    pub refusal: Refusal,
+    /// the last failure
+    pub failure: Option<Failure>,
 }
 
 impl Stepper {
@@ -152,104 +99,51 @@ impl Stepper {
         gates: Vec<bool>,
         outputs: Outputs,
     ) -> Stepper {
-        let at_once = sys.laws_without_storage();
-        let kinks = kinks_that_reach_storage(&sys.linear, sys.smooth.as_ref());
-        let smooth = sys.smooth.take().map(|smooth| Box::new(SmoothPart::new(&sys, smooth)));
         let (n, m, p) = (sys.linear.g.nrows, sys.linear.a.ncols, waveforms.len());
         let mut roles = vec![Role::Diode; m];
         for (s, &gate) in switches.iter().zip(&gates) {
             roles[s.pair] = s.role(gate);
         }
-        let diodes: Vec<usize> = (0..m).filter(|&i| roles[i] == Role::Diode).collect();
-        let static_system = sys.linear.e.values.iter().all(|&v| v == 0.0)
-            && !smooth.as_ref().is_some_and(|s| s.newton.stores());
-        let impacts = Impacts::new(&sys, !diodes.is_empty() || switches.iter().any(|s| s.latching));
+        let state = State::at_rest(roles, [n, p]);
+        let at_once = sys.laws_without_storage();
+        let kinks = kinks_that_reach_storage(&sys.linear, sys.smooth.as_ref());
+        let weights = jump_weights(&sys);
+        let smooth = sys.smooth.take();
+        let rated = outputs.needs_function_rates();
+        let smooth = smooth.map(|smooth| Box::new(SmoothPart::new(&sys, smooth, rated)));
+        let stores = smooth.as_ref().is_some_and(|smooth| smooth.newton.stores());
         let functions = smooth.iter().flat_map(|smooth| smooth.newton.rows_of_functions());
         let functions: Vec<usize> = functions.collect();
-        let fixed = fixed_by_lines(&sys.linear, &functions, &waveforms);
+        let impulsive = !state.diodes.is_empty() || switches.iter().any(|s| s.latching);
+        let impacts = Impacts::new(&sys, impulsive);
+        let facts = Facts {
+            static_system: sys.linear.e.values.iter().all(|&v| v == 0.0) && !stores,
+            kinks,
+            fixed: fixed_by_lines(&sys.linear, &functions, &waveforms),
+            coordinates: None,
+            node_storage: vec![0.0; n],
+            conductances: sys.conductances(),
+            fastest: fastest_time(&sys.linear.e, &sys.linear.g),
+            at_once,
+            storage: Storage::new(&sys.linear.e, &sys.linear.row_kind),
+        };
         let controls = Controls::new(&sys.linear, functions.into_iter(), &switches);
-        let weights = jump_weights(&sys);
-        let conductances = sys.conductances();
+        let constants = waveforms.iter().map(Waveform::constant).collect();
         Stepper {
-            switching: Switching {
-                sampled: vec![false; switches.len()],
-                swings: vec![0.0; switches.len()],
-                resting: Resting::new(switches.len()),
-                still: vec![false; switches.len()],
-                frozen: false,
-                gates,
-                diodes,
-                controls,
-                last_thrown: None,
-                switches,
-            },
-            facts: Facts {
-                constants: waveforms.iter().map(Waveform::constant).collect(),
-                static_system,
-                kinks,
-                fixed,
-                coordinates: None,
-                node_storage: vec![0.0; n],
-                conductances,
-                fastest: fastest_time(&sys.linear.e, &sys.linear.g),
-                at_once,
-                storage: Storage::new(&sys.linear.e, &sys.linear.row_kind),
-            },
-            instants: Instants {
-                reinitialiser: None,
-                looped: HashMap::new(),
-                continuous: None,
-                felt: 0.0,
-                begun: None,
-                slopes: vec![0.0; p],
-                weights,
-                heaviest: [0.0; 2],
-                largest: [0.0; 2],
-                moving: Default::default(),
-                impacts,
-                stale: false,
-            },
-            recorder: Recorder {
-                rates: vec![0.0; n],
-                samples: Samples::default(),
-                sums: None,
-                two_sided: false,
-                left: vec![0.0; 1 + outputs.len()],
-                z_recorded: vec![0.0; n],
-                all_points: f64::INFINITY,
-                first_row: false,
-                events: Vec::new(),
-                jumps: Vec::new(),
-                logged: vec![false; m],
-                logged_epoch: 0,
-                outputs,
-            },
-            scratch: Scratch {
-                x: vec![0.0; n + m],
-                input: Vec::new(),
-                rhs: vec![0.0; n],
-                w: vec![0.0; m],
-                noise: vec![0.0; m],
-                noise_known: (0, f64::NAN, 0),
-                recent: true,
-                work: vec![0.0; work_len(n + m)],
-                z_before: vec![0.0; n],
-                l_before: vec![0.0; m],
-                smooth_time: 0.0,
-            },
+            solver: Solver::new(sys, smooth, constants),
+            switching: Switching::new(switches, gates, controls),
+            facts,
+            instants: Instants::new(impacts, weights, p),
+            recorder: Recorder::new(outputs, [n, m]),
             schedule: Schedule {
                 plan: Plan::Points { times: Vec::new(), next: 0 },
                 sweeping: false,
                 retry: None,
                 step_length: f64::INFINITY,
             },
-            levels: Levels { stages: Vec::new(), stamp: 0, last_stage: 0 },
-            refusal: Refusal { large: Large::Refused, failure: None },
-            sys,
-            smooth,
             waveforms,
-            state: State::at_rest(roles, [n, p]),
-            stats: Statistics::default(),
+            state,
+            failure: None,
         }
     }
 
@@ -266,7 +160,7 @@ impl Stepper {
     /// Lets smooth functions see a fixed time: in a sweep, the time counts the points.
     pub fn freeze_time(&mut self, time: f64) {
         self.switching.frozen = true;
-        if let Some(smooth) = &mut self.smooth {
+        if let Some(smooth) = &mut self.solver.smooth {
             smooth.frozen = Some(time);
         }
     }
@@ -274,7 +168,7 @@ impl Stepper {
     /// Follows the path of solutions by Euler-Newton steps at the points of a static system;
     /// `correctors` as the functions ask for if not given.
     pub fn follow_path(&mut self, by_rate: bool, correctors: Option<usize>) {
-        if let Some(smooth) = &mut self.smooth {
+        if let Some(smooth) = &mut self.solver.smooth {
             let correctors = correctors.unwrap_or_else(|| smooth.newton.usual_correctors());
             smooth.tracking = Some(Tracking { by_rate, correctors });
         }
@@ -283,6 +177,11 @@ impl Stepper {
     /// The balance of energy up to now, if the run is accompanied by one.
     pub fn balance(&mut self) -> Option<Balance> {
         self.recorder.sums.as_mut().map(|sums| sums.balance(&self.state.z))
+    }
+
+    /// Counters.
+    pub fn statistics(&self) -> &Statistics {
+        &self.solver.stats
     }
 
     /// Present time [s].
@@ -302,13 +201,13 @@ impl Stepper {
 
     /// Distinct modes seen at the nominal step length.
     pub fn mode_count(&self) -> usize {
-        self.levels.stages.iter().map(Stage::mode_count).max().unwrap_or(0)
+        self.solver.levels.stages.iter().map(Stage::mode_count).max().unwrap_or(0)
     }
 
     /// The suspect solution was found genuine: takes it, and further ones in its mode.
     pub fn accept_large(&mut self) {
-        self.refusal.large = Large::Awaited;
-        self.refusal.failure = None;
+        self.solver.large = Large::Awaited;
+        self.failure = None;
     }
 
     /// Makes every step from a time on a row, and every jump two.
@@ -322,7 +221,7 @@ impl Stepper {
         self.schedule.plan = plan;
         self.schedule.sweeping = matches!(self.schedule.plan, Plan::Points { .. });
         if let (Some(smooth), false, false) =
-            (&mut self.smooth, self.schedule.sweeping, self.facts.static_system)
+            (&mut self.solver.smooth, self.schedule.sweeping, self.facts.static_system)
         {
             smooth.newton.set_accuracy(ITERATED);
         }
@@ -374,10 +273,10 @@ impl Stepper {
                 }
                 Err(failure) => {
                     // back to the state before, so that the step can be taken again
-                    self.state.z.copy_from_slice(&self.scratch.z_before);
-                    self.state.l.copy_from_slice(&self.scratch.l_before);
-                    self.forget_functions();
-                    self.refusal.failure = Some(*failure);
+                    self.state.z.copy_from_slice(&self.solver.scratch.z_before);
+                    self.state.l.copy_from_slice(&self.solver.scratch.l_before);
+                    self.solver.forget_functions();
+                    self.failure = Some(*failure);
                     self.schedule.retry = Some(target);
                     return (rows, Progress::Failed);
                 }
@@ -435,7 +334,7 @@ impl Stepper {
         {
             if *old != new {
                 *old = new;
-                self.stats.events += 1;
+                self.solver.stats.events += 1;
                 if self.recorder.events.len() < MAX_EVENTS {
                     self.recorder.events.push((self.state.time, i, new));
                 }
@@ -445,7 +344,7 @@ impl Stepper {
 
     pub(in crate::integrate) fn write(&mut self, label: f64, row: &mut [f64]) {
         row[0] = label;
-        let f = self.smooth.as_ref().map_or([&[][..]; 2], |s| [&s.f, &s.rates]);
+        let f = self.solver.smooth.as_ref().map_or([&[][..]; 2], |s| [&s.f, &s.rates]);
         let quantities = Quantities {
             z: &self.state.z,
             l: &self.state.l,

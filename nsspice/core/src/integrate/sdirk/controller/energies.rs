@@ -111,7 +111,7 @@ fn capacitors(stored: &Csc, kinds: &[u8]) -> Vec<Capacitor> {
 
 /// Parts within which power flows, each by one of its unknowns or, behind these, pairs, and which unknowns are read elsewhere.
 fn parts_and_signals(s: &Stepper, controls: &Csc) -> (Vec<usize>, Vec<bool>) {
-    let linear = &s.sys.linear;
+    let linear = &s.solver.sys.linear;
     let (n, m, _) = linear.sizes();
     let mut together = UnionFind::new(n + m);
     let mut signal = vec![false; n];
@@ -135,7 +135,7 @@ fn parts_and_signals(s: &Stepper, controls: &Csc) -> (Vec<usize>, Vec<bool>) {
     for (pair, column, _) in linear.b.iter().filter(|e| e.2 != 0.0) {
         signal[column] |= linear.a.get(column, pair) == 0.0;
     }
-    for (rows, unknowns) in s.smooth.iter().flat_map(|smooth| smooth.newton.reads()) {
+    for (rows, unknowns) in s.solver.smooth.iter().flat_map(|smooth| smooth.newton.reads()) {
         rows.windows(2).for_each(|pair| join(pair[0], pair[1]));
         unknowns.iter().for_each(|&j| signal[j] |= !rows.contains(&j));
     }
@@ -193,7 +193,7 @@ impl Worth {
 impl Energies {
     /// Finds what stores energy; nothing if nothing does.
     pub fn new(s: &Stepper) -> Option<Energies> {
-        let linear = &s.sys.linear;
+        let linear = &s.solver.sys.linear;
         let n = linear.g.nrows;
         let [stored, controls] = linear.storage_and_controls();
         let (part_of, signal) = parts_and_signals(s, &controls);
@@ -206,7 +206,7 @@ impl Energies {
         let windings: Vec<_> = fluxes.map(|j| (j, of_row(j))).collect();
         let capacitors = capacitors(&stored, &linear.row_kind);
         let charges: Vec<_> =
-            s.smooth.iter().flat_map(|smooth| smooth.newton.stored_functions()).collect();
+            s.solver.smooth.iter().flat_map(|smooth| smooth.newton.stored_functions()).collect();
         let places = capacitors.iter().map(|c| c.ends.0).chain(windings.iter().map(|w| w.0));
         let places = places.chain(charges.iter().map(|q| q.rows[0].0));
         let part: Vec<usize> = places.map(|j| part_of[j]).collect();

@@ -28,7 +28,10 @@ impl Sdirk {
         self.trial.estimate(s, &mut self.stage_equations, self.tableau);
         if self.tableau.looks_back() {
             self.trial.look_back(s, &mut self.stage_equations, self.tableau);
-        } else if self.fresh || s.smooth.is_some() || self.trial.crossing || self.energies.is_some()
+        } else if self.fresh
+            || s.solver.smooth.is_some()
+            || self.trial.crossing
+            || self.energies.is_some()
         {
             // what a step damps moves its inside, not its end: ringing, and what decays within the first
             // step of a mode; elsewhere the motion in a mode is smooth: the ends of steps tell enough
@@ -36,7 +39,7 @@ impl Sdirk {
         }
         let end = &self.trial.stages.ends[self.tableau.stages() - 1];
         let mut largest = self.scales.largest;
-        for (v, &kind) in end.iter().zip(&s.sys.linear.row_kind) {
+        for (v, &kind) in end.iter().zip(&s.solver.sys.linear.row_kind) {
             let largest = &mut largest[usize::from(kind)];
             *largest = largest.max(v.abs());
         }
@@ -46,13 +49,13 @@ impl Sdirk {
         let ahead = if young { self.stage_equations.longest / self.trial.length } else { 0.0 };
         if let Some(energies) = &mut self.energies {
             let (z, f) = (&end[..s.state.z.len()], &end[s.state.z.len() + s.state.l.len()..]);
-            let slopes = s.smooth.as_ref().map_or(&[][..], |smooth| smooth.newton.slopes());
+            let slopes = s.solver.smooth.as_ref().map_or(&[][..], |smooth| smooth.newton.slopes());
             energies.weigh(Point { z, f }, slopes, ahead, self.trial.length);
         }
         let mut worst = 0.0f64;
         let n = s.state.z.len();
         if let Some(nodes) = &mut self.nodes {
-            let (e, ends) = (&s.sys.linear.e, [&self.trial.first[..n], &end[..n]]);
+            let (e, ends) = (&s.solver.sys.linear.e, [&self.trial.first[..n], &end[..n]]);
             nodes.take(
                 e,
                 &self.stage_equations.stored,
@@ -62,7 +65,7 @@ impl Sdirk {
         }
         // what sources alone determine is no result of the step
         for &j in self.stage_equations.stored.iter().filter(|&&j| !s.facts.fixed[j]) {
-            let kind = usize::from(s.sys.linear.row_kind[j]);
+            let kind = usize::from(s.solver.sys.linear.row_kind[j]);
             let beyond = ahead * (end[j] - self.trial.first[j]).abs();
             let small = if self.trial.estimate.constrained[j] { 1.0 } else { SMALL };
             let range = self.scales.size(j, end[j], beyond).max(small * largest[kind]);
@@ -128,7 +131,7 @@ impl Sdirk {
     /// Whether the trial step moves what is stored by no more than its stages leave open.  What a stage leaves of
     /// the charges of junctions flows somewhere, too.
     fn is_still(&mut self, s: &Stepper) -> bool {
-        let Some(smooth) = &s.smooth else { return false };
+        let Some(smooth) = &s.solver.smooth else { return false };
         let (n, m) = (s.state.z.len(), s.state.l.len());
         let part = STILL * smooth.newton.accuracy().max(f64::EPSILON);
         let Trial { first, stages, length, estimate, .. } = &mut self.trial;
@@ -136,10 +139,10 @@ impl Sdirk {
         let end = &stages.ends[self.tableau.stages() - 1];
         stored.fill(0.0);
         smooth.newton.add_stored(1.0, &end[n + m..], stored);
-        let most = s.sys.largest(&[stored]);
+        let most = s.solver.sys.largest(&[stored]);
         let mut linear = self.stage_equations.stored.iter().filter(|&&j| terms[j] > 0.0);
         let rests = linear.all(|&j| {
-            let kind = usize::from(s.sys.linear.row_kind[j]);
+            let kind = usize::from(s.solver.sys.linear.row_kind[j]);
             let came = (most[kind] / diagonals.storage[j]).max(most[1 - kind] / *length);
             (end[j] - first[j]).abs() <= part * terms[j].max(came)
         });
@@ -147,7 +150,7 @@ impl Sdirk {
             return false;
         }
         smooth.newton.add_stored(-1.0, &first[n + m..], stored);
-        let moved = s.sys.largest(&[stored]);
+        let moved = s.solver.sys.largest(&[stored]);
         (0..2).all(|kind| moved[kind] <= part * most[kind])
     }
 }

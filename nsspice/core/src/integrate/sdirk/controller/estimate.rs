@@ -49,20 +49,20 @@ pub struct Estimate {
 impl Estimate {
     pub fn new(s: &Stepper) -> Estimate {
         let n = s.state.z.len();
-        let p = s.smooth.as_ref().map_or(0, |smooth| smooth.f.len());
+        let p = s.solver.smooth.as_ref().map_or(0, |smooth| smooth.f.len());
         let mut storage = vec![0.0; n];
-        for (_, c, v) in s.sys.linear.e.iter().filter(|e| e.0 == e.1) {
+        for (_, c, v) in s.solver.sys.linear.e.iter().filter(|e| e.0 == e.1) {
             storage[c] = v;
         }
         let mut conducted = vec![0.0; n];
-        for (_, c, v) in s.sys.linear.g.iter().filter(|g| g.0 == g.1) {
+        for (_, c, v) in s.solver.sys.linear.g.iter().filter(|g| g.0 == g.1) {
             conducted[c] = v.abs();
         }
         let mut own = vec![false; n];
-        for j in s.smooth.iter().flat_map(|smooth| smooth.newton.stored_unknowns()) {
+        for j in s.solver.smooth.iter().flat_map(|smooth| smooth.newton.stored_unknowns()) {
             own[j] = true;
         }
-        let sums = s.smooth.iter().flat_map(|_| &s.facts.at_once);
+        let sums = s.solver.smooth.iter().flat_map(|_| &s.facts.at_once);
         Estimate {
             errors: vec![0.0; n],
             constrained: vec![false; n],
@@ -109,11 +109,11 @@ impl Estimate {
         }
         // as changes of charges and fluxes: directions without storage mean nothing
         self.stored.fill(0.0);
-        s.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
+        s.solver.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
         self.terms.fill(0.0);
-        s.sys.linear.e.abs_mul_add(end, &mut self.terms);
+        s.solver.sys.linear.e.abs_mul_add(end, &mut self.terms);
         self.flows.fill(0.0);
-        s.sys.linear.g.abs_mul_add(end, &mut self.flows);
+        s.solver.sys.linear.g.abs_mul_add(end, &mut self.flows);
         let parts =
             self.diagonals.storage.iter().zip(self.flows.iter().zip(&self.diagonals.conducted));
         for (terms, (&storage, (flow, conducted))) in self.terms.iter_mut().zip(parts) {
@@ -121,7 +121,7 @@ impl Estimate {
             *terms = if storage > 0.0 { whole } else { 0.0 };
         }
         self.smoothed.fill(0.0);
-        s.sys.linear.e.mul_add(1.0, &self.errors, &mut self.smoothed);
+        s.solver.sys.linear.e.mul_add(1.0, &self.errors, &mut self.smoothed);
         let charges = self.smoothed.iter().zip(&self.stored).zip(&self.diagonals.storage);
         let out = self.errors.iter_mut().zip(&mut self.constrained).zip(&self.raw);
         for (j, (((d, constrained), &plain), ((smoothed, raw), &storage))) in
@@ -182,7 +182,7 @@ impl Estimate {
         add_rates(h, weights, rates, &mut self.raw);
         self.level_out();
         self.stored.fill(0.0);
-        s.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
+        s.solver.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
         self.smoothed.fill(0.0);
         if self.mixed {
             stage_equations.respond(s, level, &self.raw, &mut self.smoothed);
@@ -219,7 +219,7 @@ impl Estimate {
             }
         }
         self.stored.fill(0.0);
-        s.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
+        s.solver.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
         for (j, error) in self.errors.iter_mut().enumerate() {
             let storage = self.diagonals.storage[j];
             let missed = if storage > 0.0 { self.stored[j] / storage } else { self.raw[j] };

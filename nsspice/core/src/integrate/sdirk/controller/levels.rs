@@ -52,7 +52,7 @@ impl Levels {
                     self.all[oldest] = None;
                 }
             }
-            let stage = Stage::new(&s.sys, length, true, &s.facts.constants);
+            let stage = Stage::new(&s.solver.sys, length, true, &s.solver.constants);
             self.all[level] = Some(Box::new(Level { stage, epoch: s.state.epoch, stamp: 0 }));
             self.made += 1;
         }

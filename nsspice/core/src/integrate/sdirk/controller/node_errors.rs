@@ -28,7 +28,7 @@ impl Nodes {
         Some(Nodes {
             tree: s.facts.coordinates.clone()?,
             storage: s.facts.node_storage.clone(),
-            charged: match &s.smooth {
+            charged: match &s.solver.smooth {
                 Some(smooth) => smooth.charged.clone(),
                 None => vec![false; s.state.z.len()],
             },

@@ -46,9 +46,9 @@ impl Resistances {
     /// Guards from multipliers in `x`, see [`super::stage_equations::StageEquations::solve_open`].
     pub fn encode(&self, s: &mut Stepper, x: &mut [f64]) {
         let (z, l) = x.split_at_mut(s.state.z.len());
-        s.sys.linear.slacks(z, l, &mut s.scratch.w);
+        s.solver.sys.linear.slacks(z, l, &mut s.solver.scratch.w);
         for (((l, &w), &active), resistance) in
-            l.iter_mut().zip(&s.scratch.w).zip(&s.state.active).zip(&self.beside)
+            l.iter_mut().zip(&s.solver.scratch.w).zip(&s.state.active).zip(&self.beside)
         {
             *l = if active { *l - w.max(0.0) / resistance } else { w - l.max(0.0) * resistance };
         }

@@ -81,10 +81,10 @@ impl StageEquations {
     /// Steps of at most `longest`.
     pub fn new(s: &Stepper, longest: f64, gamma: f64) -> StageEquations {
         let size = s.state.z.len() + s.state.l.len();
-        let e = &s.sys.linear.e;
+        let e = &s.solver.sys.linear.e;
         let mut stored: Vec<usize> =
             (0..e.ncols).filter(|&j| e.col(j).1.iter().any(|&v| v != 0.0)).collect();
-        if let Some(smooth) = &s.smooth {
+        if let Some(smooth) = &s.solver.smooth {
             stored.extend(smooth.newton.stored_unknowns());
             stored.sort_unstable();
             stored.dedup();
@@ -97,7 +97,11 @@ impl StageEquations {
             resistances: Resistances::new(s.state.l.len()),
             deepest: LEVELS - 1,
             hidden: false,
-            ratios: if s.smooth.is_some() { Ratios::default() } else { Ratios::new(&s.sys.linear) },
+            ratios: if s.solver.smooth.is_some() {
+                Ratios::default()
+            } else {
+                Ratios::new(&s.solver.sys.linear)
+            },
             stored,
             met: Vec::new(),
             open: false,
@@ -134,7 +138,7 @@ impl StageEquations {
     /// One implicit step in the present mode, whatever the signs of its guards; `x` takes unknowns, guards
     /// and functions.
     pub fn solve(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
-        if s.smooth.is_some() {
+        if s.solver.smooth.is_some() {
             return self.solve_smooth(s, problem, x, false);
         }
         self.solve_linear(s, problem, x)
@@ -150,37 +154,37 @@ impl StageEquations {
             slot.uses += 1;
             let fresh = slot.map.is_none() && slot.uses == USES_FOR_MAP;
             if fresh {
-                stage.make_map(&s.state.active, s.state.epoch, &mut s.scratch.work);
+                stage.make_map(&s.state.active, s.state.epoch, &mut s.solver.scratch.work);
             }
             let (inputs, slot) = stage.inputs_and_slot(&s.state.active, s.state.epoch);
             if let (Some(map), true, false) = (&slot.map, slot.trusted, fresh) {
-                s.scratch.input.clear();
-                s.scratch.input.extend(inputs.carried.iter().map(|&j| from[j]));
-                s.scratch.input.extend(inputs.ends.iter().map(|&j| u[j]));
-                map.apply(&s.scratch.input, x);
+                s.solver.scratch.input.clear();
+                s.solver.scratch.input.extend(inputs.carried.iter().map(|&j| from[j]));
+                s.solver.scratch.input.extend(inputs.ends.iter().map(|&j| u[j]));
+                map.apply(&s.solver.scratch.input, x);
                 return Fit::Solved;
             }
             let refined = !slot.trusted || fresh;
             let ends = Ends { z0: &from[..n], u0: u, u1: u };
             stage.solve_mode(
-                &s.sys,
+                &s.solver.sys,
                 &s.state.active,
                 s.state.epoch,
                 ends,
                 refined,
                 x,
-                &mut s.scratch.work,
+                &mut s.solver.scratch.work,
             );
-            stage.matrices.guards(x, &s.state.active, true, &mut s.scratch.w);
+            stage.matrices.guards(x, &s.state.active, true, &mut s.solver.scratch.w);
             let (inputs, slot) = stage.inputs_and_slot(&s.state.active, s.state.epoch);
             if let (Some(map), true) = (&slot.map, fresh) {
                 // modes in which a large part and a small one meet lose digits in the map
-                s.scratch.input.clear();
-                s.scratch.input.extend(inputs.carried.iter().map(|&j| from[j]));
-                s.scratch.input.extend(inputs.ends.iter().map(|&j| u[j]));
+                s.solver.scratch.input.clear();
+                s.solver.scratch.input.extend(inputs.carried.iter().map(|&j| from[j]));
+                s.solver.scratch.input.extend(inputs.ends.iter().map(|&j| u[j]));
                 let mut mapped = x.to_vec();
-                map.apply(&s.scratch.input, &mut mapped);
-                slot.trusted = s.sys.apart(x, &mapped, from) <= OF_SOLUTION;
+                map.apply(&s.solver.scratch.input, &mut mapped);
+                slot.trusted = s.solver.sys.apart(x, &mapped, from) <= OF_SOLUTION;
             }
             return Fit::Solved;
         }
@@ -204,17 +208,24 @@ impl StageEquations {
         let stage = self.stage_of(s, level);
         let factor = stage.factor(&s.state.active, s.state.epoch);
         let ends = Ends { z0: &from[..n], u0: u, u1: u };
-        let mut keeps =
-            stage.matrices.sharpen(&factor, &s.state.active, ends, &mut own, &mut s.scratch.work);
+        let mut keeps = stage.matrices.sharpen(
+            &factor,
+            &s.state.active,
+            ends,
+            &mut own,
+            &mut s.solver.scratch.work,
+        );
         if keeps {
             let (z, l) = own.split_at(n);
-            let rows =
-                stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.state.roles, z, l).rows;
-            keeps = rows <= ACCEPT && s.sys.stored_apart(z, x, &from[..n]) > OF_SOLUTION;
+            let rows = stage
+                .driver
+                .residual(&s.solver.scratch.rhs, &s.solver.sys.linear.q, &s.state.roles, z, l)
+                .rows;
+            keeps = rows <= ACCEPT && s.solver.sys.stored_apart(z, x, &from[..n]) > OF_SOLUTION;
         }
         if keeps {
             x.copy_from_slice(&own);
-            stage.matrices.guards(x, &s.state.active, true, &mut s.scratch.w);
+            stage.matrices.guards(x, &s.state.active, true, &mut s.solver.scratch.w);
         }
         self.candidate.x = own;
         keeps
@@ -235,18 +246,28 @@ impl StageEquations {
         let stage = self.stage_of(s, level);
         let factor = stage.factor(&s.state.active, s.state.epoch);
         let ends = Ends { z0: &from[..n], u0: u, u1: u };
-        let mut stays =
-            stage.matrices.sharpen(&factor, &s.state.active, ends, &mut own, &mut s.scratch.work);
+        let mut stays = stage.matrices.sharpen(
+            &factor,
+            &s.state.active,
+            ends,
+            &mut own,
+            &mut s.solver.scratch.work,
+        );
         if stays {
             let (z, l) = own.split_at(n);
-            let found =
-                stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.state.roles, z, l);
+            let found = stage.driver.residual(
+                &s.solver.scratch.rhs,
+                &s.solver.sys.linear.q,
+                &s.state.roles,
+                z,
+                l,
+            );
             stage.driver.sign_tolerances(&s.state.active, &mut noise);
-            s.sys.linear.slacks(z, l, &mut s.scratch.w);
-            let guard = |i: usize| if s.state.active[i] { l[i] } else { s.scratch.w[i] };
+            s.solver.sys.linear.slacks(z, l, &mut s.solver.scratch.w);
+            let guard = |i: usize| if s.state.active[i] { l[i] } else { s.solver.scratch.w[i] };
             stays = found.worst() <= ACCEPT
                 && size(&own) <= most
-                && s.switching.diodes.iter().all(|&i| guard(i) >= -noise[i]);
+                && s.state.diodes.iter().all(|&i| guard(i) >= -noise[i]);
         }
         if stays {
             x.copy_from_slice(&own);
@@ -261,7 +282,7 @@ impl StageEquations {
     fn solve_open(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
         let StageProblem { level, from, u, near, .. } = problem;
         let stage = self.stage_of(s, level);
-        stage.matrices.right_hand_side(from, u, u, &mut s.scratch.rhs);
+        stage.matrices.right_hand_side(from, u, u, &mut s.solver.scratch.rhs);
         stage.release();
         x.copy_from_slice(near);
         self.resistances.decode(&mut x[s.state.z.len()..], &s.state.active, &s.state.roles);
@@ -287,9 +308,11 @@ impl StageEquations {
         let most = ORDINARY * size(z).max(size(l));
         // beside the voltages of inductors in a very short step a conflict hides; a longer one tells.  What was
         // there before hides none, however little is stored by now
-        driver.solve(&s.scratch.rhs, &s.sys.linear.q, &s.state.roles, z, l, Start::Warm).is_ok_and(
-            |found| !found.flawed && (!found.needs_certificate || size(z).max(size(l)) <= most),
-        )
+        driver
+            .solve(&s.solver.scratch.rhs, &s.solver.sys.linear.q, &s.state.roles, z, l, Start::Warm)
+            .is_ok_and(|found| {
+                !found.flawed && (!found.needs_certificate || size(z).max(size(l)) <= most)
+            })
     }
 
     /// Improves a solution in the mode in which it has been found, which is `met` from now on.
@@ -303,12 +326,17 @@ impl StageEquations {
         let factor = stage.driver.mode_factor(&active);
         sharp.copy_from_slice(x);
         let ends = Ends { z0: &from[..n], u0: u, u1: u };
-        if stage.matrices.sharpen(&factor, &active, ends, &mut sharp, &mut s.scratch.work)
-            && s.sys.apart(x, &sharp, from) > OF_SOLUTION
+        if stage.matrices.sharpen(&factor, &active, ends, &mut sharp, &mut s.solver.scratch.work)
+            && s.solver.sys.apart(x, &sharp, from) > OF_SOLUTION
         {
             let (z, l) = sharp.split_at(n);
-            let found =
-                stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.state.roles, z, l);
+            let found = stage.driver.residual(
+                &s.solver.scratch.rhs,
+                &s.solver.sys.linear.q,
+                &s.state.roles,
+                z,
+                l,
+            );
             if found.worst() <= ACCEPT {
                 x.copy_from_slice(&sharp);
             }
@@ -320,7 +348,7 @@ impl StageEquations {
     /// As `solve`, but in whatever mode the laws ask for at this instant; `met` tells which one.  The
     /// guards are those of [`StageEquations::solve_open`].
     pub fn cross(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
-        if s.smooth.is_some() {
+        if s.solver.smooth.is_some() {
             return self.solve_smooth(s, problem, x, true);
         }
         let n = s.state.z.len();
@@ -331,7 +359,7 @@ impl StageEquations {
         if fit == Fit::Open {
             return fit;
         }
-        if fit == Fit::Solved && s.switching.diodes.iter().all(|&i| x[n + i] >= 0.0) {
+        if fit == Fit::Solved && s.state.diodes.iter().all(|&i| x[n + i] >= 0.0) {
             self.met.clone_from(&s.state.active);
             return Fit::Open;
         }
@@ -354,38 +382,48 @@ impl StageEquations {
         let roles = s.state.roles.iter().zip(&s.state.active);
         self.roles.extend(roles.map(|(&role, &a)| if free { role } else { fixed(a) }));
         let roles = std::mem::take(&mut self.roles);
-        s.scratch.rhs.fill(0.0);
-        s.sys.linear.s.mul_add(1.0, u, &mut s.scratch.rhs);
+        s.solver.scratch.rhs.fill(0.0);
+        s.solver.sys.linear.s.mul_add(1.0, u, &mut s.solver.scratch.rhs);
         x.copy_from_slice(near);
         let (z, rest) = x.split_at_mut(n);
         let (l, f) = rest.split_at_mut(m);
         self.resistances.decode(l, &s.state.active, &roles);
-        let Some(smooth) = &mut s.smooth else { return Fit::Contradiction };
+        let Some(smooth) = &mut s.solver.smooth else { return Fit::Contradiction };
         let newton = &mut smooth.newton;
         newton.set_rate(rate);
         newton.carry(&from[..n]);
         newton.carry_functions(&from[n..]);
-        let solved = newton.solve(&s.scratch.rhs, u, t, &s.sys.linear.q, &roles, z, l, Start::Warm);
+        let solved = newton.solve(
+            &s.solver.scratch.rhs,
+            u,
+            t,
+            &s.solver.sys.linear.q,
+            &roles,
+            z,
+            l,
+            Start::Warm,
+        );
         self.roles = roles;
         match solved {
             Ok(solved) => {
                 newton.values(f);
-                s.stats.linearised += u64::from(solved.iterations);
+                s.solver.stats.linearised += u64::from(solved.iterations);
                 if free {
                     self.met.clear();
                     self.met.extend_from_slice(newton.active());
-                    s.note(solved.residual);
+                    s.solver.note(solved.residual);
                     self.resistances.encode(s, &mut x[..n + m]);
                     return Fit::Open;
                 }
-                s.note(solved.residual);
-                s.sys.linear.slacks(z, l, &mut s.scratch.w);
-                let blocked = l.iter_mut().zip(&s.scratch.w).zip(&s.state.active).filter(|l| !*l.1);
+                s.solver.note(solved.residual);
+                s.solver.sys.linear.slacks(z, l, &mut s.solver.scratch.w);
+                let blocked =
+                    l.iter_mut().zip(&s.solver.scratch.w).zip(&s.state.active).filter(|l| !*l.1);
                 blocked.for_each(|((guard, &w), _)| *guard = w);
                 Fit::Solved
             }
             Err(unsolved) => {
-                s.stats.linearised += u64::from(unsolved.iterations);
+                s.solver.stats.linearised += u64::from(unsolved.iterations);
                 Fit::Contradiction
             }
         }
@@ -396,7 +434,7 @@ impl StageEquations {
     pub fn respond(&mut self, s: &mut Stepper, level: usize, raw: &[f64], out: &mut [f64]) {
         let n = s.state.z.len();
         let rate = 1.0 / self.stage_length(level);
-        let Some(smooth) = &mut s.smooth else { return };
+        let Some(smooth) = &mut s.solver.smooth else { return };
         smooth.newton.set_rate(rate);
         smooth.newton.respond(&raw[..n], &raw[n..], &mut out[..n]);
     }
@@ -412,8 +450,8 @@ impl StageEquations {
         l: &[f64],
     ) -> crate::mlcp::Residual {
         let stage = self.stage_of(s, level);
-        stage.matrices.right_hand_side(from, u, u, &mut s.scratch.rhs);
-        stage.driver.residual(&s.scratch.rhs, &s.sys.linear.q, &s.state.roles, z, l)
+        stage.matrices.right_hand_side(from, u, u, &mut s.solver.scratch.rhs);
+        stage.driver.residual(&s.solver.scratch.rhs, &s.solver.sys.linear.q, &s.state.roles, z, l)
     }
 }
 

@@ -64,8 +64,8 @@ impl Ratios {
             return false;
         }
         let (z, l) = x.split_at(s.state.z.len());
-        let [voltage, _] = s.sys.largest(&[z, &s.state.z]);
-        let slacks = s.sys.linear.slacks_of(z, l);
+        let [voltage, _] = s.solver.sys.largest(&[z, &s.state.z]);
+        let slacks = s.solver.sys.linear.slacks_of(z, l);
         let mut across = mode.iter().zip(slacks).filter(|e| *e.0).map(|e| e.1.abs());
         self.0.iter().any(|ratio| ratio.missed([z, l, u], length, voltage))
             || across.any(|w| w > ACCEPT * voltage)

@@ -63,7 +63,7 @@ impl Between {
     /// Whether the polynomial gives the rows of a step to a part of the tolerance.
     pub(in crate::integrate::sdirk) fn serves(&mut self, step: &mut Inside) -> bool {
         // steps of fixed length have no tolerance
-        let open = step.s.smooth.is_none() || step.trial.crossing || step.tolerance >= 1.0;
+        let open = step.s.solver.smooth.is_none() || step.trial.crossing || step.tolerance >= 1.0;
         self.end = step.end;
         !open && step.rows >= WORTH && self.agrees(step)
     }

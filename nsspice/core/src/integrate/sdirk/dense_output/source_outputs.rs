@@ -11,7 +11,7 @@ pub struct Driven {
 
 impl Driven {
     pub fn new(s: &Stepper) -> Driven {
-        if s.smooth.is_none() {
+        if s.solver.smooth.is_none() {
             return Driven { sums: Vec::new() };
         }
         let unknowns = driven_unknowns(s);
@@ -48,8 +48,8 @@ impl Driven {
 
 /// Unknowns that laws of voltages give, as sums of sources.
 fn driven_unknowns(s: &Stepper) -> Vec<Option<Sum>> {
-    let linear = &s.sys.linear;
-    let functions = s.smooth.iter().flat_map(|smooth| smooth.newton.rows_of_functions());
+    let linear = &s.solver.sys.linear;
+    let functions = s.solver.smooth.iter().flat_map(|smooth| smooth.newton.rows_of_functions());
     let mut by_law: Vec<Sum> = vec![Vec::new(); s.state.z.len()];
     linear.s.iter().filter(|e| e.2 != 0.0).for_each(|(row, j, v)| by_law[row].push((j, v)));
     let mut known: Vec<Option<Sum>> = vec![None; s.state.z.len()];

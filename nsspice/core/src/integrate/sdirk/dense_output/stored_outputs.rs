@@ -78,8 +78,8 @@ impl StoredRows {
 /// The outputs of `s` as sums of unknowns, and of sources, if every one is a combination of quantities that
 /// linear capacitors and inductors store, with sources, and no such quantity is determined by the laws alone.
 fn stored_outputs(s: &Stepper) -> Option<(Vec<Sum>, Vec<Sum>)> {
-    s.smooth.as_ref()?;
-    let linear = &s.sys.linear;
+    s.solver.smooth.as_ref()?;
+    let linear = &s.solver.sys.linear;
     let (n, kind) = (s.state.z.len(), &linear.row_kind);
     // unknowns joined by capacitors, and ground: in each group all differences are stored
     let (mut groups, ground) = (UnionFind::new(n + 1), n);

@@ -137,8 +137,8 @@ impl Sdirk {
             changes.sort_by(|a, b| a.0.total_cmp(&b.0));
             s.state.active.copy_from_slice(&self.trial.mode);
             s.state.epoch += 1;
-            s.stats.mode_changes += 1;
-            s.stats.events += changes.len() as u64;
+            s.solver.stats.mode_changes += 1;
+            s.solver.stats.events += changes.len() as u64;
             let room = MAX_EVENTS.saturating_sub(s.recorder.events.len());
             s.recorder.events.extend(changes.into_iter().take(room));
             s.recorder.logged.copy_from_slice(&s.state.active);
@@ -154,7 +154,8 @@ impl Sdirk {
         let (mode, open) = (self.trial.mode.clone(), self.stage_equations.open);
         let found = changed.iter().zip(around).map(|(&i, bracket)| {
             // Newton's method would have to begin anew at each point
-            let part = if s.smooth.is_some() { on_line(bracket) } else { self.root(s, i, bracket) };
+            let part =
+                if s.solver.smooth.is_some() { on_line(bracket) } else { self.root(s, i, bracket) };
             ((self.trial.start + part * self.trial.length).min(s.state.time), i, mode[i])
         });
         let found = found.collect();

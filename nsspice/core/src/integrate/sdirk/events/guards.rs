@@ -44,23 +44,23 @@ fn least(a: f64, b: f64) -> f64 {
 impl Scales {
     pub fn new(s: &Stepper) -> Scales {
         let (n, m) = (s.state.z.len(), s.state.l.len());
-        let kinds = &s.sys.linear.row_kind;
+        let kinds = &s.solver.sys.linear.row_kind;
         let multiplier = (0..m).map(|i| {
-            let (rows, _) = s.sys.linear.a.col(i);
+            let (rows, _) = s.solver.sys.linear.a.col(i);
             u8::from(rows.is_empty() || rows.iter().any(|&r| kinds[r] == 0))
         });
         let mut slack = vec![0u8; m];
-        for (r, c, v) in s.sys.linear.b.iter() {
+        for (r, c, v) in s.solver.sys.linear.b.iter() {
             if v != 0.0 && kinds[c] == 1 {
                 slack[r] = 1; // its unknown is a branch current
             }
         }
         let mut range = vec![[f64::INFINITY, f64::NEG_INFINITY]; n];
-        for j in s.smooth.iter().flat_map(|smooth| smooth.newton.stored_unknowns()) {
+        for j in s.solver.smooth.iter().flat_map(|smooth| smooth.newton.stored_unknowns()) {
             range[j] = [f64::NEG_INFINITY, f64::INFINITY];
         }
         let control = |c: &[(usize, f64)]| u8::from(c.iter().any(|e| kinds[e.0] == 1));
-        let parts = Parts::new(&s.sys.linear, s.sys.smooth.as_ref());
+        let parts = Parts::new(&s.solver.sys.linear, s.solver.sys.smooth.as_ref());
         Scales {
             largest: [0.0; 2],
             currents: vec![0.0; parts.count()],
@@ -87,12 +87,13 @@ impl Scales {
                 (*least, *most) = (least.min(v), most.max(v));
             }
         }
-        for ((z, size), &kind) in z.iter().zip(&mut self.unknown).zip(&s.sys.linear.row_kind) {
+        for ((z, size), &kind) in z.iter().zip(&mut self.unknown).zip(&s.solver.sys.linear.row_kind)
+        {
             *size = size.max(z.abs());
             let largest = &mut self.largest[usize::from(kind)];
             *largest = largest.max(z.abs());
         }
-        for (j, z) in z.iter().enumerate().filter(|e| s.sys.linear.row_kind[e.0] == 1) {
+        for (j, z) in z.iter().enumerate().filter(|e| s.solver.sys.linear.row_kind[e.0] == 1) {
             self.note_current(self.parts.of(j), z.abs());
         }
         for (i, l) in l.iter().enumerate() {
@@ -104,8 +105,8 @@ impl Scales {
         }
         // what flows in a resistor is no unknown, but what its node takes from a capacitor is a current
         self.sums.fill(0.0);
-        s.sys.linear.g.mul_add(1.0, z, &mut self.sums);
-        for row in (0..self.sums.len()).filter(|&row| s.sys.linear.row_kind[row] == 0) {
+        s.solver.sys.linear.g.mul_add(1.0, z, &mut self.sums);
+        for row in (0..self.sums.len()).filter(|&row| s.solver.sys.linear.row_kind[row] == 0) {
             let sum = self.sums[row].abs();
             self.largest[1] = self.largest[1].max(sum);
             self.note_current(self.parts.of(row), sum);
@@ -168,8 +169,8 @@ impl Scales {
 
     /// Whether pairs obey their signs at the present state.
     pub fn obeyed(&self, s: &Stepper) -> bool {
-        let slacks = s.sys.linear.slacks_of(&s.state.z, &s.state.l);
-        s.switching.diodes.iter().all(|&i| {
+        let slacks = s.solver.sys.linear.slacks_of(&s.state.z, &s.state.l);
+        s.state.diodes.iter().all(|&i| {
             let guard = if s.state.active[i] { s.state.l[i] } else { slacks[i] };
             guard >= -VIOLATED * self.of_pair(i, s.state.active[i])
         })
@@ -192,8 +193,7 @@ impl Scales {
     /// All guards relative to their scales: pairs, then switches.
     fn margins<'a>(&'a self, s: &'a Stepper, x: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         let (z, guards) = x.split_at(s.state.z.len());
-        let pairs =
-            s.switching.diodes.iter().map(|&i| guards[i] / self.of_pair(i, s.state.active[i]));
+        let pairs = s.state.diodes.iter().map(|&i| guards[i] / self.of_pair(i, s.state.active[i]));
         pairs.chain((0..s.switching.switches.len()).map(|k| self.switch_margin(s, k, z)))
     }
 
@@ -292,7 +292,7 @@ impl Scales {
                 deepest = Some((place, value));
             }
         };
-        for &i in &s.switching.diodes {
+        for &i in &s.state.diodes {
             let scale = self.of_pair(i, s.state.active[i]);
             look(x.map(|x| x[n + i] / scale));
         }

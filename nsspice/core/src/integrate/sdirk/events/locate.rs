@@ -44,7 +44,7 @@ impl Locator<'_> {
     /// A place within `(0, end]` after the end of the mode, and how negative a guard is there, relative
     /// to its scale; None if the mode lasts.
     pub fn violation(&mut self, end: f64) -> Option<(f64, f64)> {
-        if self.s.switching.diodes.is_empty() && self.s.switching.switches.is_empty() {
+        if self.s.state.diodes.is_empty() && self.s.switching.switches.is_empty() {
             return None;
         }
         let (tableau, scales) = (self.tableau, self.scales);

@@ -187,29 +187,31 @@ impl Sdirk {
         evaluate(&s.waveforms, end, Side::Left, &mut s.state.u1);
         let mut before = vec![0.0; s.columns()];
         s.write(time, &mut before);
-        let k = s.stage_index(length, true);
+        let k = s.solver.stage_index(&s.state, length, true);
         let (from, u) = (s.state.z.clone(), s.state.u1.clone());
-        let matrices = &s.levels.stages[k].matrices;
-        if let Some(smooth) = &mut s.smooth {
-            smooth.set_out(matrices, &from, [&u, &u], &mut s.scratch.rhs);
+        let matrices = &s.solver.levels.stages[k].matrices;
+        if let Some(smooth) = &mut s.solver.smooth {
+            smooth.set_out(matrices, &from, [&u, &u], &mut s.solver.scratch.rhs);
         } else {
-            matrices.right_hand_side(&from, &u, &u, &mut s.scratch.rhs);
+            matrices.right_hand_side(&from, &u, &u, &mut s.solver.scratch.rhs);
         }
-        s.carry_stored(&from);
-        s.forget_functions();
+        s.solver.carry_stored(&s.state, &from);
+        s.solver.forget_functions();
         s.state.time = end;
         // its record tells no rates: they follow from the charges of both ends, however short it is
-        if let Err(failure) = s.exactly(|s| s.solve(k, length, Start::Warm)) {
+        if let Err(failure) =
+            s.solver.exactly(|solver| solver.solve(&mut s.state, k, length, Start::Warm))
+        {
             s.state.time = time;
-            return Err(s.with_charges(k, &from, failure));
+            return Err(s.solver.with_charges(k, &from, failure));
         }
-        s.sharpen(k, &from, &u, &u);
+        s.solver.sharpen(&mut s.state, k, &from, &u, &u);
         if s.recorder.outputs.needs_rates() {
             for ((rate, z), old) in s.recorder.rates.iter_mut().zip(&s.state.z).zip(&from) {
                 *rate = (z - old) / length;
             }
         }
-        if let Some(smooth) = &mut s.smooth {
+        if let Some(smooth) = &mut s.solver.smooth {
             let old = &self.trial.first[s.state.z.len() + s.state.l.len()..];
             for (rate, (new, old)) in smooth.rates.iter_mut().zip(smooth.f.iter().zip(old)) {
                 *rate = (new - old) / length;
@@ -225,7 +227,7 @@ impl Sdirk {
             s.recorder.z_recorded.copy_from_slice(&from);
             s.record(length);
         }
-        s.stats.steps += 1;
+        s.solver.stats.steps += 1;
         self.trial.leave(self.tableau, 1.0, false);
         self.tableau = self.settings.method.next(false);
         self.write_between(s, time, &before);

@@ -27,7 +27,7 @@ impl Stepper {
             self.switching.gates.clone(),
             self.state.z.clone(),
             self.state.l.clone(),
-            self.stats.switchings,
+            self.solver.stats.switchings,
         );
         let tried = open.len().min(MOST);
         let mut states: Vec<u32> = (1..1u32 << tried).collect();
@@ -49,9 +49,9 @@ impl Stepper {
                 self.throw(k);
             }
         }
-        (_, self.state.z, self.state.l, self.stats.switchings) = before;
+        (_, self.state.z, self.state.l, self.solver.stats.switchings) = before;
         // what Newton's method does not find may be there all the same
-        if open.len() > MOST || self.smooth.is_some() {
+        if open.len() > MOST || self.solver.smooth.is_some() {
             for &k in &open {
                 failure.roles[self.switching.switches[k].pair] = EITHER;
             }

@@ -71,7 +71,7 @@ impl Stepper {
             return Vec::new();
         }
         let mut z = self.state.z.clone();
-        self.switching.controls.fill(&self.sys.linear.s, &self.state.u0, &mut z);
+        self.switching.controls.fill(&self.solver.sys.linear.s, &self.state.u0, &mut z);
         let turned = |&k: &usize| self.switching.controls.decide(k) && self.turns(k, &z);
         (0..self.switching.switches.len()).filter(turned).collect()
     }
@@ -126,7 +126,7 @@ impl Stepper {
     fn slack(&self, k: usize) -> Slack {
         // Newton's method ends where its equations hold well enough: right after an event the control is at
         // its threshold up to that, on either side
-        let known = if self.smooth.is_some() { ACCEPT } else { OF_EQUATION };
+        let known = if self.solver.smooth.is_some() { ACCEPT } else { OF_EQUATION };
         // gates that cross their thresholds together do so in one step, whatever rounding of the time tells
         let blur = INSTANT * self.state.time / self.schedule.step_length;
         Slack { part: known.max(blur), swing: self.switching.swings[k] }
@@ -184,7 +184,7 @@ impl Stepper {
         self.state.time = time + AHEAD * room;
         evaluate(&self.waveforms, self.state.time, Side::Right, &mut self.state.u0);
         self.state.u1.copy_from_slice(&self.state.u0);
-        if self.solve_static(Start::Warm).is_ok() {
+        if self.solver.solve_static(&mut self.state, Start::Warm).is_ok() {
             for k in there {
                 self.switching.still[k] = self.switching.still[k] || self.is_at_threshold(k);
             }
@@ -195,7 +195,7 @@ impl Stepper {
         self.state.u0.copy_from_slice(&u);
         self.state.u1.copy_from_slice(&u);
         self.state.turn_to(&active);
-        self.forget_functions();
+        self.solver.forget_functions();
     }
 
     /// The swing beside which a control may have decayed: none where nothing is stored.
@@ -237,7 +237,7 @@ impl Stepper {
         if !(self.latched(k) && self.state.active[pair]) {
             return false;
         }
-        let [voltage, current] = self.sys.largest(&[&self.state.z]);
+        let [voltage, current] = self.solver.sys.largest(&[&self.state.z]);
         let largest = self.state.l.iter().fold(current, |a, l| a.max(l.abs()));
         self.state.l[pair]
             > OF_SOLUTION * largest + f64::EPSILON * self.facts.conductances[1] * voltage
@@ -247,7 +247,7 @@ impl Stepper {
     pub(in crate::integrate) fn throw(&mut self, k: usize) {
         self.switching.gates[k] = !self.switching.gates[k];
         self.switching.resting.turned(k);
-        self.stats.switchings += 1;
+        self.solver.stats.switchings += 1;
         self.switching.last_thrown = Some(k);
         let (pair, role) = (
             self.switching.switches[k].pair,
@@ -257,9 +257,9 @@ impl Stepper {
         self.state.active[pair] = role == Role::Closed;
         self.state.epoch += 1;
         if self.switching.switches[k].latching {
-            self.switching.diodes.retain(|&i| i != pair);
+            self.state.diodes.retain(|&i| i != pair);
             if role == Role::Diode {
-                self.switching.diodes.push(pair);
+                self.state.diodes.push(pair);
             }
         }
     }

@@ -88,7 +88,7 @@ impl Stepper {
         }
         let before = std::mem::take(&mut self.instants.impacts.before);
         let turned =
-            self.switching.diodes.iter().copied().filter(|&i| before[i] != self.state.active[i]);
+            self.state.diodes.iter().copied().filter(|&i| before[i] != self.state.active[i]);
         let changed: Vec<usize> = turned.collect();
         let kept = (
             self.state.z.clone(),
@@ -96,8 +96,10 @@ impl Stepper {
             self.state.active.clone(),
             self.recorder.rates.clone(),
         );
-        let (begun, u1) =
-            ((self.scratch.z_before.clone(), self.scratch.l_before.clone()), self.state.u1.clone());
+        let (begun, u1) = (
+            (self.solver.scratch.z_before.clone(), self.solver.scratch.l_before.clone()),
+            self.state.u1.clone(),
+        );
         let begin = Begin {
             time: target.time - target.length,
             length: target.length,
@@ -119,7 +121,7 @@ impl Stepper {
             self.state.u1 = u1;
             self.state.time = target.time;
         }
-        (self.scratch.z_before, self.scratch.l_before) = begun;
+        (self.solver.scratch.z_before, self.solver.scratch.l_before) = begun;
         self.instants.impacts.before = before;
         cut
     }
@@ -174,20 +176,20 @@ impl Stepper {
         let n = self.state.z.len();
         let mut mode = mode.to_vec();
         mode[i] = false;
-        let mut stage = Stage::new(&self.sys, length, true, &self.facts.constants);
+        let mut stage = Stage::new(&self.solver.sys, length, true, &self.solver.constants);
         let factor = stage.factor(&mode, 1);
         if !factor.regular() {
             return f64::NAN;
         }
-        let linear = &self.sys.linear;
-        let mut x = vec![0.0; self.scratch.x.len()];
+        let linear = &self.solver.sys.linear;
+        let mut x = vec![0.0; self.solver.scratch.x.len()];
         let (rows, values) = linear.a.col(i);
         rows.iter().zip(values).for_each(|(&r, v)| x[r] -= v);
         let (pairs, values) = linear.d.col(i);
         for (&k, v) in pairs.iter().zip(values).filter(|e| mode[*e.0]) {
             x[n + k] -= v;
         }
-        factor.solve(&mut x, &mut self.scratch.work);
+        factor.solve(&mut x, &mut self.solver.scratch.work);
         x[n + i] = 1.0;
         let (z, l) = x.split_at(n);
         let mut w = vec![0.0; l.len()];
@@ -237,21 +239,21 @@ impl Stepper {
         if conducts {
             return l[i];
         }
-        self.sys.linear.slacks_of(z, l)[i]
+        self.solver.sys.linear.slacks_of(z, l)[i]
     }
 
     /// Guard of a pair at the end of a part of the step, in which it is held as it was at its begin.
     fn margin(&mut self, i: usize, conducts: bool, begin: &Begin, part: f64) -> Option<f64> {
         let length = part * begin.length;
         evaluate(&self.waveforms, begin.time + length, Side::Left, &mut self.state.u1);
-        let mut stage = Stage::new(&self.sys, length, false, &self.facts.constants);
+        let mut stage = Stage::new(&self.solver.sys, length, false, &self.solver.constants);
         let mut rhs = vec![0.0; begin.z.len()];
         stage.matrices.right_hand_side(&begin.z, &self.state.u0, &self.state.u1, &mut rhs);
         let mut roles = self.state.roles.clone();
         roles[i] = if conducts { Role::Closed } else { Role::Open };
         let (mut z, mut l) = (begin.z.clone(), begin.l.clone());
         let start = Start::Warm;
-        let q = &self.sys.linear.q;
+        let q = &self.solver.sys.linear.q;
         let solved = stage.driver.solve(&rhs, q, &roles, &mut z, &mut l, start).ok()?;
         (!solved.needs_certificate).then(|| self.guard(i, conducts, &z, &l))
     }

@@ -110,10 +110,10 @@ impl Stepper {
     /// Moves potentials, and what has no storage, so that the laws of groups of capacitors hold; what
     /// these leave open stays where it is.
     pub(in crate::integrate) fn tie_groups(&mut self) {
-        if self.smooth.is_some() || self.facts.storage.floating().is_empty() {
+        if self.solver.smooth.is_some() || self.facts.storage.floating().is_empty() {
             return;
         }
-        let instant = Instant::new(&self.sys.linear, &self.facts.storage);
+        let instant = Instant::new(&self.solver.sys.linear, &self.facts.storage);
         let before = instant.missed(&self.state.z, &self.state.l, &self.state.u0);
         if before.iter().all(|[rest, size]| rest.abs() <= OF_SOLUTION * size) {
             return;

@@ -34,7 +34,10 @@ impl Stepper {
         breakpoint: f64,
         lawful: impl Fn(&Stepper) -> bool,
     ) -> Turn {
-        if self.instants.impacts.active || self.smooth.is_some() || self.facts.storage.tight() {
+        if self.instants.impacts.active
+            || self.solver.smooth.is_some()
+            || self.facts.storage.tight()
+        {
             return Turn::Jump;
         }
         let (z, l, active) =
@@ -50,7 +53,8 @@ impl Stepper {
                 breakpoint,
                 &mut self.state.u0,
             );
-            let solved = self.short_step(None, &z, length, Start::Warm).is_ok();
+            let solved =
+                self.solver.short_step(&mut self.state, None, &z, length, Start::Warm).is_ok();
             self.state.u0.copy_from_slice(&now);
             // what charges in so short a step round off decides about no pair
             let turned = solved && self.state.active != active && lawful(self);

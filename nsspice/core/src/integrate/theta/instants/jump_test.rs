@@ -27,23 +27,6 @@ pub(in crate::integrate) fn values_after(
 }
 
 impl Stepper {
-    /// Charges and fluxes of a state, into `out`.
-    fn store_at(&mut self, z: &[f64], out: &mut Vec<f64>) {
-        out.clear();
-        out.resize(z.len(), 0.0);
-        self.sys.linear.e.mul_add(1.0, z, out);
-        if let Some(smooth) = &mut self.smooth {
-            smooth.add_stored_at(z, &self.state.u0, self.state.time, 1.0, out);
-        }
-    }
-
-    /// Charges and fluxes of a state.
-    pub(in crate::integrate) fn stored_at(&mut self, z: &[f64]) -> Vec<f64> {
-        let mut out = Vec::new();
-        self.store_at(z, &mut out);
-        out
-    }
-
     /// Whether a reinitialising step has moved anything but as motion does.
     pub(in crate::integrate) fn has_jumped(
         &mut self,
@@ -93,17 +76,18 @@ impl Stepper {
                 old.clear();
                 old.extend_from_slice(charges);
             }
-            None => self.store_at(before, old),
+            None => self.solver.store_at(&self.state, before, old),
         }
-        self.store_at(first, once);
-        self.store_at(after, new);
+        self.solver.store_at(&self.state, first, once);
+        self.solver.store_at(&self.state, after, new);
         // what rounding of the largest voltage (current) makes of each charge (flux)
-        let (kinds, largest) = (&self.sys.linear.row_kind, self.sys.largest(&[after, values]));
+        let (kinds, largest) =
+            (&self.solver.sys.linear.row_kind, self.solver.sys.largest(&[after, values]));
         scale.clear();
         scale.extend(kinds.iter().map(|&k| largest[usize::from(k)]));
         noise.clear();
         noise.resize(kinds.len(), 0.0);
-        self.sys.linear.e.abs_mul_add(scale, noise);
+        self.solver.sys.linear.e.abs_mul_add(scale, noise);
         let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
         // a current that flows on through other stores is extrapolated to rounding of it
         let mut most = [0.0f64; 2];
@@ -138,7 +122,7 @@ impl Stepper {
     ) -> StateJump {
         // what junctions end has no time constant that is known: a step short beside all that are
         // may be long beside it, and its square is no jump
-        let shortest_part = if self.smooth.is_some() { AGAIN * JUMP } else { JUMP };
+        let shortest_part = if self.solver.smooth.is_some() { AGAIN * JUMP } else { JUMP };
         while state_jump.part > shortest_part && self.has_jumped(charges, &begun.0, &state_jump) {
             (self.state.z, self.state.l) = begun.clone();
             let part = (AGAIN * state_jump.part).max(shortest_part);
@@ -162,7 +146,7 @@ impl Stepper {
         let (mut before, multipliers) = begun.clone();
         self.facts.storage.project(&mut before);
         let (settled, rest) = self.settle(&before, shortest).ok()?;
-        let functions = self.smooth.as_ref().map_or(0, |smooth| smooth.f.len());
+        let functions = self.solver.smooth.as_ref().map_or(0, |smooth| smooth.f.len());
         let impulses = [before.len(), multipliers.len(), functions].map(|len| vec![0.0; len]);
         let first = before.clone();
         let [length, span] = [0.0; 2];
@@ -188,9 +172,11 @@ impl Stepper {
         before: &[f64],
         state_jumps: [&StateJump; 2],
     ) -> bool {
-        let old = charges.map_or_else(|| self.stored_at(before), <[f64]>::to_vec);
-        let [once, again] = state_jumps.map(|state_jump| self.stored_at(&state_jump.after));
-        let kinds = &self.sys.linear.row_kind;
+        let old =
+            charges.map_or_else(|| self.solver.stored_at(&self.state, before), <[f64]>::to_vec);
+        let [once, again] =
+            state_jumps.map(|state_jump| self.solver.stored_at(&self.state, &state_jump.after));
+        let kinds = &self.solver.sys.linear.row_kind;
         let largest = |a: &[f64], b: &[f64], of: usize| {
             let rows = a.iter().zip(b).zip(kinds).filter(|row| usize::from(*row.1) == of);
             rows.fold(0.0f64, |most, ((a, b), _)| most.max((a - b).abs()))

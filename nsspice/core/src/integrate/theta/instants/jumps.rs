@@ -1,6 +1,7 @@
 //! Jumps of charges and fluxes: the reinitialising step, and what switches do at one instant.
 
 use super::jump_test::values_after;
+use super::short_steps::Short;
 use super::values::{Rest, Settled, CLOSE, HELD};
 use crate::integrate::theta::failure::{Failure, Outcome};
 use crate::integrate::theta::step_length::System;
@@ -63,14 +64,6 @@ pub(in crate::integrate) fn jump_weights(sys: &System) -> Vec<f64> {
     weights
 }
 
-/// Solution of a short step.
-#[derive(Clone)]
-pub(in crate::integrate) struct Short {
-    pub z: Vec<f64>,
-    pub l: Vec<f64>,
-    pub length: f64,
-}
-
 /// What a reinitialising step has done.
 pub(in crate::integrate) struct StateJump {
     /// unknowns at the end of the shortest step, and at length 0
@@ -125,7 +118,7 @@ impl Stepper {
         if self.instants.stale {
             self.state.z = z;
             self.state.l = l;
-            self.forget_functions();
+            self.solver.forget_functions();
         } else if let Some(sums) = &mut self.recorder.sums {
             sums.jump(&z, &self.state.z);
         }
@@ -153,11 +146,6 @@ impl Stepper {
         Ok(())
     }
 
-    /// Whether some charge is a function of the unknowns: then charges depend on potentials.
-    pub(in crate::integrate) fn functions_store(&self) -> bool {
-        self.smooth.as_ref().is_some_and(|smooth| smooth.newton.stores())
-    }
-
     /// The reinitialising step from the present state, which is left undefined; the first steps have
     /// this part of the shortest time.
     pub(in crate::integrate) fn find_state_jump(
@@ -168,8 +156,9 @@ impl Stepper {
     ) -> Result<StateJump, Box<Failure>> {
         let shortest = self.shortest_time();
         let begun = (self.state.z.clone(), self.state.l.clone());
-        let stored = charges.map_or_else(|| self.stored_at(&begun.0), <[f64]>::to_vec);
-        let now = self.sys.largest(&[&stored]);
+        let stored =
+            charges.map_or_else(|| self.solver.stored_at(&self.state, &begun.0), <[f64]>::to_vec);
+        let now = self.solver.sys.largest(&[&stored]);
         self.instants.largest = [0, 1].map(|kind| self.instants.largest[kind].max(now[kind]));
         // charges that a step ends with need no impulse; where gaps close at speed, they may jump all the same
         if charges.is_none() && !self.instants.impacts.active {
@@ -207,7 +196,7 @@ impl Stepper {
         let values = settled.as_ref().map_or(&[][..], |s| &s.z);
         let begun = values_after(&after, span, settled.as_ref());
         if self.noticed(charges, [&before, &first, &begun], values) {
-            self.stats.jumps += 1;
+            self.solver.stats.jumps += 1;
             if self.recorder.jumps.len() < MAX_JUMPS {
                 let [unknowns, multipliers, functions] = impulses;
                 self.recorder.jumps.push(Jump {
@@ -226,7 +215,7 @@ impl Stepper {
         }
         let Some(settled) = settled else {
             self.state.z.copy_from_slice(&after);
-            self.forget_functions();
+            self.solver.forget_functions();
             return;
         };
         if self.recorder.outputs.needs_rates() {
@@ -244,12 +233,12 @@ impl Stepper {
             // picofarad across a closed switch, of which charges beside it tell nothing: more than the certificate grants
             let [volts, _] = self.scale_of(&after);
             let most = if volts > 0.0 { CLOSE * volts } else { f64::INFINITY };
-            let kinds = &self.sys.linear.row_kind;
+            let kinds = &self.solver.sys.linear.row_kind;
             let slack = |j: usize| if kinds[j] == 0 { most } else { f64::INFINITY };
             self.facts.storage.restore(&after, &mut self.state.z, slack);
         }
         let (u, time) = (&self.state.u0, self.state.time);
-        if let Some(smooth) = &mut self.smooth {
+        if let Some(smooth) = &mut self.solver.smooth {
             smooth.after_jump(&self.state.z, &settled.functions, u, time, settled.length);
         }
         self.tie_groups();
@@ -273,22 +262,41 @@ impl Stepper {
     ) -> Result<StateJump, Box<Failure>> {
         let (before, multipliers) = (self.state.z.clone(), self.state.l.clone());
         let mut part = part;
-        let (mut once, mut twice) = self.two_steps(charges, &before, part * shortest, start)?;
+        let (mut once, mut twice) = self.solver.two_steps(
+            &mut self.state,
+            charges,
+            &before,
+            [part * shortest, self.schedule.step_length],
+            start,
+        )?;
         let mut after = limit(&once.z, twice.as_ref().map(|t| &t.z));
-        let linear = !self.functions_store();
+        let linear = !self.solver.functions_store();
         let scale = if linear { self.instants.largest } else { self.scale_of_charges(&once) };
-        let mut bend = self.curvature_of_charges(&once, twice.as_ref(), &after, scale);
+        let mut bend =
+            self.solver.curvature_of_charges(&self.state, &once, twice.as_ref(), &after, scale);
         let mut shorter = part;
         for _ in 0..STRAIGHTER {
             if bend <= OF_SOLUTION {
                 break;
             }
             shorter *= SHORTER;
-            let steps = self.two_steps(charges, &before, shorter * shortest, Start::Warm);
+            let steps = self.solver.two_steps(
+                &mut self.state,
+                charges,
+                &before,
+                [shorter * shortest, self.schedule.step_length],
+                Start::Warm,
+            );
             let Ok(steps) = steps else { break };
             let end = limit(&steps.0.z, steps.1.as_ref().map(|t| &t.z));
-            let found = self.curvature_of_charges(&steps.0, steps.1.as_ref(), &end, scale);
-            if found <= bend && self.no_more_impulsive(&once, &steps.0) {
+            let found = self.solver.curvature_of_charges(
+                &self.state,
+                &steps.0,
+                steps.1.as_ref(),
+                &end,
+                scale,
+            );
+            if found <= bend && self.solver.no_more_impulsive(&once, &steps.0) {
                 ((once, twice), after, part, bend) = (steps, end, shorter, found);
             }
         }
@@ -298,7 +306,7 @@ impl Stepper {
             self.facts.storage.lower(&before, &mut after);
         }
         let carried = |s: &mut Stepper, step: &Short| {
-            let functions = s.functions_at(&step.z);
+            let functions = s.solver.functions_at(&s.state, &step.z);
             [&step.z, &step.l, &functions]
                 .map(|list| list.iter().map(|v| v * step.length).collect::<Vec<_>>())
         };
@@ -325,161 +333,11 @@ impl Stepper {
         })
     }
 
-    /// Whether a shorter step from the same state has no larger impulses than a longer one: those of a jump
-    /// stay as they are, all others fall. At petavolts rounding lets junctions store what nothing brought.
-    fn no_more_impulsive(&self, longer: &Short, shorter: &Short) -> bool {
-        let [long, short] = [longer, shorter]
-            .map(|step| self.sys.largest(&[&step.z]).map(|largest| largest * step.length));
-        (0..2).all(|kind| short[kind] <= 2.0 * long[kind])
-    }
-
     /// The largest charge and flux so far and at the end of a short step.
     fn scale_of_charges(&mut self, step: &Short) -> [f64; 2] {
-        let charges = self.stored_by_functions(&step.z);
-        let [charge, flux] = self.sys.largest(&[&charges]);
+        let charges = self.solver.stored_by_functions(&self.state, &step.z);
+        let [charge, flux] = self.solver.sys.largest(&[&charges]);
         [self.instants.largest[0].max(charge), self.instants.largest[1].max(flux)]
-    }
-
-    /// How far the charges of junctions are from going as straight through two short steps to length 0 as the
-    /// unknowns do, beside a scale: they are exponentials of voltages.
-    fn curvature_of_charges(
-        &mut self,
-        once: &Short,
-        twice: Option<&Short>,
-        after: &[f64],
-        scale: [f64; 2],
-    ) -> f64 {
-        let smooth = self.smooth.as_mut().filter(|smooth| smooth.newton.stores());
-        let (Some(smooth), Some(twice)) = (smooth, twice) else { return 0.0 };
-        let (u, time) = (&self.state.u0, self.state.time);
-        let mut bends = vec![0.0; after.len()];
-        for (z, weight) in [(&once.z[..], 2.0), (&twice.z, -1.0), (after, -1.0)] {
-            smooth.add_stored_at(z, u, time, weight, &mut bends);
-        }
-        if !bends.iter().all(|bend| bend.is_finite()) {
-            return f64::INFINITY;
-        }
-        let bends = self.sys.largest(&[&bends]);
-        let share = |kind: usize| if bends[kind] > 0.0 { bends[kind] / scale[kind] } else { 0.0 };
-        share(0).max(share(1))
-    }
-
-    /// Steps of length `2 length` and `length` from the same charges; the longer one is left out
-    /// if the two end in modes of different values.  Where so short a step is too hard, the shortest one
-    /// that could be solved stands for both.
-    pub(in crate::integrate) fn two_steps(
-        &mut self,
-        charges: Option<&[f64]>,
-        before: &[f64],
-        length: f64,
-        start: Start,
-    ) -> Result<(Short, Option<Short>), Box<Failure>> {
-        let reached = self.approach(charges, before, 2.0 * length, start)?;
-        let twice = Short { z: self.state.z.clone(), l: self.state.l.clone(), length: reached };
-        let (epoch, active) = (self.state.epoch, self.state.active.clone());
-        if reached > 2.0 * length || self.short_step(charges, before, length, Start::Warm).is_err()
-        {
-            return Ok((twice, None));
-        }
-        let once = Short { z: self.state.z.clone(), l: self.state.l.clone(), length };
-        let alike = self.state.epoch == epoch || {
-            let ends = [(&twice, &active[..]), (&once, &self.state.active)];
-            ends.iter().all(|(end, on)| self.without_voltage(end, on, &active))
-        };
-        Ok((once, alike.then_some(twice)))
-    }
-
-    /// Whether no voltage lies across the pairs that block in the mode `on` of a short step and conduct
-    /// in the other one of `active` and the present: closed switches and diodes beside each other share
-    /// their current in many ways.
-    fn without_voltage(&self, end: &Short, on: &[bool], active: &[bool]) -> bool {
-        let w = self.sys.linear.slacks_of(&end.z, &end.l);
-        let largest = w.iter().fold(self.sys.largest(&[&end.z])[0], |a, w| a.max(w.abs()));
-        let turned = active.iter().zip(&self.state.active).zip(on).zip(&w);
-        turned.filter(|(((a, b), on), _)| a != b && !**on).all(|(_, w)| w.abs() <= LOOSE * largest)
-    }
-
-    /// Solves a short step, if need be from an ordinary one down by steps of ever smaller length,
-    /// each starting from the last; returns the length that was reached.
-    fn approach(
-        &mut self,
-        charges: Option<&[f64]>,
-        before: &[f64],
-        target: f64,
-        start: Start,
-    ) -> Result<f64, Box<Failure>> {
-        if self.short_step(charges, before, target, start).is_ok() {
-            return Ok(target);
-        }
-        // where an ordinary step fails there is no way down; its failure can be certified, that of
-        // a very short step cannot: multipliers of size 1/length drown the data
-        let mut length = self.schedule.step_length.max(target);
-        self.short_step(charges, before, length, start)?;
-        while length > target {
-            let next = (length * DESCENT).max(target);
-            if self.short_step(charges, before, next, Start::Warm).is_err() {
-                break;
-            }
-            length = next;
-        }
-        Ok(length)
-    }
-
-    /// One theta = 1 step of length `delta` from the given charges, or from those of `before`.
-    pub(in crate::integrate) fn short_step(
-        &mut self,
-        charges: Option<&[f64]>,
-        before: &[f64],
-        delta: f64,
-        start: Start,
-    ) -> Outcome {
-        let Some(charges) = charges else {
-            let functions =
-                if self.functions_store() { self.functions_at(before) } else { Vec::new() };
-            return self.step_from(before, &functions, delta, start);
-        };
-        let k = self.stage_index(delta, true);
-        self.scratch.rhs.iter_mut().zip(charges).for_each(|(r, c)| *r = c / delta);
-        self.levels.stages[k].matrices.source_end.mul_add(
-            1.0,
-            &self.state.u0,
-            &mut self.scratch.rhs,
-        );
-        if self.smooth.is_some() {
-            self.state.u1.copy_from_slice(&self.state.u0);
-        }
-        self.solve(k, delta, start)
-    }
-
-    /// One theta = 1 step of length `delta` from the charges of `before`, and of these values of smooth functions.
-    pub(in crate::integrate) fn step_from(
-        &mut self,
-        before: &[f64],
-        functions: &[f64],
-        delta: f64,
-        start: Start,
-    ) -> Outcome {
-        let k = self.stage_index(delta, true);
-        let matrices = &self.levels.stages[k].matrices;
-        if let Some(smooth) = &mut self.smooth {
-            smooth.set_out(
-                matrices,
-                before,
-                [&self.state.u0, &self.state.u0],
-                &mut self.scratch.rhs,
-            );
-            if smooth.newton.stores() {
-                smooth.newton.carry_functions(functions);
-            }
-            self.state.u1.copy_from_slice(&self.state.u0);
-        } else {
-            matrices.right_hand_side(before, &self.state.u0, &self.state.u0, &mut self.scratch.rhs);
-        }
-        self.solve(k, delta, start).map_err(|failure| self.with_charges(k, before, failure))?;
-        let u = std::mem::take(&mut self.state.u0);
-        self.sharpen(k, before, &u, &u);
-        self.state.u0 = u;
-        Ok(())
     }
 
     /// Applies the switch laws until they agree with the state; a first look at the switches has told
@@ -491,14 +349,14 @@ impl Stepper {
             }
             if self.facts.static_system || self.schedule.sweeping {
                 self.state.u1.copy_from_slice(&self.state.u0);
-                self.solve_static(Start::Warm)?;
+                self.solver.solve_static(&mut self.state, Start::Warm)?;
             } else {
                 self.impulse_or_leave()?;
             }
             changed = self.react_in(round);
         }
         if changed {
-            self.stats.chatter += 1;
+            self.solver.stats.chatter += 1;
             return Err(self.unsettled());
         }
         Ok(())

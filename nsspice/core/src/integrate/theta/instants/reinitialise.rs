@@ -17,7 +17,7 @@ impl Stepper {
         coordinates: &Coordinates,
     ) {
         self.facts.coordinates = (!coordinates.are_potentials()).then(|| coordinates.clone());
-        if let (Some(smooth), Some(tree)) = (&mut self.smooth, &self.facts.coordinates) {
+        if let (Some(smooth), Some(tree)) = (&mut self.solver.smooth, &self.facts.coordinates) {
             smooth.know_tree(tree);
         }
         for &(a, b, c) in capacitors {
@@ -25,8 +25,9 @@ impl Stepper {
                 self.facts.node_storage[end as usize] += c;
             }
         }
-        if self.smooth.is_none() && !self.facts.static_system {
-            let found = Reinitialiser::new(&self.sys.linear, capacitors, resistors, coordinates);
+        if self.solver.smooth.is_none() && !self.facts.static_system {
+            let found =
+                Reinitialiser::new(&self.solver.sys.linear, capacitors, resistors, coordinates);
             self.instants.reinitialiser = found.map(Box::new);
         }
     }
@@ -62,7 +63,7 @@ impl Stepper {
         self.state.l = found.l;
         self.state.turn_to(&found.active);
         if jumps {
-            self.stats.jumps += 1;
+            self.solver.stats.jumps += 1;
             if self.recorder.jumps.len() < MAX_JUMPS {
                 let [unknowns, multipliers] = found.impulses;
                 self.recorder.jumps.push(Jump {
@@ -96,9 +97,9 @@ impl Stepper {
             sources: [&self.state.u0, &self.instants.slopes],
             roles: &self.state.roles,
             active: &self.state.active,
-            voltage: self.sys.largest(&[&self.state.z])[0],
+            voltage: self.solver.sys.largest(&[&self.state.z])[0],
         };
-        let found = continuous.find(&self.sys.linear, [&self.state.z, &self.state.l], at);
+        let found = continuous.find(&self.solver.sys.linear, [&self.state.z, &self.state.l], at);
         if found {
             self.state.z.copy_from_slice(&continuous.z);
             self.state.l.copy_from_slice(&continuous.l);

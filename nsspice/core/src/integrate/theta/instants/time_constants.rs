@@ -64,8 +64,8 @@ impl Stepper {
         let known = self.schedule.step_length.min(self.facts.fastest);
         let instant = f64::EPSILON * self.schedule.step_length; // no time at all beside the steps
                                                                 // the charge of a blocking junction may be next to nothing, and as fast
-        let (linear, u, time) = (&self.sys.linear, &self.state.u0, self.state.time);
-        let Some(smooth) = &mut self.smooth else { return known };
+        let (linear, u, time) = (&self.solver.sys.linear, &self.state.u0, self.state.time);
+        let Some(smooth) = &mut self.solver.smooth else { return known };
         let Some(e) = smooth.stored(linear, &self.state.z, u, time, instant) else { return known };
         let g = smooth.conducting(linear);
         let time = fastest_time(&e, g).min(time_of_groups(self.facts.storage.floating(), &e, g));

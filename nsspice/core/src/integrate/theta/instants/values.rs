@@ -17,6 +17,7 @@
 
 use super::jumps::{DESCENT, JUMP, LOOSE};
 use crate::integrate::theta::failure::{Failure, Outcome};
+use crate::integrate::theta::solver::Solver;
 use crate::integrate::theta::stepper::Stepper;
 use crate::integrate::theta::time_grid::slopes;
 use crate::mlcp::Start;
@@ -120,7 +121,13 @@ impl Stepper {
                 // what an ordinary step cannot reach either is a conflict of sources with diodes, which shorter
                 // steps would but hide behind their multipliers
                 Err(_) if best.is_none() => {
-                    self.short_step(None, after, self.schedule.step_length, Start::Warm)?;
+                    self.solver.short_step(
+                        &mut self.state,
+                        None,
+                        after,
+                        self.schedule.step_length,
+                        Start::Warm,
+                    )?;
                 }
                 Err(_) => {}
             }
@@ -156,13 +163,15 @@ impl Stepper {
         };
         let moving = self.charges_apart(after, &ahead, scale);
         let moved = moving[0].max(moving[1]);
-        let held = self.functions_at(after);
+        let held = self.solver.functions_at(&self.state, after);
         let mut from = back(after, &ahead);
-        let mut functions = back(&held, &self.functions_at(&ahead));
+        let mut functions = back(&held, &self.solver.functions_at(&self.state, &ahead));
         let mut best: Option<Settled> = None;
         for _ in 0..CORRECTIONS {
-            let step = |s: &mut Stepper| s.step_from(&from, &functions, length, Start::Warm);
-            if self.exactly(step).is_err() {
+            let step = |solver: &mut Solver| {
+                solver.step_from(&mut self.state, &from, &functions, length, Start::Warm)
+            };
+            if self.solver.exactly(step).is_err() {
                 break;
             }
             let (z, l) = (self.state.z.clone(), self.state.l.clone());
@@ -188,11 +197,11 @@ impl Stepper {
             }
             correct(&mut from, after, &self.state.z);
             // what functions store is corrected by itself: exponentials say little of voltages
-            let then = self.functions_at(&self.state.z.clone());
+            let then = self.solver.functions_at(&self.state, &self.state.z.clone());
             correct(&mut functions, &held, &then);
         }
         let Some(best) = best.filter(|best| best.missed <= HELD.max(moved)) else {
-            self.short_step(None, after, length, Start::Warm)?;
+            self.solver.short_step(&mut self.state, None, after, length, Start::Warm)?;
             let (z, l, from) = (self.state.z.clone(), self.state.l.clone(), after.to_vec());
             let missed = self.charges_apart(after, &z, scale);
             let missed = missed[0].max(missed[1]);
@@ -210,11 +219,11 @@ impl Stepper {
     /// The largest voltage and current of what is stored and of sources: other potentials of a reinitialising step are none.
     pub(in crate::integrate) fn scale_of(&self, after: &[f64]) -> [f64; 2] {
         let mut driven = vec![0.0; after.len()];
-        self.sys.linear.s.mul_add(1.0, &self.state.u0, &mut driven);
-        let [amperes, volts] = self.sys.largest(&[&driven]);
+        self.solver.sys.linear.s.mul_add(1.0, &self.state.u0, &mut driven);
+        let [amperes, volts] = self.solver.sys.largest(&[&driven]);
         let mut scale = [volts, amperes];
         for j in self.facts.storage.unknowns() {
-            let kind = usize::from(self.sys.linear.row_kind[j]);
+            let kind = usize::from(self.solver.sys.linear.row_kind[j]);
             scale[kind] = scale[kind].max(after[j].abs());
         }
         scale
@@ -223,13 +232,13 @@ impl Stepper {
     /// The largest charge and the largest flux by which two states differ, each as a part of what the largest voltage
     /// (current) would store there: picofarads count beside farads.
     fn charges_apart(&mut self, one: &[f64], other: &[f64], largest: [f64; 2]) -> [f64; 2] {
-        let (e, kinds) = (&self.sys.linear.e, &self.sys.linear.row_kind);
+        let (e, kinds) = (&self.solver.sys.linear.e, &self.solver.sys.linear.row_kind);
         let scale: Vec<f64> = kinds.iter().map(|&kind| largest[usize::from(kind)]).collect();
         let change: Vec<f64> = one.iter().zip(other).map(|(a, b)| a - b).collect();
         let [mut gaps, mut sizes] = [(); 2].map(|()| vec![0.0; other.len()]);
         e.mul_add(1.0, &change, &mut gaps);
         e.abs_mul_add(&scale, &mut sizes);
-        if let Some(smooth) = self.smooth.as_mut().filter(|smooth| smooth.newton.stores()) {
+        if let Some(smooth) = self.solver.smooth.as_mut().filter(|smooth| smooth.newton.stores()) {
             let clock = smooth.clock(self.state.time);
             let slopes = smooth.newton.stored_slopes(other, &self.state.u0, clock);
             // what a blocking junction has left is nothing beside the largest charge so far, or what the largest
@@ -243,7 +252,7 @@ impl Stepper {
             smooth.add_stored_at(other, &self.state.u0, self.state.time, -1.0, &mut gaps);
         }
         // perfectly coupled inductors carry currents that their fluxes do not tell, but for rounding
-        let rounding = self.stored_sizes(&change);
+        let rounding = self.solver.stored_sizes(&change);
         let part = |((gap, size), rounding): ((&f64, &f64), &f64)| {
             // of a node few capacitors and functions meet, of a winding few others
             let open = gap.abs() - OF_EQUATION * rounding;
@@ -253,18 +262,11 @@ impl Stepper {
         };
         let parts: Vec<f64> = gaps.iter().zip(&sizes).zip(&rounding).map(part).collect();
         let mut apart = [0.0f64; 2];
-        for (&kind, &part) in self.sys.linear.row_kind.iter().zip(&parts) {
+        for (&kind, &part) in self.solver.sys.linear.row_kind.iter().zip(&parts) {
             let apart = &mut apart[usize::from(kind)];
             *apart = apart.max(part);
         }
         apart
-    }
-
-    /// The sizes of the terms of charges and fluxes of a state.
-    pub(in crate::integrate) fn stored_sizes(&self, z: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; z.len()];
-        self.sys.linear.e.abs_mul_add(z, &mut out);
-        out
     }
 
     /// Slopes of the sources to the right of a time.
@@ -283,7 +285,7 @@ impl Stepper {
     ) -> Outcome {
         let now = self.state.u0.clone();
         self.state.u0.iter_mut().zip(slopes).for_each(|(u, slope)| *u += length * slope);
-        let found = self.short_step(None, before, length, Start::Warm);
+        let found = self.solver.short_step(&mut self.state, None, before, length, Start::Warm);
         self.state.u0 = now;
         found
     }
@@ -291,10 +293,10 @@ impl Stepper {
     /// Whether pairs that the present mode and another one treat differently carry and bear next to nothing beside the
     /// largest voltage and current here and in that one.
     fn neutral(&self, other: &[bool], [z, l]: [&[f64]; 2]) -> bool {
-        let [volts, amperes] = self.sys.largest(&[&self.state.z, z]);
+        let [volts, amperes] = self.solver.sys.largest(&[&self.state.z, z]);
         let slacks = [
-            self.sys.linear.slacks_of(&self.state.z, &self.state.l),
-            self.sys.linear.slacks_of(z, l),
+            self.solver.sys.linear.slacks_of(&self.state.z, &self.state.l),
+            self.solver.sys.linear.slacks_of(z, l),
         ];
         let nothing = |now: &[f64], then: &[f64], floor: f64| {
             let most = now.iter().chain(then).fold(floor, |most, v| most.max(v.abs()));
